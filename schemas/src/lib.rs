@@ -1,1 +1,43 @@
-//! schemas
+//! What crosses a process border: messages, ids, units, keys, limits. No bus, no I/O.
+//!
+//! Messages are plain Rust types here and FlatBuffers on the wire; [`wire`] converts, checks sizes
+//! and verifies. The `.fbs` files in `fbs/` are the contract for every other language.
+//!
+//! - [`Frame`] is what one tick of a world produced.
+//! - [`Request`] and [`Reply`] are the conversation with a world service.
+//! - [`RenderJob`] is a frame and the cameras that look at it.
+//!
+//! **Units and frames:** SI, radians, right-handed, x forward/east, y left/north, z up. CARLA's
+//! left-handed degrees exist only in [`carla`].
+
+mod alive;
+mod camera;
+mod error;
+mod frame;
+#[allow(
+    warnings,
+    unsafe_code,
+    clippy::all,
+    clippy::pedantic,
+    reason = "flatc writes this code; `cargo run -p codegen -- --check` keeps it as written"
+)]
+mod generated;
+mod geometry;
+mod ids;
+mod request;
+
+pub mod carla;
+pub mod keys;
+pub mod limits;
+// pub mod wire;
+
+pub use alive::{Alive, ServiceKind};
+pub use camera::{Camera, Image, ImageEncoding, ImageKind, RenderJob};
+pub use error::{Error, ErrorCode};
+pub use frame::{ActorKind, ActorState, Collision, Frame, MapRef, VehicleControl, Weather};
+pub use geometry::{Isometry3, Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
+pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};
+pub use request::{
+    Command, CommandReply, EncodedFrame, Images, Lease, PilotMode, Reply, Request, TickItem,
+    TickOutcome, TickResult, WorldInfo,
+};

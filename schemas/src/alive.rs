@@ -1,0 +1,50 @@
+//! What a running service says of itself.
+
+use crate::ServiceId;
+
+/// The kinds of service on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ServiceKind {
+    /// Owns worlds.
+    World,
+    /// Draws.
+    Render,
+    /// Runs episodes.
+    Scenario,
+}
+
+impl ServiceKind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::World, Self::Render, Self::Scenario];
+
+    /// The word in keys and on the command line.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::World => "world",
+            Self::Render => "render",
+            Self::Scenario => "scenario",
+        }
+    }
+
+    /// The inverse of [`as_str`](Self::as_str).
+    pub fn parse(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.as_str() == text)
+    }
+}
+
+/// What a running service says of itself; answered on its liveliness key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Alive {
+    /// What it is.
+    pub kind: ServiceKind,
+    /// Which one.
+    pub id: ServiceId,
+    /// Of the program.
+    pub version: String,
+    /// Of the process.
+    pub pid: u32,
+    /// How many sessions, worlds or jobs it takes at once.
+    pub capacity: u32,
+    /// The renderer's adapter, the face's address.
+    pub detail: String,
+}

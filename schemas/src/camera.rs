@@ -1,0 +1,70 @@
+//! Cameras, the pictures they take, and the job that asks a renderer for them.
+
+use crate::{ActorId, Frame, Pose, Tenant};
+
+/// What a pixel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImageKind {
+    /// Colour as a person sees it.
+    Rgb,
+}
+
+/// How pixels are packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImageEncoding {
+    /// Baseline JPEG, 4:2:0.
+    Jpeg,
+    /// Four bytes a pixel, rows tightly packed, row 0 at the top.
+    Rgba8,
+}
+
+/// A pinhole camera. Its axes follow ISO 8855: x along the view, y left, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Chosen by the asker, returned with the image.
+    pub id: u32,
+    /// The actor that carries the camera, or none for one fixed in the world.
+    pub carrier: Option<ActorId>,
+    /// Pose in the carrier's frame, or in the world without a carrier.
+    pub carrier_from_camera: Pose,
+    /// 1 to [`IMAGE_SIDE_PX_MAX`](crate::limits::IMAGE_SIDE_PX_MAX).
+    pub width_px: u32,
+    /// 1 to [`IMAGE_SIDE_PX_MAX`](crate::limits::IMAGE_SIDE_PX_MAX).
+    pub height_px: u32,
+    /// More than 0, at most [`FIELD_OF_VIEW_DEG_MAX`](crate::limits::FIELD_OF_VIEW_DEG_MAX).
+    pub horizontal_fov_rad: f32,
+    /// What a pixel holds.
+    pub kind: ImageKind,
+    /// How pixels are packed.
+    pub encoding: ImageEncoding,
+    /// 1 to 100, for JPEG.
+    pub jpeg_quality: u8,
+}
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// The asker's id of the camera.
+    pub camera: u32,
+    /// Columns.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// What a pixel holds.
+    pub kind: ImageKind,
+    /// How pixels are packed.
+    pub encoding: ImageEncoding,
+    /// The packed pixels.
+    pub data: Vec<u8>,
+}
+
+/// Everything a renderer needs for all cameras of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderJob {
+    /// Whose job it is, for a fair share.
+    pub tenant: Tenant,
+    /// What to draw.
+    pub frame: Frame,
+    /// Drawn in this order.
+    pub cameras: Vec<Camera>,
+}

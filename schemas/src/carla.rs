@@ -1,0 +1,88 @@
+//! The one place where CARLA's conventions exist: left-handed (x forward/east, y right/south, z up),
+//! degrees, yaw clockwise seen from above, positive steer to the right.
+//!
+//! **Source:** CARLA documentation, "Coordinates and transformations"; signs checked against the wheel.
+
+use nalgebra::{Rotation3, Translation3, UnitQuaternion};
+
+use crate::{Pose, Vec3};
+
+/// CARLA's `Rotation`, in degrees; positive pitch looks up, positive yaw turns right, positive roll
+/// leans right.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RotationDeg {
+    /// About the left axis, positive up.
+    pub pitch: f32,
+    /// About the vertical, clockwise seen from above, 0 along x.
+    pub yaw: f32,
+    /// About the forward axis, positive right side down.
+    pub roll: f32,
+}
+
+/// A point, vector or velocity in CARLA's frame from one in ours, or back: both mirror y.
+pub fn mirror_y(vector: Vec3) -> Vec3 {
+    Vec3::new(vector.x, -vector.y, vector.z)
+}
+
+/// CARLA's rotation of a pose in our world.
+pub fn rotation_from_pose(pose: &Pose) -> RotationDeg {
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    RotationDeg {
+        pitch: -pitch.to_degrees(),
+        yaw: -yaw.to_degrees(),
+        roll: roll.to_degrees(),
+    }
+}
+
+/// Our pose of CARLA's transform.
+pub fn pose_from_transform(location: Vec3, rotation: RotationDeg) -> Pose {
+    let rotation = Rotation3::from_euler_angles(
+        rotation.roll.to_radians(),
+        -rotation.pitch.to_radians(),
+        -rotation.yaw.to_radians(),
+    );
+    Pose::from_parts(
+        Translation3::from(mirror_y(location)),
+        UnitQuaternion::from_rotation_matrix(&rotation),
+    )
+}
+
+/// Kilometres per hour.
+pub fn kmh(speed_mps: f32) -> f32 {
+    speed_mps * 3.6
+}
+
+/// Metres per second.
+pub fn mps(speed_kmh: f32) -> f32 {
+    speed_kmh / 3.6
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn left_is_negative_yaw_and_up_is_positive_pitch() {
+        let left = pose_from_transform(Vec3::zeros(), RotationDeg { yaw: -90.0, ..Default::default() });
+        assert!((left * Vec3::x() - Vec3::y()).norm() < 1e-6);
+        let up = pose_from_transform(Vec3::zeros(), RotationDeg { pitch: 90.0, ..Default::default() });
+        assert!((up * Vec3::x() - Vec3::z()).norm() < 1e-6);
+        let right_down = pose_from_transform(Vec3::zeros(), RotationDeg { roll: 90.0, ..Default::default() });
+        assert!((right_down * -Vec3::y() + Vec3::z()).norm() < 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn there_and_back(pitch in -89.0f32..89.0, yaw in -179.0f32..179.0, roll in -179.0f32..179.0) {
+            let rotation = RotationDeg { pitch, yaw, roll };
+            let back = rotation_from_pose(&pose_from_transform(Vec3::new(1.0, 2.0, 3.0), rotation));
+            // Half a degree near the pole at ±90°, where single-precision Euler angles degenerate.
+            let tolerance = if pitch.abs() > 85.0 { 0.5 } else { 0.01 };
+            prop_assert!((back.pitch - pitch).abs() < tolerance);
+            prop_assert!((back.yaw - yaw).abs() < tolerance);
+            prop_assert!((back.roll - roll).abs() < tolerance);
+        }
+    }
+}

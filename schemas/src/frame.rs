@@ -1,0 +1,173 @@
+//! The immutable result of one tick.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ActorId, Pose, Tick, Vec3, WorldId};
+
+/// What an actor is, coarsely.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum ActorKind {
+    /// Anything with wheels and a driver.
+    Vehicle,
+    /// A pedestrian.
+    Walker,
+    /// A thing that only stands or lies.
+    Prop,
+}
+
+/// CARLA's vehicle controls with ISO 8855 signs: positive steer turns left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VehicleControl {
+    /// 0 to 1.
+    pub throttle: f32,
+    /// -1 (full right) to 1 (full left).
+    pub steer: f32,
+    /// 0 to 1.
+    pub brake: f32,
+    /// Locks the rear wheels.
+    pub hand_brake: bool,
+    /// Drives backwards.
+    pub reverse: bool,
+}
+
+/// One actor at the end of a tick.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActorState {
+    /// Who.
+    pub id: ActorId,
+    /// What, coarsely.
+    pub kind: ActorKind,
+    /// Engaged gear: -1 reverse, 0 neutral.
+    pub gear: i8,
+    /// Index into [`Frame::types`].
+    pub type_index: u16,
+    /// Actor origin: vehicles at ground level under the box centre, walkers at the box centre.
+    pub world_from_actor: Pose,
+    /// Metres per second, world frame.
+    pub linear_velocity_mps: Vec3,
+    /// Radians per second, world frame.
+    pub angular_velocity_radps: Vec3,
+    /// Metres per second squared, world frame; mean over the tick.
+    pub linear_acceleration_mps2: Vec3,
+    /// Centre of the bounding box in the actor's frame.
+    pub box_centre_m: Vec3,
+    /// Half size of the bounding box.
+    pub box_half_extent_m: Vec3,
+    /// What drives a vehicle now; zero for others.
+    pub control: VehicleControl,
+    /// Mean angle of the steered road wheels, positive left.
+    pub road_wheel_rad: f32,
+    /// Paint, `0xRRGGBB`.
+    pub colour_rgb: u32,
+}
+
+/// A contact that pushed during this tick, once per pair of actors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// The actor with the smaller id, or the only one.
+    pub actor: ActorId,
+    /// `None` for static scenery.
+    pub other: Option<ActorId>,
+    /// True in the first tick of a contact.
+    pub started: bool,
+    /// Where, world frame.
+    pub position_m: Vec3,
+    /// Impulse on `actor`, newton seconds, world frame, summed over the tick.
+    pub impulse_ns: Vec3,
+    /// Closing speed just before the tick in which the contact started.
+    pub closing_speed_mps: f32,
+}
+
+/// CARLA's fourteen weather parameters in SI angles; percentages run from 0 to 100.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names are CARLA's, with units")]
+pub struct Weather {
+    pub cloudiness_percent: f32,
+    pub precipitation_percent: f32,
+    pub precipitation_deposits_percent: f32,
+    pub wind_intensity_percent: f32,
+    pub sun_azimuth_rad: f32,
+    pub sun_altitude_rad: f32,
+    pub fog_density_percent: f32,
+    pub fog_distance_m: f32,
+    pub wetness_percent: f32,
+    pub fog_falloff: f32,
+    pub scattering_intensity: f32,
+    pub mie_scattering_scale: f32,
+    pub rayleigh_scattering_scale: f32,
+    pub dust_storm_percent: f32,
+}
+
+impl Weather {
+    /// CARLA 0.9.16's `ClearNoon`.
+    pub const CLEAR_NOON: Self = Self {
+        cloudiness_percent: 5.0,
+        precipitation_percent: 0.0,
+        precipitation_deposits_percent: 0.0,
+        wind_intensity_percent: 10.0,
+        sun_azimuth_rad: -0.017_453_292,
+        sun_altitude_rad: std::f32::consts::FRAC_PI_4,
+        fog_density_percent: 2.0,
+        fog_distance_m: 0.75,
+        wetness_percent: 0.0,
+        fog_falloff: 0.1,
+        scattering_intensity: 1.0,
+        mie_scattering_scale: 0.03,
+        rayleigh_scattering_scale: 0.0331,
+        dust_storm_percent: 0.0,
+    };
+}
+
+/// A map by name and by the BLAKE3 digest of its OpenDRIVE text.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct MapRef {
+    /// As clients name it, e.g. `Town10HD_Opt`.
+    pub name: String,
+    /// Lower-case hexadecimal, 64 characters.
+    pub digest: String,
+}
+
+/// The state of one world after one tick. Self-contained: it can be drawn, recorded and scored alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Which world.
+    pub world: WorldId,
+    /// Which state of it.
+    pub tick: Tick,
+    /// Changes whenever the process that owns the world is a new one.
+    pub epoch: u64,
+    /// Length of one tick in seconds.
+    pub dt_secs: f64,
+    /// Equal for equal states.
+    pub state_hash: u64,
+    /// Root of all randomness of the world.
+    pub seed: u64,
+    /// Where.
+    pub map: MapRef,
+    /// What the sky does.
+    pub weather: Weather,
+    /// Blueprint ids in use, in order of first appearance.
+    pub types: Vec<String>,
+    /// Ordered by id.
+    pub actors: Vec<ActorState>,
+    /// Ordered by (actor, other).
+    pub collisions: Vec<Collision>,
+}
+
+impl Frame {
+    /// Simulated seconds since tick 0.
+    pub fn sim_secs(&self) -> f64 {
+        self.tick.0 as f64 * self.dt_secs
+    }
+
+    /// The state of one actor.
+    pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
+        let at = self.actors.binary_search_by_key(&id, |actor| actor.id).ok()?;
+        self.actors.get(at)
+    }
+
+    /// The blueprint id of an actor of this frame.
+    pub fn type_of(&self, actor: &ActorState) -> &str {
+        self.types.get(usize::from(actor.type_index)).map_or("", String::as_str)
+    }
+}

@@ -1,0 +1,160 @@
+//! Every key expression of the bus, built and parsed here and nowhere else.
+//!
+//! | key | kind | payload |
+//! |---|---|---|
+//! | `causeway/{tenant}/worlds` | query | [`Request`](crate::Request) about worlds and maps |
+//! | `causeway/{tenant}/world/{id}` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
+//! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
+//! | `causeway/batch/{host}/tick` | query | ticks of many worlds of one host, of any tenant |
+//! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
+//! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
+//! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
+//!
+//! `batch`, `render`, `alive` and `asset` carry no tenant: they belong to services alone.
+
+use crate::{ServiceId, ServiceKind, Tenant, WorldId};
+
+/// Words at the tenant's place that name something else; no tenant may carry them.
+pub const RESERVED: [&str; 4] = ["batch", "render", "alive", "asset"];
+
+/// Requests about worlds: create, list, destroy, snapshot, restore, fork, list maps.
+pub fn worlds(tenant: &Tenant) -> String {
+    format!("causeway/{tenant}/worlds")
+}
+
+/// [`worlds`] of every tenant, for the service that answers.
+pub const ANY_WORLDS: &str = "causeway/*/worlds";
+
+/// Requests to one world: commands, ticks, capture.
+pub fn world(tenant: &Tenant, world: WorldId) -> String {
+    format!("causeway/{tenant}/world/{}", world.get())
+}
+
+/// [`world`] of every tenant and world, for the service that answers.
+pub const ANY_WORLD: &str = "causeway/*/world/*";
+
+/// The frame of one world, published after every tick.
+pub fn world_frame(tenant: &Tenant, world: WorldId) -> String {
+    format!("causeway/{tenant}/world/{}/frame", world.get())
+}
+
+/// Ticks of many worlds of one world service in one round trip.
+pub fn batch_tick(host: &ServiceId) -> String {
+    format!("causeway/batch/{host}/tick")
+}
+
+/// Jobs for one renderer.
+pub fn render_job(worker: &ServiceId) -> String {
+    format!("causeway/render/{worker}/job")
+}
+
+/// Liveliness of one service, and what it says of itself.
+pub fn alive(kind: ServiceKind, id: &ServiceId) -> String {
+    format!("causeway/alive/{}/{id}", kind.as_str())
+}
+
+/// [`alive`] of every service of one kind.
+pub fn any_alive(kind: ServiceKind) -> String {
+    format!("causeway/alive/{}/*", kind.as_str())
+}
+
+/// [`alive`] of every service.
+pub const ANY_ALIVE: &str = "causeway/alive/*/*";
+
+/// A map's OpenDRIVE text by the hexadecimal BLAKE3 digest of its bytes.
+pub fn asset(digest: &str) -> String {
+    format!("causeway/asset/{digest}")
+}
+
+/// [`asset`] of every digest, for the service that answers.
+pub const ANY_ASSET: &str = "causeway/asset/*";
+
+/// The inverse of [`worlds`]; `None` for any other key.
+pub fn parse_worlds(key: &str) -> Option<Tenant> {
+    tenant_of(key.strip_prefix("causeway/")?.strip_suffix("/worlds")?)
+}
+
+/// The inverse of [`world`]; `None` for any other key.
+pub fn parse_world(key: &str) -> Option<(Tenant, WorldId)> {
+    let (tenant, id) = key.strip_prefix("causeway/")?.split_once("/world/")?;
+    Some((tenant_of(tenant)?, decimal(id)?))
+}
+
+/// The inverse of [`world_frame`]; `None` for any other key.
+pub fn parse_world_frame(key: &str) -> Option<(Tenant, WorldId)> {
+    parse_world(key.strip_suffix("/frame")?)
+}
+
+/// The inverse of [`alive`]; `None` for any other key.
+pub fn parse_alive(key: &str) -> Option<(ServiceKind, ServiceId)> {
+    let (kind, id) = key.strip_prefix("causeway/alive/")?.split_once('/')?;
+    Some((ServiceKind::parse(kind)?, id.parse().ok()?))
+}
+
+/// The inverse of [`asset`]; `None` for any other key.
+pub fn parse_asset(key: &str) -> Option<&str> {
+    let digest = key.strip_prefix("causeway/asset/")?;
+    let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
+    (digest.len() == 64 && digest.bytes().all(hexadecimal)).then_some(digest)
+}
+
+fn tenant_of(text: &str) -> Option<Tenant> {
+    if RESERVED.contains(&text) { None } else { text.parse().ok() }
+}
+
+/// Only the one spelling that [`world`] writes: no sign, no leading zero.
+fn decimal(text: &str) -> Option<WorldId> {
+    let value: u64 = text.parse().ok()?;
+    if value.to_string() == text { WorldId::new(value) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn what_is_built_parses_back(tenant in "[a-z0-9-]{1,32}", id in 1u64..) {
+            prop_assume!(!RESERVED.contains(&tenant.as_str()));
+            let (tenant, id) = (tenant.parse::<Tenant>().unwrap(), WorldId::new(id).unwrap());
+            prop_assert_eq!(parse_worlds(&worlds(&tenant)), Some(tenant.clone()));
+            prop_assert_eq!(parse_world(&world(&tenant, id)), Some((tenant.clone(), id)));
+            prop_assert_eq!(parse_world_frame(&world_frame(&tenant, id)), Some((tenant, id)));
+        }
+
+        #[test]
+        fn no_text_becomes_a_tenant_with_key_syntax(text in ".{0,40}") {
+            if let Ok(tenant) = text.parse::<Tenant>() {
+                prop_assert!(!tenant.as_str().contains(['/', '*', '$', '#', '?', '@', ' ']));
+            }
+        }
+    }
+
+    #[test]
+    fn hostile_keys_are_refused() {
+        for key in [
+            "causeway/a/b/worlds",
+            "causeway/*/worlds",
+            "causeway/batch/worlds",
+            "causeway//worlds",
+            "other/a/worlds",
+        ] {
+            assert_eq!(parse_worlds(key), None, "{key}");
+        }
+        for key in ["causeway/a/world/0", "causeway/a/world/-1", "causeway/a/world/01", "causeway/a/world/+1"]
+        {
+            assert_eq!(parse_world(key), None, "{key}");
+        }
+        assert_eq!(parse_asset("causeway/asset/../../etc/passwd"), None);
+    }
+
+    #[test]
+    fn services_parse_back() {
+        let id: ServiceId = "render-0".parse().unwrap();
+        for kind in ServiceKind::ALL {
+            assert_eq!(parse_alive(&alive(kind, &id)), Some((kind, id.clone())));
+        }
+    }
+}

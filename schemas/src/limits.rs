@@ -1,0 +1,46 @@
+//! Every bound of what crosses a process border, in one place.
+
+/// Largest request, in bytes. A snapshot of a large world is the largest legal one.
+pub const REQUEST_BYTES_MAX: usize = 16 * 1024 * 1024;
+/// Largest reply, frame or job, in bytes. Raw images of one job are the largest legal ones.
+pub const REPLY_BYTES_MAX: usize = 64 * 1024 * 1024;
+/// Largest OpenDRIVE text, in bytes.
+pub const MAP_BYTES_MAX: usize = 128 * 1024 * 1024;
+
+/// Nesting of FlatBuffers tables.
+pub const TABLE_DEPTH_MAX: usize = 16;
+/// Tables of one message.
+pub const TABLE_COUNT_MAX: usize = 100_000;
+
+/// Actors of one world.
+pub const ACTORS_PER_WORLD_MAX: usize = 10_000;
+/// Commands of one request, for one world.
+pub const COMMANDS_PER_REQUEST_MAX: usize = 10_000;
+/// Worlds of one batch.
+pub const WORLDS_PER_BATCH_MAX: usize = 4_096;
+/// Ticks of one world in one request.
+pub const TICKS_PER_REQUEST_MAX: u32 = 10_000;
+/// Copies of one fork.
+pub const FORKS_PER_REQUEST_MAX: u32 = 1_024;
+/// Worlds of one world service.
+pub const WORLDS_PER_SERVICE_MAX: usize = 4_096;
+
+/// Cameras of one job.
+pub const CAMERAS_PER_JOB_MAX: usize = 64;
+/// Width or height of one image, in pixels.
+pub const IMAGE_SIDE_PX_MAX: u32 = 4_096;
+/// Horizontal field of view, in degrees: a pinhole picture beyond is mostly distortion.
+pub const FIELD_OF_VIEW_DEG_MAX: f32 = 170.0;
+/// Pixels of all images of one job, so that even raw ones fit into a reply.
+pub const PIXELS_PER_JOB_MAX: usize = 16 * 1024 * 1024 - 4_096;
+
+/// Speed a command may give to a body, in metres per second.
+pub const SPEED_MPS_MAX: f32 = 150.0;
+/// Distance from the origin at which an actor may be, in metres: single precision is 1 mm at 10 km.
+pub const COORDINATE_M_MAX: f32 = 100_000.0;
+/// Length of a fixed step, in seconds.
+pub const DT_SECS_MAX: f64 = 0.1;
+/// Length of a fixed step, in seconds.
+pub const DT_SECS_MIN: f64 = 0.001;
+
+const _: () = assert!(PIXELS_PER_JOB_MAX * 4 < REPLY_BYTES_MAX, "raw images must fit into a reply");

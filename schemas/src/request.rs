@@ -1,0 +1,244 @@
+//! What can be asked of a world service, and what it answers.
+
+use crate::{ActorId, Camera, Collision, Error, Image, MapRef, Pose, ServiceId, Tick};
+use crate::{Vec3, VehicleControl, Weather, WorldId};
+
+/// One change of one world. A refused command leaves the world unchanged.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Puts an actor into the world; answered with its id.
+    SpawnActor {
+        /// CARLA blueprint id, e.g. `vehicle.lincoln.mkz`.
+        blueprint: String,
+        /// Where; see [`ActorState::world_from_actor`](crate::ActorState::world_from_actor).
+        world_from_actor: Pose,
+        /// Speed it starts with, world frame.
+        linear_velocity_mps: Vec3,
+    },
+    /// Takes an actor out of the world.
+    DestroyActor {
+        /// Which.
+        actor: ActorId,
+    },
+    /// Manual driving, until replaced; ends any pilot.
+    SetControl {
+        /// Which vehicle.
+        actor: ActorId,
+        /// How.
+        control: VehicleControl,
+    },
+    /// Hands a vehicle to a driver that runs inside the tick.
+    SetPilot {
+        /// Which vehicle.
+        actor: ActorId,
+        /// What the driver does.
+        mode: PilotMode,
+        /// `None`: the speed at the moment of the command.
+        target_speed_mps: Option<f32>,
+    },
+    /// Overrides velocities.
+    SetVelocity {
+        /// Which actor.
+        actor: ActorId,
+        /// Metres per second, world frame.
+        linear_mps: Vec3,
+        /// Radians per second, world frame.
+        angular_radps: Vec3,
+    },
+    /// Moves an actor at once, keeping its velocity.
+    SetPose {
+        /// Which actor.
+        actor: ActorId,
+        /// Where.
+        world_from_actor: Pose,
+    },
+    /// Changes the weather.
+    SetWeather {
+        /// To what.
+        weather: Weather,
+    },
+}
+
+/// What an in-tick driver does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+pub enum PilotMode {
+    /// Keep the lane at a target speed.
+    KeepLane,
+    /// Move to the left neighbouring lane of the same direction, then keep it.
+    ChangeLaneLeft,
+    /// Move to the right neighbouring lane of the same direction, then keep it.
+    ChangeLaneRight,
+}
+
+/// Keeps a world alive as long as a service is, plus a grace time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lease {
+    /// Whose liveliness counts.
+    pub owner: ServiceId,
+    /// How long the world outlives its owner.
+    pub millis: u32,
+}
+
+/// A request to a world service.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// Makes a world and applies commands to it; nothing is made if one is refused.
+    CreateWorld {
+        /// Map name.
+        map: String,
+        /// Root of all randomness.
+        seed: u64,
+        /// Length of a tick in seconds.
+        dt_secs: f64,
+        /// Applied in order before the first frame.
+        commands: Vec<Command>,
+        /// `None`: lives until destroyed.
+        lease: Option<Lease>,
+    },
+    /// All worlds of the tenant.
+    ListWorlds,
+    /// All maps.
+    ListMaps,
+    /// Frees a world.
+    DestroyWorld {
+        /// Which.
+        world: WorldId,
+    },
+    /// The whole state of a world as bytes.
+    SnapshotWorld {
+        /// Which.
+        world: WorldId,
+    },
+    /// A new world that continues a snapshot bit for bit.
+    RestoreWorld {
+        /// From [`Reply::Snapshot`].
+        snapshot: Vec<u8>,
+        /// As for creation.
+        lease: Option<Lease>,
+    },
+    /// Copies of a world, each continuing bit for bit.
+    ForkWorld {
+        /// Which.
+        world: WorldId,
+        /// How many.
+        count: u32,
+        /// As for creation.
+        lease: Option<Lease>,
+    },
+    /// Applies commands without ticking.
+    RunCommands {
+        /// To which world.
+        world: WorldId,
+        /// In order.
+        commands: Vec<Command>,
+    },
+    /// Advances one or many worlds.
+    TickWorlds(Vec<TickItem>),
+    /// Draws the present frame; never ticks.
+    Capture {
+        /// Of which world.
+        world: WorldId,
+        /// With which cameras.
+        cameras: Vec<Camera>,
+    },
+}
+
+/// One world's part of [`Request::TickWorlds`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct TickItem {
+    /// Which world.
+    pub world: WorldId,
+    /// 0 applies the commands and answers with the present frame.
+    pub tick_count: u32,
+    /// Applied before the first tick.
+    pub commands: Vec<Command>,
+    /// Refuse unless the world is at this tick: makes a retry harmless.
+    pub expected_tick: Option<Tick>,
+}
+
+/// The answer to one command: the actor it spawned, if it spawned one.
+pub type CommandReply = Result<Option<ActorId>, Error>;
+
+/// An answer of a world service or a renderer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// Refused.
+    Error(Error),
+    /// Done, nothing to say.
+    Done,
+    /// One per command, in order.
+    CommandReplies(Vec<CommandReply>),
+    /// The new world.
+    WorldCreated {
+        /// Its id.
+        world: WorldId,
+        /// Its first frame, encoded.
+        frame: EncodedFrame,
+        /// One per command, in order.
+        replies: Vec<CommandReply>,
+    },
+    /// All worlds of the tenant, ordered by id.
+    Worlds(Vec<WorldInfo>),
+    /// All maps, ordered by name.
+    Maps(Vec<MapRef>),
+    /// The whole state of a world.
+    Snapshot(Vec<u8>),
+    /// The copies, in order.
+    Forked(Vec<WorldId>),
+    /// One per item, in order.
+    Ticked(Vec<TickResult>),
+    /// The pictures.
+    Images(Images),
+}
+
+/// Pictures of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Images {
+    /// The frame's tick.
+    pub tick: Tick,
+    /// The frame's state hash.
+    pub state_hash: u64,
+    /// One per camera, in order.
+    pub images: Vec<Image>,
+}
+
+/// One world's part of [`Reply::Ticked`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct TickResult {
+    /// Which world.
+    pub world: WorldId,
+    /// What came of it.
+    pub outcome: Result<TickOutcome, Error>,
+}
+
+/// A world after its ticks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TickOutcome {
+    /// The last frame, encoded.
+    pub frame: EncodedFrame,
+    /// One per command, in order.
+    pub replies: Vec<CommandReply>,
+    /// Collisions of every tick of the request, when it was more than one.
+    pub collisions: Vec<Collision>,
+}
+
+/// What a list tells about a world.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WorldInfo {
+    /// Its id.
+    pub world: WorldId,
+    /// Its map's name.
+    pub map: String,
+    /// Its present tick.
+    pub tick: Tick,
+    /// Its actors.
+    pub actor_count: u32,
+    /// Whose liveliness keeps it.
+    pub owner: Option<ServiceId>,
+    /// Why it is quarantined; `None` while it is healthy.
+    pub quarantined: Option<String>,
+}
+
+/// The bytes of one [`Frame`](crate::Frame), made once by the world and then only copied.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EncodedFrame(pub Vec<u8>);
