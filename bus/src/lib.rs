@@ -1,1 +1,43 @@
-//! bus
+//! The bus: typed requests, publications and liveliness over Zenoh. The only crate that names zenoh.
+//!
+//! [`Bus`] is one process's place on it. A service [`serve`](Bus::serve)s keys and gets every request
+//! as an [`Incoming`], which it answers from any thread; a client [`request`](Bus::request)s and gets
+//! one typed reply or one typed error within its deadline. [`announce`](Bus::announce) and
+//! [`watch`](Bus::watch) tell who is up.
+//!
+//! Sizes are checked and buffers verified on both sides before anything else sees them. Endpoints are
+//! explicit; nothing is discovered. Requests and replies may block, up to a deadline; whatever fans
+//! out is dropped rather than awaited.
+//!
+//! Needs a multi-threaded tokio runtime.
+//!
+//! ```no_run
+//! # async fn example() -> Result<(), Box<dyn std::error::Error>> {
+//! use std::time::Duration;
+//! use bus::{Bus, BusConfig};
+//! use schemas::{Request, Tenant, keys};
+//!
+//! let bus = Bus::open(BusConfig::connecting("tcp/127.0.0.1:7447".parse()?)).await?;
+//! let tenant: Tenant = "local".parse()?;
+//! let maps = bus.request(&keys::worlds(&tenant), &Request::ListMaps, Duration::from_secs(1)).await?;
+//! println!("{maps:?}");
+//! # Ok(())
+//! # }
+//! ```
+
+mod config;
+mod endpoint;
+mod error;
+mod frames;
+mod incoming;
+mod presence;
+mod query;
+mod session;
+
+pub use config::{BusConfig, Role};
+pub use endpoint::{Endpoint, InvalidEndpoint};
+pub use error::BusError;
+pub use frames::{FrameSubscription, PublishedFrame};
+pub use incoming::{Incoming, Serving};
+pub use presence::{Announcement, Presence, Watch};
+pub use session::Bus;

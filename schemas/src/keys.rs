@@ -38,6 +38,11 @@ pub fn world_frame(tenant: &Tenant, world: WorldId) -> String {
     format!("causeway/{tenant}/world/{}/frame", world.get())
 }
 
+/// [`world_frame`] of every world of a tenant.
+pub fn any_world_frame(tenant: &Tenant) -> String {
+    format!("causeway/{tenant}/world/*/frame")
+}
+
 /// Ticks of many worlds of one world service in one round trip.
 pub fn batch_tick(host: &ServiceId) -> String {
     format!("causeway/batch/{host}/tick")
@@ -143,8 +148,12 @@ mod tests {
         ] {
             assert_eq!(parse_worlds(key), None, "{key}");
         }
-        for key in ["causeway/a/world/0", "causeway/a/world/-1", "causeway/a/world/01", "causeway/a/world/+1"]
-        {
+        for key in [
+            "causeway/a/world/0",
+            "causeway/a/world/-1",
+            "causeway/a/world/01",
+            "causeway/a/world/+1",
+        ] {
             assert_eq!(parse_world(key), None, "{key}");
         }
         assert_eq!(parse_asset("causeway/asset/../../etc/passwd"), None);

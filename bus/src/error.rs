@@ -1,0 +1,41 @@
+//! Why a process cannot take its place on the bus.
+
+use crate::Endpoint;
+
+/// Why the bus cannot be opened or served. Nothing stays declared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BusError {
+    /// The port is taken or the address is not ours.
+    #[error("cannot listen on {endpoint}: {cause}; free it or give another --listen")]
+    Listen {
+        /// As given.
+        endpoint: Endpoint,
+        /// What the operating system says.
+        cause: std::io::Error,
+    },
+    /// Nobody answered there before the deadline.
+    #[error("no bus at {}: {cause}", endpoints.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))]
+    Connect {
+        /// As given.
+        endpoints: Vec<Endpoint>,
+        /// What the transport says.
+        cause: String,
+    },
+    /// A setting the transport refuses; our own fault.
+    #[error("the bus refuses the setting {name}: {cause}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// What the transport says.
+        cause: String,
+    },
+    /// A key cannot be declared.
+    #[error("cannot declare {key:?} on the bus: {cause}")]
+    Declare {
+        /// Which.
+        key: String,
+        /// What the transport says.
+        cause: String,
+    },
+}

@@ -1,0 +1,136 @@
+//! The answering side: keys that a service serves, and the requests that come in on them.
+
+use schemas::wire;
+use schemas::{Error, ErrorCode, RenderJob, Reply, Request, limits};
+use zenoh::Wait;
+use zenoh::query::{Query, Queryable};
+
+use crate::{Bus, BusError};
+
+/// A key expression that is served as long as this value lives.
+#[must_use = "dropping it ends the service"]
+pub struct Serving {
+    _queryable: Queryable<()>,
+}
+
+/// One request that waits for its answer. May be answered from any thread; dropped unanswered, it
+/// answers [`ErrorCode::Internal`], so that no asker waits in vain.
+#[must_use = "dropping it answers with an internal error"]
+pub struct Incoming {
+    query: Option<Query>,
+}
+
+impl Bus {
+    /// Serves every key that matches `key_expr`.
+    ///
+    /// `handler` runs on the bus's own thread and holds up all other traffic: it may route the request
+    /// into a bounded inbox or refuse it, nothing else.
+    ///
+    /// # Errors
+    /// [`BusError::Declare`] when `key_expr` is no key expression.
+    pub async fn serve(
+        &self,
+        key_expr: &str,
+        handler: impl Fn(Incoming) + Send + Sync + 'static,
+    ) -> Result<Serving, BusError> {
+        let queryable = self
+            .session
+            .declare_queryable(key_expr)
+            .complete(true)
+            .callback(move |query| handler(Incoming { query: Some(query) }))
+            .await
+            .map_err(|cause| BusError::Declare {
+                key: key_expr.to_owned(),
+                cause: cause.to_string(),
+            })?;
+        Ok(Serving { _queryable: queryable })
+    }
+}
+
+impl Incoming {
+    /// The key that was asked.
+    pub fn key(&self) -> &str {
+        self.query.as_ref().map_or("", |query| query.key_expr().as_str())
+    }
+
+    /// The bytes that came with it; a copy, aligned for decoding.
+    pub fn payload(&self) -> Vec<u8> {
+        let payload = self.query.as_ref().and_then(Query::payload);
+        payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default()
+    }
+
+    /// The verified request in it.
+    ///
+    /// # Errors
+    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to [`refuse`](Self::refuse).
+    pub fn request(&self) -> Result<Request, Error> {
+        self.check_size(limits::REQUEST_BYTES_MAX)?;
+        wire::decode_request(&self.payload())
+    }
+
+    /// The verified render job in it.
+    ///
+    /// # Errors
+    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to [`refuse`](Self::refuse).
+    pub fn render_job(&self) -> Result<RenderJob, Error> {
+        self.check_size(limits::REPLY_BYTES_MAX)?;
+        wire::decode_render_job(&self.payload())
+    }
+
+    /// Answers.
+    pub fn reply(self, reply: &Reply) {
+        self.reply_bytes(wire::encode_reply(reply));
+    }
+
+    /// Answers with a refusal.
+    pub fn refuse(self, error: Error) {
+        self.reply(&Reply::Error(error));
+    }
+
+    /// Answers with bytes that are already encoded, at most
+    /// [`MAP_BYTES_MAX`](limits::MAP_BYTES_MAX); more becomes [`ErrorCode::TooLarge`].
+    pub fn reply_bytes(mut self, reply: Vec<u8>) {
+        self.send(reply);
+    }
+
+    /// Looks at the size before anything is copied.
+    fn check_size(&self, bytes_max: usize) -> Result<(), Error> {
+        let payload = self.query.as_ref().and_then(Query::payload);
+        let payload_bytes = payload.map_or(0, |payload| payload.len());
+        if payload_bytes <= bytes_max {
+            Ok(())
+        } else {
+            Err(too_large("request", bytes_max, payload_bytes))
+        }
+    }
+
+    fn send(&mut self, reply: Vec<u8>) {
+        let Some(query) = self.query.take() else { return };
+        let reply = if reply.len() <= limits::MAP_BYTES_MAX {
+            reply
+        } else {
+            let refusal = too_large("reply", limits::MAP_BYTES_MAX, reply.len());
+            wire::encode_reply(&Reply::Error(refusal))
+        };
+        // A wildcard was asked: answer under a key that the asker's expression contains.
+        if let Err(cause) = query.reply(query.key_expr(), reply).express(true).wait() {
+            tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
+        }
+    }
+}
+
+impl Drop for Incoming {
+    fn drop(&mut self) {
+        if self.query.is_some() {
+            let error =
+                Error::new(ErrorCode::Internal, "the request was dropped without an answer");
+            self.send(wire::encode_reply(&Reply::Error(error)));
+        }
+    }
+}
+
+fn too_large(what: &str, bytes_max: usize, found_bytes: usize) -> Error {
+    Error::new(ErrorCode::TooLarge, format!("the {what} is too large"))
+        .wanted(format_args!("at most {bytes_max} bytes"))
+        .found(format_args!("{found_bytes} bytes"))
+}

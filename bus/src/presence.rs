@@ -1,0 +1,186 @@
+//! Who is up: liveliness tokens, and what their owners say of themselves.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use schemas::wire;
+use schemas::{Alive, ServiceId, ServiceKind, keys, limits};
+use tokio::sync::Notify;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::SampleKind;
+
+use crate::query::ask;
+use crate::{Bus, BusError, Serving};
+
+/// How long a service that has just come up may take to describe itself.
+const DESCRIBE_DEADLINE: Duration = Duration::from_millis(500);
+
+type Key = (ServiceKind, ServiceId);
+
+/// A service is known to be up as long as this value and its process live.
+#[must_use = "dropping it tells everyone that the service is gone"]
+pub struct Announcement {
+    _token: LivelinessToken,
+    _description: Serving,
+}
+
+/// A change of who is up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// A service came up, or was up already when the watch began.
+    Up(Alive),
+    /// A service ended, died, or cannot be reached any more.
+    Down(ServiceKind, ServiceId),
+}
+
+/// Follows who is up.
+///
+/// Holds states, not events: however late it is read, it never grows beyond the number of services.
+pub struct Watch {
+    bus: Bus,
+    seen: Arc<Seen>,
+    /// What [`next`](Self::next) has told, with the generation it told.
+    told: BTreeMap<Key, u64>,
+    _subscriber: Subscriber<()>,
+}
+
+#[derive(Default)]
+struct Seen {
+    up: Mutex<Generations>,
+    changed: Notify,
+}
+
+#[derive(Default)]
+struct Generations {
+    of: BTreeMap<Key, u64>,
+    next: u64,
+}
+
+impl Bus {
+    /// Tells everyone that a service is up, and answers what it is.
+    ///
+    /// # Errors
+    /// [`BusError::Declare`] when the session is closed.
+    pub async fn announce(&self, alive: Alive) -> Result<Announcement, BusError> {
+        let key = keys::alive(alive.kind, &alive.id);
+        let bytes = wire::encode_alive(&alive);
+        // First the description, then the token: who sees the token can ask.
+        let description =
+            self.serve(&key, move |incoming| incoming.reply_bytes(bytes.clone())).await?;
+        let token = self
+            .session
+            .liveliness()
+            .declare_token(&key)
+            .await
+            .map_err(|cause| BusError::Declare { key, cause: cause.to_string() })?;
+        Ok(Announcement { _token: token, _description: description })
+    }
+
+    /// Follows services of one kind, or of all; those that are up already come first.
+    ///
+    /// # Errors
+    /// [`BusError::Declare`] when the session is closed.
+    pub async fn watch(&self, kind: Option<ServiceKind>) -> Result<Watch, BusError> {
+        let key = kind.map_or_else(|| keys::ANY_ALIVE.to_owned(), keys::any_alive);
+        let seen = Arc::new(Seen::default());
+        let on_change = {
+            let seen = Arc::clone(&seen);
+            move |sample: zenoh::sample::Sample| {
+                if let Some(service) = keys::parse_alive(sample.key_expr().as_str()) {
+                    seen.note(service, sample.kind() == SampleKind::Put);
+                }
+            }
+        };
+        let subscriber = self
+            .session
+            .liveliness()
+            .declare_subscriber(&key)
+            .history(true)
+            .callback(on_change)
+            .await
+            .map_err(|cause| BusError::Declare { key, cause: cause.to_string() })?;
+        Ok(Watch { bus: self.clone(), seen, told: BTreeMap::new(), _subscriber: subscriber })
+    }
+}
+
+impl Watch {
+    /// The next change. A service that does not describe itself in time is told with empty text
+    /// fields and capacity 0.
+    ///
+    /// May be dropped and called again without losing a change.
+    pub async fn next(&mut self) -> Presence {
+        loop {
+            let changed = self.seen.changed.notified();
+            let gone = self.told.iter().find(|(service, told)| !self.seen.is_at(service, **told));
+            if let Some((service, _)) = gone {
+                let (kind, id) = service.clone();
+                self.told.remove(&(kind, id.clone()));
+                return Presence::Down(kind, id);
+            }
+            if let Some((service, generation)) = self.seen.first_not_in(&self.told) {
+                let alive = self.describe(&service).await;
+                // It may have gone while it was asked; then nobody need hear of it.
+                if self.seen.is_at(&service, generation) {
+                    self.told.insert(service, generation);
+                    return Presence::Up(alive);
+                }
+                continue;
+            }
+            changed.await;
+        }
+    }
+
+    async fn describe(&self, (kind, id): &Key) -> Alive {
+        let key = keys::alive(*kind, id);
+        let described =
+            ask(&self.bus.session, &key, Vec::new(), limits::REQUEST_BYTES_MAX, DESCRIBE_DEADLINE)
+                .await
+                .and_then(|bytes| wire::decode_alive(&bytes));
+        described.unwrap_or_else(|error| {
+            tracing::warn!(key, %error, "a service is up but does not say what it is");
+            Alive {
+                kind: *kind,
+                id: id.clone(),
+                version: String::new(),
+                pid: 0,
+                capacity: 0,
+                detail: String::new(),
+            }
+        })
+    }
+}
+
+impl Seen {
+    fn lock(&self) -> MutexGuard<'_, Generations> {
+        // Nothing panics while it holds the lock.
+        self.up.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note(&self, service: Key, up: bool) {
+        let mut seen = self.lock();
+        let Generations { of, next } = &mut *seen;
+        if up {
+            // A second token of the same service, or a late echo of the first, changes nothing.
+            of.entry(service).or_insert_with(|| {
+                *next += 1;
+                *next
+            });
+        } else {
+            of.remove(&service);
+        }
+        drop(seen);
+        self.changed.notify_one();
+    }
+
+    fn is_at(&self, service: &Key, generation: u64) -> bool {
+        self.lock().of.get(service) == Some(&generation)
+    }
+
+    fn first_not_in(&self, told: &BTreeMap<Key, u64>) -> Option<(Key, u64)> {
+        let generations = self.lock();
+        let found = generations.of.iter().find(|(service, _)| !told.contains_key(service));
+        found.map(|(service, generation)| (service.clone(), *generation))
+    }
+}

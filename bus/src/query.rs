@@ -1,0 +1,66 @@
+//! One question, one answer, one deadline.
+
+use std::sync::Mutex;
+use std::time::Duration;
+
+use schemas::{Error, ErrorCode};
+use tokio::sync::oneshot;
+use zenoh::Session;
+
+/// The transport forgets a question this much later than the asker does, so that the asker's own
+/// clock decides.
+const GRACE: Duration = Duration::from_millis(200);
+
+/// Sends `payload` to whoever serves `key` and waits for the first answer.
+///
+/// # Errors
+/// Refusals of the other side, [`ErrorCode::Unreachable`], [`ErrorCode::TimedOut`],
+/// [`ErrorCode::TooLarge`].
+pub(crate) async fn ask(
+    session: &Session,
+    key: &str,
+    payload: Vec<u8>,
+    payload_bytes_max: usize,
+    deadline: Duration,
+) -> Result<Vec<u8>, Error> {
+    if payload.len() > payload_bytes_max {
+        return Err(Error::new(ErrorCode::TooLarge, "the request is too large")
+            .wanted(format_args!("at most {payload_bytes_max} bytes"))
+            .found(format_args!("{} bytes", payload.len())));
+    }
+    let (sender, receiver) = oneshot::channel();
+    // The transport drops the callback after the last answer: a dropped sender means that there is none.
+    let sender = Mutex::new(Some(sender));
+    let on_reply = move |reply: zenoh::query::Reply| {
+        let first = sender.lock().ok().and_then(|mut sender| sender.take());
+        if let Some(sender) = first {
+            // The asker may have gone away meanwhile; then nobody wants the answer.
+            let _ = sender.send(reply.into_result());
+        }
+    };
+    let question = session
+        .get(key)
+        .payload(payload)
+        .express(true)
+        .timeout(deadline + GRACE)
+        .callback(on_reply);
+    question.await.map_err(|cause| {
+        Error::new(ErrorCode::Unreachable, format!("cannot ask {key:?}: {cause}"))
+    })?;
+    match tokio::time::timeout(deadline, receiver).await {
+        Err(_) => Err(timed_out(key, deadline)),
+        Ok(Err(_)) => Err(Error::new(ErrorCode::Unreachable, format!("nobody answers on {key:?}"))),
+        Ok(Ok(Ok(sample))) => Ok(sample.payload().to_bytes().into_owned()),
+        Ok(Ok(Err(refusal))) => match refusal.payload().to_bytes().as_ref() {
+            // The transport's own word for its own deadline.
+            b"Timeout" => Err(timed_out(key, deadline)),
+            other => Err(Error::new(ErrorCode::Unreachable, format!("{key:?} was refused"))
+                .found(String::from_utf8_lossy(other))),
+        },
+    }
+}
+
+fn timed_out(key: &str, deadline: Duration) -> Error {
+    Error::new(ErrorCode::TimedOut, format!("no answer on {key:?} in time"))
+        .wanted(format_args!("an answer within {deadline:?}"))
+}

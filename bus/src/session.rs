@@ -1,0 +1,116 @@
+//! One process's place on the bus.
+
+use std::time::Duration;
+
+use schemas::wire;
+use schemas::{Error, ErrorCode, Images, RenderJob, Reply, Request, ServiceId, keys, limits};
+
+use crate::query::ask;
+use crate::{BusConfig, BusError, Endpoint};
+
+/// One process's place on the bus. Cheap to clone; the place is given up with the last clone.
+#[derive(Clone)]
+pub struct Bus {
+    pub(crate) session: zenoh::Session,
+    listening: Vec<Endpoint>,
+}
+
+impl Bus {
+    /// Listens and connects.
+    ///
+    /// # Errors
+    /// [`BusError::Listen`] names the endpoint that cannot be taken; [`BusError::Connect`] after
+    /// [`BusConfig::connect_deadline`].
+    pub async fn open(mut config: BusConfig) -> Result<Self, BusError> {
+        for endpoint in &mut config.listen {
+            *endpoint = endpoint
+                .with_port()
+                .map_err(|cause| BusError::Listen { endpoint: endpoint.clone(), cause })?;
+        }
+        match zenoh::open(config.to_zenoh()?).await {
+            Ok(session) => Ok(Self { session, listening: config.listen }),
+            Err(cause) => Err(why_not_opened(config, cause.to_string())),
+        }
+    }
+
+    /// Where others may connect; never with port 0.
+    pub fn listening(&self) -> &[Endpoint] {
+        &self.listening
+    }
+
+    /// Gives up the place for all clones: what they serve ends, what they asked is unreachable.
+    pub async fn close(&self) {
+        if let Err(cause) = self.session.close().await {
+            tracing::debug!(%cause, "the bus was closed before");
+        }
+    }
+
+    /// Asks whoever serves `key`.
+    ///
+    /// # Errors
+    /// The service's own [`Reply::Error`], or [`ErrorCode::Unreachable`] when nobody serves the key or
+    /// the service dies before it answers, [`ErrorCode::TimedOut`] at the deadline,
+    /// [`ErrorCode::TooLarge`] and [`ErrorCode::InvalidMessage`] when a message breaks a limit.
+    pub async fn request(
+        &self,
+        key: &str,
+        request: &Request,
+        deadline: Duration,
+    ) -> Result<Reply, Error> {
+        let payload = wire::encode_request(request);
+        let reply = ask(&self.session, key, payload, limits::REQUEST_BYTES_MAX, deadline).await?;
+        reply_of(&reply)
+    }
+
+    /// Has one renderer draw all cameras of a job.
+    ///
+    /// # Errors
+    /// As for [`request`](Self::request).
+    pub async fn draw(
+        &self,
+        worker: &ServiceId,
+        job: &RenderJob,
+        deadline: Duration,
+    ) -> Result<Images, Error> {
+        let payload = wire::encode_render_job(job);
+        let key = keys::render_job(worker);
+        let reply = ask(&self.session, &key, payload, limits::REPLY_BYTES_MAX, deadline).await?;
+        match reply_of(&reply)? {
+            Reply::Images(images) => Ok(images),
+            _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer answered something else")
+                .wanted("images")),
+        }
+    }
+
+    /// The OpenDRIVE text of a map, by its digest.
+    ///
+    /// # Errors
+    /// As for [`request`](Self::request).
+    pub async fn asset(&self, digest: &str, deadline: Duration) -> Result<Vec<u8>, Error> {
+        let key = keys::asset(digest);
+        if keys::parse_asset(&key).is_none() {
+            return Err(Error::new(ErrorCode::InvalidArgument, "not a digest")
+                .wanted("64 hexadecimal characters, lower case")
+                .found(digest));
+        }
+        ask(&self.session, &key, Vec::new(), limits::REQUEST_BYTES_MAX, deadline).await
+    }
+}
+
+/// A verified reply; [`Reply::Error`] is the `Err` of the result.
+fn reply_of(bytes: &[u8]) -> Result<Reply, Error> {
+    match wire::decode_reply(bytes)? {
+        Reply::Error(error) => Err(error),
+        reply => Ok(reply),
+    }
+}
+
+/// Finds the endpoint that cannot be taken, which the transport's text does not name reliably.
+fn why_not_opened(config: BusConfig, cause: String) -> BusError {
+    for endpoint in &config.listen {
+        if let Err(cause) = endpoint.bind() {
+            return BusError::Listen { endpoint: endpoint.clone(), cause };
+        }
+    }
+    BusError::Connect { endpoints: config.connect, cause }
+}
