@@ -27,11 +27,7 @@ pub fn mirror_y(vector: Vec3) -> Vec3 {
 /// CARLA's rotation of a pose in our world.
 pub fn rotation_from_pose(pose: &Pose) -> RotationDeg {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
-    RotationDeg {
-        pitch: -pitch.to_degrees(),
-        yaw: -yaw.to_degrees(),
-        roll: roll.to_degrees(),
-    }
+    RotationDeg { pitch: -pitch.to_degrees(), yaw: -yaw.to_degrees(), roll: roll.to_degrees() }
 }
 
 /// Our pose of CARLA's transform.
@@ -65,11 +61,14 @@ mod tests {
 
     #[test]
     fn left_is_negative_yaw_and_up_is_positive_pitch() {
-        let left = pose_from_transform(Vec3::zeros(), RotationDeg { yaw: -90.0, ..Default::default() });
+        let left =
+            pose_from_transform(Vec3::zeros(), RotationDeg { yaw: -90.0, ..Default::default() });
         assert!((left * Vec3::x() - Vec3::y()).norm() < 1e-6);
-        let up = pose_from_transform(Vec3::zeros(), RotationDeg { pitch: 90.0, ..Default::default() });
+        let up =
+            pose_from_transform(Vec3::zeros(), RotationDeg { pitch: 90.0, ..Default::default() });
         assert!((up * Vec3::x() - Vec3::z()).norm() < 1e-6);
-        let right_down = pose_from_transform(Vec3::zeros(), RotationDeg { roll: 90.0, ..Default::default() });
+        let right_down =
+            pose_from_transform(Vec3::zeros(), RotationDeg { roll: 90.0, ..Default::default() });
         assert!((right_down * -Vec3::y() + Vec3::z()).norm() < 1e-6);
     }
 

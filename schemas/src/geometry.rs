@@ -3,7 +3,8 @@
 //! **Frames:** right-handed; world x east, y north, z up (OpenDRIVE, REP-103); actor x forward,
 //! y left, z up (ISO 8855). Lengths in metres, angles in radians.
 
-pub use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
+pub use nalgebra::{Translation3, UnitQuaternion};
 
 /// A vector or point; the name that holds it says unit and frame.
 pub type Vec3 = Vector3<f32>;

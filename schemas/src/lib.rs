@@ -21,6 +21,7 @@ mod frame;
     clippy::pedantic,
     reason = "flatc writes this code; `cargo run -p codegen -- --check` keeps it as written"
 )]
+#[rustfmt::skip]
 mod generated;
 mod geometry;
 mod ids;
@@ -29,13 +30,13 @@ mod request;
 pub mod carla;
 pub mod keys;
 pub mod limits;
-// pub mod wire;
+pub mod wire;
 
 pub use alive::{Alive, ServiceKind};
 pub use camera::{Camera, Image, ImageEncoding, ImageKind, RenderJob};
 pub use error::{Error, ErrorCode};
 pub use frame::{ActorKind, ActorState, Collision, Frame, MapRef, VehicleControl, Weather};
-pub use geometry::{Isometry3, Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
+pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
 pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};
 pub use request::{
     Command, CommandReply, EncodedFrame, Images, Lease, PilotMode, Reply, Request, TickItem,

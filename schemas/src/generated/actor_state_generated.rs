@@ -55,6 +55,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a ActorState {
   }
 }
 impl<'b> flatbuffers::Push for ActorState {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = ActorState;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

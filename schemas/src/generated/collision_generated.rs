@@ -48,6 +48,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a Collision {
   }
 }
 impl<'b> flatbuffers::Push for Collision {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = Collision;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

@@ -44,6 +44,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a Pose {
   }
 }
 impl<'b> flatbuffers::Push for Pose {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = Pose;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

@@ -46,6 +46,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a Quat {
   }
 }
 impl<'b> flatbuffers::Push for Quat {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = Quat;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

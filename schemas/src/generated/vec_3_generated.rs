@@ -44,6 +44,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a Vec3 {
   }
 }
 impl<'b> flatbuffers::Push for Vec3 {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = Vec3;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

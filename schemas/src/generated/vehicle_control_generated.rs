@@ -47,6 +47,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a VehicleControl {
   }
 }
 impl<'b> flatbuffers::Push for VehicleControl {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = VehicleControl;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

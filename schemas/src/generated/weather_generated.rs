@@ -56,6 +56,8 @@ impl<'a> flatbuffers::Follow<'a> for &'a Weather {
   }
 }
 impl<'b> flatbuffers::Push for Weather {
+    #[inline]
+    fn alignment() -> flatbuffers::PushAlignment { flatbuffers::PushAlignment::new(4) }
     type Output = Weather;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {

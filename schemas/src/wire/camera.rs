@@ -1,0 +1,135 @@
+//! Cameras, images and render jobs.
+
+use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, Vector, WIPOffset};
+
+use super::parts::{
+    encoding_in, encoding_out, finite, image_kind_in, image_kind_out, pose_in, pose_out,
+};
+use super::{Kind, check_count, decode_frame, encode_frame, root};
+use crate::generated as fb;
+use crate::limits::{CAMERAS_PER_JOB_MAX, REPLY_BYTES_MAX};
+use crate::{ActorId, Camera, Error, ErrorCode, Image, RenderJob};
+
+const JOB: Kind =
+    Kind { name: "render job", identifier: fb::RENDER_JOB_IDENTIFIER, bytes_max: REPLY_BYTES_MAX };
+
+/// A render job as bytes.
+pub fn encode_render_job(job: &RenderJob) -> Vec<u8> {
+    let frame = encode_frame(&job.frame);
+    let mut builder = FlatBufferBuilder::with_capacity(frame.0.len() + 1024);
+    let tenant = builder.create_string(job.tenant.as_str());
+    let frame = builder.create_vector(&frame.0);
+    let cameras = cameras_out(&mut builder, &job.cameras);
+    let root = fb::RenderJob::create(
+        &mut builder,
+        &fb::RenderJobArgs { tenant: Some(tenant), frame: Some(frame), cameras: Some(cameras) },
+    );
+    builder.finish(root, Some(JOB.identifier));
+    builder.finished_data().to_vec()
+}
+
+/// The render job in these bytes.
+///
+/// # Errors
+/// [`ErrorCode::TooLarge`] and [`ErrorCode::InvalidMessage`].
+pub fn decode_render_job(bytes: &[u8]) -> Result<RenderJob, Error> {
+    let raw = root::<fb::RenderJob>(&JOB, bytes)?;
+    let tenant = raw
+        .tenant()
+        .parse()
+        .map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("tenant: {cause}")))?;
+    Ok(RenderJob {
+        tenant,
+        frame: decode_frame(raw.frame().bytes())?,
+        cameras: cameras_in(raw.cameras())?,
+    })
+}
+
+pub(super) fn cameras_out<'a>(
+    builder: &mut FlatBufferBuilder<'a>,
+    cameras: &[Camera],
+) -> WIPOffset<Vector<'a, ForwardsUOffset<fb::Camera<'a>>>> {
+    let raw: Vec<_> = cameras
+        .iter()
+        .map(|camera| {
+            fb::Camera::create(
+                builder,
+                &fb::CameraArgs {
+                    id: camera.id,
+                    carrier: camera.carrier.map_or(0, ActorId::get),
+                    carrier_from_camera: Some(&pose_out(&camera.carrier_from_camera)),
+                    width_px: camera.width_px,
+                    height_px: camera.height_px,
+                    horizontal_fov_rad: camera.horizontal_fov_rad,
+                    kind: image_kind_out(camera.kind),
+                    encoding: encoding_out(camera.encoding),
+                    jpeg_quality: camera.jpeg_quality,
+                },
+            )
+        })
+        .collect();
+    builder.create_vector(&raw)
+}
+
+pub(super) fn cameras_in(
+    raw: Vector<'_, ForwardsUOffset<fb::Camera<'_>>>,
+) -> Result<Vec<Camera>, Error> {
+    check_count("cameras", raw.len(), CAMERAS_PER_JOB_MAX)?;
+    raw.iter()
+        .map(|raw| {
+            Ok(Camera {
+                id: raw.id(),
+                carrier: ActorId::new(raw.carrier()),
+                carrier_from_camera: pose_in(raw.carrier_from_camera(), "carrier_from_camera")?,
+                width_px: raw.width_px(),
+                height_px: raw.height_px(),
+                horizontal_fov_rad: finite(raw.horizontal_fov_rad(), "horizontal_fov_rad")?,
+                kind: image_kind_in(raw.kind())?,
+                encoding: encoding_in(raw.encoding())?,
+                jpeg_quality: raw.jpeg_quality(),
+            })
+        })
+        .collect()
+}
+
+pub(super) fn images_out<'a>(
+    builder: &mut FlatBufferBuilder<'a>,
+    images: &[Image],
+) -> WIPOffset<Vector<'a, ForwardsUOffset<fb::Image<'a>>>> {
+    let raw: Vec<_> = images
+        .iter()
+        .map(|image| {
+            let data = builder.create_vector(&image.data);
+            fb::Image::create(
+                builder,
+                &fb::ImageArgs {
+                    camera: image.camera,
+                    width_px: image.width_px,
+                    height_px: image.height_px,
+                    kind: image_kind_out(image.kind),
+                    encoding: encoding_out(image.encoding),
+                    data: Some(data),
+                },
+            )
+        })
+        .collect();
+    builder.create_vector(&raw)
+}
+
+pub(super) fn images_in(
+    raw: Vector<'_, ForwardsUOffset<fb::Image<'_>>>,
+) -> Result<Vec<Image>, Error> {
+    check_count("images", raw.len(), CAMERAS_PER_JOB_MAX)?;
+    raw.iter()
+        .map(|raw| {
+            Ok(Image {
+                camera: raw.camera(),
+                width_px: raw.width_px(),
+                height_px: raw.height_px(),
+                kind: image_kind_in(raw.kind())?,
+                encoding: encoding_in(raw.encoding())?,
+                data: raw.data().bytes().to_vec(),
+            })
+        })
+        .collect()
+}

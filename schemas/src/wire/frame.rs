@@ -1,0 +1,230 @@
+//! Frames.
+
+use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
+
+use super::parts::{
+    actor_in, actor_kind_in, actor_kind_out, finite, pose_in, pose_out, vec3_in, vec3_out, world_in,
+};
+use super::{Kind, check_count, root};
+use crate::generated as fb;
+use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
+use crate::{
+    ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, MapRef, Tick,
+    VehicleControl, Weather,
+};
+
+pub(super) const FRAME: Kind =
+    Kind { name: "frame", identifier: fb::FRAME_IDENTIFIER, bytes_max: REPLY_BYTES_MAX };
+
+/// A frame as bytes.
+pub fn encode_frame(frame: &Frame) -> EncodedFrame {
+    let capacity = 1024 + frame.actors.len() * 128 + frame.collisions.len() * 64;
+    let mut builder = FlatBufferBuilder::with_capacity(capacity);
+    let name = builder.create_string(&frame.map.name);
+    let digest = builder.create_string(&frame.map.digest);
+    let map = fb::MapRef::create(
+        &mut builder,
+        &fb::MapRefArgs { name: Some(name), digest: Some(digest) },
+    );
+    let types = {
+        let texts: Vec<_> = frame.types.iter().map(|text| builder.create_string(text)).collect();
+        builder.create_vector(&texts)
+    };
+    let actors: Vec<fb::ActorState> = frame.actors.iter().map(actor_out).collect();
+    let actors = builder.create_vector(&actors);
+    let collisions = collisions_out(&mut builder, &frame.collisions);
+    let weather = weather_out(&frame.weather);
+    let root = fb::Frame::create(
+        &mut builder,
+        &fb::FrameArgs {
+            world: frame.world.get(),
+            tick: frame.tick.0,
+            epoch: frame.epoch,
+            dt_secs: frame.dt_secs,
+            state_hash: frame.state_hash,
+            seed: frame.seed,
+            map: Some(map),
+            weather: Some(&weather),
+            types: Some(types),
+            actors: Some(actors),
+            collisions: Some(collisions),
+        },
+    );
+    builder.finish(root, Some(FRAME.identifier));
+    EncodedFrame(builder.finished_data().to_vec())
+}
+
+/// The frame in these bytes.
+///
+/// # Errors
+/// [`ErrorCode::TooLarge`] and [`ErrorCode::InvalidMessage`].
+pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
+    let raw = root::<fb::Frame>(&FRAME, bytes)?;
+    check_count("actors", raw.actors().len(), ACTORS_PER_WORLD_MAX)?;
+    let types: Vec<String> = raw.types().iter().map(str::to_owned).collect();
+    let actors = raw
+        .actors()
+        .iter()
+        .map(|actor| actor_state_in(actor, types.len()))
+        .collect::<Result<Vec<_>, Error>>()?;
+    if !raw.dt_secs().is_finite() {
+        return Err(Error::new(ErrorCode::InvalidMessage, "dt_secs is not finite"));
+    }
+    Ok(Frame {
+        world: world_in(raw.world())?,
+        tick: Tick(raw.tick()),
+        epoch: raw.epoch(),
+        dt_secs: raw.dt_secs(),
+        state_hash: raw.state_hash(),
+        seed: raw.seed(),
+        map: map_in(&raw.map()),
+        weather: weather_in(raw.weather())?,
+        types,
+        actors,
+        collisions: collisions_in(raw.collisions())?,
+    })
+}
+
+pub(super) fn map_in(raw: &fb::MapRef<'_>) -> MapRef {
+    MapRef { name: raw.name().to_owned(), digest: raw.digest().to_owned() }
+}
+
+pub(super) fn control_out(value: &VehicleControl) -> fb::VehicleControl {
+    fb::VehicleControl::new(
+        value.throttle,
+        value.steer,
+        value.brake,
+        value.hand_brake,
+        value.reverse,
+    )
+}
+
+pub(super) fn control_in(raw: &fb::VehicleControl) -> Result<VehicleControl, Error> {
+    Ok(VehicleControl {
+        throttle: finite(raw.throttle(), "throttle")?,
+        steer: finite(raw.steer(), "steer")?,
+        brake: finite(raw.brake(), "brake")?,
+        hand_brake: raw.hand_brake(),
+        reverse: raw.reverse(),
+    })
+}
+
+fn actor_out(actor: &ActorState) -> fb::ActorState {
+    fb::ActorState::new(
+        actor.id.get(),
+        actor_kind_out(actor.kind),
+        actor.gear,
+        actor.type_index,
+        &pose_out(&actor.world_from_actor),
+        &vec3_out(&actor.linear_velocity_mps),
+        &vec3_out(&actor.angular_velocity_radps),
+        &vec3_out(&actor.linear_acceleration_mps2),
+        &vec3_out(&actor.box_centre_m),
+        &vec3_out(&actor.box_half_extent_m),
+        &control_out(&actor.control),
+        actor.road_wheel_rad,
+        actor.colour_rgb,
+    )
+}
+
+fn actor_state_in(raw: &fb::ActorState, types_count: usize) -> Result<ActorState, Error> {
+    if usize::from(raw.type_index()) >= types_count {
+        return Err(Error::new(ErrorCode::InvalidMessage, "an actor's type is not in the frame")
+            .wanted(format!("an index below {types_count}"))
+            .found(raw.type_index()));
+    }
+    Ok(ActorState {
+        id: actor_in(raw.id())?,
+        kind: actor_kind_in(raw.kind())?,
+        gear: raw.gear(),
+        type_index: raw.type_index(),
+        world_from_actor: pose_in(raw.world_from_actor(), "world_from_actor")?,
+        linear_velocity_mps: vec3_in(raw.linear_velocity_in_world_mps(), "linear velocity")?,
+        angular_velocity_radps: vec3_in(raw.angular_velocity_in_world_radps(), "angular velocity")?,
+        linear_acceleration_mps2: vec3_in(
+            raw.linear_acceleration_in_world_mps2(),
+            "linear acceleration",
+        )?,
+        box_centre_m: vec3_in(raw.box_centre_in_actor_m(), "box centre")?,
+        box_half_extent_m: vec3_in(raw.box_half_extent_m(), "box half extent")?,
+        control: control_in(raw.control())?,
+        road_wheel_rad: finite(raw.road_wheel_rad(), "road_wheel_rad")?,
+        colour_rgb: raw.colour_rgb(),
+    })
+}
+
+pub(super) fn collisions_out<'a>(
+    builder: &mut FlatBufferBuilder<'a>,
+    collisions: &[Collision],
+) -> WIPOffset<Vector<'a, fb::Collision>> {
+    let raw: Vec<fb::Collision> = collisions
+        .iter()
+        .map(|collision| {
+            fb::Collision::new(
+                collision.actor.get(),
+                collision.other.map_or(0, ActorId::get),
+                collision.started,
+                &vec3_out(&collision.position_m),
+                &vec3_out(&collision.impulse_ns),
+                collision.closing_speed_mps,
+            )
+        })
+        .collect();
+    builder.create_vector(&raw)
+}
+
+pub(super) fn collisions_in(raw: Vector<'_, fb::Collision>) -> Result<Vec<Collision>, Error> {
+    raw.iter()
+        .map(|raw| {
+            Ok(Collision {
+                actor: actor_in(raw.actor())?,
+                other: ActorId::new(raw.other()),
+                started: raw.started(),
+                position_m: vec3_in(raw.position_in_world_m(), "collision position")?,
+                impulse_ns: vec3_in(raw.impulse_in_world_ns(), "impulse")?,
+                closing_speed_mps: finite(raw.closing_speed_mps(), "closing speed")?,
+            })
+        })
+        .collect()
+}
+
+pub(super) fn weather_out(weather: &Weather) -> fb::Weather {
+    fb::Weather::new(
+        weather.cloudiness_percent,
+        weather.precipitation_percent,
+        weather.precipitation_deposits_percent,
+        weather.wind_intensity_percent,
+        weather.sun_azimuth_rad,
+        weather.sun_altitude_rad,
+        weather.fog_density_percent,
+        weather.fog_distance_m,
+        weather.wetness_percent,
+        weather.fog_falloff,
+        weather.scattering_intensity,
+        weather.mie_scattering_scale,
+        weather.rayleigh_scattering_scale,
+        weather.dust_storm_percent,
+    )
+}
+
+pub(super) fn weather_in(raw: &fb::Weather) -> Result<Weather, Error> {
+    Ok(Weather {
+        cloudiness_percent: finite(raw.cloudiness_percent(), "cloudiness")?,
+        precipitation_percent: finite(raw.precipitation_percent(), "precipitation")?,
+        precipitation_deposits_percent: finite(
+            raw.precipitation_deposits_percent(),
+            "precipitation deposits",
+        )?,
+        wind_intensity_percent: finite(raw.wind_intensity_percent(), "wind intensity")?,
+        sun_azimuth_rad: finite(raw.sun_azimuth_rad(), "sun azimuth")?,
+        sun_altitude_rad: finite(raw.sun_altitude_rad(), "sun altitude")?,
+        fog_density_percent: finite(raw.fog_density_percent(), "fog density")?,
+        fog_distance_m: finite(raw.fog_distance_m(), "fog distance")?,
+        wetness_percent: finite(raw.wetness_percent(), "wetness")?,
+        fog_falloff: finite(raw.fog_falloff(), "fog falloff")?,
+        scattering_intensity: finite(raw.scattering_intensity(), "scattering intensity")?,
+        mie_scattering_scale: finite(raw.mie_scattering_scale(), "mie scattering")?,
+        rayleigh_scattering_scale: finite(raw.rayleigh_scattering_scale(), "rayleigh scattering")?,
+        dust_storm_percent: finite(raw.dust_storm_percent(), "dust storm")?,
+    })
+}

@@ -1,0 +1,141 @@
+//! Small values shared by all messages.
+
+use nalgebra::{Quaternion, Translation3};
+
+use crate::generated as fb;
+use crate::{ActorId, Error, ErrorCode, Pose, UnitQuaternion, Vec3, WorldId};
+
+pub(super) fn vec3_out(value: &Vec3) -> fb::Vec3 {
+    fb::Vec3::new(value.x, value.y, value.z)
+}
+
+pub(super) fn vec3_in(raw: &fb::Vec3, field: &'static str) -> Result<Vec3, Error> {
+    let value = Vec3::new(raw.x(), raw.y(), raw.z());
+    if value.iter().all(|component| component.is_finite()) {
+        return Ok(value);
+    }
+    Err(not_finite(field, &value))
+}
+
+pub(super) fn pose_out(value: &Pose) -> fb::Pose {
+    let q = value.rotation.as_ref().coords;
+    fb::Pose::new(&vec3_out(&value.translation.vector), &fb::Quat::new(q.x, q.y, q.z, q.w))
+}
+
+pub(super) fn pose_in(raw: &fb::Pose, field: &'static str) -> Result<Pose, Error> {
+    let position_m = vec3_in(raw.position_m(), field)?;
+    let raw = raw.orientation();
+    let quaternion = Quaternion::new(raw.w(), raw.x(), raw.y(), raw.z());
+    // Also false for NaN. The bits stay as they came: normalising would change a frame's hash.
+    let unit = (quaternion.norm() - 1.0).abs() < 1e-3;
+    if !unit {
+        return Err(Error::new(
+            ErrorCode::InvalidMessage,
+            format!("{field} has no valid rotation"),
+        )
+        .wanted("a unit quaternion x, y, z, w")
+        .found(format!("{:?}", quaternion.coords.as_slice())));
+    }
+    Ok(Pose::from_parts(Translation3::from(position_m), UnitQuaternion::new_unchecked(quaternion)))
+}
+
+pub(super) fn finite(value: f32, field: &'static str) -> Result<f32, Error> {
+    if value.is_finite() { Ok(value) } else { Err(not_finite(field, &value)) }
+}
+
+pub(super) fn world_in(value: u64) -> Result<WorldId, Error> {
+    WorldId::new(value).ok_or_else(|| zero("a world id"))
+}
+
+pub(super) fn actor_in(value: u32) -> Result<ActorId, Error> {
+    ActorId::new(value).ok_or_else(|| zero("an actor id"))
+}
+
+pub(super) fn unknown_variant(field: &'static str, found: u8) -> Error {
+    Error::new(ErrorCode::InvalidMessage, format!("{field} has no such value"))
+        .wanted("a value of this schema version")
+        .found(found)
+}
+
+fn zero(what: &str) -> Error {
+    Error::new(ErrorCode::InvalidMessage, format!("{what} is 0"))
+        .wanted(format!("{what} from 1 up"))
+}
+
+fn not_finite(field: &'static str, found: &dyn std::fmt::Debug) -> Error {
+    Error::new(ErrorCode::InvalidMessage, format!("{field} is not finite"))
+        .wanted("finite numbers")
+        .found(format!("{found:?}"))
+}
+
+/// Pairs every domain variant with its generated twin, both ways.
+macro_rules! twin {
+    ($out:ident, $in:ident, $domain:ty, $wire:ty, $field:literal, [$($variant:ident),+ $(,)?]) => {
+        pub(super) fn $out(value: $domain) -> $wire {
+            match value { $(<$domain>::$variant => <$wire>::$variant),+ }
+        }
+        pub(super) fn $in(raw: $wire) -> Result<$domain, Error> {
+            $(if raw == <$wire>::$variant { return Ok(<$domain>::$variant); })+
+            Err(unknown_variant($field, raw.0))
+        }
+    };
+}
+
+twin!(
+    actor_kind_out,
+    actor_kind_in,
+    crate::ActorKind,
+    fb::ActorKind,
+    "kind",
+    [Vehicle, Walker, Prop]
+);
+twin!(image_kind_out, image_kind_in, crate::ImageKind, fb::ImageKind, "image kind", [Rgb]);
+twin!(
+    encoding_out,
+    encoding_in,
+    crate::ImageEncoding,
+    fb::ImageEncoding,
+    "encoding",
+    [Jpeg, Rgba8]
+);
+twin!(
+    pilot_out,
+    pilot_in,
+    crate::PilotMode,
+    fb::PilotMode,
+    "pilot mode",
+    [KeepLane, ChangeLaneLeft, ChangeLaneRight]
+);
+twin!(
+    service_kind_out,
+    service_kind_in,
+    crate::ServiceKind,
+    fb::ServiceKind,
+    "service kind",
+    [World, Render, Scenario]
+);
+twin!(
+    error_code_out,
+    error_code_in,
+    ErrorCode,
+    fb::ErrorCode,
+    "error code",
+    [
+        Internal,
+        InvalidMessage,
+        InvalidArgument,
+        UnknownWorld,
+        UnknownActor,
+        UnknownBlueprint,
+        UnknownMap,
+        UnknownAsset,
+        SpawnBlocked,
+        WrongTick,
+        WorldQuarantined,
+        Capacity,
+        TooLarge,
+        RendererUnavailable,
+        Unreachable,
+        TimedOut,
+    ]
+);

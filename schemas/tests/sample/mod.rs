@@ -1,0 +1,215 @@
+//! One of everything that crosses the wire.
+
+#![allow(clippy::unwrap_used, reason = "constants that are valid by inspection")]
+
+use schemas::{
+    ActorId, ActorKind, ActorState, Alive, Camera, Collision, Command, EncodedFrame, Error,
+    ErrorCode, Frame, Image, ImageEncoding, ImageKind, Images, Lease, MapRef, PilotMode, RenderJob,
+    Reply, Request, ServiceKind, Tick, TickItem, TickOutcome, TickResult, Vec3, VehicleControl,
+    Weather, WorldId, WorldInfo, level_pose, wire,
+};
+
+fn world() -> WorldId {
+    WorldId::new(0x1234_5678_9abc_def0).unwrap()
+}
+
+fn actor(id: u32) -> ActorId {
+    ActorId::new(id).unwrap()
+}
+
+fn map() -> MapRef {
+    MapRef { name: "Town10HD_Opt".into(), digest: "ab".repeat(32) }
+}
+
+fn lease() -> Option<Lease> {
+    Some(Lease { owner: "scenario-1".parse().unwrap(), millis: 5_000 })
+}
+
+fn vehicle() -> ActorState {
+    ActorState {
+        id: actor(1),
+        kind: ActorKind::Vehicle,
+        gear: 3,
+        type_index: 0,
+        world_from_actor: level_pose(Vec3::new(1.5, -2.25, 0.125), 0.5),
+        linear_velocity_mps: Vec3::new(11.0, 0.5, -0.25),
+        angular_velocity_radps: Vec3::new(0.01, 0.02, 0.3),
+        linear_acceleration_mps2: Vec3::new(-8.5, 0.0, 0.0),
+        box_centre_m: Vec3::new(0.0, 0.0, 0.75),
+        box_half_extent_m: Vec3::new(2.45, 0.95, 0.75),
+        control: VehicleControl {
+            throttle: 0.25,
+            steer: -0.5,
+            brake: 1.0,
+            hand_brake: true,
+            reverse: false,
+        },
+        road_wheel_rad: -0.125,
+        colour_rgb: 0x00c0_ffee,
+    }
+}
+
+fn walker() -> ActorState {
+    ActorState {
+        id: actor(2),
+        kind: ActorKind::Walker,
+        gear: 0,
+        type_index: 1,
+        control: VehicleControl::default(),
+        ..vehicle()
+    }
+}
+
+fn collision() -> Collision {
+    Collision {
+        actor: actor(1),
+        other: Some(actor(2)),
+        started: true,
+        position_m: Vec3::new(3.0, 0.0, 0.5),
+        impulse_ns: Vec3::new(-420.0, 3.0, 0.0),
+        closing_speed_mps: 11.0,
+    }
+}
+
+pub(crate) fn frame() -> Frame {
+    Frame {
+        world: world(),
+        tick: Tick(42),
+        epoch: 7,
+        dt_secs: 0.05,
+        state_hash: 0xfeed_beef_dead_cafe,
+        seed: 11,
+        map: map(),
+        weather: Weather::CLEAR_NOON,
+        types: vec!["vehicle.lincoln.mkz".into(), "walker.pedestrian.0015".into()],
+        actors: vec![vehicle(), walker()],
+        collisions: vec![collision(), Collision { other: None, started: false, ..collision() }],
+    }
+}
+
+fn commands() -> Vec<Command> {
+    let pose = level_pose(Vec3::new(1.0, 2.0, 3.0), -1.0);
+    vec![
+        Command::SpawnActor {
+            blueprint: "vehicle.lincoln.mkz".into(),
+            world_from_actor: pose,
+            linear_velocity_mps: Vec3::new(11.0, 0.0, 0.0),
+        },
+        Command::DestroyActor { actor: actor(3) },
+        Command::SetControl { actor: actor(1), control: vehicle().control },
+        Command::SetPilot {
+            actor: actor(1),
+            mode: PilotMode::ChangeLaneLeft,
+            target_speed_mps: Some(0.0),
+        },
+        Command::SetPilot { actor: actor(1), mode: PilotMode::KeepLane, target_speed_mps: None },
+        Command::SetVelocity {
+            actor: actor(1),
+            linear_mps: Vec3::x(),
+            angular_radps: Vec3::zeros(),
+        },
+        Command::SetPose { actor: actor(1), world_from_actor: pose },
+        Command::SetWeather { weather: Weather::CLEAR_NOON },
+    ]
+}
+
+fn camera() -> Camera {
+    Camera {
+        id: 9,
+        carrier: Some(actor(1)),
+        carrier_from_camera: level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
+        width_px: 640,
+        height_px: 360,
+        horizontal_fov_rad: 1.5,
+        kind: ImageKind::Rgb,
+        encoding: ImageEncoding::Jpeg,
+        jpeg_quality: 75,
+    }
+}
+
+pub(crate) fn requests() -> Vec<Request> {
+    let item = TickItem {
+        world: world(),
+        tick_count: 1,
+        commands: commands(),
+        expected_tick: Some(Tick(0)),
+    };
+    let bare = TickItem { commands: vec![], expected_tick: None, ..item.clone() };
+    vec![
+        Request::CreateWorld {
+            map: "Town10HD_Opt".into(),
+            seed: u64::MAX,
+            dt_secs: 0.05,
+            commands: commands(),
+            lease: lease(),
+        },
+        Request::ListWorlds,
+        Request::ListMaps,
+        Request::DestroyWorld { world: world() },
+        Request::SnapshotWorld { world: world() },
+        Request::RestoreWorld { snapshot: vec![1, 2, 3], lease: None },
+        Request::ForkWorld { world: world(), count: 8, lease: lease() },
+        Request::RunCommands { world: world(), commands: commands() },
+        Request::TickWorlds(vec![item, bare]),
+        Request::Capture { world: world(), cameras: vec![camera()] },
+    ]
+}
+
+pub(crate) fn replies() -> Vec<Reply> {
+    let error = Error::new(ErrorCode::WrongTick, "no").wanted("tick 3").found("tick 4");
+    let encoded = wire::encode_frame(&frame());
+    let replies = vec![Ok(Some(actor(1))), Ok(None), Err(error.clone())];
+    let outcome = TickOutcome {
+        frame: encoded.clone(),
+        replies: replies.clone(),
+        collisions: vec![collision()],
+    };
+    let image = Image {
+        camera: 9,
+        width_px: 2,
+        height_px: 1,
+        kind: ImageKind::Rgb,
+        encoding: ImageEncoding::Rgba8,
+        data: (0..8).collect(),
+    };
+    vec![
+        Reply::Error(error.clone()),
+        Reply::Done,
+        Reply::CommandReplies(replies.clone()),
+        Reply::WorldCreated { world: world(), frame: encoded, replies },
+        Reply::Worlds(vec![WorldInfo {
+            world: world(),
+            map: "Town10HD_Opt".into(),
+            tick: Tick(4),
+            actor_count: 2,
+            owner: lease().map(|lease| lease.owner),
+            quarantined: Some("it diverged".into()),
+        }]),
+        Reply::Maps(vec![map()]),
+        Reply::Snapshot(vec![0; 100]),
+        Reply::Forked(vec![world(), WorldId::new(1).unwrap()]),
+        Reply::Ticked(vec![
+            TickResult { world: world(), outcome: Ok(outcome) },
+            TickResult { world: world(), outcome: Err(error) },
+        ]),
+        Reply::Images(Images { tick: Tick(3), state_hash: 5, images: vec![image] }),
+        Reply::Forked(Vec::new()),
+        Reply::Snapshot(EncodedFrame(Vec::new()).0),
+    ]
+}
+
+pub(crate) fn render_job() -> RenderJob {
+    let fixed = Camera { carrier: None, encoding: ImageEncoding::Rgba8, ..camera() };
+    RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras: vec![camera(), fixed] }
+}
+
+pub(crate) fn alive() -> Alive {
+    Alive {
+        kind: ServiceKind::Render,
+        id: "render-0".parse().unwrap(),
+        version: "0.1.0".into(),
+        pid: 4242,
+        capacity: 64,
+        detail: "llvmpipe".into(),
+    }
+}

@@ -1,0 +1,96 @@
+//! Every message survives the wire, and no bytes from outside can do harm.
+
+mod sample;
+
+use proptest::prelude::*;
+use schemas::limits::REQUEST_BYTES_MAX;
+use schemas::{ErrorCode, wire};
+
+#[test]
+fn a_frame_comes_back_bit_for_bit() {
+    let frame = sample::frame();
+    assert_eq!(wire::decode_frame(&wire::encode_frame(&frame).0).unwrap(), frame);
+}
+
+#[test]
+fn every_request_comes_back() {
+    for request in sample::requests() {
+        assert_eq!(wire::decode_request(&wire::encode_request(&request)).unwrap(), request);
+    }
+}
+
+#[test]
+fn every_reply_comes_back() {
+    for reply in sample::replies() {
+        assert_eq!(wire::decode_reply(&wire::encode_reply(&reply)).unwrap(), reply);
+    }
+}
+
+#[test]
+fn a_render_job_and_a_liveliness_message_come_back() {
+    let job = sample::render_job();
+    assert_eq!(wire::decode_render_job(&wire::encode_render_job(&job)).unwrap(), job);
+    let alive = sample::alive();
+    assert_eq!(wire::decode_alive(&wire::encode_alive(&alive)).unwrap(), alive);
+}
+
+/// Python decodes the same file: see `agents/python/tests`. After a deliberate change of the schema
+/// write it anew with `UPDATE_GOLDEN=1 cargo nextest run --release -p schemas golden`.
+#[test]
+fn the_golden_frame_still_means_the_same() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../agents/python/tests/golden/frame.bin");
+    if std::env::var_os("UPDATE_GOLDEN").is_some() {
+        std::fs::write(path, wire::encode_frame(&sample::frame()).0).unwrap();
+    }
+    assert_eq!(wire::decode_frame(&std::fs::read(path).unwrap()).unwrap(), sample::frame());
+}
+
+#[test]
+fn one_kind_of_message_is_not_taken_for_another() {
+    let frame = wire::encode_frame(&sample::frame());
+    let refusal = wire::decode_request(&frame.0).unwrap_err();
+    assert_eq!(refusal.code, ErrorCode::InvalidMessage);
+    assert!(refusal.to_string().contains("CWRQ"), "{refusal}");
+    assert!(refusal.to_string().contains("CWFR"), "{refusal}");
+}
+
+#[test]
+fn a_message_over_its_limit_is_refused_before_it_is_read() {
+    let refusal = wire::decode_request(&vec![0; REQUEST_BYTES_MAX + 1]).unwrap_err();
+    assert_eq!(refusal.code, ErrorCode::TooLarge);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused() {
+    let mut frame = sample::frame();
+    frame.actors[0].linear_velocity_mps.x = f32::NAN;
+    let refusal = wire::decode_frame(&wire::encode_frame(&frame).0).unwrap_err();
+    assert!(refusal.message.contains("linear velocity"), "{refusal}");
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_panic(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
+        let _ = wire::decode_frame(&bytes);
+        let _ = wire::decode_request(&bytes);
+        let _ = wire::decode_reply(&bytes);
+        let _ = wire::decode_render_job(&bytes);
+        let _ = wire::decode_alive(&bytes);
+    }
+
+    #[test]
+    fn no_damaged_message_panics(at in 0usize..4096, value in any::<u8>(), cut in 0usize..4096) {
+        let messages = sample::requests().iter().map(wire::encode_request)
+            .chain(sample::replies().iter().map(wire::encode_reply))
+            .chain([wire::encode_render_job(&sample::render_job())])
+            .collect::<Vec<_>>();
+        for mut bytes in messages {
+            let at = at % bytes.len();
+            bytes[at] = value;
+            bytes.truncate(bytes.len() - cut % bytes.len());
+            let _ = wire::decode_request(&bytes);
+            let _ = wire::decode_reply(&bytes);
+            let _ = wire::decode_render_job(&bytes);
+        }
+    }
+}
