@@ -1,1 +1,41 @@
-//! roads
+//! Roads: OpenDRIVE text in, a lane graph, meshes and spawn points out; and towns of our own.
+//!
+//! [`Map`] reads a map the way CARLA's client library does, so that server and client agree on
+//! every waypoint. [`town::build`] writes OpenDRIVE text for a generated town, which is read back
+//! through the same parser. [`mesh`] makes the triangles that wheels stand on and cameras see.
+//!
+//! Frame everywhere: right-handed metres, x east, y north, z up; headings counter-clockwise in
+//! radians. CARLA's mirrored frame does not occur here.
+//!
+//! ```
+//! let text = roads::town::build("Town10HD_Opt").unwrap();
+//! let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
+//! let start = map.spawn_points()[0];
+//! let place = map.nearest(start.translation.vector.into(), roads::LaneTypes::DRIVING).unwrap();
+//! assert!(!map.next(&place, 5.0).is_empty());
+//! ```
+//!
+//! The crate does no input or output, starts no threads and reads no clock.
+
+mod error;
+mod geometry;
+mod index;
+mod kinds;
+mod lanes;
+pub mod limits;
+mod links;
+mod map;
+pub mod mesh;
+mod model;
+mod neighbours;
+mod scenery;
+mod spawn;
+pub mod town;
+mod walk;
+mod xml;
+
+pub use error::{Diagnostic, MapError};
+pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+pub use lanes::LanePose;
+pub use map::{LaneInfo, LaneMark, Map, Waypoint};
+pub use scenery::{SceneryBox, SceneryKind};

@@ -1,0 +1,257 @@
+//! Reference lines and cubic profiles: from a road coordinate to a place (OpenDRIVE plan view).
+
+use crate::limits;
+
+/// One cubic record `a + b t + c t² + d t³` with `t` counted from its own start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cubic {
+    pub(crate) start_s: f64,
+    pub(crate) a: f64,
+    pub(crate) b: f64,
+    pub(crate) c: f64,
+    pub(crate) d: f64,
+}
+
+impl Cubic {
+    fn value(&self, s: f64) -> f64 {
+        let t = s - self.start_s;
+        self.a + t * (self.b + t * (self.c + t * self.d))
+    }
+
+    fn slope(&self, s: f64) -> f64 {
+        let t = s - self.start_s;
+        self.b + t * (2.0 * self.c + t * 3.0 * self.d)
+    }
+}
+
+/// Cubic records in the order of their starts. Empty means 0 everywhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Profile(pub(crate) Vec<Cubic>);
+
+impl Profile {
+    /// Value and slope at `s`: the last record that starts at or before it is in force.
+    pub(crate) fn at(&self, s: f64) -> (f64, f64) {
+        let index = self.0.partition_point(|record| record.start_s <= s).saturating_sub(1);
+        self.0.get(index).map_or((0.0, 0.0), |record| (record.value(s), record.slope(s)))
+    }
+
+    pub(crate) fn value(&self, s: f64) -> f64 {
+        self.at(s).0
+    }
+
+    /// Whether no record bends, so that the profile is made of straight pieces.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.0.iter().all(|record| record.c == 0.0 && record.d == 0.0)
+    }
+}
+
+/// A place on a curve in the plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PlanPose {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) heading_rad: f64,
+}
+
+/// One `geometry` element.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Geometry {
+    pub(crate) start_s: f64,
+    pub(crate) length_m: f64,
+    pub(crate) start: PlanPose,
+    pub(crate) shape: Shape,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Shape {
+    Line,
+    Arc { curvature: f64 },
+    Spiral { curvature_start: f64, curvature_end: f64 },
+    Polynomial(Table),
+}
+
+impl Geometry {
+    /// The pose `distance_m` after the start, kept within the geometry.
+    pub(crate) fn at(&self, distance_m: f64) -> PlanPose {
+        let d = distance_m.clamp(0.0, self.length_m);
+        let PlanPose { x, y, heading_rad } = self.start;
+        match &self.shape {
+            Shape::Line => {
+                let (sin, cos) = heading_rad.sin_cos();
+                PlanPose { x: x + d * cos, y: y + d * sin, heading_rad }
+            }
+            Shape::Arc { curvature } => arc(self.start, *curvature, d),
+            Shape::Spiral { curvature_start, curvature_end } => {
+                spiral(self.start, *curvature_start, *curvature_end, self.length_m, d)
+            }
+            Shape::Polynomial(table) => {
+                let (u, v, turn_rad) = table.at(d);
+                let (sin, cos) = heading_rad.sin_cos();
+                PlanPose {
+                    x: x + u * cos - v * sin,
+                    y: y + u * sin + v * cos,
+                    heading_rad: heading_rad + turn_rad,
+                }
+            }
+        }
+    }
+}
+
+fn arc(start: PlanPose, curvature: f64, d: f64) -> PlanPose {
+    let (sin, cos) = start.heading_rad.sin_cos();
+    if (curvature * d).abs() < 1e-9 {
+        return PlanPose { x: start.x + d * cos, y: start.y + d * sin, ..start };
+    }
+    let heading_rad = start.heading_rad + curvature * d;
+    let (sin_end, cos_end) = heading_rad.sin_cos();
+    PlanPose {
+        x: start.x + (sin_end - sin) / curvature,
+        y: start.y - (cos_end - cos) / curvature,
+        heading_rad,
+    }
+}
+
+/// Integrates the direction of a clothoid with five Gauss points per panel; a panel turns by at
+/// most half a radian, which keeps the error below a micrometre on roads.
+fn spiral(start: PlanPose, k0: f64, k1: f64, length_m: f64, d: f64) -> PlanPose {
+    const POINTS: [(f64, f64); 5] = [
+        (0.0, 0.568_888_888_888_888_9),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    ];
+    let theta = |u: f64| start.heading_rad + u * (k0 + (k1 - k0) * u / (2.0 * length_m));
+    let turned_rad = d * k0.abs().max(k1.abs());
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the value is clamped to a small positive range before the conversion"
+    )]
+    let panels = (turned_rad * 2.0).ceil().clamp(1.0, limits::SPIRAL_PANELS_MAX as f64) as usize;
+    let half = d / (2.0 * panels as f64);
+    let (mut x, mut y) = (start.x, start.y);
+    for panel in 0..panels {
+        let middle = half * (2 * panel + 1) as f64;
+        for (offset, weight) in POINTS {
+            let (sin, cos) = theta(middle + half * offset).sin_cos();
+            x += weight * half * cos;
+            y += weight * half * sin;
+        }
+    }
+    PlanPose { x, y, heading_rad: theta(d) }
+}
+
+/// A polynomial curve as the client library tabulates it: summed chord length, local place and
+/// derivatives, interpolated linearly.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Table {
+    entries: Vec<Entry>,
+    parametric: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    chord_m: f64,
+    u: f64,
+    v: f64,
+    du: f64,
+    dv: f64,
+}
+
+/// Coefficients a to d of one polynomial.
+pub(crate) type Coefficients = [f64; 4];
+
+fn evaluate([a, b, c, d]: Coefficients, p: f64) -> (f64, f64) {
+    (a + p * (b + p * (c + p * d)), b + p * (2.0 * c + p * 3.0 * d))
+}
+
+impl Table {
+    /// `poly3`: v over u, in steps of 0.3 m until the chords pass the length.
+    pub(crate) fn poly3(v: Coefficients, length_m: f64) -> Self {
+        const STEP_M: f64 = 0.3;
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut u = 0.0;
+        loop {
+            let (value, slope) = evaluate(v, u);
+            push(&mut entries, Entry { chord_m: 0.0, u, v: value, du: 1.0, dv: slope });
+            // Every chord is at least one step long, so the length bounds the loop.
+            if entries.last().is_none_or(|last| !(last.chord_m <= length_m + STEP_M)) {
+                return Self { entries, parametric: false };
+            }
+            u += STEP_M;
+        }
+    }
+
+    /// `paramPoly3` with p from 0 to `p_max`, in equal steps of about half a metre.
+    pub(crate) fn param_poly3(u: Coefficients, v: Coefficients, p_max: f64, length_m: f64) -> Self {
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "lengths are limited to a million metres and positive"
+        )]
+        let steps = (length_m / 0.5).floor().max(5.0) as usize;
+        let mut entries: Vec<Entry> = Vec::with_capacity(steps + 1);
+        for step in 0..=steps {
+            let p = p_max * step as f64 / steps as f64;
+            let ((u, du), (v, dv)) = (evaluate(u, p), evaluate(v, p));
+            push(&mut entries, Entry { chord_m: 0.0, u, v, du, dv });
+            if entries.last().is_some_and(|last| last.chord_m > length_m) {
+                break;
+            }
+        }
+        Self { entries, parametric: true }
+    }
+
+    fn at(&self, d: f64) -> (f64, f64, f64) {
+        let last_pair = self.entries.len().saturating_sub(2);
+        let after = self.entries.partition_point(|entry| entry.chord_m <= d);
+        let index = after.saturating_sub(1).min(last_pair);
+        let Some([from, to]) = self.entries.get(index..index + 2) else {
+            return (d, 0.0, 0.0);
+        };
+        let span = to.chord_m - from.chord_m;
+        let rate = if span > 0.0 { (d - from.chord_m) / span } else { 0.0 };
+        let mix = |a: f64, b: f64| a + (b - a) * rate;
+        let dv = mix(from.dv, to.dv);
+        let turn_rad = if self.parametric { dv.atan2(mix(from.du, to.du)) } else { dv.atan() };
+        (mix(from.u, to.u), mix(from.v, to.v), turn_rad)
+    }
+}
+
+fn push(entries: &mut Vec<Entry>, mut entry: Entry) {
+    if let Some(last) = entries.last() {
+        entry.chord_m = last.chord_m + (entry.u - last.u).hypot(entry.v - last.v);
+    }
+    entries.push(entry);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn origin() -> PlanPose {
+        PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 }
+    }
+
+    #[test]
+    fn a_quarter_arc_ends_where_its_circle_does() {
+        let end = arc(origin(), 0.1, std::f64::consts::FRAC_PI_2 / 0.1);
+        assert!((end.x - 10.0).abs() < 1e-12 && (end.y - 10.0).abs() < 1e-12, "{end:?}");
+    }
+
+    #[test]
+    fn a_spiral_without_change_of_curvature_is_an_arc() {
+        let as_spiral = spiral(origin(), 0.02, 0.02, 80.0, 60.0);
+        let as_arc = arc(origin(), 0.02, 60.0);
+        assert!((as_spiral.x - as_arc.x).abs() < 1e-9, "{as_spiral:?} {as_arc:?}");
+        assert!((as_spiral.y - as_arc.y).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_parametric_line_is_followed_by_its_length() {
+        let table = Table::param_poly3([0.0, 20.0, 0.0, 0.0], [0.0; 4], 1.0, 20.0);
+        let (u, v, turn_rad) = table.at(7.3);
+        assert!((u - 7.3).abs() < 1e-12 && v == 0.0 && turn_rad == 0.0);
+    }
+}

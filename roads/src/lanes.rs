@@ -1,0 +1,184 @@
+//! All lanes of a map in one table, and where they lie in space.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+
+use crate::model::{Lane, Model, Road, Section};
+
+/// Position of one lane of one section in the [`LaneTable`].
+pub(crate) type LaneIndex = u32;
+
+/// One lane of one section.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneEntry {
+    /// Position in [`Model::roads`].
+    pub(crate) road: u32,
+    pub(crate) section: u32,
+    /// Position in [`Section::lanes`].
+    pub(crate) lane: u32,
+    pub(crate) lane_id: i32,
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    /// Whether its traffic runs along s.
+    pub(crate) forward: bool,
+}
+
+impl LaneEntry {
+    /// The road coordinate where its traffic enters it.
+    pub(crate) fn entry_s(&self) -> f64 {
+        if self.forward { self.start_s } else { self.end_s }
+    }
+
+    pub(crate) fn length_m(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct LaneTable {
+    /// By road, section, lane id.
+    pub(crate) lanes: Vec<LaneEntry>,
+    /// For every road, for every section: where its lanes start in `lanes`.
+    first_of_section: Vec<Vec<u32>>,
+}
+
+impl LaneTable {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "the reader accepts fewer XML nodes than fit into 32 bits"
+    )]
+    pub(crate) fn new(model: &Model) -> Self {
+        let mut table = Self::default();
+        for (road_index, road) in model.roads.iter().enumerate() {
+            let mut firsts = Vec::with_capacity(road.sections.len());
+            for (section_index, section) in road.sections.iter().enumerate() {
+                firsts.push(table.lanes.len() as u32);
+                table.lanes.extend(section.lanes.iter().enumerate().map(|(lane_index, lane)| {
+                    LaneEntry {
+                        road: road_index as u32,
+                        section: section_index as u32,
+                        lane: lane_index as u32,
+                        lane_id: lane.id,
+                        start_s: section.start_s,
+                        end_s: section.end_s,
+                        forward: road.runs_forward(lane.id),
+                    }
+                }));
+            }
+            table.first_of_section.push(firsts);
+        }
+        table
+    }
+
+    pub(crate) fn get(&self, index: LaneIndex) -> Option<&LaneEntry> {
+        self.lanes.get(index as usize)
+    }
+
+    /// The lane with this id in a section.
+    pub(crate) fn find(
+        &self,
+        model: &Model,
+        road: usize,
+        section: usize,
+        lane_id: i32,
+    ) -> Option<LaneIndex> {
+        let lanes = &model.roads.get(road)?.sections.get(section)?.lanes;
+        let position = lanes.binary_search_by_key(&lane_id, |lane| lane.id).ok()?;
+        let first = self.first_of_section.get(road)?.get(section)?;
+        Some(first + u32::try_from(position).ok()?)
+    }
+}
+
+/// The parts of the model one lane entry stands for.
+pub(crate) fn parts<'m>(
+    model: &'m Model,
+    entry: &LaneEntry,
+) -> Option<(&'m Road, &'m Section, &'m Lane)> {
+    let road = model.roads.get(entry.road as usize)?;
+    let section = road.sections.get(entry.section as usize)?;
+    Some((road, section, section.lanes.get(entry.lane as usize)?))
+}
+
+/// A place on a lane, with the angles the client library reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LanePose {
+    /// Middle of the lane.
+    pub point: Point3<f64>,
+    /// Direction of travel, counter-clockwise from east.
+    pub heading_rad: f64,
+    /// Climb in the direction of travel, nose up positive.
+    pub pitch_rad: f64,
+}
+
+impl LanePose {
+    /// The same as a transform: x along the direction of travel, y left, z up.
+    #[must_use]
+    pub fn isometry(&self) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            Translation3::from(self.point.coords),
+            // A positive turn about y (left) tips the nose down.
+            UnitQuaternion::from_euler_angles(0.0, -self.pitch_rad, self.heading_rad),
+        )
+    }
+}
+
+/// Lateral place of a lane's inner and outer border and middle, with the slope of the middle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lateral {
+    pub(crate) middle: f64,
+    pub(crate) middle_slope: f64,
+    pub(crate) inner: f64,
+    pub(crate) outer: f64,
+}
+
+/// Sums the widths from the centre outward to lane `lane_id`.
+pub(crate) fn lateral(road: &Road, section: &Section, lane_id: i32, s: f64) -> Lateral {
+    let (offset, offset_slope) = road.lane_offset.at(s);
+    let sign = f64::from(lane_id.signum());
+    let (mut inner, mut inner_slope) = (0.0, 0.0);
+    let (mut width, mut width_slope) = (0.0, 0.0);
+    let mut step = |lane: &Lane| {
+        inner += width;
+        inner_slope += width_slope;
+        (width, width_slope) = lane.width.at(s);
+    };
+    // Lanes are ordered by id, so that the way outward goes up on the left and down on the right.
+    let centre = section.lanes.partition_point(|lane| lane.id < 0);
+    if lane_id > 0 {
+        let outward = section.lanes.iter().skip(centre).filter(|lane| lane.id > 0);
+        outward.take_while(|lane| lane.id <= lane_id).for_each(&mut step);
+    } else if lane_id < 0 {
+        let outward = section.lanes.iter().take(centre).rev();
+        outward.take_while(|lane| lane.id >= lane_id).for_each(&mut step);
+    }
+    Lateral {
+        middle: offset + sign * (inner + width / 2.0),
+        middle_slope: offset_slope + sign * (inner_slope + width_slope / 2.0),
+        inner: offset + sign * inner,
+        outer: offset + sign * (inner + width),
+    }
+}
+
+/// The middle of a lane at `s`.
+pub(crate) fn lane_pose(road: &Road, section: &Section, lane_id: i32, s: f64) -> LanePose {
+    let reference = road.reference(s);
+    let lateral = lateral(road, section, lane_id, s);
+    let (z, slope) = road.elevation.at(s);
+    let (sin, cos) = reference.heading_rad.sin_cos();
+    let point =
+        Point3::new(reference.x - lateral.middle * sin, reference.y + lateral.middle * cos, z);
+    // The client library adds slopes as if they were angles; so do we, to agree with it.
+    let heading_rad = reference.heading_rad + lateral.middle_slope;
+    if road.runs_forward(lane_id) {
+        LanePose { point, heading_rad, pitch_rad: slope }
+    } else {
+        LanePose { point, heading_rad: heading_rad + std::f64::consts::PI, pitch_rad: -slope }
+    }
+}
+
+/// A point at lateral place `t` beside the reference line.
+pub(crate) fn lateral_point(road: &Road, s: f64, t: f64, z_offset_m: f64) -> Point3<f64> {
+    let reference = road.reference(s);
+    let (sin, cos) = reference.heading_rad.sin_cos();
+    let z = road.elevation.value(s) + z_offset_m;
+    Point3::new(reference.x - t * sin, reference.y + t * cos, z)
+}

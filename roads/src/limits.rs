@@ -1,0 +1,26 @@
+//! Every bound of the crate, in one place.
+
+/// Largest OpenDRIVE text accepted, in bytes.
+pub const TEXT_BYTES_MAX: usize = 128 * 1024 * 1024;
+/// Deepest nesting of XML elements accepted.
+pub const XML_DEPTH_MAX: u32 = 64;
+/// Most XML nodes accepted.
+pub const XML_NODES_MAX: u32 = 2_000_000;
+/// Largest absolute coordinate, length or other number of a map, in its own unit.
+pub const NUMBER_ABS_MAX: f64 = 1e6;
+/// Most diagnostics collected for one map; the rest is only counted.
+pub const DIAGNOSTICS_MAX: usize = 100;
+/// Longest piece of a user's text repeated in a diagnostic, in characters.
+pub const SHOWN_CHARS_MAX: usize = 64;
+/// Sum of the lengths of all lanes of a map, in metres; every metre may cost one table entry.
+pub const LANE_LENGTH_SUM_MAX_M: f64 = 2e7;
+/// Sum of the lengths of all polynomial geometries, in metres; they are tabulated.
+pub const POLYNOMIAL_LENGTH_SUM_MAX_M: f64 = 1e6;
+/// Lanes one walk along the lane graph may enter.
+pub const WALK_LANES_MAX: usize = 100_000;
+/// Waypoints one walk along the lane graph may return.
+pub const WALK_RESULTS_MAX: usize = 10_000;
+/// Spawn points listed for one map.
+pub const SPAWN_POINTS_MAX: usize = 4_096;
+/// Sub-intervals used to integrate one spiral.
+pub const SPIRAL_PANELS_MAX: usize = 4_096;

@@ -1,0 +1,256 @@
+//! A map and the questions it answers.
+
+use nalgebra::{Isometry3, Point3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{MapError, Report};
+use crate::index::ProjectionIndex;
+use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
+use crate::links::Links;
+use crate::model::Model;
+use crate::neighbours::{self, Side};
+use crate::scenery::{self, SceneryBox};
+use crate::spawn;
+use crate::walk::{Way, walk};
+use crate::xml;
+
+/// A place on a lane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Waypoint {
+    /// OpenDRIVE road id.
+    pub road: u32,
+    /// Position of the lane section in its road, from 0.
+    pub section: u32,
+    /// OpenDRIVE lane id: positive left of the reference line, negative right of it.
+    pub lane: i32,
+    /// Road coordinate in metres; it grows along the reference line, also for lanes that run
+    /// against it.
+    pub s: f64,
+}
+
+/// A painted line beside a lane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LaneMark {
+    /// How it looks.
+    pub mark_type: MarkType,
+    /// Its paint.
+    pub color: MarkColor,
+    /// Its own permission to cross it.
+    pub lane_change: LaneChange,
+    /// Width of the paint in metres.
+    pub width_m: f64,
+}
+
+/// What is known about a lane at one place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LaneInfo {
+    /// What the lane is for.
+    pub lane_type: LaneType,
+    /// Width in metres.
+    pub width_m: f64,
+    /// Whether the road leads through a junction.
+    pub is_junction: bool,
+    /// That junction.
+    pub junction_id: Option<u32>,
+    /// Limit of the road's type record in metres per second, where the map has one.
+    pub speed_limit_mps: Option<f64>,
+    /// The line to the left of the traffic.
+    pub left_mark: Option<LaneMark>,
+    /// The line to the right of the traffic.
+    pub right_mark: Option<LaneMark>,
+    /// To which sides traffic may leave the lane.
+    pub lane_change: LaneChange,
+}
+
+/// A road network, immutable once read.
+///
+/// **Frame:** right-handed metres, x east, y north, z up. **Determinism:** the same text gives the
+/// same answers on every machine with the same floating-point library.
+#[derive(Debug)]
+pub struct Map {
+    name: String,
+    text: String,
+    digest: String,
+    pub(crate) model: Model,
+    pub(crate) table: LaneTable,
+    pub(crate) links: Links,
+    index: ProjectionIndex,
+    spawn_points: Vec<Isometry3<f64>>,
+    scenery: Vec<SceneryBox>,
+}
+
+impl Map {
+    /// Reads OpenDRIVE text.
+    ///
+    /// # Errors
+    /// [`MapError`] with the faults of a text that cannot be used.
+    pub fn parse(name: &str, xodr: &str) -> Result<Self, MapError> {
+        let mut report = Report::default();
+        let model = xml::read(xodr, &mut report);
+        if !report.is_empty() {
+            return Err(MapError {
+                name: name.to_owned(),
+                diagnostics: report.diagnostics,
+                count: report.count,
+            });
+        }
+        let table = LaneTable::new(&model);
+        let links = Links::new(&model, &table);
+        let index = ProjectionIndex::new(&model, &table);
+        let spawn_points = spawn::spawn_points(&model, &table);
+        let scenery = scenery::boxes(&model);
+        let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
+        Ok(Self {
+            name: name.to_owned(),
+            text: xodr.to_owned(),
+            digest,
+            model,
+            table,
+            links,
+            index,
+            spawn_points,
+            scenery,
+        })
+    }
+
+    /// The name it was read under.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text it was read from.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// BLAKE3 of the text, 64 lower-case hexadecimal digits.
+    #[must_use]
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// The nearest place on a lane of these types, however far away; `None` without such a lane.
+    ///
+    /// **Cost:** logarithmic in the length of the map's lanes. **Source:** the client library's
+    /// projection, by chords: on curves the place is off along the lane by up to some decimetres.
+    #[must_use]
+    pub fn nearest(&self, point: Point3<f64>, types: LaneTypes) -> Option<Waypoint> {
+        let (lane, s) = self.index.nearest(&point, types)?;
+        self.waypoint_on(lane, s)
+    }
+
+    /// The place at road coordinate `s` (metres, rounded to single precision) of a lane.
+    ///
+    /// `None` for an unknown road, an `s` outside of `[0, length)`, or a lane the section there
+    /// does not have. Lane 0, the centre line, is accepted.
+    #[must_use]
+    pub fn waypoint(&self, road: u32, lane: i32, s: f64) -> Option<Waypoint> {
+        #[allow(clippy::cast_possible_truncation, reason = "the client library rounds s so")]
+        let s = f64::from(s as f32);
+        let road_index = self.model.road_index(road)?;
+        let found = self.model.roads.get(road_index)?;
+        if !(s >= 0.0 && s < found.length_m) {
+            return None;
+        }
+        let section = found.section_index(s);
+        let index = self.table.find(&self.model, road_index, section, lane)?;
+        self.waypoint_on(index, s)
+    }
+
+    /// Middle of the lane at a waypoint: x along the lane's direction of travel, y left, z up.
+    ///
+    /// A waypoint that is not of this map gives the identity.
+    #[must_use]
+    pub fn pose(&self, waypoint: &Waypoint) -> Isometry3<f64> {
+        self.lane_pose(waypoint).map_or_else(Isometry3::identity, |pose| pose.isometry())
+    }
+
+    /// As [`Map::pose`], with the angles unmixed; `None` for a waypoint of another map.
+    #[must_use]
+    pub fn lane_pose(&self, waypoint: &Waypoint) -> Option<LanePose> {
+        let road = self.model.road(waypoint.road)?;
+        let section = road.sections.get(waypoint.section as usize)?;
+        section.lane(waypoint.lane)?;
+        Some(lane_pose(road, section, waypoint.lane, waypoint.s))
+    }
+
+    /// What is known about the lane at a waypoint.
+    ///
+    /// A waypoint that is not of this map gives a lane of type none without width.
+    #[must_use]
+    pub fn lane(&self, waypoint: &Waypoint) -> LaneInfo {
+        neighbours::lane_info(&self.model, waypoint)
+    }
+
+    /// All places `distance_m` ahead along the lanes; empty where every way ends before.
+    #[must_use]
+    pub fn next(&self, waypoint: &Waypoint, distance_m: f64) -> Vec<Waypoint> {
+        self.walk(waypoint, distance_m, Way::Ahead)
+    }
+
+    /// All places from which `distance_m` of travel lead here.
+    #[must_use]
+    pub fn previous(&self, waypoint: &Waypoint, distance_m: f64) -> Vec<Waypoint> {
+        self.walk(waypoint, distance_m, Way::Back)
+    }
+
+    /// The lane to the left, of whatever type and direction.
+    #[must_use]
+    pub fn left(&self, waypoint: &Waypoint) -> Option<Waypoint> {
+        neighbours::neighbour(&self.model, waypoint, Side::Left)
+    }
+
+    /// The lane to the right, of whatever type and direction.
+    #[must_use]
+    pub fn right(&self, waypoint: &Waypoint) -> Option<Waypoint> {
+        neighbours::neighbour(&self.model, waypoint, Side::Right)
+    }
+
+    /// The driving lane of the same direction to the left.
+    #[must_use]
+    pub fn left_driving(&self, waypoint: &Waypoint) -> Option<Waypoint> {
+        neighbours::same_direction_driving(&self.model, waypoint, Side::Left)
+    }
+
+    /// The driving lane of the same direction to the right.
+    #[must_use]
+    pub fn right_driving(&self, waypoint: &Waypoint) -> Option<Waypoint> {
+        neighbours::same_direction_driving(&self.model, waypoint, Side::Right)
+    }
+
+    /// Where vehicles may start: lane middles outside junctions, half a metre above the ground.
+    ///
+    /// **Order:** by road, section, lane and road coordinate.
+    #[must_use]
+    pub fn spawn_points(&self) -> &[Isometry3<f64>] {
+        &self.spawn_points
+    }
+
+    /// The solid things beside the roads, from the map's objects.
+    #[must_use]
+    pub fn scenery(&self) -> &[SceneryBox] {
+        &self.scenery
+    }
+
+    fn walk(&self, waypoint: &Waypoint, distance_m: f64, way: Way) -> Vec<Waypoint> {
+        let Some(index) = self.lane_index(waypoint) else { return Vec::new() };
+        walk(&self.table, &self.links, (index, waypoint.s), distance_m, way)
+            .into_iter()
+            .filter_map(|(lane, s)| self.waypoint_on(lane, s))
+            .collect()
+    }
+
+    fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
+        let road = self.model.road_index(waypoint.road)?;
+        self.table.find(&self.model, road, waypoint.section as usize, waypoint.lane)
+    }
+
+    fn waypoint_on(&self, lane: LaneIndex, s: f64) -> Option<Waypoint> {
+        let LaneEntry { road, section, lane_id, .. } = *self.table.get(lane)?;
+        let road = self.model.roads.get(road as usize)?.id;
+        Some(Waypoint { road, section, lane: lane_id, s })
+    }
+}

@@ -1,0 +1,160 @@
+//! A map as read: roads with their lanes, before anything is derived from them.
+
+use crate::geometry::{Geometry, PlanPose, Profile};
+use crate::kinds::{LaneType, MarkColor, MarkType};
+
+#[derive(Clone, Debug)]
+pub(crate) struct Road {
+    pub(crate) id: u32,
+    pub(crate) length_m: f64,
+    /// The junction this road leads through; `None` for -1.
+    pub(crate) junction: Option<i64>,
+    pub(crate) left_hand: bool,
+    /// Id of a road or a junction; 0 stands for none, and for road 0 where one exists.
+    pub(crate) predecessor: u32,
+    /// As `predecessor`.
+    pub(crate) successor: u32,
+    pub(crate) speed_limits: Vec<SpeedLimit>,
+    pub(crate) geometries: Vec<Geometry>,
+    pub(crate) elevation: Profile,
+    pub(crate) lane_offset: Profile,
+    pub(crate) sections: Vec<Section>,
+    pub(crate) objects: Vec<Object>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SpeedLimit {
+    pub(crate) start_s: f64,
+    pub(crate) limit_mps: Option<f64>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Section {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    /// Ordered by id.
+    pub(crate) lanes: Vec<Lane>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Lane {
+    pub(crate) id: i32,
+    pub(crate) lane_type: LaneType,
+    /// 0 is none.
+    pub(crate) predecessor: i32,
+    /// 0 is none.
+    pub(crate) successor: i32,
+    /// Starts are road coordinates.
+    pub(crate) width: Profile,
+    pub(crate) marks: Vec<Mark>,
+}
+
+/// One `roadMark` record of a lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mark {
+    pub(crate) start_s: f64,
+    pub(crate) mark_type: MarkType,
+    pub(crate) color: MarkColor,
+    pub(crate) width_m: f64,
+    pub(crate) change: MarkChange,
+}
+
+/// The `laneChange` attribute of a road mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MarkChange {
+    Increase,
+    Decrease,
+    Both,
+    None,
+}
+
+/// One `object` element with the numbers the crate reads.
+#[derive(Clone, Debug)]
+pub(crate) struct Object {
+    pub(crate) name: String,
+    pub(crate) object_type: String,
+    pub(crate) s: f64,
+    pub(crate) t: f64,
+    pub(crate) z_offset_m: f64,
+    pub(crate) heading_rad: f64,
+    pub(crate) length_m: f64,
+    pub(crate) width_m: f64,
+    pub(crate) height_m: f64,
+    pub(crate) radius_m: f64,
+    /// Corners `(u, v)` of a direct `outline` of `cornerLocal`.
+    pub(crate) corners: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Junction {
+    pub(crate) id: u32,
+    /// Connecting roads, one per connection id.
+    pub(crate) connecting_roads: Vec<u32>,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Model {
+    /// Ordered by id.
+    pub(crate) roads: Vec<Road>,
+    /// Ordered by id.
+    pub(crate) junctions: Vec<Junction>,
+    pub(crate) latitude_deg: Option<f64>,
+    pub(crate) longitude_deg: Option<f64>,
+}
+
+impl Model {
+    pub(crate) fn road_index(&self, id: u32) -> Option<usize> {
+        self.roads.binary_search_by_key(&id, |road| road.id).ok()
+    }
+
+    pub(crate) fn road(&self, id: u32) -> Option<&Road> {
+        self.road_index(id).and_then(|index| self.roads.get(index))
+    }
+
+    pub(crate) fn junction(&self, id: u32) -> Option<&Junction> {
+        let index = self.junctions.binary_search_by_key(&id, |junction| junction.id).ok()?;
+        self.junctions.get(index)
+    }
+}
+
+impl Road {
+    /// The reference line at `s`, kept within the road.
+    pub(crate) fn reference(&self, s: f64) -> PlanPose {
+        let s = s.clamp(0.0, self.length_m);
+        let index = self.geometries.partition_point(|g| g.start_s <= s).saturating_sub(1);
+        self.geometries
+            .get(index)
+            .map_or(PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 }, |geometry| {
+                geometry.at(s - geometry.start_s)
+            })
+    }
+
+    /// Position of the section at `s`: the last one starting at or before it.
+    pub(crate) fn section_index(&self, s: f64) -> usize {
+        self.sections.partition_point(|section| section.start_s <= s).saturating_sub(1)
+    }
+
+    /// Whether lanes with this id run along s.
+    pub(crate) fn runs_forward(&self, lane: i32) -> bool {
+        if self.left_hand { lane >= 0 } else { lane <= 0 }
+    }
+
+    pub(crate) fn speed_limit_mps(&self, s: f64) -> Option<f64> {
+        let after = self.speed_limits.partition_point(|limit| limit.start_s <= s);
+        self.speed_limits.get(after.checked_sub(1)?)?.limit_mps
+    }
+}
+
+impl Section {
+    pub(crate) fn lane(&self, id: i32) -> Option<&Lane> {
+        let index = self.lanes.binary_search_by_key(&id, |lane| lane.id).ok()?;
+        self.lanes.get(index)
+    }
+}
+
+impl Lane {
+    pub(crate) fn mark(&self, s: f64) -> Option<&Mark> {
+        let after = self.marks.partition_point(|mark| mark.start_s <= s);
+        self.marks.get(after.checked_sub(1)?)
+    }
+}

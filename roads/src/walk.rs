@@ -1,0 +1,52 @@
+//! Moving along lanes.
+
+use crate::lanes::{LaneIndex, LaneTable};
+use crate::limits;
+use crate::links::Links;
+
+/// Which way a walk goes, seen from the traffic of the lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    Ahead,
+    Back,
+}
+
+/// All places `distance_m` along the lanes from one place.
+///
+/// At every fork the walk goes on along each branch; a branch that ends before the distance gives
+/// nothing.
+pub(crate) fn walk(
+    table: &LaneTable,
+    links: &Links,
+    start: (LaneIndex, f64),
+    distance_m: f64,
+    way: Way,
+) -> Vec<(LaneIndex, f64)> {
+    let mut found = Vec::new();
+    let mut pending = vec![(start.0, start.1, distance_m)];
+    let mut entered = 0;
+    while let Some((index, s, rest_m)) = pending.pop() {
+        entered += 1;
+        let Some(entry) = table.get(index) else { continue };
+        if entered > limits::WALK_LANES_MAX || found.len() >= limits::WALK_RESULTS_MAX {
+            break;
+        }
+        let along_s = entry.forward == (way == Way::Ahead);
+        let left_m = if along_s { entry.end_s - s } else { s - entry.start_s };
+        if rest_m <= left_m {
+            found.push((index, if along_s { s + rest_m } else { s - rest_m }));
+            continue;
+        }
+        let linked = match way {
+            Way::Ahead => links.next_of(index),
+            Way::Back => links.previous_of(index),
+        };
+        // Reversed, so that the first branch is taken from the stack first.
+        pending.extend(linked.iter().rev().filter_map(|next| {
+            let entry = table.get(*next)?;
+            let s = if entry.forward == (way == Way::Ahead) { entry.start_s } else { entry.end_s };
+            Some((*next, s, rest_m - left_m))
+        }));
+    }
+    found
+}

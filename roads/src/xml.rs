@@ -1,0 +1,145 @@
+//! OpenDRIVE text to [`Model`]: every number is checked here, so later code need not ask.
+
+mod lanes;
+mod number;
+mod objects;
+mod road;
+
+use std::collections::BTreeMap;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::error::{Report, shown};
+use crate::limits;
+use crate::model::{Junction, Model, Road};
+use number::{id_or_zero, text};
+
+/// Reads a map. Faults go to the report; what is returned is usable when the report is empty.
+pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
+    let xodr = xodr.strip_prefix('\u{feff}').unwrap_or(xodr);
+    let mut model = Model::default();
+    if xodr.len() > limits::TEXT_BYTES_MAX {
+        let found = format!("{} bytes", xodr.len());
+        report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
+        return model;
+    }
+    let options = ParsingOptions {
+        allow_dtd: false,
+        nodes_limit: limits::XML_NODES_MAX,
+        ..Default::default()
+    };
+    let document = match Document::parse_with_options(xodr, options) {
+        Ok(document) => document,
+        Err(error) => {
+            report.add(None, None, "well-formed XML without DTD", error.to_string());
+            return model;
+        }
+    };
+    if is_too_deep(&document) {
+        let wanted = format!("at most {} nested elements", limits::XML_DEPTH_MAX);
+        report.add(None, None, wanted, "deeper nesting");
+        return model;
+    }
+    let root = document.root_element();
+    if root.tag_name().name() != "OpenDRIVE" {
+        report.add(None, None, "a root element OpenDRIVE", shown(root.tag_name().name()));
+        return model;
+    }
+    read_geo_reference(root, &mut model);
+    model.roads = read_roads(root, report);
+    model.junctions = read_junctions(root, &model, report);
+    if model.roads.is_empty() && report.is_empty() {
+        report.add(None, None, "at least one road with lanes", "none");
+    }
+    model
+}
+
+/// Elements with this name directly below `node`, whatever their namespace.
+fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
+    children(node, name).next()
+}
+
+fn is_too_deep(document: &Document<'_>) -> bool {
+    // Parents come before their children in document order.
+    let mut depths: Vec<u32> = Vec::new();
+    for node in document.descendants() {
+        let depth = node
+            .parent()
+            .and_then(|parent| depths.get(parent.id().get_usize()))
+            .map_or(0, |parent_depth| parent_depth + 1);
+        if depth > limits::XML_DEPTH_MAX {
+            return true;
+        }
+        depths.push(depth);
+    }
+    false
+}
+
+fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
+    let Some(reference) = child(root, "header").and_then(|header| child(header, "geoReference"))
+    else {
+        return;
+    };
+    let words: String = reference.descendants().filter_map(|node| node.text()).collect();
+    let value = |key: &str| {
+        words
+            .split_whitespace()
+            .find_map(|word| word.strip_prefix(key))
+            .and_then(|number| number.parse::<f64>().ok())
+            .filter(|degrees| degrees.abs() <= 360.0)
+    };
+    model.latitude_deg = value("+lat_0=");
+    model.longitude_deg = value("+lon_0=");
+}
+
+fn read_roads(root: Node<'_, '_>, report: &mut Report) -> Vec<Road> {
+    let mut roads: BTreeMap<u32, Road> = BTreeMap::new();
+    let (mut lane_length_m, mut polynomial_m) = (0.0, 0.0);
+    for node in children(root, "road") {
+        let Some(road) = road::read(node, &mut polynomial_m, report) else { continue };
+        let lanes: usize =
+            road.sections.iter().map(|section| section.lanes.len()).max().unwrap_or(0);
+        lane_length_m += road.length_m * lanes as f64;
+        if lane_length_m > limits::LANE_LENGTH_SUM_MAX_M {
+            let wanted = format!("at most {} m of lanes", limits::LANE_LENGTH_SUM_MAX_M);
+            report.add(Some(road.id), None, wanted, "more in all roads up to here");
+            break;
+        }
+        let id = road.id;
+        if roads.insert(id, road).is_some() {
+            report.add(
+                Some(id),
+                None,
+                "road ids that are whole numbers and unique",
+                "a second road",
+            );
+        }
+    }
+    roads.into_values().collect()
+}
+
+fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec<Junction> {
+    let mut junctions: BTreeMap<u32, Junction> = BTreeMap::new();
+    for node in children(root, "junction") {
+        let id = id_or_zero(node, "id");
+        let mut connections: BTreeMap<u32, u32> = BTreeMap::new();
+        for connection in children(node, "connection") {
+            let road = id_or_zero(connection, "connectingRoad");
+            if model.road(road).is_none() {
+                let wanted = format!("junction {id} to connect through roads of the map");
+                report.add(None, None, wanted, shown(text(connection, "connectingRoad")));
+                continue;
+            }
+            connections.entry(id_or_zero(connection, "id")).or_insert(road);
+        }
+        let mut connecting_roads: Vec<u32> = connections.into_values().collect();
+        connecting_roads.dedup();
+        let junction = junctions.entry(id).or_insert(Junction { id, connecting_roads: Vec::new() });
+        junction.connecting_roads.append(&mut connecting_roads);
+    }
+    junctions.into_values().collect()
+}
