@@ -1,0 +1,15 @@
+"""Python client of the Causeway driving simulator.
+
+- :mod:`causeway.frames` decodes a frame into numpy arrays.
+- :mod:`causeway.bus` subscribes to the frames of running worlds.
+- :mod:`causeway.openenv` drives one episode over the OpenEnv WebSocket.
+- :mod:`causeway.gym` is the same session as a Gymnasium environment (extra ``gym``).
+
+Frames and the bus use SI units and radians, right-handed, x forward/east, y left/north, z up.
+OpenEnv sessions use CARLA's left-handed axes (y right), degrees and km/h.
+"""
+
+from causeway.frames import Frame, decode
+from causeway.openenv import Session, SessionError, Step
+
+__all__ = ["Frame", "Session", "SessionError", "Step", "decode"]

@@ -1,0 +1,154 @@
+"""Frames of running worlds, as they are published.
+
+Frames are dropped rather than awaited, first by the publisher, then by the small ring of each
+subscription: a slow reader sees the newest frames and can count what it missed.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import threading
+import time
+from collections import deque
+from types import TracebackType
+from typing import Iterator
+
+import zenoh
+
+from causeway.frames import Frame, decode
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+#: The tenant of a `causeway up` that was not told another.
+DEFAULT_TENANT = "local"
+
+_TENANT = re.compile(r"[a-z0-9-]{1,32}")
+_RESERVED = {"batch", "render", "alive", "asset"}
+
+
+def frame_key(tenant: str, *, world: int | None = None) -> str:
+    """Key expression of one world's frames, or of all worlds of a tenant.
+
+    Raises:
+        ValueError: `tenant` is not 1 to 32 of a-z, 0-9 and '-', or `world` is not positive.
+    """
+    if not _TENANT.fullmatch(tenant) or tenant in _RESERVED:
+        raise ValueError(f"a tenant is 1 to 32 of a-z, 0-9 and '-', not {tenant!r}")
+    if world is not None and world < 1:
+        raise ValueError(f"a world's number is 1 or more, not {world}")
+    return f"causeway/{tenant}/world/{'*' if world is None else world}/frame"
+
+
+def subscribe(
+    endpoint: str = DEFAULT_ENDPOINT,
+    *,
+    tenant: str = DEFAULT_TENANT,
+    world: int | None = None,
+    ring_frames: int = 4,
+    connect_timeout_secs: float = 5.0,
+) -> FrameSubscription:
+    """Subscribes to the frames of one world, or of all worlds of `tenant`.
+
+    Args:
+        endpoint: a bus address, as `causeway up` prints it.
+        ring_frames: frames kept for a slow reader; the oldest goes when a newer one comes.
+
+    Raises:
+        ConnectionError: nobody listens at `endpoint`.
+    """
+    key = frame_key(tenant, world=world)
+    if ring_frames < 1:
+        raise ValueError(f"a ring holds at least 1 frame, not {ring_frames}")
+    config = zenoh.Config()
+    for name, value in (
+        ("mode", "client"),
+        ("connect/endpoints", [endpoint]),
+        ("connect/timeout_ms", int(connect_timeout_secs * 1000)),
+        ("connect/exit_on_failure", True),
+        ("scouting/multicast/enabled", False),
+        ("scouting/gossip/enabled", False),
+    ):
+        config.insert_json5(name, json.dumps(value))
+    try:
+        session = zenoh.open(config)
+    except zenoh.ZError as cause:
+        raise ConnectionError(
+            f"no bus at {endpoint}: start one with `causeway up`, or pass the address it printed "
+            f"({cause})"
+        ) from cause
+    return FrameSubscription(session, key, ring_frames)
+
+
+class FrameSubscription:
+    """An iterator of frames, and a context manager that ends it. For one reading thread."""
+
+    def __init__(self, session: zenoh.Session, key: str, ring_frames: int) -> None:
+        self._ring: deque[bytes] = deque(maxlen=ring_frames)
+        self._changed = threading.Condition()
+        self._dropped = 0
+        self._closed = False
+        self._session = session
+        self._subscriber = session.declare_subscriber(key, self._put)
+
+    @property
+    def dropped(self) -> int:
+        """Frames that this ring gave up because the reader was slower. Never decreases."""
+        with self._changed:
+            return self._dropped
+
+    def receive(self, *, timeout_secs: float | None = None) -> Frame:
+        """The oldest frame of the ring, or the next one to come.
+
+        Raises:
+            TimeoutError: no frame came in time.
+            ValueError: a message was not a frame; the subscription goes on.
+            EOFError: the subscription is closed.
+        """
+        deadline = None if timeout_secs is None else time.monotonic() + timeout_secs
+        with self._changed:
+            while not self._ring:
+                if self._closed:
+                    raise EOFError("the subscription is closed")
+                left_secs = None if deadline is None else deadline - time.monotonic()
+                if left_secs is not None and left_secs <= 0:
+                    raise TimeoutError(f"no frame within {timeout_secs} s")
+                self._changed.wait(left_secs)
+            message = self._ring.popleft()
+        return decode(message)
+
+    def close(self) -> None:
+        """Leaves the bus; a reader that waits gets :class:`EOFError`. Closing twice does nothing."""
+        with self._changed:
+            if self._closed:
+                return
+            self._closed = True
+            self._changed.notify_all()
+        self._session.close()
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self
+
+    def __next__(self) -> Frame:
+        try:
+            return self.receive()
+        except EOFError:
+            raise StopIteration from None
+
+    def __enter__(self) -> FrameSubscription:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _put(self, sample: zenoh.Sample) -> None:
+        message = sample.payload.to_bytes()
+        with self._changed:
+            if len(self._ring) == self._ring.maxlen:
+                self._dropped += 1
+            self._ring.append(message)
+            self._changed.notify()

@@ -1,0 +1,215 @@
+"""Frames of a world as numpy arrays.
+
+The arrays map the bytes of the message: decoding a frame of thousands of actors copies none of
+them. All values are SI units and radians in a right-handed frame: x forward/east, y left/north,
+z up; quaternions are x, y, z, w.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from causeway.wire import ActorKind, ActorState, Collision, Weather
+from causeway.wire import Frame as FrameTable
+
+IDENTIFIER = b"CWFR"
+
+#: Value of ``actors["kind"]`` for vehicles, walkers and props.
+VEHICLE = ActorKind.ActorKind.Vehicle
+WALKER = ActorKind.ActorKind.Walker
+PROP = ActorKind.ActorKind.Prop
+
+_VECTOR = ("<f4", (3,))
+
+#: Pose of one frame in another: metres, and a unit quaternion x, y, z, w.
+POSE_DTYPE = np.dtype([("position_m", *_VECTOR), ("orientation", "<f4", (4,))])
+
+#: CARLA's controls with ISO 8855 signs: steer -1 is full right, 1 full left.
+VEHICLE_CONTROL_DTYPE = np.dtype(
+    {
+        "names": ["throttle", "steer", "brake", "hand_brake", "reverse"],
+        "formats": ["<f4", "<f4", "<f4", "?", "?"],
+        "offsets": [0, 4, 8, 12, 13],
+        "itemsize": 16,
+    }
+)
+
+#: One actor at the end of a tick, as in ``schemas/fbs/frame.fbs``.
+ACTOR_STATE_DTYPE = np.dtype(
+    [
+        ("id", "<u4"),
+        ("kind", "u1"),
+        ("gear", "i1"),
+        ("type_index", "<u2"),
+        ("world_from_actor", POSE_DTYPE),
+        ("linear_velocity_in_world_mps", *_VECTOR),
+        ("angular_velocity_in_world_radps", *_VECTOR),
+        ("linear_acceleration_in_world_mps2", *_VECTOR),
+        ("box_centre_in_actor_m", *_VECTOR),
+        ("box_half_extent_m", *_VECTOR),
+        ("control", VEHICLE_CONTROL_DTYPE),
+        ("road_wheel_rad", "<f4"),
+        ("colour_rgb", "<u4"),
+    ]
+)
+
+#: One contact that pushed during the tick; ``other`` is 0 for static scenery.
+COLLISION_DTYPE = np.dtype(
+    {
+        "names": [
+            "actor",
+            "other",
+            "started",
+            "position_in_world_m",
+            "impulse_in_world_ns",
+            "closing_speed_mps",
+        ],
+        "formats": ["<u4", "<u4", "?", _VECTOR, _VECTOR, "<f4"],
+        "offsets": [0, 4, 8, 12, 24, 36],
+        "itemsize": 40,
+    }
+)
+
+#: CARLA's fourteen weather parameters; percentages run from 0 to 100.
+WEATHER_DTYPE = np.dtype(
+    [
+        (name, "<f4")
+        for name in (
+            "cloudiness_percent",
+            "precipitation_percent",
+            "precipitation_deposits_percent",
+            "wind_intensity_percent",
+            "sun_azimuth_rad",
+            "sun_altitude_rad",
+            "fog_density_percent",
+            "fog_distance_m",
+            "wetness_percent",
+            "fog_falloff",
+            "scattering_intensity",
+            "mie_scattering_scale",
+            "rayleigh_scattering_scale",
+            "dust_storm_percent",
+        )
+    ]
+)
+
+for _dtype, _struct in (
+    (ACTOR_STATE_DTYPE, ActorState.ActorState),
+    (COLLISION_DTYPE, Collision.Collision),
+    (WEATHER_DTYPE, Weather.Weather),
+):
+    if _dtype.itemsize != _struct.SizeOf():
+        raise ImportError(
+            f"{_struct.__name__} takes {_struct.SizeOf()} bytes on the wire, its numpy type "
+            f"{_dtype.itemsize}: causeway.frames and the generated code are of different versions"
+        )
+
+Buffer = Union[bytes, bytearray, memoryview]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The immutable state of one world after one tick."""
+
+    world: int
+    #: Count of completed ticks; 0 is the initial state.
+    tick: int
+    #: Changes when a new process owns the world.
+    epoch: int
+    dt_secs: float
+    #: Equal for equal states, bit for bit.
+    state_hash: int
+    seed: int
+    map_name: str
+    #: BLAKE3 of the map's OpenDRIVE text, hexadecimal.
+    map_digest: str
+    #: One element of :data:`WEATHER_DTYPE`, shape ``()``.
+    weather: NDArray[np.void]
+    #: Blueprint ids, indexed by ``actors["type_index"]``.
+    types: tuple[str, ...]
+    #: :data:`ACTOR_STATE_DTYPE`, shape ``(N,)``, ordered by id; read-only for a ``bytes`` message.
+    actors: NDArray[np.void]
+    #: :data:`COLLISION_DTYPE`, shape ``(M,)``, ordered by (actor, other).
+    collisions: NDArray[np.void]
+
+    @property
+    def time_secs(self) -> float:
+        """Simulated seconds since tick 0."""
+        return self.tick * self.dt_secs
+
+    def speeds_mps(self) -> NDArray[np.float32]:
+        """Speed of every actor, shape ``(N,)``, metres per second, never negative."""
+        speeds: NDArray[np.float32] = np.linalg.norm(
+            self.actors["linear_velocity_in_world_mps"], axis=1
+        )
+        return speeds
+
+    def type_names(self) -> list[str]:
+        """Blueprint id of every actor, in the order of :attr:`actors`."""
+        return [self.types[index] for index in self.actors["type_index"]]
+
+
+def decode(buffer: Buffer) -> Frame:
+    """Reads one ``Frame`` message. Its arrays keep `buffer` alive and map its bytes.
+
+    Raises:
+        ValueError: the bytes are not a frame, or are cut short or damaged.
+    """
+    data = memoryview(buffer).cast("B")
+    found = bytes(data[4:8])
+    if len(data) < 8 or found != IDENTIFIER:
+        raise ValueError(
+            f"wanted a frame with identifier {IDENTIFIER!r}, found {found!r} in {len(data)} bytes"
+        )
+    try:
+        return _decode(data)
+    except (struct.error, IndexError, TypeError, OverflowError, UnicodeDecodeError) as cause:
+        raise ValueError(f"a damaged frame of {len(data)} bytes: {cause}") from cause
+
+
+def _decode(data: memoryview) -> Frame:
+    table = FrameTable.Frame.GetRootAs(data)
+    map_ref, weather = table.Map(), table.Weather()
+    if map_ref is None or weather is None or table.ActorsIsNone() or table.CollisionsIsNone():
+        raise ValueError("a damaged frame: a required field is missing")
+    # A damaged length must not make us allocate or loop beyond what the message can hold.
+    type_count = min(table.TypesLength(), len(data) // 4)
+    types = tuple(_text(table.Types(index), data) for index in range(type_count))
+    actors = _array(data, ACTOR_STATE_DTYPE, table.Actors(0), table.ActorsLength())
+    if len(actors) and int(actors["type_index"].max()) >= len(types):
+        raise ValueError(f"a damaged frame: an actor of a type beyond its {len(types)} types")
+    collisions = _array(data, COLLISION_DTYPE, table.Collisions(0), table.CollisionsLength())
+    return Frame(
+        world=table.World(),
+        tick=table.Tick(),
+        epoch=table.Epoch(),
+        dt_secs=table.DtSecs(),
+        state_hash=table.StateHash(),
+        seed=table.Seed(),
+        map_name=_text(map_ref.Name(), data),
+        map_digest=_text(map_ref.Digest(), data),
+        weather=_array(data, WEATHER_DTYPE, weather, 1)[0],
+        types=types,
+        actors=actors,
+        collisions=collisions,
+    )
+
+
+def _array(data: memoryview, dtype: np.dtype[np.void], first: Any, count: int) -> NDArray[np.void]:
+    """`count` structs as one array, from the accessor of the first one."""
+    # The position is the one thing the generated accessors know and do not say.
+    return np.frombuffer(data, dtype=dtype, count=count, offset=first._tab.Pos)
+
+
+def _text(raw: bytes | None, data: memoryview) -> str:
+    if not raw:
+        raise ValueError("a damaged frame: a required text is missing")
+    # A zero byte follows every text, and the generated accessor cuts a text that runs over the end.
+    if data[-len(raw) :] == raw:
+        raise ValueError("a damaged frame: a text is cut short")
+    return raw.decode("utf-8")

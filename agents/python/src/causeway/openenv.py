@@ -1,0 +1,231 @@
+"""One driving episode over the OpenEnv WebSocket, synchronously and without further packages.
+
+Positions and angles of observations follow CARLA: metres and degrees, left-handed, x
+forward/east, y right/south, z up; speeds are in km/h where the name says so.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any, Mapping
+from urllib.parse import urlsplit, urlunsplit
+
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.sync.client import ClientConnection, connect
+
+DEFAULT_BASE_URL = "http://localhost:8000"
+
+#: Largest reply, in bytes: a picture of 4096 × 4096 pixels in base64, with room.
+REPLY_BYTES_MAX = 64 * 1024 * 1024
+
+
+class SessionError(RuntimeError):
+    """The server refused a request. The session and its episode are unchanged."""
+
+    def __init__(self, message: str, *, code: str, errors: list[dict[str, Any]]) -> None:
+        details = "".join(f"\n  {_where(error)}: {error.get('msg')}" for error in errors)
+        super().__init__(f"{message} ({code}){details}")
+        #: For programs, e.g. ``EXECUTION_ERROR``, ``VALIDATION_ERROR``, ``CAPACITY_REACHED``.
+        self.code = code
+        #: One entry per field that was wrong: ``type``, ``loc``, ``msg``, ``input``.
+        self.errors = errors
+
+
+@dataclass(frozen=True)
+class Step:
+    """What the server answers to a reset or a step."""
+
+    #: The fields of the observation, e.g. ``speed_kmh``, ``nearby_actors``, ``camera_image``.
+    observation: dict[str, Any]
+    #: The scenario's reward of this step; ``None`` after a reset.
+    reward: float | None
+    #: Whether the episode is over. Steps are still taken: the world goes on.
+    done: bool
+    #: Facts beyond the observation: ``outcome``, ``info``, ``events``, ``sim``.
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def rubric_reward(self) -> float | None:
+        """0 until the episode is over, then its reward; ``None`` after a reset."""
+        value = self.observation.get("rubric_reward")
+        return None if value is None else float(value)
+
+
+class Session:
+    """One connection, one world, one episode at a time.
+
+    Example::
+
+        with Session("http://localhost:8000") as session:
+            step = session.reset("trolley_saves", seed=7)
+            while not step.done:
+                step = session.step("lane_change", lane_direction="left")
+            picture = session.capture()
+    """
+
+    def __init__(
+        self,
+        base_url: str = DEFAULT_BASE_URL,
+        *,
+        connect_timeout_secs: float = 10.0,
+        reply_timeout_secs: float = 60.0,
+    ) -> None:
+        """Connects.
+
+        Raises:
+            ConnectionError: nobody answers at `base_url`, or not as an OpenEnv server.
+        """
+        self._url = _websocket_url(base_url)
+        self._reply_timeout_secs = reply_timeout_secs
+        try:
+            self._connection: ClientConnection = connect(
+                self._url,
+                open_timeout=connect_timeout_secs,
+                max_size=REPLY_BYTES_MAX,
+                compression=None,
+                # A program may think for minutes between two steps; TCP notices a dead server.
+                ping_interval=None,
+                proxy=None,
+            )
+        except (OSError, InvalidHandshake, InvalidURI) as cause:
+            raise ConnectionError(
+                f"no OpenEnv server at {self._url} ({cause}): start one with `causeway up`, "
+                "or pass the address it printed"
+            ) from cause
+
+    def reset(
+        self,
+        scenario: str | None = None,
+        *,
+        config: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+        episode_id: str | None = None,
+    ) -> Step:
+        """Starts a new episode.
+
+        Args:
+            scenario: e.g. ``trolley_saves`` or ``bias_3v1``; absent: the present one again.
+            config: overrides of the scenario's settings; they stay for later resets.
+            seed: the same seed and actions give the same observations; absent: drawn.
+            episode_id: a name for the episode; absent: drawn.
+
+        Raises:
+            SessionError: unknown scenario or setting; the previous episode goes on.
+        """
+        wanted = {
+            "scenario_name": scenario,
+            "scenario_config": None if config is None else dict(config),
+            "seed": seed,
+            "episode_id": episode_id,
+        }
+        data = {name: value for name, value in wanted.items() if value is not None}
+        return _step(self._ask("reset", data))
+
+    def step(self, action_type: str = "observe", **arguments: Any) -> Step:
+        """Takes one action and advances the world by one tick of 0.05 s.
+
+        Args:
+            action_type: ``observe``, ``control``, ``emergency_stop``, ``brake_vehicle``,
+                ``maintain_speed``, ``lane_change`` or ``capture_image`` (which never ticks).
+            arguments: the action's fields, e.g. ``throttle`` (0 to 1), ``steer`` (-1 left to
+                1 right), ``brake_intensity`` (0 to 1), ``target_speed_kmh``, ``lane_direction``.
+
+        Raises:
+            SessionError: a field is unknown or out of its bounds.
+        """
+        return _step(self._ask("step", {"action_type": action_type, **arguments}))
+
+    def state(self) -> dict[str, Any]:
+        """The episode's counters: steps, distance, collisions, rewards, seed, map."""
+        return self._ask("state", None)
+
+    def capture(self) -> bytes:
+        """The front camera's picture of the present moment, as JPEG. Time stands still.
+
+        Raises:
+            SessionError: with code ``NO_IMAGE`` when no renderer could draw it.
+        """
+        step = self.step("capture_image")
+        image = step.observation.get("camera_image")
+        if image is None:
+            reason = step.metadata.get("camera_error", "the server gave no reason")
+            raise SessionError(f"no picture: {reason}", code="NO_IMAGE", errors=[])
+        return base64.b64decode(image, validate=True)
+
+    def close(self) -> None:
+        """Ends the session; its world is freed. Closing twice does nothing."""
+        self._connection.close()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _ask(self, kind: str, data: dict[str, Any] | None) -> dict[str, Any]:
+        message: dict[str, Any] = {"type": kind}
+        if data is not None:
+            message["data"] = data
+        reply = self._exchange(json.dumps(message, allow_nan=False))
+        content = reply.get("data")
+        if not isinstance(content, dict):
+            raise ConnectionError(f"{self._url} answered {kind} without data: {reply!r:.200}")
+        if reply.get("type") == "error":
+            raise SessionError(
+                str(content.get("message")),
+                code=str(content.get("code")),
+                errors=content.get("errors") or [],
+            )
+        return content
+
+    def _exchange(self, text: str) -> dict[str, Any]:
+        try:
+            try:
+                self._connection.send(text)
+            except ConnectionClosed:
+                # A server that is full says so and closes; its reason waits to be read.
+                pass
+            raw = self._connection.recv(timeout=self._reply_timeout_secs)
+        except TimeoutError:
+            # A late reply would be taken for the answer to the next request.
+            self.close()
+            raise TimeoutError(
+                f"{self._url} gave no reply within {self._reply_timeout_secs} s; "
+                "the session is closed"
+            ) from None
+        except ConnectionClosed as cause:
+            raise ConnectionError(f"{self._url} closed the session: {cause}") from cause
+        reply = json.loads(raw)
+        if not isinstance(reply, dict):
+            raise ConnectionError(f"{self._url} answered {raw!r:.200} instead of an object")
+        return reply
+
+
+def _websocket_url(base_url: str) -> str:
+    parts = urlsplit(base_url)
+    scheme = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}.get(parts.scheme)
+    if scheme is None or not parts.netloc:
+        raise ValueError(f"wanted an address like {DEFAULT_BASE_URL}, found {base_url!r}")
+    return urlunsplit((scheme, parts.netloc, parts.path.rstrip("/") + "/ws", "", ""))
+
+
+def _step(content: dict[str, Any]) -> Step:
+    observation = content["observation"]
+    return Step(
+        observation=observation,
+        reward=content.get("reward"),
+        done=bool(content.get("done")),
+        metadata=observation.get("metadata") or content.get("metadata") or {},
+    )
+
+
+def _where(error: Mapping[str, Any]) -> str:
+    return ".".join(str(part) for part in error.get("loc", ())) or "message"
