@@ -28,36 +28,28 @@ const STUCK_RECEIVER_MICROS: u64 = 1_000_000;
 /// First and longest pause between two attempts to connect.
 const RETRY_MILLIS: (u64, u64) = (10, 500);
 
-/// What a process does for the traffic of others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Role {
-    /// Nothing.
-    #[default]
-    Peer,
-    /// Passes it on.
-    Router,
-}
-
 /// How a process sits on the bus.
+///
+/// Who listens passes traffic on, so that all who connect to it reach each other; who only connects
+/// leaves routing to the other side.
 #[derive(Clone, Debug, Default)]
 pub struct BusConfig {
-    /// Peer or router.
-    pub role: Role,
     /// Where others may connect; port 0 means any free one.
     pub listen: Vec<Endpoint>,
-    /// Whom to connect to, and to reconnect to for ever.
+    /// Whom to connect to, and to reconnect to for ever. Who only connects uses the first that answers;
+    /// who also listens connects to all.
     pub connect: Vec<Endpoint>,
     /// How long [`Bus::open`](crate::Bus::open) waits for the first connection; `None`: for ever.
     pub connect_deadline: Option<Duration>,
 }
 
 impl BusConfig {
-    /// A router on one endpoint: everyone who connects reaches everyone else.
+    /// Everyone who connects to this endpoint reaches everyone else.
     pub fn listening(endpoint: Endpoint) -> Self {
-        Self { role: Role::Router, listen: vec![endpoint], ..Self::default() }
+        Self { listen: vec![endpoint], ..Self::default() }
     }
 
-    /// A peer of one endpoint.
+    /// On the bus of somebody who listens.
     pub fn connecting(endpoint: Endpoint) -> Self {
         Self { connect: vec![endpoint], ..Self::default() }
     }
@@ -69,10 +61,9 @@ impl BusConfig {
                 endpoints.iter().map(|endpoint| format!("\"{endpoint}\"")).collect();
             format!("[{}]", texts.join(","))
         };
-        let mode = match self.role {
-            Role::Peer => "\"peer\"",
-            Role::Router => "\"router\"",
-        };
+        // Peers that only connect do not hear of each other's declarations through the one in the
+        // middle, and may ask before they hear of its own; clients have neither trouble.
+        let mode = if self.listen.is_empty() { "\"client\"" } else { "\"router\"" };
         let connect_millis = match self.connect_deadline {
             Some(deadline) => deadline.as_millis().to_string(),
             None => "-1".to_owned(),
@@ -92,6 +83,8 @@ impl BusConfig {
             ),
             ("scouting/multicast/enabled", "false".to_owned()),
             ("scouting/gossip/enabled", "false".to_owned()),
+            // Half a second of waiting for discoveries that are switched off.
+            ("scouting/delay", "0".to_owned()),
             ("transport/unicast/accept_timeout", ACCEPT_TIMEOUT_MILLIS.to_string()),
             ("transport/unicast/max_sessions", SESSIONS_MAX.to_string()),
             ("transport/link/tx/lease", LEASE_MILLIS.to_string()),
@@ -101,6 +94,9 @@ impl BusConfig {
             ),
             ("transport/link/rx/max_message_size", MESSAGE_BYTES_MAX.to_string()),
         ];
+        if self.listen.is_empty() && self.connect.is_empty() {
+            return Err(BusError::NoEndpoint);
+        }
         let mut config = zenoh::Config::default();
         for (name, value) in settings {
             config

@@ -6,6 +6,9 @@ use crate::Endpoint;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BusError {
+    /// A bus of one.
+    #[error("neither an address to listen on nor one to connect to; give --listen or --connect")]
+    NoEndpoint,
     /// The port is taken or the address is not ours.
     #[error("cannot listen on {endpoint}: {cause}; free it or give another --listen")]
     Listen {

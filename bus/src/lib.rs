@@ -34,7 +34,7 @@ mod presence;
 mod query;
 mod session;
 
-pub use config::{BusConfig, Role};
+pub use config::BusConfig;
 pub use endpoint::{Endpoint, InvalidEndpoint};
 pub use error::BusError;
 pub use frames::{FrameSubscription, PublishedFrame};

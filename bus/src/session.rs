@@ -57,8 +57,20 @@ impl Bus {
         request: &Request,
         deadline: Duration,
     ) -> Result<Reply, Error> {
-        let payload = wire::encode_request(request);
-        let reply = ask(&self.session, key, payload, limits::REQUEST_BYTES_MAX, deadline).await?;
+        self.request_bytes(key, wire::encode_request(request), deadline).await
+    }
+
+    /// [`request`](Self::request) with a request that is already encoded.
+    ///
+    /// # Errors
+    /// As for [`request`](Self::request).
+    pub async fn request_bytes(
+        &self,
+        key: &str,
+        request: Vec<u8>,
+        deadline: Duration,
+    ) -> Result<Reply, Error> {
+        let reply = ask(&self.session, key, request, limits::REQUEST_BYTES_MAX, deadline).await?;
         reply_of(&reply)
     }
 
