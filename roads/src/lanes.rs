@@ -28,6 +28,11 @@ impl LaneEntry {
         if self.forward { self.start_s } else { self.end_s }
     }
 
+    /// The road coordinate where its traffic leaves it.
+    pub(crate) fn exit_s(&self) -> f64 {
+        if self.forward { self.end_s } else { self.start_s }
+    }
+
     pub(crate) fn length_m(&self) -> f64 {
         self.end_s - self.start_s
     }

@@ -30,6 +30,7 @@ mod model;
 mod neighbours;
 mod scenery;
 mod spawn;
+mod topology;
 pub mod town;
 mod walk;
 mod xml;

@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::neighbours::{self, Side};
 use crate::scenery::{self, SceneryBox};
 use crate::spawn;
+use crate::topology;
 use crate::walk::{Way, walk};
 use crate::xml;
 
@@ -219,6 +220,22 @@ impl Map {
     #[must_use]
     pub fn right_driving(&self, waypoint: &Waypoint) -> Option<Waypoint> {
         neighbours::same_direction_driving(&self.model, waypoint, Side::Right)
+    }
+
+    /// Places on all driving lanes, one every `step_m` metres of road coordinate from each road's
+    /// start.
+    ///
+    /// **Domain:** steps of less than a millimetre give nothing.
+    #[must_use]
+    pub fn generate_waypoints(&self, step_m: f64) -> Vec<Waypoint> {
+        topology::generate_waypoints(&self.model, step_m)
+    }
+
+    /// Every place where one lane leads into another: the end of the one and the start of the
+    /// other, both at the joint itself.
+    #[must_use]
+    pub fn lane_joints(&self) -> Vec<(Waypoint, Waypoint)> {
+        topology::joints(&self.model, &self.table, &self.links)
     }
 
     /// Where vehicles may start: lane middles outside junctions, half a metre above the ground.

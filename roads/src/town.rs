@@ -1,4 +1,19 @@
 //! Towns of our own, written as OpenDRIVE text.
+//!
+//! A town is a plan of junctions and streets ([`plan`]). Streets become roads ([`street`]),
+//! junctions become connecting roads ([`junction`]), the land between is filled with houses, trees
+//! and lamps ([`block`]), and all of it is written down ([`write`]).
+
+mod block;
+mod draft;
+mod furniture;
+mod junction;
+mod plan;
+mod random;
+mod street;
+mod write;
+
+use draft::TownDraft;
 
 /// Names of the towns [`build`] knows.
 pub fn names() -> impl Iterator<Item = &'static str> {
@@ -7,28 +22,18 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 
 /// The OpenDRIVE text of a generated town; `None` for a name that is not ours.
 ///
-/// **Determinism:** the same name gives the same bytes.
+/// **Determinism:** the same name gives the same bytes. A name with `_Opt` gives the same town.
 #[must_use]
 pub fn build(name: &str) -> Option<String> {
-    names().any(|known| known == name).then(|| straight_road(name))
-}
-
-fn straight_road(name: &str) -> String {
-    let lane = |id: i32| {
-        format!(
-            "<lane id=\"{id}\" type=\"driving\" level=\"false\">\
-             <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane>"
-        )
-    };
-    let lanes = |ids: [i32; 3]| ids.map(lane).concat();
-    format!(
-        "<?xml version=\"1.0\"?><OpenDRIVE><header revMajor=\"1\" revMinor=\"4\" name=\"{name}\"/>\
-         <road id=\"1\" length=\"400\" junction=\"-1\" rule=\"RHT\"><planView>\
-         <geometry s=\"0\" x=\"-200\" y=\"0\" hdg=\"0\" length=\"400\"><line/></geometry>\
-         </planView><lanes><laneSection s=\"0\"><left>{}</left>\
-         <center><lane id=\"0\" type=\"none\"/></center><right>{}</right>\
-         </laneSection></lanes></road></OpenDRIVE>",
-        lanes([3, 2, 1]),
-        lanes([-1, -2, -3]),
-    )
+    names().any(|known| known == name).then(|| {
+        let plan = plan::inner_city();
+        let mut draft = TownDraft::default();
+        draft.roads.extend(plan.streets.iter().map(|street| street::road(&plan, street)));
+        for node in 0..plan.nodes.len() {
+            junction::build(&plan, node, &mut draft);
+        }
+        furniture::line_streets(&plan, &mut draft);
+        block::fill(&plan, &mut draft);
+        write::town(name, &draft)
+    })
 }

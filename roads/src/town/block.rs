@@ -1,0 +1,141 @@
+//! The land between streets: houses, yards and the parks.
+
+use super::draft::{ObjectDraft, TownDraft};
+use super::furniture::{SIDEWALK_HEIGHT_M, tree};
+use super::plan::{Block, LandUse, Plan};
+use super::random::Random;
+
+/// Free strip between sidewalk and houses, in metres.
+const FRONT_GAP_M: f64 = 1.5;
+/// Depth of a house, in metres.
+const DEPTH_M: f64 = 15.0;
+/// Width of a house, in metres, before it is stretched to fill its row.
+const WIDTH_M: [f64; 2] = [14.0, 26.0];
+/// Height of a storey, in metres.
+const STOREY_M: f64 = 3.3;
+/// Distance between trees in a park, in metres.
+const TREE_SPACING_M: f64 = 14.0;
+/// Any number gives a town; this one gives ours.
+const SEED: u64 = 0x0043_4155_5345_5759;
+
+/// Fills every block of the plan.
+pub(super) fn fill(plan: &Plan, draft: &mut TownDraft) {
+    let mut random = Random::new(SEED);
+    for block in &plan.blocks {
+        floor(block, draft);
+        match block.use_of_land {
+            LandUse::Houses => houses_around(block, &mut random, draft),
+            LandUse::Row => row_along(block, &mut random, draft),
+            LandUse::Park => park(block, &mut random, draft),
+        }
+    }
+}
+
+fn size(block: &Block) -> [f64; 2] {
+    [block.max[0] - block.min[0], block.max[1] - block.min[1]]
+}
+
+fn middle(block: &Block) -> [f64; 2] {
+    [(block.min[0] + block.max[0]) / 2.0, (block.min[1] + block.max[1]) / 2.0]
+}
+
+fn floor(block: &Block, draft: &mut TownDraft) {
+    let [length_m, width_m] = size(block);
+    let name = if block.use_of_land == LandUse::Park { "Lawn" } else { "Paving" };
+    // A centimetre lower than the sidewalks, whose rounded corners reach over it.
+    let patch = thing("patch", name, [length_m, width_m, SIDEWALK_HEIGHT_M - 0.01], 0.0);
+    draft.place(middle(block), 0.0, patch);
+}
+
+fn thing(
+    object_type: &'static str,
+    name: &'static str,
+    [length_m, width_m, height_m]: [f64; 3],
+    z_offset_m: f64,
+) -> ObjectDraft {
+    ObjectDraft {
+        object_type,
+        name,
+        s: 0.0,
+        t: 0.0,
+        z_offset_m,
+        heading_rad: 0.0,
+        length_m,
+        width_m,
+        height_m,
+        outline: Vec::new(),
+    }
+}
+
+/// Rows on the long sides take the corners, rows on the short sides fill what is left.
+fn houses_around(block: &Block, random: &mut Random, draft: &mut TownDraft) {
+    let (low, high) = (block.min.map(|v| v + FRONT_GAP_M), block.max.map(|v| v - FRONT_GAP_M));
+    let deep_m = DEPTH_M / 2.0;
+    for y in [low[1] + deep_m, high[1] - deep_m] {
+        row([low[0], y], [high[0], y], random, draft);
+    }
+    for x in [low[0] + deep_m, high[0] - deep_m] {
+        row([x, low[1] + DEPTH_M], [x, high[1] - DEPTH_M], random, draft);
+    }
+    let yard = middle(block);
+    draft.place(yard, 0.0, tree(9.0, 2.8));
+}
+
+fn row_along(block: &Block, random: &mut Random, draft: &mut TownDraft) {
+    let [x, y] = middle(block);
+    let [length_m, width_m] = size(block);
+    if length_m > width_m {
+        row([block.min[0], y], [block.max[0], y], random, draft);
+    } else {
+        row([x, block.min[1]], [x, block.max[1]], random, draft);
+    }
+}
+
+/// Houses wall to wall from one point to the other.
+fn row(from: [f64; 2], to: [f64; 2], random: &mut Random, draft: &mut TownDraft) {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length_m = dx.hypot(dy);
+    let heading_rad = dy.atan2(dx);
+    let mut widths_m: Vec<f64> = Vec::new();
+    let mut filled_m = 0.0;
+    while filled_m + WIDTH_M[0] <= length_m {
+        let width_m = random.between(WIDTH_M[0], WIDTH_M[1]);
+        widths_m.push(width_m);
+        filled_m += width_m;
+    }
+    let stretch = length_m / filled_m.max(1.0);
+    let mut along_m = 0.0;
+    for width_m in widths_m.into_iter().map(|width_m| width_m * stretch) {
+        let share = (along_m + width_m / 2.0) / length_m;
+        let storeys = random.between(3.0, 8.0).floor();
+        // A hand's width between neighbours keeps their walls apart.
+        let house = thing(
+            "building",
+            "House",
+            [width_m - 0.1, DEPTH_M, storeys * STOREY_M + 1.0],
+            SIDEWALK_HEIGHT_M,
+        );
+        draft.place([from[0] + dx * share, from[1] + dy * share], heading_rad, house);
+        along_m += width_m;
+    }
+}
+
+fn park(block: &Block, random: &mut Random, draft: &mut TownDraft) {
+    let [length_m, width_m] = size(block);
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a block is some hundred metres wide"
+    )]
+    let counts = [length_m, width_m].map(|side_m| (side_m / TREE_SPACING_M) as usize);
+    for column in 0..counts[0] {
+        for line in 0..counts[1] {
+            let at = [
+                block.min[0] + (column as f64 + 0.5) * TREE_SPACING_M + random.between(-4.0, 4.0),
+                block.min[1] + (line as f64 + 0.5) * TREE_SPACING_M + random.between(-4.0, 4.0),
+            ];
+            let grown = tree(random.between(6.0, 12.0), random.between(1.8, 3.2));
+            draft.place(at, 0.0, grown);
+        }
+    }
+}

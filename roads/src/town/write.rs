@@ -1,0 +1,230 @@
+//! OpenDRIVE text of a draft.
+
+use std::fmt::{Display, Write};
+
+use super::draft::{
+    JunctionDraft, LaneDraft, LineKind, LinkTo, ObjectDraft, Piece, RoadDraft, TownDraft,
+};
+
+/// A number with at most nine digits after the point, so that lane ends meet far below a
+/// millimetre, and without trailing zeros, so that the text stays small.
+struct Number(f64);
+
+impl Display for Number {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let text = format!("{:.9}", self.0);
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        f.write_str(if text == "-0" { "0" } else { text })
+    }
+}
+
+/// Text that grows; writing to a string cannot fail.
+struct Out(String);
+
+impl Out {
+    fn line(&mut self, text: std::fmt::Arguments<'_>) {
+        // The error type of the trait is for other targets than strings.
+        let _: Result<(), std::fmt::Error> = self.0.write_fmt(text);
+        self.0.push('\n');
+    }
+}
+
+/// Writes the whole town.
+pub(super) fn town(name: &str, draft: &TownDraft) -> String {
+    let mut out = Out(String::with_capacity(512 * 1024));
+    out.line(format_args!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>"));
+    out.line(format_args!("<OpenDRIVE>"));
+    out.line(format_args!(
+        "<header revMajor=\"1\" revMinor=\"4\" name=\"{name}\" version=\"1\" \
+         date=\"2026-01-01T00:00:00\" north=\"230\" south=\"-230\" east=\"230\" west=\"-230\" \
+         vendor=\"Causeway\">"
+    ));
+    out.line(format_args!(
+        "<geoReference><![CDATA[+proj=tmerc +lat_0=48 +lon_0=11 +k=1 +x_0=0 +y_0=0 +datum=WGS84 \
+         +units=m +no_defs]]></geoReference>"
+    ));
+    out.line(format_args!("</header>"));
+    let mut next_object_id = 1;
+    for draft_road in &draft.roads {
+        road(&mut out, draft_road, &mut next_object_id);
+    }
+    for draft_junction in &draft.junctions {
+        junction(&mut out, draft_junction);
+    }
+    out.line(format_args!("</OpenDRIVE>"));
+    out.0
+}
+
+fn road(out: &mut Out, road: &RoadDraft, next_object_id: &mut u32) {
+    let junction = road.junction.map_or(-1, i64::from);
+    out.line(format_args!(
+        "<road name=\"Road {}\" length=\"{}\" id=\"{}\" junction=\"{junction}\" rule=\"RHT\">",
+        road.id,
+        Number(road.length_m()),
+        road.id
+    ));
+    out.line(format_args!("<link>"));
+    link(out, "predecessor", road.predecessor);
+    link(out, "successor", road.successor);
+    out.line(format_args!("</link>"));
+    out.line(format_args!(
+        "<type s=\"0\" type=\"town\"><speed max=\"{}\" unit=\"km/h\"/></type>",
+        road.limit_kmh
+    ));
+    out.line(format_args!("<planView>"));
+    let mut s = 0.0;
+    for piece in &road.pieces {
+        geometry(out, s, piece);
+        s += piece.length_m;
+    }
+    out.line(format_args!("</planView>"));
+    out.line(format_args!(
+        "<elevationProfile><elevation s=\"0\" a=\"0\" b=\"0\" c=\"0\" d=\"0\"/></elevationProfile>"
+    ));
+    lanes(out, road);
+    if !road.objects.is_empty() {
+        out.line(format_args!("<objects>"));
+        for draft_object in &road.objects {
+            object(out, draft_object, *next_object_id);
+            *next_object_id += 1;
+        }
+        out.line(format_args!("</objects>"));
+    }
+    out.line(format_args!("</road>"));
+}
+
+fn link(out: &mut Out, side: &str, to: LinkTo) {
+    match to {
+        LinkTo::Junction(id) => {
+            out.line(format_args!("<{side} elementType=\"junction\" elementId=\"{id}\"/>"));
+        }
+        LinkTo::Road { id, at_end } => {
+            let contact = if at_end { "end" } else { "start" };
+            out.line(format_args!(
+                "<{side} elementType=\"road\" elementId=\"{id}\" contactPoint=\"{contact}\"/>"
+            ));
+        }
+    }
+}
+
+fn geometry(out: &mut Out, s: f64, piece: &Piece) {
+    out.line(format_args!(
+        "<geometry s=\"{}\" x=\"{}\" y=\"{}\" hdg=\"{}\" length=\"{}\">",
+        Number(s),
+        Number(piece.x),
+        Number(piece.y),
+        Number(piece.heading_rad),
+        Number(piece.length_m)
+    ));
+    if piece.curvature == 0.0 {
+        out.line(format_args!("<line/></geometry>"));
+    } else {
+        // A rounded curvature would move the end of a long arc, so every digit is written.
+        out.line(format_args!("<arc curvature=\"{}\"/></geometry>", piece.curvature));
+    }
+}
+
+fn lanes(out: &mut Out, road: &RoadDraft) {
+    let mut lanes: Vec<&LaneDraft> = road.lanes.iter().collect();
+    lanes.sort_by_key(|lane| -lane.id);
+    let (left, right): (Vec<&LaneDraft>, Vec<&LaneDraft>) =
+        lanes.into_iter().partition(|lane| lane.id > 0);
+    out.line(format_args!("<lanes><laneSection s=\"0\">"));
+    side(out, "left", &left);
+    let centre = if road.centre_line {
+        "type=\"solid\" weight=\"standard\" color=\"yellow\" width=\"0.15\""
+    } else {
+        "type=\"none\" weight=\"standard\" color=\"white\" width=\"0\""
+    };
+    out.line(format_args!(
+        "<center><lane id=\"0\" type=\"none\" level=\"false\">\
+         <roadMark sOffset=\"0\" {centre} laneChange=\"none\"/></lane></center>"
+    ));
+    side(out, "right", &right);
+    out.line(format_args!("</laneSection></lanes>"));
+}
+
+fn side(out: &mut Out, name: &str, lanes: &[&LaneDraft]) {
+    if lanes.is_empty() {
+        return;
+    }
+    out.line(format_args!("<{name}>"));
+    for draft_lane in lanes {
+        lane(out, draft_lane);
+    }
+    out.line(format_args!("</{name}>"));
+}
+
+fn lane(out: &mut Out, lane: &LaneDraft) {
+    out.line(format_args!(
+        "<lane id=\"{}\" type=\"{}\" level=\"false\">",
+        lane.id,
+        lane.kind.name()
+    ));
+    if lane.predecessor.is_some() || lane.successor.is_some() {
+        let element = |side: &str, id: Option<i32>| {
+            id.map_or_else(String::new, |id| format!("<{side} id=\"{id}\"/>"))
+        };
+        out.line(format_args!(
+            "<link>{}{}</link>",
+            element("predecessor", lane.predecessor),
+            element("successor", lane.successor)
+        ));
+    }
+    let (line, width_m, change) = match lane.line {
+        LineKind::Broken => ("broken", "0.15", "both"),
+        LineKind::Solid => ("solid", "0.15", "none"),
+        LineKind::Kerb => ("curb", "0.15", "none"),
+        LineKind::None => ("none", "0", "none"),
+    };
+    out.line(format_args!(
+        "<width sOffset=\"0\" a=\"{}\" b=\"0\" c=\"0\" d=\"0\"/>\
+         <roadMark sOffset=\"0\" type=\"{line}\" weight=\"standard\" color=\"white\" \
+         width=\"{width_m}\" laneChange=\"{change}\"/></lane>",
+        Number(lane.width_m)
+    ));
+}
+
+fn object(out: &mut Out, object: &ObjectDraft, id: u32) {
+    out.line(format_args!(
+        "<object id=\"{id}\" name=\"{}\" type=\"{}\" s=\"{}\" t=\"{}\" zOffset=\"{}\" hdg=\"{}\" \
+         pitch=\"0\" roll=\"0\" orientation=\"none\" length=\"{}\" width=\"{}\" height=\"{}\">",
+        object.name,
+        object.object_type,
+        Number(object.s),
+        Number(object.t),
+        Number(object.z_offset_m),
+        Number(object.heading_rad),
+        Number(object.length_m),
+        Number(object.width_m),
+        Number(object.height_m)
+    ));
+    if !object.outline.is_empty() {
+        out.line(format_args!("<outline>"));
+        for [u, v] in &object.outline {
+            out.line(format_args!(
+                "<cornerLocal u=\"{}\" v=\"{}\" z=\"0\" height=\"0\"/>",
+                Number(*u),
+                Number(*v)
+            ));
+        }
+        out.line(format_args!("</outline>"));
+    }
+    out.line(format_args!("</object>"));
+}
+
+fn junction(out: &mut Out, junction: &JunctionDraft) {
+    out.line(format_args!("<junction id=\"{}\" name=\"Junction {}\">", junction.id, junction.id));
+    for (id, connection) in (1..).zip(&junction.connections) {
+        out.line(format_args!(
+            "<connection id=\"{id}\" incomingRoad=\"{}\" connectingRoad=\"{}\" \
+             contactPoint=\"start\">",
+            connection.incoming, connection.connecting
+        ));
+        for (from, to) in &connection.lanes {
+            out.line(format_args!("<laneLink from=\"{from}\" to=\"{to}\"/>"));
+        }
+        out.line(format_args!("</connection>"));
+    }
+    out.line(format_args!("</junction>"));
+}
