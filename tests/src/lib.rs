@@ -1,1 +1,1 @@
-//! tests
+//! Whole-system tests: real processes on private ports, one file per promise.

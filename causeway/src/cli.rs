@@ -1,0 +1,69 @@
+//! What can be typed, and which crate answers it.
+
+use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+use crate::{lifeline, logging, router, up};
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
+RUST_LOG chooses what is logged, e.g. RUST_LOG=debug or RUST_LOG=info,zenoh=debug.";
+
+/// A driving-simulation service: physics worlds, renderers and scenario servers on one bus.
+#[derive(Debug, Parser)]
+#[command(name = "causeway", version, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    /// End when standard input ends: the process that started this one is gone then.
+    #[arg(long, hide = true)]
+    exit_with_parent: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Start a whole site on this machine: one process per service, restarted when one dies.
+    #[command(after_help = EXIT_CODES)]
+    Up(up::Args),
+    /// Run a router of the bus, for services on several machines.
+    Router(router::Args),
+}
+
+impl Cli {
+    /// Runs the command until it is done or stopped by a signal.
+    ///
+    /// # Errors
+    /// Why it ended otherwise.
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        logging::init(self.command.name());
+        if self.exit_with_parent {
+            lifeline::end_with_stdin().map_err(|error| Failure::of(&error))?;
+        }
+        match self.command {
+            Command::Up(args) => up::run(args),
+            Command::Router(args) => router::run(args),
+        }
+    }
+}
+
+impl Command {
+    /// The word on the command line; it marks the process's lines in the log.
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Up(_) => "up",
+            Self::Router(_) => "router",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn no_two_flags_of_a_command_clash() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,48 @@
+//! `causeway router`: a meeting point of the bus for services on several machines.
+
+use bus::{Bus, BusConfig, BusError, Endpoint};
+use tokio::signal::unix::{SignalKind, signal};
+
+use crate::failure::Failure;
+
+/// Settings of a router.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Where services and clients connect. Loopback unless told otherwise: the bus has no
+    /// authentication of its own.
+    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7447")]
+    listen: Vec<Endpoint>,
+    /// Other routers to join.
+    #[arg(long, value_name = "tcp/HOST:PORT")]
+    connect: Vec<Endpoint>,
+}
+
+/// Passes traffic on until SIGINT or SIGTERM.
+///
+/// # Errors
+/// When an endpoint cannot be taken.
+pub(crate) fn run(args: Args) -> Result<(), Failure> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::of(&error))?;
+    runtime.block_on(async {
+        let _bus = open(args).await.map_err(|error| Failure::of(&error))?;
+        let mut interrupt = signal(SignalKind::interrupt()).map_err(|error| Failure::of(&error))?;
+        let mut terminate = signal(SignalKind::terminate()).map_err(|error| Failure::of(&error))?;
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+        }
+        Ok(())
+    })
+}
+
+async fn open(args: Args) -> Result<Bus, BusError> {
+    let config = BusConfig { listen: args.listen, connect: args.connect, ..BusConfig::default() };
+    let bus = Bus::open(config).await?;
+    for endpoint in bus.listening() {
+        tracing::info!("routing on {endpoint}");
+    }
+    Ok(bus)
+}

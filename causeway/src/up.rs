@@ -1,0 +1,50 @@
+//! `causeway up`: a whole site on one machine.
+//!
+//! Checks what can be checked at once, starts every service at the same moment, and keeps them
+//! running. Everything it starts ends with it.
+
+mod banner;
+mod child;
+mod plan;
+mod ports;
+mod restart;
+mod stop;
+mod supervisor;
+
+use tokio::sync::watch;
+
+use crate::failure::Failure;
+use plan::Plan;
+use stop::Stop;
+
+pub(crate) use plan::Args;
+
+/// Runs a site until SIGINT or SIGTERM.
+///
+/// # Errors
+/// Settings that cannot work, and the first service that cannot be kept running.
+pub(crate) fn run(args: Args) -> Result<(), Failure> {
+    let plan = Plan::resolve(args).map_err(|error| Failure::usage(&error))?;
+    // The bus needs a runtime with threads; one is plenty for watching.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::of(&error))?;
+    runtime.block_on(run_site(plan))
+}
+
+async fn run_site(plan: Plan) -> Result<(), Failure> {
+    let (stop, _) = watch::channel(Stop::No);
+    banner::print_addresses(&plan);
+    let announcing = tokio::spawn(banner::print_arrivals(plan.bus.clone()));
+    let outcome = tokio::select! {
+        outcome = supervisor::supervise(plan.services, &stop) => {
+            outcome.map_err(|error| Failure::of(&error))
+        }
+        // Signals only ever end this one with an error.
+        refused = stop::on_signals(&stop) => refused.map_err(|error| Failure::of(&error)),
+    };
+    announcing.abort();
+    outcome
+}

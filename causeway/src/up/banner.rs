@@ -1,0 +1,45 @@
+//! What a person sees: where to connect, and what came up or went away.
+
+use std::time::Instant;
+
+use bus::{Bus, BusConfig, BusError, Endpoint, Presence};
+use schemas::ServiceKind;
+
+use super::plan::Plan;
+
+/// Prints where to connect.
+pub(crate) fn print_addresses(plan: &Plan) {
+    println!("causeway {}", env!("CARGO_PKG_VERSION"));
+    println!("  OpenEnv   http://{}", plan.http);
+    println!("  bus       {}", plan.bus);
+}
+
+/// Prints every service that comes up or goes away, for ever.
+pub(crate) async fn print_arrivals(bus: Endpoint) {
+    let Err(error) = follow(bus).await;
+    tracing::warn!("cannot tell what comes up: {error}");
+}
+
+async fn follow(endpoint: Endpoint) -> Result<std::convert::Infallible, BusError> {
+    let started = Instant::now();
+    let bus = Bus::open(BusConfig::connecting(endpoint)).await?;
+    let mut watch = bus.watch(None).await?;
+    loop {
+        match watch.next().await {
+            Presence::Up(alive) => {
+                let noun = noun(alive.kind);
+                let millis = started.elapsed().as_millis();
+                println!("  {noun:<9} {} · {} · up after {millis} ms", alive.id, alive.detail);
+            }
+            Presence::Down(kind, id) => println!("  {:<9} {id} · gone", noun(kind)),
+        }
+    }
+}
+
+fn noun(kind: ServiceKind) -> &'static str {
+    match kind {
+        ServiceKind::World => "worlds",
+        ServiceKind::Render => "renderer",
+        ServiceKind::Scenario => "scenarios",
+    }
+}

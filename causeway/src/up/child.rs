@@ -1,0 +1,87 @@
+//! One process of one service.
+
+use std::ffi::OsString;
+use std::io;
+use std::process::{ExitStatus, Stdio};
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, kill_process};
+use tokio::process::{ChildStdin, Command};
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use super::stop::Stop;
+
+/// How long a process may take to end in good order; the whole site is gone a second later.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// A service to run: its subcommand and what follows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Service {
+    /// The subcommand.
+    pub(crate) name: &'static str,
+    /// What follows the subcommand.
+    pub(crate) arguments: Vec<OsString>,
+    /// Whether the site is of use without it.
+    pub(crate) essential: bool,
+}
+
+/// A running process of a service. It dies with this value, and with this process.
+pub(crate) struct Child {
+    process: tokio::process::Child,
+    /// Never written; see [`lifeline`](crate::lifeline).
+    _lifeline: Option<ChildStdin>,
+}
+
+impl Child {
+    /// Starts this program again as the service.
+    ///
+    /// # Errors
+    /// When the operating system cannot start a process.
+    pub(crate) fn start(service: &Service) -> io::Result<Self> {
+        let mut process = Command::new(std::env::current_exe()?)
+            .arg("--exit-with-parent")
+            .arg(service.name)
+            .args(&service.arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            // Its own group: Ctrl-C in a terminal reaches `up` alone, which then stops each in order.
+            .process_group(0)
+            .kill_on_drop(true)
+            .spawn()?;
+        // `wait` would close it, and with it tell the process to end.
+        let lifeline = process.stdin.take();
+        Ok(Self { process, _lifeline: lifeline })
+    }
+
+    /// Waits until the process ends by itself. May be dropped and called again.
+    ///
+    /// # Errors
+    /// When the operating system cannot tell.
+    pub(crate) async fn wait(&mut self) -> io::Result<ExitStatus> {
+        self.process.wait().await
+    }
+
+    /// Asks the process to end, and kills it when it takes too long or nobody wants to wait.
+    pub(crate) async fn stop(mut self, stop: &mut watch::Receiver<Stop>) {
+        if self.ask_to_end() {
+            let patient = async {
+                tokio::select! {
+                    _ = self.process.wait() => true,
+                    () = Stop::at_once(stop) => false,
+                }
+            };
+            if timeout(GRACE, patient).await.unwrap_or(false) {
+                return;
+            }
+        }
+        // Already gone is as good as killed.
+        let _ = self.process.kill().await;
+    }
+
+    fn ask_to_end(&self) -> bool {
+        let raw = self.process.id().and_then(|id| i32::try_from(id).ok());
+        let Some(pid) = raw.and_then(Pid::from_raw) else { return false };
+        kill_process(pid, Signal::TERM).is_ok()
+    }
+}

@@ -1,0 +1,117 @@
+//! What was typed, and the consistent plan that follows from it.
+
+use std::ffi::OsString;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use bus::Endpoint;
+
+use super::child::Service;
+use super::ports::{self, PortTaken};
+
+/// Settings of a site.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Where OpenEnv clients and browsers connect; port 0 takes any free one. Loopback unless told
+    /// otherwise: nobody is asked for a password.
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8000")]
+    http: SocketAddr,
+    /// Where the services and other clients of the bus meet; port 0 takes any free one.
+    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7447")]
+    bus: Endpoint,
+    /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
+    #[arg(long, value_name = "DIR")]
+    maps: Option<PathBuf>,
+    /// Threads that advance worlds [default: one per core].
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Renderers to start; each is a process of its own.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "no_render")]
+    render: u8,
+    /// Start no renderer: `capture_image` then answers without a picture and says why.
+    #[arg(long)]
+    no_render: bool,
+}
+
+/// Why a site cannot start as typed. Nothing was started.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PlanError {
+    /// Somebody listens there already.
+    #[error("{0}")]
+    Port(#[from] PortTaken),
+    /// No folder, or one that may not be read.
+    #[error("--maps needs a folder that can be read: {cause}: {path:?}")]
+    Maps {
+        /// As typed.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: std::io::Error,
+    },
+}
+
+/// What is started and where it is found; all ports were free a moment ago.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    /// The OpenEnv address, with its port.
+    pub(crate) http: SocketAddr,
+    /// The bus, with its port.
+    pub(crate) bus: Endpoint,
+    /// In the order in which they are started.
+    pub(crate) services: Vec<Service>,
+}
+
+impl Plan {
+    /// # Errors
+    /// The first setting that cannot work.
+    pub(crate) fn resolve(args: Args) -> Result<Self, PlanError> {
+        if let Some(path) = &args.maps {
+            check_folder(path)?;
+        }
+        let http = ports::free_http(args.http)?;
+        let bus = ports::free_bus(&args.bus)?;
+        let services = services(&args, http, &bus);
+        Ok(Self { http, bus, services })
+    }
+}
+
+fn check_folder(path: &Path) -> Result<(), PlanError> {
+    match std::fs::read_dir(path) {
+        Ok(_) => Ok(()),
+        Err(cause) => Err(PlanError::Maps { path: path.to_owned(), cause }),
+    }
+}
+
+/// The world service comes first: everybody else connects to it.
+fn services(args: &Args, http: SocketAddr, bus: &Endpoint) -> Vec<Service> {
+    let mut services = vec![world(args, bus), scenario(http, bus)];
+    let renderers = if args.no_render { 0 } else { args.render };
+    services.extend((0..renderers).map(|index| renderer(index, bus)));
+    services
+}
+
+fn world(args: &Args, bus: &Endpoint) -> Service {
+    let mut arguments = flag("--listen", bus.to_string());
+    if let Some(path) = &args.maps {
+        arguments.extend([OsString::from("--maps"), path.clone().into_os_string()]);
+    }
+    if let Some(threads) = args.threads {
+        arguments.extend(flag("--threads", threads.to_string()));
+    }
+    Service { name: "world", arguments, essential: true }
+}
+
+fn scenario(http: SocketAddr, bus: &Endpoint) -> Service {
+    let mut arguments = flag("--connect", bus.to_string());
+    arguments.extend(flag("--http", http.to_string()));
+    Service { name: "scenario", arguments, essential: true }
+}
+
+fn renderer(index: u8, bus: &Endpoint) -> Service {
+    let mut arguments = flag("--connect", bus.to_string());
+    arguments.extend(flag("--id", format!("render-{index}")));
+    Service { name: "render", arguments, essential: false }
+}
+
+fn flag(name: &str, value: String) -> Vec<OsString> {
+    vec![name.into(), value.into()]
+}

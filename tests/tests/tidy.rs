@@ -1,0 +1,107 @@
+//! Goal: what no lint can say about the sources. Method: read them all.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Lines of a file without its tests.
+const LINES_MAX: usize = 400;
+/// Files that are longer, each with its reason.
+const LONGER: [(&str, &str); 0] = [];
+
+/// Words that must not be committed, and why. In two parts, as this file is read too.
+const UNWANTED: [([&str; 2], &str); 6] = [
+    (["todo", "!("], "unfinished code fails at run time"),
+    (["unimplemented", "!("], "unfinished code fails at run time"),
+    (["dbg", "!("], "left over from debugging"),
+    (["FIX", "ME"], "open an issue and name it: TODO(#123)"),
+    (["Congestion", "Control::Block"], "one slow receiver would stop everybody else"),
+    (["#[ign", "ore"], "a test that is not run protects nothing"),
+];
+
+struct Source {
+    path: String,
+    text: String,
+}
+
+impl Source {
+    /// Lines before the unit tests, which come last in a file.
+    fn line_count_without_tests(&self) -> usize {
+        self.text.lines().take_while(|line| *line != "#[cfg(test)]").count()
+    }
+}
+
+/// All sources that people write, with paths from the root of the tree.
+fn sources() -> Vec<Source> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut found = Vec::new();
+    let mut folders = vec![root.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path: PathBuf = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            let skipped = name.starts_with('.') || matches!(name.as_str(), "target" | "_out");
+            if path.is_dir() && !skipped {
+                folders.push(path);
+            } else if path
+                .extension()
+                .is_some_and(|end| end == "rs" || end == "py" || end == "wgsl")
+            {
+                let relative = path.strip_prefix(&root).unwrap().to_string_lossy().into_owned();
+                found.push(Source { path: relative, text: fs::read_to_string(&path).unwrap() });
+            }
+        }
+    }
+    let generated =
+        |path: &str| path.contains("schemas/src/generated/") || path.contains("causeway/wire/");
+    found.retain(|source| !generated(&source.path));
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    assert!(found.len() > 50, "only {} sources found", found.len());
+    found
+}
+
+#[test]
+fn files_are_short_enough_to_be_read_at_once() {
+    let too_long: Vec<String> = sources()
+        .iter()
+        .filter(|source| !LONGER.iter().any(|(path, _)| *path == source.path))
+        .map(|source| (source.line_count_without_tests(), &source.path))
+        .filter(|(lines, _)| *lines > LINES_MAX)
+        .map(|(lines, path)| format!("{path}: {lines} lines"))
+        .collect();
+    assert!(too_long.is_empty(), "over {LINES_MAX} lines without tests: {too_long:#?}");
+}
+
+#[test]
+fn nothing_unfinished_or_left_over_is_in_the_sources() {
+    let sources = sources();
+    for (parts, reason) in UNWANTED {
+        let word = parts.concat();
+        for source in &sources {
+            for (index, line) in source.text.lines().enumerate() {
+                assert!(!line.contains(&word), "{}:{}: {word}: {reason}", source.path, index + 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_open_end_names_its_issue() {
+    for source in sources() {
+        for (index, line) in source.text.lines().enumerate() {
+            let open_end = line.contains(concat!("TO", "DO"));
+            let named = line.contains(concat!("TO", "DO(#"));
+            assert!(!open_end || named, "{}:{}: name the issue", source.path, index + 1);
+        }
+    }
+}
+
+#[test]
+fn lines_fit_two_files_side_by_side() {
+    let columns_max = 100;
+    for source in sources().iter().filter(|source| source.path.ends_with(".rs")) {
+        for (index, line) in source.text.lines().enumerate() {
+            let columns = line.chars().count();
+            assert!(columns <= columns_max, "{}:{}: {columns} columns", source.path, index + 1);
+        }
+    }
+}
