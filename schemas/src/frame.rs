@@ -62,7 +62,7 @@ pub struct ActorState {
 }
 
 /// A contact that pushed during this tick, once per pair of actors.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
     /// The actor with the smaller id, or the only one.
     pub actor: ActorId,

@@ -1,1 +1,59 @@
-//! world
+//! The simulation as a value: [`Command`](schemas::Command)s in, [`Frame`](schemas::Frame)s out. No
+//! bus, clock, thread, file or global randomness.
+//!
+//! - [`Town`] is what all worlds of one map share: roads, ground, scenery.
+//! - [`World`] is one simulation: [`apply`](World::apply), [`tick`](World::tick),
+//!   [`frame`](World::frame), [`snapshot`](World::snapshot), [`restore`](World::restore),
+//!   [`fork`](World::fork), [`state_hash`](World::state_hash).
+//!
+//! One tick: pilots choose controls; scenery near moving bodies enters the physics; then in substeps
+//! of at most 10 ms each vehicle's wheels push it, the ground pushes what has fallen, and Rapier
+//! solves the contacts between bodies; at the end the contacts become collisions.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use schemas::{Command, Vec3, WorldId, level_pose};
+//! use world::{Town, World, WorldConfig};
+//!
+//! let text = roads::town::build("Town10HD_Opt").unwrap();
+//! let roads = roads::Map::parse("Town10HD_Opt", &text).unwrap();
+//! let start = nalgebra::convert(roads.spawn_points()[0]);
+//! let map = Arc::new(Town::new(Arc::new(roads)));
+//! let id = WorldId::new(1).unwrap();
+//! let mut world = World::new(WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map }).unwrap();
+//! let car = world.apply(&Command::SpawnActor {
+//!     blueprint: "vehicle.lincoln.mkz".to_owned(),
+//!     world_from_actor: start,
+//!     linear_velocity_mps: Vec3::zeros(),
+//! });
+//! assert_eq!(car.unwrap().unwrap().get(), 1);
+//! world.tick().unwrap();
+//! assert_eq!(world.frame().actors.len(), 1);
+//! ```
+//!
+//! What it does not do: traffic lights, sensors, recordings and clocks belong to others.
+
+mod actor;
+mod blueprint;
+mod check;
+mod collision;
+mod command;
+mod convert;
+mod fallen;
+mod frame;
+mod ground;
+mod hash;
+mod overlap;
+mod physics;
+mod place;
+mod rng;
+mod scenery;
+mod snapshot;
+mod spawn;
+mod step;
+mod town;
+mod vehicle;
+mod world;
+
+pub use town::Town;
+pub use world::{World, WorldConfig};

@@ -1,0 +1,76 @@
+//! A driver for one vehicle.
+
+use roads::Map;
+use schemas::{PilotMode, Pose, Vec3, VehicleControl};
+use serde::{Deserialize, Serialize};
+
+use crate::lane_change::LaneChange;
+use crate::speed::SpeedControl;
+use crate::steering;
+use crate::track::Track;
+
+/// Keeps a lane at a speed, after a lane change if one was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pilot {
+    /// `None` when there is no lane near that leads the vehicle's way.
+    track: Option<Track>,
+    lane_change: Option<LaneChange>,
+    speed: SpeedControl,
+}
+
+/// What a pilot knows of its vehicle, world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleView {
+    /// Origin at the box centre on the ground.
+    pub world_from_vehicle: Pose,
+    /// Of the centre of mass.
+    pub velocity_mps: Vec3,
+    /// Between the axles.
+    pub wheelbase_m: f32,
+    /// Mean front wheel angle that a steer of 1 reaches at this speed.
+    pub full_lock_rad: f32,
+}
+
+impl Pilot {
+    /// A driver who takes over at this pose and velocity.
+    ///
+    /// A lane change to a side without a driving lane of the same direction keeps the lane.
+    ///
+    /// - **Domain:** `target_speed_mps` is not negative.
+    pub fn new(map: &Map, mode: PilotMode, target_speed_mps: f32, view: &VehicleView) -> Self {
+        let own = Track::nearest(map, &view.world_from_vehicle);
+        let neighbour = own.as_ref().and_then(|track| match mode {
+            PilotMode::KeepLane => None,
+            PilotMode::ChangeLaneLeft => track.left(map),
+            PilotMode::ChangeLaneRight => track.right(map),
+        });
+        let track = neighbour.clone().or(own);
+        let lane_change = neighbour.and_then(|track| {
+            let place = track.place(map, &view.world_from_vehicle, view.velocity_mps);
+            LaneChange::plan(&place)
+        });
+        Self { track, lane_change, speed: SpeedControl::new(target_speed_mps) }
+    }
+
+    /// Whether a lane change is under way.
+    pub fn is_changing_lane(&self) -> bool {
+        self.lane_change.is_some()
+    }
+
+    /// The control for the next `dt_secs`.
+    pub fn control(&mut self, map: &Map, view: &VehicleView, dt_secs: f32) -> VehicleControl {
+        let forward = view.world_from_vehicle.rotation * Vec3::x();
+        let speed_mps = view.velocity_mps.dot(&forward);
+        let mut steer = 0.0;
+        let mut limit_mps = f32::INFINITY;
+        if let Some(track) = &mut self.track {
+            track.advance(map, &view.world_from_vehicle);
+            let place = track.place(map, &view.world_from_vehicle, view.velocity_mps);
+            let reference = LaneChange::advance(&mut self.lane_change, place.along_mps, dt_secs);
+            steer = steering::steer(&place, &reference, view);
+            limit_mps = track.speed_limit_mps(map, speed_mps);
+        }
+        let (throttle, brake) = self.speed.pedals(speed_mps, limit_mps, dt_secs);
+        VehicleControl { throttle, steer, brake, hand_brake: false, reverse: false }
+    }
+}

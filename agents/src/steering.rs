@@ -1,0 +1,64 @@
+//! From the place beside the lane to the steering wheel.
+
+use nalgebra::ComplexField;
+
+use crate::lane_change::Reference;
+use crate::pilot::VehicleView;
+use crate::track::Place;
+
+/// Natural frequency with which the vehicle returns to its path, and the damping of that return.
+const RETURN_RADPS: f32 = 2.2;
+const DAMPING_RATIO: f32 = 0.9;
+/// Below this speed the gains stay as they are here, or they would grow without bound.
+const SPEED_MPS_MIN: f32 = 3.0;
+
+/// Steer from -1 to 1 that follows the reference beside the lane.
+///
+/// The path's curvature is fed forward; what is left of offset and sideways speed decays like a
+/// damped oscillator: sideways acceleration = speed² / wheelbase · wheel angle for small angles.
+pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) -> f32 {
+    let along_mps = place.along_mps.max(SPEED_MPS_MIN);
+    let offset_m = place.left_m - reference.left_m;
+    let drift_mps = place.left_mps - reference.slope * place.along_mps;
+    let wanted_mps2 =
+        -RETURN_RADPS * RETURN_RADPS * offset_m - 2.0 * DAMPING_RATIO * RETURN_RADPS * drift_mps;
+    let curvature_per_m =
+        place.curvature_per_m + reference.bend_per_m + wanted_mps2 / (along_mps * along_mps);
+    let road_wheel_rad = ComplexField::atan(view.wheelbase_m * curvature_per_m);
+    (road_wheel_rad / view.full_lock_rad).clamp(-1.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::{Pose, Vec3};
+
+    use super::*;
+
+    fn view() -> VehicleView {
+        VehicleView {
+            world_from_vehicle: Pose::identity(),
+            velocity_mps: Vec3::zeros(),
+            wheelbase_m: 2.85,
+            full_lock_rad: 0.6,
+        }
+    }
+
+    fn place(left_m: f32, left_mps: f32, curvature_per_m: f32) -> Place {
+        Place { left_m, along_mps: 10.0, left_mps, curvature_per_m }
+    }
+
+    #[test]
+    fn left_of_the_lane_it_steers_right_and_the_reverse() {
+        let none = Reference::default();
+        assert!(steer(&place(0.5, 0.0, 0.0), &none, &view()) < 0.0);
+        assert!(steer(&place(-0.5, 0.0, 0.0), &none, &view()) > 0.0);
+        assert!(steer(&place(0.0, 1.0, 0.0), &none, &view()) < 0.0);
+        assert_eq!(steer(&place(0.0, 0.0, 0.0), &none, &view()), 0.0);
+    }
+
+    #[test]
+    fn a_left_curve_is_steered_left_by_its_curvature() {
+        let steer = steer(&place(0.0, 0.0, 0.02), &Reference::default(), &view());
+        assert!((steer * 0.6 - (2.85f32 * 0.02).atan()).abs() < 1.0e-6);
+    }
+}

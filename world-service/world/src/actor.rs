@@ -1,0 +1,71 @@
+//! One actor: what it is, its body, and what drives it.
+
+use agents::Pilot;
+use schemas::{ActorId, ActorKind, ActorState, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::blueprint::{self, Blueprint, BodySpec};
+use crate::physics::{BodyHandle, BodyState};
+use crate::vehicle::{VehicleSpec, VehicleState};
+
+/// Something that was spawned.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Actor {
+    pub id: ActorId,
+    /// Index of [`blueprint::get`].
+    pub blueprint: u16,
+    pub body: BodyHandle,
+    pub colour_rgb: u32,
+    /// Mean over the last tick.
+    pub acceleration_mps2: Vec3,
+    /// `None` for everything without wheels.
+    pub vehicle: Option<Box<Vehicle>>,
+}
+
+/// What only vehicles have.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Vehicle {
+    pub state: VehicleState,
+    /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
+    pub pilot: Option<Pilot>,
+}
+
+impl Actor {
+    pub(crate) fn blueprint(&self) -> &'static Blueprint {
+        blueprint::get(self.blueprint).expect("spawn and restore admit known blueprints only")
+    }
+
+    /// The vehicle and its data, of vehicles.
+    pub(crate) fn vehicle_mut(&mut self) -> Option<(&'static VehicleSpec, &mut Vehicle)> {
+        let BodySpec::Vehicle(spec) = self.blueprint().body else { return None };
+        Some((spec, self.vehicle.as_deref_mut()?))
+    }
+
+    /// The public state of this actor.
+    pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
+        let blueprint = self.blueprint();
+        let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
+        ActorState {
+            id: self.id,
+            kind: blueprint.kind(),
+            gear: vehicle.map_or(0, |state| state.drivetrain.gear),
+            type_index,
+            world_from_actor: body.world_from_body,
+            linear_velocity_mps: body.linear_mps,
+            angular_velocity_radps: body.angular_radps,
+            linear_acceleration_mps2: self.acceleration_mps2,
+            box_centre_m: blueprint.box_centre_m(),
+            box_half_extent_m: blueprint.box_half_extent_m(),
+            control: vehicle.map_or_else(Default::default, |state| state.control),
+            road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
+            colour_rgb: self.colour_rgb,
+        }
+    }
+
+    /// Whether the parts fit the blueprint; what a snapshot may get wrong.
+    pub(crate) fn is_consistent(&self) -> bool {
+        blueprint::get(self.blueprint).is_some_and(|blueprint| {
+            (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
+        })
+    }
+}

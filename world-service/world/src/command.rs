@@ -1,0 +1,137 @@
+//! Commands: checked whole before the first change, so that a refused one changes nothing.
+
+use agents::Pilot;
+use schemas::{
+    ActorId, Command, CommandReply, Error, ErrorCode, PilotMode, Pose, Vec3, VehicleControl,
+    Weather, limits,
+};
+
+use crate::actor::Vehicle;
+use crate::check;
+use crate::physics::BodyHandle;
+use crate::world::World;
+use crate::{place, step};
+
+impl World {
+    /// Carries out one command.
+    ///
+    /// # Errors
+    /// Says what was wanted and what was found; the world is unchanged.
+    pub fn apply(&mut self, command: &Command) -> CommandReply {
+        match command {
+            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps } => {
+                self.spawn(blueprint, world_from_actor, *linear_velocity_mps).map(Some)
+            }
+            Command::DestroyActor { actor } => self.destroy(*actor).map(|()| None),
+            Command::SetControl { actor, control } => {
+                self.set_control(*actor, *control).map(|()| None)
+            }
+            Command::SetPilot { actor, mode, target_speed_mps } => {
+                self.set_pilot(*actor, *mode, *target_speed_mps).map(|()| None)
+            }
+            Command::SetVelocity { actor, linear_mps, angular_radps } => {
+                self.set_velocity(*actor, *linear_mps, *angular_radps).map(|()| None)
+            }
+            Command::SetPose { actor, world_from_actor } => {
+                self.set_pose(*actor, world_from_actor).map(|()| None)
+            }
+            Command::SetWeather { weather } => self.set_weather(*weather).map(|()| None),
+        }
+    }
+
+    fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
+        let index = self.state.index_of(id)?;
+        let actor = self.state.actors.remove(index);
+        self.state.physics.remove_body(actor.body);
+        self.state.contacts.forget(id);
+        Ok(())
+    }
+
+    fn set_control(&mut self, id: ActorId, control: VehicleControl) -> Result<(), Error> {
+        check::control(&control)?;
+        let (vehicle, body) = self.vehicle_mut(id)?;
+        vehicle.pilot = None;
+        let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
+        if changed {
+            // Rapier does not know of our controls and would let the body sleep on.
+            self.state.physics.wake(body);
+        }
+        Ok(())
+    }
+
+    fn set_pilot(
+        &mut self,
+        id: ActorId,
+        mode: PilotMode,
+        target_speed_mps: Option<f32>,
+    ) -> Result<(), Error> {
+        if let Some(speed_mps) = target_speed_mps {
+            check::range("target speed", speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
+        }
+        self.vehicle_mut(id)?;
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let body = self.state.physics.state(actor.body);
+        let Some((spec, vehicle)) = actor.vehicle_mut() else { return Ok(()) };
+        let forward = body.world_from_body.rotation * Vec3::x();
+        let speed_mps = target_speed_mps.unwrap_or_else(|| body.linear_mps.dot(&forward).max(0.0));
+        let view = step::view(spec, &body);
+        vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
+        Ok(())
+    }
+
+    fn set_velocity(
+        &mut self,
+        id: ActorId,
+        linear_mps: Vec3,
+        angular_radps: Vec3,
+    ) -> Result<(), Error> {
+        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let forward = self.state.physics.state(actor.body).world_from_body.rotation * Vec3::x();
+        if let Some((spec, vehicle)) = actor.vehicle_mut() {
+            vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
+        }
+        self.state.physics.set_velocity(actor.body, linear_mps, angular_radps);
+        Ok(())
+    }
+
+    fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
+        check::pose(world_from_actor)?;
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let placed = place::on_ground(actor.blueprint(), world_from_actor, &self.town.ground);
+        if let Some((_, vehicle)) = actor.vehicle_mut() {
+            vehicle.state.lift();
+        }
+        self.state.physics.set_pose(actor.body, &placed.world_from_actor);
+        Ok(())
+    }
+
+    fn set_weather(&mut self, weather: Weather) -> Result<(), Error> {
+        check::weather(&weather)?;
+        self.state.weather = weather;
+        // A vehicle that stood on a dry slope may slide on a wet one.
+        let vehicles = self.state.actors.iter().filter(|actor| actor.vehicle.is_some());
+        for body in vehicles.map(|actor| actor.body) {
+            self.state.physics.wake(body);
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// `UnknownActor`, or `InvalidArgument` for an actor without wheels.
+    fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let (kind, body) = (actor.blueprint().kind(), actor.body);
+        let vehicle = actor.vehicle.as_deref_mut().ok_or_else(|| {
+            Error::new(ErrorCode::InvalidArgument, "the actor cannot be driven")
+                .wanted("a vehicle")
+                .found(format!("{id}, a {kind:?}"))
+        })?;
+        Ok((vehicle, body))
+    }
+}

@@ -1,0 +1,87 @@
+//! The public picture of a world, and the number that stands for its state.
+
+use schemas::{ActorState, Frame, Weather};
+
+use crate::blueprint;
+use crate::hash::Hasher;
+use crate::world::World;
+
+impl World {
+    /// The present state.
+    pub fn frame(&self) -> Frame {
+        let mut types = Vec::new();
+        let mut type_of = vec![None; blueprint::all().len()];
+        let mut actors: Vec<ActorState> = Vec::with_capacity(self.state.actors.len());
+        for actor in &self.state.actors {
+            let slot = &mut type_of[usize::from(actor.blueprint)];
+            let type_index = *slot.get_or_insert_with(|| {
+                types.push(actor.blueprint().id.clone());
+                // Fewer blueprints than u16 values exist.
+                (types.len() - 1) as u16
+            });
+            actors.push(actor.state(&self.state.physics.state(actor.body), type_index));
+        }
+        Frame {
+            world: self.id,
+            tick: self.state.tick,
+            epoch: self.epoch,
+            dt_secs: self.state.dt_secs,
+            state_hash: self.state_hash(),
+            seed: self.state.seed,
+            map: self.map_ref().clone(),
+            weather: self.state.weather,
+            types,
+            actors,
+            collisions: self.state.collisions.clone(),
+        }
+    }
+
+    /// A number that is equal for equal states and, but for chance, different for different ones.
+    ///
+    /// - **Domain:** everything that moves or decides: tick, random generator, weather, bodies,
+    ///   wheels, controls, pilots. Not the world's id and epoch, so that forks agree.
+    /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
+    pub fn state_hash(&self) -> u64 {
+        let state = &self.state;
+        let mut hasher = Hasher::new();
+        hasher.integers([state.tick.0, state.seed, state.rng.state(), state.next_actor.into()]);
+        hasher.real(state.dt_secs);
+        hasher.floats(weather_values(&state.weather));
+        for actor in &state.actors {
+            let body = state.physics.state(actor.body);
+            hasher.integers([
+                actor.id.get().into(),
+                actor.blueprint.into(),
+                actor.colour_rgb.into(),
+                body.asleep.into(),
+            ]);
+            hasher.floats(body.world_from_body.translation.vector.iter().copied());
+            hasher.floats(body.world_from_body.rotation.coords.iter().copied());
+            hasher.floats(body.linear_mps.iter().chain(&body.angular_radps).copied());
+            if let Some(vehicle) = actor.vehicle.as_deref() {
+                hasher.floats(vehicle.state.values());
+                hasher.value(&vehicle.pilot);
+            }
+        }
+        hasher.finish()
+    }
+}
+
+fn weather_values(weather: &Weather) -> [f32; 14] {
+    [
+        weather.cloudiness_percent,
+        weather.precipitation_percent,
+        weather.precipitation_deposits_percent,
+        weather.wind_intensity_percent,
+        weather.sun_azimuth_rad,
+        weather.sun_altitude_rad,
+        weather.fog_density_percent,
+        weather.fog_distance_m,
+        weather.wetness_percent,
+        weather.fog_falloff,
+        weather.scattering_intensity,
+        weather.mie_scattering_scale,
+        weather.rayleigh_scattering_scale,
+        weather.dust_storm_percent,
+    ]
+}

@@ -1,0 +1,257 @@
+//! Height, slope and grip of the ground at a point, from triangles in a uniform grid.
+//!
+//! Wheels and fallen bodies ask this instead of colliding with a mesh inside the physics engine:
+//! the ground is shared by all worlds of a map and never part of a snapshot.
+
+use nalgebra::Vector2;
+use schemas::Vec3;
+
+/// Cells of one ground, so that a long road does not cost gigabytes.
+const CELLS_MAX: usize = 1 << 20;
+/// Side of a cell unless the ground is too large for it.
+const CELL_M: f32 = 4.0;
+/// Tolerance at triangle edges, so that no point falls between two triangles.
+const EDGE_M: f32 = 1.0e-3;
+/// Grip of ground without a mesh, relative to dry asphalt.
+const OPEN_LAND_FRICTION: f32 = 0.6;
+
+/// The ground under a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Surface {
+    /// z of the surface at the queried x and y.
+    pub height_m: f32,
+    /// Unit, upwards.
+    pub normal: Vec3,
+    /// Grip relative to dry asphalt.
+    pub friction: f32,
+}
+
+/// One triangle as a plane z = height + slope · (xy − corner) with its outline.
+#[derive(Clone, Debug)]
+struct Face {
+    corners: [Vec3; 3],
+    normal: Vec3,
+    friction: f32,
+}
+
+/// Triangles seen from above, findable by x and y.
+#[derive(Debug)]
+pub(crate) struct Ground {
+    faces: Vec<Face>,
+    /// Face indices of all cells, one after the other.
+    cell_faces: Vec<u32>,
+    /// Where each cell's faces start in `cell_faces`; one more than there are cells.
+    cell_starts: Vec<u32>,
+    origin_m: Vector2<f32>,
+    cell_m: f32,
+    columns: usize,
+    rows: usize,
+    /// Endless plane where there is no triangle.
+    open_land: Surface,
+}
+
+impl Ground {
+    /// - **Domain:** `triangles` with their grip relative to dry asphalt; walls and degenerate ones
+    ///   are left out.
+    pub(crate) fn new(triangles: impl IntoIterator<Item = ([Vec3; 3], f32)>) -> Self {
+        let faces: Vec<Face> = triangles.into_iter().filter_map(face).collect();
+        let (low, high) = bounds(&faces);
+        let size = high - low;
+        let cell_m = cell_side_m(size.x, size.y);
+        let columns = cells_along(size.x, cell_m);
+        let rows = cells_along(size.y, cell_m);
+        let mut ground = Self {
+            open_land: Surface { height_m: low.z, normal: Vec3::z(), friction: OPEN_LAND_FRICTION },
+            faces,
+            cell_faces: Vec::new(),
+            cell_starts: Vec::new(),
+            origin_m: low.xy(),
+            cell_m,
+            columns,
+            rows,
+        };
+        ground.fill_cells();
+        ground
+    }
+
+    /// The highest surface at (x, y) that is not above `point.z`.
+    ///
+    /// - **Cost:** about 20 ns on a street.
+    pub(crate) fn below(&self, point: Vec3) -> Surface {
+        let mut best: Option<Surface> = None;
+        for &index in self.cell_at(point) {
+            let face = &self.faces[index as usize];
+            if !face.covers(point) {
+                continue;
+            }
+            let height_m = face.height_m(point);
+            if height_m <= point.z && best.is_none_or(|best| best.height_m < height_m) {
+                best = Some(Surface { height_m, normal: face.normal, friction: face.friction });
+            }
+        }
+        best.unwrap_or(self.open_land)
+    }
+
+    fn cell_at(&self, point: Vec3) -> &[u32] {
+        let column = (point.x - self.origin_m.x) / self.cell_m;
+        let row = (point.y - self.origin_m.y) / self.cell_m;
+        let inside =
+            column >= 0.0 && row >= 0.0 && column < self.columns as f32 && row < self.rows as f32;
+        if !inside {
+            return &[];
+        }
+        let cell = row as usize * self.columns + column as usize;
+        &self.cell_faces[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+    }
+
+    /// Two passes: count the faces of each cell, then place them.
+    fn fill_cells(&mut self) {
+        let mut starts = vec![0u32; self.columns * self.rows + 1];
+        for face in &self.faces {
+            self.for_cells_of(face, |cell| starts[cell + 1] += 1);
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut next = starts.clone();
+        let mut cell_faces = vec![0u32; starts.last().copied().unwrap_or(0) as usize];
+        for (index, face) in self.faces.iter().enumerate() {
+            self.for_cells_of(face, |cell| {
+                cell_faces[next[cell] as usize] = index as u32;
+                next[cell] += 1;
+            });
+        }
+        self.cell_starts = starts;
+        self.cell_faces = cell_faces;
+    }
+
+    fn for_cells_of(&self, face: &Face, mut visit: impl FnMut(usize)) {
+        let (low, high) = face.bounds();
+        let index = |coordinate: f32, origin: f32, count: usize| {
+            (((coordinate - origin) / self.cell_m).max(0.0) as usize).min(count - 1)
+        };
+        let columns = index(low.x - EDGE_M, self.origin_m.x, self.columns)
+            ..=index(high.x + EDGE_M, self.origin_m.x, self.columns);
+        for row in index(low.y - EDGE_M, self.origin_m.y, self.rows)
+            ..=index(high.y + EDGE_M, self.origin_m.y, self.rows)
+        {
+            for column in columns.clone() {
+                visit(row * self.columns + column);
+            }
+        }
+    }
+}
+
+impl Face {
+    fn bounds(&self) -> (Vec3, Vec3) {
+        let [a, b, c] = self.corners;
+        (a.inf(&b).inf(&c), a.sup(&b).sup(&c))
+    }
+
+    /// Whether the outline seen from above, widened by [`EDGE_M`], holds the point.
+    fn covers(&self, point: Vec3) -> bool {
+        let [a, b, c] = self.corners;
+        [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+            let edge = to - from;
+            let side = edge.x * (point.y - from.y) - edge.y * (point.x - from.x);
+            side >= -EDGE_M * (edge.x.abs() + edge.y.abs())
+        })
+    }
+
+    fn height_m(&self, point: Vec3) -> f32 {
+        let [corner, ..] = self.corners;
+        let offset = (point.x - corner.x) * self.normal.x + (point.y - corner.y) * self.normal.y;
+        corner.z - offset / self.normal.z
+    }
+}
+
+/// A face with upward normal and counter-clockwise corners; `None` for walls and slivers.
+fn face((corners, friction): ([Vec3; 3], f32)) -> Option<Face> {
+    let [a, b, c] = corners;
+    let cross = (b - a).cross(&(c - a));
+    let normal = cross.try_normalize(1.0e-9)?;
+    // Steeper than 70° is a wall: nothing drives or lies on it.
+    if normal.z.abs() < 0.34 {
+        return None;
+    }
+    if normal.z > 0.0 {
+        Some(Face { corners, normal, friction })
+    } else {
+        Some(Face { corners: [a, c, b], normal: -normal, friction })
+    }
+}
+
+fn bounds(faces: &[Face]) -> (Vec3, Vec3) {
+    faces
+        .iter()
+        .map(Face::bounds)
+        .reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
+        .unwrap_or((Vec3::zeros(), Vec3::zeros()))
+}
+
+fn cells_along(size_m: f32, cell_m: f32) -> usize {
+    (size_m / cell_m) as usize + 1
+}
+
+fn cell_side_m(size_x_m: f32, size_y_m: f32) -> f32 {
+    let mut side_m = CELL_M;
+    while cells_along(size_x_m, side_m).saturating_mul(cells_along(size_y_m, side_m)) > CELLS_MAX {
+        side_m *= 2.0;
+    }
+    side_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(low: f32, high: f32, z: f32, slope: f32) -> [([Vec3; 3], f32); 2] {
+        let at = |x: f32, y: f32| Vec3::new(x, y, z + slope * x);
+        [
+            ([at(low, low), at(high, low), at(high, high)], 1.0),
+            ([at(low, low), at(high, high), at(low, high)], 1.0),
+        ]
+    }
+
+    #[test]
+    fn the_highest_surface_below_the_point_counts() {
+        let bridge = square(-10.0, 10.0, 0.0, 0.0).into_iter().chain(square(-5.0, 5.0, 6.0, 0.0));
+        let ground = Ground::new(bridge);
+        assert_eq!(ground.below(Vec3::new(1.0, 2.0, 7.0)).height_m, 6.0);
+        assert_eq!(ground.below(Vec3::new(1.0, 2.0, 3.0)).height_m, 0.0);
+        assert_eq!(ground.below(Vec3::new(8.0, 2.0, 7.0)).height_m, 0.0);
+    }
+
+    #[test]
+    fn a_slope_has_its_height_and_normal_everywhere() {
+        let ground = Ground::new(square(-50.0, 50.0, 0.0, 0.1));
+        for x in [-49.9f32, -3.7, 0.0, 12.34, 49.9] {
+            let surface = ground.below(Vec3::new(x, 0.1, 20.0));
+            assert!((surface.height_m - 0.1 * x).abs() < 1.0e-4, "{surface:?} at {x}");
+            assert!((surface.normal.x + 0.1 * surface.normal.z).abs() < 1.0e-5);
+        }
+    }
+
+    #[test]
+    fn there_is_no_gap_on_the_seam_of_two_triangles() {
+        let ground = Ground::new(square(0.0, 7.0, 3.0, 0.0));
+        for step in 0..=700 {
+            let along = step as f32 * 0.01;
+            assert_eq!(ground.below(Vec3::new(along, along, 5.0)).height_m, 3.0, "{along}");
+        }
+    }
+
+    #[test]
+    fn outside_the_mesh_lies_open_land_at_its_lowest_height() {
+        let ground = Ground::new(square(0.0, 10.0, -2.0, 0.0));
+        assert_eq!(ground.below(Vec3::new(1.0e6, -5.0, 50.0)).height_m, -2.0);
+        assert_eq!(Ground::new([]).below(Vec3::new(3.0, 4.0, 5.0)).height_m, 0.0);
+    }
+
+    #[test]
+    fn a_huge_ground_stays_within_the_cell_limit() {
+        let ground = Ground::new(square(-50_000.0, 50_000.0, 0.0, 0.0));
+        assert!(ground.columns * ground.rows <= CELLS_MAX);
+        assert_eq!(ground.below(Vec3::new(-49_000.0, 49_000.0, 1.0)).height_m, 0.0);
+    }
+}

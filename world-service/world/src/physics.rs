@@ -1,0 +1,314 @@
+//! Rigid bodies and contacts between them: Rapier behind a narrow face.
+//!
+//! What is inside: one body per actor and the few scenery boxes near a moving actor. What is not:
+//! the ground (wheels and fallen bodies ask [`Ground`](crate::ground::Ground)) and far scenery. So a
+//! snapshot holds all of Rapier's state, including contact warm starts, islands and the broad phase,
+//! in a few kilobytes, and a restored world continues bit for bit; poses and velocities alone would
+//! not do, as warm starts and sleep timers differ from the first step on.
+
+mod contact;
+
+use nalgebra::Matrix3;
+use rapier3d::prelude::{
+    BroadPhaseBvh, CCDSolver, ColliderBuilder, ColliderHandle, ColliderSet, ImpulseJointSet,
+    IntegrationParameters, IslandManager, MassProperties, MultibodyJointSet, NarrowPhase,
+    PhysicsPipeline, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape,
+    SoftBodySet,
+};
+use schemas::{ActorId, Pose, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::blueprint::WalkerSpec;
+use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
+use crate::vehicle::{GRAVITY_MPS2, Impulse, VehicleSpec};
+
+pub(crate) use contact::Contact;
+
+/// Names a body; never reused within a world.
+pub(crate) type BodyHandle = RigidBodyHandle;
+/// Names a scenery box inside the physics.
+pub(crate) type SceneryHandle = ColliderHandle;
+
+/// A body slower than this at its farthest point falls asleep...
+const SLEEP_MPS: f32 = 0.02;
+/// ...after this time.
+const SLEEP_SECS: f32 = 1.0;
+/// Friction of car bodies, walls and clothes against each other.
+const BODY_FRICTION: f32 = 0.4;
+/// Sheet metal gives way: little comes back.
+const BODY_RESTITUTION: f32 = 0.1;
+/// Height of a car's waist over its clearance, as a share of what is above the clearance.
+const WAIST_SHARE: f32 = 0.5;
+/// Length of the cabin over the length of the car.
+const CABIN_SHARE: f32 = 0.55;
+
+/// All bodies of a world.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Physics {
+    bodies: RigidBodySet,
+    colliders: ColliderSet,
+    islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    narrow_phase: NarrowPhase,
+    #[serde(skip)]
+    workspace: Workspace,
+}
+
+/// Buffers and sets that stay empty: no part of the state.
+#[derive(Default)]
+struct Workspace {
+    pipeline: PhysicsPipeline,
+    ccd: CCDSolver,
+    impulse_joints: ImpulseJointSet,
+    multibody_joints: MultibodyJointSet,
+    soft_bodies: SoftBodySet,
+}
+
+/// A body at one moment, world frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyState {
+    pub world_from_body: Pose,
+    /// Of the centre of mass.
+    pub linear_mps: Vec3,
+    pub angular_radps: Vec3,
+    pub centre_of_mass_m: Vec3,
+    pub asleep: bool,
+}
+
+/// How a body answers an impulse, world frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response {
+    pub inverse_mass_per_kg: f32,
+    pub inverse_inertia: Matrix3<f32>,
+}
+
+impl Clone for Physics {
+    fn clone(&self) -> Self {
+        Self {
+            bodies: self.bodies.clone(),
+            colliders: self.colliders.clone(),
+            islands: self.islands.clone(),
+            broad_phase: self.broad_phase.clone(),
+            narrow_phase: self.narrow_phase.clone(),
+            workspace: Workspace::default(),
+        }
+    }
+}
+
+impl Physics {
+    pub(crate) fn new() -> Self {
+        Self {
+            bodies: RigidBodySet::new(),
+            colliders: ColliderSet::new(),
+            islands: IslandManager::new(),
+            broad_phase: BroadPhaseBvh::new(),
+            narrow_phase: NarrowPhase::new(),
+            workspace: Workspace::default(),
+        }
+    }
+
+    /// A car: a lower body over its whole length and a cabin on top.
+    pub(crate) fn insert_vehicle(
+        &mut self,
+        spec: &VehicleSpec,
+        world_from_vehicle: &Pose,
+        linear_mps: Vec3,
+        id: ActorId,
+    ) -> BodyHandle {
+        let centre_of_mass_m =
+            Vec3::new(spec.centre_of_mass_forward_m, 0.0, spec.centre_of_mass_height_m);
+        let mass = MassProperties::new(
+            to_rapier(centre_of_mass_m),
+            spec.mass_kg,
+            spec.inertia_kgm2().into(),
+        );
+        let body = RigidBodyBuilder::dynamic()
+            .pose(pose_to_rapier(world_from_vehicle))
+            .linvel(to_rapier(linear_mps))
+            .additional_mass_properties(mass)
+            .build();
+        let waist_m =
+            spec.ground_clearance_m + WAIST_SHARE * (spec.height_m - spec.ground_clearance_m);
+        let lower = (spec.length_m, spec.ground_clearance_m, waist_m);
+        let cabin = (spec.length_m * CABIN_SHARE, waist_m, spec.height_m);
+        let boxes = [lower, cabin].map(|(length_m, from_m, to_m)| {
+            let half_m = Vec3::new(length_m, spec.width_m, to_m - from_m) / 2.0;
+            (box_shape(half_m), Pose::translation(0.0, 0.0, f32::midpoint(from_m, to_m)))
+        });
+        self.insert_body(body, boxes, id)
+    }
+
+    /// A pedestrian that stands still, asleep, unless it starts with a speed.
+    pub(crate) fn insert_walker(
+        &mut self,
+        spec: &WalkerSpec,
+        world_from_walker: &Pose,
+        linear_mps: Vec3,
+        standing: bool,
+        id: ActorId,
+    ) -> BodyHandle {
+        let half_segment_m = spec.height_m / 2.0 - spec.radius_m;
+        let mass =
+            MassProperties::new(to_rapier(Vec3::zeros()), spec.mass_kg, spec.inertia_kgm2().into());
+        let body = RigidBodyBuilder::dynamic()
+            .pose(pose_to_rapier(world_from_walker))
+            .linvel(to_rapier(linear_mps))
+            .additional_mass_properties(mass)
+            .angular_damping(0.5)
+            .sleeping(standing)
+            .build();
+        let capsule = SharedShape::capsule_z(half_segment_m, spec.radius_m);
+        self.insert_body(body, [(capsule, Pose::identity())], id)
+    }
+
+    fn insert_body(
+        &mut self,
+        mut body: RigidBody,
+        shapes: impl IntoIterator<Item = (SharedShape, Pose)>,
+        id: ActorId,
+    ) -> BodyHandle {
+        let activation = body.activation_mut();
+        activation.normalized_linear_threshold = SLEEP_MPS;
+        activation.time_until_sleep = SLEEP_SECS;
+        let handle = self.bodies.insert(body);
+        for (shape, body_from_shape) in shapes {
+            let collider = ColliderBuilder::new(shape)
+                .position(pose_to_rapier(&body_from_shape))
+                .density(0.0)
+                .friction(BODY_FRICTION)
+                .restitution(BODY_RESTITUTION)
+                .user_data(id.get().into());
+            self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
+        }
+        // The first substep applies impulses before Rapier's own step computes these.
+        self.bodies[handle].recompute_mass_properties_from_colliders(&self.colliders);
+        handle
+    }
+
+    pub(crate) fn insert_scenery(&mut self, world_from_box: &Pose, half_m: Vec3) -> SceneryHandle {
+        let collider = ColliderBuilder::new(box_shape(half_m))
+            .position(pose_to_rapier(world_from_box))
+            .friction(BODY_FRICTION)
+            .restitution(BODY_RESTITUTION);
+        self.colliders.insert(collider)
+    }
+
+    pub(crate) fn remove_scenery(&mut self, handle: SceneryHandle) {
+        let soft_bodies = &mut self.workspace.soft_bodies;
+        self.colliders.remove(handle, &mut self.islands, &mut self.bodies, soft_bodies, true);
+    }
+
+    pub(crate) fn remove_body(&mut self, handle: BodyHandle) {
+        let Workspace { impulse_joints, multibody_joints, soft_bodies, .. } = &mut self.workspace;
+        self.bodies.remove(
+            handle,
+            &mut self.islands,
+            &mut self.colliders,
+            impulse_joints,
+            multibody_joints,
+            soft_bodies,
+            true,
+        );
+    }
+
+    /// Whether the handle names a body.
+    pub(crate) fn contains(&self, handle: BodyHandle) -> bool {
+        self.bodies.contains(handle)
+    }
+
+    /// Whether the handle names a scenery box.
+    pub(crate) fn contains_scenery(&self, handle: SceneryHandle) -> bool {
+        self.colliders.get(handle).is_some_and(|collider| collider.parent().is_none())
+    }
+
+    /// Whether a body touches a scenery box.
+    pub(crate) fn is_touched(&self, handle: SceneryHandle) -> bool {
+        self.narrow_phase.contact_pairs_with(handle).any(|pair| pair.has_any_active_contact())
+    }
+
+    pub(crate) fn body_count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    pub(crate) fn state(&self, handle: BodyHandle) -> BodyState {
+        let body = &self.bodies[handle];
+        BodyState {
+            world_from_body: pose_from_rapier(body.position()),
+            linear_mps: from_rapier(body.linvel()),
+            angular_radps: from_rapier(body.angvel()),
+            centre_of_mass_m: from_rapier(body.center_of_mass()),
+            asleep: body.is_sleeping(),
+        }
+    }
+
+    pub(crate) fn response(&self, handle: BodyHandle) -> Response {
+        let properties = self.bodies[handle].mass_properties();
+        let column =
+            |axis: Vec3| from_rapier(properties.effective_world_inv_inertia * to_rapier(axis));
+        Response {
+            inverse_mass_per_kg: properties.effective_inv_mass.x,
+            inverse_inertia: Matrix3::from_columns(&[
+                column(Vec3::x()),
+                column(Vec3::y()),
+                column(Vec3::z()),
+            ]),
+        }
+    }
+
+    /// Changes the velocities of an awake body.
+    pub(crate) fn apply(&mut self, handle: BodyHandle, impulse: &Impulse) {
+        let body = &mut self.bodies[handle];
+        body.apply_impulse(to_rapier(impulse.linear_ns), false);
+        body.apply_torque_impulse(to_rapier(impulse.angular_nms), false);
+    }
+
+    pub(crate) fn wake(&mut self, handle: BodyHandle) {
+        self.bodies[handle].wake_up(true);
+    }
+
+    pub(crate) fn set_velocity(
+        &mut self,
+        handle: BodyHandle,
+        linear_mps: Vec3,
+        angular_radps: Vec3,
+    ) {
+        let body = &mut self.bodies[handle];
+        body.set_linvel(to_rapier(linear_mps), true);
+        body.set_angvel(to_rapier(angular_radps), true);
+    }
+
+    pub(crate) fn set_pose(&mut self, handle: BodyHandle, world_from_body: &Pose) {
+        self.bodies[handle].set_position(pose_to_rapier(world_from_body), true);
+    }
+
+    /// Advances all bodies under gravity and contacts.
+    pub(crate) fn step(&mut self, dt_secs: f32) {
+        let parameters = IntegrationParameters {
+            dt: dt_secs,
+            // Nothing here is thin enough to be tunnelled at 150 m/s within 10 ms.
+            max_ccd_substeps: 0,
+            ..IntegrationParameters::default()
+        };
+        let Workspace { pipeline, ccd, impulse_joints, multibody_joints, soft_bodies } =
+            &mut self.workspace;
+        pipeline.step(
+            to_rapier(-Vec3::z() * GRAVITY_MPS2),
+            &parameters,
+            &mut self.islands,
+            &mut self.broad_phase,
+            &mut self.narrow_phase,
+            &mut self.bodies,
+            &mut self.colliders,
+            impulse_joints,
+            multibody_joints,
+            soft_bodies,
+            ccd,
+            &(),
+            &(),
+        );
+    }
+}
+
+fn box_shape(half_m: Vec3) -> SharedShape {
+    SharedShape::cuboid(half_m.x, half_m.y, half_m.z)
+}

@@ -1,0 +1,91 @@
+//! The rigid body as the wheels see it, and what they give back.
+
+use std::ops::AddAssign;
+
+use nalgebra::Matrix3;
+use schemas::{Pose, Vec3};
+
+use super::VehicleSpec;
+
+/// Air at sea level and 15 °C.
+const AIR_KG_PER_M3: f32 = 1.225;
+
+/// Pose and velocities of a chassis at the start of a substep, world frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chassis {
+    axes: Matrix3<f32>,
+    origin_m: Vec3,
+    centre_of_mass_m: Vec3,
+    /// Of the centre of mass.
+    pub linear_mps: Vec3,
+    angular_radps: Vec3,
+}
+
+/// Momentum given to a body: linear, and angular about its centre of mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Impulse {
+    pub linear_ns: Vec3,
+    pub angular_nms: Vec3,
+}
+
+impl AddAssign for Impulse {
+    fn add_assign(&mut self, other: Self) {
+        self.linear_ns += other.linear_ns;
+        self.angular_nms += other.angular_nms;
+    }
+}
+
+impl Chassis {
+    /// - **Frame:** `centre_of_mass_m` and the velocities in the world.
+    pub(crate) fn new(
+        world_from_vehicle: &Pose,
+        centre_of_mass_m: Vec3,
+        linear_mps: Vec3,
+        angular_radps: Vec3,
+    ) -> Self {
+        Self {
+            axes: world_from_vehicle.rotation.to_rotation_matrix().into_inner(),
+            origin_m: world_from_vehicle.translation.vector,
+            centre_of_mass_m,
+            linear_mps,
+            angular_radps,
+        }
+    }
+
+    pub(crate) fn forward(&self) -> Vec3 {
+        self.axes.column(0).into_owned()
+    }
+
+    pub(super) fn left(&self) -> Vec3 {
+        self.axes.column(1).into_owned()
+    }
+
+    pub(super) fn up(&self) -> Vec3 {
+        self.axes.column(2).into_owned()
+    }
+
+    pub(super) fn world_from_point(&self, in_vehicle_m: Vec3) -> Vec3 {
+        self.origin_m + self.axes * in_vehicle_m
+    }
+
+    pub(super) fn velocity_at(&self, in_world_m: Vec3) -> Vec3 {
+        self.linear_mps + self.angular_radps.cross(&(in_world_m - self.centre_of_mass_m))
+    }
+
+    pub(super) fn impulse_at(&self, in_world_m: Vec3, impulse_ns: Vec3) -> Impulse {
+        Impulse {
+            linear_ns: impulse_ns,
+            angular_nms: (in_world_m - self.centre_of_mass_m).cross(&impulse_ns),
+        }
+    }
+}
+
+/// Drag of the air at rest, through the centre of mass.
+pub(super) fn air_drag(spec: &VehicleSpec, chassis: &Chassis, dt_secs: f32) -> Impulse {
+    let speed_mps = chassis.linear_mps.norm();
+    let drag_n_per_mps = 0.5 * AIR_KG_PER_M3 * spec.drag_area_m2 * speed_mps;
+    Impulse {
+        linear_ns: -chassis.linear_mps * (drag_n_per_mps * dt_secs),
+        angular_nms: Vec3::zeros(),
+    }
+}
