@@ -95,6 +95,11 @@ impl ProjectionIndex {
         self.chords.get(index).map(|chord| (chord.lane, chord.s_after(along_m)))
     }
 
+    /// The box around all chords.
+    pub(crate) fn bounds(&self) -> Option<(Point3<f64>, Point3<f64>)> {
+        self.nodes.first().map(|node| (Point3::from(node.min), Point3::from(node.max)))
+    }
+
     fn distance2(&self, node: usize, point: &Point3<f64>) -> f64 {
         self.nodes.get(node).map_or(f64::INFINITY, |node| {
             (0..3)

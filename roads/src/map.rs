@@ -252,6 +252,12 @@ impl Map {
         &self.scenery
     }
 
+    /// The box around the middles of all lanes, in metres; `None` for a map without chords.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(Point3<f64>, Point3<f64>)> {
+        self.index.bounds()
+    }
+
     fn walk(&self, waypoint: &Waypoint, distance_m: f64, way: Way) -> Vec<Waypoint> {
         let Some(index) = self.lane_index(waypoint) else { return Vec::new() };
         walk(&self.table, &self.links, (index, waypoint.s), distance_m, way)

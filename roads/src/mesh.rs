@@ -1,11 +1,18 @@
 //! Triangles of a map: what wheels stand on and what a camera sees.
 
+mod building;
 mod ground;
+mod markings;
+mod pavement;
+mod plants;
 mod render;
 mod strip;
+mod terrain;
+
+use nalgebra::Point3;
 
 pub use ground::{GroundMesh, ground};
-pub use render::{Surface, TownMesh, render};
+pub use render::{Surface, TILE_M, TownMesh, render};
 
 /// What a triangle is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -19,19 +26,23 @@ pub enum Material {
     MarkingYellow,
     /// Kerb stones.
     Curb,
-    /// Paving of sidewalks.
+    /// Paving of sidewalks and squares.
     Sidewalk,
     /// Lawn and open ground.
     Grass,
     /// Paint of pedestrian crossings.
     Crosswalk,
-    /// Outer walls of buildings.
+    /// Plastered outer walls.
     Wall,
+    /// Brick walls.
+    Brick,
+    /// Concrete walls, barriers and boxes.
+    Concrete,
     /// Window panes.
     Window,
     /// Roofs of buildings.
     Roof,
-    /// Painted metal: posts, lamps, barriers.
+    /// Painted metal: posts and lamps.
     Metal,
     /// Bark.
     Trunk,
@@ -49,4 +60,11 @@ impl Material {
             _ => 0.9,
         }
     }
+}
+
+/// Takes faces, counter-clockwise seen from outside.
+trait Sink {
+    fn triangle(&mut self, material: Material, corners: [Point3<f64>; 3]);
+
+    fn quad(&mut self, material: Material, corners: [Point3<f64>; 4]);
 }

@@ -85,6 +85,13 @@ pub(crate) struct Object {
     pub(crate) corners: Vec<[f64; 2]>,
 }
 
+impl Object {
+    /// Whether the client library takes it for a crosswalk.
+    pub(crate) fn is_crosswalk(&self) -> bool {
+        self.object_type == "crosswalk" || self.name.contains("rosswalk")
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Junction {
     pub(crate) id: u32,

@@ -1,14 +1,18 @@
 //! What wheels and bodies stand on.
 
-use super::Material;
-use super::strip::{borders, cuts};
+use nalgebra::Point3;
+
+use super::pavement::{Detail, pave};
+use super::{Material, Sink, terrain};
 use crate::Map;
-use crate::kinds::LaneType;
 
-/// Height of sidewalks above the road, in metres.
-pub(super) const KERB_M: f64 = 0.15;
+/// How far the ground goes on beyond the roads, in metres.
+const MARGIN_M: f64 = 100.0;
 
-/// Triangles to stand on, counter-clockwise seen from above.
+/// Triangles to stand on, counter-clockwise seen from above or outside.
+///
+/// Faces overlap in junctions, where several connecting roads share the same plane. Houses, trees
+/// and posts are not part of it: they are the boxes of [`Map::scenery`].
 #[derive(Clone, Debug, Default)]
 pub struct GroundMesh {
     /// Corners in metres.
@@ -19,34 +23,36 @@ pub struct GroundMesh {
     pub materials: Vec<Material>,
 }
 
-/// The ground of a map: roads, sidewalks with their kerbs, and the land around.
+/// The ground of a map: roads, sidewalks with kerbs of 0.15 m, squares, and the land around.
 #[must_use]
 pub fn ground(map: &Map) -> GroundMesh {
     let mut mesh = GroundMesh::default();
-    for road in &map.model.roads {
-        for section in &road.sections {
-            let cuts = cuts(road, section);
-            for lane in section.lanes.iter().filter(|lane| lane.id != 0) {
-                let sidewalk = lane.lane_type == LaneType::Sidewalk;
-                let (height_m, material) =
-                    if sidewalk { (KERB_M, Material::Sidewalk) } else { (0.0, Material::Asphalt) };
-                for pair in cuts.windows(2) {
-                    let [from, to] = pair else { continue };
-                    let [a, b] = borders(road, section, lane.id, *from, height_m);
-                    let [c, d] = borders(road, section, lane.id, *to, height_m);
-                    let quad = if lane.id > 0 { [a, c, d, b] } else { [b, d, c, a] };
-                    mesh.push_quad(quad.map(|p| [p.x as f32, p.y as f32, p.z as f32]), material);
-                }
-            }
-        }
-    }
+    pave(map, Detail::Ground, &mut mesh);
+    terrain::spread(map, MARGIN_M, &mut mesh);
     mesh
 }
 
 impl GroundMesh {
-    fn push_quad(&mut self, corners: [[f32; 3]; 4], material: Material) {
-        let first = u32::try_from(self.positions_m.len()).unwrap_or(u32::MAX);
-        self.positions_m.extend(corners);
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "single precision and 32-bit indices are what physics engines take"
+    )]
+    fn corners<const N: usize>(&mut self, corners: [Point3<f64>; N]) -> u32 {
+        let first = self.positions_m.len() as u32;
+        self.positions_m.extend(corners.map(|p| [p.x as f32, p.y as f32, p.z as f32]));
+        first
+    }
+}
+
+impl Sink for GroundMesh {
+    fn triangle(&mut self, material: Material, corners: [Point3<f64>; 3]) {
+        let first = self.corners(corners);
+        self.indices.push([first, first + 1, first + 2]);
+        self.materials.push(material);
+    }
+
+    fn quad(&mut self, material: Material, corners: [Point3<f64>; 4]) {
+        let first = self.corners(corners);
         self.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
         self.materials.extend([material; 2]);
     }

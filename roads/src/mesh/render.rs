@@ -2,8 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::Material;
+use nalgebra::{Point3, Vector3};
+
+use super::pavement::{Detail, pave};
+use super::{Material, Sink, building, markings, plants, terrain};
 use crate::Map;
+
+/// Side of the square tiles into which surfaces are cut, in metres.
+pub const TILE_M: f64 = 128.0;
+/// How far the land goes on beyond the roads, in metres.
+const MARGIN_M: f64 = 600.0;
 
 /// Triangles of one material within one tile of the map.
 #[derive(Clone, Debug)]
@@ -25,37 +33,103 @@ pub struct Surface {
 /// Everything a renderer draws of a static town.
 #[derive(Clone, Debug, Default)]
 pub struct TownMesh {
-    /// One surface per material and tile of 64 m, so that a renderer can leave out what is out of
-    /// sight by its box.
+    /// One surface per tile of [`TILE_M`] and material, so that a renderer can leave out what is
+    /// out of sight by its box. A face belongs to the tile of its first corner.
+    ///
+    /// **Order:** by tile, then material.
     pub surfaces: Vec<Surface>,
 }
 
 /// Builds the picture of a map.
 #[must_use]
 pub fn render(map: &Map) -> TownMesh {
-    let ground = super::ground(map);
-    let mut surfaces: BTreeMap<Material, Surface> = BTreeMap::new();
-    for (triangle, material) in ground.indices.iter().zip(&ground.materials) {
-        let surface = surfaces.entry(*material).or_insert_with(|| Surface {
-            material: *material,
+    let mut tiles = Tiles::default();
+    pave(map, Detail::Picture, &mut tiles);
+    markings::paint(map, &mut tiles);
+    building::raise(map.scenery(), &mut tiles);
+    plants::grow(map.scenery(), &mut tiles);
+    terrain::spread(map, MARGIN_M, &mut tiles);
+    TownMesh { surfaces: tiles.surfaces.into_values().collect() }
+}
+
+/// Sorts faces into surfaces.
+#[derive(Default)]
+pub(super) struct Tiles {
+    surfaces: BTreeMap<([i32; 2], Material), Surface>,
+}
+
+impl Tiles {
+    /// A triangle whose corners have normals of their own.
+    pub(super) fn smooth(
+        &mut self,
+        material: Material,
+        corners: [Point3<f64>; 3],
+        normals: [Vector3<f64>; 3],
+    ) {
+        let first = self.surface(material, &corners[0]).push(corners, normals);
+        self.surface(material, &corners[0]).indices.push([first, first + 1, first + 2]);
+    }
+
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "coordinates of a map are within a million metres"
+    )]
+    fn surface(&mut self, material: Material, corner: &Point3<f64>) -> &mut Surface {
+        let tile = [corner.x, corner.y].map(|v| (v / TILE_M).floor() as i32);
+        self.surfaces.entry((tile, material)).or_insert_with(|| Surface {
+            material,
             positions_m: Vec::new(),
             normals: Vec::new(),
             indices: Vec::new(),
             min_m: [f32::INFINITY; 3],
             max_m: [f32::NEG_INFINITY; 3],
-        });
-        let first = u32::try_from(surface.positions_m.len()).unwrap_or(u32::MAX);
-        for corner in triangle {
-            if let Some(position) = ground.positions_m.get(*corner as usize) {
-                surface.positions_m.push(*position);
-                surface.normals.push([0.0, 0.0, 1.0]);
-                for axis in 0..3 {
-                    surface.min_m[axis] = surface.min_m[axis].min(position[axis]);
-                    surface.max_m[axis] = surface.max_m[axis].max(position[axis]);
-                }
-            }
-        }
-        surface.indices.push([first, first + 1, first + 2]);
+        })
     }
-    TownMesh { surfaces: surfaces.into_values().collect() }
+}
+
+impl Sink for Tiles {
+    fn triangle(&mut self, material: Material, corners: [Point3<f64>; 3]) {
+        let [a, b, c] = corners;
+        self.smooth(material, corners, [normal(&a, &b, &c); 3]);
+    }
+
+    fn quad(&mut self, material: Material, corners: [Point3<f64>; 4]) {
+        let [a, b, c, d] = corners;
+        // The longer way round keeps the normal right when two corners coincide.
+        let flat = if (b - a).norm_squared() > (d - c).norm_squared() {
+            normal(&a, &b, &c)
+        } else {
+            normal(&a, &c, &d)
+        };
+        let surface = self.surface(material, &a);
+        let first = surface.push(corners, [flat; 4]);
+        surface.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+}
+
+impl Surface {
+    #[allow(
+        clippy::cast_possible_truncation,
+        reason = "single precision and 32-bit indices are what graphics cards take"
+    )]
+    fn push<const N: usize>(
+        &mut self,
+        corners: [Point3<f64>; N],
+        normals: [Vector3<f64>; N],
+    ) -> u32 {
+        let first = self.positions_m.len() as u32;
+        for (corner, normal) in corners.iter().zip(&normals) {
+            let position = [corner.x as f32, corner.y as f32, corner.z as f32];
+            for ((min, max), v) in self.min_m.iter_mut().zip(&mut self.max_m).zip(position) {
+                (*min, *max) = (min.min(v), max.max(v));
+            }
+            self.positions_m.push(position);
+            self.normals.push([normal.x as f32, normal.y as f32, normal.z as f32]);
+        }
+        first
+    }
+}
+
+fn normal(a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>) -> Vector3<f64> {
+    (b - a).cross(&(c - a)).try_normalize(1e-12).unwrap_or_else(Vector3::z)
 }

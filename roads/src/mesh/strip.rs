@@ -1,46 +1,69 @@
-//! Cuts lanes into quads: the common base of all road meshes.
+//! Cuts roads into quads: the common base of all road meshes.
 
 use nalgebra::Point3;
 
-use crate::lanes::{lateral, lateral_point};
+use crate::lanes::lateral_point;
 use crate::model::{Road, Section};
 
-/// Longest quad on a straight road, in metres.
+/// Longest quad on a straight, evenly sloped road, in metres.
 const STRAIGHT_STEP_M: f64 = 50.0;
+/// Longest quad where a width, an offset or a grade bends, in metres.
+const BENDING_STEP_M: f64 = 2.0;
 /// Largest turn within one quad, in radians.
-const TURN_STEP_RAD: f64 = 0.1;
+const TURN_STEP_RAD: f64 = 0.16;
+/// Parts in which a piece is searched for its sharpest turn.
+const TURN_SAMPLES: u32 = 4;
 
 /// Road coordinates at which a section is cut, both ends included.
 pub(super) fn cuts(road: &Road, section: &Section) -> Vec<f64> {
-    let length_m = section.end_s - section.start_s;
-    let turned_rad = (0..8)
-        .map(|eighth| {
-            let at = |k: i32| road.reference(section.start_s + length_m * f64::from(k) / 8.0);
-            (at(eighth + 1).heading_rad - at(eighth).heading_rad).abs()
-        })
-        .fold(0.0, f64::max)
-        * 8.0;
-    let bends = road.elevation.is_linear()
-        && section.lanes.iter().all(|lane| lane.width.is_linear())
-        && road.lane_offset.is_linear();
-    let step_m = if bends { STRAIGHT_STEP_M } else { 2.0 };
+    let widths = section.lanes.iter().flat_map(|lane| &lane.width.0);
+    let records = road.elevation.0.iter().chain(&road.lane_offset.0).chain(widths);
+    // Straight pieces change direction or grade at their borders, so these are always cut.
+    let mut borders: Vec<f64> = road
+        .geometries
+        .iter()
+        .map(|geometry| geometry.start_s)
+        .chain(records.map(|record| record.start_s))
+        .filter(|s| *s > section.start_s && *s < section.end_s)
+        .chain([section.start_s, section.end_s])
+        .collect();
+    borders.sort_by(f64::total_cmp);
+    borders.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+    let straight = road.elevation.is_linear()
+        && road.lane_offset.is_linear()
+        && section.lanes.iter().all(|lane| lane.width.is_linear());
+    let step_m = if straight { STRAIGHT_STEP_M } else { BENDING_STEP_M };
+    let mut cuts: Vec<f64> = Vec::new();
+    for pair in borders.windows(2) {
+        if let [from_s, to_s] = pair {
+            cut_piece(road, [*from_s, *to_s], step_m, &mut cuts);
+        }
+    }
+    cuts.push(section.end_s);
+    cuts
+}
+
+/// Adds the cuts of one piece but for its end.
+fn cut_piece(road: &Road, [from_s, to_s]: [f64; 2], step_m: f64, cuts: &mut Vec<f64>) {
+    let length_m = to_s - from_s;
+    // The end belongs to the next piece, which may point elsewhere.
+    let heading = |k: u32| {
+        let share = f64::from(k) / f64::from(TURN_SAMPLES);
+        road.reference(from_s + (length_m - 1e-6) * share).heading_rad
+    };
+    let sharpest_rad =
+        (0..TURN_SAMPLES).map(|k| (heading(k + 1) - heading(k)).abs()).fold(0.0, f64::max);
+    let by_turn = sharpest_rad * f64::from(TURN_SAMPLES) / TURN_STEP_RAD;
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "lengths are limited to a million metres"
+        reason = "the value is clamped to a positive range before the conversion"
     )]
-    let count = (length_m / step_m).max(turned_rad / TURN_STEP_RAD).ceil().clamp(1.0, 1e6) as usize;
-    (0..=count).map(|k| section.start_s + length_m * k as f64 / count as f64).collect()
+    let count = (length_m / step_m).max(by_turn).ceil().clamp(1.0, 1e6) as usize;
+    cuts.extend((0..count).map(|k| from_s + length_m * k as f64 / count as f64));
 }
 
-/// Inner and outer border of a lane at `s`, at a height above the road.
-pub(super) fn borders(
-    road: &Road,
-    section: &Section,
-    lane: i32,
-    s: f64,
-    height_m: f64,
-) -> [Point3<f64>; 2] {
-    let lateral = lateral(road, section, lane, s);
-    [lateral.inner, lateral.outer].map(|t| lateral_point(road, s, t, height_m))
+/// The points at two lateral places, at a height above the road.
+pub(super) fn across(road: &Road, s: f64, t: [f64; 2], height_m: f64) -> [Point3<f64>; 2] {
+    t.map(|t| lateral_point(road, s, t, height_m))
 }

@@ -1,0 +1,159 @@
+//! Paint on the road: lane lines, stop lines and crosswalks.
+
+use nalgebra::Point3;
+
+use super::strip::{across, cuts};
+use super::{Material, Sink};
+use crate::Map;
+use crate::kinds::{MarkColor, MarkType};
+use crate::lanes::{lateral, lateral_point};
+use crate::model::{Lane, Mark, Object, Road, Section};
+
+/// Height of paint above the road, in metres: enough for a depth buffer to tell them apart.
+const PAINT_M: f64 = 0.015;
+/// Length of a dash and of the gap after it, in metres.
+const DASH_M: [f64; 2] = [3.0, 4.5];
+/// Distance of the middles of double lines, in metres.
+const DOUBLE_M: f64 = 0.3;
+/// Width of a stripe of a crosswalk, and of the gap after it, in metres.
+const STRIPE_M: f64 = 0.5;
+/// Width of lines that do not say theirs, in metres.
+const LINE_M: f64 = 0.12;
+
+/// Paints everything the map describes.
+pub(super) fn paint(map: &Map, sink: &mut impl Sink) {
+    for road in &map.model.roads {
+        for section in &road.sections {
+            for lane in &section.lanes {
+                lane_lines(road, section, lane, sink);
+            }
+        }
+        for object in &road.objects {
+            if object.is_crosswalk() {
+                crosswalk(road, object, sink);
+            } else if object.object_type == "roadMark" {
+                flat(road, object, Material::MarkingWhite, sink);
+            }
+        }
+    }
+}
+
+fn lane_lines(road: &Road, section: &Section, lane: &Lane, sink: &mut impl Sink) {
+    for (index, mark) in lane.marks.iter().enumerate() {
+        let end_s = lane.marks.get(index + 1).map_or(section.end_s, |next| next.start_s);
+        let from_s = mark.start_s.clamp(section.start_s, section.end_s);
+        let to_s = end_s.clamp(section.start_s, section.end_s);
+        for (shift, dashed) in lines(mark.mark_type) {
+            let line = Line { road, section, lane, mark, shift: *shift };
+            if *dashed {
+                line.dashes(from_s, to_s, sink);
+            } else {
+                line.solid(from_s, to_s, sink);
+            }
+        }
+    }
+}
+
+/// The lines of a mark: how far each is shifted in double distances, and whether it is broken.
+fn lines(mark_type: MarkType) -> &'static [(f64, bool)] {
+    match mark_type {
+        MarkType::Broken => &[(0.0, true)],
+        MarkType::Solid => &[(0.0, false)],
+        MarkType::SolidSolid => &[(-0.5, false), (0.5, false)],
+        MarkType::SolidBroken => &[(-0.5, false), (0.5, true)],
+        MarkType::BrokenSolid => &[(-0.5, true), (0.5, false)],
+        MarkType::BrokenBroken => &[(-0.5, true), (0.5, true)],
+        _ => &[],
+    }
+}
+
+struct Line<'m> {
+    road: &'m Road,
+    section: &'m Section,
+    lane: &'m Lane,
+    mark: &'m Mark,
+    shift: f64,
+}
+
+impl Line<'_> {
+    fn solid(&self, from_s: f64, to_s: f64, sink: &mut impl Sink) {
+        let inside = |s: &f64| *s > from_s && *s < to_s;
+        let mut cuts: Vec<f64> = cuts(self.road, self.section);
+        cuts.retain(inside);
+        let mut at = from_s;
+        for next in cuts.into_iter().chain([to_s]) {
+            self.piece(at, next, sink);
+            at = next;
+        }
+    }
+
+    fn dashes(&self, from_s: f64, to_s: f64, sink: &mut impl Sink) {
+        let mut at = from_s;
+        while at < to_s {
+            self.piece(at, (at + DASH_M[0]).min(to_s), sink);
+            at += DASH_M[0] + DASH_M[1];
+        }
+    }
+
+    fn piece(&self, from_s: f64, to_s: f64, sink: &mut impl Sink) {
+        if to_s - from_s < 1e-3 {
+            return;
+        }
+        let material = match self.mark.color {
+            MarkColor::Yellow => Material::MarkingYellow,
+            _ => Material::MarkingWhite,
+        };
+        let width_m = if self.mark.width_m > 0.0 { self.mark.width_m } else { LINE_M };
+        let edges = |s: f64| {
+            let middle =
+                lateral(self.road, self.section, self.lane.id, s).outer + self.shift * DOUBLE_M;
+            across(self.road, s, [middle - width_m / 2.0, middle + width_m / 2.0], PAINT_M)
+        };
+        let ([right0, left0], [right1, left1]) = (edges(from_s), edges(to_s));
+        sink.quad(material, [right0, right1, left1, left0]);
+    }
+}
+
+/// Places of an object's corners on the road.
+fn corners(road: &Road, object: &Object) -> Vec<Point3<f64>> {
+    let lateral_m = road.lane_offset.value(object.s) + object.t;
+    let origin = lateral_point(road, object.s, lateral_m, PAINT_M);
+    let (sin, cos) = (road.reference(object.s).heading_rad + object.heading_rad).sin_cos();
+    object
+        .corners
+        .iter()
+        .map(|[u, v]| {
+            Point3::new(origin.x + u * cos - v * sin, origin.y + u * sin + v * cos, origin.z)
+        })
+        .collect()
+}
+
+/// Four corners, counter-clockwise.
+fn four_corners(road: &Road, object: &Object) -> Option<[Point3<f64>; 4]> {
+    let corners = corners(road, object);
+    let [a, b, c, d, ..] = corners.as_slice() else { return None };
+    let turns_left = (b - a).cross(&(c - a)).z > 0.0;
+    Some(if turns_left { [*a, *b, *c, *d] } else { [*a, *d, *c, *b] })
+}
+
+fn flat(road: &Road, object: &Object, material: Material, sink: &mut impl Sink) {
+    if let Some(corners) = four_corners(road, object) {
+        sink.quad(material, corners);
+    }
+}
+
+/// Stripes along the shorter side of the crossing, which is the way the cars go.
+fn crosswalk(road: &Road, object: &Object, sink: &mut impl Sink) {
+    let Some([a, b, c, d]) = four_corners(road, object) else { return };
+    let [a, b, c, d] =
+        if (b - a).norm_squared() > (d - a).norm_squared() { [a, b, c, d] } else { [b, c, d, a] };
+    let long_m = (b - a).norm();
+    let mut at_m = STRIPE_M / 2.0;
+    while at_m + STRIPE_M < long_m {
+        let [from, to] = [at_m / long_m, (at_m + STRIPE_M) / long_m];
+        let near = |share: f64| a + (b - a) * share;
+        let far = |share: f64| d + (c - d) * share;
+        sink.quad(Material::Crosswalk, [near(from), near(to), far(to), far(from)]);
+        at_m += 2.0 * STRIPE_M;
+    }
+}

@@ -1,0 +1,192 @@
+//! Surfaces of lanes, kerbs, junction areas and paved land.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
+
+use super::strip::cuts;
+use super::terrain::DROP_M;
+use super::{Material, Sink};
+use crate::Map;
+use crate::kinds::LaneType;
+use crate::lanes::{lateral, lateral_point};
+use crate::model::{Lane, Object, Road, Section};
+
+/// Height of sidewalks above the road, in metres.
+const KERB_M: f64 = 0.15;
+/// Width of the stones along a sidewalk's inner edge, in metres.
+const STONE_M: f64 = 0.2;
+/// Junction areas whose heights differ by less are one level floor, in metres.
+const LEVEL_M: f64 = 1e-3;
+
+/// Whether kerb stones get faces of their own, which only a camera needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Detail {
+    Ground,
+    Picture,
+}
+
+/// All that is paved.
+pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
+    for road in &map.model.roads {
+        for section in &road.sections {
+            let cuts = cuts(road, section);
+            for lane in section.lanes.iter().filter(|lane| lane.id != 0) {
+                lane_surface(road, section, lane, &cuts, detail, sink);
+            }
+        }
+        for object in road.objects.iter().filter(|object| object.object_type == "patch") {
+            patch(road, object, sink);
+        }
+    }
+    for junction in &map.model.junctions {
+        let roads: Vec<&Road> =
+            junction.connecting_roads.iter().filter_map(|id| map.model.road(*id)).collect();
+        junction_floor(&roads, sink);
+    }
+}
+
+fn material(lane_type: LaneType) -> Material {
+    match lane_type {
+        LaneType::Sidewalk => Material::Sidewalk,
+        LaneType::None | LaneType::Median | LaneType::Border => Material::Grass,
+        _ => Material::Asphalt,
+    }
+}
+
+fn lane_surface(
+    road: &Road,
+    section: &Section,
+    lane: &Lane,
+    cuts: &[f64],
+    detail: Detail,
+    sink: &mut impl Sink,
+) {
+    let material = material(lane.lane_type);
+    let raised = lane.lane_type == LaneType::Sidewalk;
+    let height_m = if raised { KERB_M } else { 0.0 };
+    let sign = f64::from(lane.id.signum());
+    let borders: Vec<[f64; 3]> = cuts
+        .iter()
+        .map(|s| {
+            let at = lateral(road, section, lane.id, *s);
+            let stone = if (at.outer - at.inner).abs() > STONE_M {
+                at.inner + sign * STONE_M
+            } else {
+                at.outer
+            };
+            [at.inner, stone, at.outer]
+        })
+        .collect();
+    for (pair, border) in cuts.windows(2).zip(borders.windows(2)) {
+        let ([from_s, to_s], [[inner0, stone0, outer0], [inner1, stone1, outer1]]) = (pair, border)
+        else {
+            continue;
+        };
+        let point = |s: &f64, t: &f64, z: f64| lateral_point(road, *s, *t, z);
+        let mut band = |material, [t0, t1]: [&f64; 2], [u0, u1]: [&f64; 2], z: [f64; 2]| {
+            let corners = [
+                point(from_s, t0, z[0]),
+                point(from_s, u0, z[1]),
+                point(to_s, u1, z[1]),
+                point(to_s, t1, z[0]),
+            ];
+            sink.quad(material, turned(corners, sign > 0.0));
+        };
+        let level = [height_m; 2];
+        if raised && detail == Detail::Picture {
+            band(Material::Curb, [inner0, inner1], [stone0, stone1], level);
+            band(material, [stone0, stone1], [outer0, outer1], level);
+        } else {
+            band(material, [inner0, inner1], [outer0, outer1], level);
+        }
+        if raised {
+            band(Material::Curb, [inner0, inner1], [inner0, inner1], [0.0, KERB_M]);
+            band(Material::Curb, [outer0, outer1], [outer0, outer1], [KERB_M, -DROP_M]);
+        }
+    }
+}
+
+/// Corners given for the right side of a road; the left side is its mirror image.
+fn turned([a, b, c, d]: [Point3<f64>; 4], mirrored: bool) -> [Point3<f64>; 4] {
+    if mirrored { [a, d, c, b] } else { [a, b, c, d] }
+}
+
+/// Fills the area between a junction's connecting roads: the convex hull of their lanes' ends.
+///
+/// The hull passes below raised sidewalks at the corners, where nobody sees it.
+fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
+    let mut corners: Vec<Point3<f64>> = Vec::new();
+    for road in roads {
+        for section in &road.sections {
+            for lane in section
+                .lanes
+                .iter()
+                .filter(|lane| lane.id != 0 && material(lane.lane_type) == Material::Asphalt)
+            {
+                for s in [section.start_s, section.end_s] {
+                    let at = lateral(road, section, lane.id, s);
+                    corners.extend([at.inner, at.outer].map(|t| lateral_point(road, s, t, 0.0)));
+                }
+            }
+        }
+    }
+    let hull = convex_hull(corners);
+    let [low, high] =
+        hull.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
+            [low.min(corner.z), high.max(corner.z)]
+        });
+    let sink_m = if high - low < LEVEL_M { 0.0 } else { DROP_M };
+    let Some((first, rest)) = hull.split_first() else { return };
+    let lowered = |p: &Point3<f64>| Point3::new(p.x, p.y, p.z - sink_m);
+    for pair in rest.windows(2) {
+        if let [b, c] = pair {
+            sink.triangle(Material::Asphalt, [first, b, c].map(lowered));
+        }
+    }
+}
+
+/// Corners of the convex hull seen from above, counter-clockwise (Andrew's monotone chain).
+fn convex_hull(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let turns_left = |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>| {
+        (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 1e-9
+    };
+    let half = |points: &mut dyn Iterator<Item = &Point3<f64>>| {
+        let mut chain: Vec<Point3<f64>> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain.as_slice() {
+                if turns_left(a, b, point) {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(*point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut hull = half(&mut points.iter());
+    hull.extend(half(&mut points.iter().rev()));
+    hull
+}
+
+/// A paved or planted rectangle of land, a step above the ground.
+fn patch(road: &Road, object: &Object, sink: &mut impl Sink) {
+    let material = if object.name.contains("Lawn") { Material::Grass } else { Material::Sidewalk };
+    let foot = lateral_point(road, object.s, object.t, object.z_offset_m);
+    let pose = Isometry3::from_parts(
+        Translation3::from(foot.coords),
+        UnitQuaternion::from_euler_angles(
+            0.0,
+            0.0,
+            road.reference(object.s).heading_rad + object.heading_rad,
+        ),
+    );
+    let (x, y) = (object.length_m / 2.0, object.width_m / 2.0);
+    let ring =
+        |z: f64| [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| pose * Point3::new(x, y, z));
+    let (top, foot) = (ring(object.height_m), ring(-DROP_M));
+    sink.quad(material, top);
+    for (k, next) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+        sink.quad(Material::Curb, [foot[k], foot[next], top[next], top[k]]);
+    }
+}
