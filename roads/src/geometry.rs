@@ -176,7 +176,10 @@ impl Table {
             let (value, slope) = evaluate(v, u);
             push(&mut entries, Entry { chord_m: 0.0, u, v: value, du: 1.0, dv: slope });
             // Every chord is at least one step long, so the length bounds the loop.
-            if entries.last().is_none_or(|last| !(last.chord_m <= length_m + STEP_M)) {
+            if entries
+                .last()
+                .is_none_or(|last| last.chord_m.is_nan() || last.chord_m > length_m + STEP_M)
+            {
                 return Self { entries, parametric: false };
             }
             u += STEP_M;

@@ -13,7 +13,7 @@ const FIRST_S: f64 = 2.2e-15;
 
 pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
     let mut places = Vec::new();
-    if !(step_m >= STEP_MIN_M) {
+    if step_m.is_nan() || step_m < STEP_MIN_M {
         return places;
     }
     for road in &model.roads {
