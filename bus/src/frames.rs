@@ -1,9 +1,13 @@
 //! Frames: published after every tick, dropped rather than awaited.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use schemas::{EncodedFrame, Tenant, WorldId, keys};
 use zenoh::Wait;
 use zenoh::handlers::{RingChannel, RingChannelHandler};
-use zenoh::pubsub::Subscriber;
+use zenoh::matching::MatchingStatus;
+use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 use zenoh::sample::Sample;
 
@@ -28,7 +32,46 @@ pub struct PublishedFrame {
     pub frame: EncodedFrame,
 }
 
+/// Knows whether anybody subscribes to any frame, so that a tick of a world that nobody watches need
+/// not be published. Cheap to clone and to ask.
+#[derive(Clone)]
+pub struct FrameListeners {
+    any: Arc<AtomicBool>,
+    _publisher: Arc<Publisher<'static>>,
+}
+
+impl FrameListeners {
+    /// Whether somebody may be subscribed; late by the time a subscription takes to travel.
+    pub fn any(&self) -> bool {
+        self.any.load(Ordering::Relaxed)
+    }
+}
+
 impl Bus {
+    /// Follows whether anybody subscribes to frames.
+    ///
+    /// # Errors
+    /// [`BusError::Declare`] when the session is closed.
+    pub async fn frame_listeners(&self) -> Result<FrameListeners, BusError> {
+        let error = |cause: zenoh::Error| BusError::Declare {
+            key: keys::ANY_WORLD_FRAME.to_owned(),
+            cause: cause.to_string(),
+        };
+        let publisher =
+            self.session.declare_publisher(keys::ANY_WORLD_FRAME).await.map_err(error)?;
+        let any = Arc::new(AtomicBool::new(false));
+        let note = {
+            let any = Arc::clone(&any);
+            move |status: MatchingStatus| any.store(status.matching(), Ordering::Relaxed)
+        };
+        publisher.matching_listener().callback(note).background().await.map_err(error)?;
+        // Whoever subscribed before the listener was there.
+        if publisher.matching_status().await.map_err(error)?.matching() {
+            any.store(true, Ordering::Relaxed);
+        }
+        Ok(FrameListeners { any, _publisher: Arc::new(publisher) })
+    }
+
     /// Sends a frame to whoever subscribes; nobody is waited for.
     ///
     /// **Cost:** about a microsecond while nobody subscribes.

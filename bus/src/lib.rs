@@ -37,7 +37,7 @@ mod session;
 pub use config::BusConfig;
 pub use endpoint::{Endpoint, InvalidEndpoint};
 pub use error::BusError;
-pub use frames::{FrameSubscription, PublishedFrame};
+pub use frames::{FrameListeners, FrameSubscription, PublishedFrame};
 pub use incoming::{Incoming, Serving};
 pub use presence::{Announcement, Presence, Watch};
 pub use session::Bus;

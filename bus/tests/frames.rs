@@ -55,3 +55,14 @@ async fn a_subscriber_that_does_not_read_holds_up_nobody_and_keeps_the_newest() 
     })
     .await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_publisher_knows_whether_anybody_subscribes() {
+    let site = Site::open().await;
+    let listeners = site.service.frame_listeners().await.unwrap();
+    assert!(!listeners.any());
+    let frames = site.client.subscribe_frames(&tenant(), WorldId::new(1)).await.unwrap();
+    common::until("the subscription is known", || async { listeners.any() }).await;
+    drop(frames);
+    common::until("its end is known", || async { !listeners.any() }).await;
+}

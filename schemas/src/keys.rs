@@ -43,6 +43,9 @@ pub fn any_world_frame(tenant: &Tenant) -> String {
     format!("causeway/{tenant}/world/*/frame")
 }
 
+/// [`world_frame`] of every tenant and world.
+pub const ANY_WORLD_FRAME: &str = "causeway/*/world/*/frame";
+
 /// Ticks of many worlds of one world service in one round trip.
 pub fn batch_tick(host: &ServiceId) -> String {
     format!("causeway/batch/{host}/tick")

@@ -1,1 +1,21 @@
-//! world-service
+//! The world service: many independent worlds in one process, on the bus.
+//!
+//! [`run`] is the process, [`start`] the same inside another one. Worlds live on shard threads; a
+//! request goes from the bus straight to the shard of its world and is answered from there. Batches
+//! are split over the shards and joined. What is rare or slow (maps, pictures) has its own threads.
+//!
+//! - [`service`] is the state machine: worlds, leases, quarantine, batches; no bus, no threads, no clock.
+//! - `app` wires it to the bus and owns all threads.
+//! - The simulation itself is the crate `world`.
+//!
+//! It never sees a GPU or HTTP: pictures are jobs for render services.
+
+mod app;
+mod args;
+mod maps;
+mod renderers;
+pub mod service;
+mod simulation;
+
+pub use app::{ServiceError, WorldService, run, start};
+pub use args::{Args, Config, ConfigError};

@@ -1,0 +1,208 @@
+//! Wires worlds, maps and renderers to the bus; owns all threads and clocks.
+
+mod faces;
+mod office;
+mod shard_thread;
+
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Serving};
+use schemas::{Alive, ServiceKind};
+use tokio::task::AbortHandle;
+
+use crate::args::{Args, Config, ConfigError};
+use crate::maps::Maps;
+use crate::renderers::Renderers;
+use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
+use office::Office;
+use shard_thread::{Mailboxes, ShardThread};
+
+/// Why the service cannot start or had to end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServiceError {
+    /// What was typed cannot work.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The maps folder cannot work.
+    #[error("the maps cannot be used: {0}")]
+    Maps(schemas::Error),
+    /// No place on the bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The operating system refuses threads or signals.
+    #[error("the operating system refuses {what}: {cause}")]
+    System {
+        /// What was asked of it.
+        what: &'static str,
+        /// What it says.
+        cause: std::io::Error,
+    },
+}
+
+/// A running world service. Ends with [`stop`](Self::stop); dropped, it ends when its threads notice.
+pub struct WorldService {
+    bus: Bus,
+    jobs: Vec<SyncSender<Job<world::World>>>,
+    threads: Vec<JoinHandle<()>>,
+    presence: AbortHandle,
+    _announcement: Announcement,
+    _servings: Vec<Serving>,
+}
+
+/// Runs the service until it is told to end by SIGINT or SIGTERM.
+///
+/// # Errors
+/// [`ServiceError`] when it cannot start.
+pub fn run(args: Args) -> Result<(), ServiceError> {
+    let config = Config::resolve(args)?;
+    let system = |what| move |cause| ServiceError::System { what, cause };
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(system("threads"))?;
+    runtime.block_on(async {
+        use tokio::signal::unix::{SignalKind, signal};
+        let mut terminate = signal(SignalKind::terminate()).map_err(system("signals"))?;
+        let mut interrupt = signal(SignalKind::interrupt()).map_err(system("signals"))?;
+        let service = start(config).await?;
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        service.stop().await;
+        Ok(())
+    })
+}
+
+/// Starts the service inside this process; on return it is reachable.
+///
+/// # Errors
+/// [`ServiceError`] when it cannot start.
+pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
+    let begun = Instant::now();
+    let maps =
+        Arc::new(Maps::new(config.maps.as_deref(), world::Town::new).map_err(ServiceError::Maps)?);
+    let bus = Bus::open(BusConfig {
+        listen: config.listen.clone(),
+        connect: config.connect.clone(),
+        ..BusConfig::default()
+    })
+    .await?;
+    let epoch = RandomState::new().build_hasher().finish();
+    let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
+    let renderers = Arc::new(Renderers::default());
+    let shard_count = config.shard_count.get();
+    let (jobs, inboxes): (Vec<_>, Vec<_>) =
+        (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
+    let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
+    let listeners = bus.frame_listeners().await?;
+    let mut threads = Vec::with_capacity(shard_count + 1);
+    for (index, inbox) in inboxes.into_iter().enumerate() {
+        let shard = ShardThread {
+            index,
+            bus: bus.clone(),
+            listeners: listeners.clone(),
+            mailboxes: Arc::clone(&mailboxes),
+            renderers: Arc::clone(&renderers),
+            runtime: tokio::runtime::Handle::current(),
+        };
+        threads.push(shard.spawn(Arc::clone(&ids), seats.clone(), inbox)?);
+    }
+    let dispatcher = Arc::new(Dispatcher::new(jobs.clone()));
+    let office = Office { maps, ids, seats, epoch, dispatcher: Arc::clone(&dispatcher), mailboxes };
+    let (desk, office_thread) = office.spawn()?;
+    threads.push(office_thread);
+    let servings = faces::serve(&bus, &config.id, &dispatcher, &desk).await?;
+    let presence = follow_presence(&bus, jobs.clone(), renderers).await?;
+    let announcement = bus.announce(alive(&config)).await?;
+    for endpoint in bus.listening() {
+        tracing::info!(%endpoint, threads = shard_count, "worlds live here");
+    }
+    tracing::debug!(millis = begun.elapsed().as_millis() as u64, "the world service is up");
+    Ok(WorldService {
+        bus,
+        jobs,
+        threads,
+        presence,
+        _announcement: announcement,
+        _servings: servings,
+    })
+}
+
+impl WorldService {
+    /// Where clients and services may connect.
+    pub fn listening(&self) -> &[Endpoint] {
+        self.bus.listening()
+    }
+
+    /// Ends all worlds; every request that still waits is answered or told that nobody does.
+    pub async fn stop(self) {
+        self.presence.abort();
+        self.bus.close().await;
+        let ended = tokio::task::spawn_blocking(move || {
+            for shard in &self.jobs {
+                // A shard that is gone already needs no telling.
+                let _ = shard.send(Job::Stop);
+            }
+            drop(self.jobs);
+            self.threads.into_iter().filter_map(|thread| thread.join().err()).count()
+        });
+        match ended.await {
+            Ok(0) => tracing::info!("the world service has ended"),
+            Ok(panics) => tracing::error!(panics, "threads of the world service had panicked"),
+            Err(cause) => tracing::error!(%cause, "the world service could not end in order"),
+        }
+    }
+}
+
+fn alive(config: &Config) -> Alive {
+    Alive {
+        kind: ServiceKind::World,
+        id: config.id.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        pid: std::process::id(),
+        capacity: config.worlds_max as u32,
+        detail: config.listen.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// Tells shards which owners are up, and the renderers who can draw.
+async fn follow_presence<S: Simulation>(
+    bus: &Bus,
+    shards: Vec<SyncSender<Job<S>>>,
+    renderers: Arc<Renderers>,
+) -> Result<AbortHandle, BusError> {
+    let mut watch = bus.watch(None).await?;
+    let task = tokio::spawn(async move {
+        loop {
+            let (kind, id, is_up) = match watch.next().await {
+                Presence::Up(alive) => (alive.kind, alive.id, true),
+                Presence::Down(kind, id) => (kind, id, false),
+            };
+            tracing::info!(kind = kind.as_str(), %id, is_up, "presence");
+            if kind == ServiceKind::Render {
+                renderers.note(id.clone(), is_up);
+            }
+            for shard in &shards {
+                tell(shard, &id, is_up).await;
+            }
+        }
+    });
+    Ok(task.abort_handle())
+}
+
+/// Must arrive, else worlds would outlive their owners; waits while the shard is too busy.
+async fn tell<S: Simulation>(shard: &SyncSender<Job<S>>, id: &schemas::ServiceId, is_up: bool) {
+    use std::sync::mpsc::TrySendError;
+    let now = Instant::now();
+    while let Err(TrySendError::Full(_)) = shard.try_send(Job::Owner { id: id.clone(), is_up, now })
+    {
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+}

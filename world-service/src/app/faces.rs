@@ -1,0 +1,104 @@
+//! The keys the service answers. Runs on the bus's threads: routes or refuses, nothing else.
+
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError};
+
+use bus::{Bus, BusError, Incoming, Serving};
+use schemas::{Error, ErrorCode, Reply, Request, ServiceId, Tenant, WorldId, keys};
+
+use super::office::OfficeJob;
+use crate::service::{Answer, Dispatcher, Simulation};
+
+/// Serves all keys of a world service.
+pub(super) async fn serve<S: Simulation>(
+    bus: &Bus,
+    id: &ServiceId,
+    dispatcher: &Arc<Dispatcher<S>>,
+    desk: &SyncSender<OfficeJob>,
+) -> Result<Vec<Serving>, BusError> {
+    let (for_worlds, desk_for_worlds) = (Arc::clone(dispatcher), desk.clone());
+    let worlds = move |incoming: Incoming| match keys::parse_worlds(incoming.key()) {
+        Some(tenant) => route(&for_worlds, &desk_for_worlds, tenant, None, incoming),
+        None => incoming.refuse(unknown_key()),
+    };
+    let (for_world, desk_for_world) = (Arc::clone(dispatcher), desk.clone());
+    let world = move |incoming: Incoming| match keys::parse_world(incoming.key()) {
+        Some((tenant, world)) => route(&for_world, &desk_for_world, tenant, Some(world), incoming),
+        None => incoming.refuse(unknown_key()),
+    };
+    let for_batch = Arc::clone(dispatcher);
+    let batch = move |incoming: Incoming| match incoming.request() {
+        Ok(Request::TickWorlds(items)) => for_batch.tick(None, items, answer(incoming)),
+        Ok(_) => incoming.refuse(unfit("ticks of worlds")),
+        Err(error) => incoming.refuse(error),
+    };
+    let desk = desk.clone();
+    let asset = move |incoming: Incoming| match keys::parse_asset(incoming.key()) {
+        Some(digest) => send(&desk, OfficeJob::Asset { digest: digest.to_owned(), incoming }),
+        None => incoming.refuse(unknown_key()),
+    };
+    Ok(vec![
+        bus.serve(keys::ANY_WORLDS, worlds).await?,
+        bus.serve(keys::ANY_WORLD, world).await?,
+        bus.serve(&keys::batch_tick(id), batch).await?,
+        bus.serve(keys::ANY_ASSET, asset).await?,
+    ])
+}
+
+fn route<S: Simulation>(
+    dispatcher: &Dispatcher<S>,
+    desk: &SyncSender<OfficeJob>,
+    tenant: Tenant,
+    world: Option<WorldId>,
+    incoming: Incoming,
+) {
+    let request = match incoming.request() {
+        Ok(request) => request,
+        Err(error) => return incoming.refuse(error),
+    };
+    if world.is_some_and(|world| !is_about(&request, world)) {
+        return incoming.refuse(unfit("a request about the world of the key"));
+    }
+    if let Some((request, answer)) = dispatcher.dispatch(tenant.clone(), request, answer(incoming))
+    {
+        send(desk, OfficeJob::Request { tenant, request, answer });
+    }
+}
+
+/// The desk refuses what it has no room for: a dropped answer would only say "internal error".
+fn send(desk: &SyncSender<OfficeJob>, job: OfficeJob) {
+    if let Err(TrySendError::Full(job) | TrySendError::Disconnected(job)) = desk.try_send(job) {
+        let busy =
+            Error::new(ErrorCode::Capacity, "too many worlds are being made; nothing was done");
+        match job {
+            OfficeJob::Request { answer, .. } => answer(Reply::Error(busy)),
+            OfficeJob::Asset { incoming, .. } => incoming.refuse(busy),
+        }
+    }
+}
+
+fn answer(incoming: Incoming) -> Answer {
+    Box::new(move |reply| incoming.reply(&reply))
+}
+
+fn is_about(request: &Request, key_world: WorldId) -> bool {
+    match request {
+        Request::DestroyWorld { world }
+        | Request::SnapshotWorld { world }
+        | Request::ForkWorld { world, .. }
+        | Request::RunCommands { world, .. }
+        | Request::Capture { world, .. } => *world == key_world,
+        Request::TickWorlds(items) => items.iter().all(|item| item.world == key_world),
+        _ => false,
+    }
+}
+
+fn unknown_key() -> Error {
+    Error::new(ErrorCode::InvalidArgument, "this key names nothing")
+        .wanted("a key of one tenant, without wildcards")
+}
+
+fn unfit(wanted: &str) -> Error {
+    Error::new(ErrorCode::InvalidArgument, "this request does not fit the key it came on")
+        .wanted(wanted)
+}

@@ -1,0 +1,124 @@
+//! The threads that step worlds.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use bus::{Bus, FrameListeners};
+use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Reply, Tenant, WorldId};
+use tokio::sync::Semaphore;
+
+use super::ServiceError;
+use crate::renderers::Renderers;
+use crate::service::{Answer, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
+
+/// Pictures that may wait for renderers, per shard.
+const CAPTURES_MAX: usize = 256;
+
+/// Worlds on their way to a shard from elsewhere; bounded by the seats of the service.
+pub(super) struct Mailboxes<S: Simulation> {
+    boxes: Vec<Mutex<Vec<(WorldId, Hosted<S>)>>>,
+    jobs: Vec<SyncSender<Job<S>>>,
+}
+
+/// What a shard's thread needs of the process.
+pub(super) struct ShardThread<S: Simulation> {
+    pub(super) index: usize,
+    pub(super) bus: Bus,
+    pub(super) listeners: FrameListeners,
+    pub(super) mailboxes: Arc<Mailboxes<S>>,
+    pub(super) renderers: Arc<Renderers>,
+    pub(super) runtime: tokio::runtime::Handle,
+}
+
+/// Where the results of one shard's thread go.
+struct BusOutlet<S: Simulation> {
+    thread: ShardThread<S>,
+    captures: Arc<Semaphore>,
+}
+
+impl<S: Simulation> Mailboxes<S> {
+    /// One per shard.
+    pub(super) fn new(jobs: Vec<SyncSender<Job<S>>>) -> Self {
+        Self { boxes: jobs.iter().map(|_| Mutex::default()).collect(), jobs }
+    }
+
+    /// Gives a world to the shard of its id, which has it before any later job.
+    pub(super) fn adopt(&self, id: WorldId, world: Hosted<S>) {
+        let index = Ids::shard_of(id, self.boxes.len());
+        self.boxes[index].lock().unwrap_or_else(PoisonError::into_inner).push((id, world));
+        // A shard that is too busy to be told will look into its box anyway.
+        let _ = self.jobs[index].try_send(Job::Adopted);
+    }
+
+    fn empty(&self, index: usize) -> Vec<(WorldId, Hosted<S>)> {
+        std::mem::take(&mut *self.boxes[index].lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl<S: Simulation> ShardThread<S> {
+    /// Starts the thread, which ends with [`Job::Stop`].
+    pub(super) fn spawn(
+        self,
+        ids: Arc<Ids>,
+        seats: Seats,
+        inbox: Receiver<Job<S>>,
+    ) -> Result<JoinHandle<()>, ServiceError> {
+        let shard = Shard::new(ids, seats);
+        let outlet = BusOutlet { thread: self, captures: Arc::new(Semaphore::new(CAPTURES_MAX)) };
+        std::thread::Builder::new()
+            .name(format!("shard-{}", outlet.thread.index))
+            .spawn(move || run(shard, &outlet, &inbox))
+            .map_err(|cause| ServiceError::System { what: "threads", cause })
+    }
+}
+
+fn run<S: Simulation>(mut shard: Shard<S>, outlet: &BusOutlet<S>, inbox: &Receiver<Job<S>>) {
+    loop {
+        let received = match shard.next_end() {
+            None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some(end) => inbox.recv_timeout(end.saturating_duration_since(Instant::now())),
+        };
+        let now = Instant::now();
+        for (id, world) in outlet.thread.mailboxes.empty(outlet.thread.index) {
+            shard.adopt(now, id, world);
+        }
+        match received {
+            Ok(Job::Stop) | Err(RecvTimeoutError::Disconnected) => return,
+            Ok(job) => shard.handle(now, job, outlet),
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        shard.expire_leases(now);
+    }
+}
+
+impl<S: Simulation> Outlet<S> for BusOutlet<S> {
+    fn has_listeners(&self) -> bool {
+        self.thread.listeners.any()
+    }
+
+    fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame) {
+        if self.thread.listeners.any() {
+            self.thread.bus.publish_frame(tenant, world, frame);
+        }
+    }
+
+    fn capture(&self, job: RenderJob, answer: Answer) {
+        let Ok(permit) = Arc::clone(&self.captures).try_acquire_owned() else {
+            let busy = Error::new(ErrorCode::Capacity, "too many pictures are waiting")
+                .wanted(format_args!("at most {CAPTURES_MAX}"));
+            return answer(Reply::Error(busy));
+        };
+        let (bus, renderers) = (self.thread.bus.clone(), Arc::clone(&self.thread.renderers));
+        self.thread.runtime.spawn(async move {
+            let drawn = renderers.draw(&bus, &job).await;
+            answer(drawn.map_or_else(Reply::Error, Reply::Images));
+            drop(permit);
+        });
+    }
+
+    fn adopt(&self, id: WorldId, world: Hosted<S>) {
+        self.thread.mailboxes.adopt(id, world);
+    }
+}

@@ -1,0 +1,145 @@
+//! What was typed, and what the service runs with.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use bus::Endpoint;
+use schemas::{ServiceId, limits};
+
+/// Owns worlds and steps them.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// Where clients and services may connect, e.g. tcp/127.0.0.1:7447; port 0 is any free one
+    #[arg(long, value_name = "ENDPOINT")]
+    pub listen: Vec<Endpoint>,
+    /// A bus to join, e.g. that of a router
+    #[arg(long, value_name = "ENDPOINT")]
+    pub connect: Vec<Endpoint>,
+    /// Name on the bus
+    #[arg(long, default_value = "world")]
+    pub id: ServiceId,
+    /// Threads that step worlds [default: one per core]
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
+    /// Folder of OpenDRIVE files (.xodr); one with the name of a built-in map replaces it
+    #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
+    pub maps: Option<PathBuf>,
+    /// Worlds at once
+    #[arg(long, default_value_t = limits::WORLDS_PER_SERVICE_MAX)]
+    pub worlds_max: usize,
+}
+
+/// What the service runs with; consistent.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Where others connect.
+    pub listen: Vec<Endpoint>,
+    /// What it joins.
+    pub connect: Vec<Endpoint>,
+    /// Name on the bus.
+    pub id: ServiceId,
+    /// Threads that step worlds.
+    pub shard_count: NonZeroUsize,
+    /// Folder of OpenDRIVE files.
+    pub maps: Option<PathBuf>,
+    /// Worlds at once.
+    pub worlds_max: usize,
+}
+
+/// The first setting that cannot work.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Nothing to do, or more than the limit.
+    #[error("--worlds-max must be 1 to {max}, not {found}")]
+    WorldsMax {
+        /// The limit.
+        max: usize,
+        /// As typed.
+        found: usize,
+    },
+    /// More threads than worlds can keep busy.
+    #[error("--threads must be 1 to {max}, not {found}")]
+    Threads {
+        /// The limit.
+        max: usize,
+        /// As typed.
+        found: usize,
+    },
+    /// No folder there.
+    #[error("--maps {path:?} is not a folder that can be read")]
+    Maps {
+        /// As typed.
+        path: PathBuf,
+    },
+}
+
+/// Shard threads of one service.
+const THREADS_MAX: usize = 256;
+
+impl Config {
+    /// Checks what was typed and fills in defaults; without any endpoint it listens on the loopback.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the first setting that cannot work.
+    pub fn resolve(args: Args) -> Result<Self, ConfigError> {
+        let worlds_max = args.worlds_max;
+        if !(1..=limits::WORLDS_PER_SERVICE_MAX).contains(&worlds_max) {
+            return Err(ConfigError::WorldsMax {
+                max: limits::WORLDS_PER_SERVICE_MAX,
+                found: worlds_max,
+            });
+        }
+        let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let shard_count = args.threads.unwrap_or(cores);
+        if shard_count.get() > THREADS_MAX {
+            return Err(ConfigError::Threads { max: THREADS_MAX, found: shard_count.get() });
+        }
+        if let Some(path) = args.maps.as_ref().filter(|path| !path.is_dir()) {
+            return Err(ConfigError::Maps { path: path.clone() });
+        }
+        let mut listen = args.listen;
+        if listen.is_empty() && args.connect.is_empty() {
+            listen.push(Endpoint::loopback(7447));
+        }
+        Ok(Self {
+            listen,
+            connect: args.connect,
+            id: args.id,
+            shard_count,
+            maps: args.maps,
+            worlds_max,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    fn resolve(line: &[&str]) -> Result<Config, ConfigError> {
+        Config::resolve(Line::try_parse_from([&["world"], line].concat()).unwrap().args)
+    }
+
+    #[test]
+    fn without_endpoints_it_listens_on_the_loopback() {
+        assert_eq!(resolve(&[]).unwrap().listen, [Endpoint::loopback(7447)]);
+        assert_eq!(resolve(&["--connect", "tcp/router:1"]).unwrap().listen, []);
+    }
+
+    #[test]
+    fn what_cannot_work_is_refused_by_name() {
+        let refusal = |line: &[&str]| resolve(line).unwrap_err().to_string();
+        assert!(refusal(&["--worlds-max", "0"]).contains("--worlds-max"));
+        assert!(refusal(&["--threads", "100000"]).contains("--threads"));
+        assert!(refusal(&["--maps", "/nowhere/at/all"]).contains("--maps"));
+    }
+}

@@ -1,0 +1,16 @@
+//! Worlds behind requests, as a state machine on ports: no bus, no threads, no clock.
+
+mod gather;
+mod hosted;
+mod ids;
+mod inbox;
+mod ports;
+mod shard;
+mod tick;
+
+pub use gather::Gather;
+pub use hosted::{Hosted, guarded};
+pub use ids::{Ids, Seat, Seats};
+pub use inbox::{Dispatcher, JOBS_MAX, Job};
+pub use ports::{Answer, NewWorld, Outlet, Simulation};
+pub use shard::Shard;

@@ -1,0 +1,114 @@
+//! One world and what the service knows about it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use schemas::{Error, ErrorCode, Lease, Tenant, Tick, WorldId, WorldInfo};
+
+use super::{Seat, Simulation};
+
+/// One world, whose it is, and whether it still may be touched.
+pub struct Hosted<S> {
+    /// Whose world.
+    pub tenant: Tenant,
+    map_name: String,
+    lease: Option<Lease>,
+    orphaned_since: Option<Instant>,
+    state: State<S>,
+    _seat: Seat,
+}
+
+enum State<S> {
+    Healthy(Box<S>),
+    Quarantined { reason: String, tick: Tick, actor_count: u32 },
+}
+
+impl<S: Simulation> Hosted<S> {
+    /// A healthy world. One with a lease counts as orphaned until its owner is known to be up.
+    pub fn new(tenant: Tenant, lease: Option<Lease>, world: S, seat: Seat) -> Self {
+        let map_name = world.map().name.clone();
+        let state = State::Healthy(Box::new(world));
+        Self { tenant, map_name, lease, orphaned_since: None, state, _seat: seat }
+    }
+
+    /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside for ever.
+    ///
+    /// # Errors
+    /// [`ErrorCode::WorldQuarantined`], or what `work` refuses.
+    pub fn with<T>(
+        &mut self,
+        id: WorldId,
+        work: impl FnOnce(&mut S) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let world = match &mut self.state {
+            State::Healthy(world) => world,
+            State::Quarantined { reason, tick, .. } => return Err(quarantined(id, *tick, reason)),
+        };
+        let (tick, actor_count) = (world.tick_number(), world.actor_count());
+        // A broken world is dropped below and never seen again, so half-made changes harm nobody.
+        let reason = match catch_unwind(AssertUnwindSafe(|| work(world))) {
+            Ok(Err(error)) if error.code == ErrorCode::WorldQuarantined => error.message,
+            Ok(result) => return result,
+            Err(panic) => format!("panicked: {}", panic_text(panic.as_ref())),
+        };
+        tracing::error!(world = id.get(), tick = tick.0, reason, "a world is quarantined");
+        let error = quarantined(id, tick, &reason);
+        let aside = State::Quarantined { reason, tick, actor_count: actor_count as u32 };
+        let broken = std::mem::replace(&mut self.state, aside);
+        // Its own clean-up may panic too; a leak of one world is the lesser evil.
+        let _ = catch_unwind(AssertUnwindSafe(|| drop(broken)));
+        Err(error)
+    }
+
+    /// What a list tells.
+    pub fn info(&self, id: WorldId) -> WorldInfo {
+        let (tick, actor_count, reason) = match &self.state {
+            State::Healthy(world) => (world.tick_number(), world.actor_count() as u32, None),
+            State::Quarantined { reason, tick, actor_count } => {
+                (*tick, *actor_count, Some(reason.clone()))
+            }
+        };
+        WorldInfo {
+            world: id,
+            map: self.map_name.clone(),
+            tick,
+            actor_count,
+            owner: self.lease.as_ref().map(|lease| lease.owner.clone()),
+            quarantined: reason,
+        }
+    }
+
+    /// Takes note of whether the owner is up.
+    pub fn note_owner(&mut self, now: Instant, is_up: impl Fn(&schemas::ServiceId) -> bool) {
+        if let Some(lease) = &self.lease {
+            let since = self.orphaned_since.unwrap_or(now);
+            self.orphaned_since = if is_up(&lease.owner) { None } else { Some(since) };
+        }
+    }
+
+    /// When the lease of an orphan ends.
+    pub fn ends_at(&self) -> Option<Instant> {
+        let millis = self.lease.as_ref()?.millis;
+        Some(self.orphaned_since? + Duration::from_millis(u64::from(millis)))
+    }
+}
+
+/// Makes a world; a panic on the way is an error and leaves nothing behind.
+///
+/// # Errors
+/// [`ErrorCode::Internal`] after a panic, or what `make` refuses.
+pub fn guarded<T>(make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(make)).unwrap_or_else(|panic| {
+        Err(Error::new(ErrorCode::Internal, "the world panicked while it was made")
+            .found(panic_text(panic.as_ref())))
+    })
+}
+
+fn quarantined(id: WorldId, tick: Tick, reason: &str) -> Error {
+    Error::new(ErrorCode::WorldQuarantined, format!("{id} was quarantined at {tick}: {reason}"))
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text")
+}

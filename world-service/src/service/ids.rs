@@ -1,0 +1,96 @@
+//! World ids, and how many worlds there may be.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use schemas::{Error, ErrorCode, WorldId};
+
+/// Ids of one process, from its random epoch and a count, so that an id of an earlier process names
+/// no world of this one. Below 2⁵³, which every JSON reader keeps exact.
+pub struct Ids {
+    first: u64,
+    count: AtomicU64,
+}
+
+impl Ids {
+    const COUNT_BITS: u32 = 29;
+
+    /// Ids of the process with this epoch.
+    pub fn new(epoch: u64) -> Self {
+        let epoch_bits = 53 - Self::COUNT_BITS;
+        Self { first: (epoch % (1 << epoch_bits)) << Self::COUNT_BITS, count: AtomicU64::new(0) }
+    }
+
+    /// An id that this process has not given yet.
+    pub fn next(&self) -> WorldId {
+        let count = self.count.fetch_add(1, Ordering::Relaxed) + 1;
+        // Half a billion worlds of one process wrap around long after the first has ended.
+        let id = self.first | (count % (1 << Self::COUNT_BITS)).max(1);
+        WorldId::new(id).expect("the count part is at least 1")
+    }
+
+    /// The shard that owns a world; consecutive ids take turns.
+    pub fn shard_of(id: WorldId, shard_count: usize) -> usize {
+        (id.get() % shard_count as u64) as usize
+    }
+}
+
+/// How many worlds there may be at once.
+#[derive(Clone)]
+pub struct Seats {
+    taken: Arc<AtomicUsize>,
+    max: usize,
+}
+
+/// The right of one world to exist; given back when dropped.
+pub struct Seat(Arc<AtomicUsize>);
+
+impl Seats {
+    /// None taken.
+    pub fn new(max: usize) -> Self {
+        Self { taken: Arc::new(AtomicUsize::new(0)), max }
+    }
+
+    /// All or none of `count` seats.
+    ///
+    /// # Errors
+    /// [`ErrorCode::Capacity`].
+    pub fn take(&self, count: usize) -> Result<Vec<Seat>, Error> {
+        let fits = |taken: usize| taken.checked_add(count).filter(|sum| *sum <= self.max);
+        let taken = self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
+        match taken {
+            Ok(_) => Ok((0..count).map(|_| Seat(Arc::clone(&self.taken))).collect()),
+            Err(taken) => Err(Error::new(ErrorCode::Capacity, "no room for more worlds")
+                .wanted(format_args!("at most {} worlds", self.max))
+                .found(format_args!("{taken} and {count} more"))),
+        }
+    }
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_of_two_processes_differ_and_stay_exact_in_json() {
+        let (first, second) = (Ids::new(u64::MAX), Ids::new(6));
+        assert_ne!(first.next(), second.next());
+        assert!(first.next().get() < 1 << 53);
+    }
+
+    #[test]
+    fn seats_are_taken_whole_or_not_and_given_back() {
+        let seats = Seats::new(3);
+        let two = seats.take(2).unwrap();
+        assert_eq!(seats.take(2).err().unwrap().code, ErrorCode::Capacity);
+        drop(two);
+        assert_eq!(seats.take(3).unwrap().len(), 3);
+        assert_eq!(seats.take(usize::MAX).err().unwrap().code, ErrorCode::Capacity);
+    }
+}

@@ -1,0 +1,207 @@
+//! From a verified request to the shards that do it.
+
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::time::Instant;
+
+use schemas::{Camera, Command, Error, ErrorCode, Lease, Reply, Request, ServiceId, Tenant};
+use schemas::{TickItem, TickResult, WorldId, WorldInfo};
+
+use super::{Answer, Gather, Ids, Seat};
+
+/// Jobs a shard may have waiting; more are refused with [`ErrorCode::Capacity`].
+pub const JOBS_MAX: usize = 4_096;
+
+/// Work for one shard.
+pub enum Job<S: super::Simulation> {
+    /// A world that is to be made here.
+    Create {
+        /// What it starts from.
+        new: super::NewWorld<S::Town>,
+        /// Whose it will be.
+        tenant: Tenant,
+        /// Applied before the first frame; one refused means no world.
+        commands: Vec<Command>,
+        /// Who keeps it.
+        lease: Option<Lease>,
+        /// Its right to exist.
+        seat: Seat,
+        /// Hears of it.
+        answer: Answer,
+    },
+    /// Ticks of worlds of this shard.
+    Tick {
+        /// Only worlds of this tenant exist; `None`: of any.
+        tenant: Option<Tenant>,
+        /// With the index of the result.
+        items: Vec<(usize, TickItem)>,
+        /// Takes the results.
+        gather: Arc<Gather<TickResult>>,
+    },
+    /// The worlds of a tenant.
+    List {
+        /// Whose.
+        tenant: Tenant,
+        /// Which part of the result this shard gives.
+        index: usize,
+        /// Takes the results.
+        gather: Arc<Gather<Vec<WorldInfo>>>,
+    },
+    /// Work on one world.
+    World {
+        /// Whose it must be.
+        tenant: Tenant,
+        /// Which.
+        world: WorldId,
+        /// What.
+        work: WorldWork,
+        /// Hears of it.
+        answer: Answer,
+    },
+    /// A service came up or is gone.
+    Owner {
+        /// Which.
+        id: ServiceId,
+        /// Up or gone.
+        is_up: bool,
+        /// When that was noticed.
+        now: Instant,
+    },
+    /// A world was adopted; its lease may end before the next job.
+    Adopted,
+    /// The end of the shard.
+    Stop,
+}
+
+/// Work on one world that is not a tick.
+pub enum WorldWork {
+    /// Ends it.
+    Destroy,
+    /// Its bytes.
+    Snapshot,
+    /// Copies of it.
+    Fork {
+        /// How many.
+        count: u32,
+        /// Who keeps them.
+        lease: Option<Lease>,
+    },
+    /// Changes without a tick.
+    Commands(Vec<Command>),
+    /// Pictures of the present frame.
+    Capture(Vec<Camera>),
+}
+
+/// Hands requests to shards. Never waits.
+pub struct Dispatcher<S: super::Simulation> {
+    shards: Vec<SyncSender<Job<S>>>,
+}
+
+impl<S: super::Simulation> Dispatcher<S> {
+    /// The inboxes in order of the shards' indices; at least one.
+    pub fn new(shards: Vec<SyncSender<Job<S>>>) -> Self {
+        Self { shards }
+    }
+
+    /// The inbox of the shard that owns a world.
+    pub fn shard(&self, world: WorldId) -> &SyncSender<Job<S>> {
+        &self.shards[Ids::shard_of(world, self.shards.len())]
+    }
+
+    /// All inboxes.
+    pub fn shards(&self) -> &[SyncSender<Job<S>>] {
+        &self.shards
+    }
+
+    /// Starts a request that worlds can do; gives back one that needs maps.
+    pub fn dispatch(
+        &self,
+        tenant: Tenant,
+        request: Request,
+        answer: Answer,
+    ) -> Option<(Request, Answer)> {
+        let (world, work) = match request {
+            Request::TickWorlds(items) => {
+                self.tick(Some(&tenant), items, answer);
+                return None;
+            }
+            Request::ListWorlds => {
+                self.list(&tenant, answer);
+                return None;
+            }
+            Request::DestroyWorld { world } => (world, WorldWork::Destroy),
+            Request::SnapshotWorld { world } => (world, WorldWork::Snapshot),
+            Request::ForkWorld { world, count, lease } => (world, WorldWork::Fork { count, lease }),
+            Request::RunCommands { world, commands } => (world, WorldWork::Commands(commands)),
+            Request::Capture { world, cameras } => (world, WorldWork::Capture(cameras)),
+            other @ (Request::CreateWorld { .. }
+            | Request::RestoreWorld { .. }
+            | Request::ListMaps) => {
+                return Some((other, answer));
+            }
+        };
+        self.send(world, Job::World { tenant, world, work, answer });
+        None
+    }
+
+    /// Ticks many worlds at once, of one tenant or of any.
+    pub fn tick(&self, tenant: Option<&Tenant>, items: Vec<TickItem>, answer: Answer) {
+        if items.is_empty() {
+            return answer(Reply::Ticked(Vec::new()));
+        }
+        let gather = Gather::new(items.len(), answer, Reply::Ticked);
+        let mut parts: Vec<Vec<(usize, TickItem)>> = vec![Vec::new(); self.shards.len()];
+        for (index, item) in items.into_iter().enumerate() {
+            parts[Ids::shard_of(item.world, self.shards.len())].push((index, item));
+        }
+        for (shard, items) in self.shards.iter().zip(parts) {
+            if items.is_empty() {
+                continue;
+            }
+            let job = Job::Tick { tenant: tenant.cloned(), items, gather: Arc::clone(&gather) };
+            if let Err(refused) = shard.try_send(job)
+                && let Job::Tick { items, .. } = refused_job(refused)
+            {
+                let busy = |(index, item): (usize, TickItem)| {
+                    (index, TickResult { world: item.world, outcome: Err(too_busy()) })
+                };
+                gather.give(items.into_iter().map(busy));
+            }
+        }
+    }
+
+    fn list(&self, tenant: &Tenant, answer: Answer) {
+        let finish = |parts: Vec<Vec<WorldInfo>>| {
+            let mut worlds = parts.concat();
+            worlds.sort_by_key(|info| info.world);
+            Reply::Worlds(worlds)
+        };
+        let gather = Gather::new(self.shards.len(), answer, finish);
+        for (index, shard) in self.shards.iter().enumerate() {
+            let job = Job::List { tenant: tenant.clone(), index, gather: Arc::clone(&gather) };
+            if shard.try_send(job).is_err() {
+                // The gathering is dropped unfinished, which tells the asker.
+                return;
+            }
+        }
+    }
+
+    fn send(&self, world: WorldId, job: Job<S>) {
+        if let Err(refused) = self.shard(world).try_send(job)
+            && let Job::World { answer, .. } = refused_job(refused)
+        {
+            answer(Reply::Error(too_busy()));
+        }
+    }
+}
+
+fn refused_job<T>(refused: TrySendError<T>) -> T {
+    match refused {
+        TrySendError::Full(job) | TrySendError::Disconnected(job) => job,
+    }
+}
+
+fn too_busy() -> Error {
+    Error::new(ErrorCode::Capacity, "the world service is too busy; nothing was done")
+        .wanted(format_args!("at most {JOBS_MAX} requests waiting"))
+}

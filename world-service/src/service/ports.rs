@@ -1,0 +1,91 @@
+//! What the state machine needs of others.
+
+use std::sync::Arc;
+
+use schemas::{Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef, RenderJob};
+use schemas::{Reply, Tenant, Tick, WorldId};
+
+/// Sends one reply to one asker. Dropped uncalled, the asker hears of an internal error.
+pub type Answer = Box<dyn FnOnce(Reply) + Send>;
+
+/// What a new world starts from.
+pub struct NewWorld<T> {
+    /// Its id, never given before.
+    pub id: WorldId,
+    /// Of the process.
+    pub epoch: u64,
+    /// Root of all randomness.
+    pub seed: u64,
+    /// Length of a tick.
+    pub dt_secs: f64,
+    /// Where.
+    pub town: Arc<T>,
+}
+
+/// One world as a value. Equal inputs give equal frames.
+pub trait Simulation: Sized + Send + 'static {
+    /// The ground and roads of a map, shared by all its worlds.
+    type Town: Send + Sync + 'static;
+
+    /// A world at tick 0.
+    ///
+    /// # Errors
+    /// A value outside its domain.
+    fn create(new: NewWorld<Self::Town>) -> Result<Self, Error>;
+
+    /// A world that continues a snapshot under another id.
+    ///
+    /// # Errors
+    /// Bytes that are no snapshot, or a map that `town_of` does not know.
+    fn restore(
+        snapshot: &[u8],
+        id: WorldId,
+        epoch: u64,
+        town_of: &dyn Fn(&MapRef) -> Option<Arc<Self::Town>>,
+    ) -> Result<Self, Error>;
+
+    /// The whole state.
+    fn snapshot(&self) -> Vec<u8>;
+
+    /// A copy that continues bit for bit under another id.
+    fn fork(&self, id: WorldId) -> Self;
+
+    /// Changes the world; refused, it is unchanged.
+    fn apply(&mut self, command: &Command) -> CommandReply;
+
+    /// Advances by one tick.
+    ///
+    /// # Errors
+    /// The world diverged and must not be used any more.
+    fn tick(&mut self) -> Result<(), Error>;
+
+    /// The state.
+    fn frame(&self) -> Frame;
+
+    /// The present tick.
+    fn tick_number(&self) -> Tick;
+
+    /// Contacts of the last tick.
+    fn collisions(&self) -> &[Collision];
+
+    /// Actors in the world.
+    fn actor_count(&self) -> usize;
+
+    /// Where it is.
+    fn map(&self) -> &MapRef;
+}
+
+/// Where a shard's results go besides the replies.
+pub trait Outlet<S> {
+    /// Whether anybody may be listening to frames.
+    fn has_listeners(&self) -> bool;
+
+    /// Sends a frame to whoever listens; never waits.
+    fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame);
+
+    /// Has a job drawn and answered; never waits.
+    fn capture(&self, job: RenderJob, answer: Answer);
+
+    /// Gives a new world to the shard of its id, before anything else that this shard is sent later.
+    fn adopt(&self, id: WorldId, world: super::Hosted<S>);
+}

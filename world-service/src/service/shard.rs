@@ -1,0 +1,213 @@
+//! The worlds of one thread.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::Instant;
+
+use schemas::limits::CAMERAS_PER_JOB_MAX;
+use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, ErrorCode, Lease, RenderJob};
+use schemas::{Reply, ServiceId, Tenant, TickItem, TickOutcome, TickResult, WorldId};
+
+use super::hosted::guarded;
+use super::inbox::WorldWork;
+use super::tick::{furnish, run_commands, tick_world};
+use super::{Answer, Hosted, Ids, Job, NewWorld, Outlet, Seats, Simulation};
+
+/// The worlds of one thread, and who of their owners is up.
+pub struct Shard<S> {
+    worlds: BTreeMap<WorldId, Hosted<S>>,
+    owners_up: BTreeSet<ServiceId>,
+    ids: Arc<Ids>,
+    seats: Seats,
+}
+
+impl<S: Simulation> Shard<S> {
+    /// No worlds.
+    pub fn new(ids: Arc<Ids>, seats: Seats) -> Self {
+        Self { worlds: BTreeMap::new(), owners_up: BTreeSet::new(), ids, seats }
+    }
+
+    /// Takes a world in.
+    pub fn adopt(&mut self, now: Instant, id: WorldId, mut world: Hosted<S>) {
+        world.note_owner(now, |owner| self.owners_up.contains(owner));
+        self.worlds.insert(id, world);
+    }
+
+    /// When the next lease ends, if no owner comes back.
+    pub fn next_end(&self) -> Option<Instant> {
+        self.worlds.values().filter_map(Hosted::ends_at).min()
+    }
+
+    /// Ends the worlds whose lease is over.
+    pub fn expire_leases(&mut self, now: Instant) {
+        self.worlds.retain(|id, world| {
+            let is_over = world.ends_at().is_some_and(|end| end <= now);
+            if is_over {
+                tracing::info!(world = id.get(), "a world ends with its lease: its owner is gone");
+            }
+            !is_over
+        });
+    }
+
+    /// Does one job; its answer is given before this returns, except for pictures.
+    pub fn handle(&mut self, now: Instant, job: Job<S>, outlet: &impl Outlet<S>) {
+        match job {
+            Job::Tick { tenant, items, gather } => {
+                let results = items.into_iter().map(|(index, item)| {
+                    let outcome = self.tick(tenant.as_ref(), &item, outlet);
+                    (index, TickResult { world: item.world, outcome })
+                });
+                gather.give(results.collect::<Vec<_>>());
+            }
+            Job::World { tenant, world, work, answer } => {
+                self.work(&tenant, world, work, answer, outlet)
+            }
+            Job::Create { new, tenant, commands, lease, seat, answer } => {
+                let world = new.id;
+                answer(match furnished::<S>(new, &commands) {
+                    Ok((simulation, frame, replies)) => {
+                        self.adopt(now, world, Hosted::new(tenant, lease, simulation, seat));
+                        Reply::WorldCreated { world, frame, replies }
+                    }
+                    Err(error) => Reply::Error(error),
+                });
+            }
+            Job::List { tenant, index, gather } => {
+                let own = self.worlds.iter().filter(|(_, world)| world.tenant == tenant);
+                gather.give([(index, own.map(|(id, world)| world.info(*id)).collect())]);
+            }
+            Job::Owner { id, is_up, now } => self.note_owner(now, id, is_up),
+            Job::Adopted | Job::Stop => {}
+        }
+    }
+
+    fn tick(
+        &mut self,
+        tenant: Option<&Tenant>,
+        item: &TickItem,
+        outlet: &impl Outlet<S>,
+    ) -> Result<TickOutcome, Error> {
+        let hosted = find(&mut self.worlds, tenant, item.world)?;
+        let tenant = hosted.tenant.clone();
+        hosted.with(item.world, |world| tick_world(world, &tenant, item, outlet))
+    }
+
+    fn work(
+        &mut self,
+        tenant: &Tenant,
+        id: WorldId,
+        work: WorldWork,
+        answer: Answer,
+        outlet: &impl Outlet<S>,
+    ) {
+        let hosted = match find(&mut self.worlds, Some(tenant), id) {
+            Ok(hosted) => hosted,
+            Err(error) => return answer(Reply::Error(error)),
+        };
+        let reply = match work {
+            WorldWork::Destroy => {
+                let ended = self.worlds.remove(&id);
+                // A world that breaks even while it ends must not take its neighbours along.
+                let _ = catch_unwind(AssertUnwindSafe(|| drop(ended)));
+                Ok(Reply::Done)
+            }
+            WorldWork::Snapshot => hosted.with(id, |world| Ok(Reply::Snapshot(world.snapshot()))),
+            WorldWork::Commands(commands) => {
+                hosted.with(id, |world| Ok(Reply::CommandReplies(run_commands(world, &commands))))
+            }
+            WorldWork::Capture(cameras) => {
+                match hosted.with(id, |world| render_job(world, tenant, cameras)) {
+                    Ok(job) => return outlet.capture(job, answer),
+                    Err(error) => Err(error),
+                }
+            }
+            WorldWork::Fork { count, lease } => self.fork(tenant, id, count, lease, outlet),
+        };
+        answer(reply.unwrap_or_else(Reply::Error));
+    }
+
+    fn fork(
+        &mut self,
+        tenant: &Tenant,
+        id: WorldId,
+        count: u32,
+        lease: Option<Lease>,
+        outlet: &impl Outlet<S>,
+    ) -> Result<Reply, Error> {
+        let seats = self.seats.take(count as usize)?;
+        let hosted = find(&mut self.worlds, Some(tenant), id)?;
+        let copies = hosted.with(id, |world| {
+            let copy = |_: &_| {
+                let copy_id = self.ids.next();
+                (copy_id, world.fork(copy_id))
+            };
+            Ok(seats.iter().map(copy).collect::<Vec<_>>())
+        })?;
+        let ids = copies.iter().map(|(copy_id, _)| *copy_id).collect();
+        for ((copy_id, copy), seat) in copies.into_iter().zip(seats) {
+            let copy = Hosted::new(tenant.clone(), lease.clone(), copy, seat);
+            outlet.adopt(copy_id, copy);
+        }
+        Ok(Reply::Forked(ids))
+    }
+
+    fn note_owner(&mut self, now: Instant, id: ServiceId, is_up: bool) {
+        if is_up {
+            self.owners_up.insert(id);
+        } else {
+            self.owners_up.remove(&id);
+        }
+        for world in self.worlds.values_mut() {
+            world.note_owner(now, |owner| self.owners_up.contains(owner));
+        }
+    }
+}
+
+/// A world of this tenant; those of others do not exist for it.
+fn find<'a, S>(
+    worlds: &'a mut BTreeMap<WorldId, Hosted<S>>,
+    tenant: Option<&Tenant>,
+    id: WorldId,
+) -> Result<&'a mut Hosted<S>, Error> {
+    worlds
+        .get_mut(&id)
+        .filter(|world| tenant.is_none_or(|tenant| world.tenant == *tenant))
+        .ok_or_else(|| {
+            Error::new(ErrorCode::UnknownWorld, "no such world; it may have ended").found(id)
+        })
+}
+
+fn render_job<S: Simulation>(
+    world: &mut S,
+    tenant: &Tenant,
+    cameras: Vec<Camera>,
+) -> Result<RenderJob, Error> {
+    if cameras.is_empty() || cameras.len() > CAMERAS_PER_JOB_MAX {
+        return Err(Error::new(ErrorCode::InvalidArgument, "a picture needs cameras")
+            .wanted(format_args!("1 to {CAMERAS_PER_JOB_MAX} cameras"))
+            .found(cameras.len()));
+    }
+    let frame = world.frame();
+    let lost =
+        cameras.iter().filter_map(|camera| camera.carrier).find(|id| frame.actor(*id).is_none());
+    if let Some(carrier) = lost {
+        return Err(Error::new(ErrorCode::UnknownActor, "a camera's carrier is not in the world")
+            .found(carrier));
+    }
+    Ok(RenderJob { tenant: tenant.clone(), frame, cameras })
+}
+
+type Furnished<S> = (S, EncodedFrame, Vec<CommandReply>);
+
+/// A new world with its first frame; a panic on the way is an error and leaves nothing behind.
+fn furnished<S: Simulation>(
+    new: NewWorld<S::Town>,
+    commands: &[Command],
+) -> Result<Furnished<S>, Error> {
+    guarded(|| {
+        let mut world = S::create(new)?;
+        let (frame, replies) = furnish(&mut world, commands)?;
+        Ok((world, frame, replies))
+    })
+}

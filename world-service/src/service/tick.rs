@@ -1,0 +1,83 @@
+//! Ticks of one world: the way every step of every client takes.
+
+use schemas::WorldId;
+use schemas::wire::encode_frame;
+use schemas::{
+    Command, CommandReply, EncodedFrame, Error, ErrorCode, Tenant, TickItem, TickOutcome,
+};
+
+use super::{Outlet, Simulation};
+
+/// Applies the commands, advances, publishes every frame, and gives the last one.
+///
+/// # Errors
+/// [`ErrorCode::WrongTick`] before anything is changed; [`ErrorCode::WorldQuarantined`].
+pub(super) fn tick_world<S: Simulation>(
+    world: &mut S,
+    tenant: &Tenant,
+    item: &TickItem,
+    outlet: &impl Outlet<S>,
+) -> Result<TickOutcome, Error> {
+    check_tick(world, item)?;
+    let replies = run_commands(world, &item.commands);
+    let mut collisions = Vec::new();
+    let mut frame = None;
+    for count in 1..=item.tick_count {
+        world.tick()?;
+        if item.tick_count > 1 {
+            collisions.extend_from_slice(world.collisions());
+        }
+        let is_last = count == item.tick_count;
+        if is_last || outlet.has_listeners() {
+            let encoded = encode_frame(&world.frame());
+            outlet.publish(tenant, item.world, &encoded);
+            frame = Some(encoded);
+        }
+    }
+    let frame = frame.unwrap_or_else(|| encode_frame(&world.frame()));
+    Ok(TickOutcome { frame, replies, collisions })
+}
+
+/// One reply per command, in order.
+pub(super) fn run_commands<S: Simulation>(
+    world: &mut S,
+    commands: &[Command],
+) -> Vec<CommandReply> {
+    commands.iter().map(|command| world.apply(command)).collect()
+}
+
+/// The first frame of a world, and the replies to the commands that furnished it.
+///
+/// # Errors
+/// That of the first command that is refused.
+pub(super) fn furnish<S: Simulation>(
+    world: &mut S,
+    commands: &[Command],
+) -> Result<(EncodedFrame, Vec<CommandReply>), Error> {
+    let mut replies = Vec::with_capacity(commands.len());
+    for (index, command) in commands.iter().enumerate() {
+        let spawned = world.apply(command).map_err(|error| Error {
+            message: format!("command {} of {}: {}", index + 1, commands.len(), error.message),
+            ..error
+        })?;
+        replies.push(Ok(spawned));
+    }
+    Ok((encode_frame(&world.frame()), replies))
+}
+
+fn check_tick<S: Simulation>(world: &S, item: &TickItem) -> Result<(), Error> {
+    let found = world.tick_number();
+    match item.expected_tick {
+        Some(wanted) if wanted != found => Err(wrong_tick(item.world, wanted, found)),
+        _ => Ok(()),
+    }
+}
+
+fn wrong_tick(world: WorldId, wanted: schemas::Tick, found: schemas::Tick) -> Error {
+    Error::new(
+        ErrorCode::WrongTick,
+        format!("{world} is not at the expected tick; nothing was done"),
+    )
+    .wanted(wanted)
+    .found(found)
+}
