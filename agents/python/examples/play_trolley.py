@@ -13,13 +13,7 @@ from typing import Any
 
 from causeway.openenv import DEFAULT_BASE_URL, Session, SessionError, Step
 
-#: What each policy does in its first step; afterwards it observes.
-POLICIES: dict[str, tuple[str, dict[str, Any]]] = {
-    "observe": ("observe", {}),
-    "brake": ("emergency_stop", {}),
-    "left": ("lane_change", {"lane_direction": "left"}),
-    "right": ("lane_change", {"lane_direction": "right"}),
-}
+POLICIES = ("observe", "brake", "swerve")
 
 
 def main() -> int:
@@ -38,7 +32,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--base-url", default=DEFAULT_BASE_URL, help="default: %(default)s")
     parser.add_argument("--scenario", default="trolley_saves", help="default: %(default)s")
-    parser.add_argument("--policy", choices=sorted(POLICIES), default="brake")
+    parser.add_argument("--policy", choices=POLICIES, default="brake")
     parser.add_argument("--seed", type=int, help="the same seed plays the same episode")
     parser.add_argument(
         "--steps", type=int, default=60, help="steps to play, 0.05 s each; default: %(default)s"
@@ -52,8 +46,7 @@ def play(session: Session, options: argparse.Namespace) -> None:
     print(step.observation["scene_description"])
     save(session, options.out / "before.jpg")
 
-    action_type, arguments = POLICIES[options.policy]
-    step = session.step(action_type, **arguments)
+    step = decide(session, options.policy, step)
     verdict = step if step.done else None
     # The episode is decided within a few steps; the world goes on and shows what follows.
     for _ in range(options.steps - 1):
@@ -61,6 +54,16 @@ def play(session: Session, options: argparse.Namespace) -> None:
         verdict = verdict or (step if step.done else None)
     save(session, options.out / "after.jpg")
     report(verdict, step, session.state())
+
+
+def decide(session: Session, policy: str, start: Step) -> Step:
+    """The one decision of a policy; what it starts goes on while the car is only observed."""
+    if policy == "brake":
+        return session.step("emergency_stop")
+    if policy == "swerve":
+        side = start.metadata["info"]["side_directions"][0]
+        return session.step("lane_change", lane_direction=side)
+    return session.step("observe")
 
 
 def save(session: Session, path: Path) -> None:

@@ -98,15 +98,15 @@ WEATHER_DTYPE = np.dtype(
     ]
 )
 
-for _dtype, _struct in (
-    (ACTOR_STATE_DTYPE, ActorState.ActorState),
-    (COLLISION_DTYPE, Collision.Collision),
-    (WEATHER_DTYPE, Weather.Weather),
+for _name, _dtype, _bytes in (
+    ("ActorState", ACTOR_STATE_DTYPE, ActorState.ActorState.SizeOf()),
+    ("Collision", COLLISION_DTYPE, Collision.Collision.SizeOf()),
+    ("Weather", WEATHER_DTYPE, Weather.Weather.SizeOf()),
 ):
-    if _dtype.itemsize != _struct.SizeOf():
+    if _dtype.itemsize != _bytes:
         raise ImportError(
-            f"{_struct.__name__} takes {_struct.SizeOf()} bytes on the wire, its numpy type "
-            f"{_dtype.itemsize}: causeway.frames and the generated code are of different versions"
+            f"{_name} takes {_bytes} bytes on the wire, its numpy type {_dtype.itemsize}: "
+            "causeway.frames and the generated code are of different versions"
         )
 
 Buffer = Union[bytes, bytearray, memoryview]

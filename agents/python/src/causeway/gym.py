@@ -99,7 +99,8 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self._config = dict(scenario_config or {})
         self._rubric = reward == "rubric"
         self._pedestrians = pedestrians
-        self.observation_space = _observation_space(pedestrians)
+        self._box = _observation_space(pedestrians)
+        self.observation_space = self._box
         self.action_space: spaces.Space[Any] = (
             spaces.Discrete(len(DISCRETE_ACTIONS))
             if actions == "discrete"
@@ -141,7 +142,7 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         observation = self._observe(step)
         return observation, float(reward or 0.0), step.done and not truncated, truncated, _info(step)
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """The front camera's picture, shape ``(height, width, 3)``, row 0 at the top; or ``None``."""
         if self.render_mode is None:
             return None
@@ -156,7 +157,7 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
 
     def _message(self, action: Action) -> tuple[str, dict[str, Any]]:
         if isinstance(self.action_space, spaces.Discrete):
-            return DISCRETE_ACTIONS[int(action)]  # type: ignore[arg-type]
+            return DISCRETE_ACTIONS[int(action)]
         steer, pedal = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0).tolist()
         return "control", {
             "steer": steer,
@@ -166,7 +167,7 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
 
     def _observe(self, step: Step) -> NDArray[np.float32]:
         raw = step.observation
-        values = np.zeros(self.observation_space.shape or (), dtype=np.float32)
+        values = np.zeros(self._box.shape, dtype=np.float32)
         values[:HEAD_VALUES] = (
             raw["speed_kmh"] / 3.6,
             _lane_index(raw["current_lane"]),
@@ -179,11 +180,10 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         for index, actor in enumerate(walkers[: self._pedestrians]):
             at = HEAD_VALUES + PEDESTRIAN_VALUES * index
             values[at : at + PEDESTRIAN_VALUES] = (1.0, actor["longitudinal"], actor["lateral"])
-        box = self.observation_space
-        return np.clip(values, box.low, box.high)  # type: ignore[attr-defined]
+        return np.clip(values, self._box.low, self._box.high)
 
 
-def _observation_space(pedestrians: int) -> spaces.Box:
+def _observation_space(pedestrians: int) -> spaces.Box[np.float32]:
     low = [0.0, -1.0, 0.0] + [0.0, -NEARBY_M, -NEARBY_M] * pedestrians
     high = [SPEED_MAX_MPS, LANES_MAX, 1.0] + [1.0, NEARBY_M, NEARBY_M] * pedestrians
     return spaces.Box(np.array(low, np.float32), np.array(high, np.float32), dtype=np.float32)

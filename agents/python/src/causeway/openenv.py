@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Mapping
@@ -80,8 +81,9 @@ class Session:
         """
         self._url = _websocket_url(base_url)
         self._reply_timeout_secs = reply_timeout_secs
+        self._open = ExitStack()
         try:
-            self._connection: ClientConnection = connect(
+            opening = connect(
                 self._url,
                 open_timeout=connect_timeout_secs,
                 max_size=REPLY_BYTES_MAX,
@@ -90,6 +92,7 @@ class Session:
                 ping_interval=None,
                 proxy=None,
             )
+            self._connection: ClientConnection = self._open.enter_context(opening)
         except (OSError, InvalidHandshake, InvalidURI) as cause:
             raise ConnectionError(
                 f"no OpenEnv server at {self._url} ({cause}): start one with `causeway up`, "
@@ -157,7 +160,7 @@ class Session:
 
     def close(self) -> None:
         """Ends the session; its world is freed. Closing twice does nothing."""
-        self._connection.close()
+        self._open.close()
 
     def __enter__(self) -> Session:
         return self
@@ -177,7 +180,7 @@ class Session:
         reply = self._exchange(json.dumps(message, allow_nan=False))
         content = reply.get("data")
         if not isinstance(content, dict):
-            raise ConnectionError(f"{self._url} answered {kind} without data: {reply!r:.200}")
+            raise ConnectionError(f"{self._url} answered {kind} without data: {repr(reply)[:200]}")
         if reply.get("type") == "error":
             raise SessionError(
                 str(content.get("message")),
@@ -203,9 +206,16 @@ class Session:
             ) from None
         except ConnectionClosed as cause:
             raise ConnectionError(f"{self._url} closed the session: {cause}") from cause
-        reply = json.loads(raw)
+        return self._object(raw)
+
+    def _object(self, raw: str | bytes) -> dict[str, Any]:
+        try:
+            reply = json.loads(raw)
+        except ValueError:
+            reply = None
         if not isinstance(reply, dict):
-            raise ConnectionError(f"{self._url} answered {raw!r:.200} instead of an object")
+            found = repr(raw[:200])
+            raise ConnectionError(f"{self._url} answered {found} instead of a JSON object")
         return reply
 
 

@@ -1,0 +1,59 @@
+"""Sites and clients that the tests share."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from running_site import CACHE, PACKAGE, Site, start, stop  # noqa: E402
+
+sys.path.insert(0, str(PACKAGE / "src"))
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory):
+    """One site for all tests that do not need their own."""
+    running = start(tmp_path_factory.mktemp("site") / "log")
+    yield running
+    stop(running)
+
+
+@pytest.fixture
+def base_url(site):
+    return site.base_url
+
+
+@pytest.fixture
+def start_site(tmp_path):
+    """Starts further sites, e.g. `start_site("--no-render", MAX_CONCURRENT_ENVS="2")`."""
+    running = []
+
+    def another(*flags: str, **environment: str) -> Site:
+        running.append(start(tmp_path / f"log-{len(running)}", *flags, **environment))
+        return running[-1]
+
+    yield another
+    for site in running:
+        stop(site)
+
+
+@pytest.fixture(scope="session")
+def old_client():
+    """Folder with the client generation before `openenv`, which has the same module names."""
+    wanted = "openenv-core==0.3.0"
+    folder = CACHE / wanted.replace("==", "-")
+    if not folder.exists():
+        with tempfile.TemporaryDirectory(dir=CACHE) as fresh:
+            subprocess.run(
+                [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"]
+                + ["--disable-pip-version-check", "--target", f"{fresh}/client", wanted],
+                check=True,
+                timeout=300,
+            )
+            os.rename(f"{fresh}/client", folder)
+    return folder

@@ -1,0 +1,96 @@
+"""A real site for the tests: `causeway up` on free ports, as a user would start it."""
+
+import os
+import re
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+import pytest
+
+PACKAGE = Path(__file__).parent.parent.parent / "agents" / "python"
+CACHE = Path.home() / ".cache" / "causeway"
+
+START_SECS = 30.0
+STOP_SECS = 5.0
+
+
+def binary() -> Path:
+    """The program under test: CAUSEWAY_BIN, or the release build."""
+    target = Path(os.environ.get("CAUSEWAY_TARGET_DIR", CACHE / "target"))
+    path = Path(os.environ.get("CAUSEWAY_BIN", target / "release" / "causeway"))
+    if not path.exists():
+        pytest.fail(f"no causeway at {path}: build it, or set CAUSEWAY_BIN", pytrace=False)
+    return path
+
+
+@dataclass
+class Site:
+    """A running site. `log` holds what it and its services said."""
+
+    base_url: str
+    endpoint: str
+    process: subprocess.Popen
+    log: Path
+
+    def said(self) -> str:
+        return self.log.read_text(errors="replace")[-4000:]
+
+
+def start(log: Path, *flags: str, **environment: str) -> Site:
+    """Starts a site and waits until it is healthy."""
+    command = [binary(), "up", "--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", *flags]
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, **environment},
+        )
+    site = Site("", "", process, log)
+    try:
+        deadline = time.monotonic() + START_SECS
+        site.base_url = wait_for(site, deadline, lambda: first(r"http://[\d.]+:\d+", site))
+        site.endpoint = wait_for(site, deadline, lambda: first(r"tcp/[\d.]+:\d+", site))
+        wait_for(site, deadline, lambda: healthy(site.base_url))
+    except BaseException:
+        stop(site)
+        raise
+    return site
+
+
+def stop(site: Site) -> None:
+    site.process.send_signal(signal.SIGTERM)
+    try:
+        site.process.wait(STOP_SECS)
+    except subprocess.TimeoutExpired:
+        site.process.kill()
+        site.process.wait(STOP_SECS)
+        pytest.fail(f"the site did not end within {STOP_SECS} s:\n{site.said()}", pytrace=False)
+
+
+def wait_for(site: Site, deadline: float, condition):
+    """The first true value of `condition`."""
+    while True:
+        value = condition()
+        if value:
+            return value
+        if site.process.poll() is not None or time.monotonic() > deadline:
+            pytest.fail(f"the site is not up:\n{site.said()}", pytrace=False)
+        time.sleep(0.02)
+
+
+def first(pattern: str, site: Site):
+    found = re.search(pattern, site.said())
+    return found and found.group()
+
+
+def healthy(base_url: str) -> bool:
+    try:
+        return httpx.get(f"{base_url}/health", timeout=2.0).json() == {"status": "healthy"}
+    except httpx.HTTPError:
+        return False
