@@ -1,0 +1,158 @@
+//! What one submission draws: for every picture, the tiles and bodies that its camera may see.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use schemas::{Camera, Vec3};
+
+use crate::scene::instance::{Body, Instance};
+use crate::scene::light::Light;
+use crate::scene::material::Family;
+use crate::scene::shadow::ShadowView;
+use crate::scene::shape::Shape;
+use crate::scene::town::TownScene;
+use crate::scene::view::View;
+
+use super::buffers::SHOTS_PER_BATCH_MAX;
+use super::targets::shadow_side_px;
+use super::uniform::ViewUniform;
+
+/// Bytes of all pictures of one submission, as they are read back.
+const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
+/// Rows are read back at a multiple of this.
+const ROW_BYTES_MULTIPLE: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+/// Bodies that would be smaller than this in the picture, in pixels, are left out.
+const BODY_RADIUS_PX_MIN: f32 = 0.6;
+
+/// One picture to be drawn.
+pub(crate) struct Shot<'a> {
+    pub(crate) town: &'a Arc<TownScene>,
+    pub(crate) bodies: &'a [Body],
+    pub(crate) light: Light,
+    pub(crate) camera: &'a Camera,
+    pub(crate) view: View,
+}
+
+/// Instances of one shape.
+pub(crate) type Draw = (Shape, Range<u32>);
+
+/// One picture, as draw calls.
+pub(crate) struct PlannedShot<'a> {
+    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) shadow_side_px: u32,
+    /// Indices of the town that are in the picture, near ones first.
+    pub(crate) town: Vec<(Family, Range<u32>)>,
+    /// Indices of the town that throw shadows into the picture.
+    pub(crate) town_shadow: Vec<Range<u32>>,
+    pub(crate) bodies: Vec<Draw>,
+    pub(crate) body_shadow: Vec<Draw>,
+    /// Where the picture goes in the read-back buffer.
+    pub(crate) offset_bytes: u64,
+    pub(crate) row_pitch_bytes: u32,
+}
+
+/// One submission.
+#[derive(Default)]
+pub(crate) struct Batch<'a> {
+    pub(crate) shots: Vec<PlannedShot<'a>>,
+    pub(crate) views: Vec<ViewUniform>,
+    pub(crate) instances: Vec<Instance>,
+    pub(crate) readback_bytes: u64,
+}
+
+impl<'a> Batch<'a> {
+    /// As many of the shots as fit into one submission, at least one, and how many that are.
+    pub(crate) fn of(shots: &'a [Shot<'a>], software: bool) -> Self {
+        // Instance 0 is where towns already are.
+        let mut batch = Self { instances: vec![Instance::IN_PLACE], ..Self::default() };
+        for shot in shots.iter().take(SHOTS_PER_BATCH_MAX) {
+            let bytes = picture_bytes(shot.camera);
+            if batch.readback_bytes > 0 && batch.readback_bytes + bytes > READBACK_BYTES_MAX {
+                break;
+            }
+            batch.add(shot, software);
+        }
+        batch
+    }
+
+    fn add(&mut self, shot: &'a Shot<'a>, software: bool) {
+        let Camera { width_px, height_px, .. } = *shot.camera;
+        let shadow_side_px = shadow_side_px(width_px, height_px, software);
+        let shadow = ShadowView::of(&shot.view, &shot.light.to_light, shadow_side_px);
+        let pixel = 2.0 * shot.view.half_extent[0] / width_px as f32;
+        let eye_m = shot.view.eye_m();
+        let seen = |body: &&Body| {
+            let distance_m = (body.centre_m - eye_m).norm();
+            body.radius_m > BODY_RADIUS_PX_MIN * pixel * (distance_m - body.radius_m)
+                && within(body, |min_m, max_m| shot.view.may_see(min_m, max_m))
+        };
+        let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
+        let bodies = self.place(shot.bodies.iter().filter(seen));
+        let body_shadow = self.place(shot.bodies.iter().filter(shading));
+        self.views.push(ViewUniform::new(&shot.view, width_px, &shot.light, &shadow, shadow_side_px));
+        self.shots.push(PlannedShot {
+            shot,
+            shadow_side_px,
+            town: visible_town(shot.town, &shot.view),
+            town_shadow: shading_town(shot.town, &shadow),
+            bodies,
+            body_shadow,
+            offset_bytes: self.readback_bytes,
+            row_pitch_bytes: row_pitch_bytes(shot.camera),
+        });
+        self.readback_bytes += picture_bytes(shot.camera);
+    }
+
+    /// Appends the parts of bodies, shape by shape.
+    fn place<'b>(&mut self, bodies: impl Iterator<Item = &'b Body>) -> Vec<Draw> {
+        let mut parts: Vec<(Shape, Instance)> =
+            bodies.flat_map(|body| &body.parts).map(|part| (part.shape, part.instance)).collect();
+        // Stable: equal jobs are drawn in equal order.
+        parts.sort_by_key(|(shape, _)| *shape);
+        let mut draws: Vec<Draw> = Vec::new();
+        for (shape, instance) in parts {
+            let at = self.instances.len() as u32;
+            self.instances.push(instance);
+            match draws.last_mut() {
+                Some((last, range)) if *last == shape => range.end = at + 1,
+                _ => draws.push((shape, at..at + 1)),
+            }
+        }
+        draws
+    }
+}
+
+fn within(body: &Body, test: impl Fn(&Vec3, &Vec3) -> bool) -> bool {
+    let reach = Vec3::repeat(body.radius_m);
+    test(&(body.centre_m - reach), &(body.centre_m + reach))
+}
+
+/// What is near comes first, so that what it hides is not shaded.
+fn visible_town(town: &TownScene, view: &View) -> Vec<(Family, Range<u32>)> {
+    let eye_m = view.eye_m();
+    let mut tiles: Vec<_> =
+        town.tiles.iter().filter(|tile| view.may_see(&tile.min_m, &tile.max_m)).collect();
+    tiles.sort_by(|a, b| a.distance_squared(&eye_m).total_cmp(&b.distance_squared(&eye_m)));
+    tiles
+        .iter()
+        .flat_map(|tile| tile.indices_of.iter().filter(|(_, range)| !range.is_empty()).cloned())
+        .collect()
+}
+
+/// Walls and trees throw shadows; what lies on the ground throws none that anyone sees.
+fn shading_town(town: &TownScene, shadow: &ShadowView) -> Vec<Range<u32>> {
+    let tiles = town.tiles.iter().filter(|tile| shadow.may_see(&tile.min_m, &tile.max_m));
+    tiles
+        .flat_map(|tile| &tile.indices_of)
+        .filter(|(family, range)| *family != Family::Ground && !range.is_empty())
+        .map(|(_, range)| range.clone())
+        .collect()
+}
+
+fn row_pitch_bytes(camera: &Camera) -> u32 {
+    (camera.width_px * 4).next_multiple_of(ROW_BYTES_MULTIPLE)
+}
+
+fn picture_bytes(camera: &Camera) -> u64 {
+    u64::from(row_pitch_bytes(camera)) * u64::from(camera.height_px)
+}

@@ -1,0 +1,145 @@
+//! Opening an adapter, and noticing when it is lost.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::RenderError;
+
+/// Which adapter draws.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// A real GPU if there is one, else software.
+    #[default]
+    Best,
+    /// A software adapter.
+    Software,
+    /// The first one whose name contains this text, without regard to case.
+    Named(String),
+}
+
+impl AdapterChoice {
+    /// `cpu` for software, other text for a part of the name.
+    pub fn parse(text: &str) -> Self {
+        match text {
+            "" => Self::Best,
+            "cpu" => Self::Software,
+            name => Self::Named(name.to_owned()),
+        }
+    }
+
+    fn accepts(&self, info: &wgpu::AdapterInfo) -> bool {
+        match self {
+            Self::Best => true,
+            Self::Software => is_software(info),
+            Self::Named(part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+        }
+    }
+
+    fn wanted(&self) -> String {
+        match self {
+            Self::Best => "any Vulkan adapter".to_owned(),
+            Self::Software => "a software Vulkan adapter".to_owned(),
+            Self::Named(part) => format!("a Vulkan adapter named {part:?}"),
+        }
+    }
+}
+
+/// An open device.
+pub(crate) struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    /// The adapter's own name.
+    pub(crate) adapter_name: String,
+    /// Drawn by the processor: cheap filters are chosen.
+    pub(crate) software: bool,
+    fault: Fault,
+}
+
+/// The first thing that went wrong with a device; everything after it is a consequence.
+#[derive(Clone, Default)]
+struct Fault(Arc<Mutex<Option<String>>>);
+
+impl Fault {
+    fn note(&self, what: String) {
+        // Nothing panics while it holds the lock.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
+    }
+
+    fn get(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Gpu {
+    /// **Cost:** 65 to 300 ms.
+    ///
+    /// # Errors
+    /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
+    pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = wgpu::Backends::VULKAN;
+        let instance = wgpu::Instance::new(descriptor);
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+        // A stable order by preference: the driver's own order decides among equals.
+        adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
+        let found: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+        let adapter = adapters.into_iter().find(|adapter| choice.accepts(&adapter.get_info())).ok_or_else(
+            || RenderError::NoAdapter {
+                wanted: choice.wanted(),
+                found: if found.is_empty() { "none".to_owned() } else { found.join(", ") },
+            },
+        )?;
+        Self::open_device(&adapter)
+    }
+
+    fn open_device(adapter: &wgpu::Adapter) -> Result<Self, RenderError> {
+        let info = adapter.get_info();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("causeway"),
+            required_limits: wgpu::Limits {
+                max_buffer_size: adapter.limits().max_buffer_size,
+                ..wgpu::Limits::default().using_resolution(adapter.limits())
+            },
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|cause| {
+            RenderError::NoDevice { adapter: info.name.clone(), cause: cause.to_string() }
+        })?;
+        // Both are needed: a loss comes through the one, each later use through the other, whose
+        // default is a panic.
+        let fault = Fault::default();
+        device.set_device_lost_callback({
+            let fault = fault.clone();
+            move |reason, text| fault.note(format!("device lost ({reason:?}): {text}"))
+        });
+        device.on_uncaptured_error(Arc::new({
+            let fault = fault.clone();
+            move |error: wgpu::Error| fault.note(error.to_string())
+        }));
+        let software = is_software(&info);
+        Ok(Self { device, queue, adapter_name: info.name, software, fault })
+    }
+
+    /// What went wrong first; the device is of no use afterwards.
+    pub(crate) fn fault(&self) -> Option<String> {
+        self.fault.get()
+    }
+
+    /// The adapter's name and, if so, that it is software.
+    pub(crate) fn description(&self) -> String {
+        if self.software { format!("{}, software", self.adapter_name) } else { self.adapter_name.clone() }
+    }
+}
+
+fn is_software(info: &wgpu::AdapterInfo) -> bool {
+    info.device_type == wgpu::DeviceType::Cpu
+}
+
+fn preference(info: &wgpu::AdapterInfo) -> u8 {
+    match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}

@@ -1,0 +1,132 @@
+//! One open device and everything on it; gone with the device.
+
+use std::collections::VecDeque;
+
+use schemas::{Error, Image};
+
+use crate::RenderError;
+use crate::encode::{Pixels, encode};
+
+use super::batch::{Batch, PlannedShot, Shot};
+use super::buffers::{FrameBuffers, ShapeLibrary};
+use super::device::{AdapterChoice, Gpu};
+use super::pass::{Shared, copy_out};
+use super::pipelines::Pipelines;
+use super::readback::{InFlight, RING, Ring};
+use super::targets::Targets;
+use super::towns::TownCache;
+
+/// Samples per pixel: edges of lane lines and distant people need them to be seen at all.
+const SAMPLE_COUNT: u32 = 4;
+
+/// The pictures of shots, in their order.
+pub(crate) type Pictures = Vec<Result<Image, Error>>;
+
+/// One open device and everything on it.
+pub(crate) struct Drawing {
+    pub(crate) gpu: Gpu,
+    pipelines: Pipelines,
+    shapes: ShapeLibrary,
+    frame: FrameBuffers,
+    towns: TownCache,
+    targets: Targets,
+    ring: Ring,
+}
+
+impl Drawing {
+    /// # Errors
+    /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
+    pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        let gpu = Gpu::open(choice)?;
+        let pipelines = Pipelines::new(&gpu, SAMPLE_COUNT);
+        let drawing = Self {
+            shapes: ShapeLibrary::new(&gpu),
+            frame: FrameBuffers::new(&gpu, &pipelines.view_layout),
+            towns: TownCache::default(),
+            targets: Targets::new(SAMPLE_COUNT),
+            ring: Ring::default(),
+            pipelines,
+            gpu,
+        };
+        match drawing.gpu.fault() {
+            None => Ok(drawing),
+            Some(cause) => {
+                Err(RenderError::NoDevice { adapter: drawing.gpu.adapter_name.clone(), cause })
+            }
+        }
+    }
+
+    /// Draws shots in as few submissions as fit, one drawn while the one before is encoded.
+    ///
+    /// # Errors
+    /// What happened to the device; it is of no use afterwards.
+    pub(crate) fn draw(&mut self, shots: &[Shot<'_>]) -> Result<Pictures, String> {
+        let mut pictures = Vec::with_capacity(shots.len());
+        let mut under_way = VecDeque::new();
+        let mut rest = shots;
+        while !rest.is_empty() {
+            let batch = Batch::of(rest, self.gpu.software);
+            rest = rest.get(batch.shots.len()..).unwrap_or_default();
+            let flight = self.submit(&batch);
+            under_way.push_back((flight, batch));
+            if under_way.len() >= RING
+                && let Some((flight, batch)) = under_way.pop_front()
+            {
+                pictures.extend(self.collect(flight, &batch)?);
+            }
+        }
+        for (flight, batch) in under_way {
+            pictures.extend(self.collect(flight, &batch)?);
+        }
+        Ok(pictures)
+    }
+
+    fn submit(&mut self, batch: &Batch<'_>) -> InFlight {
+        let gpu = &self.gpu;
+        self.frame.write(gpu, &batch.views, &batch.instances);
+        let buffer = self.ring.take(gpu, batch.readback_bytes);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let shared =
+            Shared { pipelines: &self.pipelines, shapes: &self.shapes, frame: &self.frame };
+        for (number, planned) in batch.shots.iter().enumerate() {
+            let town = self.towns.get(gpu, planned.shot.town);
+            let camera = planned.shot.camera;
+            let map = self.targets.shadow(gpu, &self.pipelines, planned.shadow_side_px).clone();
+            let target = self.targets.picture(gpu, (camera.width_px, camera.height_px));
+            shared.shadow_pass(&mut encoder, number, planned, &town.mesh, &map);
+            shared.colour_pass(&mut encoder, number, planned, &town.mesh, (&map, target));
+            copy_out(&mut encoder, target, &buffer, planned);
+        }
+        InFlight::submit(gpu, encoder, buffer)
+    }
+
+    fn collect(&mut self, flight: InFlight, batch: &Batch<'_>) -> Result<Pictures, String> {
+        self.ring.finish(&self.gpu, flight, |bytes| encode_all(&batch.shots, bytes))
+    }
+}
+
+/// Encodes pictures on as many threads as there are processors and pictures.
+fn encode_all(shots: &[PlannedShot<'_>], bytes: &[u8]) -> Pictures {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let per_thread = shots.len().div_ceil(processors).max(1);
+    let encode_some = |shots: &[PlannedShot<'_>]| -> Pictures {
+        shots.iter().map(|planned| encode_one(planned, bytes)).collect()
+    };
+    if shots.len() == 1 {
+        return encode_some(shots);
+    }
+    std::thread::scope(|scope| {
+        let threads: Vec<_> =
+            shots.chunks(per_thread).map(|some| scope.spawn(move || encode_some(some))).collect();
+        let joined = threads.into_iter().map(|thread| thread.join().expect("encoding does not panic"));
+        joined.flatten().collect()
+    })
+}
+
+fn encode_one(planned: &PlannedShot<'_>, bytes: &[u8]) -> Result<Image, Error> {
+    let row_pitch_bytes = planned.row_pitch_bytes as usize;
+    let start = planned.offset_bytes as usize;
+    let end = start + row_pitch_bytes * planned.shot.camera.height_px as usize;
+    let bytes = bytes.get(start..end).unwrap_or_default();
+    encode(planned.shot.camera, &Pixels { bytes, row_pitch_bytes })
+}

@@ -1,0 +1,129 @@
+//! The passes of one picture: shadow map, then colour, then the copy to where it is read back.
+
+use crate::scene::material::Family;
+
+use super::batch::{Draw, PlannedShot};
+use super::buffers::{FrameBuffers, GpuMesh, ShapeLibrary};
+use super::pipelines::Pipelines;
+use super::targets::{ShadowMap, Target};
+
+/// What all pictures of a submission share.
+pub(crate) struct Shared<'a> {
+    pub(crate) pipelines: &'a Pipelines,
+    pub(crate) shapes: &'a ShapeLibrary,
+    pub(crate) frame: &'a FrameBuffers,
+}
+
+impl Shared<'_> {
+    /// Records the picture with this number of the submission.
+    pub(crate) fn shadow_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        number: usize,
+        shot: &PlannedShot<'_>,
+        town: &GpuMesh,
+        map: &ShadowMap,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(depth(&map.depth, 1.0, wgpu::StoreOp::Store)),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipelines.shadow);
+        pass.set_bind_group(0, &self.frame.view_group, &[FrameBuffers::view_offset(number)]);
+        pass.set_vertex_buffer(1, self.frame.instances.slice(..));
+        bind(&mut pass, town);
+        for range in &shot.town_shadow {
+            pass.draw_indexed(range.clone(), 0, 0..1);
+        }
+        self.draw_bodies(&mut pass, &shot.body_shadow);
+    }
+
+    /// Records the picture with this number of the submission.
+    pub(crate) fn colour_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        number: usize,
+        shot: &PlannedShot<'_>,
+        town: &GpuMesh,
+        (map, target): (&ShadowMap, &Target),
+    ) {
+        let store = if target.resolved.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("colour"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &target.colour,
+                depth_slice: None,
+                resolve_target: target.resolved.as_ref(),
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store },
+            })],
+            depth_stencil_attachment: Some(depth(&target.depth, 0.0, wgpu::StoreOp::Discard)),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        let offset = [FrameBuffers::view_offset(number)];
+        pass.set_bind_group(0, &self.frame.view_group, &offset);
+        pass.set_bind_group(1, &map.group, &[]);
+        pass.set_vertex_buffer(1, self.frame.instances.slice(..));
+        for (family, pipeline) in self.pipelines.surfaces() {
+            pass.set_pipeline(pipeline);
+            if family == Family::Body {
+                self.draw_bodies(&mut pass, &shot.bodies);
+            }
+            bind(&mut pass, town);
+            for (_, range) in shot.town.iter().filter(|(of, _)| *of == family) {
+                pass.draw_indexed(range.clone(), 0, 0..1);
+            }
+        }
+        // Last: only where nothing else is.
+        pass.set_pipeline(&self.pipelines.sky);
+        pass.draw(0..3, 0..1);
+    }
+
+    fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, draws: &[Draw]) {
+        bind(pass, &self.shapes.mesh);
+        for (shape, instances) in draws {
+            pass.draw_indexed(self.shapes.indices_of(*shape), 0, instances.clone());
+        }
+    }
+}
+
+/// Records the copy of a drawn picture to its place in the read-back buffer.
+pub(crate) fn copy_out(
+    encoder: &mut wgpu::CommandEncoder,
+    target: &Target,
+    buffer: &wgpu::Buffer,
+    shot: &PlannedShot<'_>,
+) {
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: shot.offset_bytes,
+        bytes_per_row: Some(shot.row_pitch_bytes),
+        rows_per_image: None,
+    };
+    encoder.copy_texture_to_buffer(
+        target.result.as_image_copy(),
+        wgpu::TexelCopyBufferInfo { buffer, layout },
+        target.result.size(),
+    );
+}
+
+fn bind(pass: &mut wgpu::RenderPass<'_>, mesh: &GpuMesh) {
+    pass.set_vertex_buffer(0, mesh.vertices.slice(..));
+    pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
+}
+
+fn depth(
+    view: &wgpu::TextureView,
+    cleared: f32,
+    store: wgpu::StoreOp,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(cleared), store }),
+        stencil_ops: None,
+    }
+}

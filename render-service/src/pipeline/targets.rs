@@ -1,0 +1,139 @@
+//! Textures that are drawn into: per picture size, and shadow maps per side.
+
+use super::device::Gpu;
+use super::pipelines::{COLOUR, DEPTH, Pipelines};
+
+/// Picture sizes kept; a picture of another size takes the place of the one longest unused.
+const SIZES_MAX: usize = 8;
+/// Shadow map sides kept: see [`shadow_side_px`].
+const SHADOW_MAPS_MAX: usize = 4;
+
+/// Where one picture is drawn. Pictures of one size follow each other in it.
+pub(crate) struct Target {
+    size_px: (u32, u32),
+    /// What the passes write.
+    pub(crate) colour: wgpu::TextureView,
+    /// What is read back, if it is not the colour itself.
+    pub(crate) resolved: Option<wgpu::TextureView>,
+    pub(crate) result: wgpu::Texture,
+    pub(crate) depth: wgpu::TextureView,
+}
+
+/// Depth as the sun sees it.
+#[derive(Clone)]
+pub(crate) struct ShadowMap {
+    side_px: u32,
+    pub(crate) depth: wgpu::TextureView,
+    pub(crate) group: wgpu::BindGroup,
+}
+
+/// Side of the shadow map for a picture: fine enough for its pixels near the camera, and no finer.
+pub(crate) fn shadow_side_px(width_px: u32, height_px: u32, software: bool) -> u32 {
+    let wanted = (width_px.max(height_px) * 2).next_power_of_two();
+    wanted.clamp(256, if software { 1_024 } else { 4_096 })
+}
+
+/// Targets in use; the last one used is at the end.
+pub(crate) struct Targets {
+    sample_count: u32,
+    pictures: Vec<Target>,
+    shadows: Vec<ShadowMap>,
+}
+
+impl Targets {
+    pub(crate) fn new(sample_count: u32) -> Self {
+        Self { sample_count, pictures: Vec::new(), shadows: Vec::new() }
+    }
+
+    /// Makes sure that there is a target of this size.
+    pub(crate) fn picture(&mut self, gpu: &Gpu, size_px: (u32, u32)) -> &Target {
+        let known = self.pictures.iter().position(|target| target.size_px == size_px);
+        let target = match known {
+            Some(at) => self.pictures.remove(at),
+            None => {
+                if self.pictures.len() >= SIZES_MAX {
+                    self.pictures.remove(0);
+                }
+                Target::new(gpu, size_px, self.sample_count)
+            }
+        };
+        self.pictures.push(target);
+        &self.pictures[self.pictures.len() - 1]
+    }
+
+    /// Makes sure that there is a shadow map of this side.
+    pub(crate) fn shadow(&mut self, gpu: &Gpu, pipelines: &Pipelines, side_px: u32) -> &ShadowMap {
+        let known = self.shadows.iter().position(|map| map.side_px == side_px);
+        let map = match known {
+            Some(at) => self.shadows.remove(at),
+            None => {
+                if self.shadows.len() >= SHADOW_MAPS_MAX {
+                    self.shadows.remove(0);
+                }
+                ShadowMap::new(gpu, pipelines, side_px)
+            }
+        };
+        self.shadows.push(map);
+        &self.shadows[self.shadows.len() - 1]
+    }
+}
+
+impl Target {
+    fn new(gpu: &Gpu, size_px: (u32, u32), sample_count: u32) -> Self {
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let result = texture(gpu, size_px, COLOUR, 1, attachment | wgpu::TextureUsages::COPY_SRC);
+        let result_view = view(&result);
+        let (colour, resolved) = if sample_count > 1 {
+            (view(&texture(gpu, size_px, COLOUR, sample_count, attachment)), Some(result_view))
+        } else {
+            (result_view, None)
+        };
+        let depth = view(&texture(gpu, size_px, DEPTH, sample_count, attachment));
+        Self { size_px, colour, resolved, result, depth }
+    }
+}
+
+impl ShadowMap {
+    fn new(gpu: &Gpu, pipelines: &Pipelines, side_px: u32) -> Self {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let depth = view(&texture(gpu, (side_px, side_px), DEPTH, 1, usage));
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("shadow"),
+            layout: &pipelines.shadow_layout,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&depth),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&pipelines.shadow_sampler),
+                },
+            ],
+        });
+        Self { side_px, depth, group }
+    }
+}
+
+fn texture(
+    gpu: &Gpu,
+    (width, height): (u32, u32),
+    format: wgpu::TextureFormat,
+    sample_count: u32,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,15 @@
+//! What is to be drawn, without a GPU: towns, bodies, light and views as plain values.
+
+pub(crate) mod facade;
+pub(crate) mod import;
+pub(crate) mod instance;
+pub(crate) mod light;
+pub(crate) mod material;
+pub(crate) mod mesh;
+pub(crate) mod prop;
+pub(crate) mod shadow;
+pub(crate) mod shape;
+pub(crate) mod town;
+pub(crate) mod vehicle;
+pub(crate) mod view;
+pub(crate) mod walker;

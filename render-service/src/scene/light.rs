@@ -1,0 +1,135 @@
+//! Sun, sky, haze: what the weather of a frame means to a camera.
+
+use schemas::{Vec3, Weather};
+
+/// Light of one frame. Colours are linear radiance; 1 is a white wall in full sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Light {
+    /// Unit vector to the sun, or to the moon at night, in the world.
+    pub to_light: Vec3,
+    /// Of the sun or moon on a surface that faces it.
+    pub direct: Vec3,
+    /// Of the sky straight up.
+    pub zenith: Vec3,
+    /// Of the sky at the horizon, and of far haze.
+    pub horizon: Vec3,
+    /// Of what the ground throws back upwards.
+    pub bounce: Vec3,
+    /// Brightness of the sun's disc; 0 at night and behind clouds.
+    pub disc: f32,
+    /// 0 clear to 1 overcast.
+    pub cloud: f32,
+    /// Haze per metre: a part `1 - exp(-haze_per_m * distance)` of what is seen.
+    pub haze_per_m: f32,
+    /// 0 dry to 1 wet roads.
+    pub wet: f32,
+    /// 0 by day to 1 by night: lamps and windows are lit.
+    pub night: f32,
+}
+
+/// Below this altitude the moon takes over.
+const SUN_SET_RAD: f32 = -0.05;
+/// Where the moon stands.
+const MOON_ALTITUDE_RAD: f32 = 0.9;
+
+impl Light {
+    /// **Source:** colours chosen by eye against photographs; angles as in [`Weather`], azimuth
+    /// counter-clockwise from x.
+    pub(crate) fn of(weather: &Weather) -> Self {
+        let cloud = share(weather.cloudiness_percent);
+        let rain = share(weather.precipitation_percent);
+        let altitude_rad = weather.sun_altitude_rad;
+        // 0 at sunset, 1 once the sun is about 25° up.
+        let day = smooth(altitude_rad.sin(), -0.08, 0.42);
+        let dusk = smooth(altitude_rad.sin(), -0.2, 0.02) * (1.0 - day);
+        let grey = (0.75 * cloud + 0.25 * rain).min(1.0);
+
+        let clear_zenith = mix(Vec3::new(0.006, 0.010, 0.022), Vec3::new(0.13, 0.29, 0.66), day);
+        let clear_horizon = mix(Vec3::new(0.012, 0.017, 0.030), Vec3::new(0.60, 0.74, 0.90), day)
+            + Vec3::new(0.55, 0.24, 0.08) * dusk;
+        let overcast = Vec3::new(0.52, 0.55, 0.60) * (0.03 + 0.97 * day) * (1.0 - 0.35 * rain);
+        let zenith = mix(clear_zenith, overcast * 0.85, grey);
+        let horizon = mix(clear_horizon, overcast, grey);
+
+        let sun_is_up = altitude_rad > SUN_SET_RAD;
+        let warm = mix(Vec3::new(1.0, 0.52, 0.24), Vec3::new(1.0, 0.955, 0.87), day);
+        let sun = warm * 2.6 * smooth(altitude_rad.sin(), -0.06, 0.3).max(0.05 * day);
+        let moon = Vec3::new(0.030, 0.038, 0.055);
+        let direct = if sun_is_up { sun } else { moon } * (1.0 - 0.93 * grey);
+
+        let fog = share(weather.fog_density_percent);
+        Self {
+            to_light: direction(
+                weather.sun_azimuth_rad,
+                if sun_is_up { altitude_rad.max(0.05) } else { MOON_ALTITUDE_RAD },
+            ),
+            direct,
+            zenith,
+            horizon,
+            bounce: (zenith + horizon) * 0.12 + direct * 0.10 * altitude_rad.sin().max(0.0),
+            disc: if sun_is_up { (1.0 - 1.4 * grey).max(0.0) } else { 0.0 },
+            cloud,
+            haze_per_m: 0.0006 + 0.0015 * rain + 0.06 * fog * fog,
+            wet: share(weather.wetness_percent)
+                .max(share(weather.precipitation_deposits_percent))
+                .max(0.7 * rain),
+            night: 1.0 - smooth(altitude_rad.sin(), -0.05, 0.12),
+        }
+    }
+}
+
+/// Unit vector at an azimuth from x towards y and an altitude.
+fn direction(azimuth_rad: f32, altitude_rad: f32) -> Vec3 {
+    let level = altitude_rad.cos();
+    Vec3::new(level * azimuth_rad.cos(), level * azimuth_rad.sin(), altitude_rad.sin())
+}
+
+/// A percentage as 0 to 1; nonsense is 0.
+fn share(percent: f32) -> f32 {
+    if percent.is_finite() { (percent / 100.0).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+fn smooth(value: f32, low: f32, high: f32) -> f32 {
+    let t = ((value - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+fn mix(a: Vec3, b: Vec3, share_of_b: f32) -> Vec3 {
+    a + (b - a) * share_of_b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn weather() -> Weather {
+        Weather::CLEAR_NOON
+    }
+
+    #[test]
+    fn the_light_comes_from_where_the_weather_says() {
+        let light = Light::of(&Weather {
+            sun_azimuth_rad: std::f32::consts::FRAC_PI_2,
+            sun_altitude_rad: 0.5,
+            ..weather()
+        });
+        assert!((light.to_light - Vec3::new(0.0, 0.5f32.cos(), 0.5f32.sin())).norm() < 1e-6);
+    }
+
+    #[test]
+    fn clouds_take_the_sun_and_night_takes_nearly_everything() {
+        let noon = Light::of(&weather());
+        let grey = Light::of(&Weather { cloudiness_percent: 100.0, ..weather() });
+        let night = Light::of(&Weather { sun_altitude_rad: -0.6, ..weather() });
+        assert!(grey.direct.x < 0.4 * noon.direct.x);
+        assert!(night.direct.x < 0.05 * noon.direct.x && night.horizon.x < 0.1 * noon.horizon.x);
+        assert!(night.night > 0.99 && noon.night < 0.01);
+    }
+
+    #[test]
+    fn nonsense_in_the_weather_gives_finite_light() {
+        let light = Light::of(&Weather { cloudiness_percent: f32::NAN, fog_density_percent: 1e30, ..weather() });
+        assert!(light.direct.iter().chain(light.horizon.iter()).all(|part| part.is_finite()));
+        assert!(light.haze_per_m.is_finite());
+    }
+}

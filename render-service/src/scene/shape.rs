@@ -1,0 +1,113 @@
+//! The shapes that actors are put together from: a fixed library, uploaded once per device.
+
+use super::mesh::Mesh;
+use super::{prop, vehicle, walker};
+
+/// One shape of the library.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+#[allow(missing_docs, reason = "the names are the shapes")]
+pub(crate) enum Shape {
+    Sedan,
+    Hatchback,
+    OffRoader,
+    Van,
+    Truck,
+    Bus,
+    MotorcycleFrame,
+    BicycleFrame,
+    Wheel,
+    ThinWheel,
+    WheelArch,
+    Rider,
+    Torso,
+    Head,
+    LongHair,
+    Leg,
+    Arm,
+    Backpack,
+    Block,
+    Cone,
+    Barrel,
+}
+
+impl Shape {
+    /// Every shape, at the place of its number.
+    pub(crate) const ALL: [Self; 21] = [
+        Self::Sedan,
+        Self::Hatchback,
+        Self::OffRoader,
+        Self::Van,
+        Self::Truck,
+        Self::Bus,
+        Self::MotorcycleFrame,
+        Self::BicycleFrame,
+        Self::Wheel,
+        Self::ThinWheel,
+        Self::WheelArch,
+        Self::Rider,
+        Self::Torso,
+        Self::Head,
+        Self::LongHair,
+        Self::Leg,
+        Self::Arm,
+        Self::Backpack,
+        Self::Block,
+        Self::Cone,
+        Self::Barrel,
+    ];
+
+    /// Its triangles in its own frame: vehicle bodies fill the box from -1 to 1, people's parts are in
+    /// heights of the person from the joint, wheels have radius and half width 1.
+    pub(crate) fn mesh(self) -> Mesh {
+        match self {
+            Self::Sedan => vehicle::sedan(),
+            Self::Hatchback => vehicle::hatchback(),
+            Self::OffRoader => vehicle::off_roader(),
+            Self::Van => vehicle::van(),
+            Self::Truck => vehicle::truck(),
+            Self::Bus => vehicle::bus(),
+            Self::MotorcycleFrame => vehicle::motorcycle(),
+            Self::BicycleFrame => vehicle::bicycle(),
+            Self::Wheel => vehicle::wheel(),
+            Self::ThinWheel => vehicle::thin_wheel(),
+            Self::WheelArch => vehicle::wheel_arch(),
+            Self::Rider => walker::rider(),
+            Self::Torso => walker::torso(),
+            Self::Head => walker::head(),
+            Self::LongHair => walker::long_hair(),
+            Self::Leg => walker::leg(),
+            Self::Arm => walker::arm(),
+            Self::Backpack => walker::backpack(),
+            Self::Block => prop::block(),
+            Self::Cone => prop::cone(),
+            Self::Barrel => prop::barrel(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shape_is_at_the_place_of_its_number_and_has_a_moderate_count_of_triangles() {
+        for (place, shape) in Shape::ALL.into_iter().enumerate() {
+            assert_eq!(shape as usize, place, "{shape:?}");
+            let mesh = shape.mesh();
+            let triangles = mesh.indices.len() / 3;
+            assert!((8..=1_500).contains(&triangles), "{shape:?} has {triangles} triangles");
+            assert!(mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len()));
+        }
+    }
+
+    #[test]
+    fn vehicle_bodies_stay_inside_their_box() {
+        for shape in [Shape::Sedan, Shape::Hatchback, Shape::OffRoader, Shape::Van, Shape::Truck, Shape::Bus] {
+            for vertex in shape.mesh().vertices {
+                // Mirrors and trim may stand out a little.
+                assert!(vertex.position.iter().all(|part| part.abs() <= 1.09), "{shape:?} {vertex:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The static geometry of one map, cut into tiles that a camera can skip.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use schemas::Vec3;
+
+use super::facade::facade_coordinates;
+use super::material::{Family, Material};
+use super::mesh::{Vertex, pack};
+
+/// Side of a tile, in metres: small enough to skip most of a town, large enough for few draw calls.
+const TILE_M: f32 = 48.0;
+
+/// Triangles of one material.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Of all of them.
+    pub material: Material,
+    /// Corners in the world, in metres.
+    pub positions_m: Vec<Vec3>,
+    /// Unit normals, one per corner.
+    pub normals: Vec<Vec3>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The static geometry of one map, ready for upload.
+///
+/// **Frame:** world. **Determinism:** equal surfaces give equal scenes.
+#[derive(Debug)]
+pub struct TownScene {
+    pub(crate) digest: String,
+    pub(crate) vertices: Vec<Vertex>,
+    pub(crate) indices: Vec<u32>,
+    pub(crate) tiles: Vec<Tile>,
+}
+
+/// One square of a town.
+#[derive(Debug)]
+pub(crate) struct Tile {
+    pub(crate) min_m: Vec3,
+    pub(crate) max_m: Vec3,
+    /// Ranges of the index buffer; a family that the tile lacks has an empty one.
+    pub(crate) indices_of: [(Family, Range<u32>); 3],
+}
+
+type TileKey = (i32, i32);
+
+impl TownScene {
+    /// Cuts surfaces into tiles. Triangles with a missing corner or a position that is no number are
+    /// left out.
+    pub fn new(digest: impl Into<String>, surfaces: &[Surface]) -> Self {
+        let mut scene = Self {
+            digest: digest.into(),
+            vertices: Vec::new(),
+            indices: Vec::new(),
+            tiles: Vec::new(),
+        };
+        let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
+        for surface in surfaces {
+            let first = scene.vertices.len() as u32;
+            scene.push_vertices(surface);
+            let family = surface.material.family();
+            for triangle in &surface.triangles {
+                let Some(key) = tile_of(surface, triangle) else { continue };
+                let indices = of_tile.entry(key).or_default().entry(family).or_default();
+                indices.extend(triangle.iter().map(|corner| first + corner));
+            }
+        }
+        for families in of_tile.into_values() {
+            scene.push_tile(families);
+        }
+        scene
+    }
+
+    /// Of the map's text.
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// How many triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    fn push_vertices(&mut self, surface: &Surface) {
+        let facades = (surface.material == Material::Wall).then(|| facade_coordinates(surface));
+        for (at, position) in surface.positions_m.iter().enumerate() {
+            let normal = surface.normals.get(at).copied().unwrap_or_else(Vec3::z);
+            let facade = facades.as_ref().and_then(|facades| facades.get(at)).copied().unwrap_or_default();
+            self.vertices.push(Vertex {
+                position: [position.x, position.y, position.z],
+                normal_material: pack(normal, surface.material, facade.variant),
+                facade_m: facade.along_up_m,
+            });
+        }
+    }
+
+    fn push_tile(&mut self, mut families: BTreeMap<Family, Vec<u32>>) {
+        let mut min_m = Vec3::repeat(f32::INFINITY);
+        let mut max_m = Vec3::repeat(f32::NEG_INFINITY);
+        let indices_of = Family::ALL.map(|family| {
+            let start = self.indices.len() as u32;
+            for index in families.remove(&family).unwrap_or_default() {
+                if let Some(vertex) = self.vertices.get(index as usize) {
+                    let position = Vec3::from(vertex.position);
+                    min_m = min_m.inf(&position);
+                    max_m = max_m.sup(&position);
+                }
+                self.indices.push(index);
+            }
+            (family, start..self.indices.len() as u32)
+        });
+        self.tiles.push(Tile { min_m, max_m, indices_of });
+    }
+}
+
+impl Tile {
+    /// Distance from a point to the tile's box, squared.
+    pub(crate) fn distance_squared(&self, point_m: &Vec3) -> f32 {
+        let outside = (self.min_m - point_m).sup(&(point_m - self.max_m)).sup(&Vec3::zeros());
+        outside.norm_squared()
+    }
+}
+
+fn tile_of(surface: &Surface, triangle: &[u32; 3]) -> Option<TileKey> {
+    let mut centre = Vec3::zeros();
+    for corner in triangle {
+        centre += surface.positions_m.get(*corner as usize)? / 3.0;
+    }
+    let finite = centre.iter().all(|part| part.is_finite());
+    finite.then(|| ((centre.x / TILE_M).floor() as i32, (centre.y / TILE_M).floor() as i32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn surface(material: Material, corners: [[f32; 3]; 3]) -> Surface {
+        Surface {
+            material,
+            positions_m: corners.map(Vec3::from).to_vec(),
+            normals: vec![Vec3::z(); 3],
+            triangles: vec![[0, 1, 2]],
+        }
+    }
+
+    #[test]
+    fn triangles_far_apart_lie_in_tiles_of_their_own() {
+        let near = surface(Material::Asphalt, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let far = surface(Material::Wall, [[500.0, 0.0, 0.0], [501.0, 0.0, 0.0], [500.0, 0.0, 9.0]]);
+        let scene = TownScene::new("d", &[near, far]);
+        assert_eq!(scene.triangle_count(), 2);
+        assert_eq!(scene.tiles.len(), 2);
+        assert_eq!(scene.tiles[1].min_m.x, 500.0);
+        assert_eq!(scene.tiles[1].max_m.z, 9.0);
+    }
+
+    #[test]
+    fn broken_triangles_are_left_out() {
+        let mut broken = surface(Material::Grass, [[f32::NAN, 0.0, 0.0]; 3]);
+        broken.triangles.push([0, 1, 7]);
+        assert_eq!(TownScene::new("d", &[broken]).triangle_count(), 0);
+    }
+}

@@ -1,0 +1,249 @@
+//! Shapes of vehicles, for a box from -1 to 1 that is scaled to the vehicle's own.
+//!
+//! **Frame:** x ahead, y left, z up; -1 is the ground.
+
+use schemas::Vec3;
+
+use super::material::Material;
+use super::mesh::{Mesh, MeshBuilder, ellipse};
+
+mod cabin;
+mod hull;
+mod two_wheeler;
+
+pub(crate) use two_wheeler::{bicycle, motorcycle};
+
+use cabin::{Cabin, window_band};
+use hull::{Station, hull, lamps};
+
+/// A car with a boot.
+pub(crate) fn sedan() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    hull(&mut builder, &car_stations(0.26, 0.16, -0.06));
+    Cabin {
+        foot_x: (-0.74, 0.44),
+        roof_x: (-0.46, 0.06),
+        foot_z: 0.20,
+        roof_z: 0.93,
+        crown: 0.06,
+        half_width: (0.86, 0.62),
+        posts: &[-0.17],
+    }
+    .build(&mut builder);
+    lamps(&mut builder, 0.05, 0.16);
+    builder.finish()
+}
+
+/// A car that ends behind its rear window.
+pub(crate) fn hatchback() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    hull(&mut builder, &car_stations(0.28, 0.20, -0.04));
+    Cabin {
+        foot_x: (-0.97, 0.46),
+        roof_x: (-0.78, 0.08),
+        foot_z: 0.20,
+        roof_z: 0.93,
+        crown: 0.06,
+        half_width: (0.87, 0.66),
+        posts: &[-0.55, -0.12],
+    }
+    .build(&mut builder);
+    lamps(&mut builder, 0.06, 0.18);
+    builder.finish()
+}
+
+/// A tall car with an upright rear.
+pub(crate) fn off_roader() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    hull(&mut builder, &car_stations(0.24, 0.20, 0.06));
+    Cabin {
+        foot_x: (-0.98, 0.44),
+        roof_x: (-0.88, 0.14),
+        foot_z: 0.18,
+        roof_z: 0.92,
+        crown: 0.06,
+        half_width: (0.90, 0.74),
+        posts: &[-0.55, -0.10],
+    }
+    .build(&mut builder);
+    for y in [-0.62, 0.58] {
+        let rail = (Vec3::new(-0.80, y, 0.96), Vec3::new(0.0, y + 0.04, 1.0));
+        builder.cuboid(rail.0, rail.1, Material::BlackPlastic);
+    }
+    lamps(&mut builder, 0.08, 0.20);
+    builder.finish()
+}
+
+/// The lower body of a car: belt line heights at the rear, in the middle, and above the front axle.
+fn car_stations(belt_z: f32, rear_z: f32, bonnet_z: f32) -> [Station; 10] {
+    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    [
+        station(-1.0, -0.52, rear_z - 0.16, 0.80),
+        station(-0.97, -0.66, rear_z, 0.88),
+        station(-0.86, -0.70, rear_z + 0.04, 0.96),
+        station(-0.60, -0.72, belt_z, 1.0),
+        station(0.0, -0.74, belt_z, 1.0),
+        station(0.40, -0.74, belt_z - 0.02, 1.0),
+        station(0.50, -0.73, (belt_z + bonnet_z) / 2.0 + 0.10, 0.99),
+        station(0.84, -0.70, bonnet_z + 0.06, 0.95),
+        station(0.95, -0.66, bonnet_z - 0.04, 0.88),
+        station(1.0, -0.56, bonnet_z - 0.18, 0.76),
+    ]
+}
+
+/// A closed van.
+pub(crate) fn van() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    hull(
+        &mut builder,
+        &[
+            station(-1.0, -0.72, 0.92, 0.94),
+            station(-0.97, -0.78, 0.97, 0.98),
+            station(0.10, -0.80, 1.0, 1.0),
+            station(0.40, -0.80, 0.96, 1.0),
+            station(0.52, -0.80, 0.82, 1.0),
+            station(0.78, -0.79, 0.02, 0.99),
+            station(0.95, -0.76, -0.10, 0.92),
+            station(1.0, -0.70, -0.24, 0.82),
+        ],
+    );
+    // The windscreen lies on the slope between bonnet and roof.
+    let screen = |x: f32, y: f32, z: f32| Vec3::new(x + 0.012, y, z + 0.006);
+    builder.quad(
+        [screen(0.775, -0.84, 0.05), screen(0.775, 0.84, 0.05), screen(0.53, 0.80, 0.80), screen(0.53, -0.80, 0.80)],
+        Material::Glass,
+    );
+    window_band(&mut builder, (0.20, 0.70), (0.12, 0.72), 1.004, 0.30);
+    for y in [-0.82, 0.06] {
+        back_window(&mut builder, (y, y + 0.76), (0.18, 0.74));
+    }
+    lamps(&mut builder, -0.14, -0.1);
+    builder.finish()
+}
+
+/// A cab and a box.
+pub(crate) fn truck() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    builder.cuboid(Vec3::new(-1.0, -0.50, -0.66), Vec3::new(0.62, 0.50, -0.52), Material::BlackPlastic);
+    builder.cuboid(Vec3::new(-1.0, -1.0, -0.50), Vec3::new(0.42, 1.0, 1.0), Material::PropBand);
+    builder.cuboid(Vec3::new(-1.0, -1.003, -0.50), Vec3::new(0.42, 1.003, -0.42), Material::Chrome);
+    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    hull(
+        &mut builder,
+        &[
+            station(0.46, -0.70, 0.66, 0.95),
+            station(0.80, -0.74, 0.70, 0.97),
+            station(0.90, -0.76, 0.60, 0.97),
+            station(0.98, -0.78, -0.02, 0.96),
+            station(1.0, -0.74, -0.20, 0.92),
+        ],
+    );
+    let screen = |x: f32, y: f32, z: f32| Vec3::new(x + 0.012, y, z);
+    builder.quad(
+        [screen(0.975, -0.84, 0.03), screen(0.975, 0.84, 0.03), screen(0.90, 0.82, 0.56), screen(0.90, -0.82, 0.56)],
+        Material::Glass,
+    );
+    window_band(&mut builder, (0.58, 0.88), (0.06, 0.52), 0.978, 0.06);
+    lamps(&mut builder, -0.30, -0.42);
+    builder.finish()
+}
+
+/// A city bus.
+pub(crate) fn bus() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    hull(
+        &mut builder,
+        &[
+            station(-1.0, -0.78, 0.88, 0.95),
+            station(-0.985, -0.82, 0.96, 1.0),
+            station(-0.90, -0.83, 1.0, 1.0),
+            station(0.90, -0.83, 1.0, 1.0),
+            station(0.985, -0.82, 0.95, 1.0),
+            station(1.0, -0.78, 0.86, 0.95),
+        ],
+    );
+    for at in 0..7 {
+        let x = -0.92 + 0.262 * at as f32;
+        window_band(&mut builder, (x, x + 0.24), (-0.05, 0.66), 1.004, 0.0);
+    }
+    let front = |y: f32, z: f32| Vec3::new(1.012, y, z);
+    let screen = [front(-0.88, -0.22), front(0.88, -0.22), front(0.86, 0.66), front(-0.86, 0.66)];
+    builder.quad(screen, Material::Glass);
+    back_window(&mut builder, (-0.8, 0.8), (0.1, 0.66));
+    lamps(&mut builder, -0.45, -0.50);
+    builder.finish()
+}
+
+fn back_window(builder: &mut MeshBuilder, (right, left): (f32, f32), (low, high): (f32, f32)) {
+    let at = |y: f32, z: f32| Vec3::new(-1.012, y, z);
+    builder.quad([at(left, low), at(right, low), at(right, high), at(left, high)], Material::Glass);
+}
+
+/// A tyre on a rim of five spokes, around the y axis.
+pub(crate) fn wheel() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let sides = 18;
+    tyre(&mut builder, sides, 0.66);
+    for (side, y) in [(1.0f32, 0.90f32), (-1.0, -0.90)] {
+        let disc = around_y(y, 0.66, sides, side);
+        builder.fan(&disc, Material::BlackPlastic);
+        for spoke in 0..5 {
+            let angle = std::f32::consts::TAU * spoke as f32 / 5.0;
+            let (along, across) = (turned(angle), turned(angle + std::f32::consts::FRAC_PI_2));
+            let lift = Vec3::new(0.0, y + 0.03 * side, 0.0);
+            let corners = [(0.0, -0.15), (0.64, -0.10), (0.64, 0.10), (0.0, 0.15)]
+                .map(|(out, aside)| lift + along * out + across * aside);
+            let [a, b, c, d] = corners;
+            let seen_from_outside = if side > 0.0 { [d, c, b, a] } else { [a, b, c, d] };
+            builder.quad(seen_from_outside, Material::Rim);
+        }
+    }
+    builder.finish()
+}
+
+/// A narrow tyre on a thin rim, around the y axis; see-through in the middle.
+pub(crate) fn thin_wheel() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    tyre(&mut builder, 20, 0.88);
+    let (inner, outer) = (around_y(-0.5, 0.86, 20, 1.0), around_y(0.5, 0.86, 20, 1.0));
+    builder.band(&outer, &inner, Material::Rim);
+    let cross = |angle: f32| turned(angle) * 0.87;
+    for spoke in 0..6 {
+        let angle = std::f32::consts::PI * spoke as f32 / 6.0;
+        super::walker::rod(&mut builder, cross(angle), -cross(angle), 0.012, Material::Rim);
+    }
+    builder.finish()
+}
+
+/// The dark gap around a wheel: a flat disc around the y axis.
+pub(crate) fn wheel_arch() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    builder.fan(&around_y(1.0, 1.0, 18, 1.0), Material::BlackPlastic);
+    builder.fan(&around_y(-1.0, 1.0, 18, -1.0), Material::BlackPlastic);
+    builder.finish()
+}
+
+/// Tread and side walls down to the rim.
+fn tyre(builder: &mut MeshBuilder, sides: usize, rim_radius: f32) {
+    let profile = [(1.0, rim_radius), (1.0, 0.93), (0.8, 1.0), (-0.8, 1.0), (-1.0, 0.93), (-1.0, rim_radius)];
+    for ((y, radius), (next_y, next_radius)) in profile.iter().zip(profile.iter().skip(1)) {
+        builder.band(
+            &around_y(*y, *radius, sides, -1.0),
+            &around_y(*next_y, *next_radius, sides, -1.0),
+            Material::Tyre,
+        );
+    }
+}
+
+/// A point at distance 1 from the y axis.
+fn turned(angle: f32) -> Vec3 {
+    Vec3::new(angle.cos(), 0.0, angle.sin())
+}
+
+/// A circle around the y axis, counter-clockwise seen from +y for `facing` 1, from -y for -1.
+fn around_y(y: f32, radius: f32, sides: usize, facing: f32) -> Vec<Vec3> {
+    let ring = ellipse(Vec3::zeros(), radius, radius, sides);
+    ring.iter().map(|point| Vec3::new(-facing * point.y, y, point.z)).collect()
+}

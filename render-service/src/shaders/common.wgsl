@@ -1,0 +1,73 @@
+// Shared by every pass: bindings, light, haze, tone curve.
+//
+// Colour: all light is linear radiance; `displayed` applies the tone curve, the sRGB target encodes.
+// Depth: reversed, 1 at the near plane, 0 at infinity; the shadow map's runs from 0 at the sun to 1.
+// Space: positions and directions are in the world, metres, z up.
+
+struct View {
+    clip_from_world: mat4x4<f32>,
+    shadow_from_world: mat4x4<f32>,
+    // Along the view; its y and z axes are scaled to the picture's half extent.
+    forward: vec4<f32>,
+    left: vec4<f32>,
+    up: vec4<f32>,
+    // xyz position, w haze per metre.
+    eye: vec4<f32>,
+    // xyz to the sun, w brightness of its disc.
+    to_light: vec4<f32>,
+    // rgb, w night 0..1.
+    direct: vec4<f32>,
+    // rgb, w cloud 0..1.
+    zenith: vec4<f32>,
+    // rgb, w wetness 0..1.
+    horizon: vec4<f32>,
+    // rgb, w width of a shadow map's pixel in metres.
+    bounce: vec4<f32>,
+};
+
+struct Material {
+    // Reflectance, gloss.
+    colour_gloss: vec4<f32>,
+    // Pattern, tint slot, unused, unused.
+    pattern_tint: vec4<f32>,
+};
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> materials: array<Material, MATERIAL_COUNT>;
+
+// Sky without clouds or sun.
+fn sky(direction: vec3<f32>) -> vec3<f32> {
+    let height = max(direction.z, 0.0);
+    let low = 1.0 - height;
+    let low2 = low * low;
+    return mix(view.zenith.rgb, view.horizon.rgb, low2 * low2);
+}
+
+// What is seen through the air.
+fn hazed(colour: vec3<f32>, distance: f32, direction: vec3<f32>) -> vec3<f32> {
+    let part = 1.0 - exp(-view.eye.w * distance);
+    return mix(colour, view.horizon.rgb, part);
+}
+
+// From radiance to the display's range: a curve with a soft shoulder and a short toe.
+fn displayed(radiance: vec3<f32>) -> vec4<f32> {
+    let x = radiance * mix(0.95, 1.9, view.direct.w);
+    let mapped = (x * (2.43 * x + 0.05)) / (x * (2.36 * x + 0.62) + 0.15);
+    return vec4<f32>(clamp(mapped, vec3<f32>(0.0), vec3<f32>(1.0)), 1.0);
+}
+
+fn hash21(cell: vec2<f32>) -> f32 {
+    var p = fract(cell * vec2<f32>(0.1031, 0.1130));
+    p += dot(p, p.yx + 33.33);
+    return fract((p.x + p.y) * p.x);
+}
+
+// Smooth noise from 0 to 1 with features of one unit.
+fn noise(point: vec2<f32>) -> f32 {
+    let cell = floor(point);
+    let f = fract(point);
+    let s = f * f * (3.0 - 2.0 * f);
+    let low = mix(hash21(cell), hash21(cell + vec2<f32>(1.0, 0.0)), s.x);
+    let high = mix(hash21(cell + vec2<f32>(0.0, 1.0)), hash21(cell + vec2<f32>(1.0, 1.0)), s.x);
+    return mix(low, high, s.y);
+}

@@ -1,0 +1,66 @@
+// Colour pass of walls: windows and storeys from the facade coordinates. Appended to common and surface.
+//
+// In: Surface. Out: display colour, linear, to an sRGB target.
+
+const BAY_M: f32 = 3.0;
+const STOREY_M: f32 = 3.3;
+
+// Part of a pixel of width `blur` at `x` that lies in [low, high] of a pattern with period 1.
+fn covered(x: f32, blur: f32, low: f32, high: f32) -> f32 {
+    let a = x - 0.5 * blur;
+    let b = x + 0.5 * blur;
+    let width = high - low;
+    let upto_a = floor(a) * width + clamp(fract(a) - low, 0.0, width);
+    let upto_b = floor(b) * width + clamp(fract(b) - low, 0.0, width);
+    return (upto_b - upto_a) / blur;
+}
+
+@fragment
+fn fragment(in: Surface) -> @location(0) vec4<f32> {
+    let to_eye = view.eye.xyz - in.world;
+    let distance = length(to_eye);
+    let direction = -to_eye / distance;
+    let normal = normalize(in.normal);
+    let footprint = distance * view.left.w;
+    let slant = max(abs(dot(normal, direction)), 0.08);
+
+    let bay = in.facade_m.x / BAY_M;
+    let storey = in.facade_m.y / STOREY_M;
+    let blur_x = max(footprint / (slant * BAY_M), 0.004);
+    let blur_y = max(footprint / STOREY_M, 0.004);
+    let is_ground_floor = select(0.0, 1.0, storey < 1.0);
+
+    let pane = covered(bay, blur_x, mix(0.26, 0.10, is_ground_floor), mix(0.74, 0.90, is_ground_floor))
+        * covered(storey, blur_y, mix(0.28, 0.12, is_ground_floor), mix(0.80, 0.78, is_ground_floor));
+    let frame = covered(bay, blur_x, mix(0.22, 0.06, is_ground_floor), mix(0.78, 0.94, is_ground_floor))
+        * covered(storey, blur_y, mix(0.23, 0.06, is_ground_floor), mix(0.84, 0.82, is_ground_floor));
+    let cross_bar = covered(bay, blur_x, 0.485, 0.515) * (1.0 - is_ground_floor);
+    let cornice = covered(storey, blur_y, 0.94, 1.0);
+
+    // One of a few wall colours per house.
+    let tone = fract(in.look.z * 0.619);
+    let warm = fract(in.look.z * 0.271);
+    let brick = vec3<f32>(0.30, 0.135, 0.085);
+    let plaster = mix(vec3<f32>(0.56, 0.50, 0.40), vec3<f32>(0.50, 0.52, 0.53), warm);
+    let ochre = vec3<f32>(0.55, 0.36, 0.19);
+    var wall = mix(plaster, ochre, step(0.62, tone));
+    wall = mix(wall, brick, step(0.80, tone)) * (0.80 + 0.35 * warm);
+    let stains = noise(vec2<f32>(in.facade_m.x * 0.6, in.facade_m.y * 0.25));
+    wall *= 0.86 + 0.24 * stains;
+    wall = mix(wall, wall * 0.62 + 0.06, is_ground_floor * 0.7);
+    let trim = mix(wall, vec3<f32>(0.62, 0.60, 0.56), 0.65);
+    var albedo = mix(wall, trim, max(frame, cornice * 0.8));
+
+    let glass = pane * (1.0 - 0.8 * cross_bar);
+    let light = arriving(in.world, normal);
+    let cell = vec2<f32>(floor(bay) + in.look.z * 7.0, floor(storey));
+    let chance = hash21(cell + 3.0);
+    let room = mix(vec3<f32>(0.022, 0.028, 0.036), vec3<f32>(0.16, 0.15, 0.13), step(0.72, chance) * 0.7);
+    let mirrored = reflect(direction, normal);
+    let glance = 1.0 - max(dot(normal, -direction), 0.0);
+    let shine = 0.16 + 0.60 * glance * glance * glance;
+    let lamp = vec3<f32>(1.0, 0.72, 0.38) * (0.55 * view.direct.w * step(0.55, hash21(cell)));
+    let seen_in_glass = room * light.diffuse + sky(mirrored) * shine + lamp;
+    let colour = mix(albedo * light.diffuse, seen_in_glass, glass);
+    return displayed(hazed(colour, distance, direction));
+}

@@ -1,0 +1,52 @@
+// Colour pass of roads, sidewalks, lawns, roofs. Appended to common and surface.
+//
+// In: Surface. Out: display colour, linear, to an sRGB target.
+
+@fragment
+fn fragment(in: Surface) -> @location(0) vec4<f32> {
+    let to_eye = view.eye.xyz - in.world;
+    let distance = length(to_eye);
+    let direction = -to_eye / distance;
+    let normal = normalize(in.normal);
+    let pattern = in.look.y;
+    // Width of this pixel on level ground, in metres: detail finer than that fades out.
+    let footprint = distance * view.left.w / max(abs(direction.z), 0.03);
+    let at = in.world.xy;
+
+    let broad = noise(at * 0.23);
+    let grain_fade = clamp(1.0 - footprint * 4.0, 0.0, 1.0);
+    let grain = (hash21(floor(at * 14.0)) - 0.5) * grain_fade;
+    let middle_fade = clamp(1.0 - footprint * 0.8, 0.0, 1.0);
+    let middle = (noise(at * 1.7) - 0.5) * middle_fade;
+
+    // Joints: every metre and a half along kerbs, a grid on sidewalks.
+    let is_paving = select(0.0, 1.0, pattern == 3.0);
+    let is_kerb = select(0.0, 1.0, pattern == 2.0);
+    let is_grass = select(0.0, 1.0, pattern == 4.0);
+    let is_marking = select(0.0, 1.0, pattern == 1.0);
+    let spacing = 1.5;
+    let to_joint = abs(fract(at / spacing) - 0.5) * spacing;
+    let reach = 0.5 * spacing - 0.022;
+    let blur = max(footprint * 0.5, 0.004);
+    let joints = smoothstep(vec2<f32>(reach - blur), vec2<f32>(reach + blur), to_joint);
+    let joint_fade = clamp(1.0 - footprint * 1.2, 0.0, 1.0);
+    let joint = max(joints.x, joints.y) * joint_fade * (is_paving + 0.6 * is_kerb);
+    let slab = (hash21(floor(at / spacing + 0.5)) - 0.5) * is_paving * joint_fade;
+
+    var vary = 1.0 + 0.30 * (broad - 0.5) + 0.22 * middle + 0.30 * grain + 0.20 * slab;
+    vary = mix(vary, 1.0 + 0.75 * middle + 0.7 * grain + 0.55 * (broad - 0.5), is_grass);
+    // Worn paint shows the road through.
+    vary = mix(vary, 1.0 - 0.25 * max(middle + grain * 0.6, 0.0), is_marking);
+    var albedo = in.colour.rgb * vary * (1.0 - 0.45 * joint);
+    albedo = mix(albedo, albedo * vec3<f32>(1.25, 1.05, 0.7), is_grass * broad * 0.5);
+
+    let wet = view.horizon.w * (1.0 - is_grass) * clamp(0.35 + broad, 0.0, 1.0);
+    albedo *= 1.0 - 0.45 * wet;
+    let light = arriving(in.world, normal);
+    let mirrored = reflect(direction, normal);
+    let glance = 1.0 - max(dot(normal, -direction), 0.0);
+    let glance2 = glance * glance;
+    let shine = (0.02 + 0.5 * glance2 * glance2 * glance) * wet;
+    let colour = albedo * light.diffuse + sky(mirrored) * shine;
+    return displayed(hazed(colour, distance, direction));
+}
