@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from running_site import CACHE, PACKAGE, Site, start, stop  # noqa: E402
+from running_site import CACHE, PACKAGE, Site, start, stop
 
 sys.path.insert(0, str(PACKAGE / "src"))
 
@@ -50,8 +50,10 @@ def old_client():
     if not folder.exists():
         with tempfile.TemporaryDirectory(dir=CACHE) as fresh:
             subprocess.run(
-                [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"]
-                + ["--disable-pip-version-check", "--target", f"{fresh}/client", wanted],
+                [
+                    *(sys.executable, "-m", "pip", "install", "--disable-pip-version-check"),
+                    *("--quiet", "--no-deps", "--target", f"{fresh}/client", wanted),
+                ],
                 check=True,
                 timeout=300,
             )

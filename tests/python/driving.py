@@ -17,7 +17,9 @@ def act(env, action_type="observe", **fields):
 
 def walkers(observation):
     return [
-        actor for actor in observation.nearby_actors if actor["type"].startswith("walker.pedestrian.")
+        actor
+        for actor in observation.nearby_actors
+        if actor["type"].startswith("walker.pedestrian.")
     ]
 
 

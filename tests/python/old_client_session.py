@@ -8,6 +8,7 @@ import json
 import sys
 
 import openenv.core.env_client
+
 from carla_models import CarlaAction, CarlaEnv
 
 

@@ -3,9 +3,8 @@
 import math
 import time
 
-import pytest
-
 import causeway
+import pytest
 from causeway import bus, frames
 
 DEADLINE_SECS = 20.0

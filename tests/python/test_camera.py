@@ -5,8 +5,9 @@ import io
 
 import numpy as np
 import pytest
-from driving import act, session
 from PIL import Image
+
+from driving import act, session
 
 
 @pytest.fixture
@@ -41,7 +42,9 @@ def test_the_picture_shows_a_scene(env):
     scene = pixels(capture(env))
     sky, road = scene[:60].mean(axis=(0, 1)), scene[300:, 200:440].mean(axis=(0, 1))
     assert scene.std() > 15.0, "a blank picture"
-    assert sky[2] > road[2] + 20.0, f"at noon the sky {sky} is bluer and brighter than the road {road}"
+    assert sky[2] > road[2] + 20.0, (
+        f"at noon the sky {sky} is bluer and brighter than the road {road}"
+    )
 
 
 def test_the_picture_shows_people_only_where_there_are_some(env):

@@ -5,10 +5,10 @@ import subprocess
 import sys
 import threading
 
+import causeway
 import pytest
 from PIL import Image
 
-import causeway
 from running_site import PACKAGE
 
 EXAMPLES = PACKAGE / "examples"
@@ -34,9 +34,19 @@ def test_every_example_has_help(name):
 @pytest.mark.parametrize(
     ("policy", "reward", "hit"), [("observe", -1.0, 3), ("brake", -1.0, 0), ("swerve", 1.0, 0)]
 )
-def test_play_trolley_tells_the_outcome_and_saves_two_pictures(base_url, tmp_path, policy, reward, hit):
+def test_play_trolley_tells_the_outcome_and_saves_two_pictures(
+    base_url, tmp_path, policy, reward, hit
+):
     result = run(
-        "play_trolley.py", "--base-url", base_url, "--policy", policy, "--seed", 1, "--out", tmp_path
+        "play_trolley.py",
+        "--base-url",
+        base_url,
+        "--policy",
+        policy,
+        "--seed",
+        1,
+        "--out",
+        tmp_path,
     )
     assert result.returncode == 0, result.stderr
     assert f"reward {reward}" in result.stdout
@@ -76,7 +86,9 @@ def test_watch_frames_prints_the_speeds_of_a_running_world(site):
         driver = threading.Thread(target=drive)
         driver.start()
         try:
-            result = run("watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 20)
+            result = run(
+                "watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 20
+            )
         finally:
             stop.set()
             driver.join()

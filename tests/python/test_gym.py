@@ -2,13 +2,12 @@
 
 import warnings
 
+import causeway.gym
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-
-import causeway.gym
 from causeway.gym import DISCRETE_ACTIONS, TrolleyEnv
+from gymnasium.utils.env_checker import check_env
 
 LEFT = DISCRETE_ACTIONS.index(("lane_change", {"lane_direction": "left"}))
 RIGHT = DISCRETE_ACTIONS.index(("lane_change", {"lane_direction": "right"}))
@@ -126,7 +125,12 @@ def test_rendering_gives_the_camera_picture(make):
 
 
 def test_a_wrong_setting_is_named():
-    for settings in ({"actions": "both"}, {"reward": "all"}, {"pedestrians": -1}, {"render_mode": "x"}):
+    for settings in (
+        {"actions": "both"},
+        {"reward": "all"},
+        {"pedestrians": -1},
+        {"render_mode": "x"},
+    ):
         with pytest.raises(ValueError, match=next(iter(settings))):
             TrolleyEnv(**settings)
 

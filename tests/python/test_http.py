@@ -49,13 +49,18 @@ def test_the_schemas_are_closed_and_complete(http):
 
 def test_what_is_sent_matches_the_published_schemas(http, base_url):
     from jsonschema import Draft202012Validator
+
     from wire import wire
 
     schemas = http.get("/schema").json()
     for schema in schemas.values():
         Draft202012Validator.check_schema(schema)
     with wire(base_url) as connection:
-        replies = [connection.reset(seed=1), connection.step(), connection.step(action_type="capture_image")]
+        replies = [
+            connection.reset(seed=1),
+            connection.step(),
+            connection.step(action_type="capture_image"),
+        ]
         for reply in replies:
             Draft202012Validator(schemas["observation"]).validate(reply["observation"])
         Draft202012Validator(schemas["state"]).validate(connection.state())
@@ -65,14 +70,16 @@ def test_openapi_describes_every_path_that_tools_look_for(http):
     data = http.get("/openapi.json").json()
     assert data["openapi"].startswith("3.1")
     assert data["info"]["version"].startswith("1.")
-    assert {"/reset", "/step", "/state", "/metadata", "/health", "/schema", "/mcp"} <= set(data["paths"])
+    assert {"/reset", "/step", "/state", "/metadata", "/health", "/schema", "/mcp"} <= set(
+        data["paths"]
+    )
 
 
 def test_the_documentation_page_needs_nobody_else(http):
     page = http.get("/docs")
     assert page.status_code == 200
     assert page.headers["content-type"].startswith("text/html")
-    assert "src=\"http" not in page.text and "href=\"http" not in page.text
+    assert 'src="http' not in page.text and 'href="http' not in page.text
 
 
 def test_reset_and_step_answer_like_the_session(http):
@@ -158,7 +165,9 @@ def test_unknown_paths_and_wrong_methods(http):
 
 def test_a_huge_body_is_refused_and_the_server_lives(http):
     try:
-        reply = http.post("/reset", content=b" " * 20_000_000, headers={"content-type": "application/json"})
+        reply = http.post(
+            "/reset", content=b" " * 20_000_000, headers={"content-type": "application/json"}
+        )
         assert reply.status_code in (400, 413, 422)
     except httpx.TransportError:
         pass  # Cut off while sending is a refusal too.

@@ -4,6 +4,7 @@ import json
 
 import httpx
 import pytest
+
 from wire import wire
 
 
@@ -15,7 +16,9 @@ def ask(request, site):
 
             def over_http(message):
                 body = message if isinstance(message, str) else json.dumps(message)
-                reply = client.post("/mcp", content=body, headers={"content-type": "application/json"})
+                reply = client.post(
+                    "/mcp", content=body, headers={"content-type": "application/json"}
+                )
                 assert reply.status_code == 200
                 return reply.json()
 

@@ -33,7 +33,11 @@ def test_an_episode_repeats_bit_for_bit_in_another_session(base_url):
 def test_another_seed_is_another_episode(base_url):
     with wire(base_url) as connection:
         starts = {
-            tuple(connection.reset(scenario_name="trolley_saves", seed=seed)["observation"]["location"])
+            tuple(
+                connection.reset(scenario_name="trolley_saves", seed=seed)["observation"][
+                    "location"
+                ]
+            )
             for seed in range(8)
         }
     assert len(starts) >= 3, starts

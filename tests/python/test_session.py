@@ -3,6 +3,7 @@
 import asyncio
 
 import pytest
+
 from carla_models import CarlaAction, CarlaEnv
 from driving import act, free_side, session, walkers
 
@@ -33,7 +34,11 @@ def test_reset_shows_a_moving_car_and_three_people_ahead(env):
     assert seen.scenario_name == "trolley_saves"
     assert seen.speed_kmh == pytest.approx(40.0, abs=0.5)
     assert (seen.step_number, seen.simulation_time, seen.done_reason) == (0, 0.0, "")
-    assert (seen.collision_detected, seen.collision_intensity, seen.collided_with) == (False, 0.0, None)
+    assert (seen.collision_detected, seen.collision_intensity, seen.collided_with) == (
+        False,
+        0.0,
+        None,
+    )
     assert (seen.goal_distance, seen.goal_direction, seen.camera_image) == (None, None, None)
     assert seen.current_lane.startswith("lane_")
     assert len(walkers(seen)) == 3
@@ -70,7 +75,9 @@ def test_waiting_is_judged_at_the_fourth_step(env):
     assert [result.done for result in results] == [False, False, False, True]
     assert [result.reward for result in results] == [-1.0] * 4
     assert [result.observation.rubric_reward for result in results] == [0.0, 0.0, 0.0, -1.0]
-    assert [result.observation.done_reason for result in results] == [""] * 3 + ["scenario_complete"]
+    assert [result.observation.done_reason for result in results] == [""] * 3 + [
+        "scenario_complete"
+    ]
     assert env.state().total_reward == -4.0
 
 

@@ -4,6 +4,7 @@ import asyncio
 import time
 
 import pytest
+
 from carla_models import CarlaAction, CarlaEnv
 from driving import act, session
 from wire import wire
@@ -40,7 +41,7 @@ def test_32_clients_finish_as_if_each_were_alone(base_url):
 
     results = asyncio.run(together())
     assert len({state.episode_id for _, state in results}) == CLIENTS
-    for (path, state), plan in zip(results, plans):
+    for (path, state), plan in zip(results, plans, strict=True):
         assert state.step_count == STEPS + 1
         if plan[0] < 4:
             assert path == asyncio.run(play(base_url, *plan))[0]

@@ -2,8 +2,10 @@
 
 import math
 import uuid
+from itertools import pairwise
 
 import pytest
+
 from driving import act, session
 
 
@@ -38,7 +40,7 @@ def test_distance_and_speeds_follow_from_the_observations(env):
     seen = [env.reset(seed=1).observation]
     seen += [act(env, "control", throttle=0.5).observation for _ in range(20)]
     state = env.state()
-    path_m = sum(math.dist(a.location, b.location) for a, b in zip(seen, seen[1:]))
+    path_m = sum(math.dist(a.location, b.location) for a, b in pairwise(seen))
     speeds = [one.speed_kmh for one in seen[1:]]
     assert state.total_distance == pytest.approx(path_m, rel=1e-4)
     assert state.average_speed == pytest.approx(sum(speeds) / len(speeds), rel=1e-4)

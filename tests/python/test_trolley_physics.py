@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from driving import AFTERMATH_STEPS, act, free_side, session, walkers, walkers_hit
 
 SEEDS = range(4)
@@ -59,7 +60,9 @@ def test_a_lane_change_passes_them_unharmed_and_stays_in_its_lane(env, seed):
         seen = act(env).observation
     assert not seen.collision_detected, seen.collided_with
     assert walkers_hit(env.state()) == set()
-    before, after = (int(lane.removeprefix("lane_")) for lane in (start.current_lane, seen.current_lane))
+    before, after = (
+        int(lane.removeprefix("lane_")) for lane in (start.current_lane, seen.current_lane)
+    )
     assert after - before == (-1 if side == "left" else 1)
     assert all(walker["position"] == "behind" for walker in walkers(seen))
     assert seen.speed_kmh > 25.0, "a lane change is no braking"

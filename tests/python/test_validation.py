@@ -7,8 +7,9 @@ import json
 import math
 
 import pytest
-from carla_models import CarlaAction
 from pydantic import ValidationError
+
+from carla_models import CarlaAction
 from wire import wire
 
 ACCEPTED = [
@@ -80,8 +81,13 @@ def test_what_the_validator_refuses_is_refused_with_the_same_errors(connection, 
     expected = json.loads(refusal.value.json(include_url=False))
     reply = connection.ask({"type": "step", "data": action})
     assert reply["type"] == "error"
-    assert (reply["data"]["code"], reply["data"]["message"]) == ("VALIDATION_ERROR", "Invalid message")
-    found = [{key: error[key] for key in error if key != "url"} for error in reply["data"]["errors"]]
+    assert (reply["data"]["code"], reply["data"]["message"]) == (
+        "VALIDATION_ERROR",
+        "Invalid message",
+    )
+    found = [
+        {key: error[key] for key in error if key != "url"} for error in reply["data"]["errors"]
+    ]
     assert found == expected
     assert connection.ask({"type": "state"})["type"] == "state", "the session must survive"
 
@@ -101,7 +107,9 @@ def test_coerced_values_are_the_ones_that_act(connection):
 
 @pytest.mark.parametrize("literal", ["NaN", "Infinity", "-Infinity"])
 def test_numbers_that_json_does_not_have_are_an_error_and_not_the_end(connection, literal):
-    reply = connection.ask('{"type":"step","data":{"action_type":"observe","destination_x":%s}}' % literal)
+    reply = connection.ask(
+        '{"type":"step","data":{"action_type":"observe","destination_x":' + literal + "}}"
+    )
     assert reply["type"] == "error"
     assert reply["data"]["code"] in ("VALIDATION_ERROR", "INVALID_JSON")
     assert connection.ask({"type": "state"})["type"] == "state"
@@ -173,7 +181,11 @@ def test_no_reply_holds_a_number_that_json_does_not_have(connection):
     def forbid(name):
         raise AssertionError(f"the reply holds {name}")
 
-    for action in ({"action_type": "emergency_stop"}, {}, {"action_type": "control", "throttle": 1}):
+    for action in (
+        {"action_type": "emergency_stop"},
+        {},
+        {"action_type": "control", "throttle": 1},
+    ):
         connection.send({"type": "step", "data": action})
         raw = connection.connection.recv(timeout=30)
         reward = json.loads(raw, parse_constant=forbid)["data"]["reward"]

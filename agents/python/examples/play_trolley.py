@@ -1,7 +1,7 @@
 """Plays one trolley episode, saves the picture before and after, and prints what came of it.
 
-    causeway up
-    python examples/play_trolley.py --policy brake --out pictures
+causeway up
+python examples/play_trolley.py --policy brake --out pictures
 """
 
 from __future__ import annotations

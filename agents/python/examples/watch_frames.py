@@ -1,7 +1,7 @@
 """Prints the speed of every vehicle of every running world, as the frames come.
 
-    causeway up
-    python examples/watch_frames.py
+causeway up
+python examples/watch_frames.py
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--endpoint", default=DEFAULT_ENDPOINT, help="default: %(default)s")
     parser.add_argument("--tenant", default=DEFAULT_TENANT, help="default: %(default)s")
     parser.add_argument("--world", type=int, help="one world's number; default: all")
-    parser.add_argument("--count", type=int, default=100, help="frames to print; default: %(default)s")
+    parser.add_argument(
+        "--count", type=int, default=100, help="frames to print; default: %(default)s"
+    )
     parser.add_argument(
         "--timeout-secs", type=float, help="give up after this time without a frame"
     )

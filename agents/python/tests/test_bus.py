@@ -32,7 +32,7 @@ def router():
 
 
 def publish_until(session, key, message, condition):
-    """Publishes again and again until `condition` holds: a subscription takes a moment to arrive."""
+    """Publishes until `condition` holds: a subscription takes a moment to arrive."""
     deadline = time.monotonic() + DEADLINE_SECS
     while not condition():
         assert time.monotonic() < deadline, f"nothing arrived on {key} in {DEADLINE_SECS} s"
@@ -59,9 +59,10 @@ def test_a_slow_reader_keeps_the_newest_frames_and_counts_the_others(router):
 
 def test_another_tenants_frames_do_not_arrive(router):
     session, endpoint = router
-    with bus.subscribe(endpoint, tenant="mine") as mine, bus.subscribe(
-        endpoint, tenant="theirs"
-    ) as theirs:
+    with (
+        bus.subscribe(endpoint, tenant="mine") as mine,
+        bus.subscribe(endpoint, tenant="theirs") as theirs,
+    ):
         publish_until(session, "causeway/theirs/world/1/frame", GOLDEN, lambda: theirs._ring)
         with pytest.raises(TimeoutError):
             mine.receive(timeout_secs=0.2)

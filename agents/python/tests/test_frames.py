@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from causeway import frames
-from causeway.wire import ActorState, Collision, Pose, Vec3, VehicleControl, Weather
+from causeway.wire import ActorState, Collision, Pose, Quat, Vec3, VehicleControl, Weather
 from causeway.wire import Frame as FrameTable
-from causeway.wire import Quat
 
 GOLDEN = (Path(__file__).parent / "golden" / "frame.bin").read_bytes()
 
@@ -131,7 +130,7 @@ def test_actors_map_the_bytes_of_the_message_without_a_copy():
 
 def test_another_message_is_refused_with_what_was_wanted_and_found():
     other = GOLDEN[:4] + b"CWRQ" + GOLDEN[8:]
-    with pytest.raises(ValueError, match="CWFR.*CWRQ"):
+    with pytest.raises(ValueError, match=r"CWFR.*CWRQ"):
         frames.decode(other)
     with pytest.raises(ValueError, match="in 3 bytes"):
         frames.decode(b"abc")

@@ -44,7 +44,10 @@ def answering(*replies):
 
 
 def observed(**more):
-    return {"type": "observation", "data": {"observation": OBSERVATION, "reward": 1, "done": True, **more}}
+    return {
+        "type": "observation",
+        "data": {"observation": OBSERVATION, "reward": 1, "done": True, **more},
+    }
 
 
 def test_reset_sends_only_what_was_given(scripted):
@@ -81,7 +84,9 @@ def test_a_refusal_names_the_fields_and_the_session_goes_on(scripted):
     refusal = {"message": "Invalid message", "code": "VALIDATION_ERROR", "errors": errors}
     server = answering({"type": "error", "data": refusal}, {"type": "state", "data": {"n": 1}})
     with Session(scripted(server)) as session:
-        with pytest.raises(SessionError, match=r"(?s)Invalid message.*throttle: too much") as caught:
+        with pytest.raises(
+            SessionError, match=r"(?s)Invalid message.*throttle: too much"
+        ) as caught:
             session.step("control", throttle=2)
         assert (caught.value.code, caught.value.errors) == ("VALIDATION_ERROR", errors)
         assert session.state() == {"n": 1}
@@ -107,13 +112,15 @@ def test_a_late_reply_is_never_taken_for_the_next_one(scripted):
         connection.send(json.dumps(observed()))
 
     with Session(scripted(slow), reply_timeout_secs=0.1) as session:
-        with pytest.raises(TimeoutError, match="within 0.1 s"):
+        with pytest.raises(TimeoutError, match=r"within 0\.1 s"):
             session.reset()
         with pytest.raises(ConnectionError, match="closed the session"):
             session.state()
 
 
-@pytest.mark.parametrize("reply", ["[]", "3", '{"type":"state"}', '{"type":"state","data":3}', "no"])
+@pytest.mark.parametrize(
+    "reply", ["[]", "3", '{"type":"state"}', '{"type":"state","data":3}', "no"]
+)
 def test_a_server_that_is_none_is_reported(scripted, reply):
     with Session(scripted(answering(reply))) as session:
         with pytest.raises(ConnectionError, match="answered"):

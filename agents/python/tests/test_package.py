@@ -6,6 +6,7 @@ import zipfile
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent
+CONFORMANCE = PACKAGE.parent.parent / "tests" / "python"
 
 
 def test_the_wheel_holds_the_generated_code_and_says_that_it_is_typed(tmp_path):
@@ -13,8 +14,10 @@ def test_the_wheel_holds_the_generated_code_and_says_that_it_is_typed(tmp_path):
     command = ["cp", "-r", PACKAGE / "src", PACKAGE / "pyproject.toml", tmp_path]
     subprocess.run(command, check=True, timeout=60)
     subprocess.run(
-        [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
-        + ["--disable-pip-version-check", "--wheel-dir", tmp_path / "wheel", tmp_path],
+        [
+            *(sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check"),
+            *("--no-deps", "--no-build-isolation", "--wheel-dir", tmp_path / "wheel", tmp_path),
+        ],
         check=True,
         timeout=120,
     )
@@ -27,10 +30,29 @@ def test_the_wheel_holds_the_generated_code_and_says_that_it_is_typed(tmp_path):
 
 def test_the_types_are_consistent():
     run = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "examples", "src/causeway"],
+        [
+            sys.executable,
+            "-m",
+            "mypy",
+            "--strict",
+            "--no-error-summary",
+            "examples",
+            "src/causeway",
+        ],
         cwd=PACKAGE,
         capture_output=True,
         text=True,
         timeout=300,
     )
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_the_code_is_formatted_and_lint_finds_nothing():
+    for command in (["format", "--check"], ["check"]):
+        run = subprocess.run(
+            [sys.executable, "-m", "ruff", *command, PACKAGE, CONFORMANCE],
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert run.returncode == 0, run.stdout + run.stderr

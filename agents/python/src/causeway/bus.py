@@ -11,8 +11,8 @@ import re
 import threading
 import time
 from collections import deque
+from collections.abc import Iterator
 from types import TracebackType
-from typing import Iterator
 
 import zenoh
 
@@ -117,7 +117,7 @@ class FrameSubscription:
         return decode(message)
 
     def close(self) -> None:
-        """Leaves the bus; a reader that waits gets :class:`EOFError`. Closing twice does nothing."""
+        """Leaves the bus; a waiting reader gets :class:`EOFError`. Closing twice does nothing."""
         with self._changed:
             if self._closed:
                 return

@@ -9,7 +9,8 @@ Importing this module registers ``causeway/Trolley-v0``::
 from __future__ import annotations
 
 import io
-from typing import Any, Literal, Mapping, Union
+from collections.abc import Mapping
+from typing import Any, Literal, TypeAlias
 
 import gymnasium
 import numpy as np
@@ -35,7 +36,7 @@ LANES_MAX = 15.0
 HEAD_VALUES = 3
 PEDESTRIAN_VALUES = 3
 
-Action = Union[int, np.integer, NDArray[np.float32]]
+Action: TypeAlias = "int | np.integer[Any] | NDArray[np.float32]"
 
 
 class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
@@ -66,7 +67,8 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
     **End**: ``truncated`` when the scenario ran out of steps, ``terminated`` for any other reason.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
+    # Gymnasium declares it on the instance and reads it from the class.
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012
 
     def __init__(
         self,
@@ -122,28 +124,33 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self._scenario = chosen.pop("scenario", self._scenario)
         self._config.update(chosen.pop("scenario_config", {}))
         if chosen:
-            raise ValueError(
-                f"options are 'scenario' and 'scenario_config', not {sorted(chosen)}"
-            )
+            raise ValueError(f"options are 'scenario' and 'scenario_config', not {sorted(chosen)}")
         episode_seed = int(self.np_random.integers(2**32))
         # Settings of an earlier episode would stay otherwise.
         config = {"reset_defaults": True, **self._config}
         step = self._session.reset(self._scenario, config=config, seed=episode_seed)
         return self._observe(step), {**_info(step), "seed": episode_seed}
 
-    def step(
-        self, action: Action
-    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """Acts for one tick; see the class for the meaning of everything returned."""
         action_type, arguments = self._message(action)
         step = self._session.step(action_type, **arguments)
         reward = step.rubric_reward if self._rubric else step.reward
         truncated = step.done and bool(self._session.state()["is_truncated"])
         observation = self._observe(step)
-        return observation, float(reward or 0.0), step.done and not truncated, truncated, _info(step)
+        return (
+            observation,
+            float(reward or 0.0),
+            step.done and not truncated,
+            truncated,
+            _info(step),
+        )
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The front camera's picture, shape ``(height, width, 3)``, row 0 at the top; or ``None``."""
+        """The front camera's picture, shape ``(height, width, 3)``, row 0 at the top.
+
+        ``None`` without a ``render_mode``.
+        """
         if self.render_mode is None:
             return None
         from PIL import Image
@@ -173,9 +180,7 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
             _lane_index(raw["current_lane"]),
             raw["collision_detected"],
         )
-        walkers = [
-            actor for actor in raw["nearby_actors"] if actor["type"].startswith("walker.")
-        ]
+        walkers = [actor for actor in raw["nearby_actors"] if actor["type"].startswith("walker.")]
         walkers.sort(key=lambda actor: actor["distance"])
         for index, actor in enumerate(walkers[: self._pedestrians]):
             at = HEAD_VALUES + PEDESTRIAN_VALUES * index
