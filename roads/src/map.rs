@@ -143,6 +143,15 @@ impl Map {
         self.waypoint_on(lane, s)
     }
 
+    /// As [`Map::nearest`], but `None` when the point lies beside that lane: further from its
+    /// middle, seen from above, than half its width.
+    #[must_use]
+    pub fn inside(&self, point: Point3<f64>, types: LaneTypes) -> Option<Waypoint> {
+        let place = self.nearest(point, types)?;
+        let beside = self.lane_pose(&place)?.point.xy() - point.xy();
+        (beside.norm() < self.lane(&place).width_m / 2.0).then_some(place)
+    }
+
     /// The place at road coordinate `s` (metres, rounded to single precision) of a lane.
     ///
     /// `None` for an unknown road, an `s` outside of `[0, length)`, or a lane the section there
@@ -229,6 +238,14 @@ impl Map {
     #[must_use]
     pub fn generate_waypoints(&self, step_m: f64) -> Vec<Waypoint> {
         topology::generate_waypoints(&self.model, step_m)
+    }
+
+    /// Pairs of places: the start of every driving lane of every section, and the start of each
+    /// lane that follows it. A lane that nothing follows is paired with the place at its own end,
+    /// where the client library finds one.
+    #[must_use]
+    pub fn topology(&self) -> Vec<(Waypoint, Waypoint)> {
+        topology::topology(self)
     }
 
     /// Every place where one lane leads into another: the end of the one and the start of the

@@ -1,9 +1,9 @@
 //! Lists over the whole lane graph.
 
 use crate::kinds::LaneType;
-use crate::lanes::{LaneEntry, LaneTable};
+use crate::lanes::{LaneEntry, LaneTable, parts};
 use crate::links::Links;
-use crate::map::Waypoint;
+use crate::map::{Map, Waypoint};
 use crate::model::Model;
 
 /// Smaller steps are taken for a mistake, in metres.
@@ -21,7 +21,9 @@ pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
         while s < road.length_m {
             let section_index = road.section_index(s);
             let lanes = road.sections.get(section_index).map_or(&[][..], |s| &s.lanes);
-            let driving = lanes.iter().filter(|lane| lane.lane_type == LaneType::Driving);
+            // Some maps call their centre lanes driving lanes; nobody drives there.
+            let driving =
+                lanes.iter().filter(|lane| lane.id != 0 && lane.lane_type == LaneType::Driving);
             let section = u32::try_from(section_index).unwrap_or(u32::MAX);
             places.extend(driving.map(|l| Waypoint { road: road.id, section, lane: l.id, s }));
             s += step_m;
@@ -30,16 +32,40 @@ pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
     places
 }
 
-pub(crate) fn joints(model: &Model, table: &LaneTable, links: &Links) -> Vec<(Waypoint, Waypoint)> {
-    let place = |entry: &LaneEntry, s: f64| {
-        let road = model.roads.get(entry.road as usize)?.id;
-        Some(Waypoint { road, section: entry.section, lane: entry.lane_id, s })
+/// How far inside a lane its start is taken, in metres.
+const INSIDE_M: f64 = 2.2e-14;
+
+pub(crate) fn topology(map: &Map) -> Vec<(Waypoint, Waypoint)> {
+    let start = |entry: &LaneEntry| {
+        let inward_m = if entry.forward { INSIDE_M } else { -INSIDE_M };
+        waypoint(&map.model, entry, entry.entry_s() + inward_m)
     };
+    let mut pairs = Vec::new();
+    for (index, entry) in (0..).zip(&map.table.lanes) {
+        let is_driving = parts(&map.model, entry)
+            .is_some_and(|(_, _, lane)| lane.id != 0 && lane.lane_type == LaneType::Driving);
+        let Some(from) = start(entry).filter(|_| is_driving) else { continue };
+        let followers = map.links.next_of(index);
+        if followers.is_empty() {
+            pairs.extend(map.waypoint(from.road, from.lane, entry.exit_s()).map(|to| (from, to)));
+        }
+        let entries = followers.iter().filter_map(|to| map.table.get(*to));
+        pairs.extend(entries.filter_map(start).map(|to| (from, to)));
+    }
+    pairs
+}
+
+fn waypoint(model: &Model, entry: &LaneEntry, s: f64) -> Option<Waypoint> {
+    let road = model.roads.get(entry.road as usize)?.id;
+    Some(Waypoint { road, section: entry.section, lane: entry.lane_id, s })
+}
+
+pub(crate) fn joints(model: &Model, table: &LaneTable, links: &Links) -> Vec<(Waypoint, Waypoint)> {
     let mut joints = Vec::new();
     for (from, followers) in table.lanes.iter().zip(&links.next) {
         for to in followers.iter().filter_map(|to| table.get(*to)) {
-            if let (Some(end), Some(start)) = (place(from, from.exit_s()), place(to, to.entry_s()))
-            {
+            let end = waypoint(model, from, from.exit_s());
+            if let (Some(end), Some(start)) = (end, waypoint(model, to, to.entry_s())) {
                 joints.push((end, start));
             }
         }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use roads::{LaneChange, LaneType, LaneTypes, Map, Waypoint};
 
 fn town() -> Map {
-    let text = roads::town::build("Town10HD_Opt").unwrap();
+    let text = roads::town::build("Town10HD_Opt").expect("the town is ours");
     Map::parse("Town10HD_Opt", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 

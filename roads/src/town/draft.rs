@@ -1,4 +1,4 @@
-//! A town as it will be written: roads, junctions and objects as plain numbers.
+//! A town as it will be written: roads, junctions, signals and objects as plain numbers.
 
 /// A piece of a reference line.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +25,8 @@ pub(super) enum LinkTo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LaneKind {
     Driving,
+    Parking,
+    Biking,
     Shoulder,
     Sidewalk,
 }
@@ -33,6 +35,8 @@ impl LaneKind {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Driving => "driving",
+            Self::Parking => "parking",
+            Self::Biking => "biking",
             Self::Shoulder => "shoulder",
             Self::Sidewalk => "sidewalk",
         }
@@ -52,10 +56,26 @@ pub(super) enum LineKind {
 pub(super) struct LaneDraft {
     pub(super) id: i32,
     pub(super) kind: LaneKind,
-    pub(super) width_m: f64,
+    /// At the start and at the end of its section; smooth between them.
+    pub(super) width_m: [f64; 2],
     pub(super) line: LineKind,
     pub(super) predecessor: Option<i32>,
     pub(super) successor: Option<i32>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct SectionDraft {
+    pub(super) start_s: f64,
+    pub(super) length_m: f64,
+    /// All lanes but the centre lane.
+    pub(super) lanes: Vec<LaneDraft>,
+}
+
+/// Height along a road from `start_s` on: `a + b t + c t² + d t³`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rise {
+    pub(super) start_s: f64,
+    pub(super) abcd: [f64; 4],
 }
 
 #[derive(Clone, Debug)]
@@ -66,17 +86,52 @@ pub(super) struct RoadDraft {
     pub(super) predecessor: LinkTo,
     pub(super) successor: LinkTo,
     pub(super) pieces: Vec<Piece>,
+    pub(super) rises: Vec<Rise>,
     /// Whether the middle line is painted.
     pub(super) centre_line: bool,
-    /// All lanes but the centre lane.
-    pub(super) lanes: Vec<LaneDraft>,
+    pub(super) sections: Vec<SectionDraft>,
     pub(super) objects: Vec<ObjectDraft>,
+    pub(super) signals: Vec<SignalDraft>,
+    /// Lights that hold driving lanes of this road at its start.
+    pub(super) held_by: Option<u32>,
 }
 
 impl RoadDraft {
     pub(super) fn length_m(&self) -> f64 {
         self.pieces.iter().map(|piece| piece.length_m).sum()
     }
+
+    /// Driving lanes right of the reference line.
+    pub(super) fn driving_right(&self) -> i32 {
+        self.sections.first().map_or(0, |section| {
+            let driving = |lane: &&LaneDraft| lane.id < 0 && lane.kind == LaneKind::Driving;
+            i32::try_from(section.lanes.iter().filter(driving).count()).unwrap_or(0)
+        })
+    }
+}
+
+/// A traffic light's post or a sign.
+#[derive(Clone, Debug)]
+pub(super) struct SignalDraft {
+    pub(super) id: u32,
+    pub(super) kind: SignalKind,
+    pub(super) s: f64,
+    pub(super) t: f64,
+    /// Sign of the lanes whose traffic it faces.
+    pub(super) lane_sign: i32,
+    /// Number of driving lanes it is valid for, from the middle outward.
+    pub(super) lanes: i32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SignalKind {
+    /// Holds the connecting roads that refer to it, and no lane beside itself.
+    Light,
+    Stop,
+    Yield,
+    SpeedLimit {
+        kmh: u32,
+    },
 }
 
 #[derive(Clone, Debug)]
@@ -106,6 +161,15 @@ pub(super) struct ConnectionDraft {
 pub(super) struct JunctionDraft {
     pub(super) id: u32,
     pub(super) connections: Vec<ConnectionDraft>,
+    /// Ids of its controllers, in the order of their phases.
+    pub(super) controllers: Vec<u32>,
+}
+
+/// Lights that are green together.
+#[derive(Clone, Debug)]
+pub(super) struct ControllerDraft {
+    pub(super) id: u32,
+    pub(super) lights: Vec<u32>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -113,9 +177,15 @@ pub(super) struct TownDraft {
     /// Streets first, in the order of the plan.
     pub(super) roads: Vec<RoadDraft>,
     pub(super) junctions: Vec<JunctionDraft>,
+    pub(super) controllers: Vec<ControllerDraft>,
+    pub(super) signal_count: u32,
 }
 
 impl TownDraft {
+    pub(super) fn road_mut(&mut self, id: u32) -> Option<&mut RoadDraft> {
+        self.roads.iter_mut().find(|road| road.id == id)
+    }
+
     /// Adds an object where the world coordinates say, to the nearest road with a straight piece
     /// beside it. Without such a road nothing is added.
     pub(super) fn place(&mut self, at: [f64; 2], heading_rad: f64, mut object: ObjectDraft) {
@@ -123,9 +193,7 @@ impl TownDraft {
         for (index, road) in self.roads.iter().enumerate() {
             let mut start_s = 0.0;
             for piece in &road.pieces {
-                let (sin, cos) = piece.heading_rad.sin_cos();
-                let (dx, dy) = (at[0] - piece.x, at[1] - piece.y);
-                let (along_m, t) = (dx * cos + dy * sin, dy * cos - dx * sin);
+                let [along_m, t] = piece.pose().local(at);
                 if piece.curvature == 0.0
                     && (0.0..=piece.length_m).contains(&along_m)
                     && best.is_none_or(|(_, _, known_t, _)| t.abs() < known_t.abs())
