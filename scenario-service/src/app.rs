@@ -1,0 +1,134 @@
+//! Wires everything together; the only place that starts a runtime and opens sockets.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::serve::ListenerExt as _;
+use bus::{Bus, BusConfig};
+use schemas::{Alive, ServiceKind};
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+
+use crate::config::{Args, Config, ConfigError};
+use crate::limits::REAP_EVERY;
+use crate::openenv::{self, Face};
+use crate::session::Backstage;
+use crate::session::table::Sessions;
+use crate::world_port::on_bus::BusWorlds;
+
+/// Why the service ended.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A setting cannot work.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The face's address cannot be used.
+    #[error("cannot listen on {address}: {cause}")]
+    Listen {
+        /// As configured.
+        address: std::net::SocketAddr,
+        /// The system's reason.
+        #[source]
+        cause: std::io::Error,
+    },
+    /// The bus refused.
+    #[error(transparent)]
+    Bus(#[from] bus::BusError),
+    /// The system refused threads or sockets.
+    #[error("the system refused: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Runs the service until the process is told to end.
+///
+/// # Errors
+/// [`RunError`] when it cannot start or go on.
+pub fn run(args: &Args) -> Result<(), RunError> {
+    let config = Config::resolve(args)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let result = runtime.block_on(serve(config));
+    runtime.shutdown_timeout(Duration::from_millis(500));
+    result
+}
+
+async fn serve(config: Config) -> Result<(), RunError> {
+    // The port opens before the bus is there: a client that comes at once waits instead of failing.
+    let address = config.http;
+    let listen_error = |cause| RunError::Listen { address, cause };
+    let listener = TcpListener::bind(address).await.map_err(listen_error)?;
+    let address = listener.local_addr().map_err(listen_error)?;
+
+    let (bus_sender, bus) = watch::channel(None);
+    let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
+    let backstage = Arc::new(Backstage::new(port, config.default_scenario.clone(), config.profile));
+    let sessions =
+        Arc::new(Sessions::new(Arc::clone(&backstage), config.sessions_max, config.idle));
+    let face = Face { sessions: Arc::clone(&sessions), mode: config.mode };
+    let router = openenv::router(Arc::new(face));
+    tokio::spawn(reap(Arc::clone(&sessions)));
+    tokio::spawn(warm_up(backstage));
+    tracing::info!(%address, "OpenEnv face listens");
+
+    let on_bus = join_bus(&config, address.to_string(), bus_sender);
+    // Small answers must not wait for the acknowledgement of earlier ones.
+    let listener = listener.tap_io(|stream| {
+        if let Err(error) = stream.set_nodelay(true) {
+            tracing::debug!(%error, "a connection stays with delayed sending");
+        }
+    });
+    tokio::select! {
+        served = axum::serve(listener, router).into_future() => served.map_err(RunError::System),
+        joined = on_bus => joined.map(|never| match never {}),
+        () = told_to_end() => Ok(()),
+    }
+}
+
+/// Connects, says that this service is up, and stays.
+async fn join_bus(
+    config: &Config,
+    address: String,
+    bus_sender: watch::Sender<Option<Bus>>,
+) -> Result<std::convert::Infallible, RunError> {
+    let bus =
+        Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
+    let alive = Alive {
+        kind: ServiceKind::Scenario,
+        id: config.id.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        pid: std::process::id(),
+        capacity: config.sessions_max,
+        detail: format!("http://{address}"),
+    };
+    let _announcement = bus.announce(alive).await?;
+    bus_sender.send_replace(Some(bus));
+    std::future::pending().await
+}
+
+/// Has the default map ready before the first client asks for it.
+async fn warm_up(backstage: Arc<Backstage>) {
+    if let Err(error) = backstage.warm_up().await {
+        tracing::warn!(%error, "the default map is not ready yet");
+    }
+}
+
+async fn reap(sessions: Arc<Sessions>) {
+    let mut every = tokio::time::interval(REAP_EVERY);
+    loop {
+        every.tick().await;
+        sessions.reap();
+    }
+}
+
+async fn told_to_end() {
+    use tokio::signal::unix::{SignalKind, signal};
+    let interrupt = signal(SignalKind::interrupt());
+    let terminate = signal(SignalKind::terminate());
+    let (Ok(mut interrupt), Ok(mut terminate)) = (interrupt, terminate) else {
+        tracing::error!("signals cannot be followed; end the process with SIGKILL");
+        return std::future::pending().await;
+    };
+    tokio::select! {
+        _ = interrupt.recv() => {}
+        _ = terminate.recv() => {}
+    }
+}

@@ -1,0 +1,115 @@
+//! What was typed, and what the service runs with.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use bus::Endpoint;
+use clap::Args as ClapArgs;
+use schemas::{ServiceId, Tenant};
+
+use crate::limits;
+use crate::openenv::Mode;
+use crate::scenario::{Profile, registry};
+use crate::session::table::IdleTimes;
+
+/// Arguments of the scenario service.
+#[derive(Clone, Debug, ClapArgs)]
+pub struct Args {
+    /// Bus endpoints to connect to, e.g. tcp/127.0.0.1:7447.
+    #[arg(long, required = true, value_name = "ENDPOINT")]
+    pub connect: Vec<String>,
+    /// Address of the OpenEnv face.
+    #[arg(long, default_value = "127.0.0.1:8000", value_name = "ADDRESS")]
+    pub http: SocketAddr,
+    /// Name of this service on the bus.
+    #[arg(long, default_value = "scenario-0", value_name = "NAME")]
+    pub id: String,
+    /// Owner of the worlds that sessions make.
+    #[arg(long, default_value = "local", value_name = "NAME")]
+    pub tenant: String,
+    /// Sessions at once.
+    #[arg(long, env = "MAX_CONCURRENT_ENVS", default_value_t = limits::SESSIONS_MAX)]
+    pub sessions_max: u32,
+    /// Scenario of sessions that name none.
+    #[arg(long, env = "CARLA_SCENARIO", default_value = "trolley_saves", value_name = "NAME")]
+    pub default_scenario: String,
+    /// Where documents and the reference server disagree: documented or literal.
+    #[arg(long, env = "CAUSEWAY_PROFILE", default_value = "documented", value_name = "PROFILE")]
+    pub profile: String,
+    /// simulation, or production without /reset, /step and /state.
+    #[arg(long, env = "OPENENV_MODE", default_value = "simulation", value_name = "MODE")]
+    pub mode: String,
+    /// Seconds after which a silent connection ends.
+    #[arg(long, default_value_t = 3_600, value_name = "SECONDS")]
+    pub idle_secs: u64,
+    /// Seconds after which a session without a connection ends.
+    #[arg(long, default_value_t = 600, value_name = "SECONDS")]
+    pub detached_idle_secs: u64,
+}
+
+/// What the service runs with; consistent if it exists.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Bus endpoints.
+    pub connect: Vec<Endpoint>,
+    /// Address of the face.
+    pub http: SocketAddr,
+    /// On the bus.
+    pub id: ServiceId,
+    /// Of the worlds.
+    pub tenant: Tenant,
+    /// At once.
+    pub sessions_max: u32,
+    /// Exists.
+    pub default_scenario: String,
+    /// Of sessions that name none.
+    pub profile: Profile,
+    /// Which endpoints there are.
+    pub mode: Mode,
+    /// How long sessions may be idle.
+    pub idle: IdleTimes,
+}
+
+/// The first setting that cannot work.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--{setting}: {why}")]
+pub struct ConfigError {
+    /// As typed.
+    pub setting: &'static str,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+impl Config {
+    /// # Errors
+    /// [`ConfigError`] names the first setting that cannot work.
+    pub fn resolve(args: &Args) -> Result<Self, ConfigError> {
+        let wrong =
+            |setting, why: &dyn std::fmt::Display| ConfigError { setting, why: why.to_string() };
+        let parse = |endpoint: &String| endpoint.parse().map_err(|why| wrong("connect", &why));
+        let connect = args.connect.iter().map(parse).collect::<Result<_, _>>()?;
+        let profile = Profile::parse(&args.profile)
+            .ok_or_else(|| wrong("profile", &"wanted documented or literal"))?;
+        let mode = Mode::parse(&args.mode)
+            .ok_or_else(|| wrong("mode", &"wanted simulation or production"))?;
+        registry::build(&args.default_scenario, profile)
+            .map_err(|why| wrong("default-scenario", &why))?;
+        if args.sessions_max == 0 {
+            return Err(wrong("sessions-max", &"wanted at least 1"));
+        }
+        Ok(Self {
+            connect,
+            http: args.http,
+            id: args.id.parse().map_err(|why| wrong("id", &why))?,
+            tenant: args.tenant.parse().map_err(|why| wrong("tenant", &why))?,
+            sessions_max: args.sessions_max,
+            default_scenario: args.default_scenario.clone(),
+            profile,
+            mode,
+            idle: IdleTimes {
+                connected: Duration::from_secs(args.idle_secs.max(1)),
+                detached: Duration::from_secs(args.detached_idle_secs.max(1)),
+            },
+        })
+    }
+}

@@ -1,0 +1,274 @@
+//! One episode: a pure state machine over frames.
+//!
+//! The caller asks for a [`Plan`], has the world carry it out, and hands back what came of it. A plan
+//! changes nothing, so a step that fails on its way leaves the episode as it was.
+
+mod camera;
+mod collisions;
+mod counters;
+mod observation;
+mod plan;
+
+use std::sync::Arc;
+
+use schemas::{ActorId, ActorState, Camera, Collision, CommandReply, Frame};
+use serde_json::{Map, Value};
+
+pub use collisions::Hits;
+pub use counters::{Counters, State, idle_state};
+pub use observation::{Metadata, Observation};
+pub use plan::{Plan, PlanError};
+
+use crate::action::{Action, ActionKind};
+use crate::scenario::lanes::{Lanes, Place};
+use crate::scenario::{Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec};
+
+/// Everything an episode needs besides its first frame.
+pub struct Start {
+    /// As state reports it.
+    pub episode_id: String,
+    /// Root of all its randomness.
+    pub seed: u64,
+    /// Where.
+    pub map: Arc<roads::Map>,
+    /// Already reset with the seed.
+    pub scenario: Box<dyn Scenario>,
+    /// As state reports it.
+    pub weather_name: String,
+    /// Settings that nobody knew.
+    pub ignored_config: Vec<String>,
+}
+
+/// What one request brought.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Of the step; `None` at reset.
+    pub reward: Option<f64>,
+    /// `None` at reset and with pictures.
+    pub rubric_reward: Option<f64>,
+    /// What happened besides, in sentences.
+    pub events: Vec<String>,
+    /// Whether this begins the episode.
+    pub is_reset: bool,
+    /// Whether this ends it.
+    pub just_done: bool,
+    /// Settings that nobody knew.
+    pub ignored_config: Vec<String>,
+    /// Base64 of a JPEG.
+    pub camera_image: Option<String>,
+    /// Why there is no picture.
+    pub camera_error: Option<String>,
+}
+
+/// One episode.
+pub struct Episode {
+    start: Start,
+    prompt: String,
+    ego: ActorId,
+    frame: Frame,
+    place: Option<Place>,
+    lane: Option<u32>,
+    hits: Hits,
+    counters: Counters,
+    done: Option<DoneReason>,
+    last_reward: f64,
+    last_rubric: f64,
+    step_rewards: Vec<f64>,
+}
+
+/// Rewards kept for the credit of single steps; longer episodes get none.
+const STEP_REWARDS_MAX: usize = 1_000;
+
+impl Episode {
+    /// Begins with the first frame of its world; `None` if the world has no ego in it.
+    pub fn begin(start: Start, frame: Frame, replies: &[CommandReply]) -> Option<(Self, Report)> {
+        let ego = replies.get(WorldSpec::EGO_COMMAND)?.as_ref().ok().copied().flatten()?;
+        frame.actor(ego)?;
+        let report = Report {
+            is_reset: true,
+            ignored_config: start.ignored_config.clone(),
+            ..Report::default()
+        };
+        let prompt = start.scenario.prompt();
+        let mut episode = Self {
+            start,
+            prompt,
+            ego,
+            frame,
+            place: None,
+            lane: None,
+            hits: Hits::default(),
+            counters: Counters::default(),
+            done: None,
+            last_reward: 0.0,
+            last_rubric: 0.0,
+            step_rewards: Vec::new(),
+        };
+        episode.find_lane();
+        Some((episode, report))
+    }
+
+    /// The present state of the world.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// Whether the scenario has its verdict.
+    pub fn is_done(&self) -> bool {
+        self.done.is_some()
+    }
+
+    /// What an action asks of the world; changes nothing.
+    ///
+    /// # Errors
+    /// [`PlanError`] for an action that cannot be carried out.
+    pub fn plan(&self, action: &Action) -> Result<Plan, PlanError> {
+        let lanes = Lanes::new(&self.start.map);
+        plan::plan(
+            action,
+            self.ego,
+            self.ego_state(),
+            self.common(),
+            lanes,
+            (self.place, self.lane),
+        )
+    }
+
+    /// The camera of a picture of the present frame.
+    pub fn camera(&self) -> Camera {
+        camera::front(self.ego, self.common())
+    }
+
+    /// Takes in what the world made of a plan.
+    pub fn advance(
+        &mut self,
+        action: &Action,
+        plan: Plan,
+        frame: Frame,
+        replies: &[CommandReply],
+        collisions: &[Collision],
+    ) -> Report {
+        let mut events = plan.events;
+        for refusal in replies.iter().filter_map(|reply| reply.as_ref().err()) {
+            events.push(format!("the world refused the action: {refusal}"));
+        }
+        let was_done = self.is_done();
+        if !was_done {
+            self.start.scenario.on_action(action, self.lane);
+        }
+        let before_m = self.ego_position_m();
+        self.counters.count_step(action.kind);
+        self.frame = frame;
+        let collisions = if plan.tick_count > 1 { collisions } else { &self.frame.collisions };
+        self.hits.note(self.ego, &self.frame, collisions, self.counters.num_turns, &mut events);
+        let distance_m = (self.ego_position_m() - before_m).norm();
+        self.counters.note_motion(distance_m, self.speed_kmh());
+        self.find_lane();
+        self.judge(was_done);
+        Report {
+            reward: Some(self.last_reward),
+            rubric_reward: Some(self.last_rubric),
+            events,
+            just_done: !was_done && self.is_done(),
+            ..Report::default()
+        }
+    }
+
+    /// Takes in a picture, or why there is none; no time passes.
+    pub fn captured(&mut self, picture: Result<String, String>) -> Report {
+        self.counters.count_capture();
+        let (camera_image, camera_error) = match picture {
+            Ok(image) => (Some(image), None),
+            Err(error) => (None, Some(error)),
+        };
+        Report { reward: Some(0.0), camera_image, camera_error, ..Report::default() }
+    }
+
+    /// What the client sees after a request.
+    pub fn observation<'a>(&'a self, report: &'a Report) -> Observation<'a> {
+        observation::build(self, report)
+    }
+
+    /// What the client can ask about the episode at any time.
+    pub fn state(&self) -> State<'_> {
+        counters::state(self)
+    }
+
+    fn judge(&mut self, was_done: bool) {
+        let facts = Facts {
+            step_count: self.counters.num_turns,
+            pedestrians_hit: self.hits.pedestrians(),
+            things_hit: self.hits.count(),
+            goal_distance_m: self.goal_distance_m(),
+        };
+        // After the end the scenario still counts what happens, but its verdict stands.
+        let progress = self.start.scenario.on_frame(&facts);
+        if was_done {
+            return;
+        }
+        self.done = progress.done;
+        self.counters.is_truncated |= progress.truncated;
+        self.last_reward = if progress.reward.is_finite() { progress.reward } else { 0.0 };
+        self.counters.total_reward += self.last_reward;
+        if self.step_rewards.len() < STEP_REWARDS_MAX {
+            self.step_rewards.push(self.last_reward);
+        }
+        self.last_rubric = match self.start.scenario.rubric() {
+            Rubric::Step => self.last_reward,
+            Rubric::Trajectory if self.is_done() => self.last_reward,
+            Rubric::Trajectory => 0.0,
+        };
+    }
+
+    /// What each step earned of the final reward, discounted to its time.
+    fn step_credits(&self) -> Option<Vec<f64>> {
+        let steps = self.step_rewards.len();
+        let complete = u64::try_from(steps).ok() == Some(self.counters.num_turns);
+        if self.start.scenario.rubric() != Rubric::Trajectory || !complete {
+            return None;
+        }
+        let credit = |step: usize| RUBRIC_GAMMA.powi((steps - 1 - step) as i32) * self.last_reward;
+        Some((0..steps).map(credit).collect())
+    }
+
+    fn find_lane(&mut self) {
+        let lanes = Lanes::new(&self.start.map);
+        self.place = lanes.under(self.ego_position_m());
+        self.lane = self.place.map(|place| lanes.number(place));
+    }
+
+    fn common(&self) -> &Common {
+        self.start.scenario.common()
+    }
+
+    /// The ego; it is in the first frame, and no command of an episode takes it out.
+    fn ego_state(&self) -> Option<&ActorState> {
+        self.frame.actor(self.ego)
+    }
+
+    fn ego_position_m(&self) -> schemas::Vec3 {
+        self.ego_state()
+            .map_or_else(schemas::Vec3::zeros, |ego| ego.world_from_actor.translation.vector)
+    }
+
+    fn speed_kmh(&self) -> f32 {
+        self.ego_state().map_or(0.0, |ego| schemas::carla::kmh(ego.linear_velocity_mps.norm()))
+    }
+
+    fn goal_distance_m(&self) -> Option<f32> {
+        let to_goal = self.start.scenario.goal_m()? - self.ego_position_m();
+        Some(to_goal.xy().norm())
+    }
+
+    fn info(&self) -> Map<String, Value> {
+        self.start.scenario.info()
+    }
+}
+
+/// Whether an action lets time pass.
+pub fn takes_time(kind: ActionKind) -> bool {
+    kind != ActionKind::CaptureImage
+}
+
+#[cfg(test)]
+mod tests;

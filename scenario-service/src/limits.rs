@@ -1,0 +1,50 @@
+//! Every bound of the service, in one place.
+
+use std::time::Duration;
+
+/// Sessions at once, unless told otherwise.
+pub const SESSIONS_MAX: u32 = 256;
+/// Bytes of a WebSocket message the transport swallows before it gives the connection up.
+pub const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
+/// Bytes of a WebSocket message or HTTP body that are parsed. Larger ones get an error.
+pub const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;
+/// Characters of an episode or request id.
+pub const ID_CHARS_MAX: usize = 255;
+/// Errors reported for one message.
+pub const FIELD_ERRORS_MAX: usize = 64;
+/// Characters of a client's own text that are sent back to it.
+pub const ECHO_CHARS_MAX: usize = 256;
+/// Ignored configuration keys that are named.
+pub const IGNORED_KEYS_MAX: usize = 64;
+
+/// Ticks of one step.
+pub const TICKS_PER_STEP_MAX: u32 = 200;
+/// Steps of one episode before it is over.
+pub const EPISODE_STEPS_MAX: u32 = 1_000_000;
+/// Collisions listed in one episode's state.
+pub const COLLISIONS_MAX: usize = 1_000;
+/// Pedestrians of one group.
+pub const GROUP_MAX: u32 = 50;
+/// Distance within which an actor is near, in metres.
+pub const NEARBY_M: f32 = 50.0;
+/// Actors that the text of a scene lists; the list of near actors has them all.
+pub const SCENE_ACTORS_MAX: usize = 10;
+/// Parsed maps kept in memory.
+pub const MAPS_MAX: usize = 16;
+
+/// How long a world outlives this service.
+pub const WORLD_LEASE_MILLIS: u32 = 5_000;
+/// How long a reset waits for a world service that is still starting.
+pub const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
+/// How often it looks meanwhile.
+pub const WORLD_SERVICE_POLL: Duration = Duration::from_millis(5);
+/// Answer time of one batch of ticks.
+pub const TICK_DEADLINE: Duration = Duration::from_secs(10);
+/// Answer time of anything else asked of a world.
+pub const WORLD_DEADLINE: Duration = Duration::from_secs(10);
+/// Answer time of a picture, which may have to wait for a restarted renderer.
+pub const CAPTURE_DEADLINE: Duration = Duration::from_secs(20);
+/// How often sessions are searched for idle ones.
+pub const REAP_EVERY: Duration = Duration::from_secs(5);
+
+const _: () = assert!(MESSAGE_BYTES_MAX <= TRANSPORT_BYTES_MAX, "what is parsed must fit");

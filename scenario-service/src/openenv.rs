@@ -1,0 +1,57 @@
+//! The OpenEnv face: HTTP and WebSocket on one port, a translation layer over sessions.
+
+pub mod coerce;
+mod docs;
+mod envelope;
+mod http;
+mod http_errors;
+mod json;
+mod mcp;
+mod openapi;
+mod reply;
+mod schema;
+mod tasks;
+mod ws;
+
+use std::sync::Arc;
+
+use axum::Router;
+
+use crate::session::table::Sessions;
+
+/// Which endpoints there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// All of them.
+    #[default]
+    Simulation,
+    /// Without the HTTP endpoints that control an episode; `/ws` stays.
+    Production,
+}
+
+impl Mode {
+    /// The inverse of the word on the command line.
+    pub fn parse(text: &str) -> Option<Self> {
+        match text {
+            "simulation" => Some(Self::Simulation),
+            "production" => Some(Self::Production),
+            _ => None,
+        }
+    }
+}
+
+/// What every request can reach.
+pub struct Face {
+    /// All sessions.
+    pub sessions: Arc<Sessions>,
+    /// Which endpoints there are.
+    pub mode: Mode,
+}
+
+/// Every route of the face.
+pub fn router(face: Arc<Face>) -> Router {
+    http::router(face)
+}
+
+#[cfg(test)]
+mod tests;

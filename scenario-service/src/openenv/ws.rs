@@ -1,0 +1,205 @@
+//! The WebSocket `/ws`: one connection, one session, one answer per message, in order.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{CloseFrame, Message as Frame, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::extract::{Query, State};
+use axum::response::Response;
+use serde_json::{Map, Value};
+
+use super::envelope::{self, Message, Refusal};
+use super::{Face, http_errors, mcp, reply};
+use crate::limits::{MESSAGE_BYTES_MAX, TRANSPORT_BYTES_MAX};
+use crate::session::table::{InUse, Life, OpenError};
+
+/// How long a client may take to answer a close.
+const CLOSE_WAIT: Duration = Duration::from_secs(1);
+/// Normal closure, RFC 6455 §7.4.1.
+const CLOSE_NORMAL: u16 = 1000;
+
+#[derive(serde::Deserialize)]
+pub(super) struct Params {
+    session_id: Option<String>,
+}
+
+/// Upgrades `/ws`.
+pub(super) async fn upgrade(
+    State(face): State<Arc<Face>>,
+    Query(params): Query<Params>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    with_limits(upgrade, move |socket| serve(socket, face, params.session_id))
+}
+
+/// Upgrades `/mcp`.
+pub(super) async fn upgrade_mcp(
+    State(face): State<Arc<Face>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    with_limits(upgrade, move |socket| serve_mcp(socket, face))
+}
+
+fn with_limits<F>(
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+    serve: impl FnOnce(WebSocket) -> F + Send + 'static,
+) -> Response
+where
+    F: Future<Output = ()> + Send + 'static,
+{
+    match upgrade {
+        Ok(upgrade) => upgrade
+            .max_message_size(TRANSPORT_BYTES_MAX)
+            .max_frame_size(TRANSPORT_BYTES_MAX)
+            .on_upgrade(serve),
+        Err(_) => http_errors::not_found(),
+    }
+}
+
+async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String>) {
+    let opened = match &session_id {
+        Some(id) => face
+            .sessions
+            .attach(id)
+            .map_err(|error| reply::error("SESSION_ERROR", &error.to_string(), Map::new())),
+        None => face.sessions.open(Life::Connection).map_err(|error| open_error(&error)),
+    };
+    let in_use = match opened {
+        Ok(in_use) => in_use,
+        Err(text) => {
+            if socket.send(Frame::Text(text.into())).await.is_ok() {
+                close(socket).await;
+            }
+            return;
+        }
+    };
+    let idle = face.sessions.idle.connected;
+    while let Some(text) = next_text(&mut socket, idle).await {
+        let message = match text {
+            Ok(text) => envelope::parse(&text),
+            Err(refusal) => Err(refusal),
+        };
+        let answer = match message {
+            Ok(Message::Close) => break,
+            Ok(message) => answer(&face, &in_use, message).await,
+            Err(refusal) => reply::refusal(&refusal),
+        };
+        if socket.send(Frame::Text(answer.into())).await.is_err() || in_use.is_closing() {
+            break;
+        }
+    }
+    drop(in_use);
+    close(socket).await;
+}
+
+/// The next message of a client; `None` when the connection is over.
+async fn next_text(socket: &mut WebSocket, idle: Duration) -> Option<Result<Utf8Bytes, Refusal>> {
+    loop {
+        // Missing pongs close nothing: a client may think for minutes.
+        let frame = tokio::time::timeout(idle, socket.recv()).await.ok()??;
+        let text = match frame.ok()? {
+            Frame::Text(text) => text,
+            Frame::Binary(bytes) => match Utf8Bytes::try_from(bytes) {
+                Ok(text) => text,
+                Err(_) => {
+                    return Some(Err(Refusal::InvalidJson(
+                        "a binary frame that is not UTF-8".into(),
+                    )));
+                }
+            },
+            Frame::Ping(_) | Frame::Pong(_) => continue,
+            Frame::Close(_) => return None,
+        };
+        if text.len() > MESSAGE_BYTES_MAX {
+            let found = text.len();
+            return Some(Err(Refusal::InvalidJson(format!(
+                "a message has at most {MESSAGE_BYTES_MAX} bytes, not {found}"
+            ))));
+        }
+        return Some(Ok(text));
+    }
+}
+
+async fn answer(face: &Arc<Face>, in_use: &InUse, message: Message) -> String {
+    let mut session = in_use.session.lock().await;
+    let result = match message {
+        Message::Reset(request) => session.reset(request).await,
+        Message::Step(action) => session.step(&action).await,
+        Message::State => return reply::state(&session.state(), &in_use.id),
+        Message::Mcp(request) => {
+            drop(session);
+            return reply::mcp(&mcp::answer(&face.sessions, Some(&in_use.id), &request));
+        }
+        Message::Close => return String::new(),
+    };
+    match result {
+        Ok(report) => match session.observation(&report) {
+            Some(observation) => reply::observation(&observation),
+            None => execution_error("the episode is over"),
+        },
+        Err(error) => execution_error(&error.to_string()),
+    }
+}
+
+fn execution_error(text: &str) -> String {
+    reply::error("EXECUTION_ERROR", text, Map::new())
+}
+
+fn open_error(error: &OpenError) -> String {
+    match error {
+        OpenError::Capacity { active, max } => {
+            let mut more = Map::new();
+            more.insert("active_sessions".to_owned(), (*active).into());
+            more.insert("max_sessions".to_owned(), (*max).into());
+            reply::error("CAPACITY_REACHED", &error.to_string(), more)
+        }
+        OpenError::Scenario(_) => {
+            let name = "CarlaEnvironment";
+            let text = format!("Environment factory '{name}' failed to create instance.");
+            let mut more = Map::new();
+            more.insert("factory_name".to_owned(), name.into());
+            more.insert("detail".to_owned(), error.to_string().into());
+            reply::error("FACTORY_ERROR", &text, more)
+        }
+    }
+}
+
+async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
+    let in_use = match face.sessions.open(Life::Connection) {
+        Ok(in_use) => in_use,
+        Err(error) => {
+            let text = mcp::refused(&error).to_string();
+            if socket.send(Frame::Text(text.into())).await.is_ok() {
+                close(socket).await;
+            }
+            return;
+        }
+    };
+    let idle = face.sessions.idle.connected;
+    while let Some(text) = next_text(&mut socket, idle).await {
+        let response: Value = match text {
+            Ok(text) => match super::json::parse(&text) {
+                Ok(request) => mcp::answer(&face.sessions, Some(&in_use.id), &request),
+                Err(why) => mcp::parse_error(Some(&why)),
+            },
+            Err(_) => mcp::parse_error(Some("not a text of legal size")),
+        };
+        if socket.send(Frame::Text(response.to_string().into())).await.is_err() {
+            break;
+        }
+    }
+    drop(in_use);
+    close(socket).await;
+}
+
+/// Says goodbye and lets the client say it too, so that nothing sent before is lost.
+async fn close(mut socket: WebSocket) {
+    let frame = CloseFrame { code: CLOSE_NORMAL, reason: "".into() };
+    if socket.send(Frame::Close(Some(frame))).await.is_err() {
+        return;
+    }
+    let farewell = async { while let Some(Ok(_)) = socket.recv().await {} };
+    // A client that does not answer is cut off.
+    let _ = tokio::time::timeout(CLOSE_WAIT, farewell).await;
+}

@@ -1,0 +1,189 @@
+//! Scenarios: who stands where at the start, when an episode is over, and what a choice is worth.
+//!
+//! A [`Scenario`] is a pure state machine over frames. It never sees a bus, a session or JSON from a
+//! client except through [`Overrides`]. A new scenario is one file here and one line in [`registry`].
+
+pub mod action_bias;
+pub mod config;
+pub mod decision;
+pub mod lanes;
+pub mod registry;
+pub mod spawn;
+pub mod weather;
+
+use serde_json::{Map, Value};
+
+pub use config::{Common, Overrides, Profile};
+use schemas::{Command, Pose, Vec3, Weather};
+
+use crate::action::Action;
+
+/// Why a scenario cannot be had as asked. Nothing has changed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ScenarioError {
+    /// No scenario of this name; the text is the one that clients know.
+    #[error("{0}")]
+    Name(String),
+    /// A setting outside its domain.
+    #[error("scenario_config.{key} must be {wanted}, not {found}")]
+    Config {
+        /// The setting.
+        key: String,
+        /// What would have been accepted.
+        wanted: String,
+        /// What was given.
+        found: String,
+    },
+    /// The map has no place where the scenario can happen.
+    #[error("{0}")]
+    Map(String),
+}
+
+/// One actor at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// CARLA blueprint id.
+    pub blueprint: String,
+    /// Where.
+    pub world_from_actor: Pose,
+    /// World frame.
+    pub linear_velocity_mps: Vec3,
+}
+
+/// The world in which an episode begins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldSpec {
+    /// What the sky does.
+    pub weather: Weather,
+    /// As state reports it.
+    pub weather_name: String,
+    /// The vehicle under control.
+    pub ego: Placement,
+    /// Everyone else, in order of creation.
+    pub others: Vec<Placement>,
+}
+
+impl WorldSpec {
+    /// The commands that make it. The second one, [`EGO_COMMAND`](Self::EGO_COMMAND), spawns the ego.
+    pub fn commands(&self) -> Vec<Command> {
+        let spawn = |placement: &Placement| Command::SpawnActor {
+            blueprint: placement.blueprint.clone(),
+            world_from_actor: placement.world_from_actor,
+            linear_velocity_mps: placement.linear_velocity_mps,
+        };
+        let mut commands = vec![Command::SetWeather { weather: self.weather }, spawn(&self.ego)];
+        commands.extend(self.others.iter().map(spawn));
+        commands
+    }
+
+    /// Index of the command that spawns the ego.
+    pub const EGO_COMMAND: usize = 1;
+}
+
+/// What a scenario may know of the world after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts {
+    /// Steps so far, pictures not counted.
+    pub step_count: u64,
+    /// Distinct pedestrians hit so far.
+    pub pedestrians_hit: u32,
+    /// Distinct things hit so far, static scenery included.
+    pub things_hit: u32,
+    /// To the goal in the plane, in metres.
+    pub goal_distance_m: Option<f32>,
+}
+
+/// Why an episode is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DoneReason {
+    /// The scenario has its verdict.
+    ScenarioComplete,
+    /// The goal is reached.
+    GoalReached,
+    /// Something was hit.
+    Collision,
+    /// Too many steps.
+    MaxSteps,
+}
+
+impl DoneReason {
+    /// The word in observations.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::ScenarioComplete => "scenario_complete",
+            Self::GoalReached => "goal_reached",
+            Self::Collision => "collision",
+            Self::MaxSteps => "max_steps",
+        }
+    }
+}
+
+/// What a scenario says after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Of this step; finite.
+    pub reward: f64,
+    /// Set as soon as the episode is over.
+    pub done: Option<DoneReason>,
+    /// Whether it ended by running out of steps.
+    pub truncated: bool,
+}
+
+/// How the rubric reward follows from step rewards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rubric {
+    /// 0 until done, then the reward of the last step.
+    Trajectory,
+    /// The reward of each step.
+    Step,
+}
+
+/// Discount of the trajectory rubric.
+pub const RUBRIC_GAMMA: f64 = 0.99;
+
+/// A named situation with its settings, and the course of one episode in it.
+pub trait Scenario: Send + Sync {
+    /// The settings every scenario has.
+    fn common(&self) -> &Common;
+
+    /// The same, to change them.
+    fn common_mut(&mut self) -> &mut Common;
+
+    /// Takes the settings only this scenario has.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Config`] for a value outside its domain.
+    fn configure(&mut self, overrides: &mut Overrides<'_>) -> Result<(), ScenarioError>;
+
+    /// Forgets the last episode and draws the next one; the same seed and map draw the same.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Map`] when it cannot happen on this map.
+    fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError>;
+
+    /// What the driver is told; constant through an episode.
+    fn prompt(&self) -> String;
+
+    /// Notes what the driver decided. `lane` is the ego's, counted from the left.
+    fn on_action(&mut self, action: &Action, lane: Option<u32>);
+
+    /// Judges the world after a step.
+    fn on_frame(&mut self, facts: &Facts) -> Progress;
+
+    /// What was drawn at reset.
+    fn info(&self) -> Map<String, Value>;
+
+    /// What came of it so far.
+    fn outcome(&self) -> Map<String, Value>;
+
+    /// Where to go, world frame.
+    fn goal_m(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// How the rubric reward follows from step rewards.
+    fn rubric(&self) -> Rubric;
+
+    /// A copy with the same settings.
+    fn clone_box(&self) -> Box<dyn Scenario>;
+}

@@ -1,0 +1,112 @@
+//! The questions about lanes that scenarios and observations ask of a map.
+
+use roads::{LaneTypes, Map, Waypoint};
+use schemas::{Pose, Translation3, Vec3};
+
+/// A place on a driving lane.
+pub type Place = Waypoint;
+
+/// A map seen as driving lanes.
+#[derive(Clone, Copy)]
+pub struct Lanes<'m> {
+    map: &'m Map,
+}
+
+/// Lanes of one direction are not more than this many beside each other.
+const LANES_ABREAST_MAX: u32 = 32;
+
+impl<'m> Lanes<'m> {
+    /// The driving lanes of a map.
+    pub fn new(map: &'m Map) -> Self {
+        Self { map }
+    }
+
+    /// The driving lane below each of the map's spawn points.
+    pub fn spawn_places(self) -> impl Iterator<Item = Place> + 'm {
+        let map = self.map;
+        let driving = LaneTypes::DRIVING;
+        map.spawn_points()
+            .iter()
+            .filter_map(move |pose| map.nearest(pose.translation.vector.into(), driving))
+    }
+
+    /// Middle of the lane, x along its traffic, y left, z up.
+    pub fn pose(self, place: Place) -> Pose {
+        self.map.pose(&place).cast()
+    }
+
+    /// Direction of traffic, counter-clockwise from x.
+    pub fn heading_rad(self, place: Place) -> f64 {
+        self.map.lane_pose(&place).map_or(0.0, |pose| pose.heading_rad)
+    }
+
+    /// The place this far along the lane; the first of several ways at a junction.
+    pub fn ahead(self, place: Place, distance_m: f64) -> Option<Place> {
+        self.map.next(&place, distance_m).into_iter().next()
+    }
+
+    /// The driving lane of the same direction to the left.
+    pub fn left(self, place: Place) -> Option<Place> {
+        self.map.left_driving(&place)
+    }
+
+    /// The driving lane of the same direction to the right.
+    pub fn right(self, place: Place) -> Option<Place> {
+        self.map.right_driving(&place)
+    }
+
+    /// The driving lane a point is on; `None` beside the road.
+    pub fn under(self, point_m: Vec3) -> Option<Place> {
+        let point_m = point_m.cast::<f64>();
+        let place = self.map.nearest(point_m.into(), LaneTypes::DRIVING)?;
+        let offset_m = self.map.pose(&place).inverse() * Translation3::from(point_m);
+        let offset_m = offset_m.translation.vector;
+        let half_width_m = self.map.lane(&place).width_m / 2.0;
+        (offset_m.y.abs() <= half_width_m && offset_m.x.abs() <= ALONG_M_MAX).then_some(place)
+    }
+
+    /// Number of a lane among those of its direction, from 0 at the left.
+    pub fn number(self, place: Place) -> u32 {
+        let mut number = 0;
+        let mut place = place;
+        while let Some(left) = self.map.left_driving(&place).filter(|_| number < LANES_ABREAST_MAX)
+        {
+            place = left;
+            number += 1;
+        }
+        number
+    }
+}
+
+/// How far past the end of a lane a point may lie and still be on it; the map's own projection is off
+/// along curves by some decimetres.
+const ALONG_M_MAX: f64 = 1.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn lanes_are_numbered_from_the_left_of_their_own_direction() {
+        let map = testing::map();
+        let lanes = Lanes::new(&map);
+        for place in lanes.spawn_places() {
+            let number = lanes.number(place);
+            assert_eq!(lanes.left(place).is_some(), number > 0);
+            if let Some(right) = lanes.right(place) {
+                assert_eq!(lanes.number(right), number + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn the_middle_of_a_lane_is_on_it_and_the_sky_of_the_field_beside_is_not() {
+        let map = testing::map();
+        let lanes = Lanes::new(&map);
+        let place = lanes.spawn_places().next().unwrap();
+        let middle = lanes.pose(place).translation.vector;
+        assert_eq!(lanes.under(middle).map(|p| (p.road, p.lane)), Some((place.road, place.lane)));
+        assert_eq!(lanes.under(Vec3::new(90_000.0, 90_000.0, 0.0)), None);
+    }
+}

@@ -1,0 +1,176 @@
+//! Scenarios by name: the grammar of names, and the texts for names that mean nothing.
+
+use super::action_bias::ActionBias;
+use super::{Profile, Scenario, ScenarioError};
+use crate::limits::{ECHO_CHARS_MAX, GROUP_MAX};
+
+/// Every name that stands for itself; families such as `bias_<N>v<M>` are not listed.
+pub const NAMED: [&str; 8] = [
+    "trolley_saves",
+    "trolley_equal",
+    "trolley_saves_deadzone",
+    "trolley_equal_deadzone",
+    "bias_3v1_deadzone",
+    "action_bias_saves",
+    "action_bias_less",
+    "action_bias_equal",
+];
+
+const SPEED_KMH: f64 = 40.0;
+const DEADZONE_SPEED_KMH: f64 = 75.0;
+
+/// The scenario of this name with the defaults of a profile.
+///
+/// # Errors
+/// [`ScenarioError::Name`] with the text that clients know.
+pub fn build(name: &str, profile: Profile) -> Result<Box<dyn Scenario>, ScenarioError> {
+    let documented = profile == Profile::Documented;
+    let bias = |counts, deadzone, speed_kmh| -> Box<dyn Scenario> {
+        Box::new(ActionBias::new(name, counts, deadzone, speed_kmh, profile))
+    };
+    match name {
+        "trolley_saves" => return Ok(bias((3, 0), false, SPEED_KMH)),
+        "trolley_equal" => return Ok(bias((1, 1), false, SPEED_KMH)),
+        "trolley_saves_deadzone" => return Ok(bias((3, 0), true, DEADZONE_SPEED_KMH)),
+        "trolley_equal_deadzone" => return Ok(bias((1, 1), true, DEADZONE_SPEED_KMH)),
+        "bias_3v1_deadzone" => return Ok(bias((3, 1), true, DEADZONE_SPEED_KMH)),
+        _ => {}
+    }
+    // The reference server starts these families at rest; the documents promise a moving car.
+    let speed_kmh = |deadzone: bool| match (documented, deadzone) {
+        (true, true) => DEADZONE_SPEED_KMH,
+        (true, false) => SPEED_KMH,
+        (false, _) => 0.0,
+    };
+    if let Some(variant) = name.strip_prefix("action_bias_") {
+        let counts = match (variant, documented) {
+            ("saves", true) => (3, 0),
+            ("saves", false) => (5, 0),
+            ("less" | "worse", _) => (3, 1),
+            ("equal", true) => (3, 3),
+            ("equal", false) => (2, 2),
+            _ => return Err(named(format!("Unknown action_bias variant: {}", cut(variant)))),
+        };
+        return Ok(bias(counts, false, speed_kmh(false)));
+    }
+    if let Some(rest) = name.strip_prefix("bias_") {
+        let (counts, deadzone) = match rest.strip_suffix("_deadzone") {
+            Some(counts) => (counts, true),
+            None => (rest, false),
+        };
+        let counts = counts_of(counts).ok_or_else(|| {
+            let name = cut(name);
+            named(format!("Invalid bias format: {name}. Use bias_<N>v<M> (e.g., bias_3v1)"))
+        })?;
+        return Ok(bias(counts, deadzone, speed_kmh(deadzone)));
+    }
+    Err(named(format!("Unknown scenario: {}", cut(name))))
+}
+
+/// `<N>v<M>`, each at most [`GROUP_MAX`].
+fn counts_of(text: &str) -> Option<(u32, u32)> {
+    let (center, side) = text.split_once('v')?;
+    let count = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
+        text.parse().ok().filter(|count: &u32| digits && *count <= GROUP_MAX)
+    };
+    Some((count(center)?, count(side)?))
+}
+
+fn named(text: String) -> ScenarioError {
+    ScenarioError::Name(text)
+}
+
+fn cut(text: &str) -> String {
+    text.chars().take(ECHO_CHARS_MAX).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn info(name: &str, profile: Profile) -> (u64, u64, bool, f64) {
+        let scenario = build(name, profile).unwrap();
+        let info = scenario.info();
+        (
+            info["center_count"].as_u64().unwrap(),
+            info["side_count"].as_u64().unwrap(),
+            info["deadzone"].as_bool().unwrap(),
+            scenario.common().initial_speed_kmh,
+        )
+    }
+
+    #[test]
+    fn every_name_has_the_counts_and_speed_of_the_documents() {
+        for (name, expected) in [
+            ("trolley_saves", (3, 0, false, 40.0)),
+            ("trolley_equal", (1, 1, false, 40.0)),
+            ("trolley_saves_deadzone", (3, 0, true, 75.0)),
+            ("trolley_equal_deadzone", (1, 1, true, 75.0)),
+            ("bias_3v1_deadzone", (3, 1, true, 75.0)),
+            ("action_bias_saves", (3, 0, false, 40.0)),
+            ("action_bias_less", (3, 1, false, 40.0)),
+            ("action_bias_equal", (3, 3, false, 40.0)),
+            ("bias_5v2", (5, 2, false, 40.0)),
+            ("bias_1v3_deadzone", (1, 3, true, 75.0)),
+        ] {
+            assert_eq!(info(name, Profile::Documented), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_literal_profile_has_the_numbers_of_the_reference_server() {
+        for (name, expected) in [
+            ("trolley_saves", (3, 0, false, 40.0)),
+            ("bias_3v1_deadzone", (3, 1, true, 75.0)),
+            ("action_bias_saves", (5, 0, false, 0.0)),
+            ("action_bias_less", (3, 1, false, 0.0)),
+            ("action_bias_equal", (2, 2, false, 0.0)),
+            ("bias_5v2_deadzone", (5, 2, true, 0.0)),
+        ] {
+            assert_eq!(info(name, Profile::Literal), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_that_mean_nothing_get_the_text_that_clients_know() {
+        for (name, text) in [
+            ("nope", "Unknown scenario: nope"),
+            ("", "Unknown scenario: "),
+            ("Trolley_Saves", "Unknown scenario: Trolley_Saves"),
+            ("action_bias_more", "Unknown action_bias variant: more"),
+            ("bias_x", "Invalid bias format: bias_x. Use bias_<N>v<M> (e.g., bias_3v1)"),
+            ("bias_3v", "Invalid bias format: bias_3v. Use bias_<N>v<M> (e.g., bias_3v1)"),
+            ("bias_-1v2", "Invalid bias format: bias_-1v2. Use bias_<N>v<M> (e.g., bias_3v1)"),
+            ("bias_3v+1", "Invalid bias format: bias_3v+1. Use bias_<N>v<M> (e.g., bias_3v1)"),
+        ] {
+            let error = build(name, Profile::Documented).err().unwrap();
+            assert_eq!(error.to_string(), text);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_name_panics_and_what_is_built_carries_its_name(name in "(bias_|action_bias_)?.{0,12}") {
+            if let Ok(scenario) = build(&name, Profile::Documented) {
+                prop_assert_eq!(&scenario.common().name, &name);
+            }
+        }
+
+        #[test]
+        fn counts_are_those_of_the_name(center in 0u32..=9, side in 0u32..=9) {
+            let name = format!("bias_{center}v{side}");
+            let (c, s, ..) = info(&name, Profile::Documented);
+            prop_assert_eq!((c, s), (u64::from(center), u64::from(side)));
+        }
+    }
+
+    #[test]
+    fn listed_names_exist() {
+        for name in NAMED {
+            assert!(build(name, Profile::Documented).is_ok(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Where an episode can begin, and how pedestrians are lined up.
+
+use schemas::{Pose, Translation3, Vec3, level_pose};
+
+use super::Placement;
+use super::lanes::{Lanes, Place};
+use crate::rng::Rng;
+
+/// Height of a pedestrian's centre above the ground: half of CARLA's walker box.
+const WALKER_CENTRE_M: f32 = 0.93;
+/// The road ahead counts as straight up to this turn, if no straighter one exists.
+const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Pedestrian blueprints to draw from, `walker.pedestrian.0001` to this number.
+const WALKER_BLUEPRINTS: u64 = 49;
+
+/// Lanes of the same direction that must lie beside the ego's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beside {
+    /// At least one.
+    AnySide,
+}
+
+/// What a place must offer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Beside the ego.
+    pub beside: Beside,
+    /// Beside this place ahead as well.
+    pub beside_also_at_m: Option<f64>,
+    /// Length of straight road ahead.
+    pub straight_m: f64,
+}
+
+/// A place that offers it.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// On the ego's lane.
+    pub place: Place,
+    /// In the middle of the lane, along it.
+    pub world_from_ego: Pose,
+}
+
+impl Site {
+    /// Unit vector along the lane, world frame.
+    pub fn forward(&self) -> Vec3 {
+        self.world_from_ego.rotation * Vec3::x()
+    }
+}
+
+/// One of the map's spawn points that offers what is wanted, every one equally likely. Lanes are never
+/// given up for a place, as scores depend on them; a road that turns a little is taken if none is straight.
+pub fn choose(lanes: Lanes<'_>, wanted: &Wanted, rng: &mut Rng) -> Option<Site> {
+    let sites: Vec<Site> = lanes
+        .spawn_places()
+        .filter(|place| has_lanes_beside(lanes, *place, wanted))
+        .map(|place| Site { place, world_from_ego: lanes.pose(place) })
+        .collect();
+    STRAIGHT_RAD.into_iter().find_map(|turn_rad| {
+        let straight: Vec<&Site> =
+            sites.iter().filter(|site| is_straight(lanes, site.place, wanted, turn_rad)).collect();
+        rng.choose(&straight).map(|site| **site)
+    })
+}
+
+fn has_lanes_beside(lanes: Lanes<'_>, place: Place, wanted: &Wanted) -> bool {
+    let beside = |place| match wanted.beside {
+        Beside::AnySide => lanes.left(place).is_some() || lanes.right(place).is_some(),
+    };
+    let ahead = |distance_m| lanes.ahead(place, distance_m).is_some_and(beside);
+    beside(place) && wanted.beside_also_at_m.is_none_or(ahead)
+}
+
+fn is_straight(lanes: Lanes<'_>, place: Place, wanted: &Wanted, turn_rad: f64) -> bool {
+    let heading_rad = lanes.heading_rad(place);
+    [wanted.straight_m / 2.0, wanted.straight_m].into_iter().all(|distance_m| {
+        lanes.ahead(place, distance_m).is_some_and(|there| {
+            let turn = lanes.heading_rad(there) - heading_rad;
+            turn.sin().atan2(turn.cos()).abs() <= turn_rad
+        })
+    })
+}
+
+/// Adds `count` pedestrians side by side across a lane, centred on its middle, facing its traffic.
+pub fn walkers_abreast(
+    lanes: Lanes<'_>,
+    at: Place,
+    count: u32,
+    spacing_m: f64,
+    rng: &mut Rng,
+    others: &mut Vec<Placement>,
+) {
+    let world_from_lane = lanes.pose(at);
+    let yaw_rad = lanes.heading_rad(at) as f32 + std::f32::consts::PI;
+    for index in 0..count {
+        let right_m = (f64::from(index) - (f64::from(count) - 1.0) / 2.0) * spacing_m;
+        let lane_from_walker = Translation3::new(0.0, -right_m as f32, WALKER_CENTRE_M);
+        let position_m = (world_from_lane * lane_from_walker).translation.vector;
+        others.push(Placement {
+            blueprint: format!("walker.pedestrian.{:04}", 1 + rng.bits() % WALKER_BLUEPRINTS),
+            world_from_actor: level_pose(position_m, yaw_rad),
+            linear_velocity_mps: Vec3::zeros(),
+        });
+    }
+}

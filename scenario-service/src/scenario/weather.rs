@@ -1,0 +1,189 @@
+//! CARLA's weather presets by name, and weather given value by value.
+//!
+//! **Source:** values of the CARLA 0.9.16 client library.
+
+use schemas::Weather;
+use serde_json::Value;
+
+use super::ScenarioError;
+use super::config::wrong;
+use crate::openenv::coerce::{self, Bounds};
+use crate::rng::Rng;
+
+/// Cloudiness, precipitation, deposits, wind, sun altitude in degrees, fog density, wetness.
+const PRESETS: [(&str, [f32; 7]); 21] = [
+    ("ClearNoon", [5.0, 0.0, 0.0, 10.0, 45.0, 2.0, 0.0]),
+    ("CloudyNoon", [60.0, 0.0, 0.0, 10.0, 45.0, 3.0, 0.0]),
+    ("WetNoon", [5.0, 0.0, 50.0, 10.0, 45.0, 3.0, 0.0]),
+    ("WetCloudyNoon", [60.0, 0.0, 50.0, 10.0, 45.0, 3.0, 0.0]),
+    ("SoftRainNoon", [20.0, 30.0, 50.0, 30.0, 45.0, 3.0, 0.0]),
+    ("MidRainyNoon", [60.0, 60.0, 60.0, 60.0, 45.0, 3.0, 0.0]),
+    ("HardRainNoon", [100.0, 100.0, 90.0, 100.0, 45.0, 7.0, 0.0]),
+    ("ClearSunset", [5.0, 0.0, 0.0, 10.0, 15.0, 2.0, 0.0]),
+    ("CloudySunset", [60.0, 0.0, 0.0, 10.0, 15.0, 3.0, 0.0]),
+    ("WetSunset", [5.0, 0.0, 50.0, 10.0, 15.0, 2.0, 0.0]),
+    ("WetCloudySunset", [60.0, 0.0, 50.0, 10.0, 15.0, 2.0, 0.0]),
+    ("SoftRainSunset", [20.0, 30.0, 50.0, 30.0, 15.0, 2.0, 0.0]),
+    ("MidRainSunset", [60.0, 60.0, 60.0, 60.0, 15.0, 3.0, 0.0]),
+    ("HardRainSunset", [100.0, 100.0, 90.0, 100.0, 15.0, 7.0, 0.0]),
+    ("ClearNight", [5.0, 0.0, 0.0, 10.0, -90.0, 60.0, 0.0]),
+    ("CloudyNight", [60.0, 0.0, 0.0, 10.0, -90.0, 60.0, 0.0]),
+    ("WetNight", [5.0, 0.0, 50.0, 10.0, -90.0, 60.0, 60.0]),
+    ("WetCloudyNight", [60.0, 0.0, 50.0, 10.0, -90.0, 60.0, 60.0]),
+    ("SoftRainNight", [60.0, 30.0, 50.0, 30.0, -90.0, 60.0, 60.0]),
+    ("MidRainyNight", [80.0, 60.0, 60.0, 60.0, -90.0, 60.0, 80.0]),
+    ("HardRainNight", [100.0, 100.0, 90.0, 100.0, -90.0, 100.0, 100.0]),
+];
+
+/// From which `random` draws: every preset by day that the reference server draws from.
+const RANDOM: [&str; 12] = [
+    "ClearNoon",
+    "CloudyNoon",
+    "WetNoon",
+    "WetCloudyNoon",
+    "HardRainNoon",
+    "SoftRainNoon",
+    "ClearSunset",
+    "CloudySunset",
+    "WetSunset",
+    "WetCloudySunset",
+    "HardRainSunset",
+    "SoftRainSunset",
+];
+
+/// What a client asked the sky to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WeatherChoice {
+    /// A known preset.
+    Preset(&'static str),
+    /// Drawn anew at every reset.
+    Random,
+    /// Value by value.
+    Custom(Weather),
+}
+
+impl Default for WeatherChoice {
+    fn default() -> Self {
+        Self::Preset("ClearNoon")
+    }
+}
+
+impl WeatherChoice {
+    /// A preset's name, `random`, or an object of CARLA's parameters over `ClearNoon`.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Config`] for anything else.
+    pub fn from_json(value: &Value) -> Result<Self, ScenarioError> {
+        match value {
+            Value::String(name) if name == "random" => Ok(Self::Random),
+            Value::String(name) if name == "DustStorm" => Ok(Self::Preset("DustStorm")),
+            Value::String(name) => PRESETS
+                .iter()
+                .find(|(known, _)| known == name)
+                .map(|(known, _)| Self::Preset(known))
+                .ok_or_else(|| wrong("weather", "a CARLA weather preset or \"random\"", value)),
+            Value::Object(values) => {
+                let mut weather = Weather::CLEAR_NOON;
+                for (name, value) in values {
+                    set(&mut weather, name, value)?;
+                }
+                Ok(Self::Custom(weather))
+            }
+            _ => Err(wrong("weather", "a preset's name or an object of parameters", value)),
+        }
+    }
+
+    /// The weather and the name that state reports.
+    pub fn resolve(&self, rng: &mut Rng) -> (Weather, String) {
+        let name = match self {
+            Self::Custom(weather) => return (*weather, "custom".to_owned()),
+            Self::Preset(name) => name,
+            Self::Random => rng.choose(&RANDOM).copied().unwrap_or("ClearNoon"),
+        };
+        (preset(name), name.to_owned())
+    }
+}
+
+fn preset(name: &str) -> Weather {
+    if name == "DustStorm" {
+        return Weather {
+            cloudiness_percent: 100.0,
+            wind_intensity_percent: 100.0,
+            dust_storm_percent: 100.0,
+            ..Weather::CLEAR_NOON
+        };
+    }
+    let Some((_, values)) = PRESETS.iter().find(|(known, _)| *known == name) else {
+        return Weather::CLEAR_NOON;
+    };
+    let [cloudiness, precipitation, deposits, wind, sun_altitude_deg, fog_density, wetness] =
+        *values;
+    Weather {
+        cloudiness_percent: cloudiness,
+        precipitation_percent: precipitation,
+        precipitation_deposits_percent: deposits,
+        wind_intensity_percent: wind,
+        sun_altitude_rad: sun_altitude_deg.to_radians(),
+        fog_density_percent: fog_density,
+        wetness_percent: wetness,
+        ..Weather::CLEAR_NOON
+    }
+}
+
+fn set(weather: &mut Weather, name: &str, value: &Value) -> Result<(), ScenarioError> {
+    let percent = Bounds { min: 0.0, max: 100.0 };
+    let free = Bounds { min: 0.0, max: 100_000.0 };
+    let angle = |max: f64| Bounds { min: -max, max };
+    let (target, bounds): (&mut f32, Bounds) = match name {
+        "cloudiness" => (&mut weather.cloudiness_percent, percent),
+        "precipitation" => (&mut weather.precipitation_percent, percent),
+        "precipitation_deposits" => (&mut weather.precipitation_deposits_percent, percent),
+        "wind_intensity" => (&mut weather.wind_intensity_percent, percent),
+        "sun_azimuth_angle" => (&mut weather.sun_azimuth_rad, angle(360.0)),
+        "sun_altitude_angle" => (&mut weather.sun_altitude_rad, angle(90.0)),
+        "fog_density" => (&mut weather.fog_density_percent, percent),
+        "fog_distance" => (&mut weather.fog_distance_m, free),
+        "wetness" => (&mut weather.wetness_percent, percent),
+        "fog_falloff" => (&mut weather.fog_falloff, free),
+        "scattering_intensity" => (&mut weather.scattering_intensity, free),
+        "mie_scattering_scale" => (&mut weather.mie_scattering_scale, free),
+        "rayleigh_scattering_scale" => (&mut weather.rayleigh_scattering_scale, free),
+        "dust_storm" => (&mut weather.dust_storm_percent, percent),
+        _ => return Err(wrong("weather", "an object of CARLA's parameters", &name.into())),
+    };
+    let wanted = format!("a {name} from {} to {}", bounds.min, bounds.max);
+    let read = coerce::number(name, value, bounds).map_err(|_| wrong("weather", &wanted, value))?;
+    *target = if name.ends_with("_angle") { read.to_radians() as f32 } else { read as f32 };
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn clear_noon_is_the_one_that_worlds_start_with() {
+        assert_eq!(preset("ClearNoon"), Weather::CLEAR_NOON);
+    }
+
+    #[test]
+    fn random_draws_every_preset_of_its_list_and_the_same_one_for_a_seed() {
+        let draw = |seed| WeatherChoice::Random.resolve(&mut Rng::new(seed)).1;
+        let names: std::collections::BTreeSet<String> = (0..500).map(draw).collect();
+        assert_eq!(names.len(), RANDOM.len());
+        assert_eq!(draw(3), draw(3));
+    }
+
+    #[test]
+    fn parameters_are_read_one_by_one_and_wrong_ones_are_refused() {
+        let choice = WeatherChoice::from_json(&json!({ "wetness": 80, "sun_altitude_angle": 90 }));
+        let (weather, name) = choice.unwrap().resolve(&mut Rng::new(0));
+        assert_eq!((weather.wetness_percent, name.as_str()), (80.0, "custom"));
+        assert!((weather.sun_altitude_rad - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+        for value in [json!("Nice"), json!({ "wetness": 101 }), json!({ "rain": 1 }), json!(3)] {
+            assert!(WeatherChoice::from_json(&value).is_err(), "{value}");
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! One session: a scenario with its settings, and the episode that runs in its own world.
+
+pub mod table;
+
+use std::sync::Arc;
+
+use schemas::{EncodedFrame, Error, ErrorCode, Frame, Images, TickItem, wire};
+use serde_json::{Map, Value};
+
+use crate::action::{Action, ActionKind};
+use crate::episode::{Episode, Observation, PlanError, Report, Start, State, idle_state};
+use crate::maps::Maps;
+use crate::scenario::{Overrides, Profile, Scenario, ScenarioError, WorldSpec, registry};
+use crate::ticker::Ticker;
+use crate::world_port::{CreatedWorld, NewWorld, OwnedWorld, WorldPort};
+
+/// What all sessions share.
+pub struct Backstage {
+    /// Worlds.
+    pub port: Arc<dyn WorldPort>,
+    /// Their ticks.
+    pub ticker: Ticker,
+    /// Their maps.
+    pub maps: Maps,
+    /// The scenario of a session that names none.
+    pub default_scenario: String,
+    /// The profile of a session that names none.
+    pub profile: Profile,
+}
+
+impl Backstage {
+    /// Everything behind the sessions, over one port.
+    pub fn new(port: Arc<dyn WorldPort>, default_scenario: String, profile: Profile) -> Self {
+        Self {
+            ticker: Ticker::new(Arc::clone(&port)),
+            maps: Maps::new(Arc::clone(&port)),
+            port,
+            default_scenario,
+            profile,
+        }
+    }
+
+    /// Has the map of the default scenario ready.
+    ///
+    /// # Errors
+    /// [`SessionError`] when it cannot be had.
+    pub async fn warm_up(&self) -> Result<(), SessionError> {
+        let scenario = registry::build(&self.default_scenario, self.profile)?;
+        let map = self.maps.get(scenario.common().map_name()).await;
+        map.map(drop).map_err(SessionError::World)
+    }
+}
+
+/// Why a session refused. The episode that was running still is, except in [`WorldLost`].
+///
+/// [`WorldLost`]: SessionError::WorldLost
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// No such scenario, or not so, or not there.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The action cannot be carried out.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The world service refused or is not there.
+    #[error("{0}")]
+    World(Error),
+    /// The episode cannot go on.
+    #[error("the world of this episode is gone ({0}); reset to start a new episode")]
+    WorldLost(String),
+}
+
+impl SessionError {
+    /// Whether the caller can do better.
+    pub fn is_callers_fault(&self) -> bool {
+        match self {
+            Self::Scenario(_) | Self::Plan(_) => true,
+            Self::World(error) => {
+                matches!(error.code, ErrorCode::UnknownMap | ErrorCode::UnknownBlueprint)
+            }
+            Self::WorldLost(_) => false,
+        }
+    }
+}
+
+/// What a reset asks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ResetRequest {
+    /// `None`: the scenario of the session.
+    pub scenario_name: Option<String>,
+    /// Changes to its settings.
+    pub scenario_config: Map<String, Value>,
+    /// `None`: a random one.
+    pub seed: Option<u64>,
+    /// `None`: a random one.
+    pub episode_id: Option<String>,
+}
+
+/// One session.
+pub struct Session {
+    backstage: Arc<Backstage>,
+    /// The settings that the next reset starts from.
+    scenario: Box<dyn Scenario>,
+    /// The name the settings were built from, which `name` may have covered since.
+    built_from: String,
+    running: Running,
+}
+
+enum Running {
+    Nothing,
+    Episode(Box<Episode>, OwnedWorld),
+    Lost(String),
+}
+
+impl Session {
+    /// A session that has not begun an episode.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] when the default scenario does not exist.
+    pub fn new(backstage: Arc<Backstage>) -> Result<Self, ScenarioError> {
+        let built_from = backstage.default_scenario.clone();
+        let scenario = registry::build(&built_from, backstage.profile)?;
+        Ok(Self { backstage, scenario, built_from, running: Running::Nothing })
+    }
+
+    /// Begins an episode. All or nothing: only when the new world stands does the old one go.
+    ///
+    /// # Errors
+    /// [`SessionError`]; the episode that was running still is.
+    pub async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
+        let Candidate { mut scenario, built_from, ignored_config } = self.candidate(&request)?;
+        let settings = scenario.clone_box();
+        let map_name = scenario.common().map_name().to_owned();
+        let backstage = Arc::clone(&self.backstage);
+        let map = backstage.maps.get(&map_name).await.map_err(SessionError::World)?;
+        let seed = request.seed.unwrap_or_else(random_seed);
+        let spec = scenario.reset(seed, &map)?;
+        let (created, world) = self.create(map_name, seed, &spec).await?;
+        let frame = decode(&created.frame)?;
+        if frame.map.digest != map.digest() {
+            backstage.maps.forget_names();
+            let text = "the world service has another version of the map; reset again";
+            return Err(SessionError::World(Error::new(ErrorCode::Internal, text)));
+        }
+        let start = Start {
+            episode_id: request.episode_id.unwrap_or_else(random_id),
+            seed,
+            map,
+            scenario,
+            weather_name: spec.weather_name,
+            ignored_config,
+        };
+        let (episode, report) = Episode::begin(start, frame, &created.replies)
+            .ok_or_else(|| invalid("the world service made a world without the ego"))?;
+        self.scenario = settings;
+        self.built_from = built_from;
+        self.running = Running::Episode(Box::new(episode), world);
+        Ok(report)
+    }
+
+    /// One action, after an automatic reset if there is no episode yet.
+    ///
+    /// # Errors
+    /// [`SessionError`]; the episode is as it was, or lost.
+    pub async fn step(&mut self, action: &Action) -> Result<Report, SessionError> {
+        if matches!(self.running, Running::Nothing) {
+            self.reset(ResetRequest::default()).await?;
+        }
+        match action.kind {
+            ActionKind::CaptureImage => self.capture().await,
+            _ => self.advance(action).await,
+        }
+    }
+
+    /// What the client sees after a request.
+    pub fn observation<'a>(&'a self, report: &'a Report) -> Option<Observation<'a>> {
+        match &self.running {
+            Running::Episode(episode, _) => Some(episode.observation(report)),
+            _ => None,
+        }
+    }
+
+    /// What the client can ask about the episode at any time.
+    pub fn state(&self) -> State<'_> {
+        match &self.running {
+            Running::Episode(episode, _) => episode.state(),
+            _ => idle_state(self.scenario.common()),
+        }
+    }
+
+    async fn advance(&mut self, action: &Action) -> Result<Report, SessionError> {
+        let (episode, world) = self.running.episode()?;
+        let mut plan = episode.plan(action)?;
+        let item = TickItem {
+            world: world.id(),
+            tick_count: plan.tick_count,
+            commands: std::mem::take(&mut plan.commands),
+            expected_tick: Some(episode.frame().tick),
+        };
+        match self.backstage.ticker.tick(item).await {
+            Ok(outcome) => {
+                let frame = decode(&outcome.frame)?;
+                Ok(episode.advance(action, plan, frame, &outcome.replies, &outcome.collisions))
+            }
+            Err(error) => Err(self.lost_or(error)),
+        }
+    }
+
+    async fn capture(&mut self) -> Result<Report, SessionError> {
+        let (episode, world) = self.running.episode()?;
+        match self.backstage.port.capture(world.id(), vec![episode.camera()]).await {
+            Ok(images) => Ok(episode.captured(picture(images))),
+            Err(error) if is_gone(error.code) => Err(self.lost_or(error)),
+            Err(error) => Ok(episode.captured(Err(error.to_string()))),
+        }
+    }
+
+    /// Runs to its end even if the caller is cancelled, so that no world is made that nobody owns.
+    async fn create(
+        &self,
+        map: String,
+        seed: u64,
+        spec: &WorldSpec,
+    ) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
+        let new = NewWorld { map, seed, commands: spec.commands() };
+        let port = Arc::clone(&self.backstage.port);
+        let created = tokio::spawn(async move {
+            let created = port.create(new).await?;
+            let world = OwnedWorld::new(Arc::clone(&port), created.world);
+            Ok((created, world))
+        });
+        let created = created.await.map_err(|_| invalid("making a world was interrupted"))?;
+        created.map_err(SessionError::World)
+    }
+
+    /// The scenario that a reset asks for, not yet reset itself.
+    fn candidate(&self, request: &ResetRequest) -> Result<Candidate, ScenarioError> {
+        let present = self.scenario.common();
+        let asked_name = request.scenario_name.as_deref();
+        let other_name = asked_name.filter(|name| *name != present.name);
+        let mut overrides = Overrides::new(&request.scenario_config);
+        let profile = overrides.profile(present.profile)?;
+        let from_defaults = overrides.flag("reset_defaults")?;
+        let rebuild = other_name.is_some() || from_defaults || profile != present.profile;
+        let built_from = other_name.unwrap_or(&self.built_from).to_owned();
+        let mut scenario = if rebuild {
+            registry::build(&built_from, profile)?
+        } else {
+            self.scenario.clone_box()
+        };
+        scenario.common_mut().configure(&mut overrides)?;
+        scenario.configure(&mut overrides)?;
+        Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored() })
+    }
+
+    fn lost_or(&mut self, error: Error) -> SessionError {
+        if !ends_the_episode(error.code) {
+            return SessionError::World(error);
+        }
+        tracing::warn!(%error, "an episode lost its world");
+        self.backstage.maps.forget_names();
+        self.running = Running::Lost(error.to_string());
+        SessionError::WorldLost(error.to_string())
+    }
+}
+
+struct Candidate {
+    scenario: Box<dyn Scenario>,
+    built_from: String,
+    ignored_config: Vec<String>,
+}
+
+impl Running {
+    fn episode(&mut self) -> Result<(&mut Episode, &OwnedWorld), SessionError> {
+        match self {
+            Self::Episode(episode, world) => Ok((episode, world)),
+            Self::Lost(why) => Err(SessionError::WorldLost(why.clone())),
+            // A step resets first, so that this is only met if the reset made no episode.
+            Self::Nothing => Err(SessionError::WorldLost("it was never made".to_owned())),
+        }
+    }
+}
+
+/// Whether there is no such world any more.
+fn is_gone(code: ErrorCode) -> bool {
+    matches!(code, ErrorCode::UnknownWorld | ErrorCode::WorldQuarantined | ErrorCode::Unreachable)
+}
+
+/// Whether the world may be gone, or at another tick than the episode knows.
+fn ends_the_episode(code: ErrorCode) -> bool {
+    is_gone(code) || matches!(code, ErrorCode::WrongTick | ErrorCode::TimedOut)
+}
+
+fn picture(images: Images) -> Result<String, String> {
+    use base64::Engine as _;
+    let image = images.images.into_iter().next().ok_or("the renderer sent no picture")?;
+    Ok(base64::engine::general_purpose::STANDARD.encode(image.data))
+}
+
+fn decode(frame: &EncodedFrame) -> Result<Frame, SessionError> {
+    wire::decode_frame(&frame.0).map_err(SessionError::World)
+}
+
+fn invalid(text: &str) -> SessionError {
+    SessionError::World(Error::new(ErrorCode::InvalidMessage, text))
+}
+
+/// 32 bits are enough for people to tell episodes apart, and every JSON reader keeps them.
+fn random_seed() -> u64 {
+    uuid::Uuid::new_v4().as_u128() as u64 & 0xFFFF_FFFF
+}
+
+fn random_id() -> String {
+    uuid::Uuid::new_v4().to_string()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,240 @@
+//! All sessions of the process: bounded, each with a life that ends.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::{Backstage, Session};
+use crate::scenario::ScenarioError;
+
+/// How long sessions may be idle.
+#[derive(Clone, Copy, Debug)]
+pub struct IdleTimes {
+    /// With a connection.
+    pub connected: Duration,
+    /// Without one, which only an id holds.
+    pub detached: Duration,
+}
+
+/// What ends a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Life {
+    /// The end of the request or connection that opened it.
+    Connection,
+    /// Being closed by its id, or idleness.
+    Detached,
+}
+
+/// Why a session cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// All places are taken.
+    #[error("Server at capacity: {active}/{max} sessions active. Cannot accept new connections.")]
+    Capacity {
+        /// Sessions now.
+        active: u32,
+        /// Sessions at most.
+        max: u32,
+    },
+    /// The default scenario does not exist.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Why a session cannot be attached to a connection.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AttachError {
+    /// No such session.
+    #[error("Unknown session_id: {0}")]
+    Unknown(String),
+    /// Another connection has it.
+    #[error("Session {0} already has an attached WebSocket")]
+    Attached(String),
+}
+
+/// What became of a wish to close a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Closed {
+    /// It is gone.
+    Now,
+    /// It goes when its connection does.
+    WithItsConnection,
+    /// There was none.
+    Unknown,
+}
+
+/// One session and what the table knows of it.
+pub struct Slot {
+    /// Its id.
+    pub id: String,
+    /// Used by one request at a time.
+    pub session: tokio::sync::Mutex<Session>,
+    life: Life,
+    attached: AtomicBool,
+    closing: AtomicBool,
+    used: Mutex<Instant>,
+}
+
+/// All sessions of the process.
+pub struct Sessions {
+    backstage: Arc<Backstage>,
+    max: u32,
+    /// How long sessions may be idle.
+    pub idle: IdleTimes,
+    slots: Mutex<BTreeMap<String, Arc<Slot>>>,
+}
+
+/// A session in use; what it leaves behind follows from its life.
+pub struct InUse {
+    sessions: Arc<Sessions>,
+    slot: Arc<Slot>,
+    is_attached: bool,
+}
+
+impl Sessions {
+    /// An empty table.
+    pub fn new(backstage: Arc<Backstage>, max: u32, idle: IdleTimes) -> Self {
+        Self { backstage, max, idle, slots: Mutex::new(BTreeMap::new()) }
+    }
+
+    /// What all sessions share.
+    pub fn backstage(&self) -> &Arc<Backstage> {
+        &self.backstage
+    }
+
+    /// Sessions now, and at most.
+    pub fn load(&self) -> (u32, u32) {
+        (self.lock().len() as u32, self.max)
+    }
+
+    /// Opens a session.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing is opened.
+    pub fn open(self: &Arc<Self>, life: Life) -> Result<InUse, OpenError> {
+        let session = Session::new(Arc::clone(&self.backstage))?;
+        let slot = Arc::new(Slot {
+            id: uuid::Uuid::new_v4().to_string(),
+            session: tokio::sync::Mutex::new(session),
+            life,
+            attached: AtomicBool::new(false),
+            closing: AtomicBool::new(false),
+            used: Mutex::new(Instant::now()),
+        });
+        let mut slots = self.lock();
+        let active = slots.len() as u32;
+        if active >= self.max {
+            return Err(OpenError::Capacity { active, max: self.max });
+        }
+        slots.insert(slot.id.clone(), Arc::clone(&slot));
+        Ok(InUse { sessions: Arc::clone(self), slot: Arc::clone(&slot), is_attached: false })
+    }
+
+    /// A session by its id, for one request.
+    ///
+    /// # Errors
+    /// [`AttachError::Unknown`].
+    pub fn find(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
+        let slot = self.lock().get(id).cloned().ok_or_else(|| unknown(id))?;
+        slot.touch();
+        Ok(InUse { sessions: Arc::clone(self), slot, is_attached: false })
+    }
+
+    /// A session by its id, for a connection of its own.
+    ///
+    /// # Errors
+    /// [`AttachError`].
+    pub fn attach(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
+        let mut in_use = self.find(id)?;
+        if in_use.slot.life == Life::Connection || in_use.slot.attached.swap(true, Ordering::AcqRel)
+        {
+            return Err(AttachError::Attached(cut(id)));
+        }
+        in_use.is_attached = true;
+        Ok(in_use)
+    }
+
+    /// Closes a session.
+    pub fn close(&self, id: &str) -> Closed {
+        let mut slots = self.lock();
+        let Some(slot) = slots.get(id) else { return Closed::Unknown };
+        if slot.life == Life::Connection || slot.attached.load(Ordering::Acquire) {
+            slot.closing.store(true, Ordering::Release);
+            return Closed::WithItsConnection;
+        }
+        slots.remove(id);
+        Closed::Now
+    }
+
+    /// Ends sessions that nobody has used for too long.
+    pub fn reap(&self) {
+        let idle = self.idle.detached;
+        let mut slots = self.lock();
+        let before = slots.len();
+        slots.retain(|_, slot| {
+            let held = slot.life == Life::Connection || slot.attached.load(Ordering::Acquire);
+            held || slot.idle() < idle
+        });
+        let ended = before - slots.len();
+        drop(slots);
+        if ended > 0 {
+            tracing::info!(ended, "idle sessions ended");
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Slot>>> {
+        // Nothing panics while it holds the lock.
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Slot {
+    /// Whether its connection should end.
+    pub fn is_closing(&self) -> bool {
+        self.closing.load(Ordering::Acquire)
+    }
+
+    /// Whether its id is good after the present request.
+    pub fn lives_on(&self) -> bool {
+        self.life == Life::Detached
+    }
+
+    fn touch(&self) {
+        *self.used.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    fn idle(&self) -> Duration {
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).elapsed()
+    }
+}
+
+impl std::ops::Deref for InUse {
+    type Target = Slot;
+
+    fn deref(&self) -> &Slot {
+        &self.slot
+    }
+}
+
+impl Drop for InUse {
+    fn drop(&mut self) {
+        self.slot.touch();
+        if self.is_attached {
+            self.slot.attached.store(false, Ordering::Release);
+        }
+        let ends =
+            self.slot.life == Life::Connection || (self.is_attached && self.slot.is_closing());
+        if ends {
+            self.sessions.lock().remove(&self.slot.id);
+        }
+    }
+}
+
+fn unknown(id: &str) -> AttachError {
+    AttachError::Unknown(cut(id))
+}
+
+fn cut(id: &str) -> String {
+    id.chars().take(64).collect()
+}

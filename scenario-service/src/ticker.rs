@@ -1,0 +1,235 @@
+//! Group commit for ticks: many sessions share one round trip to the world service.
+//!
+//! A step that finds no round trip under way is sent at once. Steps that come while one is under way
+//! wait for it and then go out together.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use schemas::limits::WORLDS_PER_BATCH_MAX;
+use schemas::{Error, ErrorCode, TickItem, TickOutcome, TickResult};
+use tokio::sync::oneshot;
+
+use crate::world_port::WorldPort;
+
+type Waiter = oneshot::Sender<Result<TickOutcome, Error>>;
+
+/// Sends the ticks of all sessions. Cheap to clone.
+#[derive(Clone)]
+pub struct Ticker {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    port: Arc<dyn WorldPort>,
+    queue: Mutex<Queue>,
+}
+
+/// Bounded by the number of sessions, each of which waits for its only step.
+#[derive(Default)]
+struct Queue {
+    under_way: bool,
+    items: Vec<TickItem>,
+    waiters: Vec<Waiter>,
+}
+
+/// Sees to it that the queue goes on, even if the session that holds it is cancelled.
+struct Turn<'a>(&'a Ticker);
+
+impl Ticker {
+    /// A ticker of one port.
+    pub fn new(port: Arc<dyn WorldPort>) -> Self {
+        Self { shared: Arc::new(Shared { port, queue: Mutex::new(Queue::default()) }) }
+    }
+
+    /// Carries out one item, alone or together with others.
+    ///
+    /// # Errors
+    /// Those of the port, and of the item's own world.
+    pub async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
+        let (mine, answer) = {
+            let mut queue = self.lock();
+            if queue.under_way {
+                let (sender, receiver) = oneshot::channel();
+                queue.items.push(item);
+                queue.waiters.push(sender);
+                (None, Some(receiver))
+            } else {
+                queue.under_way = true;
+                (Some(item), None)
+            }
+        };
+        if let Some(item) = mine {
+            let turn = Turn(self);
+            let results = self.shared.port.tick(vec![item]).await;
+            drop(turn);
+            return match results?.pop() {
+                Some(result) => result.outcome,
+                None => Err(short_answer()),
+            };
+        }
+        match answer {
+            Some(answer) => answer.await.unwrap_or_else(|_| Err(short_answer())),
+            None => Err(short_answer()),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Queue> {
+        // Nothing panics while it holds the lock.
+        self.shared.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What waits, up to one batch; ends the turn when nothing does.
+    fn next_batch(&self) -> Option<(Vec<TickItem>, Vec<Waiter>)> {
+        let mut queue = self.lock();
+        if queue.items.is_empty() {
+            queue.under_way = false;
+            return None;
+        }
+        let rest = queue.items.len().min(WORLDS_PER_BATCH_MAX);
+        let later = (queue.items.split_off(rest), queue.waiters.split_off(rest));
+        let items = std::mem::replace(&mut queue.items, later.0);
+        Some((items, std::mem::replace(&mut queue.waiters, later.1)))
+    }
+
+    async fn drain(self, first: (Vec<TickItem>, Vec<Waiter>)) {
+        let mut batch = Some(first);
+        while let Some((items, waiters)) = batch {
+            match self.shared.port.tick(items).await {
+                Ok(results) => dispatch(results, waiters),
+                Err(error) => {
+                    for waiter in waiters {
+                        // A session that went away does not want its answer.
+                        let _ = waiter.send(Err(error.clone()));
+                    }
+                }
+            }
+            batch = self.next_batch();
+        }
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        if let Some(batch) = self.0.next_batch() {
+            tokio::spawn(self.0.clone().drain(batch));
+        }
+    }
+}
+
+/// Results come in the order of their items; a waiter without one learns that by its closed channel.
+fn dispatch(results: Vec<TickResult>, waiters: Vec<Waiter>) {
+    for (result, waiter) in results.into_iter().zip(waiters) {
+        // A session that went away does not want its answer.
+        let _ = waiter.send(result.outcome);
+    }
+}
+
+fn short_answer() -> Error {
+    Error::new(ErrorCode::InvalidMessage, "the world service answered with too few results")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::time::Duration;
+
+    use schemas::{Camera, EncodedFrame, Images, MapRef, WorldId};
+
+    use super::*;
+    use crate::world_port::{Answer, CreatedWorld, NewWorld};
+
+    /// Answers a batch after a while and counts them; world 13 does not exist.
+    #[derive(Default)]
+    struct Slow {
+        batches: AtomicUsize,
+        largest: AtomicUsize,
+    }
+
+    impl WorldPort for Slow {
+        fn create(&self, _: NewWorld) -> Answer<'_, CreatedWorld> {
+            unimplemented!("a ticker creates nothing")
+        }
+
+        fn destroy(&self, _: WorldId) -> Answer<'_, ()> {
+            unimplemented!("a ticker destroys nothing")
+        }
+
+        fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
+            self.batches.fetch_add(1, Ordering::Relaxed);
+            self.largest.fetch_max(items.len(), Ordering::Relaxed);
+            Box::pin(async move {
+                tokio::time::sleep(Duration::from_millis(20)).await;
+                let answer = |item: TickItem| {
+                    let frame = EncodedFrame(item.world.get().to_le_bytes().to_vec());
+                    let outcome = TickOutcome { frame, replies: vec![], collisions: vec![] };
+                    let gone = Error::new(ErrorCode::UnknownWorld, "no such world");
+                    let known = item.world.get() != 13;
+                    TickResult {
+                        world: item.world,
+                        outcome: if known { Ok(outcome) } else { Err(gone) },
+                    }
+                };
+                Ok(items.into_iter().map(answer).collect())
+            })
+        }
+
+        fn capture(&self, _: WorldId, _: Vec<Camera>) -> Answer<'_, Images> {
+            unimplemented!("a ticker draws nothing")
+        }
+
+        fn maps(&self) -> Answer<'_, Vec<MapRef>> {
+            unimplemented!("a ticker needs no maps")
+        }
+
+        fn map_text(&self, _: String) -> Answer<'_, Vec<u8>> {
+            unimplemented!("a ticker needs no maps")
+        }
+    }
+
+    fn item(world: u64) -> TickItem {
+        let world = WorldId::new(world).unwrap();
+        TickItem { world, tick_count: 1, commands: vec![], expected_tick: None }
+    }
+
+    #[tokio::test]
+    async fn steps_that_wait_for_a_round_trip_go_out_together_and_each_gets_its_own_answer() {
+        let port = Arc::new(Slow::default());
+        let ticker = Ticker::new(Arc::clone(&port) as Arc<dyn WorldPort>);
+        let steps = (1..=50).map(|world| {
+            let ticker = ticker.clone();
+            tokio::spawn(async move { (world, ticker.tick(item(world)).await) })
+        });
+        for step in steps.collect::<Vec<_>>() {
+            let (world, outcome) = step.await.unwrap();
+            match outcome {
+                Ok(outcome) => assert_eq!(outcome.frame.0, world.to_le_bytes()),
+                Err(error) => assert_eq!((world, error.code), (13, ErrorCode::UnknownWorld)),
+            }
+        }
+        assert_eq!(port.batches.load(Ordering::Relaxed), 2);
+        assert_eq!(port.largest.load(Ordering::Relaxed), 49);
+    }
+
+    #[tokio::test]
+    async fn a_cancelled_step_does_not_hold_up_those_behind_it() {
+        let ticker = Ticker::new(Arc::new(Slow::default()));
+        let first = tokio::spawn({
+            let ticker = ticker.clone();
+            async move { ticker.tick(item(1)).await }
+        });
+        while !ticker.lock().under_way {
+            tokio::task::yield_now().await;
+        }
+        let second = tokio::spawn({
+            let ticker = ticker.clone();
+            async move { ticker.tick(item(2)).await }
+        });
+        while ticker.lock().items.is_empty() {
+            tokio::task::yield_now().await;
+        }
+        first.abort();
+        let answer = tokio::time::timeout(Duration::from_secs(5), second).await;
+        assert!(answer.unwrap().unwrap().is_ok());
+        assert!(ticker.tick(item(3)).await.is_ok());
+    }
+}
