@@ -11,6 +11,8 @@ const SLOPE_MAX: f32 = 0.4;
 /// Peak of the second and first derivative of the quintic from 1 to 0 over a unit length.
 const QUINTIC_BEND: f32 = 5.774;
 const QUINTIC_SLOPE: f32 = 1.875;
+/// How much earlier the curvature is asked for: steering and tyres answer that much later.
+const LEAD_SECS: f32 = 0.12;
 /// Slower than this the manoeuvre is planned as at this speed.
 const SPEED_MPS_MIN: f32 = 1.0;
 
@@ -56,7 +58,9 @@ impl LaneChange {
             *change = None;
             return Reference::default();
         }
-        present.reference(present.travelled_m)
+        let lead_m = present.travelled_m + along_mps.max(0.0) * LEAD_SECS;
+        let bend_per_m = present.reference(lead_m.min(present.length_m)).bend_per_m;
+        Reference { bend_per_m, ..present.reference(present.travelled_m) }
     }
 
     /// The quintic with given offset and slope at the start, zero bend there, and all zero at the end.

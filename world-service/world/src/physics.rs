@@ -82,6 +82,17 @@ pub(crate) struct Response {
     pub inverse_inertia: Matrix3<f32>,
 }
 
+impl Response {
+    /// The body with the velocities it has after an impulse.
+    pub(crate) fn pushed(&self, body: &BodyState, impulse: &Impulse) -> BodyState {
+        BodyState {
+            linear_mps: body.linear_mps + impulse.linear_ns * self.inverse_mass_per_kg,
+            angular_radps: body.angular_radps + self.inverse_inertia * impulse.angular_nms,
+            ..*body
+        }
+    }
+}
+
 impl Clone for Physics {
     fn clone(&self) -> Self {
         Self {
@@ -255,11 +266,16 @@ impl Physics {
         }
     }
 
-    /// Changes the velocities of an awake body.
-    pub(crate) fn apply(&mut self, handle: BodyHandle, impulse: &Impulse) {
+    /// Spreads an impulse on an awake body over the next step.
+    ///
+    /// As a force and not at once: Rapier integrates gravity in parts of the step, and a car whose
+    /// weight is carried at once would report to fall while it stands.
+    pub(crate) fn push(&mut self, handle: BodyHandle, impulse: &Impulse, dt_secs: f32) {
         let body = &mut self.bodies[handle];
-        body.apply_impulse(to_rapier(impulse.linear_ns), false);
-        body.apply_torque_impulse(to_rapier(impulse.angular_nms), false);
+        body.reset_forces(false);
+        body.reset_torques(false);
+        body.add_force(to_rapier(impulse.linear_ns / dt_secs), false);
+        body.add_torque(to_rapier(impulse.angular_nms / dt_secs), false);
     }
 
     pub(crate) fn wake(&mut self, handle: BodyHandle) {

@@ -10,7 +10,7 @@ use crate::fallen;
 use crate::physics::{BodyState, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
-use crate::vehicle::{Chassis, VehicleSpec};
+use crate::vehicle::{Chassis, Impulse, VehicleSpec};
 use crate::world::{State, World};
 
 /// Longest substep: CARLA's default, and short enough for stiff tyres and springs.
@@ -154,6 +154,7 @@ fn push_by_ground(
     dt_secs: f32,
 ) {
     let handle = actor.body;
+    let mut total = Impulse::default();
     if let Some((spec, vehicle)) = actor.vehicle_mut() {
         let chassis = Chassis::new(
             &body.world_from_body,
@@ -161,16 +162,15 @@ fn push_by_ground(
             body.linear_mps,
             body.angular_radps,
         );
-        let impulse = vehicle.state.substep(spec, &chassis, &town.ground, grip, dt_secs);
-        physics.apply(handle, &impulse);
+        total = vehicle.state.substep(spec, &chassis, &town.ground, grip, dt_secs);
     }
     if !rides_on_wheels(actor, &body.world_from_body) {
-        let shape = ground_box(actor);
-        let now = physics.state(handle);
         let response = physics.response(handle);
-        let impulse = fallen::ground_impulse(&now, &response, shape, &town.ground, dt_secs);
-        physics.apply(handle, &impulse);
+        let pushed = response.pushed(body, &total);
+        let shape = ground_box(actor);
+        total += fallen::ground_impulse(&pushed, &response, shape, &town.ground, dt_secs);
     }
+    physics.push(handle, &total, dt_secs);
 }
 
 /// Whether a vehicle stands upright enough that only its wheels can touch the ground.

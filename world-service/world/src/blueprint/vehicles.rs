@@ -20,7 +20,7 @@ pub(super) fn all() -> impl Iterator<Item = Blueprint> {
 }
 
 /// Lincoln MKZ of 2017 with driver: 4.92 × 1.86 × 1.48 m, 1,800 kg, front-wheel drive, six-speed
-/// automatic, 140 kW.
+/// automatic, 160 kW.
 static LINCOLN_MKZ: VehicleSpec = VehicleSpec {
     length_m: 4.92,
     width_m: 1.86,
@@ -37,17 +37,17 @@ static LINCOLN_MKZ: VehicleSpec = VehicleSpec {
     damping_ratio: 0.38,
     anti_roll_n_per_m: 14_000.0,
     steer_rad_max: 0.61,
-    grip: 1.0,
+    grip: 1.04,
     driven: Driven::Front,
     engine: EngineSpec {
         torque_nm: &[
-            (1_000.0, 165.0),
-            (2_000.0, 215.0),
-            (3_000.0, 235.0),
-            (4_000.0, 242.0),
-            (5_000.0, 238.0),
-            (6_000.0, 218.0),
-            (6_500.0, 190.0),
+            (1_000.0, 200.0),
+            (2_000.0, 260.0),
+            (3_000.0, 282.0),
+            (4_000.0, 288.0),
+            (5_000.0, 280.0),
+            (6_000.0, 255.0),
+            (6_500.0, 220.0),
         ],
         idle_rpm: 750.0,
         drag_nm: 22.0,
@@ -83,7 +83,7 @@ static TESLA_MODEL3: VehicleSpec = VehicleSpec {
     damping_ratio: 0.4,
     anti_roll_n_per_m: 15_000.0,
     steer_rad_max: 0.6,
-    grip: 1.02,
+    grip: 1.06,
     driven: Driven::Rear,
     engine: EngineSpec {
         torque_nm: &[
@@ -127,7 +127,7 @@ static AUDI_TT: VehicleSpec = VehicleSpec {
     damping_ratio: 0.42,
     anti_roll_n_per_m: 14_000.0,
     steer_rad_max: 0.6,
-    grip: 1.05,
+    grip: 1.1,
     driven: Driven::All,
     engine: EngineSpec {
         torque_nm: &[

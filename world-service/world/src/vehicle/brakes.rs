@@ -3,8 +3,8 @@
 use super::spec::is_front;
 use super::{VehicleSpec, WheelInput};
 
-/// Share of full pressure that builds up per second: 0.12 s from none to full.
-const BUILD_UP_PER_SEC: f32 = 8.0;
+/// Share of full pressure that builds up per second: 0.16 s from none to full.
+const BUILD_UP_PER_SEC: f32 = 6.25;
 /// Share of full pressure that is released per second.
 const RELEASE_PER_SEC: f32 = 12.0;
 

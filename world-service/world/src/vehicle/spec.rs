@@ -28,7 +28,7 @@ pub(crate) struct VehicleSpec {
     pub anti_roll_n_per_m: f32,
     /// Mean angle of the front wheels at full lock.
     pub steer_rad_max: f32,
-    /// Of the tyres, relative to an ordinary summer tyre.
+    /// Friction of the tyres over that of the surface's nominal coefficient.
     pub grip: f32,
     pub driven: Driven,
     pub engine: EngineSpec,

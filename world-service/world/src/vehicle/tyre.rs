@@ -4,7 +4,8 @@
 //! (Pacejka, *Tyre and Vehicle Dynamics*, 3rd ed., chapters 3 and 7). At speed that is the usual
 //! slip curve with a relaxation length; at rest it is a spring, so a braked vehicle on a slope stands
 //! still instead of creeping. Force over deflection follows the brush model up to the friction limit
-//! and falls to sliding friction beyond it.
+//! and falls to sliding friction beyond it; near standstill it is linear up to the limit instead, so
+//! that a tyre which slid to a stop does not push the vehicle back.
 //!
 //! Spin and deflection are solved together and implicitly: a wheel is so light that at 100 km/h
 //! an explicit step would have to be shorter than a millisecond.
@@ -28,10 +29,10 @@ const SLIDING: f32 = 5.0;
 const SLIDING_SHARE: f32 = 0.9;
 /// Loss of friction when the load doubles.
 const LOAD_SENSITIVITY: f32 = 0.08;
+/// Rolling speed from which the brush model holds entirely.
+const BRUSH_MPS: f32 = 3.0;
 /// Damping of the bristle at rest, as seconds of slip velocity added to the deflection.
 const DAMPING_SECS: f32 = 0.04;
-/// Rolling speed at which that damping has gone.
-const DAMPING_FADE_MPS: f32 = 3.0;
 /// Resistance of rolling over load.
 const ROLLING_RESISTANCE: f32 = 0.011;
 /// Slip at which anti-lock brakes and traction control hold the wheel, near the peak of friction.
@@ -95,6 +96,8 @@ struct Contact {
     forward_keep: f32,
     left_keep: f32,
     damping_secs: f32,
+    /// 0 at a standstill, 1 where the brush model holds.
+    brush: f32,
 }
 
 impl Contact {
@@ -102,6 +105,7 @@ impl Contact {
         let overload = input.load_n / input.nominal_load_n - 1.0;
         let sensitivity = (1.0 - LOAD_SENSITIVITY * overload).clamp(0.7, 1.1);
         let rolling_mps = input.forward_mps.abs().max((spin_radps * input.radius_m).abs());
+        let brush = (rolling_mps / BRUSH_MPS).min(1.0);
         let keep = |relaxation_m: f32| 1.0 / (1.0 + input.dt_secs * rolling_mps / relaxation_m);
         Self {
             forward_n_per_m: LONGITUDINAL_STIFFNESS * input.load_n / LONGITUDINAL_RELAXATION_M,
@@ -109,7 +113,8 @@ impl Contact {
             friction_n: input.friction * sensitivity * input.load_n,
             forward_keep: keep(LONGITUDINAL_RELAXATION_M),
             left_keep: keep(LATERAL_RELAXATION_M),
-            damping_secs: DAMPING_SECS * (1.0 - rolling_mps / DAMPING_FADE_MPS).max(0.0),
+            damping_secs: DAMPING_SECS * (1.0 - brush),
+            brush,
         }
     }
 
@@ -122,7 +127,7 @@ impl Contact {
 
     /// Force at this deflection over the linear one.
     fn softening(&self, tyre: Tyre) -> f32 {
-        softening(self.normalised(tyre))
+        softening(self.normalised(tyre), self.brush)
     }
 
     /// The wheel after the substep, with a force that grows linearly by `softening`.
@@ -165,15 +170,21 @@ impl Contact {
 
     /// Lets a patch that slides keep no more deflection than sliding needs.
     fn slide(&self, tyre: Tyre) -> Tyre {
-        let scale = SLIDING / self.normalised(tyre).max(SLIDING);
+        let sliding = 1.0 + (SLIDING - 1.0) * self.brush;
+        let scale = sliding / self.normalised(tyre).max(sliding);
         Tyre { forward_m: tyre.forward_m * scale, left_m: tyre.left_m * scale }
     }
 }
 
 /// Force over friction limit at a normalised deflection, divided by that deflection.
-fn softening(deflection: f32) -> f32 {
+fn softening(deflection: f32, brush: f32) -> f32 {
+    let linear = 1.0 / deflection.max(1.0);
+    linear + (brush_softening(deflection) - linear) * brush
+}
+
+fn brush_softening(deflection: f32) -> f32 {
     if deflection < PEAK {
-        // Brush model with parabolic pressure.
+        // Parabolic pressure over the patch.
         1.0 - deflection / 3.0 + deflection * deflection / 27.0
     } else {
         let beyond = ((deflection - PEAK) / (SLIDING - PEAK)).min(1.0);
@@ -237,7 +248,7 @@ mod tests {
 
     #[test]
     fn force_is_continuous_and_highest_at_the_peak() {
-        let force = |deflection: f32| deflection * softening(deflection);
+        let force = |deflection: f32| deflection * brush_softening(deflection);
         assert!((force(PEAK - 1.0e-4) - force(PEAK + 1.0e-4)).abs() < 1.0e-4);
         assert!((force(PEAK) - 1.0).abs() < 1.0e-6);
         assert!((force(50.0) - SLIDING_SHARE).abs() < 1.0e-6);

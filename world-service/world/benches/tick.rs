@@ -1,0 +1,65 @@
+//! How long is one tick with N cars, and one with a car and three pedestrians?
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::{car, flat, spawn_at, walker, world_on};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use schemas::{Command, PilotMode, Vec3, level_pose};
+use world::World;
+
+/// The scene of the trolley scenarios, coasting.
+fn car_and_three_walkers() -> World {
+    let mut world = world_on(flat(), 0.05);
+    car(&mut world, 0.0, 11.1);
+    for beside_m in [-0.8, 0.0, 0.8] {
+        walker(&mut world, 25.0, beside_m);
+    }
+    world
+}
+
+/// Cars under way in both lanes, 15 m apart, each kept in its lane by a pilot.
+fn cars(count: u16) -> World {
+    let mut world = world_on(flat(), 0.05);
+    for index in 0..count {
+        let (row, lane) = (f32::from(index / 2), f32::from(index % 2));
+        let pose = level_pose(Vec3::new(15.0 * row - 900.0, -1.75 - 3.5 * lane, 0.2), 0.0);
+        let actor = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 10.0);
+        let mode = PilotMode::KeepLane;
+        world.apply(&Command::SetPilot { actor, mode, target_speed_mps: Some(10.0) }).unwrap();
+    }
+    world
+}
+
+/// Every sample starts from the same state: cars that drove on for minutes would leave the road.
+fn tick_from(criterion: &mut Criterion, id: BenchmarkId, start: &World) {
+    const TICKS: u32 = 20;
+    criterion.bench_function(&id.to_string(), |bencher| {
+        bencher.iter_custom(|rounds| {
+            let mut spent = std::time::Duration::ZERO;
+            for _ in 0..rounds.div_ceil(TICKS.into()) {
+                let mut world = start.fork(start.id());
+                let begin = std::time::Instant::now();
+                for _ in 0..TICKS {
+                    world.tick().unwrap();
+                    black_box(world.frame());
+                }
+                spent += begin.elapsed();
+            }
+            spent * u32::try_from(rounds).unwrap_or(u32::MAX)
+                / (rounds.div_ceil(TICKS.into()) as u32 * TICKS)
+        });
+    });
+}
+
+fn tick(criterion: &mut Criterion) {
+    tick_from(criterion, BenchmarkId::new("tick", "1 car and 3 walkers"), &car_and_three_walkers());
+    for count in [1, 10, 100] {
+        tick_from(criterion, BenchmarkId::new("tick cars", count), &cars(count));
+    }
+}
+
+criterion_group!(benches, tick);
+criterion_main!(benches);

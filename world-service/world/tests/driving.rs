@@ -1,0 +1,197 @@
+//! How a vehicle drives: rest, braking, acceleration, grip.
+
+mod common;
+
+use common::*;
+use schemas::{Command, Vec3, VehicleControl, Weather};
+
+fn stopping_distance_m(wetness_percent: f32, forward_mps: f32) -> f32 {
+    let mut world = world();
+    let weather = Weather { wetness_percent, ..Weather::CLEAR_NOON };
+    world.apply(&Command::SetWeather { weather }).unwrap();
+    let car = car(&mut world, 0.0, forward_mps);
+    run(&mut world, 1);
+    let start_m = position_m(&world, car).x;
+    brake(&mut world, car);
+    for _ in 0..400 {
+        run(&mut world, 1);
+        if speed_mps(&world, car) < 0.01 {
+            return position_m(&world, car).x - start_m;
+        }
+    }
+    panic!("still {} m/s after 20 s of braking", speed_mps(&world, car));
+}
+
+#[test]
+fn a_car_at_rest_stays_where_it_is_for_ten_minutes() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 0.0);
+    run(&mut world, 20);
+    let start_m = position_m(&world, car);
+    run(&mut world, 20 * 600);
+    let drift_m = (position_m(&world, car) - start_m).norm();
+    assert!(drift_m < 1.0e-3, "{drift_m} m");
+}
+
+#[test]
+fn a_braked_car_on_a_slope_of_ten_percent_stays_where_it_is() {
+    let mut world = world_on(slope_of_ten_percent(), 0.05);
+    let pose = schemas::level_pose(Vec3::new(0.0, LANE_Y_M, 100.0), 0.0);
+    let car = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 0.0);
+    brake(&mut world, car);
+    run(&mut world, 20);
+    let start_m = position_m(&world, car);
+    run(&mut world, 20 * 600);
+    let drift_m = (position_m(&world, car) - start_m).norm();
+    assert!(drift_m < 1.0e-3, "{drift_m} m");
+    control(&mut world, car, VehicleControl::default());
+    run(&mut world, 40);
+    let rolled_m = position_m(&world, car).x - start_m.x;
+    assert!(rolled_m < -0.5, "released, it rolls back: {rolled_m} m");
+}
+
+#[test]
+fn a_car_spawned_at_speed_rolls_on_without_a_bounce() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, KMH_40);
+    run(&mut world, 1);
+    let kmh = speed_mps(&world, car) * 3.6;
+    assert!((39.8..40.0).contains(&kmh), "{kmh} km/h");
+    let mut highest_m: f32 = 0.0;
+    for _ in 0..40 {
+        run(&mut world, 1);
+        highest_m = highest_m.max(position_m(&world, car).z.abs());
+    }
+    assert!(highest_m < 0.02, "{highest_m} m");
+}
+
+#[test]
+fn full_braking_on_dry_asphalt_takes_the_distance_of_a_modern_car() {
+    let from_40_m = stopping_distance_m(0.0, KMH_40);
+    assert!((7.0..8.5).contains(&from_40_m), "{from_40_m} m from 40 km/h");
+    let from_75_m = stopping_distance_m(0.0, 75.0 / 3.6);
+    assert!((23.0..26.5).contains(&from_75_m), "{from_75_m} m from 75 km/h");
+}
+
+#[test]
+fn a_wet_road_needs_a_longer_way_to_stop() {
+    let (dry_m, wet_m) = (stopping_distance_m(0.0, KMH_40), stopping_distance_m(100.0, KMH_40));
+    assert!(wet_m > 1.3 * dry_m, "dry {dry_m} m, wet {wet_m} m");
+}
+
+#[test]
+fn one_tick_of_full_braking_lowers_the_speed() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, KMH_40);
+    run(&mut world, 1);
+    let before_mps = speed_mps(&world, car);
+    brake(&mut world, car);
+    run(&mut world, 1);
+    assert!(speed_mps(&world, car) < before_mps - 0.05);
+}
+
+#[test]
+fn full_throttle_reaches_100_kmh_like_a_saloon() {
+    let mut world = world();
+    let car = car(&mut world, -900.0, 0.0);
+    control(&mut world, car, VehicleControl { throttle: 1.0, ..Default::default() });
+    let mut ticks = 0;
+    while speed_mps(&world, car) < 100.0 / 3.6 {
+        run(&mut world, 1);
+        ticks += 1;
+        assert!(ticks < 400, "{} m/s after 20 s", speed_mps(&world, car));
+    }
+    let secs = f64::from(ticks) * 0.05;
+    assert!((8.0..9.5).contains(&secs), "{secs} s");
+}
+
+#[test]
+fn a_gentle_throttle_accelerates_gently_and_reverse_goes_back() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 0.0);
+    control(&mut world, car, VehicleControl { throttle: 0.3, ..Default::default() });
+    run(&mut world, 40);
+    let forward_mps = state(&world, car).linear_velocity_mps.x;
+    assert!((1.0..5.0).contains(&forward_mps), "{forward_mps} m/s after 2 s");
+    brake(&mut world, car);
+    run(&mut world, 60);
+    let reverse = VehicleControl { throttle: 0.3, reverse: true, ..Default::default() };
+    control(&mut world, car, reverse);
+    run(&mut world, 40);
+    let state = state(&world, car);
+    assert!(state.linear_velocity_mps.x < -0.5, "{}", state.linear_velocity_mps);
+    assert_eq!(state.gear, -1);
+}
+
+#[test]
+fn positive_steer_turns_left_within_the_grip_of_the_road() {
+    let mut world = world();
+    let car = car(&mut world, -500.0, 20.0);
+    control(&mut world, car, VehicleControl { steer: 0.5, throttle: 0.3, ..Default::default() });
+    let mut peak_mps2: f32 = 0.0;
+    for _ in 0..30 {
+        run(&mut world, 1);
+        let state = state(&world, car);
+        let left = state.world_from_actor.rotation * Vec3::y();
+        peak_mps2 = peak_mps2.max(state.linear_acceleration_mps2.dot(&left));
+    }
+    assert!(position_m(&world, car).y > LANE_Y_M + 2.0);
+    assert!((8.0..10.5).contains(&peak_mps2), "{peak_mps2} m/s²");
+    let up = state(&world, car).world_from_actor.rotation * Vec3::z();
+    assert!(up.z > 0.95, "it does not roll over: {up}");
+}
+
+#[test]
+fn the_hand_brake_locks_the_rear_and_stops_the_car() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, KMH_40);
+    control(&mut world, car, VehicleControl { hand_brake: true, ..Default::default() });
+    run(&mut world, 100);
+    assert!(speed_mps(&world, car) < 0.01);
+    assert!(position_m(&world, car).x > 10.0, "weaker than the pedal");
+}
+
+#[test]
+fn every_step_length_within_the_limits_is_stable() {
+    for dt_secs in [0.001, 0.01, 0.033, 0.05, 0.1] {
+        let mut world = world_on(flat(), dt_secs);
+        let car = car(&mut world, -500.0, 15.0);
+        control(
+            &mut world,
+            car,
+            VehicleControl { throttle: 0.5, steer: 0.05, ..Default::default() },
+        );
+        run(&mut world, (2.0 / dt_secs) as usize);
+        brake(&mut world, car);
+        run(&mut world, (5.0 / dt_secs) as usize);
+        let end = state(&world, car);
+        assert!(end.linear_velocity_mps.norm() < 0.01, "{dt_secs}: {}", end.linear_velocity_mps);
+        assert!(end.world_from_actor.translation.z.abs() < 0.05, "{dt_secs}");
+    }
+}
+
+#[test]
+fn a_car_dropped_from_a_height_comes_to_rest_on_its_wheels() {
+    let mut world = world();
+    let pose = schemas::level_pose(Vec3::new(0.0, LANE_Y_M, 3.0), 0.3);
+    let car = spawn_at(&mut world, "vehicle.tesla.model3", pose, 0.0);
+    run(&mut world, 100);
+    let state = state(&world, car);
+    assert!(state.linear_velocity_mps.norm() < 0.01, "{}", state.linear_velocity_mps);
+    assert!(state.world_from_actor.translation.z.abs() < 0.03, "{}", state.world_from_actor);
+}
+
+#[test]
+fn every_vehicle_drives_off_and_stops() {
+    for blueprint in ["vehicle.audi.tt", "vehicle.tesla.model3", "vehicle.lincoln.mkz_2020"] {
+        let mut world = world();
+        let pose = schemas::level_pose(Vec3::new(0.0, LANE_Y_M, 0.2), 0.0);
+        let car = spawn_at(&mut world, blueprint, pose, 0.0);
+        control(&mut world, car, VehicleControl { throttle: 0.6, ..Default::default() });
+        run(&mut world, 60);
+        assert!(speed_mps(&world, car) > 5.0, "{blueprint}: {}", speed_mps(&world, car));
+        brake(&mut world, car);
+        run(&mut world, 80);
+        assert!(speed_mps(&world, car) < 0.01, "{blueprint}");
+    }
+}
