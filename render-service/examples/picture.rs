@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, RenderJob, Tick, Vec3,
-    VehicleControl, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Tick, Vec3, VehicleControl, Weather, WorldId, level_pose,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -44,30 +44,76 @@ fn main() -> Result<(), Box<dyn Error>> {
         (60.0, 3.5, 0.0, "vehicle.carlamotors.carlacola", [2.6, 1.3, 1.23], 0xc02020),
     ];
     for (at, (ahead, left, turn, type_id, half, colour)) in cars.into_iter().enumerate() {
-        push(&mut frame, at as u32 + 1, ActorKind::Vehicle, type_id, place(ahead, left, turn), half, colour);
+        push(
+            &mut frame,
+            at as u32 + 1,
+            ActorKind::Vehicle,
+            type_id,
+            place(ahead, left, turn),
+            half,
+            colour,
+        );
     }
     for at in 0..9u32 {
         let pose = place(6.0 + 4.5 * at as f32, -2.8 - 0.3 * (at % 3) as f32, 0.4 * at as f32);
-        let pose = Pose::from_parts((pose.translation.vector + Vec3::new(0.0, 0.0, 0.93)).into(), pose.rotation);
-        push(&mut frame, 100 + at, ActorKind::Walker, "walker.pedestrian.0001", pose, [0.19, 0.19, 0.93], 0);
+        let pose = Pose::from_parts(
+            (pose.translation.vector + Vec3::new(0.0, 0.0, 0.93)).into(),
+            pose.rotation,
+        );
+        push(
+            &mut frame,
+            100 + at,
+            ActorKind::Walker,
+            "walker.pedestrian.0001",
+            pose,
+            [0.19, 0.19, 0.93],
+            0,
+        );
         if let Some(actor) = frame.actors.last_mut() {
-            actor.linear_velocity_mps = pose.rotation * Vec3::new(if at % 3 == 0 { 0.0 } else { 1.3 }, 0.0, 0.0);
+            actor.linear_velocity_mps =
+                pose.rotation * Vec3::new(if at % 3 == 0 { 0.0 } else { 1.3 }, 0.0, 0.0);
         }
     }
     let ego = 50;
-    push(&mut frame, ego, ActorKind::Vehicle, "vehicle.tesla.model3", place(0.0, 0.0, 0.0), [2.4, 1.0, 0.74], 0x303030);
+    push(
+        &mut frame,
+        ego,
+        ActorKind::Vehicle,
+        "vehicle.tesla.model3",
+        place(0.0, 0.0, 0.0),
+        [2.4, 1.0, 0.74],
+        0x303030,
+    );
     frame.actors.sort_by_key(|actor| actor.id);
     frame.weather = match weather.as_str() {
-        "rain" => Weather { cloudiness_percent: 90.0, precipitation_percent: 60.0, wetness_percent: 80.0, ..Weather::CLEAR_NOON },
-        "sunset" => Weather { sun_altitude_rad: 0.12, cloudiness_percent: 20.0, sun_azimuth_rad: 0.7, ..Weather::CLEAR_NOON },
+        "rain" => Weather {
+            cloudiness_percent: 90.0,
+            precipitation_percent: 60.0,
+            wetness_percent: 80.0,
+            ..Weather::CLEAR_NOON
+        },
+        "sunset" => Weather {
+            sun_altitude_rad: 0.12,
+            cloudiness_percent: 20.0,
+            sun_azimuth_rad: 0.7,
+            ..Weather::CLEAR_NOON
+        },
         "night" => Weather { sun_altitude_rad: -0.8, ..Weather::CLEAR_NOON },
-        "fog" => Weather { fog_density_percent: 60.0, cloudiness_percent: 60.0, ..Weather::CLEAR_NOON },
+        "fog" => {
+            Weather { fog_density_percent: 60.0, cloudiness_percent: 60.0, ..Weather::CLEAR_NOON }
+        }
         _ => Weather { sun_azimuth_rad: 0.9, ..Weather::CLEAR_NOON },
     };
     let carrier_from_camera = match mode.as_str() {
         "side" => level_pose(Vec3::new(9.0, -3.2, 1.3), 0.75),
-        "above" => Pose::from_parts(Vec3::new(-8.0, 2.0, 9.0).into(), schemas::UnitQuaternion::from_euler_angles(0.0, 0.35, 0.0)),
-        "high" => Pose::from_parts(Vec3::new(-80.0, 0.0, 90.0).into(), schemas::UnitQuaternion::from_euler_angles(0.0, 0.6, 0.0)),
+        "above" => Pose::from_parts(
+            Vec3::new(-8.0, 2.0, 9.0).into(),
+            schemas::UnitQuaternion::from_euler_angles(0.0, 0.35, 0.0),
+        ),
+        "high" => Pose::from_parts(
+            Vec3::new(-80.0, 0.0, 90.0).into(),
+            schemas::UnitQuaternion::from_euler_angles(0.0, 0.6, 0.0),
+        ),
         _ => level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
     };
     let (width_px, height_px) = if mode == "large" { (1920, 1080) } else { (640, 360) };
@@ -93,7 +139,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn push(frame: &mut Frame, id: u32, kind: ActorKind, type_id: &str, pose: Pose, half: [f32; 3], colour_rgb: u32) {
+fn push(
+    frame: &mut Frame,
+    id: u32,
+    kind: ActorKind,
+    type_id: &str,
+    pose: Pose,
+    half: [f32; 3],
+    colour_rgb: u32,
+) {
     frame.types.push(type_id.to_owned());
     let half = Vec3::from(half);
     let Some(id) = ActorId::new(id) else { return };
@@ -106,7 +160,11 @@ fn push(frame: &mut Frame, id: u32, kind: ActorKind, type_id: &str, pose: Pose, 
         linear_velocity_mps: Vec3::zeros(),
         angular_velocity_radps: Vec3::zeros(),
         linear_acceleration_mps2: Vec3::zeros(),
-        box_centre_m: if kind == ActorKind::Vehicle { Vec3::new(0.0, 0.0, half.z) } else { Vec3::zeros() },
+        box_centre_m: if kind == ActorKind::Vehicle {
+            Vec3::new(0.0, 0.0, half.z)
+        } else {
+            Vec3::zeros()
+        },
         box_half_extent_m: half,
         control: VehicleControl::default(),
         road_wheel_rad: 0.2,

@@ -1,14 +1,43 @@
-//! Pictures of worlds.
+//! The render service: a stateless worker that turns a frame and its cameras into pictures.
+//!
+//! A [`RenderJob`](schemas::RenderJob) holds all that is to be seen but the town, which is named by
+//! the digest of its map. [`Renderer`] draws jobs without a bus; [`run`] is the process around it, which
+//! takes jobs from the bus, draws all that wait together, tenants in turn, and answers each.
+//!
+//! Equal jobs give equal bytes on one adapter. Mesa's software Vulkan is an adapter like any other and
+//! is chosen when there is no GPU. Nothing is kept between jobs but caches, each with a bound.
+//!
+//! ```no_run
+//! use std::sync::Arc;
+//! use render_service::{AdapterChoice, Renderer, TownScene};
+//!
+//! # fn example(map: roads::Map, job: schemas::RenderJob) -> Result<(), Box<dyn std::error::Error>> {
+//! let town = Arc::new(TownScene::of_map(&map));
+//! let mut renderer = Renderer::new(AdapterChoice::Best)?;
+//! println!("drawn by {}", renderer.adapter_name());
+//! for images in renderer.render(&[(town, &job)]) {
+//!     println!("{} pictures", images?.images.len());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! It never sees physics, and it draws colour only: depth, tags and flow are not there.
 
+mod app;
+mod config;
 mod encode;
 mod error;
 mod pipeline;
 mod renderer;
 mod scene;
+mod service;
 mod shaders;
 
+pub use app::{RenderService, ServiceError, run, start};
+pub use config::{Args, Config};
 pub use error::RenderError;
 pub use pipeline::device::AdapterChoice;
 pub use renderer::{Renderer, TownJob};
 pub use scene::material::Material;
-pub use scene::town::{Surface, TownScene};
+pub use scene::town::{Surface, TownScene, WallKind};

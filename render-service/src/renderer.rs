@@ -70,7 +70,8 @@ impl Renderer {
         let mut pictures = match self.draw(&shots) {
             Ok(pictures) => pictures.into_iter(),
             Err(error) => {
-                let refused = |job: Result<Prepared<'_>, Error>| job.and_then(|_| Err(error.clone().into()));
+                let refused =
+                    |job: Result<Prepared<'_>, Error>| job.and_then(|_| Err(error.clone().into()));
                 return prepared.into_iter().map(refused).collect();
             }
         };
@@ -92,7 +93,11 @@ impl Renderer {
             match drawing.draw(shots) {
                 Ok(pictures) => return Ok(pictures),
                 Err(fault) => {
-                    tracing::warn!(adapter = self.adapter_name, fault, "the device was lost; opening it anew");
+                    tracing::warn!(
+                        adapter = self.adapter_name,
+                        fault,
+                        "the device was lost; opening it anew"
+                    );
                     self.drawing = None;
                     cause = fault;
                 }
@@ -125,8 +130,11 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
             .wanted(format_args!("at most {CAMERAS_PER_JOB_MAX}"))
             .found(job.cameras.len()));
     }
-    let views: Vec<View> =
-        job.cameras.iter().map(|camera| View::of(camera, &job.frame)).collect::<Result<_, Error>>()?;
+    let views: Vec<View> = job
+        .cameras
+        .iter()
+        .map(|camera| View::of(camera, &job.frame))
+        .collect::<Result<_, Error>>()?;
     let pixels: usize =
         job.cameras.iter().map(|camera| camera.width_px as usize * camera.height_px as usize).sum();
     if pixels > PIXELS_PER_JOB_MAX {

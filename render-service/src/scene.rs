@@ -1,6 +1,7 @@
 //! What is to be drawn, without a GPU: towns, bodies, light and views as plain values.
 
 pub(crate) mod facade;
+pub(crate) mod foliage;
 pub(crate) mod import;
 pub(crate) mod instance;
 pub(crate) mod light;

@@ -89,7 +89,13 @@ impl<'a> Batch<'a> {
         let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
         let bodies = self.place(shot.bodies.iter().filter(seen));
         let body_shadow = self.place(shot.bodies.iter().filter(shading));
-        self.views.push(ViewUniform::new(&shot.view, width_px, &shot.light, &shadow, shadow_side_px));
+        self.views.push(ViewUniform::new(
+            &shot.view,
+            width_px,
+            &shot.light,
+            &shadow,
+            shadow_side_px,
+        ));
         self.shots.push(PlannedShot {
             shot,
             shadow_side_px,

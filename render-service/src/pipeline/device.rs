@@ -82,12 +82,13 @@ impl Gpu {
         // A stable order by preference: the driver's own order decides among equals.
         adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
         let found: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
-        let adapter = adapters.into_iter().find(|adapter| choice.accepts(&adapter.get_info())).ok_or_else(
-            || RenderError::NoAdapter {
+        let adapter = adapters
+            .into_iter()
+            .find(|adapter| choice.accepts(&adapter.get_info()))
+            .ok_or_else(|| RenderError::NoAdapter {
                 wanted: choice.wanted(),
                 found: if found.is_empty() { "none".to_owned() } else { found.join(", ") },
-            },
-        )?;
+            })?;
         Self::open_device(&adapter)
     }
 
@@ -101,9 +102,10 @@ impl Gpu {
             },
             ..wgpu::DeviceDescriptor::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|cause| {
-            RenderError::NoDevice { adapter: info.name.clone(), cause: cause.to_string() }
-        })?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|cause| {
+                RenderError::NoDevice { adapter: info.name.clone(), cause: cause.to_string() }
+            })?;
         // Both are needed: a loss comes through the one, each later use through the other, whose
         // default is a panic.
         let fault = Fault::default();
@@ -126,7 +128,11 @@ impl Gpu {
 
     /// The adapter's name and, if so, that it is software.
     pub(crate) fn description(&self) -> String {
-        if self.software { format!("{}, software", self.adapter_name) } else { self.adapter_name.clone() }
+        if self.software {
+            format!("{}, software", self.adapter_name)
+        } else {
+            self.adapter_name.clone()
+        }
     }
 }
 

@@ -85,7 +85,8 @@ impl Drawing {
         let gpu = &self.gpu;
         self.frame.write(gpu, &batch.views, &batch.instances);
         let buffer = self.ring.take(gpu, batch.readback_bytes);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let shared =
             Shared { pipelines: &self.pipelines, shapes: &self.shapes, frame: &self.frame };
         for (number, planned) in batch.shots.iter().enumerate() {
@@ -118,7 +119,8 @@ fn encode_all(shots: &[PlannedShot<'_>], bytes: &[u8]) -> Pictures {
     std::thread::scope(|scope| {
         let threads: Vec<_> =
             shots.chunks(per_thread).map(|some| scope.spawn(move || encode_some(some))).collect();
-        let joined = threads.into_iter().map(|thread| thread.join().expect("encoding does not panic"));
+        let joined =
+            threads.into_iter().map(|thread| thread.join().expect("encoding does not panic"));
         joined.flatten().collect()
     })
 }

@@ -51,7 +51,8 @@ impl Shared<'_> {
         town: &GpuMesh,
         (map, target): (&ShadowMap, &Target),
     ) {
-        let store = if target.resolved.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let store =
+            if target.resolved.is_some() { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("colour"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

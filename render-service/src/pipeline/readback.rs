@@ -56,8 +56,10 @@ impl Ring {
         read: impl FnOnce(&[u8]) -> R,
     ) -> Result<R, String> {
         let InFlight { buffer, submission, mapped } = flight;
-        let wait =
-            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(DRAW_DEADLINE) };
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: Some(DRAW_DEADLINE),
+        };
         gpu.device.poll(wait).map_err(|cause| gpu.fault().unwrap_or_else(|| cause.to_string()))?;
         if let Some(fault) = gpu.fault() {
             return Err(fault);

@@ -9,13 +9,18 @@ use super::town::Surface;
 
 /// Width of one window and the wall around it, in metres; a facade holds a whole number of them.
 const BAY_M: f32 = 3.0;
+/// What is lower than this is a wall or a block, not a house, and has no windows.
+const HOUSE_HEIGHT_M: f32 = 4.5;
+/// Height on a facade that tells the shader that there are no windows.
+const NO_WINDOWS_M: f32 = -1_000.0;
 
 /// A corner's place on its wall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FacadePoint {
-    /// Metres along the wall, stretched to whole bays, and metres above its foot.
+    /// Metres along the wall, stretched to whole bays, and metres above its foot; far below it
+    /// where there are no windows.
     pub(crate) along_up_m: [f32; 2],
-    /// Which of the wall colours; equal for all walls of one house.
+    /// Kind of wall × 32, and which of 32 tones; equal for all walls of one house.
     pub(crate) variant: u8,
 }
 
@@ -29,11 +34,13 @@ pub(crate) fn facade_coordinates(surface: &Surface) -> Vec<FacadePoint> {
     let mut first_with: BTreeMap<([i32; 3], [i32; 3]), usize> = BTreeMap::new();
     for (at, position) in surface.positions_m.iter().enumerate() {
         let place = quantised(position);
-        let normal = surface.normals.get(at).map(|normal| quantised(&(normal * 0.01))).unwrap_or_default();
+        let normal =
+            surface.normals.get(at).map(|normal| quantised(&(normal * 0.01))).unwrap_or_default();
         houses.join(at, *first_at.entry(place).or_insert(at));
         walls.join(at, *first_with.entry((place, normal)).or_insert(at));
     }
-    for [a, b, c] in surface.triangles.iter().map(|triangle| triangle.map(|corner| corner as usize)) {
+    for [a, b, c] in surface.triangles.iter().map(|triangle| triangle.map(|corner| corner as usize))
+    {
         for sets in [&mut walls, &mut houses] {
             sets.join(a, b);
             sets.join(b, c);
@@ -52,14 +59,14 @@ fn place_on_walls(surface: &Surface, walls: &mut Sets, houses: &mut Sets) -> Vec
             position.dot(&Vec3::z().cross(&normal))
         })
         .collect();
-    // Per wall: least and greatest place along it; per house: the foot, and a place for its colour.
+    // Per wall: least and greatest place along it; per house: its least corner and its top.
     let mut span: BTreeMap<usize, (f32, f32)> = BTreeMap::new();
-    let mut foot: BTreeMap<usize, Vec3> = BTreeMap::new();
+    let mut foot: BTreeMap<usize, (Vec3, f32)> = BTreeMap::new();
     for (at, (position, along)) in surface.positions_m.iter().zip(&along).enumerate() {
         let (least, greatest) = span.entry(walls.root(at)).or_insert((*along, *along));
         (*least, *greatest) = (least.min(*along), greatest.max(*along));
-        let lowest = foot.entry(houses.root(at)).or_insert(*position);
-        *lowest = lowest.inf(position);
+        let (lowest, top_z) = foot.entry(houses.root(at)).or_insert((*position, position.z));
+        (*lowest, *top_z) = (lowest.inf(position), top_z.max(position.z));
     }
     surface
         .positions_m
@@ -68,23 +75,25 @@ fn place_on_walls(surface: &Surface, walls: &mut Sets, houses: &mut Sets) -> Vec
         .enumerate()
         .map(|(at, (position, along))| {
             let (least, greatest) = span.get(&walls.root(at)).copied().unwrap_or_default();
-            let foot = foot.get(&houses.root(at)).copied().unwrap_or_default();
+            let (foot, top_z) = foot.get(&houses.root(at)).copied().unwrap_or_default();
             let width = (greatest - least).max(1e-3);
             let bays = (width / BAY_M).round().max(1.0);
+            let is_house = top_z - foot.z > HOUSE_HEIGHT_M;
+            let up_m = position.z - foot.z + if is_house { 0.0 } else { NO_WINDOWS_M };
             FacadePoint {
-                along_up_m: [(along - least) / width * bays * BAY_M, position.z - foot.z],
-                variant: variant_of(&foot),
+                along_up_m: [(along - least) / width * bays * BAY_M, up_m],
+                variant: surface.wall as u8 * 32 + tone_of(&foot),
             }
         })
         .collect()
 }
 
-/// A number from 0 to 127 that neighbours do not share.
-fn variant_of(foot: &Vec3) -> u8 {
+/// A number from 0 to 31 that neighbours rarely share.
+fn tone_of(foot: &Vec3) -> u8 {
     let [x, y, _] = foot.map(|part| part.floor() as i32 as u32).into();
     let mixed = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77);
     let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
-    (mixed >> 25) as u8
+    (mixed >> 27) as u8
 }
 
 /// Disjoint sets of the numbers 0 to n.
@@ -133,7 +142,13 @@ mod tests {
         let corner = |x: f32, z: f32| Vec3::new(x, 0.0, z);
         let surface = Surface {
             material: Material::Wall,
-            positions_m: vec![corner(20.0, 5.0), corner(30.0, 5.0), corner(30.0, 14.0), corner(20.0, 14.0)],
+            wall: crate::scene::town::WallKind::Brick,
+            positions_m: vec![
+                corner(20.0, 5.0),
+                corner(30.0, 5.0),
+                corner(30.0, 14.0),
+                corner(20.0, 14.0),
+            ],
             normals: vec![-Vec3::y(); 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
         };

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use roads::mesh::Material as RoadMaterial;
 use schemas::Vec3;
 
+use super::foliage::rounded;
 use super::material::Material;
-use super::town::{Surface, TownScene};
+use super::town::{Surface, TownScene, WallKind};
 
 impl TownScene {
     /// The scene of a map.
@@ -14,36 +15,43 @@ impl TownScene {
         // One surface per material: a house that stands in two tiles of the mesh stays one house.
         let mut merged: BTreeMap<RoadMaterial, Surface> = BTreeMap::new();
         for part in roads::mesh::render(map).surfaces {
-            let surface = merged.entry(part.material).or_insert_with(|| Surface {
-                material: material_of(part.material),
-                positions_m: Vec::new(),
-                normals: Vec::new(),
-                triangles: Vec::new(),
-            });
+            let Some((material, variant)) = material_of(part.material) else { continue };
+            let surface =
+                merged.entry(part.material).or_insert_with(|| Surface::empty(material, variant));
             let first = surface.positions_m.len() as u32;
             surface.positions_m.extend(part.positions_m.into_iter().map(Vec3::from));
             surface.normals.extend(part.normals.into_iter().map(Vec3::from));
-            surface.triangles.extend(part.indices.into_iter().map(|t| t.map(|corner| first + corner)));
+            surface
+                .triangles
+                .extend(part.indices.into_iter().map(|t| t.map(|corner| first + corner)));
+        }
+        if let Some(leaves) = merged.get_mut(&RoadMaterial::Foliage) {
+            *leaves = rounded(leaves);
         }
         Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>())
     }
 }
 
-fn material_of(material: RoadMaterial) -> Material {
-    match material {
-        RoadMaterial::Asphalt => Material::Asphalt,
-        RoadMaterial::MarkingWhite | RoadMaterial::Crosswalk => Material::MarkingWhite,
-        RoadMaterial::MarkingYellow => Material::MarkingYellow,
-        RoadMaterial::Curb => Material::Kerb,
-        RoadMaterial::Sidewalk => Material::Sidewalk,
-        RoadMaterial::Grass => Material::Grass,
-        RoadMaterial::Wall => Material::Wall,
-        RoadMaterial::Window => Material::Glass,
-        RoadMaterial::Roof => Material::Roof,
-        RoadMaterial::Metal => Material::Metal,
-        RoadMaterial::Trunk => Material::Bark,
-        RoadMaterial::Foliage => Material::Foliage,
+/// What draws a material, and in which kind of wall; `None` for what is not drawn.
+fn material_of(material: RoadMaterial) -> Option<(Material, WallKind)> {
+    let plain = |material| (material, WallKind::Plaster);
+    Some(match material {
+        RoadMaterial::Asphalt => plain(Material::Asphalt),
+        RoadMaterial::MarkingWhite | RoadMaterial::Crosswalk => plain(Material::MarkingWhite),
+        RoadMaterial::MarkingYellow => plain(Material::MarkingYellow),
+        RoadMaterial::Curb => plain(Material::Kerb),
+        RoadMaterial::Sidewalk => plain(Material::Sidewalk),
+        RoadMaterial::Grass => plain(Material::Grass),
+        RoadMaterial::Wall => (Material::Wall, WallKind::Plaster),
+        RoadMaterial::Brick => (Material::Wall, WallKind::Brick),
+        RoadMaterial::Concrete => (Material::Wall, WallKind::Concrete),
+        // The facade shader draws windows, filtered at every distance.
+        RoadMaterial::Window => return None,
+        RoadMaterial::Roof => plain(Material::Roof),
+        RoadMaterial::Metal => plain(Material::Metal),
+        RoadMaterial::Trunk => plain(Material::Bark),
+        RoadMaterial::Foliage => plain(Material::Foliage),
         // The roads crate may learn new materials before this one does.
-        _ => Material::Concrete,
-    }
+        _ => plain(Material::Concrete),
+    })
 }

@@ -46,14 +46,19 @@ pub(crate) fn bodies(frame: &Frame, night: f32) -> Vec<Body> {
     let drawable = |actor: &&ActorState| {
         let numbers = actor.world_from_actor.to_homogeneous();
         let extent = actor.box_half_extent_m;
-        numbers.iter().chain(extent.iter()).chain(actor.box_centre_m.iter()).all(|part| part.is_finite())
+        numbers
+            .iter()
+            .chain(extent.iter())
+            .chain(actor.box_centre_m.iter())
+            .all(|part| part.is_finite())
             && extent.iter().all(|part| *part > 0.0)
     };
     frame.actors.iter().filter(drawable).map(|actor| body(actor, frame, night)).collect()
 }
 
 fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
-    let mut placer = Placer { world_from_actor: actor.world_from_actor.to_homogeneous(), parts: Vec::new() };
+    let mut placer =
+        Placer { world_from_actor: actor.world_from_actor.to_homogeneous(), parts: Vec::new() };
     match actor.kind {
         ActorKind::Vehicle => wheeled::place(&mut placer, actor, frame.type_of(actor), night),
         ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs()),
@@ -61,7 +66,11 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
     }
     let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
     // Limbs, mirrors and riders reach out of the box.
-    Body { centre_m: centre.coords, radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6, parts: placer.parts }
+    Body {
+        centre_m: centre.coords,
+        radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6,
+        parts: placer.parts,
+    }
 }
 
 fn place_prop(placer: &mut Placer, actor: &ActorState, type_id: &str) {

@@ -128,7 +128,11 @@ mod tests {
 
     #[test]
     fn nonsense_in_the_weather_gives_finite_light() {
-        let light = Light::of(&Weather { cloudiness_percent: f32::NAN, fog_density_percent: 1e30, ..weather() });
+        let light = Light::of(&Weather {
+            cloudiness_percent: f32::NAN,
+            fog_density_percent: 1e30,
+            ..weather()
+        });
         assert!(light.direct.iter().chain(light.horizon.iter()).all(|part| part.is_finite()));
         assert!(light.haze_per_m.is_finite());
     }

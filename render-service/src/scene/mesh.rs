@@ -191,7 +191,8 @@ mod tests {
         assert!(is_outward(&mesh));
         // Every normal is along one axis: eight corners × three faces, and six lid centres at most.
         for vertex in &mesh.vertices {
-            let along = vertex.normal_material.iter().take(3).filter(|part| part.abs() > 100).count();
+            let along =
+                vertex.normal_material.iter().take(3).filter(|part| part.abs() > 100).count();
             assert_eq!(along, 1, "{vertex:?}");
         }
     }

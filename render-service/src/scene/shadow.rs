@@ -40,14 +40,11 @@ impl ShadowView {
         };
         let x = row(right, along_right, REACH_M);
         let y = row(up, along_up, REACH_M);
-        let depth = row(-to_light, -to_light.dot(&centre), 2.0 * DEPTH_M) + Vector4::new(0.0, 0.0, 0.0, 0.5);
+        let depth = row(-to_light, -to_light.dot(&centre), 2.0 * DEPTH_M)
+            + Vector4::new(0.0, 0.0, 0.0, 0.5);
         let w = Vector4::new(0.0, 0.0, 0.0, 1.0);
-        let clip_from_world = Matrix4::from_rows(&[
-            x.transpose(),
-            y.transpose(),
-            depth.transpose(),
-            w.transpose(),
-        ]);
+        let clip_from_world =
+            Matrix4::from_rows(&[x.transpose(), y.transpose(), depth.transpose(), w.transpose()]);
         Self { clip_from_world, planes: [w + x, w - x, w + y, w - y, depth, w - depth] }
     }
 

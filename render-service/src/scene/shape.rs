@@ -103,10 +103,15 @@ mod tests {
 
     #[test]
     fn vehicle_bodies_stay_inside_their_box() {
-        for shape in [Shape::Sedan, Shape::Hatchback, Shape::OffRoader, Shape::Van, Shape::Truck, Shape::Bus] {
+        for shape in
+            [Shape::Sedan, Shape::Hatchback, Shape::OffRoader, Shape::Van, Shape::Truck, Shape::Bus]
+        {
             for vertex in shape.mesh().vertices {
                 // Mirrors and trim may stand out a little.
-                assert!(vertex.position.iter().all(|part| part.abs() <= 1.09), "{shape:?} {vertex:?}");
+                assert!(
+                    vertex.position.iter().all(|part| part.abs() <= 1.09),
+                    "{shape:?} {vertex:?}"
+                );
             }
         }
     }

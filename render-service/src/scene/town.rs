@@ -17,12 +17,34 @@ const TILE_M: f32 = 48.0;
 pub struct Surface {
     /// Of all of them.
     pub material: Material,
+    /// For walls; unused elsewhere.
+    pub wall: WallKind,
     /// Corners in the world, in metres.
     pub positions_m: Vec<Vec3>,
     /// Unit normals, one per corner.
     pub normals: Vec<Vec3>,
     /// Counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a wall is built of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum WallKind {
+    /// Plaster in one of several colours.
+    #[default]
+    Plaster,
+    /// Bricks.
+    Brick,
+    /// Bare concrete.
+    Concrete,
+}
+
+impl Surface {
+    /// A surface without triangles.
+    pub fn empty(material: Material, wall: WallKind) -> Self {
+        Self { material, wall, positions_m: Vec::new(), normals: Vec::new(), triangles: Vec::new() }
+    }
 }
 
 /// The static geometry of one map, ready for upload.
@@ -88,7 +110,8 @@ impl TownScene {
         let facades = (surface.material == Material::Wall).then(|| facade_coordinates(surface));
         for (at, position) in surface.positions_m.iter().enumerate() {
             let normal = surface.normals.get(at).copied().unwrap_or_else(Vec3::z);
-            let facade = facades.as_ref().and_then(|facades| facades.get(at)).copied().unwrap_or_default();
+            let facade =
+                facades.as_ref().and_then(|facades| facades.get(at)).copied().unwrap_or_default();
             self.vertices.push(Vertex {
                 position: [position.x, position.y, position.z],
                 normal_material: pack(normal, surface.material, facade.variant),
@@ -140,6 +163,7 @@ mod tests {
     fn surface(material: Material, corners: [[f32; 3]; 3]) -> Surface {
         Surface {
             material,
+            wall: WallKind::Plaster,
             positions_m: corners.map(Vec3::from).to_vec(),
             normals: vec![Vec3::z(); 3],
             triangles: vec![[0, 1, 2]],
@@ -149,7 +173,8 @@ mod tests {
     #[test]
     fn triangles_far_apart_lie_in_tiles_of_their_own() {
         let near = surface(Material::Asphalt, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-        let far = surface(Material::Wall, [[500.0, 0.0, 0.0], [501.0, 0.0, 0.0], [500.0, 0.0, 9.0]]);
+        let far =
+            surface(Material::Wall, [[500.0, 0.0, 0.0], [501.0, 0.0, 0.0], [500.0, 0.0, 9.0]]);
         let scene = TownScene::new("d", &[near, far]);
         assert_eq!(scene.triangle_count(), 2);
         assert_eq!(scene.tiles.len(), 2);

@@ -76,7 +76,8 @@ pub(crate) fn off_roader() -> Mesh {
 
 /// The lower body of a car: belt line heights at the rear, in the middle, and above the front axle.
 fn car_stations(belt_z: f32, rear_z: f32, bonnet_z: f32) -> [Station; 10] {
-    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    let station =
+        |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
     [
         station(-1.0, -0.52, rear_z - 0.16, 0.80),
         station(-0.97, -0.66, rear_z, 0.88),
@@ -94,7 +95,8 @@ fn car_stations(belt_z: f32, rear_z: f32, bonnet_z: f32) -> [Station; 10] {
 /// A closed van.
 pub(crate) fn van() -> Mesh {
     let mut builder = MeshBuilder::default();
-    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    let station =
+        |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
     hull(
         &mut builder,
         &[
@@ -111,7 +113,12 @@ pub(crate) fn van() -> Mesh {
     // The windscreen lies on the slope between bonnet and roof.
     let screen = |x: f32, y: f32, z: f32| Vec3::new(x + 0.012, y, z + 0.006);
     builder.quad(
-        [screen(0.775, -0.84, 0.05), screen(0.775, 0.84, 0.05), screen(0.53, 0.80, 0.80), screen(0.53, -0.80, 0.80)],
+        [
+            screen(0.775, -0.84, 0.05),
+            screen(0.775, 0.84, 0.05),
+            screen(0.53, 0.80, 0.80),
+            screen(0.53, -0.80, 0.80),
+        ],
         Material::Glass,
     );
     window_band(&mut builder, (0.20, 0.70), (0.12, 0.72), 1.004, 0.30);
@@ -125,10 +132,15 @@ pub(crate) fn van() -> Mesh {
 /// A cab and a box.
 pub(crate) fn truck() -> Mesh {
     let mut builder = MeshBuilder::default();
-    builder.cuboid(Vec3::new(-1.0, -0.50, -0.66), Vec3::new(0.62, 0.50, -0.52), Material::BlackPlastic);
+    builder.cuboid(
+        Vec3::new(-1.0, -0.50, -0.66),
+        Vec3::new(0.62, 0.50, -0.52),
+        Material::BlackPlastic,
+    );
     builder.cuboid(Vec3::new(-1.0, -1.0, -0.50), Vec3::new(0.42, 1.0, 1.0), Material::PropBand);
     builder.cuboid(Vec3::new(-1.0, -1.003, -0.50), Vec3::new(0.42, 1.003, -0.42), Material::Chrome);
-    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    let station =
+        |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
     hull(
         &mut builder,
         &[
@@ -141,7 +153,12 @@ pub(crate) fn truck() -> Mesh {
     );
     let screen = |x: f32, y: f32, z: f32| Vec3::new(x + 0.012, y, z);
     builder.quad(
-        [screen(0.975, -0.84, 0.03), screen(0.975, 0.84, 0.03), screen(0.90, 0.82, 0.56), screen(0.90, -0.82, 0.56)],
+        [
+            screen(0.975, -0.84, 0.03),
+            screen(0.975, 0.84, 0.03),
+            screen(0.90, 0.82, 0.56),
+            screen(0.90, -0.82, 0.56),
+        ],
         Material::Glass,
     );
     window_band(&mut builder, (0.58, 0.88), (0.06, 0.52), 0.978, 0.06);
@@ -152,7 +169,8 @@ pub(crate) fn truck() -> Mesh {
 /// A city bus.
 pub(crate) fn bus() -> Mesh {
     let mut builder = MeshBuilder::default();
-    let station = |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
+    let station =
+        |x: f32, low_z: f32, high_z: f32, half_width: f32| Station { x, low_z, high_z, half_width };
     hull(
         &mut builder,
         &[
@@ -227,7 +245,8 @@ pub(crate) fn wheel_arch() -> Mesh {
 
 /// Tread and side walls down to the rim.
 fn tyre(builder: &mut MeshBuilder, sides: usize, rim_radius: f32) {
-    let profile = [(1.0, rim_radius), (1.0, 0.93), (0.8, 1.0), (-0.8, 1.0), (-1.0, 0.93), (-1.0, rim_radius)];
+    let profile =
+        [(1.0, rim_radius), (1.0, 0.93), (0.8, 1.0), (-0.8, 1.0), (-1.0, 0.93), (-1.0, rim_radius)];
     for ((y, radius), (next_y, next_radius)) in profile.iter().zip(profile.iter().skip(1)) {
         builder.band(
             &around_y(*y, *radius, sides, -1.0),

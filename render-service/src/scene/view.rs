@@ -35,9 +35,12 @@ impl View {
             None => camera.carrier_from_camera,
             Some(carrier) => {
                 let actor = frame.actor(carrier).ok_or_else(|| {
-                    Error::new(ErrorCode::UnknownActor, format!("camera {}: no such carrier", camera.id))
-                        .wanted(format_args!("an actor of {} at {}", frame.world, frame.tick))
-                        .found(carrier)
+                    Error::new(
+                        ErrorCode::UnknownActor,
+                        format!("camera {}: no such carrier", camera.id),
+                    )
+                    .wanted(format_args!("an actor of {} at {}", frame.world, frame.tick))
+                    .found(carrier)
                 })?;
                 actor.world_from_actor * camera.carrier_from_camera
             }
@@ -83,7 +86,8 @@ impl View {
 pub(crate) fn may_overlap(planes: &[Vector4<f32>], min_m: &Vec3, max_m: &Vec3) -> bool {
     planes.iter().all(|plane| {
         let normal = plane.xyz();
-        let furthest = normal.zip_zip_map(min_m, max_m, |n, min, max| if n > 0.0 { n * max } else { n * min });
+        let furthest =
+            normal.zip_zip_map(min_m, max_m, |n, min, max| if n > 0.0 { n * max } else { n * min });
         furthest.sum() + plane.w >= 0.0
     })
 }

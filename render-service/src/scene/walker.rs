@@ -42,7 +42,12 @@ pub(crate) fn torso() -> Mesh {
         Material::Shirt,
         true,
     );
-    rings(&mut builder, &[(0.82, 0.030, 0.030, 0.0), (0.88, 0.028, 0.028, 0.006)], Material::Skin, false);
+    rings(
+        &mut builder,
+        &[(0.82, 0.030, 0.030, 0.0), (0.88, 0.028, 0.028, 0.006)],
+        Material::Skin,
+        false,
+    );
     builder.finish()
 }
 
@@ -167,7 +172,13 @@ pub(crate) fn rider() -> Mesh {
     for side in [-1.0, 1.0] {
         let at = |x: f32, y: f32, z: f32| Vec3::new(x, side * y, z);
         rod(&mut builder, at(0.0, 0.05, 0.0), at(0.20, 0.075, -0.10), 0.042, Material::Trousers);
-        rod(&mut builder, at(0.20, 0.075, -0.10), at(0.12, 0.065, -0.32), 0.032, Material::Trousers);
+        rod(
+            &mut builder,
+            at(0.20, 0.075, -0.10),
+            at(0.12, 0.065, -0.32),
+            0.032,
+            Material::Trousers,
+        );
         rod(&mut builder, at(0.10, 0.065, -0.33), at(0.20, 0.065, -0.34), 0.026, Material::Shoe);
         rod(&mut builder, at(0.09, 0.12, 0.28), at(0.20, 0.16, 0.13), 0.026, Material::Shirt);
         rod(&mut builder, at(0.20, 0.16, 0.13), at(0.33, 0.14, 0.12), 0.021, Material::Skin);
@@ -176,7 +187,13 @@ pub(crate) fn rider() -> Mesh {
 }
 
 /// A six-sided rod between two points.
-pub(crate) fn rod(builder: &mut MeshBuilder, from: Vec3, to: Vec3, radius: f32, material: Material) {
+pub(crate) fn rod(
+    builder: &mut MeshBuilder,
+    from: Vec3,
+    to: Vec3,
+    radius: f32,
+    material: Material,
+) {
     let axis = (to - from).try_normalize(1e-6).unwrap_or_else(Vec3::x);
     let helper = if axis.z.abs() < 0.9 { Vec3::z() } else { Vec3::x() };
     let u = axis.cross(&helper).try_normalize(1e-6).unwrap_or_else(Vec3::y);

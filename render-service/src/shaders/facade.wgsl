@@ -28,23 +28,27 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let storey = in.facade_m.y / STOREY_M;
     let blur_x = max(footprint / (slant * BAY_M), 0.004);
     let blur_y = max(footprint / STOREY_M, 0.004);
-    let is_ground_floor = select(0.0, 1.0, storey < 1.0);
+    let has_windows = step(0.0, storey);
+    let is_ground_floor = has_windows * select(0.0, 1.0, storey < 1.0);
 
-    let pane = covered(bay, blur_x, mix(0.26, 0.10, is_ground_floor), mix(0.74, 0.90, is_ground_floor))
+    let pane = has_windows * covered(bay, blur_x, mix(0.26, 0.10, is_ground_floor), mix(0.74, 0.90, is_ground_floor))
         * covered(storey, blur_y, mix(0.28, 0.12, is_ground_floor), mix(0.80, 0.78, is_ground_floor));
-    let frame = covered(bay, blur_x, mix(0.22, 0.06, is_ground_floor), mix(0.78, 0.94, is_ground_floor))
+    let frame = has_windows * covered(bay, blur_x, mix(0.22, 0.06, is_ground_floor), mix(0.78, 0.94, is_ground_floor))
         * covered(storey, blur_y, mix(0.23, 0.06, is_ground_floor), mix(0.84, 0.82, is_ground_floor));
     let cross_bar = covered(bay, blur_x, 0.485, 0.515) * (1.0 - is_ground_floor);
-    let cornice = covered(storey, blur_y, 0.94, 1.0);
+    let cornice = has_windows * covered(storey, blur_y, 0.94, 1.0);
 
-    // One of a few wall colours per house.
+    // Kind of wall, and one of a few tones per house.
+    let kind = floor(in.look.z / 32.0);
     let tone = fract(in.look.z * 0.619);
     let warm = fract(in.look.z * 0.271);
-    let brick = vec3<f32>(0.30, 0.135, 0.085);
-    let plaster = mix(vec3<f32>(0.56, 0.50, 0.40), vec3<f32>(0.50, 0.52, 0.53), warm);
-    let ochre = vec3<f32>(0.55, 0.36, 0.19);
-    var wall = mix(plaster, ochre, step(0.62, tone));
-    wall = mix(wall, brick, step(0.80, tone)) * (0.80 + 0.35 * warm);
+    let plaster = mix(vec3<f32>(0.58, 0.51, 0.39), vec3<f32>(0.56, 0.57, 0.57), warm);
+    let ochre = mix(vec3<f32>(0.56, 0.37, 0.19), vec3<f32>(0.47, 0.25, 0.18), warm);
+    let brick = vec3<f32>(0.30, 0.135, 0.085) * (0.80 + 0.5 * warm);
+    let concrete = vec3<f32>(0.34, 0.335, 0.32) * (0.85 + 0.35 * tone);
+    var wall = mix(plaster, ochre, step(0.60, tone));
+    wall = select(wall, brick, kind == 1.0);
+    wall = select(wall, concrete, kind == 2.0);
     let stains = noise(vec2<f32>(in.facade_m.x * 0.6, in.facade_m.y * 0.25));
     wall *= 0.86 + 0.24 * stains;
     wall = mix(wall, wall * 0.62 + 0.06, is_ground_floor * 0.7);

@@ -51,7 +51,8 @@ fn swing_rad(actor: &ActorState, height_m: f32, sim_secs: f64, stride: f32) -> f
     if speed_mps.is_nan() || speed_mps < STANDING_MPS {
         return 0.0;
     }
-    let strides = sim_secs * f64::from(speed_mps.min(6.0) / (STRIDE_PER_HEIGHT * height_m).max(0.1));
+    let strides =
+        sim_secs * f64::from(speed_mps.min(6.0) / (STRIDE_PER_HEIGHT * height_m).max(0.1));
     let turns = (strides + f64::from(stride)).fract() as f32;
     let reach_rad = 0.32 + 0.10 * (speed_mps - 1.0).clamp(0.0, 3.0);
     reach_rad * (std::f32::consts::TAU * turns).sin()

@@ -30,11 +30,17 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, nigh
         Class::Car(shape) => {
             placer.put(shape, box_scale(actor), tints);
             let radius_m = (0.23 * 2.0 * half.z).clamp(0.24, 0.42);
-            place_wheels(placer, actor, &Wheels { radius_m, half_width_m: 0.11, axles: &[0.60, -0.60] }, tints);
+            place_wheels(
+                placer,
+                actor,
+                &Wheels { radius_m, half_width_m: 0.11, axles: &[0.60, -0.60] },
+                tints,
+            );
         }
         Class::Heavy(shape) => {
             placer.put(shape, box_scale(actor), tints);
-            let axles: &[f32] = if shape == Shape::Truck { &[0.74, -0.52, -0.76] } else { &[0.66, -0.60] };
+            let axles: &[f32] =
+                if shape == Shape::Truck { &[0.74, -0.52, -0.76] } else { &[0.66, -0.60] };
             let radius_m = if shape == Shape::Van { 0.36 } else { 0.50 };
             place_wheels(placer, actor, &Wheels { radius_m, half_width_m: 0.14, axles }, tints);
         }
@@ -93,9 +99,10 @@ fn place_wheels(placer: &mut Placer, actor: &ActorState, wheels: &Wheels, tints:
             let body_side = actor.box_centre_m.y + side * half.y;
             let hub = |y: f32| Vec3::new(x, y, ground_z + wheels.radius_m);
             let size = Vec3::new(wheels.radius_m, wheels.half_width_m, wheels.radius_m);
-            let wheel = Matrix4::new_translation(&hub(body_side - side * (wheels.half_width_m - 0.03)))
-                * Matrix4::from_axis_angle(&Vec3::z_axis(), steer_rad)
-                * Matrix4::new_nonuniform_scaling(&size);
+            let wheel =
+                Matrix4::new_translation(&hub(body_side - side * (wheels.half_width_m - 0.03)))
+                    * Matrix4::from_axis_angle(&Vec3::z_axis(), steer_rad)
+                    * Matrix4::new_nonuniform_scaling(&size);
             placer.put(Shape::Wheel, wheel, tints);
             let gap_m = wheels.radius_m * 1.17;
             let arch = Matrix4::new_translation(&hub(body_side))
@@ -147,6 +154,9 @@ mod tests {
         assert_eq!(class_of("vehicle.tesla.model3", half), Class::Car(Shape::Sedan));
         assert_eq!(class_of("vehicle.nissan.patrol", half), Class::Car(Shape::OffRoader));
         assert_eq!(class_of("vehicle.kawasaki.ninja", half), Class::Motorcycle);
-        assert_eq!(class_of("vehicle.own.coach", Vec3::new(6.0, 1.3, 1.6)), Class::Heavy(Shape::Bus));
+        assert_eq!(
+            class_of("vehicle.own.coach", Vec3::new(6.0, 1.3, 1.6)),
+            Class::Heavy(Shape::Bus)
+        );
     }
 }

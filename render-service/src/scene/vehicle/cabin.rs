@@ -47,9 +47,18 @@ impl Cabin {
     fn glass(&self, builder: &mut MeshBuilder) {
         let (rear, front) = self.foot_x;
         let (roof_rear, roof_front) = self.roof_x;
-        let foot = [self.foot(front, 1.0), self.foot(rear, 1.0), self.foot(rear, -1.0), self.foot(front, -1.0)];
-        let roof =
-            [self.edge(roof_front, 1.0), self.edge(roof_rear, 1.0), self.edge(roof_rear, -1.0), self.edge(roof_front, -1.0)];
+        let foot = [
+            self.foot(front, 1.0),
+            self.foot(rear, 1.0),
+            self.foot(rear, -1.0),
+            self.foot(front, -1.0),
+        ];
+        let roof = [
+            self.edge(roof_front, 1.0),
+            self.edge(roof_rear, 1.0),
+            self.edge(roof_rear, -1.0),
+            self.edge(roof_front, -1.0),
+        ];
         builder.band(&foot, &roof, Material::Glass);
     }
 
@@ -57,14 +66,28 @@ impl Cabin {
     fn roof(&self, builder: &mut MeshBuilder) {
         let (rear, front) = (self.roof_x.0 - 0.02, self.roof_x.1 + 0.02);
         let ring = |x: f32, rise: f32| -> Vec<Vec3> {
-            [(-1.03, -0.02), (1.03, -0.02), (1.03, 0.02), (0.7, 0.8), (0.0, 1.0), (-0.7, 0.8), (-1.03, 0.02)]
-                .map(|(out, up)| {
-                    Vec3::new(x, out * self.half_width.1, self.roof_z + up * self.crown * rise)
-                })
-                .to_vec()
+            [
+                (-1.03, -0.02),
+                (1.03, -0.02),
+                (1.03, 0.02),
+                (0.7, 0.8),
+                (0.0, 1.0),
+                (-0.7, 0.8),
+                (-1.03, 0.02),
+            ]
+            .map(|(out, up)| {
+                Vec3::new(x, out * self.half_width.1, self.roof_z + up * self.crown * rise)
+            })
+            .to_vec()
         };
         let middle = (rear + front) / 2.0;
-        let rings = [ring(rear, 0.45), ring(rear + 0.08, 0.8), ring(middle, 1.0), ring(front - 0.08, 0.85), ring(front, 0.45)];
+        let rings = [
+            ring(rear, 0.45),
+            ring(rear + 0.08, 0.8),
+            ring(middle, 1.0),
+            ring(front - 0.08, 0.85),
+            ring(front, 0.45),
+        ];
         builder.loft(&rings, Material::Paint);
     }
 

@@ -18,10 +18,10 @@ impl Station {
     /// Counter-clockwise seen from ahead: sill, bulge, shoulder, deck, and back.
     fn ring(&self) -> Vec<Vec3> {
         let height = self.high_z - self.low_z;
-        let left = [(0.0, 0.84), (0.08, 0.95), (0.50, 1.0), (0.86, 0.965), (0.97, 0.90), (1.0, 0.80)];
-        let point = |up: f32, out: f32| {
-            Vec3::new(self.x, out * self.half_width, self.low_z + up * height)
-        };
+        let left =
+            [(0.0, 0.84), (0.08, 0.95), (0.50, 1.0), (0.86, 0.965), (0.97, 0.90), (1.0, 0.80)];
+        let point =
+            |up: f32, out: f32| Vec3::new(self.x, out * self.half_width, self.low_z + up * height);
         let right = left.iter().rev().map(|(up, out)| point(*up, -out));
         left.iter().map(|(up, out)| point(*up, *out)).chain(right).collect()
     }
@@ -36,7 +36,12 @@ pub(super) fn hull(builder: &mut MeshBuilder, stations: &[Station]) {
             let sill = |station: &Station, up: f32, out: f32| {
                 Vec3::new(station.x, side * station.half_width * out, station.low_z + up)
             };
-            let strip = [sill(from, -0.01, 0.96), sill(to, -0.01, 0.96), sill(to, 0.09, 1.0), sill(from, 0.09, 1.0)];
+            let strip = [
+                sill(from, -0.01, 0.96),
+                sill(to, -0.01, 0.96),
+                sill(to, 0.09, 1.0),
+                sill(from, 0.09, 1.0),
+            ];
             let [a, b, c, d] = strip;
             builder.quad(if side > 0.0 { [b, a, d, c] } else { strip }, Material::BlackPlastic);
         }
@@ -53,8 +58,18 @@ pub(super) fn lamps(builder: &mut MeshBuilder, front_z: f32, rear_z: f32) {
             let (a, b) = (side * inner, side * outer);
             (a.min(b), a.max(b))
         };
-        block((0.90, 0.985), across(0.50, 0.86), (front_z - 0.26, front_z - 0.10), Material::HeadLamp);
-        block((-0.99, -0.90), across(0.58, 0.90), (rear_z - 0.22, rear_z - 0.02), Material::TailLamp);
+        block(
+            (0.90, 0.985),
+            across(0.50, 0.86),
+            (front_z - 0.26, front_z - 0.10),
+            Material::HeadLamp,
+        );
+        block(
+            (-0.99, -0.90),
+            across(0.58, 0.90),
+            (rear_z - 0.22, rear_z - 0.02),
+            Material::TailLamp,
+        );
     }
     block((0.95, 1.005), (-0.42, 0.42), (front_z - 0.32, front_z - 0.14), Material::BlackPlastic);
     block((0.93, 1.01), (-0.66, 0.66), (-0.66, -0.48), Material::BlackPlastic);

@@ -19,7 +19,13 @@ pub(crate) fn motorcycle() -> Mesh {
     builder.cuboid(at(0.44, -0.24, -0.12), at(0.54, 0.24, 0.06), Material::HeadLamp);
     for side in [-0.2, 0.2] {
         rod(&mut builder, at(0.66, side, -0.68), at(0.38, side, 0.06), 0.03, Material::Chrome);
-        rod(&mut builder, at(-0.62, side, -0.68), at(-0.10, side, -0.60), 0.03, Material::BlackPlastic);
+        rod(
+            &mut builder,
+            at(-0.62, side, -0.68),
+            at(-0.10, side, -0.60),
+            0.03,
+            Material::BlackPlastic,
+        );
     }
     rod(&mut builder, at(0.34, -0.9, 0.10), at(0.34, 0.9, 0.10), 0.025, Material::BlackPlastic);
     builder.finish()
@@ -42,7 +48,17 @@ pub(crate) fn bicycle() -> Mesh {
     ] {
         rod(&mut builder, from, to, 0.022, Material::Paint);
     }
-    builder.cuboid(Vec3::new(-0.36, -0.25, -0.08), Vec3::new(-0.10, 0.25, -0.03), Material::BlackPlastic);
-    rod(&mut builder, Vec3::new(0.42, -0.9, 0.08), Vec3::new(0.42, 0.9, 0.08), 0.02, Material::BlackPlastic);
+    builder.cuboid(
+        Vec3::new(-0.36, -0.25, -0.08),
+        Vec3::new(-0.10, 0.25, -0.03),
+        Material::BlackPlastic,
+    );
+    rod(
+        &mut builder,
+        Vec3::new(0.42, -0.9, 0.08),
+        Vec3::new(0.42, 0.9, 0.08),
+        0.02,
+        Material::BlackPlastic,
+    );
     builder.finish()
 }

@@ -1,0 +1,174 @@
+//! Wires the renderer to the bus; owns all threads.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use bus::{Announcement, Bus, BusConfig, BusError, Serving};
+use schemas::{Alive, ServiceKind, keys};
+use tokio::sync::oneshot;
+
+use crate::config::{Args, Config};
+use crate::service::desk::{Desk, JOBS_MAX};
+use crate::service::worker::Worker;
+use crate::{AdapterChoice, RenderError, Renderer};
+
+/// Why the service cannot start or had to end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServiceError {
+    /// No place on the bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The operating system refuses threads or signals.
+    #[error("the operating system refuses {what}: {cause}")]
+    System {
+        /// What was asked of it.
+        what: &'static str,
+        /// What it says.
+        cause: std::io::Error,
+    },
+    /// Our own fault; the log has the place.
+    #[error("the drawing thread has panicked")]
+    Panicked,
+}
+
+/// A running render service. Dropped, it takes no more jobs; [`stop`](Self::stop) also waits.
+pub struct RenderService {
+    bus: Bus,
+    desk: Arc<Desk>,
+    adapter: String,
+    worker: JoinHandle<()>,
+    ended: Option<oneshot::Receiver<()>>,
+    _announcement: Announcement,
+    _serving: Serving,
+}
+
+/// Runs the service until it is told to end by SIGINT or SIGTERM.
+///
+/// # Errors
+/// [`ServiceError`] when it cannot start, or when its drawing thread ends on its own.
+pub fn run(args: Args) -> Result<(), ServiceError> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(system("threads"))?;
+    runtime.block_on(async {
+        use tokio::signal::unix::{SignalKind, signal};
+        let mut terminate = signal(SignalKind::terminate()).map_err(system("signals"))?;
+        let mut interrupt = signal(SignalKind::interrupt()).map_err(system("signals"))?;
+        let starting = start(args.into());
+        let mut service = tokio::select! {
+            service = starting => service?,
+            _ = terminate.recv() => return Ok(()),
+            _ = interrupt.recv() => return Ok(()),
+        };
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+            () = service.ended() => {}
+        }
+        service.stop().await
+    })
+}
+
+/// Starts the service inside this process; on return it is announced.
+///
+/// Without any adapter it starts as well, and answers every job with the reason.
+///
+/// # Errors
+/// [`ServiceError`] when it cannot start.
+pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
+    let choice = config.adapter.clone();
+    let opening = tokio::task::spawn_blocking(move || open(choice));
+    let bus = Bus::open(BusConfig { connect: config.connect, ..BusConfig::default() }).await?;
+    let renderer = opening.await.map_err(|_| ServiceError::Panicked)?;
+    let adapter = match &renderer {
+        Ok(renderer) => renderer.adapter_name().to_owned(),
+        Err(error) => error.to_string(),
+    };
+    let capacity = if renderer.is_ok() { JOBS_MAX as u32 } else { 0 };
+
+    let desk = Arc::new(Desk::default());
+    let worker = Worker::new(renderer, bus.clone(), tokio::runtime::Handle::current());
+    let (ending, ended) = oneshot::channel();
+    let of_worker = Arc::clone(&desk);
+    let worker = std::thread::Builder::new()
+        .name("draw".to_owned())
+        .spawn(move || {
+            // Dropped at the end of the thread, in a panic too.
+            let _ending = ending;
+            worker.run(&of_worker);
+        })
+        .map_err(system("threads"))?;
+
+    let of_bus = Arc::clone(&desk);
+    let serving =
+        bus.serve(&keys::render_job(&config.id), move |incoming| of_bus.put(incoming)).await?;
+    let announcement = bus
+        .announce(Alive {
+            kind: ServiceKind::Render,
+            id: config.id,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            pid: std::process::id(),
+            capacity,
+            detail: adapter.clone(),
+        })
+        .await?;
+    Ok(RenderService {
+        bus,
+        desk,
+        adapter,
+        worker,
+        ended: Some(ended),
+        _announcement: announcement,
+        _serving: serving,
+    })
+}
+
+impl RenderService {
+    /// What draws, or why nothing does.
+    pub fn adapter(&self) -> &str {
+        &self.adapter
+    }
+
+    /// Returns when the drawing thread has ended, which it never does by itself.
+    async fn ended(&mut self) {
+        if let Some(ended) = self.ended.take() {
+            // The sender is dropped, never used.
+            let _ = ended.await;
+        }
+    }
+
+    /// Ends the service; jobs that still wait are told so.
+    ///
+    /// # Errors
+    /// [`ServiceError::Panicked`] when the drawing thread had ended before.
+    pub async fn stop(self) -> Result<(), ServiceError> {
+        self.desk.close();
+        let worker = self.worker;
+        let joined = tokio::task::spawn_blocking(move || worker.join()).await;
+        self.bus.close().await;
+        match joined {
+            Ok(Ok(())) => Ok(()),
+            _ => Err(ServiceError::Panicked),
+        }
+    }
+}
+
+fn open(choice: AdapterChoice) -> Result<Renderer, RenderError> {
+    let renderer = Renderer::new(choice);
+    match &renderer {
+        Ok(renderer) => {
+            tracing::info!(adapter = renderer.adapter_name(), "pictures are drawn by this adapter")
+        }
+        Err(error) => {
+            tracing::warn!(%error, "pictures cannot be drawn; every job is answered with this reason")
+        }
+    }
+    renderer
+}
+
+fn system(what: &'static str) -> impl FnOnce(std::io::Error) -> ServiceError {
+    move |cause| ServiceError::System { what, cause }
+}

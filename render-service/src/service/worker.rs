@@ -1,0 +1,67 @@
+//! The drawing thread: takes all waiting jobs, draws them together, answers each.
+
+use bus::{Bus, Incoming};
+use schemas::{Error, RenderJob, Reply};
+use tokio::runtime::Handle;
+
+use crate::renderer::TownJob;
+use crate::{RenderError, Renderer};
+
+use super::desk::{Desk, Task};
+use super::towns::Towns;
+
+/// Jobs drawn together: more would only make the first ones wait for the last ones.
+const TOGETHER_MAX: usize = 16;
+
+/// What the drawing thread owns.
+pub(crate) struct Worker {
+    renderer: Result<Renderer, RenderError>,
+    towns: Towns,
+}
+
+impl Worker {
+    pub(crate) fn new(renderer: Result<Renderer, RenderError>, bus: Bus, runtime: Handle) -> Self {
+        Self { renderer, towns: Towns::new(bus, runtime) }
+    }
+
+    /// Answers jobs until the desk is closed.
+    pub(crate) fn run(mut self, desk: &Desk) {
+        while let Some(tasks) = desk.take(TOGETHER_MAX) {
+            self.answer(tasks);
+        }
+    }
+
+    fn answer(&mut self, tasks: Vec<Task>) {
+        let renderer = match &mut self.renderer {
+            Ok(renderer) => renderer,
+            Err(error) => {
+                for task in tasks {
+                    task.incoming.refuse(error.clone().into());
+                }
+                return;
+            }
+        };
+        let mut drawable = Vec::with_capacity(tasks.len());
+        for Task { job, incoming } in tasks {
+            match self.towns.get(&job.frame.map) {
+                Ok(town) => drawable.push((town, job, incoming)),
+                Err(error) => refuse(incoming, &job, error),
+            }
+        }
+        let jobs: Vec<TownJob<'_>> =
+            drawable.iter().map(|(town, job, _)| (town.clone(), job)).collect();
+        let drawn = renderer.render(&jobs);
+        drop(jobs);
+        for ((_, job, incoming), images) in drawable.into_iter().zip(drawn) {
+            match images {
+                Ok(images) => incoming.reply(&Reply::Images(images)),
+                Err(error) => refuse(incoming, &job, error),
+            }
+        }
+    }
+}
+
+fn refuse(incoming: Incoming, job: &RenderJob, error: Error) {
+    tracing::debug!(tenant = %job.tenant, world = %job.frame.world, tick = %job.frame.tick, %error, "a job was refused");
+    incoming.refuse(error);
+}
