@@ -3,7 +3,7 @@
 //! | key | kind | payload |
 //! |---|---|---|
 //! | `causeway/{tenant}/worlds` | query | [`Request`](crate::Request) about worlds and maps |
-//! | `causeway/{tenant}/world/{id}` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
+//! | `causeway/{tenant}/world/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
 //! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
 //! | `causeway/batch/{host}/tick` | query | ticks of many worlds of one host, of any tenant |
 //! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
@@ -26,12 +26,14 @@ pub fn worlds(tenant: &Tenant) -> String {
 pub const ANY_WORLDS: &str = "causeway/*/worlds";
 
 /// Requests to one world: commands, ticks, capture.
+// The last chunk keeps `causeway/alive/world/{id}` and `causeway/batch/world/tick` from matching
+// [`ANY_WORLD`]: the transport knows no reserved words.
 pub fn world(tenant: &Tenant, world: WorldId) -> String {
-    format!("causeway/{tenant}/world/{}", world.get())
+    format!("causeway/{tenant}/world/{}/request", world.get())
 }
 
 /// [`world`] of every tenant and world, for the service that answers.
-pub const ANY_WORLD: &str = "causeway/*/world/*";
+pub const ANY_WORLD: &str = "causeway/*/world/*/request";
 
 /// The frame of one world, published after every tick.
 pub fn world_frame(tenant: &Tenant, world: WorldId) -> String {
@@ -84,13 +86,12 @@ pub fn parse_worlds(key: &str) -> Option<Tenant> {
 
 /// The inverse of [`world`]; `None` for any other key.
 pub fn parse_world(key: &str) -> Option<(Tenant, WorldId)> {
-    let (tenant, id) = key.strip_prefix("causeway/")?.split_once("/world/")?;
-    Some((tenant_of(tenant)?, decimal(id)?))
+    parse_below_world(key, "/request")
 }
 
 /// The inverse of [`world_frame`]; `None` for any other key.
 pub fn parse_world_frame(key: &str) -> Option<(Tenant, WorldId)> {
-    parse_world(key.strip_suffix("/frame")?)
+    parse_below_world(key, "/frame")
 }
 
 /// The inverse of [`alive`]; `None` for any other key.
@@ -104,6 +105,11 @@ pub fn parse_asset(key: &str) -> Option<&str> {
     let digest = key.strip_prefix("causeway/asset/")?;
     let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
     (digest.len() == 64 && digest.bytes().all(hexadecimal)).then_some(digest)
+}
+
+fn parse_below_world(key: &str, last: &str) -> Option<(Tenant, WorldId)> {
+    let (tenant, id) = key.strip_prefix("causeway/")?.strip_suffix(last)?.split_once("/world/")?;
+    Some((tenant_of(tenant)?, decimal(id)?))
 }
 
 fn tenant_of(text: &str) -> Option<Tenant> {
@@ -152,14 +158,35 @@ mod tests {
             assert_eq!(parse_worlds(key), None, "{key}");
         }
         for key in [
-            "causeway/a/world/0",
-            "causeway/a/world/-1",
-            "causeway/a/world/01",
-            "causeway/a/world/+1",
+            "causeway/a/world/0/request",
+            "causeway/a/world/-1/request",
+            "causeway/a/world/01/request",
+            "causeway/a/world/+1/request",
         ] {
             assert_eq!(parse_world(key), None, "{key}");
         }
         assert_eq!(parse_asset("causeway/asset/../../etc/passwd"), None);
+    }
+
+    /// As the transport matches: chunk by chunk, `*` is any one chunk.
+    fn matches(expression: &str, key: &str) -> bool {
+        let mut chunks = expression.split('/').zip(key.split('/'));
+        expression.split('/').count() == key.split('/').count()
+            && chunks.all(|(wanted, found)| wanted == "*" || wanted == found)
+    }
+
+    #[test]
+    fn what_belongs_to_services_never_reaches_who_answers_tenants() {
+        for id in ["world", "worlds", "tick", "job", "request"] {
+            let id: ServiceId = id.parse().unwrap();
+            let mut keys = vec![batch_tick(&id), render_job(&id)];
+            keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
+            for key in keys {
+                for expression in [ANY_WORLDS, ANY_WORLD] {
+                    assert!(!matches(expression, &key), "{expression} matches {key}");
+                }
+            }
+        }
     }
 
     #[test]
