@@ -29,6 +29,8 @@ pub struct VehicleView {
     pub wheelbase_m: f32,
     /// Mean front wheel angle that a steer of 1 reaches at this speed.
     pub full_lock_rad: f32,
+    /// Extra front wheel angle per sideways acceleration, in steady cornering.
+    pub understeer_rad_per_mps2: f32,
 }
 
 impl Pilot {

@@ -24,7 +24,9 @@ pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) ->
         -RETURN_RADPS * RETURN_RADPS * offset_m - 2.0 * DAMPING_RATIO * RETURN_RADPS * drift_mps;
     let curvature_per_m =
         place.curvature_per_m + reference.bend_per_m + wanted_mps2 / (along_mps * along_mps);
-    let road_wheel_rad = ComplexField::atan(view.wheelbase_m * curvature_per_m);
+    let sideways_mps2 = curvature_per_m * along_mps * along_mps;
+    let road_wheel_rad = ComplexField::atan(view.wheelbase_m * curvature_per_m)
+        + view.understeer_rad_per_mps2 * sideways_mps2;
     (road_wheel_rad / view.full_lock_rad).clamp(-1.0, 1.0)
 }
 
@@ -40,6 +42,7 @@ mod tests {
             velocity_mps: Vec3::zeros(),
             wheelbase_m: 2.85,
             full_lock_rad: 0.6,
+            understeer_rad_per_mps2: 0.0,
         }
     }
 

@@ -10,7 +10,7 @@ use crate::fallen;
 use crate::physics::{BodyState, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
-use crate::vehicle::{Chassis, Impulse, VehicleSpec};
+use crate::vehicle::{Chassis, Impulse, VehicleSpec, understeer_rad_per_mps2};
 use crate::world::{State, World};
 
 /// Longest substep: CARLA's default, and short enough for stiff tyres and springs.
@@ -141,6 +141,7 @@ pub(crate) fn view(spec: &VehicleSpec, body: &BodyState) -> VehicleView {
         velocity_mps: body.linear_mps,
         wheelbase_m: spec.wheelbase_m,
         full_lock_rad: spec.full_lock_rad(body.linear_mps.norm()),
+        understeer_rad_per_mps2: understeer_rad_per_mps2(),
     }
 }
 

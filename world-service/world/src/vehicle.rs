@@ -19,7 +19,9 @@ use schemas::{Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use chassis::{Chassis, Impulse};
-pub(crate) use spec::{Driven, EngineSpec, GRAVITY_MPS2, GearboxSpec, VehicleSpec};
+pub(crate) use spec::{
+    Driven, EngineSpec, GRAVITY_MPS2, GearboxSpec, VehicleSpec, understeer_rad_per_mps2,
+};
 
 use crate::ground::{Ground, Surface};
 use drivetrain::Drivetrain;
@@ -184,6 +186,7 @@ impl VehicleState {
                 load_n: footing.load_n,
                 nominal_load_n: spec.static_load_n(index),
                 friction: spec.grip * footing.surface.friction * input.grip,
+                lateral_stiffness: spec::lateral_stiffness(index),
                 radius_m: spec.wheel_radius_m,
                 inertia_kgm2: input.inertia_kgm2,
                 drive_nm: input.drive_nm,

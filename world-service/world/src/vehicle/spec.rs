@@ -5,6 +5,11 @@ use super::{WHEEL_COUNT, steering};
 /// Standard gravity, metres per second squared.
 pub(crate) const GRAVITY_MPS2: f32 = 9.81;
 
+/// Lateral slip stiffness of the axles over load, per radian. The front is softer, as steering and
+/// bushings yield: that makes a passenger car understeer, and stable at speed.
+const FRONT_STIFFNESS: f32 = 15.0;
+const REAR_STIFFNESS: f32 = 20.0;
+
 /// A vehicle as data; lengths from the ground under the box centre.
 #[derive(Clone, Debug)]
 pub(crate) struct VehicleSpec {
@@ -128,4 +133,14 @@ pub(super) fn is_front(wheel: usize) -> bool {
 
 pub(super) fn is_left(wheel: usize) -> bool {
     wheel.is_multiple_of(2)
+}
+
+/// Lateral slip stiffness of a wheel over its load, per radian.
+pub(super) fn lateral_stiffness(wheel: usize) -> f32 {
+    if is_front(wheel) { FRONT_STIFFNESS } else { REAR_STIFFNESS }
+}
+
+/// Extra front wheel angle per sideways acceleration, in steady cornering.
+pub(crate) fn understeer_rad_per_mps2() -> f32 {
+    (1.0 / FRONT_STIFFNESS - 1.0 / REAR_STIFFNESS) / GRAVITY_MPS2
 }

@@ -15,9 +15,8 @@ use serde::{Deserialize, Serialize};
 use super::Wheel;
 use super::brakes::WheelBrake;
 
-/// Slip stiffness over load: force per unit of slip and newton of load.
+/// Slip stiffness along the wheel over load: force per unit of slip and newton of load.
 const LONGITUDINAL_STIFFNESS: f32 = 22.0;
-const LATERAL_STIFFNESS: f32 = 18.0;
 /// Rolling distance over which a deflection settles.
 const LONGITUDINAL_RELAXATION_M: f32 = 0.25;
 const LATERAL_RELAXATION_M: f32 = 0.4;
@@ -59,6 +58,8 @@ pub(super) struct TyreInput {
     /// Load at which the friction coefficient holds.
     pub nominal_load_n: f32,
     pub friction: f32,
+    /// Slip stiffness to the side over load, per radian.
+    pub lateral_stiffness: f32,
     pub radius_m: f32,
     pub inertia_kgm2: f32,
     pub drive_nm: f32,
@@ -109,7 +110,7 @@ impl Contact {
         let keep = |relaxation_m: f32| 1.0 / (1.0 + input.dt_secs * rolling_mps / relaxation_m);
         Self {
             forward_n_per_m: LONGITUDINAL_STIFFNESS * input.load_n / LONGITUDINAL_RELAXATION_M,
-            left_n_per_m: LATERAL_STIFFNESS * input.load_n / LATERAL_RELAXATION_M,
+            left_n_per_m: input.lateral_stiffness * input.load_n / LATERAL_RELAXATION_M,
             friction_n: input.friction * sensitivity * input.load_n,
             forward_keep: keep(LONGITUDINAL_RELAXATION_M),
             left_keep: keep(LATERAL_RELAXATION_M),
@@ -229,6 +230,7 @@ mod tests {
             load_n: 4_000.0,
             nominal_load_n: 4_000.0,
             friction: 1.0,
+            lateral_stiffness: 18.0,
             radius_m: 0.33,
             inertia_kgm2: 1.3,
             drive_nm: 0.0,
@@ -285,7 +287,7 @@ mod tests {
         };
         assert!(at(0.4) < 0.0 && at(0.8) < at(0.4));
         // Linear range: stiffness times load times angle.
-        let wanted = -LATERAL_STIFFNESS * 4_000.0 * (0.1 / 20.0);
+        let wanted = -18.0 * 4_000.0 * (0.1 / 20.0);
         assert!((at(0.1) / wanted - 1.0).abs() < 0.05, "{} {wanted}", at(0.1));
     }
 }
