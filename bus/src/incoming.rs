@@ -78,13 +78,21 @@ impl Incoming {
     }
 
     /// Answers.
-    pub fn reply(self, reply: &Reply) {
-        self.reply_bytes(wire::encode_reply(reply));
+    pub fn reply(mut self, reply: &Reply) {
+        match reply {
+            Reply::Error(error) => self.send_refusal(error.clone()),
+            reply => self.send(wire::encode_reply(reply)),
+        }
     }
 
     /// Answers with a refusal.
-    pub fn refuse(self, error: Error) {
-        self.reply(&Reply::Error(error));
+    pub fn refuse(mut self, error: Error) {
+        self.send_refusal(error);
+    }
+
+    /// Says nothing: the key belongs to another service whose expression overlaps with ours.
+    pub fn ignore(mut self) {
+        self.query = None;
     }
 
     /// Answers with bytes that are already encoded, at most
@@ -105,15 +113,21 @@ impl Incoming {
     }
 
     fn send(&mut self, reply: Vec<u8>) {
+        if reply.len() > limits::MAP_BYTES_MAX {
+            return self.send_refusal(too_large("reply", limits::MAP_BYTES_MAX, reply.len()));
+        }
         let Some(query) = self.query.take() else { return };
-        let reply = if reply.len() <= limits::MAP_BYTES_MAX {
-            reply
-        } else {
-            let refusal = too_large("reply", limits::MAP_BYTES_MAX, reply.len());
-            wire::encode_reply(&Reply::Error(refusal))
-        };
         // A wildcard was asked: answer under a key that the asker's expression contains.
         if let Err(cause) = query.reply(query.key_expr(), reply).express(true).wait() {
+            tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
+        }
+    }
+
+    /// Refusals travel as such, so that an answer of bare bytes cannot be taken for one.
+    fn send_refusal(&mut self, error: Error) {
+        let Some(query) = self.query.take() else { return };
+        let refusal = wire::encode_reply(&Reply::Error(error));
+        if let Err(cause) = query.reply_err(refusal).wait() {
             tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
         }
     }

@@ -3,7 +3,8 @@
 use std::sync::Mutex;
 use std::time::Duration;
 
-use schemas::{Error, ErrorCode};
+use schemas::wire;
+use schemas::{Error, ErrorCode, Reply};
 use tokio::sync::oneshot;
 use zenoh::Session;
 
@@ -51,12 +52,17 @@ pub(crate) async fn ask(
         Err(_) => Err(timed_out(key, deadline)),
         Ok(Err(_)) => Err(Error::new(ErrorCode::Unreachable, format!("nobody answers on {key:?}"))),
         Ok(Ok(Ok(sample))) => Ok(sample.payload().to_bytes().into_owned()),
-        Ok(Ok(Err(refusal))) => match refusal.payload().to_bytes().as_ref() {
-            // The transport's own word for its own deadline.
-            b"Timeout" => Err(timed_out(key, deadline)),
-            other => Err(Error::new(ErrorCode::Unreachable, format!("{key:?} was refused"))
-                .found(String::from_utf8_lossy(other))),
-        },
+        Ok(Ok(Err(refusal))) => Err(error_of(key, deadline, &refusal.payload().to_bytes())),
+    }
+}
+
+/// What a refusal says: the service's error, or a word of the transport.
+fn error_of(key: &str, deadline: Duration, refusal: &[u8]) -> Error {
+    match wire::decode_reply(refusal) {
+        Ok(Reply::Error(error)) => error,
+        _ if refusal == b"Timeout" => timed_out(key, deadline),
+        _ => Error::new(ErrorCode::Unreachable, format!("{key:?} was refused"))
+            .found(String::from_utf8_lossy(refusal)),
     }
 }
 

@@ -11,6 +11,6 @@ mod tick;
 pub use gather::Gather;
 pub use hosted::{Hosted, guarded};
 pub use ids::{Ids, Seat, Seats};
-pub use inbox::{Dispatcher, JOBS_MAX, Job};
+pub use inbox::{Dispatcher, JOBS_MAX, Job, WorldWork};
 pub use ports::{Answer, NewWorld, Outlet, Simulation};
 pub use shard::Shard;

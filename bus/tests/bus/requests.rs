@@ -1,12 +1,10 @@
 //! Requests and replies between two places on the bus: what arrives, and what an asker hears when
 //! nothing does.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
+use crate::common::{Site, deadline};
 use bus::{Bus, BusConfig, BusError};
-use common::{Site, deadline};
 use schemas::{ErrorCode, Reply, Request, WorldId, keys, limits};
 
 #[tokio::test(flavor = "multi_thread")]
@@ -164,8 +162,8 @@ async fn a_client_that_comes_first_waits_for_the_service() {
     let _serving =
         service.serve("causeway/*/world/*", |incoming| incoming.reply(&Reply::Done)).await.unwrap();
     let client = client.await.unwrap().unwrap();
-    let key = keys::world(&common::tenant(), WorldId::new(1).unwrap());
-    common::until("the service is reachable", || async {
+    let key = keys::world(&crate::common::tenant(), WorldId::new(1).unwrap());
+    crate::common::until("the service is reachable", || async {
         client.request(&key, &Request::ListWorlds, deadline()).await == Ok(Reply::Done)
     })
     .await;

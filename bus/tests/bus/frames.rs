@@ -1,10 +1,8 @@
 //! Frames reach whoever subscribes, and wait for nobody.
 
-mod common;
-
 use std::time::Instant;
 
-use common::{Site, deadline, tenant};
+use crate::common::{Site, deadline, tenant};
 use schemas::{EncodedFrame, WorldId};
 
 fn frame(tick: u32) -> EncodedFrame {
@@ -16,7 +14,7 @@ async fn a_frame_reaches_the_subscriber_of_its_world_only() {
     let site = Site::open().await;
     let (world, other) = (WorldId::new(1).unwrap(), WorldId::new(2).unwrap());
     let frames = site.client.subscribe_frames(&tenant(), Some(world)).await.unwrap();
-    common::until("a frame arrives", || async {
+    crate::common::until("a frame arrives", || async {
         site.service.publish_frame(&tenant(), other, &frame(1));
         site.service.publish_frame(&tenant(), world, &frame(2));
         let short = std::time::Duration::from_millis(20);
@@ -43,7 +41,7 @@ async fn a_subscriber_that_does_not_read_holds_up_nobody_and_keeps_the_newest() 
     }
     assert!(begun.elapsed() < deadline() / 2, "{:?}", begun.elapsed());
     // One more until it is seen: the ring holds the newest few, whatever came before.
-    common::until("the newest frame is read", || async {
+    crate::common::until("the newest frame is read", || async {
         site.service.publish_frame(&tenant(), world, &frame(5_000));
         let short = std::time::Duration::from_millis(20);
         while let Ok(Some(published)) = tokio::time::timeout(short, frames.next()).await {
@@ -62,7 +60,7 @@ async fn a_publisher_knows_whether_anybody_subscribes() {
     let listeners = site.service.frame_listeners().await.unwrap();
     assert!(!listeners.any());
     let frames = site.client.subscribe_frames(&tenant(), WorldId::new(1)).await.unwrap();
-    common::until("the subscription is known", || async { listeners.any() }).await;
+    crate::common::until("the subscription is known", || async { listeners.any() }).await;
     drop(frames);
-    common::until("its end is known", || async { !listeners.any() }).await;
+    crate::common::until("its end is known", || async { !listeners.any() }).await;
 }

@@ -1,9 +1,7 @@
 //! Bytes that are no messages: refused with a reason, by the side that gets them.
 
-mod common;
-
+use crate::common::{Site, deadline, tenant};
 use bus::Incoming;
-use common::{Site, deadline, tenant};
 use schemas::{ErrorCode, Reply, Request, WorldId, keys};
 
 /// Serves a key with what decoding says.

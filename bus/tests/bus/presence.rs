@@ -1,11 +1,9 @@
 //! Who is up, seen from another place on the bus.
 
-mod common;
-
 use std::time::Instant;
 
+use crate::common::{Site, deadline};
 use bus::{Bus, BusConfig, Presence, Watch};
-use common::{Site, deadline};
 use schemas::{Alive, ServiceKind};
 
 fn renderer(id: &str) -> Alive {

@@ -1,6 +1,4 @@
 //! Two places on one private bus.
-#![allow(dead_code, reason = "each test binary uses its own part")]
-
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusConfig};
