@@ -17,10 +17,13 @@
 //!
 //! The crate does no input or output, starts no threads and reads no clock.
 
+mod crosswalks;
 mod error;
+mod geo;
 mod geometry;
 mod index;
 mod kinds;
+mod landmarks;
 mod lanes;
 pub mod limits;
 mod links;
@@ -29,6 +32,7 @@ pub mod mesh;
 mod model;
 mod neighbours;
 mod scenery;
+mod signals;
 mod spawn;
 mod topology;
 pub mod town;
@@ -37,6 +41,9 @@ mod xml;
 
 pub use error::{Diagnostic, MapError};
 pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+pub use geo::GeoPlace;
+pub use landmarks::{Landmark, LandmarkAhead};
 pub use lanes::LanePose;
 pub use map::{LaneInfo, LaneMark, Map, Waypoint};
 pub use scenery::{SceneryBox, SceneryKind};
+pub use signals::{Orientation, SignalPose};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{MapError, Report};
 use crate::index::ProjectionIndex;
 use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+use crate::landmarks::Landmarks;
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
 use crate::links::Links;
 use crate::model::Model;
@@ -77,6 +78,7 @@ pub struct Map {
     pub(crate) table: LaneTable,
     pub(crate) links: Links,
     index: ProjectionIndex,
+    pub(crate) landmarks: Landmarks,
     spawn_points: Vec<Isometry3<f64>>,
     scenery: Vec<SceneryBox>,
 }
@@ -102,7 +104,7 @@ impl Map {
         let spawn_points = spawn::spawn_points(&model, &table);
         let scenery = scenery::boxes(&model);
         let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
-        Ok(Self {
+        let mut map = Self {
             name: name.to_owned(),
             text: xodr.to_owned(),
             digest,
@@ -110,9 +112,13 @@ impl Map {
             table,
             links,
             index,
+            landmarks: Landmarks::default(),
             spawn_points,
             scenery,
-        })
+        };
+        // Signals are pushed off the lanes, which takes the finished index.
+        map.landmarks = Landmarks::new(&map);
+        Ok(map)
     }
 
     /// The name it was read under.
@@ -283,7 +289,7 @@ impl Map {
             .collect()
     }
 
-    fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
+    pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
         let road = self.model.road_index(waypoint.road)?;
         self.table.find(&self.model, road, waypoint.section as usize, waypoint.lane)
     }

@@ -2,6 +2,7 @@
 
 use crate::geometry::{Geometry, PlanPose, Profile};
 use crate::kinds::{LaneType, MarkColor, MarkType};
+use crate::signals::Signals;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Road {
@@ -81,8 +82,8 @@ pub(crate) struct Object {
     pub(crate) width_m: f64,
     pub(crate) height_m: f64,
     pub(crate) radius_m: f64,
-    /// Corners `(u, v)` of a direct `outline` of `cornerLocal`.
-    pub(crate) corners: Vec<[f64; 2]>,
+    /// Corners `(u, v, z)` of a direct `outline` of `cornerLocal`.
+    pub(crate) corners: Vec<[f64; 3]>,
 }
 
 impl Object {
@@ -105,6 +106,7 @@ pub(crate) struct Model {
     pub(crate) roads: Vec<Road>,
     /// Ordered by id.
     pub(crate) junctions: Vec<Junction>,
+    pub(crate) signals: Signals,
     pub(crate) latitude_deg: Option<f64>,
     pub(crate) longitude_deg: Option<f64>,
 }

@@ -4,6 +4,7 @@ mod lanes;
 mod number;
 mod objects;
 mod road;
+mod signals;
 
 use std::collections::BTreeMap;
 
@@ -48,6 +49,7 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
     read_geo_reference(root, &mut model);
     model.roads = read_roads(root, report);
     model.junctions = read_junctions(root, &model, report);
+    model.signals = signals::read(root, &model.roads, report);
     if model.roads.is_empty() && report.is_empty() {
         report.add(None, None, "at least one road with lanes", "none");
     }
@@ -84,7 +86,8 @@ fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
     else {
         return;
     };
-    let words: String = reference.descendants().filter_map(|node| node.text()).collect();
+    let texts = reference.descendants().filter(Node::is_text);
+    let words: String = texts.filter_map(|node| node.text()).collect();
     let value = |key: &str| {
         words
             .split_whitespace()

@@ -71,3 +71,28 @@ fn topology_has_the_same_pairs() {
 fn projections_find_the_same_lanes() {
     judge("projection", checks::projections);
 }
+
+#[test]
+fn landmarks_are_the_same_at_the_same_places() {
+    judge("landmarks", checks::landmarks);
+}
+
+#[test]
+fn landmarks_ahead_are_the_same_at_the_same_distances() {
+    judge("landmarks ahead", checks::landmarks_ahead);
+}
+
+#[test]
+fn signals_share_controllers_with_the_same_signals() {
+    judge("groups", checks::landmark_groups);
+}
+
+#[test]
+fn crosswalks_have_the_same_corners() {
+    judge("crosswalks", checks::crosswalks);
+}
+
+#[test]
+fn geographic_places_are_the_same_both_ways() {
+    judge("geo", checks::geo);
+}

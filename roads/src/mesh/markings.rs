@@ -5,8 +5,9 @@ use nalgebra::Point3;
 use super::strip::{across, cuts};
 use super::{Material, Sink};
 use crate::Map;
+use crate::crosswalks::corners;
 use crate::kinds::{MarkColor, MarkType};
-use crate::lanes::{lateral, lateral_point};
+use crate::lanes::lateral;
 use crate::model::{Lane, Mark, Object, Road, Section};
 
 /// Height of paint above the road, in metres: enough for a depth buffer to tell them apart.
@@ -114,23 +115,9 @@ impl Line<'_> {
     }
 }
 
-/// Places of an object's corners on the road.
-fn corners(road: &Road, object: &Object) -> Vec<Point3<f64>> {
-    let lateral_m = road.lane_offset.value(object.s) + object.t;
-    let origin = lateral_point(road, object.s, lateral_m, PAINT_M);
-    let (sin, cos) = (road.reference(object.s).heading_rad + object.heading_rad).sin_cos();
-    object
-        .corners
-        .iter()
-        .map(|[u, v]| {
-            Point3::new(origin.x + u * cos - v * sin, origin.y + u * sin + v * cos, origin.z)
-        })
-        .collect()
-}
-
 /// Four corners, counter-clockwise.
 fn four_corners(road: &Road, object: &Object) -> Option<[Point3<f64>; 4]> {
-    let corners = corners(road, object);
+    let corners = corners(road, object, &object.corners, PAINT_M);
     let [a, b, c, d, ..] = corners.as_slice() else { return None };
     let turns_left = (b - a).cross(&(c - a)).z > 0.0;
     Some(if turns_left { [*a, *b, *c, *d] } else { [*a, *d, *c, *b] })

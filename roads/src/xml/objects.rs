@@ -17,7 +17,10 @@ fn object(node: Node<'_, '_>, numbers: &mut Numbers<'_>) -> Object {
     let corners = child(node, "outline")
         .into_iter()
         .flat_map(|outline| children(outline, "cornerLocal"))
-        .map(|corner| [numbers.required(corner, "u"), numbers.required(corner, "v")])
+        .map(|corner| {
+            let [u, v] = ["u", "v"].map(|name| numbers.required(corner, name));
+            [u, v, numbers.optional(corner, "z")]
+        })
         .collect();
     Object {
         name: text(node, "name").to_owned(),
