@@ -1,2 +1,102 @@
-//! "How long is one picture?" By size, alone and eight together.
-fn main() {}
+//! How long does one picture of a town take, by size, alone and when eight are asked for together?
+//!
+//! The scene is a street of the built-in town with twelve cars and twelve people. Times are per
+//! request; for eight together the throughput line gives pictures per second. JPEG included.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use render_service::{AdapterChoice, Renderer, TownScene};
+use schemas::{
+    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Tick, Vec3, VehicleControl, Weather, WorldId, level_pose,
+};
+
+const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let name = roads::town::names().next().ok_or("no built-in town")?;
+    let map = roads::Map::parse(name, &roads::town::build(name).ok_or("no such town")?)?;
+    let town = Arc::new(TownScene::of_map(&map));
+    let mut renderer = Renderer::new(AdapterChoice::Best)?;
+    println!("{} triangles, drawn by {}", town.triangle_count(), renderer.adapter_name());
+    let mut criterion = Criterion::default().configure_from_args();
+    for (width_px, height_px) in SIZES_PX {
+        let mut group = criterion.benchmark_group(format!("picture/{width_px}x{height_px}"));
+        for together in [1u32, 8] {
+            let jobs: Vec<RenderJob> =
+                (0..together).map(|at| job(&map, at as usize, (width_px, height_px))).collect();
+            let jobs: Vec<_> = jobs.iter().map(|job| (Arc::clone(&town), job)).collect();
+            group.throughput(Throughput::Elements(u64::from(together)));
+            group.bench_function(BenchmarkId::new("together", together), |bencher| {
+                bencher.iter(|| black_box(renderer.render(black_box(&jobs))));
+            });
+        }
+        group.finish();
+    }
+    criterion.final_summary();
+    Ok(())
+}
+
+/// A street of the town, seen by a car at one of its spawn points.
+fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> RenderJob {
+    let points = map.spawn_points();
+    let start =
+        points.get(spawn * 7 % points.len().max(1)).map_or_else(Pose::identity, |pose| pose.cast());
+    let mut actors = Vec::new();
+    for at in 0..12u32 {
+        let row = at as f32;
+        let ahead =
+            start * level_pose(Vec3::new(12.0 + 9.0 * row, 3.5 * (at % 3) as f32, 0.0), 0.0);
+        actors.push(actor(1 + at, ActorKind::Vehicle, ahead, Vec3::new(2.4, 1.0, 0.74)));
+        let aside = start * level_pose(Vec3::new(7.0 + 3.0 * row, -3.0, 0.95), row);
+        actors.push(actor(100 + at, ActorKind::Walker, aside, Vec3::new(0.19, 0.19, 0.93)));
+    }
+    actors.sort_by_key(|actor| actor.id);
+    let camera = Camera {
+        id: 1,
+        carrier: None,
+        carrier_from_camera: start * level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
+        width_px,
+        height_px,
+        horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
+        kind: ImageKind::Rgb,
+        encoding: ImageEncoding::Jpeg,
+        jpeg_quality: 75,
+    };
+    let frame = Frame {
+        world: WorldId::new(1).expect("not zero"),
+        tick: Tick(0),
+        epoch: 1,
+        dt_secs: 0.05,
+        state_hash: 0,
+        seed: 0,
+        map: MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() },
+        weather: Weather::CLEAR_NOON,
+        types: vec!["vehicle.tesla.model3".to_owned()],
+        actors,
+        collisions: Vec::new(),
+    };
+    RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }
+}
+
+fn actor(id: u32, kind: ActorKind, world_from_actor: Pose, box_half_extent_m: Vec3) -> ActorState {
+    let lift_m = if kind == ActorKind::Vehicle { box_half_extent_m.z } else { 0.0 };
+    ActorState {
+        id: ActorId::new(id).expect("not zero"),
+        kind,
+        gear: 1,
+        type_index: 0,
+        world_from_actor,
+        linear_velocity_mps: Vec3::zeros(),
+        angular_velocity_radps: Vec3::zeros(),
+        linear_acceleration_mps2: Vec3::zeros(),
+        box_centre_m: Vec3::new(0.0, 0.0, lift_m),
+        box_half_extent_m,
+        control: VehicleControl::default(),
+        road_wheel_rad: 0.0,
+        colour_rgb: 0xa0_2020,
+    }
+}

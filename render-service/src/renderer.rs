@@ -146,3 +146,54 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
     let bodies = bodies(&job.frame, light.night);
     Ok(Prepared { town, job, light, bodies, views })
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::{Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, Tick, Weather, WorldId};
+
+    use super::*;
+
+    fn job() -> RenderJob {
+        let frame = Frame {
+            world: WorldId::new(1).unwrap(),
+            tick: Tick(1),
+            epoch: 1,
+            dt_secs: 0.05,
+            state_hash: 1,
+            seed: 0,
+            map: MapRef { name: String::new(), digest: "d".to_owned() },
+            weather: Weather::CLEAR_NOON,
+            types: Vec::new(),
+            actors: Vec::new(),
+            collisions: Vec::new(),
+        };
+        let camera = Camera {
+            id: 1,
+            carrier: None,
+            carrier_from_camera: Pose::identity(),
+            width_px: 16,
+            height_px: 16,
+            horizontal_fov_rad: 1.0,
+            kind: ImageKind::Rgb,
+            encoding: ImageEncoding::Rgba8,
+            jpeg_quality: 75,
+        };
+        RenderJob { tenant: "local".parse().unwrap(), frame, cameras: vec![camera] }
+    }
+
+    /// Reliability F23: the device goes before a job, and twice in a row.
+    #[test]
+    fn a_lost_device_is_opened_anew_and_the_job_drawn() {
+        let Ok(mut renderer) = Renderer::new(AdapterChoice::Best) else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (town, job) = (Arc::new(TownScene::new("d", &[])), job());
+        let before = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+        for _ in 0..2 {
+            renderer.drawing.as_ref().unwrap().gpu.device.destroy();
+            let after = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+            assert!(before == after, "the picture from the new device differs");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! A street of our own: a level square of asphalt, so that every pixel's origin is known.
+
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use std::sync::Arc;
+
+use render_service::{AdapterChoice, Material, Renderer, Surface, TownScene, WallKind};
+use schemas::{
+    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Tick, UnitQuaternion, Vec3, VehicleControl, Weather, WorldId, level_pose,
+};
+
+pub const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// The software adapter, or any; `None`, said aloud, on a machine without Vulkan.
+pub fn renderer() -> Option<Renderer> {
+    match Renderer::new(AdapterChoice::Best) {
+        Ok(renderer) => Some(renderer),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// Asphalt from -100 m to 100 m, and these things on it.
+pub fn town(things: &[Surface]) -> Arc<TownScene> {
+    let corner = |x: f32, y: f32| Vec3::new(100.0 * x, 100.0 * y, 0.0);
+    let mut ground = Surface::empty(Material::Asphalt, WallKind::Plaster);
+    ground.positions_m =
+        vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    ground.normals = vec![Vec3::z(); 4];
+    ground.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    let surfaces: Vec<Surface> = std::iter::once(ground).chain(things.iter().cloned()).collect();
+    Arc::new(TownScene::new(DIGEST, &surfaces))
+}
+
+/// An upright box without top and bottom.
+pub fn pillar(material: Material, centre: [f32; 2], half: f32, height: f32) -> Surface {
+    let mut surface = Surface::empty(material, WallKind::Plaster);
+    for (normal, along) in [
+        (Vec3::x(), Vec3::y()),
+        (Vec3::y(), -Vec3::x()),
+        (-Vec3::x(), -Vec3::y()),
+        (-Vec3::y(), Vec3::x()),
+    ] {
+        let first = surface.positions_m.len() as u32;
+        let middle = Vec3::new(centre[0], centre[1], 0.0) + normal * half;
+        for (across, z) in [(-1.0, 0.0), (1.0, 0.0), (1.0, height), (-1.0, height)] {
+            surface.positions_m.push(middle + along * (across * half) + Vec3::z() * z);
+            surface.normals.push(normal);
+        }
+        surface.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    surface
+}
+
+pub fn frame(actors: Vec<ActorState>) -> Frame {
+    Frame {
+        world: WorldId::new(1).unwrap(),
+        tick: Tick(20),
+        epoch: 1,
+        dt_secs: 0.05,
+        state_hash: 99,
+        seed: 0,
+        map: MapRef { name: "Square".to_owned(), digest: DIGEST.to_owned() },
+        weather: Weather::CLEAR_NOON,
+        types: vec!["vehicle.tesla.model3".to_owned()],
+        actors,
+        collisions: Vec::new(),
+    }
+}
+
+pub fn car(id: u32, world_from_actor: Pose, colour_rgb: u32) -> ActorState {
+    ActorState {
+        id: ActorId::new(id).unwrap(),
+        kind: ActorKind::Vehicle,
+        gear: 1,
+        type_index: 0,
+        world_from_actor,
+        linear_velocity_mps: Vec3::zeros(),
+        angular_velocity_radps: Vec3::zeros(),
+        linear_acceleration_mps2: Vec3::zeros(),
+        box_centre_m: Vec3::new(0.0, 0.0, 0.74),
+        box_half_extent_m: Vec3::new(2.4, 1.0, 0.74),
+        control: VehicleControl::default(),
+        road_wheel_rad: 0.0,
+        colour_rgb,
+    }
+}
+
+/// 640 × 360, 90°, raw; 1.5 m above the origin, looking along x.
+pub fn camera() -> Camera {
+    Camera {
+        id: 7,
+        carrier: None,
+        carrier_from_camera: level_pose(Vec3::new(0.0, 0.0, 1.5), 0.0),
+        width_px: 640,
+        height_px: 360,
+        horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
+        kind: ImageKind::Rgb,
+        encoding: ImageEncoding::Rgba8,
+        jpeg_quality: 75,
+    }
+}
+
+/// Straight down from a height; the picture's top is towards x, its left towards y.
+pub fn camera_above(height_m: f32) -> Camera {
+    let down = UnitQuaternion::from_euler_angles(0.0, std::f32::consts::FRAC_PI_2, 0.0);
+    Camera {
+        carrier_from_camera: Pose::from_parts(Vec3::new(0.0, 0.0, height_m).into(), down),
+        ..camera()
+    }
+}
+
+pub fn job(frame: Frame, cameras: Vec<Camera>) -> RenderJob {
+    RenderJob { tenant: "local".parse().unwrap(), frame, cameras }
+}
+
+/// Red, green, blue of one pixel of a raw picture.
+pub fn pixel(image: &Image, column: u32, row: u32) -> [i32; 3] {
+    let at = ((row * image.width_px + column) * 4) as usize;
+    [0, 1, 2].map(|channel| i32::from(image.data[at + channel]))
+}
+
+/// Mean brightness of a square of 9 × 9 pixels.
+pub fn brightness(image: &Image, column: u32, row: u32) -> f32 {
+    let around = (row - 4..=row + 4).flat_map(|y| (column - 4..=column + 4).map(move |x| (x, y)));
+    let sum: i32 = around.map(|(x, y)| pixel(image, x, y).iter().sum::<i32>()).sum();
+    sum as f32 / (81.0 * 3.0)
+}
+
+/// Places of the pixels for which this holds.
+pub fn places(image: &Image, holds: impl Fn([i32; 3]) -> bool) -> Vec<(u32, u32)> {
+    (0..image.height_px)
+        .flat_map(|y| (0..image.width_px).map(move |x| (x, y)))
+        .filter(|(x, y)| holds(pixel(image, *x, *y)))
+        .collect()
+}
