@@ -64,6 +64,10 @@ struct Workspace {
     soft_bodies: SoftBodySet,
 }
 
+/// The physics produced a value that is not a number.
+#[derive(Debug)]
+pub(crate) struct NotFinite;
+
 /// A body at one moment, world frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyState {
@@ -298,7 +302,10 @@ impl Physics {
     }
 
     /// Advances all bodies under gravity and contacts.
-    pub(crate) fn step(&mut self, dt_secs: f32) {
+    ///
+    /// # Errors
+    /// [`NotFinite`] when a body or shape was no longer made of numbers and Rapier took it out.
+    pub(crate) fn step(&mut self, dt_secs: f32) -> Result<(), NotFinite> {
         let parameters = IntegrationParameters {
             dt: dt_secs,
             // Nothing here is thin enough to be tunnelled at 150 m/s within 10 ms.
@@ -322,6 +329,7 @@ impl Physics {
             &(),
             &(),
         );
+        if pipeline.quarantine().is_empty() { Ok(()) } else { Err(NotFinite) }
     }
 }
 

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::actor::Actor;
+use crate::check;
 use crate::town::Town;
 use crate::world::{State, World, check_dt};
 
@@ -121,6 +122,12 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
+    }
+    let numbers = |actor: &Actor| {
+        actor.vehicle.as_deref().is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
+    };
+    if check::weather(&state.weather).is_err() || !actors.iter().all(numbers) {
+        return Err(damaged("a value is not a number"));
     }
     state.check().map_err(|_| damaged("a body is nowhere"))
 }

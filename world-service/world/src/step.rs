@@ -7,7 +7,7 @@ use crate::actor::Actor;
 use crate::blueprint::BodySpec;
 use crate::collision::ContactLog;
 use crate::fallen;
-use crate::physics::{BodyState, Physics};
+use crate::physics::{BodyState, NotFinite, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
 use crate::vehicle::{Chassis, Impulse, VehicleSpec, understeer_rad_per_mps2};
@@ -34,7 +34,7 @@ impl World {
         let (count, dt_secs) = substeps(self.state.dt_secs);
         let grip = grip(&self.state.weather);
         for _ in 0..count {
-            self.state.substep(&self.town, grip, dt_secs, &mut log);
+            self.state.substep(&self.town, grip, dt_secs, &mut log)?;
         }
         self.state.measure_acceleration(&velocities_mps);
         self.state.collisions = self.state.contacts.conclude(log);
@@ -94,7 +94,13 @@ impl State {
         self.fixtures.update(&town.scenery, &reaches, &mut self.physics);
     }
 
-    fn substep(&mut self, town: &Town, grip: f32, dt_secs: f32, log: &mut ContactLog) {
+    fn substep(
+        &mut self,
+        town: &Town,
+        grip: f32,
+        dt_secs: f32,
+        log: &mut ContactLog,
+    ) -> Result<(), Error> {
         log.before(&self.actors, &self.physics);
         for actor in &mut self.actors {
             let body = self.physics.state(actor.body);
@@ -102,8 +108,14 @@ impl State {
                 push_by_ground(actor, &body, &mut self.physics, town, grip, dt_secs);
             }
         }
-        self.physics.step(dt_secs);
+        self.physics.step(dt_secs).map_err(|NotFinite| {
+            let message = format!("the physics diverged after {}", self.tick);
+            Error::new(ErrorCode::WorldQuarantined, message)
+                .wanted("finite poses and velocities")
+                .found("a value that is not a number")
+        })?;
         log.after(&self.physics);
+        Ok(())
     }
 
     fn measure_acceleration(&mut self, before_mps: &[Vec3]) {

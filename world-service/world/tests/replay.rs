@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::LazyLock;
+
 use common::*;
 use proptest::prelude::*;
 use schemas::{
@@ -223,6 +225,26 @@ proptest! {
             }
             run(&mut world, *ticks);
         }
+    }
+
+    #[test]
+    fn damage_with_a_fitting_checksum_is_never_a_panic(
+        at in any::<prop::sample::Index>(),
+        bytes in prop::collection::vec(any::<u8>(), 1..16),
+    ) {
+        static CRASH: LazyLock<Vec<u8>> = LazyLock::new(|| {
+            let mut world = crash();
+            run(&mut world, 20);
+            world.snapshot()
+        });
+        let mut damaged = CRASH.clone();
+        let at = 16 + at.index(damaged.len() - 16);
+        for (slot, byte) in damaged[at..].iter_mut().zip(&bytes) {
+            *slot = *byte;
+        }
+        let checksum = xxhash_rust::xxh3::xxh3_64(&damaged[16..]);
+        damaged[8..16].copy_from_slice(&checksum.to_le_bytes());
+        let _ = World::restore(&damaged, other_id(), 1, |_| Some(flat()));
     }
 
     #[test]
