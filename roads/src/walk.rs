@@ -14,7 +14,7 @@ pub(crate) enum Way {
 /// All places `distance_m` along the lanes from one place.
 ///
 /// At every fork the walk goes on along each branch; a branch that ends before the distance gives
-/// nothing.
+/// nothing. A distance below zero leads nowhere.
 pub(crate) fn walk(
     table: &LaneTable,
     links: &Links,
@@ -23,6 +23,9 @@ pub(crate) fn walk(
     way: Way,
 ) -> Vec<(LaneIndex, f64)> {
     let mut found = Vec::new();
+    if distance_m.is_nan() || distance_m < 0.0 {
+        return found;
+    }
     let mut pending = vec![(start.0, start.1, distance_m)];
     let mut entered = 0;
     while let Some((index, s, rest_m)) = pending.pop() {

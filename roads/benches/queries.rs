@@ -1,0 +1,101 @@
+//! How long does a server wait for an answer about the road, and for a map to be loaded?
+//!
+//! One iteration is one question, or one whole map for the loads. The generated town is always
+//! measured; Town03 and Town10HD are when `CAUSEWAY_MAPS_DIR` has them.
+
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use nalgebra::{Point3, Vector3};
+use roads::{LaneTypes, Map, Waypoint};
+
+fn texts() -> Vec<(String, String)> {
+    let folder = std::env::var_os("CAUSEWAY_MAPS_DIR").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/maps"),
+        PathBuf::from,
+    );
+    let ours = roads::town::build("Town10HD_Opt").map(|text| ("generated".to_owned(), text));
+    let theirs = ["Town03", "Town10HD"].into_iter().filter_map(|name| {
+        let path = folder.join(format!("{name}.xodr"));
+        let text = std::fs::read_to_string(&path).ok();
+        if text.is_none() {
+            println!("skipped: {path:?} is not there; set CAUSEWAY_MAPS_DIR");
+        }
+        Some((name.to_owned(), text?))
+    });
+    ours.into_iter().chain(theirs).collect()
+}
+
+/// Places all over the map, and points some metres beside them.
+fn questions(map: &Map) -> Vec<(Waypoint, Point3<f64>)> {
+    let places = map.generate_waypoints(11.0);
+    places
+        .into_iter()
+        .zip((0..9).cycle())
+        .map(|(place, turn)| {
+            let (sin, cos) = f64::from(turn).sin_cos();
+            let aside = Vector3::new(3.0 * cos, 3.0 * sin, 0.3);
+            (place, Point3::from(map.pose(&place).translation.vector + aside))
+        })
+        .collect()
+}
+
+fn queries(criterion: &mut Criterion) {
+    for (name, text) in texts() {
+        let Ok(map) = Map::parse(&name, &text) else { continue };
+        let questions = questions(&map);
+        let mut group = criterion.benchmark_group(&name);
+        let mut asked = questions.iter().cycle();
+        let mut next_question = move || *asked.next().expect("the towns have lanes");
+        group.bench_function("nearest", |bencher| {
+            bencher.iter_batched(
+                &mut next_question,
+                |(_, point)| black_box(map.nearest(point, LaneTypes::DRIVING)),
+                BatchSize::SmallInput,
+            );
+        });
+        group.bench_function("next 2 m", |bencher| {
+            bencher.iter_batched(
+                &mut next_question,
+                |(place, _)| black_box(map.next(&place, 2.0)),
+                BatchSize::SmallInput,
+            );
+        });
+        group.bench_function("pose", |bencher| {
+            bencher.iter_batched(
+                &mut next_question,
+                |(place, _)| black_box(map.pose(&place)),
+                BatchSize::SmallInput,
+            );
+        });
+        group.bench_function("generate_waypoints 2 m", |bencher| {
+            bencher.iter(|| black_box(map.generate_waypoints(2.0)));
+        });
+        group.finish();
+    }
+}
+
+fn loads(criterion: &mut Criterion) {
+    for (name, text) in texts() {
+        let Ok(map) = Map::parse(&name, &text) else { continue };
+        let mut group = criterion.benchmark_group(&name);
+        group.sample_size(20);
+        group.bench_function("parse", |bencher| {
+            bencher.iter(|| black_box(Map::parse(&name, &text).is_ok()));
+        });
+        group.bench_function("ground", |bencher| {
+            bencher.iter(|| black_box(roads::mesh::ground(&map)));
+        });
+        group.bench_function("picture", |bencher| {
+            bencher.iter(|| black_box(roads::mesh::render(&map)));
+        });
+        group.finish();
+    }
+    criterion.bench_function("write the generated town", |bencher| {
+        bencher.iter(|| black_box(roads::town::build("Town10HD_Opt")));
+    });
+}
+
+criterion_group!(benches, queries, loads);
+criterion_main!(benches);

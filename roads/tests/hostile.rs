@@ -1,0 +1,175 @@
+//! Broken and hostile texts: each is refused with words that name the place, quickly, and none of
+//! them ends the process.
+
+use std::time::{Duration, Instant};
+
+use proptest::prelude::*;
+use roads::{Map, MapError};
+
+/// A map of one straight road, with parts that can be swapped for broken ones.
+fn map_with(geometry: &str, width: &str, extra: &str) -> String {
+    format!(
+        "<OpenDRIVE><header/><road id=\"7\" length=\"100\" junction=\"-1\"><link/>\
+         <planView>{geometry}</planView><lanes><laneSection s=\"0\">\
+         <center><lane id=\"0\" type=\"none\"/></center>\
+         <right><lane id=\"-1\" type=\"driving\">{width}</lane></right>\
+         </laneSection></lanes>{extra}</road></OpenDRIVE>"
+    )
+}
+
+const LINE: &str = "<geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"100\"><line/></geometry>";
+const WIDTH: &str = "<width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/>";
+
+fn refusal(text: &str) -> MapError {
+    let started = Instant::now();
+    let refused = Map::parse("test", text).expect_err("the text is broken");
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+    refused
+}
+
+#[test]
+fn the_unbroken_map_is_accepted() {
+    assert!(Map::parse("test", &map_with(LINE, WIDTH, "")).is_ok());
+}
+
+#[test]
+fn numbers_that_are_none_are_named_with_road_and_attribute() {
+    for number in ["nan", "inf", "-inf", "1e308", "1e999", "2e6", "", "0x10", "one"] {
+        let text = map_with(&LINE.replace("hdg=\"0\"", &format!("hdg=\"{number}\"")), WIDTH, "");
+        let refused = refusal(&text).to_string();
+        assert!(refused.contains("road 7") && refused.contains("hdg"), "{refused}");
+    }
+}
+
+#[test]
+fn lengths_of_zero_and_less_are_refused() {
+    for length in ["0", "-1", "-0"] {
+        let geometry = LINE.replace("length=\"100\"", &format!("length=\"{length}\""));
+        assert!(refusal(&map_with(&geometry, WIDTH, "")).to_string().contains("road 7"));
+        let road = map_with(LINE, WIDTH, "").replacen(
+            "length=\"100\"",
+            &format!("length=\"{length}\""),
+            1,
+        );
+        assert!(refusal(&road).to_string().contains("length"));
+    }
+}
+
+#[test]
+fn records_that_end_the_client_are_refused_with_what_was_wanted() {
+    let late_width = WIDTH.replace("sOffset=\"0\"", "sOffset=\"1\"");
+    let cases = [
+        (map_with("", WIDTH, ""), "geometry"),
+        (map_with(LINE, &late_width, ""), "width"),
+        (
+            map_with(LINE, WIDTH, "<signals><signalReference id=\"9\" s=\"1\" t=\"0\"/></signals>"),
+            "signal",
+        ),
+        (
+            map_with(LINE, WIDTH, "<signals><signal id=\"9\" s=\"-1\" t=\"0\"/></signals>"),
+            "s of 0 or more",
+        ),
+        (
+            map_with(
+                LINE,
+                WIDTH,
+                "<objects><object id=\"1\" name=\"Speed_\" s=\"1\" t=\"0\"/></objects>",
+            ),
+            "Speed_",
+        ),
+        (
+            map_with(
+                LINE,
+                WIDTH,
+                "<elevationProfile><elevation s=\"5\" a=\"0\" b=\"0\" c=\"0\" d=\"0\"/></elevationProfile>",
+            ),
+            "elevation",
+        ),
+    ];
+    for (text, wanted) in cases {
+        let refused = refusal(&text).to_string();
+        assert!(refused.contains(wanted), "{refused} should name {wanted}");
+    }
+}
+
+#[test]
+fn entities_depth_and_size_do_not_blow_up() {
+    let laughs =
+        "<!DOCTYPE l [<!ENTITY a \"ha\"><!ENTITY b \"&a;&a;\">]><OpenDRIVE>&b;</OpenDRIVE>";
+    refusal(laughs);
+    let deep =
+        format!("<OpenDRIVE>{}{}</OpenDRIVE>", "<a>".repeat(100_000), "</a>".repeat(100_000));
+    assert!(refusal(&deep).to_string().contains("nested"));
+    refusal(&format!("<OpenDRIVE a=\"{}\"/>", "x".repeat(16 << 20)));
+    refusal(&format!("<OpenDRIVE>{}</OpenDRIVE>", "<a/>".repeat(2_000_001)));
+    refusal(&"<road/>".repeat(1000));
+    refusal("");
+}
+
+#[test]
+fn roads_of_absurd_total_length_are_refused_before_they_are_tabulated() {
+    let road = |id: u32| {
+        let geometry = LINE.replace("length=\"100\"", "length=\"1e6\"").replace(
+            "<line/>",
+            "<paramPoly3 pRange=\"arcLength\" aU=\"0\" bU=\"1\" cU=\"0\" dU=\"0\" aV=\"0\" bV=\"0\" cV=\"0\" dV=\"0\"/>",
+        );
+        map_with(&geometry, WIDTH, "")
+            .replace("length=\"100\"", "length=\"1e6\"")
+            .replace("id=\"7\"", &format!("id=\"{id}\""))
+            .replace("<OpenDRIVE><header/>", "")
+            .replace("</OpenDRIVE>", "")
+    };
+    let roads: String = (1..200).map(road).collect();
+    refusal(&format!("<OpenDRIVE>{roads}</OpenDRIVE>"));
+}
+
+#[test]
+fn a_walk_around_lanes_that_lead_in_a_circle_ends() {
+    // Three roads of a centimetre in a ring: a long walk passes them very often.
+    let road = |id: u32, next: u32, previous: u32| {
+        format!(
+            "<road id=\"{id}\" length=\"0.01\" junction=\"-1\"><link>\
+             <predecessor elementType=\"road\" elementId=\"{previous}\"/>\
+             <successor elementType=\"road\" elementId=\"{next}\"/></link><planView>\
+             <geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"0.01\"><line/></geometry></planView>\
+             <lanes><laneSection s=\"0\"><center><lane id=\"0\"/></center><right>\
+             <lane id=\"-1\" type=\"driving\"><link><predecessor id=\"-1\"/><successor id=\"-1\"/>\
+             </link>{WIDTH}</lane></right></laneSection></lanes></road>"
+        )
+    };
+    let text =
+        format!("<OpenDRIVE>{}{}{}</OpenDRIVE>", road(1, 2, 3), road(2, 3, 1), road(3, 1, 2));
+    let map = Map::parse("ring", &text).expect("a ring is legal");
+    let start = map.waypoint(1, -1, 0.0).expect("it has lane -1");
+    assert_eq!(map.next(&start, 0.1).len(), 1);
+    let started = Instant::now();
+    let far = map.next(&start, 1e9);
+    assert!(far.len() <= 1 && started.elapsed() < Duration::from_secs(1));
+    assert!(map.next(&start, f64::NAN).is_empty());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Any single changed byte of a real map gives a map or a refusal, and what is accepted can
+    /// be asked everything.
+    #[test]
+    fn damaged_towns_are_read_or_refused_and_never_panic(
+        place in 0.0..1.0_f64,
+        byte in 0x20_u8..0x7f,
+        count in 1_usize..40,
+    ) {
+        let mut text = roads::town::build("Town10HD_Opt").expect("ours").into_bytes();
+        #[allow(clippy::cast_sign_loss, clippy::cast_possible_truncation, reason = "0 to 1")]
+        let at = (place * (text.len() - count) as f64) as usize;
+        text[at..at + count].fill(byte);
+        let text = String::from_utf8(text).expect("the town is written in ASCII");
+        if let Ok(map) = Map::parse("damaged", &text) {
+            let mesh = roads::mesh::ground(&map);
+            prop_assert_eq!(mesh.indices.len(), mesh.materials.len());
+            for spawn in map.spawn_points() {
+                prop_assert!(spawn.translation.vector.iter().all(|v| v.is_finite()));
+            }
+        }
+    }
+}
