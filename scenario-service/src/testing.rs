@@ -1,9 +1,248 @@
-//! What several unit tests share.
+//! What several unit tests share: the default town, and worlds with toy physics behind the port.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+use schemas::{
+    ActorId, ActorKind, ActorState, Camera, Collision, Command, CommandReply, EncodedFrame, Error,
+    ErrorCode, Frame, Image, Images, MapRef, PilotMode, Pose, Tick, TickItem, TickOutcome,
+    TickResult, Vec3, VehicleControl, Weather, WorldId, wire,
+};
+
+use crate::scenario::Profile;
+use crate::session::Backstage;
+use crate::world_port::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
 
 /// The default town.
 pub(crate) fn map() -> Arc<roads::Map> {
     let text = roads::town::build("Town10HD_Opt").unwrap();
     Arc::new(roads::Map::parse("Town10HD_Opt", &text).unwrap())
+}
+
+/// Everything behind the sessions, over toy worlds.
+pub(crate) fn backstage() -> (Arc<ToyWorlds>, Arc<Backstage>) {
+    let port = Arc::new(ToyWorlds::default());
+    let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
+    let backstage = Backstage::new(shared, "trolley_saves".to_owned(), Profile::Documented);
+    (port, Arc::new(backstage))
+}
+
+/// Worlds in which cars slide along their heading and brake at 9 m/s².
+#[derive(Default)]
+pub(crate) struct ToyWorlds {
+    worlds: Mutex<BTreeMap<WorldId, Toy>>,
+    next: Mutex<u64>,
+    /// Refuse to make worlds.
+    pub(crate) full: AtomicBool,
+    /// No picture can be drawn.
+    pub(crate) blind: AtomicBool,
+}
+
+impl ToyWorlds {
+    /// Worlds that exist.
+    pub(crate) fn count(&self) -> usize {
+        self.worlds.lock().unwrap().len()
+    }
+
+    /// All worlds vanish, as when their service dies.
+    pub(crate) fn crash(&self) {
+        self.worlds.lock().unwrap().clear();
+    }
+
+    fn make(&self, new: &NewWorld) -> Result<CreatedWorld, Error> {
+        if self.full.load(Ordering::Relaxed) {
+            return Err(Error::new(ErrorCode::Capacity, "the service is full"));
+        }
+        let mut next = self.next.lock().unwrap();
+        *next += 1;
+        let world = WorldId::new(*next).unwrap();
+        let mut toy = Toy::new(world, new.seed);
+        let replies = new.commands.iter().map(|command| toy.apply(command)).collect();
+        let frame = toy.encode();
+        self.worlds.lock().unwrap().insert(world, toy);
+        Ok(CreatedWorld { world, frame, replies })
+    }
+
+    fn tick_one(&self, item: &TickItem) -> Result<TickOutcome, Error> {
+        let mut worlds = self.worlds.lock().unwrap();
+        let toy = worlds.get_mut(&item.world).ok_or_else(unknown)?;
+        if item.expected_tick.is_some_and(|tick| tick != toy.frame.tick) {
+            return Err(Error::new(ErrorCode::WrongTick, "another tick"));
+        }
+        let replies = item.commands.iter().map(|command| toy.apply(command)).collect();
+        let mut collisions = Vec::new();
+        for _ in 0..item.tick_count {
+            toy.tick();
+            collisions.extend(toy.frame.collisions.iter().cloned());
+        }
+        Ok(TickOutcome { frame: toy.encode(), replies, collisions })
+    }
+}
+
+fn unknown() -> Error {
+    Error::new(ErrorCode::UnknownWorld, "no such world")
+}
+
+struct Toy {
+    frame: Frame,
+    lane_shift_m: f32,
+}
+
+impl Toy {
+    fn new(world: WorldId, seed: u64) -> Self {
+        let map = map();
+        let frame = Frame {
+            world,
+            tick: Tick(0),
+            epoch: 1,
+            dt_secs: DT_SECS,
+            state_hash: seed,
+            seed,
+            map: MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() },
+            weather: Weather::CLEAR_NOON,
+            types: Vec::new(),
+            actors: Vec::new(),
+            collisions: Vec::new(),
+        };
+        Self { frame, lane_shift_m: 0.0 }
+    }
+
+    fn encode(&self) -> EncodedFrame {
+        EncodedFrame(wire::encode_frame(&self.frame).0)
+    }
+
+    fn apply(&mut self, command: &Command) -> CommandReply {
+        match command {
+            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps } => {
+                return Ok(Some(self.spawn(blueprint, *world_from_actor, *linear_velocity_mps)));
+            }
+            Command::SetControl { actor, control } => self.actor(*actor).control = *control,
+            Command::SetPilot { actor, mode, .. } => {
+                self.actor(*actor).control = VehicleControl::default();
+                self.lane_shift_m = match mode {
+                    PilotMode::ChangeLaneLeft => 3.5,
+                    PilotMode::ChangeLaneRight => -3.5,
+                    PilotMode::KeepLane => 0.0,
+                };
+            }
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn actor(&mut self, id: ActorId) -> &mut ActorState {
+        self.frame.actors.iter_mut().find(|actor| actor.id == id).unwrap()
+    }
+
+    fn spawn(&mut self, blueprint: &str, pose: Pose, velocity_mps: Vec3) -> ActorId {
+        let id = ActorId::new(self.frame.actors.len() as u32 + 1).unwrap();
+        self.frame.types.push(blueprint.to_owned());
+        let walks = blueprint.starts_with("walker.");
+        self.frame.actors.push(ActorState {
+            id,
+            kind: if walks { ActorKind::Walker } else { ActorKind::Vehicle },
+            gear: 1,
+            type_index: id.get() as u16 - 1,
+            world_from_actor: pose,
+            linear_velocity_mps: velocity_mps,
+            angular_velocity_radps: Vec3::zeros(),
+            linear_acceleration_mps2: Vec3::zeros(),
+            box_centre_m: Vec3::zeros(),
+            box_half_extent_m: Vec3::new(2.45, 0.95, 0.75),
+            control: VehicleControl::default(),
+            road_wheel_rad: 0.0,
+            colour_rgb: 0,
+        });
+        id
+    }
+
+    fn tick(&mut self) {
+        let dt = DT_SECS as f32;
+        let was_touching = touched(&self.frame);
+        let shift_m = self.lane_shift_m.clamp(-0.2, 0.2);
+        self.lane_shift_m -= shift_m;
+        let ego = &mut self.frame.actors[0];
+        let forward = ego.world_from_actor.rotation * Vec3::x();
+        let left = ego.world_from_actor.rotation * Vec3::y();
+        let change = 3.0 * ego.control.throttle - 9.0 * ego.control.brake;
+        let speed_mps = (ego.linear_velocity_mps.norm() + change * dt).max(0.0);
+        ego.linear_velocity_mps = forward * speed_mps;
+        ego.world_from_actor.translation.vector += forward * (speed_mps * dt) + left * shift_m;
+        self.frame.tick = Tick(self.frame.tick.0 + 1);
+        self.frame.state_hash = self.frame.state_hash.wrapping_mul(31).wrapping_add(1);
+        let touching = touched(&self.frame);
+        self.frame.collisions = touching
+            .into_iter()
+            .map(|other| Collision {
+                actor: ActorId::new(1).unwrap(),
+                other: Some(other),
+                started: !was_touching.contains(&other),
+                position_m: Vec3::zeros(),
+                impulse_ns: Vec3::x(),
+                closing_speed_mps: speed_mps,
+            })
+            .collect();
+    }
+}
+
+/// Pedestrians inside the first actor's box.
+fn touched(frame: &Frame) -> Vec<ActorId> {
+    let ego = &frame.actors[0];
+    let is_inside = |other: &&ActorState| {
+        let at = ego.world_from_actor.inverse() * other.world_from_actor;
+        at.translation.vector.x.abs() < 2.75 && at.translation.vector.y.abs() < 1.25
+    };
+    frame.actors.iter().skip(1).filter(is_inside).map(|other| other.id).collect()
+}
+
+impl WorldPort for ToyWorlds {
+    fn create(&self, new: NewWorld) -> Answer<'_, CreatedWorld> {
+        Box::pin(async move { self.make(&new) })
+    }
+
+    fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
+        Box::pin(async move {
+            self.worlds.lock().unwrap().remove(&world).map(drop).ok_or_else(unknown)
+        })
+    }
+
+    fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
+        Box::pin(async move {
+            let result =
+                |item: &TickItem| TickResult { world: item.world, outcome: self.tick_one(item) };
+            Ok(items.iter().map(result).collect())
+        })
+    }
+
+    fn capture(&self, world: WorldId, cameras: Vec<Camera>) -> Answer<'_, Images> {
+        Box::pin(async move {
+            let worlds = self.worlds.lock().unwrap();
+            let frame = &worlds.get(&world).ok_or_else(unknown)?.frame;
+            if self.blind.load(Ordering::Relaxed) {
+                return Err(Error::new(ErrorCode::RendererUnavailable, "no renderer is up"));
+            }
+            let image = |camera: Camera| Image {
+                camera: camera.id,
+                width_px: camera.width_px,
+                height_px: camera.height_px,
+                kind: camera.kind,
+                encoding: camera.encoding,
+                data: frame.state_hash.to_le_bytes().to_vec(),
+            };
+            let images = cameras.into_iter().map(image).collect();
+            Ok(Images { tick: frame.tick, state_hash: frame.state_hash, images })
+        })
+    }
+
+    fn maps(&self) -> Answer<'_, Vec<MapRef>> {
+        Box::pin(async move {
+            let map = map();
+            Ok(vec![MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() }])
+        })
+    }
+
+    fn map_text(&self, _: String) -> Answer<'_, Vec<u8>> {
+        Box::pin(async move { Ok(map().text().as_bytes().to_vec()) })
+    }
 }

@@ -40,9 +40,17 @@ impl<'m> Lanes<'m> {
         self.map.lane_pose(&place).map_or(0.0, |pose| pose.heading_rad)
     }
 
-    /// The place this far along the lane; the first of several ways at a junction.
+    /// The place this far along the lane; the straightest of several ways at a junction.
     pub fn ahead(self, place: Place, distance_m: f64) -> Option<Place> {
-        self.map.next(&place, distance_m).into_iter().next()
+        let turn = |there: &Place| self.turn_rad(place, *there).abs();
+        let ways = self.map.next(&place, distance_m);
+        ways.into_iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))
+    }
+
+    /// How much the lane's direction differs between two places, from -π to π, positive to the left.
+    pub fn turn_rad(self, from: Place, to: Place) -> f64 {
+        let turn = self.heading_rad(to) - self.heading_rad(from);
+        turn.sin().atan2(turn.cos())
     }
 
     /// The driving lane of the same direction to the left.

@@ -72,12 +72,9 @@ fn has_lanes_beside(lanes: Lanes<'_>, place: Place, wanted: &Wanted) -> bool {
 }
 
 fn is_straight(lanes: Lanes<'_>, place: Place, wanted: &Wanted, turn_rad: f64) -> bool {
-    let heading_rad = lanes.heading_rad(place);
     [wanted.straight_m / 2.0, wanted.straight_m].into_iter().all(|distance_m| {
-        lanes.ahead(place, distance_m).is_some_and(|there| {
-            let turn = lanes.heading_rad(there) - heading_rad;
-            turn.sin().atan2(turn.cos()).abs() <= turn_rad
-        })
+        let there = lanes.ahead(place, distance_m);
+        there.is_some_and(|there| lanes.turn_rad(place, there).abs() <= turn_rad)
     })
 }
 
