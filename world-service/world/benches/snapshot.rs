@@ -1,4 +1,5 @@
 //! What do a snapshot, a restore, eight forks and a new world cost?
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

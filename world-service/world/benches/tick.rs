@@ -1,4 +1,5 @@
 //! How long is one tick with N cars, and one with a car and three pedestrians?
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

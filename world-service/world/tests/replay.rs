@@ -1,4 +1,5 @@
 //! Snapshots, forks and refusals: a world goes on bit for bit.
+#![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
 mod common;
 

@@ -1,5 +1,10 @@
 //! A straight four-lane road, worlds on it, and what tests ask of them.
-#![allow(dead_code, reason = "every test file uses its own part")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unwrap_used,
+    reason = "test code; every test file uses its own part"
+)]
 
 use std::sync::{Arc, LazyLock};
 
