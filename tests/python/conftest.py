@@ -48,6 +48,7 @@ def old_client():
     wanted = "openenv-core==0.3.0"
     folder = CACHE / wanted.replace("==", "-")
     if not folder.exists():
+        CACHE.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=CACHE) as fresh:
             subprocess.run(
                 [

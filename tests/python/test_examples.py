@@ -1,6 +1,7 @@
 """The examples do what their documentation says, as a user runs them."""
 
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -96,3 +97,20 @@ def test_watch_frames_prints_the_speeds_of_a_running_world(site):
     lines = [line for line in result.stdout.splitlines() if line.startswith("world ")]
     assert len(lines) == 5
     assert "vehicles at" in lines[0]
+
+
+def test_the_session_of_the_readme_runs(base_url, tmp_path):
+    readme = (PACKAGE / "README.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?Session.*?)```", readme, flags=re.DOTALL)
+    code = code.replace("http://localhost:8000", base_url)
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == "1.0 SWERVE_LEFT\n"
+    assert (tmp_path / "after.jpg").stat().st_size > 10_000

@@ -61,9 +61,9 @@ REFUSED = [
 ]
 
 
-@pytest.fixture(scope="module")
-def connection(site):
-    with wire(site.base_url) as connection:
+@pytest.fixture
+def connection(base_url):
+    with wire(base_url) as connection:
         connection.reset(scenario_name="trolley_saves", seed=1)
         yield connection
 
@@ -124,7 +124,7 @@ def test_a_number_that_overflows_is_refused(connection):
 @pytest.mark.parametrize(
     ("message", "code", "text"),
     [
-        ("", "INVALID_JSON", "Invalid JSON: Expecting value: line 1 column 1 (char 0)"),
+        ("", "INVALID_JSON", "Invalid JSON: "),
         ("{", "INVALID_JSON", "Invalid JSON: "),
         ("[1]", "INVALID_JSON", ""),
         ("3", "INVALID_JSON", ""),
@@ -139,7 +139,7 @@ def test_a_number_that_overflows_is_refused(connection):
         ('{"type":"state","data":{}}', "VALIDATION_ERROR", "Invalid message"),
         ("[" * 100_000, "INVALID_JSON", ""),
     ],
-    ids=str,
+    ids=lambda value: str(value)[:40],
 )
 def test_a_message_of_the_wrong_shape_is_answered_and_the_session_goes_on(
     connection, message, code, text

@@ -6,12 +6,13 @@ import zipfile
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent
+SOURCES = ("src", "pyproject.toml", "README.md")
 CONFORMANCE = PACKAGE.parent.parent / "tests" / "python"
 
 
 def test_the_wheel_holds_the_generated_code_and_says_that_it_is_typed(tmp_path):
     # A copy, because building leaves files beside the sources.
-    command = ["cp", "-r", PACKAGE / "src", PACKAGE / "pyproject.toml", tmp_path]
+    command = ["cp", "-r", *(PACKAGE / name for name in SOURCES), tmp_path]
     subprocess.run(command, check=True, timeout=60)
     subprocess.run(
         [
