@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::track::Place;
 
-/// Highest sideways acceleration of the manoeuvre, within the grip of a dry road.
-const PEAK_MPS2: f32 = 6.0;
+/// Nearer to the lane's middle than this no way is planned; steering corrects it.
+const OFFSET_M_MIN: f32 = 0.5;
 /// Steepest course against the lane, as a slope; it lengthens the manoeuvre at low speed.
 const SLOPE_MAX: f32 = 0.4;
 /// Peak of the second and first derivative of the quintic from 1 to 0 over a unit length.
@@ -15,6 +15,25 @@ const QUINTIC_SLOPE: f32 = 1.875;
 const LEAD_SECS: f32 = 0.12;
 /// Slower than this the manoeuvre is planned as at this speed.
 const SPEED_MPS_MIN: f32 = 1.0;
+
+/// Why a vehicle moves sideways, which says how fast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Manoeuvre {
+    /// To the neighbouring lane, as quickly as a careful driver dares in an emergency.
+    Change,
+    /// Back to the middle of the own lane, in comfort.
+    Return,
+}
+
+impl Manoeuvre {
+    /// Highest sideways acceleration, within the grip of a dry road.
+    const fn peak_mps2(self) -> f32 {
+        match self {
+            Self::Change => 6.0,
+            Self::Return => 2.5,
+        }
+    }
+}
 
 /// Sideways path over distance along the new lane: a quintic without jumps in course or curvature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,13 +55,13 @@ pub(crate) struct Reference {
 }
 
 impl LaneChange {
-    /// From the present place beside the new lane to its middle; `None` if it is there already.
-    pub(crate) fn plan(place: &Place) -> Option<Self> {
+    /// From the present place beside a lane to its middle; `None` if it is nearly there.
+    pub(crate) fn plan(manoeuvre: Manoeuvre, place: &Place) -> Option<Self> {
         let along_mps = place.along_mps.max(SPEED_MPS_MIN);
         let offset_m = place.left_m.abs();
-        let by_grip_m = along_mps * (QUINTIC_BEND * offset_m / PEAK_MPS2).sqrt();
+        let by_grip_m = along_mps * (QUINTIC_BEND * offset_m / manoeuvre.peak_mps2()).sqrt();
         let by_course_m = QUINTIC_SLOPE * offset_m / SLOPE_MAX;
-        (offset_m > 0.05).then(|| Self {
+        (offset_m > OFFSET_M_MIN).then(|| Self {
             length_m: by_grip_m.max(by_course_m),
             travelled_m: 0.0,
             start_left_m: place.left_m,
@@ -89,7 +108,7 @@ mod tests {
 
     #[test]
     fn it_begins_at_the_vehicle_and_ends_in_the_middle_of_the_lane() {
-        let plan = LaneChange::plan(&place(-3.5, 11.0)).unwrap();
+        let plan = LaneChange::plan(Manoeuvre::Change, &place(-3.5, 11.0)).unwrap();
         let (start, end) = (plan.reference(0.0), plan.reference(plan.length_m));
         assert!((start.left_m + 3.5).abs() < 1.0e-5 && start.slope.abs() < 1.0e-5);
         assert!(end.left_m.abs() < 1.0e-5 && end.slope.abs() < 1.0e-5);
@@ -98,18 +117,18 @@ mod tests {
 
     #[test]
     fn sideways_acceleration_stays_within_the_limit() {
-        let plan = LaneChange::plan(&place(3.5, 11.0)).unwrap();
+        let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 11.0)).unwrap();
         let peak_mps2 = (0..=100)
             .map(|step| plan.reference(plan.length_m * step as f32 / 100.0).bend_per_m.abs())
             .fold(0.0, f32::max)
             * 11.0
             * 11.0;
-        assert!((PEAK_MPS2 - 0.1..=PEAK_MPS2 + 0.1).contains(&peak_mps2), "{peak_mps2}");
+        assert!((5.9..=6.1).contains(&peak_mps2), "{peak_mps2}");
     }
 
     #[test]
     fn a_slow_vehicle_takes_a_longer_way_and_not_a_steeper_course() {
-        let plan = LaneChange::plan(&place(3.5, 2.0)).unwrap();
+        let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 2.0)).unwrap();
         let middle = plan.reference(plan.length_m / 2.0);
         assert!((middle.slope.abs() - SLOPE_MAX).abs() < 0.01, "{middle:?}");
     }

@@ -4,7 +4,7 @@ use roads::Map;
 use schemas::{PilotMode, Pose, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
-use crate::lane_change::LaneChange;
+use crate::lane_change::{LaneChange, Manoeuvre};
 use crate::speed::SpeedControl;
 use crate::steering;
 use crate::track::Track;
@@ -46,17 +46,13 @@ impl Pilot {
             PilotMode::ChangeLaneLeft => track.left(map),
             PilotMode::ChangeLaneRight => track.right(map),
         });
-        let track = neighbour.clone().or(own);
-        let lane_change = neighbour.and_then(|track| {
+        let manoeuvre = if neighbour.is_some() { Manoeuvre::Change } else { Manoeuvre::Return };
+        let track = neighbour.or(own);
+        let lane_change = track.as_ref().and_then(|track| {
             let place = track.place(map, &view.world_from_vehicle, view.velocity_mps);
-            LaneChange::plan(&place)
+            LaneChange::plan(manoeuvre, &place)
         });
         Self { track, lane_change, speed: SpeedControl::new(target_speed_mps) }
-    }
-
-    /// Whether a lane change is under way.
-    pub fn is_changing_lane(&self) -> bool {
-        self.lane_change.is_some()
     }
 
     /// The control for the next `dt_secs`.

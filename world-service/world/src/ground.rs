@@ -12,8 +12,8 @@ const CELLS_MAX: usize = 1 << 20;
 const CELL_M: f32 = 4.0;
 /// Tolerance at triangle edges, so that no point falls between two triangles.
 const EDGE_M: f32 = 1.0e-3;
-/// Grip of ground without a mesh, relative to dry asphalt.
-const OPEN_LAND_FRICTION: f32 = 0.6;
+/// Friction coefficient of a dry tyre where there is no mesh: that of grass.
+const OPEN_LAND_FRICTION: f32 = 0.5;
 
 /// The ground under a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub(crate) struct Surface {
     pub height_m: f32,
     /// Unit, upwards.
     pub normal: Vec3,
-    /// Grip relative to dry asphalt.
+    /// Coefficient of a dry tyre on it.
     pub friction: f32,
 }
 
@@ -51,8 +51,8 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    /// - **Domain:** `triangles` with their grip relative to dry asphalt; walls and degenerate ones
-    ///   are left out.
+    /// - **Domain:** `triangles` with the friction coefficient of a dry tyre on them; walls and
+    ///   degenerate ones are left out.
     pub(crate) fn new(triangles: impl IntoIterator<Item = ([Vec3; 3], f32)>) -> Self {
         let faces: Vec<Face> = triangles.into_iter().filter_map(face).collect();
         let (low, high) = bounds(&faces);
