@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use schemas::wire;
 use schemas::{Error, ErrorCode, Images, RenderJob, Reply, Request, ServiceId, keys, limits};
+use tokio::sync::oneshot;
+use zenoh::Wait;
 
 use crate::query::ask;
 use crate::{BusConfig, BusError, Endpoint};
@@ -27,9 +29,9 @@ impl Bus {
                 .with_port()
                 .map_err(|cause| BusError::Listen { endpoint: endpoint.clone(), cause })?;
         }
-        match zenoh::open(config.to_zenoh()?).await {
+        match open_apart(config.to_zenoh()?).await {
             Ok(session) => Ok(Self { session, listening: config.listen }),
-            Err(cause) => Err(why_not_opened(config, cause.to_string())),
+            Err(cause) => Err(why_not_opened(config, cause)),
         }
     }
 
@@ -115,6 +117,23 @@ fn reply_of(bytes: &[u8]) -> Result<Reply, Error> {
         Reply::Error(error) => Err(error),
         reply => Ok(reply),
     }
+}
+
+/// Opens the transport on a thread of its own.
+///
+/// Opening blocks until it is connected. On a thread of the caller's runtime it would also swallow
+/// the wake-ups of whatever else that thread awaits: a server beside it then accepts nobody.
+async fn open_apart(config: zenoh::Config) -> Result<zenoh::Session, String> {
+    let (sender, receiver) = oneshot::channel();
+    let open = move || {
+        // Nobody receives when the caller has given up; then the session is closed again.
+        let _ = sender.send(zenoh::open(config).wait().map_err(|cause| cause.to_string()));
+    };
+    std::thread::Builder::new()
+        .name("bus-open".to_owned())
+        .spawn(open)
+        .map_err(|cause| cause.to_string())?;
+    receiver.await.unwrap_or_else(|_| Err("opening it panicked".to_owned()))
 }
 
 /// Finds the endpoint that cannot be taken, which the transport's text does not name reliably.
