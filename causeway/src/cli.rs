@@ -25,6 +25,12 @@ enum Command {
     /// Start a whole site on this machine: one process per service, restarted when one dies.
     #[command(after_help = EXIT_CODES)]
     Up(up::Args),
+    /// Run a world service alone.
+    World(world_service::Args),
+    /// Run a renderer alone.
+    Render(render_service::Args),
+    /// Run a scenario service with its HTTP and WebSocket face alone.
+    Scenario(scenario_service::Args),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
 }
@@ -41,6 +47,11 @@ impl Cli {
         }
         match self.command {
             Command::Up(args) => up::run(args),
+            Command::World(args) => world_service::run(args).map_err(|error| Failure::of(&error)),
+            Command::Render(args) => render_service::run(args).map_err(|error| Failure::of(&error)),
+            Command::Scenario(args) => {
+                scenario_service::run(&args).map_err(|error| Failure::of(&error))
+            }
             Command::Router(args) => router::run(args),
         }
     }
@@ -51,6 +62,9 @@ impl Command {
     fn name(&self) -> &'static str {
         match self {
             Self::Up(_) => "up",
+            Self::World(_) => "world",
+            Self::Render(_) => "render",
+            Self::Scenario(_) => "scenario",
             Self::Router(_) => "router",
         }
     }

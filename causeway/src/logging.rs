@@ -22,6 +22,7 @@ pub(crate) fn init(process: &'static str) {
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        .with_ansi(false)
         .event_format(Line { process })
         .try_init();
     if let Some(refusal) = refusal {

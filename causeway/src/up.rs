@@ -37,7 +37,7 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
 async fn run_site(plan: Plan) -> Result<(), Failure> {
     let (stop, _) = watch::channel(Stop::No);
     banner::print_addresses(&plan);
-    let announcing = tokio::spawn(banner::print_arrivals(plan.bus.clone()));
+    let announcing = tokio::spawn(banner::print_arrivals(plan.bus.clone(), stop.subscribe()));
     let outcome = tokio::select! {
         outcome = supervisor::supervise(plan.services, &stop) => {
             outcome.map_err(|error| Failure::of(&error))

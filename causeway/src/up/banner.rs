@@ -4,8 +4,10 @@ use std::time::Instant;
 
 use bus::{Bus, BusConfig, BusError, Endpoint, Presence};
 use schemas::ServiceKind;
+use tokio::sync::watch;
 
 use super::plan::Plan;
+use super::stop::Stop;
 
 /// Prints where to connect.
 pub(crate) fn print_addresses(plan: &Plan) {
@@ -14,10 +16,12 @@ pub(crate) fn print_addresses(plan: &Plan) {
     println!("  bus       {}", plan.bus);
 }
 
-/// Prints every service that comes up or goes away, for ever.
-pub(crate) async fn print_arrivals(bus: Endpoint) {
-    let Err(error) = follow(bus).await;
-    tracing::warn!("cannot tell what comes up: {error}");
+/// Prints every service that comes up or goes away until the site is to end.
+pub(crate) async fn print_arrivals(bus: Endpoint, mut stop: watch::Receiver<Stop>) {
+    tokio::select! {
+        Err(error) = follow(bus) => tracing::warn!("cannot tell what comes up: {error}"),
+        () = Stop::requested(&mut stop) => {}
+    }
 }
 
 async fn follow(endpoint: Endpoint) -> Result<std::convert::Infallible, BusError> {
