@@ -55,8 +55,20 @@ fn tick_from(criterion: &mut Criterion, name: &str, start: &World) {
     });
 }
 
+/// A car among a thousand people who only stand.
+fn car_and_crowd() -> World {
+    let mut world = world_on(flat(), 0.05);
+    car(&mut world, 0.0, 11.1);
+    for index in 0..1_000u16 {
+        let (row, column) = (f32::from(index / 10), f32::from(index % 10));
+        walker(&mut world, -700.0 + 2.0 * row, 30.0 + 2.0 * column);
+    }
+    world
+}
+
 fn tick(criterion: &mut Criterion) {
     tick_from(criterion, "tick/1 car and 3 walkers", &car_and_three_walkers());
+    tick_from(criterion, "tick/1 car and 1000 standing walkers", &car_and_crowd());
     for count in [1, 10, 100] {
         tick_from(criterion, &format!("tick/{count} cars"), &cars(count));
     }

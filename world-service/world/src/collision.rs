@@ -21,7 +21,7 @@ pub(crate) struct Contacts {
 /// Collects the contacts of one tick.
 #[derive(Default)]
 pub(crate) struct ContactLog {
-    /// Bodies just before the present substep, ordered by id.
+    /// Awake bodies just before the present substep, ordered by id; the others stand still.
     before: Vec<(ActorId, BodyState)>,
     pairs: BTreeMap<Pair, Sum>,
 }
@@ -38,7 +38,8 @@ struct Sum {
 impl ContactLog {
     pub(crate) fn before(&mut self, actors: &[Actor], physics: &Physics) {
         self.before.clear();
-        self.before.extend(actors.iter().map(|actor| (actor.id, physics.state(actor.body))));
+        let awake = actors.iter().filter(|actor| !physics.is_asleep(actor.body));
+        self.before.extend(awake.map(|actor| (actor.id, physics.state(actor.body))));
     }
 
     pub(crate) fn after(&mut self, physics: &Physics) {

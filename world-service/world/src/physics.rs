@@ -256,6 +256,16 @@ impl Physics {
         }
     }
 
+    /// Cheaper than the whole [`state`](Self::state), for the many that only stand.
+    pub(crate) fn is_asleep(&self, handle: BodyHandle) -> bool {
+        self.bodies[handle].is_sleeping()
+    }
+
+    /// Velocity of the centre of mass, world frame.
+    pub(crate) fn linear_mps(&self, handle: BodyHandle) -> Vec3 {
+        from_rapier(self.bodies[handle].linvel())
+    }
+
     pub(crate) fn response(&self, handle: BodyHandle) -> Response {
         let properties = self.bodies[handle].mass_properties();
         let column =

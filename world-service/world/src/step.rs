@@ -74,7 +74,7 @@ impl State {
     }
 
     fn velocities(&self) -> Vec<Vec3> {
-        self.actors.iter().map(|actor| self.physics.state(actor.body).linear_mps).collect()
+        self.actors.iter().map(|actor| self.physics.linear_mps(actor.body)).collect()
     }
 
     fn bring_scenery(&mut self, town: &Town) {
@@ -82,13 +82,14 @@ impl State {
         let reaches: Vec<Reach> = self
             .actors
             .iter()
-            .filter_map(|actor| {
+            .filter(|actor| !self.physics.is_asleep(actor.body))
+            .map(|actor| {
                 let body = self.physics.state(actor.body);
                 let radius_m = actor.blueprint().box_half_extent_m().norm();
-                (!body.asleep).then(|| Reach {
+                Reach {
                     centre_m: body.world_from_body.translation.vector,
                     radius_m: radius_m + body.linear_mps.norm() * dt_secs,
-                })
+                }
             })
             .collect();
         self.fixtures.update(&town.scenery, &reaches, &mut self.physics);
@@ -103,8 +104,8 @@ impl State {
     ) -> Result<(), Error> {
         log.before(&self.actors, &self.physics);
         for actor in &mut self.actors {
-            let body = self.physics.state(actor.body);
-            if !body.asleep {
+            if !self.physics.is_asleep(actor.body) {
+                let body = self.physics.state(actor.body);
                 push_by_ground(actor, &body, &mut self.physics, town, grip, dt_secs);
             }
         }
@@ -121,7 +122,7 @@ impl State {
     fn measure_acceleration(&mut self, before_mps: &[Vec3]) {
         let dt_secs = self.dt_secs as f32;
         for (actor, before_mps) in self.actors.iter_mut().zip(before_mps) {
-            let after_mps = self.physics.state(actor.body).linear_mps;
+            let after_mps = self.physics.linear_mps(actor.body);
             actor.acceleration_mps2 = (after_mps - before_mps) / dt_secs;
         }
     }
