@@ -202,9 +202,9 @@ impl WorldPort for ToyWorlds {
     }
 
     fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
-        Box::pin(async move {
-            self.worlds.lock().unwrap().remove(&world).map(drop).ok_or_else(unknown)
-        })
+        Box::pin(
+            async move { self.worlds.lock().unwrap().remove(&world).map(drop).ok_or_else(unknown) },
+        )
     }
 
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {

@@ -54,7 +54,10 @@ async fn http(
     let mut stream = TcpStream::connect(address).await.unwrap();
     let body = match body {
         Some(body) => {
-            format!("content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}", body.len())
+            format!(
+                "content-type: application/json\r\ncontent-length: {}\r\n\r\n{body}",
+                body.len()
+            )
         }
         None => "\r\n".to_owned(),
     };
@@ -67,7 +70,12 @@ async fn http(
     (status, head.to_lowercase(), body.to_owned())
 }
 
-async fn json_of(address: SocketAddr, method: &str, path: &str, body: Option<&str>) -> (u16, Value) {
+async fn json_of(
+    address: SocketAddr,
+    method: &str,
+    path: &str,
+    body: Option<&str>,
+) -> (u16, Value) {
     let (status, _, body) = http(address, method, path, body).await;
     (status, serde_json::from_str(&body).unwrap_or(Value::Null))
 }
@@ -125,8 +133,10 @@ async fn the_session_survives_whatever_it_is_sent() {
     let mut socket = connect(address, "").await;
     ask(&mut socket, json!({ "type": "reset" })).await;
     let large = "x".repeat(10 * 1024 * 1024);
-    let long_but_legal = format!(r#"{{"type":"step","data":{{"metadata":{{"note":"{}"}}}}}}"#,
-        "x".repeat(1024 * 1024));
+    let long_but_legal = format!(
+        r#"{{"type":"step","data":{{"metadata":{{"note":"{}"}}}}}}"#,
+        "x".repeat(1024 * 1024)
+    );
     for (message, code) in [
         (Message::text("nope"), "INVALID_JSON"),
         (Message::text("[1]"), "INVALID_JSON"),
@@ -299,7 +309,10 @@ async fn json_rpc_answers_as_the_table_says() {
         json_of(address, "POST", "/mcp", Some(&body.to_string())).await
     };
     let (status, parse) = json_of(address, "POST", "/mcp", Some("nope")).await;
-    assert_eq!((status, &parse["error"]["code"], &parse["jsonrpc"]), (200, &json!(-32700), &json!("2.0")));
+    assert_eq!(
+        (status, &parse["error"]["code"], &parse["jsonrpc"]),
+        (200, &json!(-32700), &json!("2.0"))
+    );
     assert_eq!(rpc(json!([])).await.1["error"]["message"], "Parse error");
     let empty = rpc(json!({})).await.1;
     assert_eq!(empty["error"]["code"], -32600);

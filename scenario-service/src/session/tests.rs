@@ -264,7 +264,10 @@ async fn a_step_before_any_reset_begins_the_default_scenario() {
     let (_, mut session) = session();
     assert_eq!(state(&session)["episode_id"], Value::Null);
     let first = observe(&mut session, 1).await;
-    assert_eq!((&first["scenario_name"], &first["step_number"]), (&json!("trolley_saves"), &json!(1)));
+    assert_eq!(
+        (&first["scenario_name"], &first["step_number"]),
+        (&json!("trolley_saves"), &json!(1))
+    );
 }
 
 #[tokio::test]
