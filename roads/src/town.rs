@@ -1,23 +1,57 @@
 //! Towns of our own, written as OpenDRIVE text.
 //!
-//! A town is a plan of junctions and streets ([`plan`]). Streets become roads ([`street`]),
-//! junctions become connecting roads ([`junction`]), the land between is filled with houses, trees
-//! and lamps ([`block`]), and all of it is written down ([`write`]).
+//! A town is a plan of junctions and streets ([`plan`]), one file per town. Streets become roads
+//! ([`street`]), junctions become connecting roads ([`junction`], [`movement`]) with lights and
+//! signs ([`priority`]), the land between is filled ([`block`], [`lots`], [`furniture`]), and all
+//! of it is written down ([`write`]). [`roundabout`] and [`motorway`] add larger parts to a plan.
 
 mod block;
+mod clearance;
+mod course;
 mod draft;
 mod furniture;
 mod junction;
+mod lots;
+mod motorway;
+mod movement;
 mod plan;
+mod priority;
+mod profile;
 mod random;
+mod roundabout;
 mod street;
+mod town01;
+mod town02;
+mod town03;
+mod town04;
+mod town05;
+mod town06;
+mod town07;
+mod town10;
 mod write;
 
 use draft::TownDraft;
+use plan::Plan;
+use random::Random;
+
+/// What stands where in the land is drawn from this; any number gives a town.
+const SEED: u64 = 0x0043_4155_5345_5759;
+
+/// Every town with its two names and the function that plans it.
+const TOWNS: [([&str; 2], fn() -> Plan); 8] = [
+    (["Town01", "Town01_Opt"], town01::plan),
+    (["Town02", "Town02_Opt"], town02::plan),
+    (["Town03", "Town03_Opt"], town03::plan),
+    (["Town04", "Town04_Opt"], town04::plan),
+    (["Town05", "Town05_Opt"], town05::plan),
+    (["Town06", "Town06_Opt"], town06::plan),
+    (["Town07", "Town07_Opt"], town07::plan),
+    (["Town10HD", "Town10HD_Opt"], town10::plan),
+];
 
 /// Names of the towns [`build`] knows.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    ["Town10HD", "Town10HD_Opt"].into_iter()
+    TOWNS.into_iter().flat_map(|(names, _)| names)
 }
 
 /// The OpenDRIVE text of a generated town; `None` for a name that is not ours.
@@ -25,15 +59,22 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// **Determinism:** the same name gives the same bytes. A name with `_Opt` gives the same town.
 #[must_use]
 pub fn build(name: &str) -> Option<String> {
-    names().any(|known| known == name).then(|| {
-        let plan = plan::inner_city();
-        let mut draft = TownDraft::default();
-        draft.roads.extend(plan.streets.iter().map(|street| street::road(&plan, street)));
-        for node in 0..plan.nodes.len() {
-            junction::build(&plan, node, &mut draft);
-        }
-        furniture::line_streets(&plan, &mut draft);
-        block::fill(&plan, &mut draft);
-        write::town(name, &draft)
-    })
+    let (_, plan) = TOWNS.into_iter().find(|(names, _)| names.contains(&name))?;
+    Some(build_plan(name, &plan()))
+}
+
+fn build_plan(name: &str, plan: &Plan) -> String {
+    let mut draft = TownDraft::default();
+    draft.roads.extend(plan.streets.iter().map(|street| street::road(plan, street)));
+    for node in 0..plan.nodes.len() {
+        junction::build(plan, node, &mut draft);
+    }
+    let mut random = Random::new(SEED);
+    furniture::line_streets(plan, &mut random, &mut draft);
+    block::fill(plan, &mut random, &mut draft);
+    lots::build(plan, &mut random, &mut draft);
+    for loose in &plan.loose {
+        draft.place(loose.at, loose.heading_rad, loose.object.clone());
+    }
+    write::town(name, &draft)
 }

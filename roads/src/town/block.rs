@@ -15,18 +15,16 @@ const WIDTH_M: [f64; 2] = [14.0, 26.0];
 const STOREY_M: f64 = 3.3;
 /// Distance between trees in a park, in metres.
 const TREE_SPACING_M: f64 = 14.0;
-/// Any number gives a town; this one gives ours.
-const SEED: u64 = 0x0043_4155_5345_5759;
 
 /// Fills every block of the plan.
-pub(super) fn fill(plan: &Plan, draft: &mut TownDraft) {
-    let mut random = Random::new(SEED);
+pub(super) fn fill(plan: &Plan, random: &mut Random, draft: &mut TownDraft) {
     for block in &plan.blocks {
         floor(block, draft);
         match block.use_of_land {
-            LandUse::Houses => houses_around(block, &mut random, draft),
-            LandUse::Row => row_along(block, &mut random, draft),
-            LandUse::Park => park(block, &mut random, draft),
+            LandUse::Houses => houses_around(block, random, draft),
+            LandUse::Row => row_along(block, random, draft),
+            LandUse::Park => park(block, random, draft),
+            LandUse::Square => {}
         }
     }
 }
@@ -43,11 +41,13 @@ fn floor(block: &Block, draft: &mut TownDraft) {
     let [length_m, width_m] = size(block);
     let name = if block.use_of_land == LandUse::Park { "Lawn" } else { "Paving" };
     // A centimetre lower than the sidewalks, whose rounded corners reach over it.
-    let patch = thing("patch", name, [length_m, width_m, SIDEWALK_HEIGHT_M - 0.01], 0.0);
+    let height_m =
+        if block.use_of_land == LandUse::Square { 0.0 } else { SIDEWALK_HEIGHT_M - 0.01 };
+    let patch = thing("patch", name, [length_m, width_m, height_m], 0.0);
     draft.place(middle(block), 0.0, patch);
 }
 
-fn thing(
+pub(super) fn thing(
     object_type: &'static str,
     name: &'static str,
     [length_m, width_m, height_m]: [f64; 3],
@@ -107,17 +107,17 @@ fn row(from: [f64; 2], to: [f64; 2], random: &mut Random, draft: &mut TownDraft)
     let mut along_m = 0.0;
     for width_m in widths_m.into_iter().map(|width_m| width_m * stretch) {
         let share = (along_m + width_m / 2.0) / length_m;
-        let storeys = random.between(3.0, 8.0).floor();
         // A hand's width between neighbours keeps their walls apart.
-        let house = thing(
-            "building",
-            "House",
-            [width_m - 0.1, DEPTH_M, storeys * STOREY_M + 1.0],
-            SIDEWALK_HEIGHT_M,
-        );
+        let house = house([width_m - 0.1, DEPTH_M], random.between(3.0, 8.0).floor());
         draft.place([from[0] + dx * share, from[1] + dy * share], heading_rad, house);
         along_m += width_m;
     }
+}
+
+/// A house on a floor as high as the sidewalks.
+pub(super) fn house([length_m, width_m]: [f64; 2], storeys: f64) -> ObjectDraft {
+    let size_m = [length_m, width_m, storeys * STOREY_M + 1.0];
+    thing("building", "House", size_m, SIDEWALK_HEIGHT_M)
 }
 
 fn park(block: &Block, random: &mut Random, draft: &mut TownDraft) {

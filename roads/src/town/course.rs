@@ -125,10 +125,8 @@ fn biarc(start: Pose, end: Pose) -> Vec<Piece> {
     let v = [end.at[0] - start.at[0], end.at[1] - start.at[1]];
     let (vt, vv) = (dot(v, [t1[0] + t2[0], t1[1] + t2[1]]), dot(v, v));
     let a = 2.0 * (1.0 - dot(t1, t2));
-    let tangent_m =
-        if a < 1e-12 { vv / (2.0 * vt) } else { (-vt + (vt * vt + a * vv).sqrt()) / a };
-    let middle =
-        [0, 1].map(|k| (start.at[k] + end.at[k] + tangent_m * (t1[k] - t2[k])) / 2.0);
+    let tangent_m = if a < 1e-12 { vv / (2.0 * vt) } else { (-vt + (vt * vt + a * vv).sqrt()) / a };
+    let middle = [0, 1].map(|k| (start.at[k] + end.at[k] + tangent_m * (t1[k] - t2[k])) / 2.0);
     let first = arc_to(start, middle);
     let joint = first.pose_at(first.length_m);
     kept([first, arc_to(joint, end.at)])

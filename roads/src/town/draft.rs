@@ -101,6 +101,19 @@ impl RoadDraft {
         self.pieces.iter().map(|piece| piece.length_m).sum()
     }
 
+    /// The point at road coordinate `s`, `t` metres left of the reference line.
+    pub(super) fn place(&self, s: f64, t: f64) -> [f64; 2] {
+        let mut along_m = s;
+        for piece in &self.pieces {
+            if along_m <= piece.length_m {
+                return piece.pose_at(along_m).left(t).at;
+            }
+            along_m -= piece.length_m;
+        }
+        let last = self.pieces.last().map(|piece| piece.pose_at(piece.length_m));
+        last.map_or([0.0; 2], |end| end.left(t).at)
+    }
+
     /// Driving lanes right of the reference line.
     pub(super) fn driving_right(&self) -> i32 {
         self.sections.first().map_or(0, |section| {

@@ -1,124 +1,89 @@
-//! The plan of a town: junctions on a grid and the streets between them.
+//! The plan of a town: junctions, and the streets between them.
 
-/// Width of every driving lane, in metres.
-pub(super) const LANE_M: f64 = 3.5;
-/// Width of the gutter between the outermost driving lane and the kerb, in metres.
-pub(super) const GUTTER_M: f64 = 0.5;
-/// Width of sidewalks, in metres.
-pub(super) const SIDEWALK_M: f64 = 3.0;
-/// Radius of the middle line where the ring street turns, in metres. The block inside keeps its
-/// corner, for the sidewalk turns with 7.5 m there.
-pub(super) const CORNER_RADIUS_M: f64 = 18.0;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// A direction along the grid.
+use super::course::{Bend, Pose, direction, distance_m, signed};
+use super::draft::ObjectDraft;
+use super::profile::{Profile, Side};
+
+/// Directions along a grid.
+pub(super) const EAST: f64 = 0.0;
+pub(super) const NORTH: f64 = FRAC_PI_2;
+pub(super) const WEST: f64 = PI;
+pub(super) const SOUTH: f64 = -FRAC_PI_2;
+
+/// Directions that differ by less count as the same way, in radians.
+pub(super) const SAME_WAY_RAD: f64 = 0.88;
+/// Radius of kerbs at corners, in metres, so that cars can turn right from the outer lane.
+const KERB_RADIUS_M: f64 = 10.0;
+
+/// Who may go first at a junction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Compass {
-    East,
-    North,
-    West,
-    South,
+pub(super) enum Control {
+    /// Nobody waits; for roads that part or join.
+    Free,
+    Lights,
+    /// Stop signs for all but the main road.
+    Stop,
+    /// Yield signs for all but the main road.
+    Yield,
+    AllStop,
 }
 
-impl Compass {
-    pub(super) const ALL: [Self; 4] = [Self::East, Self::North, Self::West, Self::South];
-
-    pub(super) fn left(self) -> Self {
-        match self {
-            Self::East => Self::North,
-            Self::North => Self::West,
-            Self::West => Self::South,
-            Self::South => Self::East,
-        }
-    }
-
-    pub(super) fn opposite(self) -> Self {
-        self.left().left()
-    }
-
-    pub(super) fn right(self) -> Self {
-        self.opposite().left()
-    }
-
-    pub(super) fn unit(self) -> [f64; 2] {
-        match self {
-            Self::East => [1.0, 0.0],
-            Self::North => [0.0, 1.0],
-            Self::West => [-1.0, 0.0],
-            Self::South => [0.0, -1.0],
-        }
-    }
-
-    pub(super) fn heading_rad(self) -> f64 {
-        use std::f64::consts::{FRAC_PI_2, PI};
-        match self {
-            Self::East => 0.0,
-            Self::North => FRAC_PI_2,
-            Self::West => PI,
-            Self::South => -FRAC_PI_2,
-        }
-    }
-}
-
-/// What a street is like, the same on both sides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Profile {
-    /// Two driving lanes per direction.
-    Street,
-    /// Three driving lanes per direction.
-    Avenue,
-}
-
-impl Profile {
-    /// Driving lanes per direction.
-    pub(super) fn lanes(self) -> i32 {
-        match self {
-            Self::Street => 2,
-            Self::Avenue => 3,
-        }
-    }
-
-    pub(super) fn limit_kmh(self) -> u32 {
-        match self {
-            Self::Street => 30,
-            Self::Avenue => 50,
-        }
-    }
-
-    /// From the middle line to the kerb.
-    pub(super) fn kerb_m(self) -> f64 {
-        f64::from(self.lanes()) * LANE_M + GUTTER_M
-    }
-
-    /// From the middle line to the outer edge of the sidewalk.
-    pub(super) fn half_width_m(self) -> f64 {
-        self.kerb_m() + SIDEWALK_M
-    }
-}
-
-/// A junction and where it lies.
+/// A junction, level at its height.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) at: [f64; 2],
+    pub(super) height_m: f64,
+    pub(super) control: Control,
 }
 
 /// One end of a street: the junction, and the direction in which the street leaves it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     pub(super) node: usize,
-    pub(super) leaving: Compass,
+    pub(super) leaving_rad: f64,
+    /// Where the street begins; `None` where the size of the junction says so.
+    pub(super) start: Option<[f64; 2]>,
 }
 
-#[derive(Clone, Copy, Debug)]
+impl From<(usize, f64)> for End {
+    fn from((node, leaving_rad): (usize, f64)) -> Self {
+        Self { node, leaving_rad, start: None }
+    }
+}
+
+impl End {
+    /// An end away from the lines through its junction's middle; the pose looks along the street.
+    pub(super) fn at(node: usize, leaving: Pose) -> Self {
+        Self { node, leaving_rad: leaving.heading_rad, start: Some(leaving.at) }
+    }
+}
+
+#[derive(Clone, Debug)]
 pub(super) struct Street {
     pub(super) id: u32,
     pub(super) from: End,
     pub(super) to: End,
-    /// Where the street turns by a right angle.
-    pub(super) corner: Option<[f64; 2]>,
+    pub(super) bends: Vec<Bend>,
     pub(super) profile: Profile,
+    /// Heights on the way: share of the length, metres.
+    pub(super) heights: Vec<[f64; 2]>,
+    pub(super) beside: Beside,
 }
 
-/// A rectangle of land between streets or beside the ring, up to the sidewalks.
+/// What stands along a street.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Beside {
+    Nothing,
+    /// Houses of this many storeys.
+    Houses {
+        storeys: [f64; 2],
+    },
+    Trees,
+}
+
+/// A rectangle of land between streets, up to the sidewalks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
     pub(super) min: [f64; 2],
@@ -134,188 +99,250 @@ pub(super) enum LandUse {
     Row,
     /// Lawn with trees.
     Park,
+    /// A paved square without anything on it, as high as the road.
+    Square,
 }
 
-#[derive(Clone, Debug, Default)]
+/// One thing at a place of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Loose {
+    pub(super) at: [f64; 2],
+    pub(super) heading_rad: f64,
+    pub(super) object: ObjectDraft,
+}
+
+#[derive(Clone, Debug)]
 pub(super) struct Plan {
     pub(super) nodes: Vec<Node>,
     pub(super) streets: Vec<Street>,
     pub(super) blocks: Vec<Block>,
+    pub(super) loose: Vec<Loose>,
+    /// What new junctions get.
+    pub(super) control: Control,
+    /// What new streets get.
+    pub(super) beside: Beside,
 }
 
 /// One arm of a junction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arm {
     pub(super) street: u32,
-    pub(super) leaving: Compass,
+    /// Where the street's reference line meets the junction, looking away from it.
+    pub(super) pose: Pose,
     pub(super) profile: Profile,
     /// Whether the street's reference line ends at the junction.
     pub(super) ends_here: bool,
 }
 
-impl Plan {
-    /// The arms of a junction, counter-clockwise from east.
-    pub(super) fn arms(&self, node: usize) -> Vec<Arm> {
-        let arm = |street: &Street, end: &End, ends_here| Arm {
-            street: street.id,
-            leaving: end.leaving,
-            profile: street.profile,
-            ends_here,
-        };
-        Compass::ALL
-            .into_iter()
-            .filter_map(|leaving| {
-                self.streets.iter().find_map(|street| {
-                    let at = |end: &End| end.node == node && end.leaving == leaving;
-                    if at(&street.from) {
-                        Some(arm(street, &street.from, false))
-                    } else {
-                        at(&street.to).then(|| arm(street, &street.to, true))
-                    }
-                })
-            })
-            .collect()
+impl Arm {
+    /// Sign of the lanes that lead into the junction.
+    pub(super) fn inbound_sign(&self) -> i32 {
+        if self.ends_here { -1 } else { 1 }
     }
 
-    /// Distance from a junction's middle to where its arms begin. The sidewalk around a corner
-    /// keeps an inner radius of 7 m, so that cars can turn right from the outer lane.
-    pub(super) fn reach_m(&self, node: usize) -> f64 {
-        let is_avenue = |arm: &Arm| arm.profile == Profile::Avenue;
-        if self.arms(node).iter().any(is_avenue) { 21.0 } else { 18.0 }
+    pub(super) fn inbound(&self) -> Option<Side> {
+        self.profile.side(self.inbound_sign())
+    }
+
+    pub(super) fn outbound(&self) -> Option<Side> {
+        self.profile.side(-self.inbound_sign())
+    }
+
+    pub(super) fn lanes_in(&self) -> i32 {
+        self.inbound().map_or(0, |side| side.driving)
+    }
+
+    pub(super) fn lanes_out(&self) -> i32 {
+        self.outbound().map_or(0, |side| side.driving)
+    }
+
+    /// Whether traffic flows one way only.
+    pub(super) fn one_way(&self) -> bool {
+        self.profile.left.is_none()
+    }
+
+    /// The pose of traffic that enters the junction, on the street's reference line.
+    pub(super) fn entering(&self) -> Pose {
+        self.pose.reversed()
+    }
+}
+
+impl Plan {
+    pub(super) fn new(control: Control, beside: Beside) -> Self {
+        Self {
+            nodes: Vec::new(),
+            streets: Vec::new(),
+            blocks: Vec::new(),
+            loose: Vec::new(),
+            control,
+            beside,
+        }
+    }
+
+    /// The junction at a place, within a centimetre, made if there is none yet.
+    pub(super) fn node(&mut self, at: [f64; 2]) -> usize {
+        let there = |node: &Node| distance_m(node.at, at) < 0.01;
+        self.nodes.iter().position(there).unwrap_or_else(|| {
+            self.nodes.push(Node { at, height_m: 0.0, control: self.control });
+            self.nodes.len() - 1
+        })
+    }
+
+    /// The junction at a place, with other rules of priority than the plan's.
+    pub(super) fn node_with(&mut self, at: [f64; 2], control: Control) -> usize {
+        let index = self.node(at);
+        if let Some(node) = self.nodes.get_mut(index) {
+            node.control = control;
+        }
+        index
+    }
+
+    /// Raises a junction.
+    pub(super) fn raise(&mut self, at: [f64; 2], height_m: f64) {
+        let index = self.node(at);
+        if let Some(node) = self.nodes.get_mut(index) {
+            node.height_m = height_m;
+        }
+    }
+
+    /// Adds a street.
+    pub(super) fn connect(
+        &mut self,
+        from: impl Into<End>,
+        to: impl Into<End>,
+        bends: &[Bend],
+        profile: Profile,
+    ) -> &mut Street {
+        let id = u32::try_from(self.streets.len()).unwrap_or(0) + 1;
+        let index = self.streets.len();
+        self.streets.push(Street {
+            id,
+            from: from.into(),
+            to: to.into(),
+            bends: bends.to_vec(),
+            profile,
+            heights: Vec::new(),
+            beside: self.beside,
+        });
+        &mut self.streets[index]
+    }
+
+    /// Streets from west to east through these places.
+    pub(super) fn row(&mut self, y: f64, xs: &[f64], profile: Profile) {
+        for pair in xs.windows(2) {
+            if let [from, to] = pair {
+                let ends = (self.node([*from, y]), self.node([*to, y]));
+                self.connect((ends.0, EAST), (ends.1, WEST), &[], profile);
+            }
+        }
+    }
+
+    /// Streets from south to north through these places.
+    pub(super) fn column(&mut self, x: f64, ys: &[f64], profile: Profile) {
+        for pair in ys.windows(2) {
+            if let [from, to] = pair {
+                let ends = (self.node([x, *from]), self.node([x, *to]));
+                self.connect((ends.0, NORTH), (ends.1, SOUTH), &[], profile);
+            }
+        }
+    }
+
+    /// A street around one corner, between two places in line with it.
+    pub(super) fn corner(
+        &mut self,
+        from: [f64; 2],
+        bend: Bend,
+        to: [f64; 2],
+        profile: Profile,
+    ) -> &mut Street {
+        let ends =
+            ((self.node(from), direction(from, bend.at)), (self.node(to), direction(to, bend.at)));
+        self.connect(ends.0, ends.1, &[bend], profile)
+    }
+
+    /// The arms of a junction, counter-clockwise from east.
+    pub(super) fn arms(&self, node: usize) -> Vec<Arm> {
+        let reach_m = self.reach_m(node);
+        let mut arms: Vec<Arm> = self
+            .ends(node)
+            .map(|(street, end, ends_here)| Arm {
+                street: street.id,
+                pose: self.end_pose(end, reach_m),
+                profile: street.profile,
+                ends_here,
+            })
+            .collect();
+        arms.sort_by(|a, b| {
+            full_turn(a.pose.heading_rad).total_cmp(&full_turn(b.pose.heading_rad))
+        });
+        arms
+    }
+
+    /// Where a street begins, looking along it away from the junction.
+    pub(super) fn start(&self, end: &End) -> Pose {
+        self.end_pose(end, self.reach_m(end.node))
+    }
+
+    fn end_pose(&self, end: &End, reach_m: f64) -> Pose {
+        match end.start {
+            Some(start) => Pose::new(start, end.leaving_rad),
+            None => Pose::new(self.at(end.node), end.leaving_rad).ahead(reach_m),
+        }
+    }
+
+    fn ends(&self, node: usize) -> impl Iterator<Item = (&Street, &End, bool)> {
+        self.streets
+            .iter()
+            .flat_map(|street| [(street, &street.from, false), (street, &street.to, true)])
+            .filter(move |(_, end, _)| end.node == node)
+    }
+
+    /// Distance from a junction's middle to where its arms begin: behind the rounded kerbs of all
+    /// its corners.
+    fn reach_m(&self, node: usize) -> f64 {
+        // Border to the left and to the right, looking away from the junction.
+        let mut arms: Vec<(f64, [f64; 2])> = self
+            .ends(node)
+            .filter(|(_, end, _)| end.start.is_none())
+            .map(|(street, end, ends_here)| {
+                let sign = if ends_here { -1 } else { 1 };
+                let kerb_m = |sign| street.profile.side(sign).map_or(0.0, Side::kerb_m);
+                (full_turn(end.leaving_rad), [kerb_m(sign), kerb_m(-sign)])
+            })
+            .collect();
+        arms.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut reach_m: f64 = 0.0;
+        for (index, (heading_rad, [left_m, _])) in arms.iter().enumerate() {
+            let Some((next_rad, [_, right_m])) = arms.get((index + 1) % arms.len()) else {
+                continue;
+            };
+            let between_rad = full_turn(next_rad - heading_rad);
+            if between_rad > 0.01 && between_rad < PI - 0.2 {
+                let (sin, cos) = between_rad.sin_cos();
+                let rounding_m = KERB_RADIUS_M * ((PI - between_rad) / 2.0).tan();
+                let wider_m = ((right_m + left_m * cos) / sin).max((left_m + right_m * cos) / sin);
+                reach_m = reach_m.max(wider_m + rounding_m);
+            }
+        }
+        (reach_m - 1e-6).ceil().max(KERB_RADIUS_M)
     }
 
     pub(super) fn at(&self, node: usize) -> [f64; 2] {
         self.nodes.get(node).map_or([0.0; 2], |node| node.at)
     }
-}
 
-const WEST: f64 = -200.0;
-const MIDDLE_WEST: f64 = -70.0;
-const MIDDLE_EAST: f64 = 60.0;
-const EAST: f64 = 200.0;
-const ROWS: [f64; 3] = [-100.0, 0.0, 100.0];
-const NORTH: f64 = 200.0;
-const SOUTH: f64 = -200.0;
-
-/// A dense inner city of 400 by 400 m: a ring street, cross streets, and an avenue from west to
-/// east whose western half is 218 m without a junction.
-pub(super) fn inner_city() -> Plan {
-    let mut plan = Plan::default();
-    add_rows(&mut plan);
-    add_columns(&mut plan);
-    add_ring_corners(&mut plan);
-    add_blocks(&mut plan);
-    plan
-}
-
-impl Plan {
-    fn node(&mut self, at: [f64; 2]) -> usize {
-        self.nodes.iter().position(|node| node.at == at).unwrap_or_else(|| {
-            self.nodes.push(Node { at });
-            self.nodes.len() - 1
-        })
-    }
-
-    fn connect(&mut self, from: ([f64; 2], Compass), to: ([f64; 2], Compass), profile: Profile) {
-        self.connect_by(from, to, None, profile);
-    }
-
-    fn connect_by(
-        &mut self,
-        from: ([f64; 2], Compass),
-        to: ([f64; 2], Compass),
-        corner: Option<[f64; 2]>,
-        profile: Profile,
-    ) {
-        let id = u32::try_from(self.streets.len()).unwrap_or(0) + 1;
-        let from = End { node: self.node(from.0), leaving: from.1 };
-        let to = End { node: self.node(to.0), leaving: to.1 };
-        self.streets.push(Street { id, from, to, corner, profile });
+    pub(super) fn height_m(&self, node: usize) -> f64 {
+        self.nodes.get(node).map_or(0.0, |node| node.height_m)
     }
 }
 
-fn add_rows(plan: &mut Plan) {
-    use Compass::{East, West};
-    let mut row = |y: f64, xs: &[f64], profile| {
-        for pair in xs.windows(2) {
-            if let [from, to] = pair {
-                plan.connect(([*from, y], East), ([*to, y], West), profile);
-            }
-        }
-    };
-    row(0.0, &[WEST, MIDDLE_EAST, EAST], Profile::Avenue);
-    row(100.0, &[WEST, MIDDLE_WEST, MIDDLE_EAST, EAST], Profile::Street);
-    row(-100.0, &[WEST, MIDDLE_WEST, MIDDLE_EAST, EAST], Profile::Street);
-    row(NORTH, &[MIDDLE_WEST, MIDDLE_EAST], Profile::Street);
-    row(SOUTH, &[MIDDLE_WEST, MIDDLE_EAST], Profile::Street);
+/// An angle brought into one turn from 0; a hair below a full turn is 0.
+fn full_turn(angle_rad: f64) -> f64 {
+    let turned = angle_rad.rem_euclid(TAU);
+    if turned > TAU - 1e-6 { 0.0 } else { turned }
 }
 
-fn add_columns(plan: &mut Plan) {
-    use Compass::{North, South};
-    let mut column = |x: f64, ys: &[f64]| {
-        for pair in ys.windows(2) {
-            if let [from, to] = pair {
-                plan.connect(([x, *from], North), ([x, *to], South), Profile::Street);
-            }
-        }
-    };
-    column(WEST, &ROWS);
-    column(EAST, &ROWS);
-    column(MIDDLE_WEST, &[SOUTH, -100.0]);
-    column(MIDDLE_WEST, &[100.0, NORTH]);
-    column(MIDDLE_EAST, &[SOUTH, -100.0, 0.0, 100.0, NORTH]);
-}
-
-fn add_ring_corners(plan: &mut Plan) {
-    use Compass::{East, North, South, West};
-    let corners = [
-        ((WEST, 100.0, North), (MIDDLE_WEST, NORTH, West), [WEST, NORTH]),
-        ((MIDDLE_EAST, NORTH, East), (EAST, 100.0, North), [EAST, NORTH]),
-        ((EAST, -100.0, South), (MIDDLE_EAST, SOUTH, East), [EAST, SOUTH]),
-        ((MIDDLE_WEST, SOUTH, West), (WEST, -100.0, South), [WEST, SOUTH]),
-    ];
-    for ((x0, y0, leaving), (x1, y1, entering), corner) in corners {
-        let (from, to) = (([x0, y0], leaving), ([x1, y1], entering));
-        plan.connect_by(from, to, Some(corner), Profile::Street);
-    }
-}
-
-fn add_blocks(plan: &mut Plan) {
-    /// Land of a block begins this far outside the sidewalk's edge: corners are rounded.
-    const GAP_M: f64 = 0.1;
-    let side = |profile: Profile| profile.half_width_m() + GAP_M;
-    let street = side(Profile::Street);
-    // A street row is given by its y and by how far its land keeps away from it.
-    let rows = [
-        (SOUTH, street),
-        (-100.0, street),
-        (0.0, side(Profile::Avenue)),
-        (100.0, street),
-        (NORTH, street),
-    ];
-    for (index, pair) in rows.windows(2).enumerate() {
-        let [(y0, gap0), (y1, gap1)] = pair else { continue };
-        let beside_avenue = index == 1 || index == 2;
-        let columns: &[(f64, f64)] = if beside_avenue {
-            &[(WEST, MIDDLE_EAST), (MIDDLE_EAST, EAST)]
-        } else {
-            &[(WEST, MIDDLE_WEST), (MIDDLE_WEST, MIDDLE_EAST), (MIDDLE_EAST, EAST)]
-        };
-        for (column, (x0, x1)) in columns.iter().enumerate() {
-            let is_park = matches!((index, column), (0 | 2, 1));
-            plan.blocks.push(Block {
-                min: [x0 + street, y0 + gap0],
-                max: [x1 - street, y1 - gap1],
-                use_of_land: if is_park { LandUse::Park } else { LandUse::Houses },
-            });
-        }
-    }
-    let (near, far, along) = (EAST + street, EAST + street + 24.0, 160.0);
-    let outside = [
-        ([near, -along], [far, along]),
-        ([-along, near], [along, far]),
-        ([-far, -along], [-near, along]),
-        ([-along, -far], [along, -near]),
-    ];
-    plan.blocks.extend(outside.map(|(min, max)| Block { min, max, use_of_land: LandUse::Row }));
+/// Whether two directions are about the same.
+pub(super) fn same_way(a_rad: f64, b_rad: f64) -> bool {
+    signed(a_rad - b_rad).abs() < SAME_WAY_RAD
 }

@@ -3,8 +3,11 @@
 use std::fmt::{Display, Write};
 
 use super::draft::{
-    JunctionDraft, LaneDraft, LineKind, LinkTo, ObjectDraft, Piece, RoadDraft, TownDraft,
+    ControllerDraft, JunctionDraft, LaneDraft, LineKind, LinkTo, ObjectDraft, Piece, Rise,
+    RoadDraft, SectionDraft, TownDraft,
 };
+
+mod signals;
 
 /// A number with at most nine digits after the point, so that lane ends meet far below a
 /// millimetre, and without trailing zeros, so that the text stays small.
@@ -34,10 +37,11 @@ pub(super) fn town(name: &str, draft: &TownDraft) -> String {
     let mut out = Out(String::with_capacity(512 * 1024));
     out.line(format_args!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>"));
     out.line(format_args!("<OpenDRIVE>"));
+    let [south, west, north, east] = bounds(draft).map(Number);
     out.line(format_args!(
         "<header revMajor=\"1\" revMinor=\"4\" name=\"{name}\" version=\"1\" \
-         date=\"2026-01-01T00:00:00\" north=\"230\" south=\"-230\" east=\"230\" west=\"-230\" \
-         vendor=\"Causeway\">"
+         date=\"2026-01-01T00:00:00\" north=\"{north}\" south=\"{south}\" east=\"{east}\" \
+         west=\"{west}\" vendor=\"Causeway\">"
     ));
     out.line(format_args!(
         "<geoReference><![CDATA[+proj=tmerc +lat_0=48 +lon_0=11 +k=1 +x_0=0 +y_0=0 +datum=WGS84 \
@@ -48,11 +52,23 @@ pub(super) fn town(name: &str, draft: &TownDraft) -> String {
     for draft_road in &draft.roads {
         road(&mut out, draft_road, &mut next_object_id);
     }
+    for draft_controller in &draft.controllers {
+        controller(&mut out, draft_controller);
+    }
     for draft_junction in &draft.junctions {
         junction(&mut out, draft_junction);
     }
     out.line(format_args!("</OpenDRIVE>"));
     out.0
+}
+
+/// South, west, north, east: of the ends of all lines, in whole metres.
+fn bounds(draft: &TownDraft) -> [f64; 4] {
+    let pieces = draft.roads.iter().flat_map(|road| &road.pieces);
+    let ends = pieces.flat_map(|piece| [piece.pose().at, piece.pose_at(piece.length_m).at]);
+    ends.fold([0.0; 4], |[south, west, north, east], [x, y]| {
+        [south.min(y.floor()), west.min(x.floor()), north.max(y.ceil()), east.max(x.ceil())]
+    })
 }
 
 fn road(out: &mut Out, road: &RoadDraft, next_object_id: &mut u32) {
@@ -78,9 +94,11 @@ fn road(out: &mut Out, road: &RoadDraft, next_object_id: &mut u32) {
         s += piece.length_m;
     }
     out.line(format_args!("</planView>"));
-    out.line(format_args!(
-        "<elevationProfile><elevation s=\"0\" a=\"0\" b=\"0\" c=\"0\" d=\"0\"/></elevationProfile>"
-    ));
+    out.line(format_args!("<elevationProfile>"));
+    for rise in &road.rises {
+        elevation(out, rise);
+    }
+    out.line(format_args!("</elevationProfile>"));
     lanes(out, road);
     if !road.objects.is_empty() {
         out.line(format_args!("<objects>"));
@@ -90,6 +108,7 @@ fn road(out: &mut Out, road: &RoadDraft, next_object_id: &mut u32) {
         }
         out.line(format_args!("</objects>"));
     }
+    signals::of_road(out, road);
     out.line(format_args!("</road>"));
 }
 
@@ -124,14 +143,31 @@ fn geometry(out: &mut Out, s: f64, piece: &Piece) {
     }
 }
 
+fn elevation(out: &mut Out, rise: &Rise) {
+    let [a, b, c, d] = rise.abcd;
+    // Rounded cubic coefficients would move the end of a long slope, so every digit is written.
+    out.line(format_args!(
+        "<elevation s=\"{}\" a=\"{a}\" b=\"{b}\" c=\"{c}\" d=\"{d}\"/>",
+        Number(rise.start_s)
+    ));
+}
+
 fn lanes(out: &mut Out, road: &RoadDraft) {
-    let mut lanes: Vec<&LaneDraft> = road.lanes.iter().collect();
+    out.line(format_args!("<lanes>"));
+    for section in &road.sections {
+        lane_section(out, section, road.centre_line);
+    }
+    out.line(format_args!("</lanes>"));
+}
+
+fn lane_section(out: &mut Out, section: &SectionDraft, centre_line: bool) {
+    let mut lanes: Vec<&LaneDraft> = section.lanes.iter().collect();
     lanes.sort_by_key(|lane| -lane.id);
     let (left, right): (Vec<&LaneDraft>, Vec<&LaneDraft>) =
         lanes.into_iter().partition(|lane| lane.id > 0);
-    out.line(format_args!("<lanes><laneSection s=\"0\">"));
-    side(out, "left", &left);
-    let centre = if road.centre_line {
+    out.line(format_args!("<laneSection s=\"{}\">", Number(section.start_s)));
+    side(out, "left", &left, section.length_m);
+    let centre = if centre_line {
         "type=\"solid\" weight=\"standard\" color=\"yellow\" width=\"0.15\""
     } else {
         "type=\"none\" weight=\"standard\" color=\"white\" width=\"0\""
@@ -140,22 +176,22 @@ fn lanes(out: &mut Out, road: &RoadDraft) {
         "<center><lane id=\"0\" type=\"none\" level=\"false\">\
          <roadMark sOffset=\"0\" {centre} laneChange=\"none\"/></lane></center>"
     ));
-    side(out, "right", &right);
-    out.line(format_args!("</laneSection></lanes>"));
+    side(out, "right", &right, section.length_m);
+    out.line(format_args!("</laneSection>"));
 }
 
-fn side(out: &mut Out, name: &str, lanes: &[&LaneDraft]) {
+fn side(out: &mut Out, name: &str, lanes: &[&LaneDraft], section_m: f64) {
     if lanes.is_empty() {
         return;
     }
     out.line(format_args!("<{name}>"));
     for draft_lane in lanes {
-        lane(out, draft_lane);
+        lane(out, draft_lane, section_m);
     }
     out.line(format_args!("</{name}>"));
 }
 
-fn lane(out: &mut Out, lane: &LaneDraft) {
+fn lane(out: &mut Out, lane: &LaneDraft, section_m: f64) {
     out.line(format_args!(
         "<lane id=\"{}\" type=\"{}\" level=\"false\">",
         lane.id,
@@ -177,11 +213,19 @@ fn lane(out: &mut Out, lane: &LaneDraft) {
         LineKind::Kerb => ("curb", "0.15", "none"),
         LineKind::None => ("none", "0", "none"),
     };
+    // From width to width with a slope of 0 at both ends.
+    let [from_m, to_m] = lane.width_m;
+    let (c, d) = if from_m == to_m {
+        (0.0, 0.0)
+    } else {
+        let wider_m = to_m - from_m;
+        (3.0 * wider_m / section_m.powi(2), -2.0 * wider_m / section_m.powi(3))
+    };
     out.line(format_args!(
-        "<width sOffset=\"0\" a=\"{}\" b=\"0\" c=\"0\" d=\"0\"/>\
+        "<width sOffset=\"0\" a=\"{}\" b=\"0\" c=\"{c}\" d=\"{d}\"/>\
          <roadMark sOffset=\"0\" type=\"{line}\" weight=\"standard\" color=\"white\" \
          width=\"{width_m}\" laneChange=\"{change}\"/></lane>",
-        Number(lane.width_m)
+        Number(from_m)
     ));
 }
 
@@ -213,6 +257,14 @@ fn object(out: &mut Out, object: &ObjectDraft, id: u32) {
     out.line(format_args!("</object>"));
 }
 
+fn controller(out: &mut Out, controller: &ControllerDraft) {
+    out.line(format_args!("<controller id=\"{}\" name=\"Phase {0}\">", controller.id));
+    for light in &controller.lights {
+        out.line(format_args!("<control signalId=\"{light}\" type=\"0\"/>"));
+    }
+    out.line(format_args!("</controller>"));
+}
+
 fn junction(out: &mut Out, junction: &JunctionDraft) {
     out.line(format_args!("<junction id=\"{}\" name=\"Junction {}\">", junction.id, junction.id));
     for (id, connection) in (1..).zip(&junction.connections) {
@@ -225,6 +277,9 @@ fn junction(out: &mut Out, junction: &JunctionDraft) {
             out.line(format_args!("<laneLink from=\"{from}\" to=\"{to}\"/>"));
         }
         out.line(format_args!("</connection>"));
+    }
+    for (sequence, id) in junction.controllers.iter().enumerate() {
+        out.line(format_args!("<controller id=\"{id}\" type=\"0\" sequence=\"{sequence}\"/>"));
     }
     out.line(format_args!("</junction>"));
 }

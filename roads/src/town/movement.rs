@@ -1,0 +1,81 @@
+//! Which lanes of an approach lead where.
+
+use super::course::signed;
+use super::plan::{Arm, SAME_WAY_RAD, same_way};
+
+/// A way through a junction, for neighbouring lanes counted from the middle outward, from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Movement {
+    pub(super) from: Arm,
+    pub(super) to: Arm,
+    pub(super) from_lane: i32,
+    pub(super) to_lane: i32,
+    pub(super) lanes: i32,
+    /// Whether gutter and sidewalk run along its right side.
+    pub(super) at_kerb: bool,
+}
+
+/// The ways from one arm, which is one of `arms` (counter-clockwise), to the others.
+///
+/// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
+/// here sends all but its outer lane left; a street that begins here takes all but its outer lane
+/// from the left turn, so that each of its lanes can be reached. What joins from the right takes
+/// the outer lanes.
+pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
+    let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
+    let count = from.lanes_in();
+    let exits: Vec<(&Arm, f64)> = arms
+        .iter()
+        .enumerate()
+        .filter(|(other, to)| *other != index && to.lanes_out() > 0)
+        .map(|(_, to)| (to, signed(to.pose.heading_rad - from.entering().heading_rad)))
+        .collect();
+    let next = arms.get((index + 1) % arms.len()).map(|arm| arm.street);
+    let way = |to: &Arm, from_lane, to_lane, lanes| Movement {
+        from: *from,
+        to: *to,
+        from_lane,
+        to_lane,
+        lanes,
+        at_kerb: next == Some(to.street),
+    };
+    if let [(to, _)] = exits.as_slice() {
+        let lanes = count.min(to.lanes_out());
+        return vec![way(to, 1, to.lanes_out() - lanes + 1, lanes)];
+    }
+    let straight = exits
+        .iter()
+        .filter(|(_, turn_rad)| turn_rad.abs() < SAME_WAY_RAD)
+        .min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let middle_rad = straight.map_or(0.0, |(_, turn_rad)| *turn_rad);
+    let left = exits.iter().find(|(_, turn_rad)| *turn_rad > middle_rad).map(|(to, _)| *to);
+    let right = exits.iter().rfind(|(_, turn_rad)| *turn_rad < middle_rad).map(|(to, _)| *to);
+    let straight = straight.map(|(to, _)| *to);
+
+    let left = left.map(|to| {
+        let wanted = match straight {
+            _ if begins_here(arms, to) => to.lanes_out() - 1,
+            None => count - 1,
+            Some(_) => 1,
+        };
+        way(to, 1, 1, wanted.min(count).min(to.lanes_out()).max(1))
+    });
+    let straight = straight.map(|to| {
+        let first = left.as_ref().map_or(1, |left| left.lanes);
+        let to_lane = first.min(to.lanes_out());
+        way(to, first, to_lane, (count - first + 1).min(to.lanes_out() - to_lane + 1))
+    });
+    let right = right.map(|to| {
+        let served = straight.or(left).map_or(0, |other| other.from_lane + other.lanes - 1);
+        let lanes = (count - served).max(1).min(to.lanes_out());
+        way(to, count - lanes + 1, to.lanes_out() - lanes + 1, lanes)
+    });
+    [left, straight, right].into_iter().flatten().collect()
+}
+
+/// Whether no traffic comes straight into this exit.
+fn begins_here(arms: &[Arm], exit: &Arm) -> bool {
+    !arms.iter().any(|arm| {
+        arm.lanes_in() > 0 && same_way(arm.entering().heading_rad, exit.pose.heading_rad)
+    })
+}

@@ -1,0 +1,304 @@
+//! The rules for maps that the client library must read without trouble, checked on the text of
+//! every generated town: ids, geometry, links, lanes, marks, signals, crosswalks.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use roxmltree::{Document, Node};
+
+const LANE_TYPES: [&str; 6] = ["none", "driving", "parking", "biking", "shoulder", "sidewalk"];
+
+/// Calls a check with the name and the document of every town.
+fn for_each_town(check: impl Fn(&str, &Document<'_>)) {
+    for name in roads::town::names() {
+        let text = roads::town::build(name).expect("the name is listed");
+        let document = Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        check(name, &document);
+    }
+}
+
+fn all<'a>(document: &'a Document<'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
+    document.descendants().filter(move |node| node.has_tag_name(tag))
+}
+
+fn inside<'a>(node: Node<'a, 'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.descendants().filter(move |node| node.has_tag_name(tag))
+}
+
+fn number(node: Node<'_, '_>, attribute: &str) -> f64 {
+    let text = node.attribute(attribute).unwrap_or_else(|| panic!("{node:?} lacks {attribute}"));
+    text.parse().unwrap_or_else(|_| panic!("{attribute}={text:?} is no number"))
+}
+
+fn id(node: Node<'_, '_>, attribute: &str) -> i64 {
+    let text = node.attribute(attribute).unwrap_or_else(|| panic!("{node:?} lacks {attribute}"));
+    text.parse().unwrap_or_else(|_| panic!("{attribute}={text:?} is no whole number"))
+}
+
+fn roads<'a>(document: &'a Document<'a>) -> BTreeMap<i64, Node<'a, 'a>> {
+    all(document, "road").map(|road| (id(road, "id"), road)).collect()
+}
+
+fn is_connecting(road: Node<'_, '_>) -> bool {
+    id(road, "junction") != -1
+}
+
+/// The `predecessor` or `successor` of a road.
+fn linked<'a>(road: Node<'a, 'a>, side: &str) -> Node<'a, 'a> {
+    let link = road.children().find(|node| node.has_tag_name("link")).expect("roads have links");
+    link.children().find(|node| node.has_tag_name(side)).expect("roads lead on at both ends")
+}
+
+/// Ids of the driving lanes with this sign in the first section.
+fn driving(road: Node<'_, '_>, sign: i64) -> Vec<i64> {
+    let section = inside(road, "laneSection").next().expect("roads have sections");
+    let mut lanes: Vec<i64> = inside(section, "lane")
+        .filter(|lane| lane.attribute("type") == Some("driving"))
+        .map(|lane| id(lane, "id"))
+        .filter(|lane| lane.signum() == sign)
+        .collect();
+    lanes.sort_unstable();
+    lanes
+}
+
+#[test]
+fn ids_are_whole_numbers_from_1_and_not_shared() {
+    for_each_town(|town, document| {
+        let of = |tags: &[&'static str]| -> Vec<i64> {
+            tags.iter().flat_map(|tag| all(document, tag)).map(|node| id(node, "id")).collect()
+        };
+        let tops = |tag: &'static str| {
+            document.root_element().children().filter(move |node| node.has_tag_name(tag))
+        };
+        let controllers: Vec<i64> = tops("controller").map(|node| id(node, "id")).collect();
+        for ids in [of(&["road", "junction"]), of(&["signal"]), controllers, of(&["object"])] {
+            let distinct: BTreeSet<i64> = ids.iter().copied().collect();
+            assert_eq!(distinct.len(), ids.len(), "{town}: ids occur twice");
+            assert!(ids.iter().all(|id| *id > 0), "{town}");
+        }
+        for junction in all(document, "junction") {
+            let ids: Vec<i64> = inside(junction, "connection").map(|c| id(c, "id")).collect();
+            let distinct: BTreeSet<i64> = ids.iter().copied().collect();
+            assert_eq!(distinct.len(), ids.len(), "{town}: connection ids occur twice");
+        }
+        let junctions: BTreeSet<i64> = tops("junction").map(|node| id(node, "id")).collect();
+        for road in all(document, "road") {
+            let junction = id(road, "junction");
+            assert!(junction == -1 || junctions.contains(&junction), "{town}: {junction}");
+        }
+    });
+}
+
+#[test]
+fn reference_lines_are_lines_and_arcs_that_fill_their_road() {
+    for_each_town(|town, document| {
+        for road in all(document, "road") {
+            let name = road.attribute("name").unwrap_or_default();
+            let mut end_s = 0.0;
+            for geometry in inside(road, "geometry") {
+                assert!((number(geometry, "s") - end_s).abs() < 1e-6, "{town}: {name}");
+                assert!(number(geometry, "length") > 0.01, "{town}: {name}");
+                end_s += number(geometry, "length");
+                let shape = geometry.children().find(Node::is_element).expect("it has a shape");
+                assert!(matches!(shape.tag_name().name(), "line" | "arc"), "{town}: {name}");
+            }
+            assert!((number(road, "length") - end_s).abs() < 1e-6, "{town}: {name}");
+            assert!(end_s >= 2.0, "{town}: {name} is {end_s} m long");
+            for tag in ["elevation", "laneSection"] {
+                let first = inside(road, tag).next().expect("every road has it");
+                assert!(number(first, "s").abs() < 1e-12, "{town}: {name}");
+            }
+            for section in inside(road, "laneSection") {
+                assert!(inside(section, "lane").any(|lane| id(lane, "id") == 0));
+            }
+            assert_eq!(road.attribute("rule"), Some("RHT"), "{town}: {name}");
+        }
+    });
+}
+
+#[test]
+fn connecting_roads_say_the_same_in_all_three_ways_of_linking() {
+    for_each_town(|town, document| {
+        let roads = roads(document);
+        let connections: BTreeMap<i64, Node<'_, '_>> =
+            all(document, "connection").map(|c| (id(c, "connectingRoad"), c)).collect();
+        for (road_id, road) in roads.iter().filter(|(_, road)| is_connecting(**road)) {
+            for (side, lane_side) in [("predecessor", "predecessor"), ("successor", "successor")] {
+                let to = linked(*road, side);
+                let other = roads[&id(to, "elementId")];
+                let toward = if to.attribute("contactPoint") == Some("end") { -1 } else { 1 };
+                let sign = if side == "predecessor" { toward } else { -toward };
+                let lanes: BTreeSet<i64> = inside(other, "lane").map(|l| id(l, "id")).collect();
+                for lane in inside(*road, lane_side).filter(|l| l.has_attribute("id")) {
+                    let lane = id(lane, "id");
+                    assert!(lanes.contains(&lane), "{town}: {road_id} names lane {lane}");
+                    assert_eq!(lane.signum(), sign, "{town}: {road_id}, {side}");
+                }
+                let back = ["predecessor", "successor"].map(|side| linked(other, side));
+                let junction = road.attribute("junction");
+                assert!(back.iter().any(|link| link.attribute("elementId") == junction));
+            }
+            let connection = connections[road_id];
+            let incoming = id(linked(*road, "predecessor"), "elementId");
+            assert_eq!(id(connection, "incomingRoad"), incoming, "{town}: {road_id}");
+            let pairs = |node: Node<'_, '_>| (id(node, "from"), id(node, "to"));
+            let written: BTreeSet<_> = inside(connection, "laneLink").map(pairs).collect();
+            let meant: BTreeSet<_> = inside(*road, "lane")
+                .filter(|lane| id(*lane, "id") != 0)
+                .flat_map(|lane| {
+                    inside(lane, "predecessor").map(move |to| (id(to, "id"), id(lane, "id")))
+                })
+                .collect();
+            assert_eq!(written, meant, "{town}: {road_id}");
+        }
+    });
+}
+
+#[test]
+fn an_approach_has_one_connecting_road_per_exit_and_no_lane_forks_within_one() {
+    for_each_town(|town, document| {
+        let mut ways = BTreeSet::new();
+        for road in all(document, "road").filter(|road| is_connecting(*road)) {
+            let ends = ["predecessor", "successor"].map(|side| id(linked(road, side), "elementId"));
+            assert_ne!(ends[0], ends[1], "{town}: a way turns back into its own road");
+            let junction = id(road, "junction");
+            assert!(ways.insert((junction, ends)), "{town}: two connecting roads for {ends:?}");
+            let from: Vec<i64> = inside(road, "lane")
+                .flat_map(|lane| inside(lane, "predecessor").map(|to| id(to, "id")))
+                .collect();
+            let distinct: BTreeSet<i64> = from.iter().copied().collect();
+            assert_eq!(distinct.len(), from.len(), "{town}: a lane forks within {ends:?}");
+        }
+    });
+}
+
+#[test]
+fn lanes_change_width_only_in_short_sections_and_marks_say_both_or_none() {
+    for_each_town(|town, document| {
+        for road in all(document, "road") {
+            let starts: Vec<f64> =
+                inside(road, "laneSection").map(|section| number(section, "s")).collect();
+            for (index, section) in inside(road, "laneSection").enumerate() {
+                let end_s = starts.get(index + 1).copied();
+                let length_m = end_s.unwrap_or(number(road, "length")) - starts[index];
+                let varies = inside(section, "width")
+                    .any(|width| ["b", "c", "d"].iter().any(|k| number(width, k) != 0.0));
+                assert!(!varies || length_m < 65.0, "{town}: widths vary over {length_m} m");
+                for lane in inside(section, "lane") {
+                    let lane_type = lane.attribute("type").unwrap_or_default();
+                    assert!(LANE_TYPES.contains(&lane_type), "{town}: {lane_type}");
+                    let mark = inside(lane, "roadMark").next().expect("every lane has a mark");
+                    let between = mark.attribute("type") == Some("broken");
+                    let expected = if between { "both" } else { "none" };
+                    assert_eq!(mark.attribute("laneChange"), Some(expected), "{town}");
+                    assert!(!(between && id(lane, "id") == 0), "{town}: a broken centre line");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn lights_hold_all_ways_from_their_approach_and_belong_to_one_phase() {
+    for_each_town(|town, document| {
+        let is_light = |node: &Node<'_, '_>| node.attribute("type") == Some("1000001");
+        let lights: BTreeMap<i64, Node<'_, '_>> = all(document, "signal")
+            .filter(is_light)
+            .map(|light| (id(light, "id"), light))
+            .collect();
+        let controlled: Vec<i64> = all(document, "control").map(|c| id(c, "signalId")).collect();
+        assert_eq!(controlled.iter().copied().collect::<BTreeSet<_>>().len(), controlled.len());
+        assert!(controlled.iter().all(|light| lights.contains_key(light)), "{town}");
+        assert_eq!(controlled.len(), lights.len(), "{town}");
+        let mut holds: BTreeMap<i64, i64> = BTreeMap::new();
+        for road in all(document, "road").filter(|road| is_connecting(*road)) {
+            for reference in inside(road, "signalReference") {
+                let validity = inside(reference, "validity").next().expect("it is written");
+                let lanes = driving(road, -1);
+                let valid = [id(validity, "fromLane"), id(validity, "toLane")];
+                assert_eq!(valid, [lanes[0], -1], "{town}");
+                assert!(number(reference, "s").abs() < 1e-12, "{town}");
+                let light = id(reference, "id");
+                let approach = id(linked(road, "predecessor"), "elementId");
+                assert_eq!(*holds.entry(light).or_insert(approach), approach, "{town}: {light}");
+            }
+        }
+        assert_eq!(holds.len(), lights.len(), "{town}: a light holds nobody");
+        for junction in all(document, "junction") {
+            let phases = inside(junction, "controller").count();
+            let held = |connection: &Node<'_, '_>| {
+                let road = id(*connection, "connectingRoad");
+                inside(roads(document)[&road], "signalReference").count() == 1
+            };
+            let (ways, held) = (
+                inside(junction, "connection").count(),
+                inside(junction, "connection").filter(held).count(),
+            );
+            assert_eq!(held, if phases > 0 { ways } else { 0 }, "{town}: {junction:?}");
+            assert_ne!(phases, 1, "{town}: a junction that is always green");
+        }
+    });
+}
+
+#[test]
+fn every_street_says_its_limit_after_every_junction_and_posts_stand_off_the_lanes() {
+    for_each_town(|town, document| {
+        for road in all(document, "road").filter(|road| !is_connecting(*road)) {
+            let length_m = number(road, "length");
+            for sign in [-1, 1] {
+                let lanes = driving(road, sign);
+                let (Some(first), Some(last)) = (lanes.first(), lanes.last()) else { continue };
+                let limit = inside(road, "signal").find(|signal| {
+                    let validity = inside(*signal, "validity").next().expect("it is written");
+                    let valid = [id(validity, "fromLane"), id(validity, "toLane")];
+                    signal.attribute("type") == Some("274") && valid == [*first, *last]
+                });
+                let limit = limit.unwrap_or_else(|| panic!("{town}: {road:?} lacks a limit"));
+                assert_eq!(limit.attribute("value"), limit.attribute("subtype"), "{town}");
+                let s = number(limit, "s");
+                let from_start_m = if sign < 0 { s } else { length_m - s };
+                assert!(from_start_m <= 12.001, "{town}: {from_start_m} m after the junction");
+            }
+            for signal in inside(road, "signal") {
+                let t = number(signal, "t");
+                let sign = if t < 0.0 { -1 } else { 1 };
+                #[allow(clippy::cast_precision_loss, reason = "roads have few lanes")]
+                let outermost_m = (driving(road, sign).len() as f64 - 0.5) * 3.5;
+                assert!(t.abs() - outermost_m > 0.7 * 3.5, "{town}: {signal:?}");
+                let turned = number(signal, "hOffset").abs() > 1.0;
+                assert_eq!(turned, t > 0.0, "{town}: {signal:?}");
+                assert_eq!(signal.attribute("orientation"), Some(if turned { "+" } else { "-" }));
+            }
+        }
+    });
+}
+
+#[test]
+fn crosswalks_are_closed_outlines_within_the_junction() {
+    for_each_town(|town, document| {
+        for road in all(document, "road") {
+            let length_m = number(road, "length");
+            for object in inside(road, "object") {
+                if object.attribute("type") != Some("crosswalk") {
+                    continue;
+                }
+                let corners: Vec<[f64; 2]> = inside(object, "cornerLocal")
+                    .map(|corner| [number(corner, "u"), number(corner, "v")])
+                    .collect();
+                assert_eq!(corners.len(), 5, "{town}");
+                assert_eq!(corners.first(), corners.last(), "{town}");
+                let s = number(object, "s");
+                let beyond = |u: f64| if s > length_m / 2.0 { s + u - length_m } else { -s - u };
+                assert!(corners.iter().all(|[u, _]| beyond(*u) > 0.5), "{town}: {object:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn the_header_says_where_on_earth_the_town_lies() {
+    for_each_town(|town, document| {
+        let text = all(document, "geoReference").next().and_then(|node| node.text());
+        let text = text.unwrap_or_default();
+        assert!(text.contains("+lat_0=") && text.contains("+lon_0="), "{town}: {text}");
+    });
+}

@@ -1,0 +1,219 @@
+//! All generated towns, read back through the parser: every lane can be driven, and driven on.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Point3;
+use roads::{LaneChange, LaneType, LaneTypes, Map, Waypoint};
+
+type Lane = (u32, u32, i32);
+
+/// One of each pair of names.
+fn towns() -> Vec<Map> {
+    let names: Vec<&str> = roads::town::names().filter(|name| !name.ends_with("_Opt")).collect();
+    assert_eq!(names.len(), 8);
+    names.into_iter().map(town).collect()
+}
+
+fn town(name: &str) -> Map {
+    let text = roads::town::build(name).expect("the name is listed");
+    Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn key(place: &Waypoint) -> Lane {
+    (place.road, place.section, place.lane)
+}
+
+#[test]
+fn a_town_is_the_same_in_every_run_and_under_both_of_its_names() {
+    for name in roads::town::names().filter(|name| !name.ends_with("_Opt")) {
+        let text = roads::town::build(name).unwrap();
+        assert_eq!(text, roads::town::build(name).unwrap());
+        let twin = format!("{name}_Opt");
+        let renamed = text.replace(&format!("name=\"{name}\""), &format!("name=\"{twin}\""));
+        assert_eq!(renamed, roads::town::build(&twin).unwrap());
+    }
+}
+
+#[test]
+fn lane_ends_meet_within_a_centimetre_and_a_tenth_of_a_degree() {
+    for map in towns() {
+        for (from, to) in map.lane_joints() {
+            let (end, start) = (map.pose(&from), map.pose(&to));
+            let gap_m = (end.translation.vector - start.translation.vector).norm();
+            assert!(gap_m < 0.01, "{}: {gap_m} m between {from:?} and {to:?}", map.name());
+            let turn_rad = end.rotation.angle_to(&start.rotation);
+            let limit_rad = 0.1_f64.to_radians();
+            assert!(turn_rad < limit_rad, "{}: {turn_rad} rad, {from:?} {to:?}", map.name());
+        }
+    }
+}
+
+/// Lanes that traffic in a lane can go on to: ahead, and beside where the line may be crossed.
+fn ways_on(map: &Map) -> BTreeMap<Lane, BTreeSet<Lane>> {
+    let mut ways: BTreeMap<Lane, BTreeSet<Lane>> = BTreeMap::new();
+    let driving = |place: &Waypoint| map.lane(place).lane_type == LaneType::Driving;
+    for place in map.generate_waypoints(2.0) {
+        let on = ways.entry(key(&place)).or_default();
+        let change = map.lane(&place).lane_change;
+        if matches!(change, LaneChange::Left | LaneChange::Both) {
+            on.extend(map.left_driving(&place).as_ref().map(key));
+        }
+        if matches!(change, LaneChange::Right | LaneChange::Both) {
+            on.extend(map.right_driving(&place).as_ref().map(key));
+        }
+    }
+    for (from, to) in map.lane_joints() {
+        if driving(&from) && driving(&to) {
+            ways.entry(key(&from)).or_default().insert(key(&to));
+        }
+    }
+    ways
+}
+
+fn reached(ways: &BTreeMap<Lane, BTreeSet<Lane>>, start: Lane) -> BTreeSet<Lane> {
+    let mut reached = BTreeSet::from([start]);
+    let mut pending = vec![start];
+    while let Some(lane) = pending.pop() {
+        for next in ways.get(&lane).into_iter().flatten() {
+            if reached.insert(*next) {
+                pending.push(*next);
+            }
+        }
+    }
+    reached
+}
+
+#[test]
+fn from_every_driving_lane_every_other_can_be_reached() {
+    for map in towns() {
+        let ways = ways_on(&map);
+        let mut back: BTreeMap<Lane, BTreeSet<Lane>> = BTreeMap::new();
+        for (from, followers) in &ways {
+            for to in followers {
+                back.entry(*to).or_default().insert(*from);
+            }
+        }
+        let lanes: BTreeSet<Lane> = ways.keys().copied().collect();
+        let start = *lanes.first().unwrap();
+        for (graph, what) in [(&ways, "not reached"), (&back, "no way back from")] {
+            let missing: Vec<_> = lanes.difference(&reached(graph, start)).copied().collect();
+            assert!(missing.is_empty(), "{}: {what}: {missing:?}", map.name());
+        }
+    }
+}
+
+#[test]
+fn every_driving_lane_leads_on_and_somewhere_leads_into_it() {
+    for map in towns() {
+        let joints: Vec<(Lane, Lane)> =
+            map.lane_joints().iter().map(|(from, to)| (key(from), key(to))).collect();
+        let ends: BTreeSet<Lane> = joints.iter().map(|(from, _)| *from).collect();
+        for lane in map.generate_waypoints(2.0).iter().map(key) {
+            assert!(ends.contains(&lane), "{}: {lane:?} ends nowhere", map.name());
+        }
+    }
+}
+
+#[test]
+fn spawn_points_lie_on_driving_lanes_half_a_metre_up_and_look_along_them() {
+    for map in towns() {
+        assert!(map.spawn_points().len() > 40, "{}: {}", map.name(), map.spawn_points().len());
+        for spawn in map.spawn_points() {
+            let on_road = spawn.translation.vector - nalgebra::Vector3::z() * 0.5;
+            let place = map.nearest(on_road.into(), LaneTypes::ANY).unwrap();
+            let info = map.lane(&place);
+            assert_eq!(info.lane_type, LaneType::Driving, "{}: {place:?}", map.name());
+            assert!(!info.is_junction, "{}: {place:?}", map.name());
+            let pose = map.pose(&place);
+            let gap = spawn.translation.vector - pose.translation.vector;
+            assert!(gap.xy().norm() < 0.5, "{}: {place:?} is {gap} off", map.name());
+            assert!((0.2..=0.8).contains(&gap.z), "{}: {place:?} is {gap} off", map.name());
+        }
+    }
+}
+
+#[test]
+fn houses_trees_and_posts_stand_off_all_driving_lanes() {
+    for map in towns() {
+        for place in map.generate_waypoints(3.0) {
+            let pose = map.pose(&place);
+            for thing in map.scenery() {
+                // From a tyre's height to a lorry's; a road may lead over or under things.
+                let local = thing.pose.inverse_transform_point(&pose.translation.vector.into());
+                if local.z > thing.half_extent_m.z || local.z < -thing.half_extent_m.z - 4.0 {
+                    continue;
+                }
+                let reach = local.coords.abs() - thing.half_extent_m;
+                let clear_m = reach.x.max(0.0).hypot(reach.y.max(0.0));
+                assert!(clear_m > 1.75, "{}: {thing:?} at {clear_m} m, {place:?}", map.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn roads_are_nowhere_steeper_than_a_tenth() {
+    for map in towns() {
+        for place in map.generate_waypoints(5.0) {
+            let pitch_rad = map.lane_pose(&place).unwrap().pitch_rad;
+            assert!(pitch_rad.abs() < 0.1, "{}: {pitch_rad} at {place:?}", map.name());
+        }
+    }
+}
+
+/// Points of a rectangle, five metres apart.
+fn grid([x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let steps = |from: f64, to: f64| {
+        std::iter::successors(Some(from), |v| Some(v + 5.0)).take_while(move |v| *v <= to)
+    };
+    steps(x0, x1).flat_map(move |x| steps(y0, y1).map(move |y| [x, y]))
+}
+
+#[test]
+fn the_places_that_scripts_for_these_towns_expect_are_level_and_free() {
+    let square = town("Town03");
+    let avenue = town("Town05_Opt");
+    let stretches =
+        [(&square, [25.0, 165.0], [200.0, 265.0]), (&avenue, [25.0, 38.0], [-200.0, 220.0])];
+    for (map, xs, ys) in stretches {
+        for [x, y] in grid(xs, ys) {
+            for thing in map.scenery() {
+                let local = thing.pose.inverse_transform_point(&Point3::new(x, y, 1.0));
+                let reach = local.coords.abs() - thing.half_extent_m;
+                assert!(reach.x.max(reach.y) > 1.0, "{}: {thing:?} at {x} {y}", map.name());
+            }
+        }
+    }
+    for [x, y] in grid([25.0, 38.0], [-200.0, 220.0]) {
+        let place = avenue.nearest(Point3::new(x, y, 0.0), LaneTypes::ANY).unwrap();
+        assert_eq!(avenue.lane(&place).lane_type, LaneType::Driving, "{x} {y}");
+        assert!(avenue.pose(&place).translation.z.abs() < 1e-9);
+    }
+    let hit = square.scenery().iter().any(|thing| {
+        let local = thing.pose.inverse_transform_point(&Point3::new(30.0, 6.0, 0.5));
+        (local.coords.abs() - thing.half_extent_m).max() < 0.0
+    });
+    assert!(hit, "nothing stands at 30 6");
+}
+
+#[test]
+fn towns_have_what_their_names_promise() {
+    let lanes_each_way = |map: &Map, road: u32| -> i32 {
+        let places = map.generate_waypoints(20.0);
+        places.iter().filter(|p| p.road == road).map(|p| -p.lane).max().unwrap_or(0)
+    };
+    let widest = |map: &Map| (1..1000).map(|road| lanes_each_way(map, road)).max();
+    assert_eq!(widest(&town("Town01")), Some(1));
+    assert_eq!(widest(&town("Town02")), Some(1));
+    assert_eq!(widest(&town("Town05")), Some(3));
+    assert_eq!(widest(&town("Town06")), Some(4));
+    let heights = |map: &Map| {
+        let places = map.generate_waypoints(5.0);
+        let z = |place: &Waypoint| map.pose(place).translation.z;
+        places.iter().map(z).fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(z), high.max(z)])
+    };
+    for (name, rise_m) in [("Town03", 6.0), ("Town04", 6.5), ("Town05", 5.5), ("Town07", 5.0)] {
+        let [low, high] = heights(&town(name));
+        assert!(high - low >= rise_m, "{name} rises by {} m only", high - low);
+    }
+}
