@@ -1,6 +1,8 @@
 //! Are the right things at the right places of a picture? Each test knows where a pixel comes from
 //! and would fail with another projection, another order, or another light.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use std::sync::Arc;

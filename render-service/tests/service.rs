@@ -1,5 +1,7 @@
 //! The render service on a real bus inside this process: jobs in, pictures or reasons out.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use std::time::Duration;

@@ -9,7 +9,7 @@ use crate::scene::instance::{Body, Instance};
 use crate::scene::light::Light;
 use crate::scene::material::Family;
 use crate::scene::shadow::ShadowView;
-use crate::scene::shape::Shape;
+use crate::scene::shape::{Detail, Shape};
 use crate::scene::town::TownScene;
 use crate::scene::view::View;
 
@@ -23,6 +23,8 @@ const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
 const ROW_BYTES_MULTIPLE: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
 const BODY_RADIUS_PX_MIN: f32 = 0.6;
+/// Bodies that are smaller than this in the picture, in pixels, are drawn coarsely.
+const FINE_RADIUS_PX_MIN: f32 = 44.0;
 
 /// One picture to be drawn.
 pub(crate) struct Shot<'a> {
@@ -33,8 +35,8 @@ pub(crate) struct Shot<'a> {
     pub(crate) view: View,
 }
 
-/// Instances of one shape.
-pub(crate) type Draw = (Shape, Range<u32>);
+/// Instances of one shape at one detail.
+pub(crate) type Draw = ((Shape, Detail), Range<u32>);
 
 /// One picture, as draw calls.
 pub(crate) struct PlannedShot<'a> {
@@ -81,14 +83,18 @@ impl<'a> Batch<'a> {
         let shadow = ShadowView::of(&shot.view, &shot.light.to_light, shadow_side_px);
         let pixel = 2.0 * shot.view.half_extent[0] / width_px as f32;
         let eye_m = shot.view.eye_m();
+        let radius_px =
+            |body: &Body| body.radius_m / (pixel * (body.centre_m - eye_m).norm().max(0.1));
         let seen = |body: &&Body| {
-            let distance_m = (body.centre_m - eye_m).norm();
-            body.radius_m > BODY_RADIUS_PX_MIN * pixel * (distance_m - body.radius_m)
+            radius_px(body) > BODY_RADIUS_PX_MIN
                 && within(body, |min_m, max_m| shot.view.may_see(min_m, max_m))
         };
+        let detail_of = |body: &Body| {
+            if radius_px(body) < FINE_RADIUS_PX_MIN { Detail::Coarse } else { Detail::Fine }
+        };
         let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
-        let bodies = self.place(shot.bodies.iter().filter(seen));
-        let body_shadow = self.place(shot.bodies.iter().filter(shading));
+        let bodies = self.place(shot.bodies.iter().filter(seen), detail_of);
+        let body_shadow = self.place(shot.bodies.iter().filter(shading), |_| Detail::Coarse);
         self.views.push(ViewUniform::new(
             &shot.view,
             width_px,
@@ -110,18 +116,25 @@ impl<'a> Batch<'a> {
     }
 
     /// Appends the parts of bodies, shape by shape.
-    fn place<'b>(&mut self, bodies: impl Iterator<Item = &'b Body>) -> Vec<Draw> {
-        let mut parts: Vec<(Shape, Instance)> =
-            bodies.flat_map(|body| &body.parts).map(|part| (part.shape, part.instance)).collect();
+    fn place<'b>(
+        &mut self,
+        bodies: impl Iterator<Item = &'b Body>,
+        detail_of: impl Fn(&Body) -> Detail,
+    ) -> Vec<Draw> {
+        let parts_of = |body: &'b Body| {
+            let detail = detail_of(body);
+            body.parts.iter().map(move |part| ((part.shape, detail), part.instance))
+        };
+        let mut parts: Vec<((Shape, Detail), Instance)> = bodies.flat_map(parts_of).collect();
         // Stable: equal jobs are drawn in equal order.
-        parts.sort_by_key(|(shape, _)| *shape);
+        parts.sort_by_key(|(mesh, _)| *mesh);
         let mut draws: Vec<Draw> = Vec::new();
-        for (shape, instance) in parts {
+        for (mesh, instance) in parts {
             let at = self.instances.len() as u32;
             self.instances.push(instance);
             match draws.last_mut() {
-                Some((last, range)) if *last == shape => range.end = at + 1,
-                _ => draws.push((shape, at..at + 1)),
+                Some((last, range)) if *last == mesh => range.end = at + 1,
+                _ => draws.push((mesh, at..at + 1)),
             }
         }
         draws

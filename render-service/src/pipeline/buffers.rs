@@ -2,7 +2,7 @@
 
 use crate::scene::instance::Instance;
 use crate::scene::material;
-use crate::scene::shape::Shape;
+use crate::scene::shape::{Detail, Shape};
 
 use super::device::Gpu;
 use super::uniform::ViewUniform;
@@ -47,25 +47,29 @@ fn filled(gpu: &Gpu, content: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer 
 /// All shapes in one mesh.
 pub(crate) struct ShapeLibrary {
     pub(crate) mesh: GpuMesh,
-    /// Indices of every shape, at the place of its number.
-    ranges: Vec<std::ops::Range<u32>>,
+    /// Indices of every shape, at the place of its number: fine, then coarse.
+    ranges: Vec<[std::ops::Range<u32>; 2]>,
 }
 
 impl ShapeLibrary {
     pub(crate) fn new(gpu: &Gpu) -> Self {
         let (mut vertices, mut indices, mut ranges) = (Vec::new(), Vec::<u32>::new(), Vec::new());
         for shape in Shape::ALL {
-            let mesh = shape.mesh();
-            let (first_vertex, start) = (vertices.len() as u32, indices.len() as u32);
-            vertices.extend(mesh.vertices);
-            indices.extend(mesh.indices.iter().map(|index| first_vertex + index));
-            ranges.push(start..indices.len() as u32);
+            ranges.push([Detail::Fine, Detail::Coarse].map(|detail| {
+                let mesh = shape.mesh_at(detail);
+                let (first_vertex, start) = (vertices.len() as u32, indices.len() as u32);
+                vertices.extend(mesh.vertices);
+                indices.extend(mesh.indices.iter().map(|index| first_vertex + index));
+                start..indices.len() as u32
+            }));
         }
         Self { mesh: GpuMesh::new(gpu, bytemuck::cast_slice(&vertices), &indices), ranges }
     }
 
-    pub(crate) fn indices_of(&self, shape: Shape) -> std::ops::Range<u32> {
-        self.ranges.get(shape as usize).cloned().unwrap_or_default()
+    pub(crate) fn indices_of(&self, shape: Shape, detail: Detail) -> std::ops::Range<u32> {
+        let details =
+            self.ranges.get(shape as usize).and_then(|details| details.get(detail as usize));
+        details.cloned().unwrap_or_default()
     }
 }
 

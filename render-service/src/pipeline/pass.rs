@@ -87,8 +87,8 @@ impl Shared<'_> {
 
     fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, draws: &[Draw]) {
         bind(pass, &self.shapes.mesh);
-        for (shape, instances) in draws {
-            pass.draw_indexed(self.shapes.indices_of(*shape), 0, instances.clone());
+        for ((shape, detail), instances) in draws {
+            pass.draw_indexed(self.shapes.indices_of(*shape, *detail), 0, instances.clone());
         }
     }
 }

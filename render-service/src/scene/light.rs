@@ -29,6 +29,8 @@ pub(crate) struct Light {
 
 /// Below this altitude the moon takes over.
 const SUN_SET_RAD: f32 = -0.05;
+/// What street lamps add everywhere at night.
+const STREET_LIGHT: Vec3 = Vec3::new(0.075, 0.055, 0.032);
 /// Where the moon stands.
 const MOON_ALTITUDE_RAD: f32 = 0.9;
 
@@ -44,8 +46,8 @@ impl Light {
         let dusk = smooth(altitude_rad.sin(), -0.2, 0.02) * (1.0 - day);
         let grey = (0.75 * cloud + 0.25 * rain).min(1.0);
 
-        let clear_zenith = mix(Vec3::new(0.006, 0.010, 0.022), Vec3::new(0.13, 0.29, 0.66), day);
-        let clear_horizon = mix(Vec3::new(0.012, 0.017, 0.030), Vec3::new(0.60, 0.74, 0.90), day)
+        let clear_zenith = mix(Vec3::new(0.012, 0.018, 0.034), Vec3::new(0.13, 0.29, 0.66), day);
+        let clear_horizon = mix(Vec3::new(0.035, 0.040, 0.056), Vec3::new(0.60, 0.74, 0.90), day)
             + Vec3::new(0.55, 0.24, 0.08) * dusk;
         let overcast = Vec3::new(0.52, 0.55, 0.60) * (0.03 + 0.97 * day) * (1.0 - 0.35 * rain);
         let zenith = mix(clear_zenith, overcast * 0.85, grey);
@@ -57,6 +59,7 @@ impl Light {
         let moon = Vec3::new(0.030, 0.038, 0.055);
         let direct = if sun_is_up { sun } else { moon } * (1.0 - 0.93 * grey);
 
+        let night = 1.0 - smooth(altitude_rad.sin(), -0.05, 0.12);
         let fog = share(weather.fog_density_percent);
         Self {
             to_light: direction(
@@ -66,14 +69,16 @@ impl Light {
             direct,
             zenith,
             horizon,
-            bounce: (zenith + horizon) * 0.12 + direct * 0.10 * altitude_rad.sin().max(0.0),
+            bounce: (zenith + horizon) * 0.12
+                + direct * 0.10 * altitude_rad.sin().max(0.0)
+                + STREET_LIGHT * night,
             disc: if sun_is_up { (1.0 - 1.4 * grey).max(0.0) } else { 0.0 },
             cloud,
             haze_per_m: 0.0006 + 0.0015 * rain + 0.06 * fog * fog,
             wet: share(weather.wetness_percent)
                 .max(share(weather.precipitation_deposits_percent))
                 .max(0.7 * rain),
-            night: 1.0 - smooth(altitude_rad.sin(), -0.05, 0.12),
+            night,
         }
     }
 }

@@ -28,6 +28,44 @@ pub(crate) struct Mesh {
     pub indices: Vec<u32>,
 }
 
+impl Mesh {
+    /// The same shape with all corners of one cell of a grid drawn together: for far away and for
+    /// shadows, where small triangles cost the most and show the least.
+    pub(crate) fn coarse(&self, cell: f32) -> Self {
+        let mut coarse = Self::default();
+        let mut known: HashMap<([i32; 3], [i16; 4]), u32> = HashMap::new();
+        let mut centre_of: HashMap<[i32; 3], (Vec3, f32)> = HashMap::new();
+        let cell_of = |vertex: &Vertex| vertex.position.map(|part| (part / cell).round() as i32);
+        for vertex in &self.vertices {
+            let (sum, count) = centre_of.entry(cell_of(vertex)).or_insert((Vec3::zeros(), 0.0));
+            *sum += Vec3::from(vertex.position);
+            *count += 1.0;
+        }
+        for corners in self.indices.chunks_exact(3) {
+            let vertices: Vec<&Vertex> =
+                corners.iter().filter_map(|index| self.vertices.get(*index as usize)).collect();
+            let [a, b, c] = vertices.as_slice() else { continue };
+            let cells = [cell_of(a), cell_of(b), cell_of(c)];
+            if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
+                continue;
+            }
+            for (vertex, cell) in vertices.iter().zip(cells) {
+                // Normals that differ by less than a sixth share a corner.
+                let rough = vertex.normal_material.map(|part| part / 6_000);
+                let key = [rough[0], rough[1], rough[2], vertex.normal_material[3]];
+                let index = *known.entry((cell, key)).or_insert_with(|| {
+                    let (sum, count) =
+                        centre_of.get(&cell).copied().unwrap_or((Vec3::zeros(), 1.0));
+                    coarse.vertices.push(Vertex { position: (sum / count).into(), ..**vertex });
+                    coarse.vertices.len() as u32 - 1
+                });
+                coarse.indices.push(index);
+            }
+        }
+        coarse
+    }
+}
+
 /// Packs a unit normal and a material into a vertex's four small integers.
 pub(crate) fn pack(normal: Vec3, material: Material, variant: u8) -> [i16; 4] {
     let scaled = normal.map(|part| (part.clamp(-1.0, 1.0) * 32_767.0).round() as i16);

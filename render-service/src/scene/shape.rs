@@ -86,6 +86,43 @@ impl Shape {
     }
 }
 
+/// How finely a shape is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Detail {
+    /// Every triangle.
+    Fine,
+    /// For far away and for shadows.
+    Coarse,
+}
+
+impl Shape {
+    /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's own
+    /// unit: thinner than its thinnest part that matters.
+    fn coarse_cell(self) -> f32 {
+        match self {
+            Self::Torso | Self::Head => 0.06,
+            Self::LongHair | Self::Leg | Self::Arm | Self::Backpack | Self::Rider => 0.045,
+            Self::Wheel | Self::ThinWheel | Self::WheelArch => 0.55,
+            Self::MotorcycleFrame | Self::BicycleFrame => 0.08,
+            Self::Block | Self::Cone | Self::Barrel => 0.3,
+            Self::Sedan
+            | Self::Hatchback
+            | Self::OffRoader
+            | Self::Van
+            | Self::Truck
+            | Self::Bus => 0.18,
+        }
+    }
+
+    /// Its triangles at a detail.
+    pub(crate) fn mesh_at(self, detail: Detail) -> Mesh {
+        match detail {
+            Detail::Fine => self.mesh(),
+            Detail::Coarse => self.mesh().coarse(self.coarse_cell()),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,6 +135,27 @@ mod tests {
             let triangles = mesh.indices.len() / 3;
             assert!((8..=1_500).contains(&triangles), "{shape:?} has {triangles} triangles");
             assert!(mesh.indices.iter().all(|index| (*index as usize) < mesh.vertices.len()));
+        }
+    }
+
+    #[test]
+    fn coarse_shapes_have_far_fewer_triangles_and_the_same_size() {
+        let span = |mesh: &Mesh, axis: usize| {
+            let parts = mesh.vertices.iter().map(|vertex| vertex.position[axis]);
+            parts.clone().fold(f32::MIN, f32::max) - parts.fold(f32::MAX, f32::min)
+        };
+        for shape in [Shape::Sedan, Shape::Wheel, Shape::Torso, Shape::Leg, Shape::Head] {
+            let (fine, coarse) = (shape.mesh(), shape.mesh_at(Detail::Coarse));
+            assert!(
+                coarse.indices.len() * 10 < fine.indices.len() * 7,
+                "{shape:?} {} of {}",
+                coarse.indices.len(),
+                fine.indices.len()
+            );
+            for axis in 0..3 {
+                let (was, is) = (span(&fine, axis), span(&coarse, axis));
+                assert!(is > 0.75 * was, "{shape:?} axis {axis}: {is} of {was}");
+            }
         }
     }
 

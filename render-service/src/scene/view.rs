@@ -126,3 +126,35 @@ fn check_pose(camera: u32, pose: &Pose) -> Result<(), Error> {
         .wanted(format_args!("a unit quaternion and coordinates within ±{COORDINATE_M_MAX} m"))
         .found(format_args!("position {:?}, quaternion {:?}", at.as_slice(), turn.as_slice())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> View {
+        View::new(Pose::identity(), [1.0, 0.5])
+    }
+
+    #[test]
+    fn left_is_left_up_is_up_and_depth_falls_with_distance() {
+        let clip = |x: f32, y: f32, z: f32| {
+            let point = view().clip_from_world * Vector4::new(x, y, z, 1.0);
+            point / point.w
+        };
+        // At 10 m, the picture's left edge is 10 m left and its top 5 m up.
+        assert!((clip(10.0, 10.0, 5.0).xy() - nalgebra::Vector2::new(-1.0, 1.0)).norm() < 1e-6);
+        assert!((clip(NEAR_M, 0.0, 0.0).z - 1.0).abs() < 1e-6);
+        assert!(clip(10.0, 0.0, 0.0).z > clip(11.0, 0.0, 0.0).z && clip(1e6, 0.0, 0.0).z > 0.0);
+    }
+
+    #[test]
+    fn a_box_is_left_out_only_where_no_pixel_shows_it() {
+        let sees = |x: f32, y: f32, z: f32| {
+            let half = Vec3::repeat(0.5);
+            let centre = Vec3::new(x, y, z);
+            view().may_see(&(centre - half), &(centre + half))
+        };
+        assert!(sees(10.0, 0.0, 0.0) && sees(10.0, 10.4, 0.0) && sees(1e5, 0.0, 0.0));
+        assert!(!sees(-10.0, 0.0, 0.0) && !sees(10.0, 12.0, 0.0) && !sees(10.0, 0.0, 7.0));
+    }
+}

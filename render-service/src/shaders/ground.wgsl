@@ -14,8 +14,8 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let at = in.world.xy;
 
     let broad = noise(at * 0.23);
-    let grain_fade = clamp(1.0 - footprint * 4.0, 0.0, 1.0);
-    let grain = (hash21(floor(at * 14.0)) - 0.5) * grain_fade;
+    let grain_fade = clamp(1.0 - footprint * 16.0, 0.0, 1.0);
+    let grain = (hash21(floor(at * 31.0)) - 0.5) * grain_fade;
     let middle_fade = clamp(1.0 - footprint * 0.8, 0.0, 1.0);
     let middle = (noise(at * 1.7) - 0.5) * middle_fade;
 
@@ -33,7 +33,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let joint = max(joints.x, joints.y) * joint_fade * (is_paving + 0.6 * is_kerb);
     let slab = (hash21(floor(at / spacing + 0.5)) - 0.5) * is_paving * joint_fade;
 
-    var vary = 1.0 + 0.30 * (broad - 0.5) + 0.22 * middle + 0.30 * grain + 0.20 * slab;
+    var vary = 1.0 + 0.30 * (broad - 0.5) + 0.22 * middle + 0.22 * grain + 0.20 * slab;
     vary = mix(vary, 1.0 + 0.75 * middle + 0.7 * grain + 0.55 * (broad - 0.5), is_grass);
     // Worn paint shows the road through.
     vary = mix(vary, 1.0 - 0.25 * max(middle + grain * 0.6, 0.0), is_marking);

@@ -6,7 +6,7 @@
 @group(1) @binding(0) var shadow_map: texture_depth_2d;
 @group(1) @binding(1) var shadow_sampler: sampler_comparison;
 
-// 1 on software adapters: one filtered tap instead of nine.
+// True on software adapters: one filtered tap instead of nine.
 override CHEAP_SHADOW: bool = false;
 
 struct VertexIn {
@@ -92,6 +92,7 @@ fn arriving(world: vec3<f32>, normal: vec3<f32>) -> Light {
     let facing = max(dot(normal, view.to_light.xyz), 0.0);
     let sun = view.direct.rgb * (facing * sunlit(world, normal));
     let up = normal.z * 0.5 + 0.5;
-    let above = mix(view.horizon.rgb, view.zenith.rgb, 0.55) * 0.62;
+    // At night street lamps throw from above what the ground throws back by day.
+    let above = mix(view.horizon.rgb, view.zenith.rgb, 0.55) * 0.62 + view.bounce.rgb * view.direct.w;
     return Light(sun + mix(view.bounce.rgb, above, up), sun);
 }
