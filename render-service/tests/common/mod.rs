@@ -10,10 +10,10 @@ use schemas::{
     RenderJob, Tick, UnitQuaternion, Vec3, VehicleControl, Weather, WorldId, level_pose,
 };
 
-pub const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// The software adapter, or any; `None`, said aloud, on a machine without Vulkan.
-pub fn renderer() -> Option<Renderer> {
+pub(crate) fn renderer() -> Option<Renderer> {
     match Renderer::new(AdapterChoice::Best) {
         Ok(renderer) => Some(renderer),
         Err(error) => {
@@ -24,7 +24,7 @@ pub fn renderer() -> Option<Renderer> {
 }
 
 /// Asphalt from -100 m to 100 m, and these things on it.
-pub fn town(things: &[Surface]) -> Arc<TownScene> {
+pub(crate) fn town(things: &[Surface]) -> Arc<TownScene> {
     let corner = |x: f32, y: f32| Vec3::new(100.0 * x, 100.0 * y, 0.0);
     let mut ground = Surface::empty(Material::Asphalt, WallKind::Plaster);
     ground.positions_m =
@@ -36,7 +36,7 @@ pub fn town(things: &[Surface]) -> Arc<TownScene> {
 }
 
 /// An upright box without top and bottom.
-pub fn pillar(material: Material, centre: [f32; 2], half: f32, height: f32) -> Surface {
+pub(crate) fn pillar(material: Material, centre: [f32; 2], half: f32, height: f32) -> Surface {
     let mut surface = Surface::empty(material, WallKind::Plaster);
     for (normal, along) in [
         (Vec3::x(), Vec3::y()),
@@ -55,7 +55,7 @@ pub fn pillar(material: Material, centre: [f32; 2], half: f32, height: f32) -> S
     surface
 }
 
-pub fn frame(actors: Vec<ActorState>) -> Frame {
+pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
     Frame {
         world: WorldId::new(1).unwrap(),
         tick: Tick(20),
@@ -71,7 +71,7 @@ pub fn frame(actors: Vec<ActorState>) -> Frame {
     }
 }
 
-pub fn car(id: u32, world_from_actor: Pose, colour_rgb: u32) -> ActorState {
+pub(crate) fn car(id: u32, world_from_actor: Pose, colour_rgb: u32) -> ActorState {
     ActorState {
         id: ActorId::new(id).unwrap(),
         kind: ActorKind::Vehicle,
@@ -90,7 +90,7 @@ pub fn car(id: u32, world_from_actor: Pose, colour_rgb: u32) -> ActorState {
 }
 
 /// 640 × 360, 90°, raw; 1.5 m above the origin, looking along x.
-pub fn camera() -> Camera {
+pub(crate) fn camera() -> Camera {
     Camera {
         id: 7,
         carrier: None,
@@ -105,7 +105,7 @@ pub fn camera() -> Camera {
 }
 
 /// Straight down from a height; the picture's top is towards x, its left towards y.
-pub fn camera_above(height_m: f32) -> Camera {
+pub(crate) fn camera_above(height_m: f32) -> Camera {
     let down = UnitQuaternion::from_euler_angles(0.0, std::f32::consts::FRAC_PI_2, 0.0);
     Camera {
         carrier_from_camera: Pose::from_parts(Vec3::new(0.0, 0.0, height_m).into(), down),
@@ -113,25 +113,25 @@ pub fn camera_above(height_m: f32) -> Camera {
     }
 }
 
-pub fn job(frame: Frame, cameras: Vec<Camera>) -> RenderJob {
+pub(crate) fn job(frame: Frame, cameras: Vec<Camera>) -> RenderJob {
     RenderJob { tenant: "local".parse().unwrap(), frame, cameras }
 }
 
 /// Red, green, blue of one pixel of a raw picture.
-pub fn pixel(image: &Image, column: u32, row: u32) -> [i32; 3] {
+pub(crate) fn pixel(image: &Image, column: u32, row: u32) -> [i32; 3] {
     let at = ((row * image.width_px + column) * 4) as usize;
     [0, 1, 2].map(|channel| i32::from(image.data[at + channel]))
 }
 
 /// Mean brightness of a square of 9 × 9 pixels.
-pub fn brightness(image: &Image, column: u32, row: u32) -> f32 {
+pub(crate) fn brightness(image: &Image, column: u32, row: u32) -> f32 {
     let around = (row - 4..=row + 4).flat_map(|y| (column - 4..=column + 4).map(move |x| (x, y)));
     let sum: i32 = around.map(|(x, y)| pixel(image, x, y).iter().sum::<i32>()).sum();
     sum as f32 / (81.0 * 3.0)
 }
 
 /// Places of the pixels for which this holds.
-pub fn places(image: &Image, holds: impl Fn([i32; 3]) -> bool) -> Vec<(u32, u32)> {
+pub(crate) fn places(image: &Image, holds: impl Fn([i32; 3]) -> bool) -> Vec<(u32, u32)> {
     (0..image.height_px)
         .flat_map(|y| (0..image.width_px).map(move |x| (x, y)))
         .filter(|(x, y)| holds(pixel(image, *x, *y)))
