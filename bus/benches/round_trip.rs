@@ -18,6 +18,8 @@ const ANSWER_BYTES: usize = 1_500;
 const ROUNDS: usize = 7;
 const TRIPS: usize = 1_500;
 const SERVE: &str = "ROUND_TRIP_SERVE";
+/// Runtime settings of the other process, to compare with `ZENOH_RUNTIME` of this one.
+const SERVER_RUNTIME: &str = "ROUND_TRIP_SERVER_RUNTIME";
 
 #[tokio::main(worker_threads = 2)]
 async fn main() {
@@ -170,6 +172,7 @@ impl Server {
     fn start() -> Self {
         let mut process = Command::new(std::env::current_exe().unwrap())
             .env(SERVE, "1")
+            .env("ZENOH_RUNTIME", std::env::var(SERVER_RUNTIME).unwrap_or_else(|_| "()".to_owned()))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

@@ -33,6 +33,7 @@ mod incoming;
 mod presence;
 mod query;
 mod session;
+mod tuning;
 
 pub use config::BusConfig;
 pub use endpoint::{Endpoint, InvalidEndpoint};
@@ -41,3 +42,4 @@ pub use frames::{FrameListeners, FrameSubscription, PublishedFrame};
 pub use incoming::{Incoming, Serving};
 pub use presence::{Announcement, Presence, Watch};
 pub use session::Bus;
+pub use tuning::CLIENT_RUNTIME;

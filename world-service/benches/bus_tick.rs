@@ -4,7 +4,7 @@
 //! sessions of this process over loopback TCP. Printed are medians over rounds in which every way is
 //! measured in turn, and the two ratios that are promised.
 
-use std::sync::{Arc, mpsc};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusConfig, Endpoint};
@@ -14,9 +14,10 @@ use world_service::Config;
 
 const MAP: &str = "Town10HD_Opt";
 const ROUNDS: usize = 5;
-const TRIPS: usize = 1_000;
-const BATCH_WORLDS: usize = 64;
-const BATCH_TICKS: u32 = 20;
+const TICKS: usize = 500;
+const WORLDS: u64 = 64;
+const BATCH_TICKS: u32 = 200;
+const DEADLINE: Duration = Duration::from_secs(20);
 
 #[tokio::main]
 async fn main() {
@@ -31,34 +32,33 @@ async fn main() {
     .await
     .unwrap();
     let client = Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
-    let echo = Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
-    let site = Site::new(client, &echo).await;
+    let site = Site::new(client);
+    let echo = Echo::open().await;
 
     let (mut own, mut bare, mut over_bus) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut own_batch, mut batch, mut batch_of_one) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut own_batch, mut batch_of_20, mut batch_of_1) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         own.push(site.own_ticks());
-        bare.push(site.bare_queries().await);
+        bare.push(echo.queries().await);
         over_bus.push(site.bus_ticks().await);
         own_batch.push(site.own_batches());
-        batch.push(site.bus_batches(BATCH_TICKS).await / BATCH_TICKS);
-        batch_of_one.push(site.bus_batches(1).await);
+        batch_of_20.push(site.bus_batches(20).await);
+        batch_of_1.push(site.bus_batches(1).await);
     }
-    let [own, bare, over_bus, own_batch, batch, batch_of_one] =
-        [own, bare, over_bus, own_batch, batch, batch_of_one].map(middle);
-    println!("one tick inside the process     {:8.1} µs", micros(own));
-    println!("a bare query round trip         {:8.1} µs", micros(bare));
-    println!("one tick over the bus           {:8.1} µs", micros(over_bus));
-    println!("  = {:.2} × (query + tick)", over_bus.as_secs_f64() / (bare + own).as_secs_f64());
-    println!(
-        "64 worlds, one tick each, inside the process on all cores {:8.1} µs",
-        micros(own_batch)
-    );
-    for (what, time) in [("1 tick", batch_of_one), ("20 ticks", batch)] {
+    let [own, bare, over_bus, own_batch, batch_of_20, batch_of_1] =
+        [own, bare, over_bus, own_batch, batch_of_20, batch_of_1].map(middle);
+    println!("one tick inside the process         {:8.1} µs", micros(own));
+    println!("a bare query round trip             {:8.1} µs", micros(bare));
+    println!("one tick over the bus               {:8.1} µs", micros(over_bus));
+    let ratio = (over_bus.saturating_sub(own)).as_secs_f64() / bare.as_secs_f64();
+    println!("  without the tick itself           {ratio:8.2} × the bare query");
+    println!("64 worlds on all cores, each one tick:");
+    println!("  inside the process                {:8.1} µs", micros(own_batch));
+    for (tick_count, time) in [(1, batch_of_1), (20, batch_of_20)] {
+        let percent = 100.0 * own_batch.as_secs_f64() / time.as_secs_f64();
         println!(
-            "64 worlds, {what} each, one round trip: {:8.1} µs a tick = {:.0} % of the in-process rate",
-            micros(time),
-            100.0 * own_batch.as_secs_f64() / time.as_secs_f64()
+            "  in round trips of {tick_count:2} ticks each   {:8.1} µs, {percent:.0} % of the rate",
+            micros(time)
         );
     }
     service.stop().await;
@@ -73,54 +73,88 @@ fn middle(mut times: Vec<Duration>) -> Duration {
     times[times.len() / 2]
 }
 
+/// A service that answers from the bus's thread, with as many bytes as a tick.
+struct Echo {
+    client: Bus,
+    _service: Bus,
+    _serving: bus::Serving,
+}
+
+impl Echo {
+    async fn open() -> Self {
+        let service = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let client =
+            Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
+        let answer = schemas::wire::encode_reply(&Reply::Snapshot(vec![1; 1_500]));
+        let serving =
+            service.serve("bench/echo", move |incoming| incoming.reply_bytes(answer.clone()));
+        let serving = serving.await.unwrap();
+        Self { client, _service: service, _serving: serving }
+    }
+
+    async fn queries(&self) -> Duration {
+        let mut times = Vec::with_capacity(TICKS);
+        for _ in 0..TICKS {
+            let begun = Instant::now();
+            let answer = self.client.request_bytes("bench/echo", vec![1; 200], DEADLINE).await;
+            times.push(begun.elapsed());
+            assert!(answer.is_ok(), "{answer:?}");
+        }
+        middle(times)
+    }
+}
+
+/// The service's side and its equal inside this process. Every measurement begins with new worlds, as
+/// one whose car has come to rest costs less.
 struct Site {
     client: Bus,
     tenant: Tenant,
-    worlds: Vec<WorldId>,
     town: Arc<Town>,
-    _echo: bus::Serving,
+    cast: Vec<Command>,
 }
 
 impl Site {
-    async fn new(client: Bus, echo: &Bus) -> Self {
-        let tenant: Tenant = "local".parse().unwrap();
+    fn new(client: Bus) -> Self {
         let text = roads::town::build(MAP).unwrap();
-        let town = Arc::new(Town::new(Arc::new(roads::Map::parse(MAP, &text).unwrap())));
-        let mut worlds = Vec::new();
-        for seed in 0..BATCH_WORLDS as u64 {
-            let create = Request::CreateWorld {
-                map: MAP.to_owned(),
-                seed,
-                dt_secs: 0.05,
-                commands: cast(),
-                lease: None,
-            };
-            let reply =
-                client.request(&keys::worlds(&tenant), &create, Duration::from_secs(20)).await;
-            let Ok(Reply::WorldCreated { world, .. }) = reply else { panic!("{reply:?}") };
-            worlds.push(world);
+        let map = Arc::new(roads::Map::parse(MAP, &text).unwrap());
+        let (cast, town) = (cast(&map), Arc::new(Town::new(map)));
+        Self { client, tenant: "local".parse().unwrap(), town, cast }
+    }
+
+    async fn create(&self, seed: u64) -> WorldId {
+        let create = Request::CreateWorld {
+            map: MAP.to_owned(),
+            seed,
+            dt_secs: 0.05,
+            commands: self.cast.clone(),
+            lease: None,
+        };
+        match self.client.request(&keys::worlds(&self.tenant), &create, DEADLINE).await {
+            Ok(Reply::WorldCreated { world, .. }) => world,
+            other => panic!("{other:?}"),
         }
-        // Answers from the bus's thread, with as many bytes as a tick.
-        let answer = schemas::wire::encode_reply(&Reply::Snapshot(vec![1; 1_500]));
-        let serving =
-            echo.serve("bench/echo", move |incoming| incoming.reply_bytes(answer.clone())).await;
-        Self { client, tenant, worlds, town, _echo: serving.unwrap() }
+    }
+
+    async fn destroy(&self, world: WorldId) {
+        let destroy = Request::DestroyWorld { world };
+        let key = keys::worlds(&self.tenant);
+        assert_eq!(self.client.request(&key, &destroy, DEADLINE).await, Ok(Reply::Done));
     }
 
     fn own_world(&self, seed: u64) -> World {
         let id = WorldId::new(1).unwrap();
         let map = Arc::clone(&self.town);
         let mut world = World::new(WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map }).unwrap();
-        for command in cast() {
-            world.apply(&command).unwrap();
+        for command in &self.cast {
+            world.apply(command).unwrap();
         }
         world
     }
 
     fn own_ticks(&self) -> Duration {
         let mut world = self.own_world(0);
-        let mut times = Vec::with_capacity(TRIPS);
-        for _ in 0..TRIPS {
+        let mut times = Vec::with_capacity(TICKS);
+        for _ in 0..TICKS {
             let begun = Instant::now();
             world.tick().unwrap();
             std::hint::black_box(schemas::wire::encode_frame(&world.frame()));
@@ -129,69 +163,56 @@ impl Site {
         middle(times)
     }
 
-    /// Time of one tick of 64 worlds spread over all cores.
+    async fn bus_ticks(&self) -> Duration {
+        let world = self.create(0).await;
+        let key = keys::world(&self.tenant, world);
+        let request = Request::TickWorlds(vec![tick(world, 1)]);
+        let mut times = Vec::with_capacity(TICKS);
+        for _ in 0..TICKS {
+            let begun = Instant::now();
+            let reply = self.client.request(&key, &request, DEADLINE).await;
+            times.push(begun.elapsed());
+            assert!(matches!(reply, Ok(Reply::Ticked(_))), "{reply:?}");
+        }
+        self.destroy(world).await;
+        middle(times)
+    }
+
+    /// Mean time in which 64 worlds, spread over all cores, are all one tick further.
     fn own_batches(&self) -> Duration {
         let threads = std::thread::available_parallelism().unwrap().get();
-        let (sender, times) = mpsc::sync_channel(threads);
+        let mut worlds: Vec<World> = (0..WORLDS).map(|seed| self.own_world(seed)).collect();
+        let begun = Instant::now();
         std::thread::scope(|scope| {
-            for index in 0..threads {
-                let sender = sender.clone();
+            for part in worlds.chunks_mut(WORLDS as usize / threads) {
                 scope.spawn(move || {
-                    let own = (index..BATCH_WORLDS).step_by(threads);
-                    let mut worlds: Vec<World> =
-                        own.map(|seed| self.own_world(seed as u64)).collect();
-                    let begun = Instant::now();
-                    for _ in 0..200 {
-                        for world in &mut worlds {
-                            world.tick().unwrap();
-                        }
+                    for _ in 0..BATCH_TICKS {
+                        part.iter_mut().for_each(|world| world.tick().unwrap());
                     }
-                    sender.send(begun.elapsed() / 200).unwrap();
                 });
             }
         });
-        drop(sender);
-        times.iter().max().unwrap()
-    }
-
-    async fn bare_queries(&self) -> Duration {
-        let mut times = Vec::with_capacity(TRIPS);
-        for _ in 0..TRIPS {
-            let begun = Instant::now();
-            let answer =
-                self.client.request_bytes("bench/echo", vec![1; 200], Duration::from_secs(5)).await;
-            times.push(begun.elapsed());
-            assert!(answer.is_ok(), "{answer:?}");
-        }
-        middle(times)
-    }
-
-    async fn bus_ticks(&self) -> Duration {
-        let world = self.worlds[0];
-        let key = keys::world(&self.tenant, world);
-        let request = Request::TickWorlds(vec![tick(world, 1)]);
-        let mut times = Vec::with_capacity(TRIPS);
-        for _ in 0..TRIPS {
-            let begun = Instant::now();
-            let reply = self.client.request(&key, &request, Duration::from_secs(5)).await;
-            times.push(begun.elapsed());
-            assert!(matches!(reply, Ok(Reply::Ticked(_))), "{reply:?}");
-        }
-        middle(times)
+        begun.elapsed() / BATCH_TICKS
     }
 
     async fn bus_batches(&self, tick_count: u32) -> Duration {
+        let mut worlds = Vec::new();
+        for seed in 0..WORLDS {
+            worlds.push(self.create(seed).await);
+        }
         let key = keys::batch_tick(&"world".parse().unwrap());
-        let items = self.worlds.iter().map(|world| tick(*world, tick_count)).collect();
+        let items = worlds.iter().map(|world| tick(*world, tick_count)).collect();
         let request = Request::TickWorlds(items);
-        let mut times = Vec::new();
-        for _ in 0..200 / tick_count {
-            let begun = Instant::now();
-            let reply = self.client.request(&key, &request, Duration::from_secs(5)).await;
-            times.push(begun.elapsed());
+        let begun = Instant::now();
+        for _ in 0..BATCH_TICKS / tick_count {
+            let reply = self.client.request(&key, &request, DEADLINE).await;
             assert!(matches!(reply, Ok(Reply::Ticked(_))), "{reply:?}");
         }
-        middle(times)
+        let time = begun.elapsed() / BATCH_TICKS;
+        for world in worlds {
+            self.destroy(world).await;
+        }
+        time
     }
 }
 
@@ -199,26 +220,24 @@ fn tick(world: WorldId, tick_count: u32) -> TickItem {
     TickItem { world, tick_count, commands: Vec::new(), expected_tick: None }
 }
 
-/// A car on its lane at 10 m/s, and three pedestrians beside it.
-fn cast() -> Vec<Command> {
-    let text = roads::town::build(MAP).unwrap();
-    let map = roads::Map::parse(MAP, &text).unwrap();
+/// A car on its lane at 10 m/s, and three pedestrians behind it.
+fn cast(map: &roads::Map) -> Vec<Command> {
     let spawn = map.spawn_points()[0].cast::<f32>();
     let yaw_rad = schemas::yaw_rad(&spawn);
     let forward = Vec3::new(yaw_rad.cos(), yaw_rad.sin(), 0.0);
+    let left = Vec3::new(-forward.y, forward.x, 0.0);
     let mut commands = vec![Command::SpawnActor {
         blueprint: "vehicle.lincoln.mkz".to_owned(),
         world_from_actor: level_pose(spawn.translation.vector, yaw_rad),
         linear_velocity_mps: forward * 10.0,
     }];
-    for index in 0..3 {
-        let left = Vec3::new(-forward.y, forward.x, 0.0);
+    commands.extend((0..3).map(|index| {
         let place_m = spawn.translation.vector - forward * 20.0 + left * (1.5 * index as f32);
-        commands.push(Command::SpawnActor {
+        Command::SpawnActor {
             blueprint: "walker.pedestrian.0001".to_owned(),
             world_from_actor: level_pose(place_m + Vec3::z(), 0.0),
             linear_velocity_mps: Vec3::zeros(),
-        });
-    }
+        }
+    }));
     commands
 }

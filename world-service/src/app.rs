@@ -6,7 +6,7 @@ mod shard_thread;
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -44,14 +44,14 @@ pub enum ServiceError {
     },
 }
 
-/// A running world service. Ends with [`stop`](Self::stop); dropped, it ends when its threads notice.
+/// A running world service. Ends in order with [`stop`](Self::stop); dropped, its threads end by themselves.
 pub struct WorldService {
     bus: Bus,
     jobs: Vec<SyncSender<Job<world::World>>>,
     threads: Vec<JoinHandle<()>>,
     presence: AbortHandle,
     _announcement: Announcement,
-    _servings: Vec<Serving>,
+    servings: Vec<Serving>,
 }
 
 /// Runs the service until it is told to end by SIGINT or SIGTERM.
@@ -125,14 +125,7 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
         tracing::info!(%endpoint, threads = shard_count, "worlds live here");
     }
     tracing::debug!(millis = begun.elapsed().as_millis() as u64, "the world service is up");
-    Ok(WorldService {
-        bus,
-        jobs,
-        threads,
-        presence,
-        _announcement: announcement,
-        _servings: servings,
-    })
+    Ok(WorldService { bus, jobs, threads, presence, _announcement: announcement, servings })
 }
 
 impl WorldService {
@@ -142,22 +135,32 @@ impl WorldService {
     }
 
     /// Ends all worlds; every request that still waits is answered or told that nobody does.
-    pub async fn stop(self) {
+    pub async fn stop(mut self) {
         self.presence.abort();
         self.bus.close().await;
-        let ended = tokio::task::spawn_blocking(move || {
-            for shard in &self.jobs {
-                // A shard that is gone already needs no telling.
-                let _ = shard.send(Job::Stop);
-            }
-            drop(self.jobs);
-            self.threads.into_iter().filter_map(|thread| thread.join().err()).count()
-        });
-        match ended.await {
+        self.servings.clear();
+        self.stop_shards();
+        let threads = std::mem::take(&mut self.threads);
+        let panicked = move || threads.into_iter().filter_map(|thread| thread.join().err()).count();
+        match tokio::task::spawn_blocking(panicked).await {
             Ok(0) => tracing::info!("the world service has ended"),
             Ok(panics) => tracing::error!(panics, "threads of the world service had panicked"),
             Err(cause) => tracing::error!(%cause, "the world service could not end in order"),
         }
+    }
+
+    fn stop_shards(&self) {
+        for shard in &self.jobs {
+            // Waits while the shard is busy. One that is gone already needs no telling.
+            let _ = shard.send(Job::Stop);
+        }
+    }
+}
+
+impl Drop for WorldService {
+    fn drop(&mut self) {
+        self.presence.abort();
+        self.stop_shards();
     }
 }
 
@@ -199,7 +202,6 @@ async fn follow_presence<S: Simulation>(
 
 /// Must arrive, else worlds would outlive their owners; waits while the shard is too busy.
 async fn tell<S: Simulation>(shard: &SyncSender<Job<S>>, id: &schemas::ServiceId, is_up: bool) {
-    use std::sync::mpsc::TrySendError;
     let now = Instant::now();
     while let Err(TrySendError::Full(_)) = shard.try_send(Job::Owner { id: id.clone(), is_up, now })
     {

@@ -20,27 +20,33 @@ pub struct Shard<S> {
     owners_up: BTreeSet<ServiceId>,
     ids: Arc<Ids>,
     seats: Seats,
+    /// Looked at before every job, so not searched for each time.
+    next_end: Option<Instant>,
 }
 
 impl<S: Simulation> Shard<S> {
     /// No worlds.
     pub fn new(ids: Arc<Ids>, seats: Seats) -> Self {
-        Self { worlds: BTreeMap::new(), owners_up: BTreeSet::new(), ids, seats }
+        Self { worlds: BTreeMap::new(), owners_up: BTreeSet::new(), ids, seats, next_end: None }
     }
 
     /// Takes a world in.
     pub fn adopt(&mut self, now: Instant, id: WorldId, mut world: Hosted<S>) {
         world.note_owner(now, |owner| self.owners_up.contains(owner));
+        self.next_end = [self.next_end, world.ends_at()].into_iter().flatten().min();
         self.worlds.insert(id, world);
     }
 
     /// When the next lease ends, if no owner comes back.
     pub fn next_end(&self) -> Option<Instant> {
-        self.worlds.values().filter_map(Hosted::ends_at).min()
+        self.next_end
     }
 
     /// Ends the worlds whose lease is over.
     pub fn expire_leases(&mut self, now: Instant) {
+        if self.next_end.is_none_or(|end| end > now) {
+            return;
+        }
         self.worlds.retain(|id, world| {
             let is_over = world.ends_at().is_some_and(|end| end <= now);
             if is_over {
@@ -48,6 +54,11 @@ impl<S: Simulation> Shard<S> {
             }
             !is_over
         });
+        self.find_next_end();
+    }
+
+    fn find_next_end(&mut self) {
+        self.next_end = self.worlds.values().filter_map(Hosted::ends_at).min();
     }
 
     /// Does one job; its answer is given before this returns, except for pictures.
@@ -161,6 +172,7 @@ impl<S: Simulation> Shard<S> {
         for world in self.worlds.values_mut() {
             world.note_owner(now, |owner| self.owners_up.contains(owner));
         }
+        self.find_next_end();
     }
 }
 
