@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 
 import causeway
 import pytest
@@ -13,11 +14,14 @@ from PIL import Image
 from running_site import PACKAGE
 
 EXAMPLES = PACKAGE / "examples"
+READMES = [PACKAGE / "README.md", PACKAGE.parent.parent / "README.md"]
 
 
-def run(name, *arguments):
+def run(name, *arguments, cwd=EXAMPLES):
+    """Runs a file in the folder of the examples, or `-c` and a program."""
     return subprocess.run(
-        [sys.executable, EXAMPLES / name, *map(str, arguments)],
+        [sys.executable, name, *map(str, arguments)],
+        cwd=cwd,
         env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
         capture_output=True,
         text=True,
@@ -74,8 +78,10 @@ def test_play_trolley_without_a_server_says_what_to_do(tmp_path):
     assert "Traceback" not in result.stderr
 
 
-def test_watch_frames_prints_the_speeds_of_a_running_world(site):
-    with causeway.Session(site.base_url) as session:
+@contextmanager
+def driving(base_url):
+    """A world that is driven as long as the block lasts."""
+    with causeway.Session(base_url) as session:
         session.reset("trolley_saves", seed=1)
         stop = threading.Event()
 
@@ -87,30 +93,45 @@ def test_watch_frames_prints_the_speeds_of_a_running_world(site):
         driver = threading.Thread(target=drive)
         driver.start()
         try:
-            result = run(
-                "watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 20
-            )
+            yield
         finally:
             stop.set()
             driver.join()
+
+
+def test_watch_frames_prints_the_speeds_of_a_running_world(site):
+    with driving(site.base_url):
+        result = run(
+            "watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 20
+        )
     assert result.returncode == 0, result.stderr
     lines = [line for line in result.stdout.splitlines() if line.startswith("world ")]
     assert len(lines) == 5
     assert "vehicles at" in lines[0]
 
 
-def test_the_session_of_the_readme_runs(base_url, tmp_path):
-    readme = (PACKAGE / "README.md").read_text()
-    (code,) = re.findall(r"```python\n(.*?Session.*?)```", readme, flags=re.DOTALL)
-    code = code.replace("http://localhost:8000", base_url)
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout == "1.0 SWERVE_LEFT\n"
+def snippet(readme, word):
+    """The Python block of a readme that holds `word`."""
+    blocks = re.findall(r"```python\n(.*?)```", readme.read_text(), flags=re.DOTALL)
+    (code,) = [block for block in blocks if word in block]
+    return code
+
+
+@pytest.mark.parametrize("readme", READMES, ids=lambda path: path.parent.name)
+def test_the_session_of_a_readme_runs(base_url, tmp_path, readme):
+    code = snippet(readme, "Session(").replace("http://localhost:8000", base_url)
+    result = run("-c", code, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "1.0" in result.stdout and "SWERVE_LEFT" in result.stdout
     assert (tmp_path / "after.jpg").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("readme", READMES, ids=lambda path: path.parent.name)
+def test_the_subscription_of_a_readme_runs(site, readme):
+    code = snippet(readme, "subscribe(").replace("tcp/127.0.0.1:7447", site.endpoint)
+    endless = "print(frame.tick, frame.speeds_mps()[cars])"
+    assert endless in code
+    with driving(site.base_url):
+        result = run("-c", code.replace(endless, endless + "\n        break"))
+    assert result.returncode == 0, result.stderr
+    assert re.fullmatch(r"\d+ \[.+\]\n", result.stdout), result.stdout
