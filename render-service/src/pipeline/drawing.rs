@@ -18,7 +18,7 @@ use super::towns::TownCache;
 
 /// Samples per pixel on a GPU: smooth edges of lane lines and distant people.
 const SAMPLE_COUNT: u32 = 4;
-/// On a software adapter four samples cost 2.5 times the whole rest of a 640 × 360 picture.
+/// On a software adapter four samples make a 640 × 360 picture 2.5 times as dear.
 const SAMPLE_COUNT_SOFTWARE: u32 = 1;
 
 /// The pictures of shots, in their order.
