@@ -4,11 +4,11 @@
 //! The unit of work is one `observe` step and its reply. A bare loopback TCP echo of messages of the
 //! same size is measured in the same run, so that results can be compared as ratios.
 
+use std::io::{Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt as _, StreamExt as _};
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::net::{TcpListener, TcpStream};
 use tokio_tungstenite::connect_async_with_config;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Failure> {
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
-        let raw = percentile(&mut echo_micros().await?, 50);
+        let raw = percentile(&mut echo_micros()?, 50);
         println!("bare TCP round trip: p50 {raw:.0} us");
         println!(
             "{:>8} {:>12} {:>10} {:>10} {:>10} {:>8}",
@@ -85,30 +85,31 @@ async fn measure(url: &str, clients: usize, raw_micros: f64) -> Result<(), Failu
     Ok(())
 }
 
-async fn echo_micros() -> Result<Vec<f64>, Failure> {
-    let listener = TcpListener::bind("127.0.0.1:0").await?;
+/// Between two threads with blocking sockets: what the system alone costs.
+fn echo_micros() -> Result<Vec<f64>, Failure> {
+    let listener = TcpListener::bind("127.0.0.1:0")?;
     let address = listener.local_addr()?;
-    let server = tokio::spawn(async move {
-        let (mut stream, _) = listener.accept().await?;
+    let server = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept()?;
         stream.set_nodelay(true)?;
         let (mut question, answer) = (vec![0; STEP.len()], vec![0; REPLY_BYTES]);
-        while stream.read_exact(&mut question).await.is_ok() {
-            stream.write_all(&answer).await?;
+        while stream.read_exact(&mut question).is_ok() {
+            stream.write_all(&answer)?;
         }
         Ok::<_, std::io::Error>(())
     });
-    let mut stream = TcpStream::connect(address).await?;
+    let mut stream = TcpStream::connect(address)?;
     stream.set_nodelay(true)?;
     let mut answer = vec![0; REPLY_BYTES];
     let mut micros = Vec::new();
     for _ in 0..20_000 {
         let sent = Instant::now();
-        stream.write_all(STEP.as_bytes()).await?;
-        stream.read_exact(&mut answer).await?;
+        stream.write_all(STEP.as_bytes())?;
+        stream.read_exact(&mut answer)?;
         micros.push(sent.elapsed().as_secs_f64() * 1e6);
     }
     drop(stream);
-    server.await??;
+    server.join().map_err(|_| "the echo panicked")??;
     Ok(micros)
 }
 

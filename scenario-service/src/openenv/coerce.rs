@@ -1,5 +1,10 @@
 //! JSON into typed values, as leniently as OpenEnv's own server, with the same error objects.
 
+#![allow(
+    clippy::result_large_err,
+    reason = "an error of a field is made once per wrong message and moved once"
+)]
+
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 

@@ -1,5 +1,7 @@
 //! The Task API: every named scenario with a range of seeds, as a list of tasks.
 
+#![allow(clippy::result_large_err, reason = "a refusal is as large as the answer it stands for")]
+
 use std::sync::Arc;
 
 use axum::body::Bytes;
