@@ -90,11 +90,6 @@ impl Incoming {
         self.send_refusal(error);
     }
 
-    /// Says nothing: the key belongs to another service whose expression overlaps with ours.
-    pub fn ignore(mut self) {
-        self.query = None;
-    }
-
     /// Answers with bytes that are already encoded, at most
     /// [`MAP_BYTES_MAX`](limits::MAP_BYTES_MAX); more becomes [`ErrorCode::TooLarge`].
     pub fn reply_bytes(mut self, reply: Vec<u8>) {

@@ -1,4 +1,5 @@
 //! The bus between two places in one process. One binary, as each links all of Zenoh.
+#![allow(clippy::unwrap_used, reason = "the helpers of tests are tests")]
 
 mod common;
 mod frames;

@@ -24,8 +24,6 @@ pub(super) async fn serve<S: Simulation>(
     let (for_world, desk_for_world) = (Arc::clone(dispatcher), desk.clone());
     let world = move |incoming: Incoming| match keys::parse_world(incoming.key()) {
         Some((tenant, world)) => route(&for_world, &desk_for_world, tenant, Some(world), incoming),
-        // `causeway/alive/world/x` and `causeway/batch/world/tick` match the expression too.
-        None if is_of_a_service(incoming.key()) => incoming.ignore(),
         None => incoming.refuse(unknown_key()),
     };
     let for_batch = Arc::clone(dispatcher);
@@ -93,11 +91,6 @@ fn is_about(request: &Request, key_world: WorldId) -> bool {
         Request::TickWorlds(items) => items.iter().all(|item| item.world == key_world),
         _ => false,
     }
-}
-
-/// Keys without a tenant carry another word at its place.
-fn is_of_a_service(key: &str) -> bool {
-    key.split('/').nth(1).is_some_and(|word| keys::RESERVED.contains(&word))
 }
 
 fn unknown_key() -> Error {

@@ -16,9 +16,11 @@ use crate::service::{Answer, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation}
 /// Pictures that may wait for renderers, per shard.
 const CAPTURES_MAX: usize = 256;
 
+type Mailbox<S> = Mutex<Vec<(WorldId, Hosted<S>)>>;
+
 /// Worlds on their way to a shard from elsewhere; bounded by the seats of the service.
 pub(super) struct Mailboxes<S: Simulation> {
-    boxes: Vec<Mutex<Vec<(WorldId, Hosted<S>)>>>,
+    boxes: Vec<Mailbox<S>>,
     jobs: Vec<SyncSender<Job<S>>>,
 }
 
