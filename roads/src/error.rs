@@ -4,9 +4,23 @@ use std::fmt;
 
 use crate::limits;
 
+/// What a fault does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The map works, but perhaps not as its author meant.
+    Suspicious,
+    /// We can use the map; CARLA's client library cannot: it ends, or answers nonsense.
+    BreaksClient,
+    /// The map cannot be used.
+    Refused,
+}
+
 /// One fault of a map.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Diagnostic {
+    /// What it does.
+    pub severity: Severity,
     /// The road it lies on, if it lies on one.
     pub road: Option<u32>,
     /// Road coordinate of the place in metres, where the fault has one.
@@ -50,11 +64,13 @@ fn more(count: usize) -> String {
     if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() }
 }
 
-/// Collects diagnostics up to the limit and goes on counting.
+/// Diagnostics up to the limit, and how many there would be.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Report {
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    pub(crate) count: usize,
+pub struct Report {
+    /// In the order they were met, at most [`limits::DIAGNOSTICS_MAX`].
+    pub diagnostics: Vec<Diagnostic>,
+    /// How many there are in all.
+    pub count: usize,
 }
 
 impl Report {
@@ -72,10 +88,18 @@ impl Report {
         wanted: impl Into<String>,
         found: impl Into<String>,
     ) {
-        self.push(Diagnostic { road, s, wanted: wanted.into(), found: found.into() });
+        self.push(Diagnostic {
+            severity: Severity::Refused,
+            road,
+            s,
+            wanted: wanted.into(),
+            found: found.into(),
+        });
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether nothing was found.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 }

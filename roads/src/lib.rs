@@ -17,6 +17,7 @@
 //!
 //! The crate does no input or output, starts no threads and reads no clock.
 
+mod check;
 mod crosswalks;
 mod error;
 mod geo;
@@ -39,9 +40,9 @@ pub mod town;
 mod walk;
 mod xml;
 
-pub use error::{Diagnostic, MapError};
-pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+pub use error::{Diagnostic, MapError, Report, Severity};
 pub use geo::GeoPlace;
+pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
 pub use landmarks::{Landmark, LandmarkAhead};
 pub use lanes::LanePose;
 pub use map::{LaneInfo, LaneMark, Map, Waypoint};

@@ -9,7 +9,7 @@
 mod checks;
 #[path = "oracle/known.rs"]
 mod known;
-#[path = "oracle/maps.rs"]
+#[path = "common/maps.rs"]
 mod maps;
 
 use checks::Outcome;

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use super::strip::cuts;
-use super::terrain::DROP_M;
+use super::terrain::skirt_m;
 use super::{Material, Sink};
 use crate::Map;
 use crate::kinds::LaneType;
@@ -16,6 +16,8 @@ const KERB_M: f64 = 0.15;
 const STONE_M: f64 = 0.2;
 /// Junction areas whose heights differ by less are one level floor, in metres.
 const LEVEL_M: f64 = 1e-3;
+/// How far below the connecting roads the floor of a sloping junction lies, in metres.
+const SLOPING_DROP_M: f64 = 0.05;
 
 /// Whether kerb stones get faces of their own, which only a camera needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,17 +26,26 @@ pub(super) enum Detail {
     Picture,
 }
 
+/// How a map is paved.
+#[derive(Clone, Copy, Debug)]
+struct Style {
+    detail: Detail,
+    /// How far below the road its sides reach, in metres.
+    skirt_m: f64,
+}
+
 /// All that is paved.
 pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
+    let style = Style { detail, skirt_m: skirt_m(map) };
     for road in &map.model.roads {
         for section in &road.sections {
             let cuts = cuts(road, section);
             for lane in section.lanes.iter().filter(|lane| lane.id != 0) {
-                lane_surface(road, section, lane, &cuts, detail, sink);
+                lane_surface(road, section, lane, &cuts, style, sink);
             }
         }
         for object in road.objects.iter().filter(|object| object.object_type == "patch") {
-            patch(road, object, sink);
+            patch(road, object, style.skirt_m, sink);
         }
     }
     for junction in &map.model.junctions {
@@ -57,13 +68,14 @@ fn lane_surface(
     section: &Section,
     lane: &Lane,
     cuts: &[f64],
-    detail: Detail,
+    style: Style,
     sink: &mut impl Sink,
 ) {
     let material = material(lane.lane_type);
     let raised = lane.lane_type == LaneType::Sidewalk;
     let height_m = if raised { KERB_M } else { 0.0 };
     let sign = f64::from(lane.id.signum());
+    let [inner_edge, outer_edge] = open_edges(road, section, lane);
     let borders: Vec<[f64; 3]> = cuts
         .iter()
         .map(|s| {
@@ -92,7 +104,7 @@ fn lane_surface(
             sink.quad(material, turned(corners, sign > 0.0));
         };
         let level = [height_m; 2];
-        if raised && detail == Detail::Picture {
+        if raised && style.detail == Detail::Picture {
             band(Material::Curb, [inner0, inner1], [stone0, stone1], level);
             band(material, [stone0, stone1], [outer0, outer1], level);
         } else {
@@ -100,9 +112,24 @@ fn lane_surface(
         }
         if raised {
             band(Material::Curb, [inner0, inner1], [inner0, inner1], [0.0, KERB_M]);
-            band(Material::Curb, [outer0, outer1], [outer0, outer1], [KERB_M, -DROP_M]);
+            band(Material::Curb, [outer0, outer1], [outer0, outer1], [KERB_M, -style.skirt_m]);
+        } else if outer_edge {
+            band(Material::Grass, [outer0, outer1], [outer0, outer1], [0.0, -style.skirt_m]);
+        }
+        if inner_edge {
+            band(Material::Grass, [inner0, inner1], [inner0, inner1], [-style.skirt_m, 0.0]);
         }
     }
+}
+
+/// Whether the land begins at a lane's inner and at its outer border.
+fn open_edges(road: &Road, section: &Section, lane: &Lane) -> [bool; 2] {
+    if road.junction.is_some() {
+        return [false; 2];
+    }
+    let outer = lane.id + lane.id.signum();
+    let across = section.lanes.iter().any(|other| other.id.signum() == -lane.id.signum());
+    [lane.id.abs() == 1 && !across, section.lane(outer).is_none()]
 }
 
 /// Corners given for the right side of a road; the left side is its mirror image.
@@ -134,7 +161,7 @@ fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
         hull.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
             [low.min(corner.z), high.max(corner.z)]
         });
-    let sink_m = if high - low < LEVEL_M { 0.0 } else { DROP_M };
+    let sink_m = if high - low < LEVEL_M { 0.0 } else { SLOPING_DROP_M };
     let Some((first, rest)) = hull.split_first() else { return };
     let lowered = |p: &Point3<f64>| Point3::new(p.x, p.y, p.z - sink_m);
     for pair in rest.windows(2) {
@@ -170,7 +197,7 @@ fn convex_hull(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
 }
 
 /// A paved or planted rectangle of land, a step above the ground.
-fn patch(road: &Road, object: &Object, sink: &mut impl Sink) {
+fn patch(road: &Road, object: &Object, skirt_m: f64, sink: &mut impl Sink) {
     let material = if object.name.contains("Lawn") { Material::Grass } else { Material::Sidewalk };
     let foot = lateral_point(road, object.s, object.t, object.z_offset_m);
     let pose = Isometry3::from_parts(
@@ -184,7 +211,7 @@ fn patch(road: &Road, object: &Object, sink: &mut impl Sink) {
     let (x, y) = (object.length_m / 2.0, object.width_m / 2.0);
     let ring =
         |z: f64| [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| pose * Point3::new(x, y, z));
-    let (top, foot) = (ring(object.height_m), ring(-DROP_M));
+    let (top, foot) = (ring(object.height_m), ring(-skirt_m));
     sink.quad(material, top);
     for (k, next) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
         sink.quad(Material::Curb, [foot[k], foot[next], top[next], top[k]]);

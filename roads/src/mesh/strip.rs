@@ -9,6 +9,8 @@ use crate::model::{Road, Section};
 const STRAIGHT_STEP_M: f64 = 50.0;
 /// Longest quad where a width, an offset or a grade bends, in metres.
 const BENDING_STEP_M: f64 = 2.0;
+/// How far an edge may cut a bend short, in metres.
+const SAGITTA_MAX_M: f64 = 0.02;
 /// Largest turn within one quad, in radians.
 const TURN_STEP_RAD: f64 = 0.16;
 /// Parts in which a piece is searched for its sharpest turn.
@@ -53,7 +55,10 @@ fn cut_piece(road: &Road, [from_s, to_s]: [f64; 2], step_m: f64, cuts: &mut Vec<
     };
     let sharpest_rad =
         (0..TURN_SAMPLES).map(|k| (heading(k + 1) - heading(k)).abs()).fold(0.0, f64::max);
-    let by_turn = sharpest_rad * f64::from(TURN_SAMPLES) / TURN_STEP_RAD;
+    let turn_rad = sharpest_rad * f64::from(TURN_SAMPLES);
+    // A chord of length c on a bend of curvature k lies c² k / 8 inside of it.
+    let by_sagitta = (turn_rad * length_m / (8.0 * SAGITTA_MAX_M)).sqrt();
+    let by_turn = by_sagitta.max(turn_rad / TURN_STEP_RAD);
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

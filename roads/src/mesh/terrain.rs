@@ -5,51 +5,137 @@ use nalgebra::Point3;
 use super::{Material, Sink};
 use crate::Map;
 use crate::kinds::LaneTypes;
+use crate::lanes::{lane_pose, parts};
 
 /// How far the land lies below the roads, in metres, so that it never shows through them.
-pub(super) const DROP_M: f64 = 0.05;
+const DROP_M: f64 = 0.05;
 /// The same where roads climb, in metres: the land is made of coarse triangles there.
 const HILL_DROP_M: f64 = 0.4;
+/// A road that lies lower than another beside it by more is one that a bridge crosses, in metres.
+const BRIDGE_M: f64 = 1.2;
+/// How far beside a road that a bridge crosses the land stays low, in metres: more than a square's
+/// diagonal, so that no slope reaches onto the road.
+const BRIDGE_SIDE_M: f64 = 18.0;
 /// Most squares of land along each side of a map.
 const SQUARES_MAX: f64 = 96.0;
 /// Side of a square of land in hills and on the flat, at least, in metres.
 const SIDE_MIN_M: [f64; 2] = [10.0, 64.0];
+/// Distance of the places on lanes that the land is kept below, in metres.
+const LANE_STEP_M: f64 = 3.0;
+/// Maps whose roads differ less in height are flat, in metres.
+const LEVEL_M: f64 = 1e-3;
+
+fn is_level(map: &Map) -> bool {
+    map.bounds().is_none_or(|(min, max)| max.z - min.z < LEVEL_M)
+}
+
+/// How far below the road its sides must reach to meet the land, in metres.
+pub(super) fn skirt_m(map: &Map) -> f64 {
+    // On a slope the land is lower still beside a road that bends.
+    if is_level(map) { DROP_M } else { 4.0 * HILL_DROP_M }
+}
 
 /// Adds land under the whole map and `margin_m` beyond.
 pub(super) fn spread(map: &Map, margin_m: f64, sink: &mut impl Sink) {
-    let Some((min, max)) = map.bounds() else { return };
-    let level = max.z - min.z < 1e-3;
-    let (low, high) = (min.xy().map(|v| v - margin_m), max.xy().map(|v| v + margin_m));
-    let size = high - low;
-    let side_min_m = SIDE_MIN_M[usize::from(level)];
-    let count = |length_m: f64| (length_m / side_min_m).ceil().clamp(1.0, SQUARES_MAX);
-    let (columns, rows) = (count(size.x), count(size.y));
-    let corner = |column: f64, row: f64| {
-        let (x, y) = (low.x + size.x * column / columns, low.y + size.y * row / rows);
-        let z = if level { min.z - DROP_M } else { height_m(map, x, y, min.z) };
-        Point3::new(x, y, z)
-    };
-    let steps = |count: f64| {
-        std::iter::successors(Some(0.0), move |k| Some(k + 1.0)).take_while(move |k| *k < count)
-    };
-    let mut below: Vec<Point3<f64>> =
-        steps(columns + 1.0).map(|column| corner(column, 0.0)).collect();
-    for row in steps(rows) {
-        let above: Vec<Point3<f64>> =
-            steps(columns + 1.0).map(|column| corner(column, row + 1.0)).collect();
-        for (lower, upper) in below.windows(2).zip(above.windows(2)) {
-            if let ([a, b], [d, c]) = (lower, upper) {
-                sink.quad(Material::Grass, [*a, *b, *c, *d]);
+    let Some(land) = Land::new(map, margin_m) else { return };
+    for row in 1..land.ys.len() {
+        for column in 1..land.xs.len() {
+            let corner = |column: usize, row: usize| {
+                Some(Point3::new(*land.xs.get(column)?, *land.ys.get(row)?, land.z(column, row)?))
+            };
+            let corners = (
+                corner(column - 1, row - 1),
+                corner(column, row - 1),
+                corner(column, row),
+                corner(column - 1, row),
+            );
+            if let (Some(a), Some(b), Some(c), Some(d)) = corners {
+                sink.quad(Material::Grass, [a, b, c, d]);
             }
         }
-        below = above;
     }
 }
 
-/// The land follows the nearest road.
-fn height_m(map: &Map, x: f64, y: f64, otherwise_m: f64) -> f64 {
-    map.nearest(Point3::new(x, y, otherwise_m), LaneTypes::ANY)
-        .and_then(|place| map.lane_pose(&place))
-        .map_or(otherwise_m, |pose| pose.point.z)
-        - HILL_DROP_M
+/// Heights of the land at the crossings of a grid.
+struct Land {
+    xs: Vec<f64>,
+    ys: Vec<f64>,
+    /// Row by row.
+    zs: Vec<f64>,
+}
+
+impl Land {
+    fn new(map: &Map, margin_m: f64) -> Option<Self> {
+        let (min, max) = map.bounds()?;
+        let level = is_level(map);
+        let side_min_m = SIDE_MIN_M[usize::from(level)];
+        let xs = lines([min.x, max.x], margin_m, side_min_m);
+        let ys = lines([min.y, max.y], margin_m, side_min_m);
+        if level {
+            let zs = vec![min.z - DROP_M; xs.len() * ys.len()];
+            return Some(Self { xs, ys, zs });
+        }
+        let zs = ys.iter().flat_map(|y| xs.iter().map(|x| height_m(map, *x, *y, min.z)));
+        let zs: Vec<f64> = zs.collect();
+        let mut land = Self { xs, ys, zs };
+        for entry in map.table.lanes.iter().filter(|entry| entry.lane_id != 0) {
+            let Some((road, section, lane)) = parts(&map.model, entry) else { continue };
+            let mut s = entry.start_s;
+            while s < entry.end_s {
+                land.keep_below(&lane_pose(road, section, lane.id, s).point);
+                s += LANE_STEP_M;
+            }
+        }
+        Some(land)
+    }
+
+    fn z(&self, column: usize, row: usize) -> Option<f64> {
+        self.zs.get(row * self.xs.len() + column).copied()
+    }
+
+    /// Lowers the corners of the square around a place on a lane, so that none of the land rises
+    /// through it, also where another road passes above.
+    fn keep_below(&mut self, place: &Point3<f64>) {
+        let column = self.xs.partition_point(|x| *x <= place.x);
+        let row = self.ys.partition_point(|y| *y <= place.y);
+        let width = self.xs.len();
+        for row in [row.saturating_sub(1), row] {
+            for column in [column.saturating_sub(1), column] {
+                if let Some(z) = self.zs.get_mut(row * width + column) {
+                    *z = z.min(place.z - HILL_DROP_M);
+                }
+            }
+        }
+    }
+}
+
+/// Coordinates of the lines between squares: even among the roads, wide in the margin.
+fn lines([low, high]: [f64; 2], margin_m: f64, side_min_m: f64) -> Vec<f64> {
+    let length_m = high - low;
+    let count = (length_m / side_min_m).ceil().clamp(1.0, SQUARES_MAX);
+    let steps = std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k <= count);
+    let inner = steps.map(|k| low + length_m * k / count);
+    let margin = [0.1, 0.35, 1.0].map(|share| share * margin_m);
+    let before = margin.into_iter().rev().map(|m| low - m);
+    before.chain(inner).chain(margin.into_iter().map(|m| high + m)).collect()
+}
+
+/// The land follows the nearest road, but where a bridge leads over another road, that one.
+fn height_m(map: &Map, x: f64, y: f64, low_m: f64) -> f64 {
+    let road_m = |x: f64, y: f64| {
+        map.nearest(Point3::new(x, y, low_m), LaneTypes::ANY)
+            .and_then(|place| map.lane_pose(&place))
+            .map_or(low_m, |pose| pose.point.z)
+    };
+    let here_m = road_m(x, y);
+    if here_m - low_m < BRIDGE_M {
+        return here_m - HILL_DROP_M;
+    }
+    let around_m = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]]
+        .map(|way| way.map(|step| f64::from(step) * BRIDGE_SIDE_M))
+        .map(|[dx, dy]| road_m(x + dx, y + dy))
+        .into_iter()
+        .fold(here_m, f64::min);
+    let below_bridge = here_m - around_m > BRIDGE_M;
+    (if below_bridge { around_m } else { here_m }) - HILL_DROP_M
 }

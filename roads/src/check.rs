@@ -1,0 +1,162 @@
+//! Faults of a map that can be read: what breaks CARLA's client, and what is probably a mistake.
+
+use std::collections::BTreeMap;
+
+use crate::error::{Diagnostic, Report, Severity};
+use crate::geometry::Shape;
+use crate::kinds::LaneType;
+use crate::lanes::{LaneEntry, LaneIndex, parts};
+use crate::map::Map;
+use crate::model::Road;
+
+/// Lane ends that are further apart leave a step, in metres.
+const GAP_MAX_M: f64 = 0.01;
+/// Lane ends that differ by more in direction make a kink, in radians.
+const KINK_MAX_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+/// How far a road's length may differ from the sum of its geometries, in metres.
+const LENGTH_OFF_MAX_M: f64 = 0.01;
+
+impl Map {
+    /// Looks for faults that the reader tolerates.
+    ///
+    /// **Order:** by kind of fault, then by road. **Cost:** some milliseconds for a town.
+    #[must_use]
+    pub fn check(&self) -> Report {
+        let mut report = Report::default();
+        for road in &self.model.roads {
+            geometry(road, &mut report);
+            ids(self, road, &mut report);
+        }
+        for (index, entry) in (0..).zip(&self.table.lanes) {
+            missing_target(self, entry, &mut report);
+            fan_out(self, index, entry, &mut report);
+            dead_end(self, index, entry, &mut report);
+        }
+        joints(self, &mut report);
+        report
+    }
+}
+
+fn fault(
+    severity: Severity,
+    road: &Road,
+    s: Option<f64>,
+    wanted: impl Into<String>,
+    found: impl Into<String>,
+) -> Diagnostic {
+    Diagnostic { severity, road: Some(road.id), s, wanted: wanted.into(), found: found.into() }
+}
+
+fn geometry(road: &Road, report: &mut Report) {
+    for geometry in &road.geometries {
+        if let Shape::Spiral { curvature_start, curvature_end } = geometry.shape
+            && curvature_start == curvature_end
+        {
+            report.push(fault(
+                Severity::BreaksClient,
+                road,
+                Some(geometry.start_s),
+                "a spiral whose curvature changes, or an arc",
+                format!("the curvature {curvature_start} at both ends"),
+            ));
+        }
+    }
+    let sum_m: f64 = road.geometries.iter().map(|geometry| geometry.length_m).sum();
+    if (sum_m - road.length_m).abs() > LENGTH_OFF_MAX_M {
+        let wanted = format!("geometries of {} m, the length of the road", road.length_m);
+        report.push(fault(Severity::Suspicious, road, None, wanted, format!("{sum_m} m")));
+    }
+}
+
+fn ids(map: &Map, road: &Road, report: &mut Report) {
+    if road.id == 0 {
+        let found = "0, which also stands for no link";
+        report.push(fault(Severity::Suspicious, road, None, "road ids above 0", found));
+    }
+    if map.model.junction(road.id).is_some() {
+        let wanted = "an id that no junction has";
+        let found = "a junction of the same id, whose links are lost";
+        report.push(fault(Severity::Suspicious, road, None, wanted, found));
+    }
+}
+
+/// A lane that names a lane which the next road does not have.
+fn missing_target(map: &Map, entry: &LaneEntry, report: &mut Report) {
+    let Some((road, _, lane)) = parts(&map.model, entry) else { return };
+    let (link_id, next_road) = if entry.forward {
+        (lane.successor, road.successor)
+    } else {
+        (lane.predecessor, road.predecessor)
+    };
+    let last = road.sections.len().saturating_sub(1);
+    let at_end = entry.section as usize == if entry.forward { last } else { 0 };
+    let Some(target) = map.model.road(next_road).filter(|_| at_end && link_id != 0) else { return };
+    if !target.sections.iter().any(|section| section.lane(link_id).is_some()) {
+        report.push(fault(
+            Severity::BreaksClient,
+            road,
+            Some(entry.exit_s()),
+            format!("lane {} to lead to a lane of road {next_road}", lane.id),
+            format!("lane {link_id}, which that road does not have"),
+        ));
+    }
+}
+
+/// One lane into two lanes of the same connecting road and nowhere else.
+fn fan_out(map: &Map, index: LaneIndex, entry: &LaneEntry, report: &mut Report) {
+    let followers = map.links.next_of(index);
+    let mut per_road: BTreeMap<u32, usize> = BTreeMap::new();
+    for follower in followers.iter().filter_map(|follower| map.table.get(*follower)) {
+        *per_road.entry(follower.road).or_default() += 1;
+    }
+    let Some((road, _, lane)) = parts(&map.model, entry) else { return };
+    if per_road.len() == 1 && followers.len() > 1 {
+        report.push(fault(
+            Severity::BreaksClient,
+            road,
+            Some(entry.exit_s()),
+            format!("lane {} to continue into one lane of each connecting road", lane.id),
+            format!("{} lanes of one road; the traffic manager ends there", followers.len()),
+        ));
+    }
+}
+
+fn dead_end(map: &Map, index: LaneIndex, entry: &LaneEntry, report: &mut Report) {
+    let Some((road, section, lane)) = parts(&map.model, entry) else { return };
+    let driven = lane.id != 0 && lane.lane_type == LaneType::Driving;
+    // A lane that closes before its end leads its traffic into the lane beside it.
+    let open = lane.width.value(entry.exit_s()) > 0.5;
+    let beside = section.lanes.iter().any(|other| {
+        other.lane_type == LaneType::Driving
+            && other.id.signum() == lane.id.signum()
+            && (other.id - lane.id).abs() == 1
+    });
+    if driven && map.links.next_of(index).is_empty() && (open || !beside) {
+        let wanted = format!("lane {} to lead on", lane.id);
+        report.push(fault(
+            Severity::Suspicious,
+            road,
+            Some(entry.exit_s()),
+            wanted,
+            "a dead end, where vehicles are taken away",
+        ));
+    }
+}
+
+fn joints(map: &Map, report: &mut Report) {
+    for (from, to) in map.lane_joints() {
+        let (Some(end), Some(start)) = (map.lane_pose(&from), map.lane_pose(&to)) else { continue };
+        let Some(road) = map.model.road(from.road) else { continue };
+        let gap_m = (end.point - start.point).norm();
+        let turn_rad = (end.heading_rad - start.heading_rad).sin().abs();
+        if gap_m > GAP_MAX_M || turn_rad > KINK_MAX_RAD {
+            report.push(fault(
+                Severity::Suspicious,
+                road,
+                Some(from.s),
+                format!("lane {} to meet lane {} of road {}", from.lane, to.lane, to.road),
+                format!("a gap of {gap_m:.3} m and a turn of {turn_rad:.4} rad"),
+            ));
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Faults that can be read over are found and rated.
+
+use roads::{Map, Severity};
+
+fn found(text: &str) -> Vec<(Severity, String)> {
+    let map = Map::parse("test", text).unwrap_or_else(|error| panic!("{error}"));
+    map.check().diagnostics.iter().map(|one| (one.severity, one.to_string())).collect()
+}
+
+fn road(id: u32, x: f64, links: &str, lane_link: &str, shape: &str) -> String {
+    format!(
+        "<road id=\"{id}\" length=\"50\" junction=\"-1\"><link>{links}</link><planView>\
+         <geometry s=\"0\" x=\"{x}\" y=\"0\" hdg=\"0\" length=\"50\">{shape}</geometry></planView>\
+         <lanes><laneSection s=\"0\"><center><lane id=\"0\"/></center><right>\
+         <lane id=\"-1\" type=\"driving\"><link>{lane_link}</link>\
+         <width sOffset=\"0\" a=\"3\" b=\"0\" c=\"0\" d=\"0\"/></lane>\
+         </right></laneSection></lanes></road>"
+    )
+}
+
+fn to_road(id: u32) -> String {
+    format!("<successor elementType=\"road\" elementId=\"{id}\" contactPoint=\"start\"/>")
+}
+
+#[test]
+fn our_town_has_no_fault() {
+    let text = roads::town::build("Town10HD_Opt").unwrap();
+    let faults = found(&text);
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn a_link_to_a_lane_that_is_not_there_breaks_the_client() {
+    let first = road(1, 0.0, &to_road(2), "<successor id=\"-5\"/>", "<line/>");
+    let text = format!("<OpenDRIVE>{first}{}</OpenDRIVE>", road(2, 50.0, "", "", "<line/>"));
+    let faults = found(&text);
+    let named = faults.iter().find(|(_, text)| text.contains("lane -5")).unwrap();
+    assert_eq!(named.0, Severity::BreaksClient, "{named:?}");
+    assert!(named.1.contains("road 1 at s = 50"), "{named:?}");
+}
+
+#[test]
+fn a_spiral_without_change_breaks_the_client() {
+    let shape = "<spiral curvStart=\"0.01\" curvEnd=\"0.01\"/>";
+    let faults = found(&format!("<OpenDRIVE>{}</OpenDRIVE>", road(1, 0.0, "", "", shape)));
+    assert!(faults.iter().any(|(severity, text)| {
+        *severity == Severity::BreaksClient && text.contains("spiral")
+    }));
+}
+
+#[test]
+fn dead_ends_and_gaps_are_suspicious() {
+    let first = road(1, 0.0, &to_road(2), "<successor id=\"-1\"/>", "<line/>");
+    let text = format!("<OpenDRIVE>{first}{}</OpenDRIVE>", road(2, 50.5, "", "", "<line/>"));
+    let faults = found(&text);
+    assert!(faults.iter().all(|(severity, _)| *severity == Severity::Suspicious), "{faults:?}");
+    assert!(faults.iter().any(|(_, text)| text.contains("gap of 0.500 m")), "{faults:?}");
+    assert!(faults.iter().any(|(_, text)| text.contains("road 2") && text.contains("lead on")));
+}

@@ -1,0 +1,133 @@
+//! Meshes and spawn points on every map there is: all generated towns, and real maps.
+//!
+//! The real ones are skipped with a message where they are absent, as `oracle.rs` says.
+
+#[path = "common/maps.rs"]
+mod maps;
+
+use std::collections::HashMap;
+
+use nalgebra::{Point3, Vector3};
+use roads::mesh::{GroundMesh, ground, render};
+use roads::{LaneType, LaneTypes, Map};
+
+/// Triangles by square of the ground, to find those below a point quickly.
+struct Squares<'m> {
+    mesh: &'m GroundMesh,
+    triangles: HashMap<[i64; 2], Vec<usize>>,
+}
+
+const SQUARE_M: f64 = 20.0;
+
+#[allow(clippy::cast_possible_truncation, reason = "maps are smaller than a million metres")]
+fn square(v: f64) -> i64 {
+    (v / SQUARE_M).floor() as i64
+}
+
+impl<'m> Squares<'m> {
+    fn new(mesh: &'m GroundMesh) -> Self {
+        let mut triangles: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
+        for index in 0..mesh.indices.len() {
+            let corners = corners(mesh, index);
+            let span = |axis: usize| {
+                let values = corners.map(|corner| corner[axis]);
+                let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                square(low)..=square(high)
+            };
+            for x in span(0) {
+                for y in span(1) {
+                    triangles.entry([x, y]).or_default().push(index);
+                }
+            }
+        }
+        Self { mesh, triangles }
+    }
+
+    /// Distance of the nearest surface above or below a point.
+    fn off_m(&self, at: &Point3<f64>) -> f64 {
+        self.triangles
+            .get(&[square(at.x), square(at.y)])
+            .into_iter()
+            .flatten()
+            .filter_map(|index| height(corners(self.mesh, *index), at.x, at.y))
+            .map(|z| (z - at.z).abs())
+            .fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn corners(mesh: &GroundMesh, triangle: usize) -> [Vector3<f64>; 3] {
+    mesh.indices[triangle].map(|i| Vector3::from(mesh.positions_m[i as usize].map(f64::from)))
+}
+
+fn height([a, b, c]: [Vector3<f64>; 3], x: f64, y: f64) -> Option<f64> {
+    let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    if area.abs() < 1e-9 {
+        return None;
+    }
+    let v = ((x - a.x) * (c.y - a.y) - (y - a.y) * (c.x - a.x)) / area;
+    let w = ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / area;
+    // A millimetre of a triangle of some metres: seams are met by either side.
+    let inside = v >= -1e-3 && w >= -1e-3 && v + w <= 1.0 + 1e-3;
+    inside.then(|| a.z + v * (b.z - a.z) + w * (c.z - a.z))
+}
+
+fn each(run: impl Fn(&str, &Map)) {
+    for name in roads::town::names().filter(|name| !name.ends_with("_Opt")) {
+        let text = roads::town::build(name).expect("it is listed");
+        run(name, &Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}")));
+    }
+    for judged in maps::all() {
+        run(&judged.name, &judged.map);
+    }
+}
+
+#[test]
+fn there_is_ground_under_every_driving_lane() {
+    each(|name, map| {
+        let mesh = ground(map);
+        println!("{name}: {} triangles of ground", mesh.indices.len());
+        assert!(mesh.indices.len() < 400_000, "{name}: {}", mesh.indices.len());
+        let squares = Squares::new(&mesh);
+        for place in map.generate_waypoints(3.7) {
+            // At the very ends of a road that bends, beside the lane is beyond the road.
+            let goes_on = map.waypoint(place.road, place.lane, place.s + 1.0).is_some();
+            if place.s < 1.0 || !goes_on {
+                continue;
+            }
+            let width_m = map.lane(&place).width_m;
+            for side in [-0.45, 0.0, 0.45] {
+                let at = map.pose(&place) * Point3::new(0.0, side * width_m, 0.0);
+                let off_m = squares.off_m(&at);
+                // Beside a lane that opens or closes on a grade, the road there is at another s.
+                let pitch_rad = map.lane_pose(&place).expect("of this map").pitch_rad;
+                let off_max_m = 0.02 + (side * width_m * pitch_rad).abs();
+                assert!(off_m < off_max_m, "{name}: ground {off_m} m off, {side} beside {place:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn pictures_of_all_maps_stay_within_a_budget() {
+    each(|name, map| {
+        let triangles: usize = render(map).surfaces.iter().map(|part| part.indices.len()).sum();
+        println!("{name}: {triangles} triangles to draw");
+        assert!(triangles < 600_000, "{name}: {triangles}");
+    });
+}
+
+#[test]
+fn spawn_points_stand_in_driving_lanes() {
+    each(|name, map| {
+        let is_off = |spawn: &&nalgebra::Isometry3<f64>| {
+            let below = spawn.translation.vector - Vector3::z() * 0.5;
+            let place = map.nearest(below.into(), LaneTypes::DRIVING).expect("it has lanes");
+            assert_eq!(map.lane(&place).lane_type, LaneType::Driving);
+            (map.pose(&place).translation.vector - below).norm() > 0.5
+        };
+        // Projection misses lanes that bulge inside a straight section, by the bulge.
+        let off = map.spawn_points().iter().filter(is_off).count();
+        assert!(off * 50 <= map.spawn_points().len(), "{name}: {off}");
+    });
+}
