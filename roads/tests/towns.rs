@@ -217,3 +217,35 @@ fn towns_have_what_their_names_promise() {
         assert!(high - low >= rise_m, "{name} rises by {} m only", high - low);
     }
 }
+
+#[test]
+fn the_land_around_covers_no_driving_lane_even_under_bridges() {
+    for map in towns() {
+        let ground = roads::mesh::ground(&map);
+        let corner = |index: u32| ground.positions_m[index as usize].map(f64::from);
+        let land: Vec<[[f64; 3]; 3]> = ground
+            .indices
+            .iter()
+            .zip(&ground.materials)
+            .filter(|(_, material)| **material == roads::mesh::Material::Grass)
+            .map(|(triangle, _)| triangle.map(corner))
+            .collect();
+        for place in map.generate_waypoints(7.0) {
+            let at = map.pose(&place).translation.vector;
+            for triangle in &land {
+                let Some(height_m) = height_at(triangle, [at.x, at.y]) else { continue };
+                // Land far above would be a hill over a tunnel; there is none.
+                assert!(height_m < at.z - 0.01, "{}: land {height_m} m at {place:?}", map.name());
+            }
+        }
+    }
+}
+
+/// Height of a triangle over a point, where it lies over it.
+fn height_at([a, b, c]: &[[f64; 3]; 3], [x, y]: [f64; 2]) -> Option<f64> {
+    let cross = |p: &[f64; 3], q: &[f64; 3]| (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
+    let [u, v, w] = [cross(b, c), cross(c, a), cross(a, b)];
+    let sum = u + v + w;
+    (sum.abs() > 1e-9 && u * sum >= 0.0 && v * sum >= 0.0 && w * sum >= 0.0)
+        .then(|| (u * a[2] + v * b[2] + w * c[2]) / sum)
+}

@@ -70,13 +70,16 @@ pub(super) fn build(plan: &Plan, random: &mut Random, draft: &mut TownDraft) {
         })
         .collect();
     let mut built: Vec<Footprint> = squares;
+    let free_of_roads = |house: &Footprint| {
+        clearance.is_clear(house.middle.at, house.radius_m(), CLEAR_M, |at| house.distance_m(at))
+    };
     for street in &plan.streets {
         let Beside::Houses { storeys } = street.beside else { continue };
         for sign in [1, -1] {
             let edge_m = street.profile.width_m(sign);
             let row = row(draft, street.id, f64::from(sign), edge_m, random);
             for (s, t, footprint) in row {
-                let is_free = clearance.is_clear(CLEAR_M, |at| footprint.distance_m(at))
+                let is_free = free_of_roads(&footprint)
                     && plan.loose.iter().all(|l| footprint.distance_m(l.at) > LOOSE_CLEAR_M)
                     && !built.iter().any(|other| other.meets(&footprint));
                 if !is_free {

@@ -1,0 +1,125 @@
+"""Goal: CARLA's own client reads every generated town, and sees the same lanes as we do.
+
+Method: give it the text in a process of its own, since a fault in a map can end the process.
+"""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from running_site import CACHE
+
+pytest.importorskip("carla", reason="the client is not installed")
+
+ROOT = Path(__file__).parent.parent.parent
+STEP_M = 2.0
+NAMES = [f"Town0{number}" for number in range(1, 8)] + ["Town10HD"]
+
+# Reads a map from standard input and prints what the client makes of it.
+CLIENT = """
+import json, sys, carla
+
+name, graph = sys.argv[1:]
+world = carla.Map(name, sys.stdin.read())
+world.cook_in_memory_map(graph)
+places = world.generate_waypoints(2.0)
+rows = []
+for place in places:
+    at = place.transform
+    rows.append(
+        (place.road_id, place.section_id, place.lane_id, place.s)
+        + (at.location.x, at.location.y, at.location.z, at.rotation.yaw, at.rotation.pitch)
+    )
+landmarks = world.get_all_landmarks()
+print(json.dumps({
+    "places": rows,
+    "topology": len(world.get_topology()),
+    "dead_ends": [row[:4] for row, place in zip(rows, places) if not place.next(60.0)],
+    "lights": sorted({mark.id for mark in landmarks if mark.type == "1000001"}),
+    "signs": sorted({mark.type for mark in landmarks}),
+    "crosswalk_corners": len(world.get_crosswalks()),
+}))
+"""
+
+
+@pytest.fixture(scope="module")
+def print_town():
+    """Runs the example `print_town` of the crate `roads`."""
+    target = os.environ.get("CARGO_TARGET_DIR", str(CACHE / "target"))
+    command = ["cargo", "run", "--release", "--quiet", "-p", "roads", "--example", "print_town"]
+
+    def run(*arguments: str) -> str:
+        finished = subprocess.run(
+            [*command, "--", *arguments],
+            cwd=ROOT,
+            env=os.environ | {"CARGO_TARGET_DIR": target},
+            capture_output=True,
+            check=True,
+            text=True,
+            timeout=900,
+        )
+        return finished.stdout
+
+    return run
+
+
+def read_by_client(name: str, text: str, graph: Path) -> dict:
+    finished = subprocess.run(
+        [sys.executable, "-c", CLIENT, name, str(graph)],
+        input=text,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert finished.returncode == 0, f"{name} ended the client: {finished.stderr}"
+    complaints = [line for line in finished.stderr.splitlines() if line.strip()]
+    assert not complaints, f"{name}: {complaints[:5]}"
+    return json.loads(finished.stdout.splitlines()[-1])
+
+
+def test_every_town_is_listed_under_both_names(print_town):
+    listed = set(print_town().split())
+    assert listed == set(NAMES) | {f"{name}_Opt" for name in NAMES}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_client_reads_a_town_and_sees_the_same_lanes(name, print_town, tmp_path):
+    seen = read_by_client(name, print_town(name), tmp_path / "graph")
+
+    assert seen["dead_ends"] == []
+    assert seen["topology"] > 80
+    assert seen["crosswalk_corners"] % 5 == 0
+    assert "274" in seen["signs"]
+    if name == "Town07":
+        assert {"205", "206"} <= set(seen["signs"])
+    else:
+        assert len(seen["lights"]) >= 12
+    assert (tmp_path / "graph").stat().st_size > 10_000
+
+    ours = [[float(word) for word in row.split()] for row in print_town(name, "2.0").splitlines()]
+    assert len(ours) == len(seen["places"]) > 1000
+    ours.sort(key=lambda row: row[:4])
+    theirs = sorted(seen["places"], key=lambda row: row[:4])
+    for our, their in zip(ours, theirs, strict=True):
+        assert our[:3] == their[:3]
+        assert math.isclose(our[3], their[3], abs_tol=1e-6)
+        x, y, z, heading_rad, pitch_rad = our[4:]
+        yaw, pitch = their[7:]
+        assert math.dist((x, -y, z), their[4:7]) < 1e-3, (our, their)
+        assert same_angle(-math.degrees(heading_rad), yaw), (our, their)
+        assert same_angle(math.degrees(pitch_rad), pitch), (our, their)
+
+
+def same_angle(one_deg: float, other_deg: float) -> bool:
+    return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0) < 0.05
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_client_reads_a_town_under_its_second_name(name, print_town, tmp_path):
+    seen = read_by_client(f"{name}_Opt", print_town(f"{name}_Opt"), tmp_path / "graph")
+    assert seen["dead_ends"] == []
