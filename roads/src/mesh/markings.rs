@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::strip::{across, cuts};
+use super::strip::{across, cuts, pieces};
 use super::{Material, Sink};
 use crate::Map;
 use crate::crosswalks::corners;
@@ -81,10 +81,10 @@ impl Line<'_> {
         let inside = |s: &f64| *s > from_s && *s < to_s;
         let mut cuts: Vec<f64> = cuts(self.road, self.section);
         cuts.retain(inside);
-        let mut at = from_s;
-        for next in cuts.into_iter().chain([to_s]) {
-            self.piece(at, next, sink);
-            at = next;
+        cuts.insert(0, from_s);
+        cuts.push(to_s);
+        for [from_s, to_s] in pieces(&cuts) {
+            self.piece(from_s, to_s, sink);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
-use super::strip::cuts;
+use super::strip::{cuts, pieces};
 use super::terrain::skirt_m;
 use super::{Material, Sink};
 use crate::Map;
@@ -76,25 +76,16 @@ fn lane_surface(
     let height_m = if raised { KERB_M } else { 0.0 };
     let sign = f64::from(lane.id.signum());
     let [inner_edge, outer_edge] = open_edges(road, section, lane);
-    let borders: Vec<[f64; 3]> = cuts
-        .iter()
-        .map(|s| {
-            let at = lateral(road, section, lane.id, *s);
-            let stone = if (at.outer - at.inner).abs() > STONE_M {
-                at.inner + sign * STONE_M
-            } else {
-                at.outer
-            };
-            [at.inner, stone, at.outer]
-        })
-        .collect();
-    for (pair, border) in cuts.windows(2).zip(borders.windows(2)) {
-        let ([from_s, to_s], [[inner0, stone0, outer0], [inner1, stone1, outer1]]) = (pair, border)
-        else {
-            continue;
-        };
-        let point = |s: &f64, t: &f64, z: f64| lateral_point(road, *s, *t, z);
-        let mut band = |material, [t0, t1]: [&f64; 2], [u0, u1]: [&f64; 2], z: [f64; 2]| {
+    let borders = |s: f64| {
+        let at = lateral(road, section, lane.id, s);
+        let wide = (at.outer - at.inner).abs() > STONE_M;
+        [at.inner, if wide { at.inner + sign * STONE_M } else { at.outer }, at.outer]
+    };
+    for [from_s, to_s] in pieces(cuts) {
+        let [inner0, stone0, outer0] = borders(from_s);
+        let [inner1, stone1, outer1] = borders(to_s);
+        let point = |s: f64, t: f64, z: f64| lateral_point(road, s, t, z);
+        let mut band = |material, [t0, t1]: [f64; 2], [u0, u1]: [f64; 2], z: [f64; 2]| {
             let corners = [
                 point(from_s, t0, z[0]),
                 point(from_s, u0, z[1]),
@@ -149,7 +140,7 @@ fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
                 .iter()
                 .filter(|lane| lane.id != 0 && material(lane.lane_type) == Material::Asphalt)
             {
-                for s in [section.start_s, section.end_s] {
+                for s in pieces(&[section.start_s, section.end_s]).flatten() {
                     let at = lateral(road, section, lane.id, s);
                     corners.extend([at.inner, at.outer].map(|t| lateral_point(road, s, t, 0.0)));
                 }

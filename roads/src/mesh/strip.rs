@@ -68,6 +68,13 @@ fn cut_piece(road: &Road, [from_s, to_s]: [f64; 2], step_m: f64, cuts: &mut Vec<
     cuts.extend((0..count).map(|k| from_s + length_m * k as f64 / count as f64));
 }
 
+/// The stretches between cuts. Each ends just before the next begins, for at a cut the road may
+/// jump: a record of the lane offset, for example, may move all lanes where a section ends.
+pub(super) fn pieces(cuts: &[f64]) -> impl Iterator<Item = [f64; 2]> {
+    const END_GAP_M: f64 = 1e-7;
+    cuts.windows(2).filter_map(|pair| Some([*pair.first()?, pair.last()? - END_GAP_M]))
+}
+
 /// The points at two lateral places, at a height above the road.
 pub(super) fn across(road: &Road, s: f64, t: [f64; 2], height_m: f64) -> [Point3<f64>; 2] {
     t.map(|t| lateral_point(road, s, t, height_m))

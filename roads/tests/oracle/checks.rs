@@ -92,8 +92,8 @@ fn our_point(at: &Value) -> Point3<f64> {
 pub(crate) fn poses(judged: &Judged) -> Outcome {
     let mut outcome = Outcome::default();
     for row in rows(judged, "waypoints") {
-        let at = place(row.as_array().unwrap());
-        let pose = judged.map.lane_pose(&at).unwrap();
+        let at = place(row.as_array().expect("a row"));
+        let pose = judged.map.lane_pose(&at).expect("of this map");
         let found = client_point(&pose.point);
         let off_m = |axis: usize| (found[axis] - number(&row[column::X + axis])).abs();
         let near = (0..3).all(|axis| off_m(axis) <= coordinate_off_max_m(found[axis]));
@@ -108,7 +108,7 @@ pub(crate) fn poses(judged: &Judged) -> Outcome {
 pub(crate) fn lanes(judged: &Judged) -> Outcome {
     let mut outcome = Outcome::default();
     for row in rows(judged, "waypoints") {
-        let info = judged.map.lane(&place(row.as_array().unwrap()));
+        let info = judged.map.lane(&place(row.as_array().expect("a row")));
         let junction = row[column::JUNCTION].as_u64();
         let right = (info.width_m - number(&row[column::WIDTH])).abs() <= 1e-5
             && Some(info.lane_type as u64) == row[column::TYPE].as_u64()
@@ -135,7 +135,7 @@ fn mark_is(found: Option<roads::LaneMark>, wanted: &Value) -> bool {
 pub(crate) fn neighbours(judged: &Judged) -> Outcome {
     let mut outcome = Outcome::default();
     for row in rows(judged, "waypoints") {
-        let at = place(row.as_array().unwrap());
+        let at = place(row.as_array().expect("a row"));
         let info = judged.map.lane(&at);
         let key = |w: Option<Waypoint>| {
             w.map_or(Value::Null, |w| serde_json::json!([w.road, w.section, w.lane]))
@@ -167,7 +167,7 @@ fn same_places(mut found: Vec<Waypoint>, wanted: &Value) -> bool {
 pub(crate) fn moving(judged: &Judged) -> Outcome {
     let mut outcome = Outcome::default();
     for row in rows(judged, "waypoints") {
-        let at = place(row.as_array().unwrap());
+        let at = place(row.as_array().expect("a row"));
         let (next, previous) = (judged.map.next(&at, 2.0), judged.map.previous(&at, 2.0));
         let right = same_places(next.clone(), &row[column::NEXT])
             && same_places(previous.clone(), &row[column::PREVIOUS]);
@@ -253,7 +253,9 @@ pub(crate) fn projections(judged: &Judged) -> Outcome {
         let right = match (&found, &wanted) {
             (None, None) => true,
             (Some(found), Some(wanted)) => {
-                let off_m = |w: &Waypoint| (judged.map.lane_pose(w).unwrap().point - at).norm();
+                let off_m = |w: &Waypoint| {
+                    (judged.map.lane_pose(w).expect("of this map").point - at).norm()
+                };
                 let tie = (off_m(found) - off_m(wanted)).abs() <= 5e-3;
                 tie || same_lane(found, wanted) && (found.s - wanted.s).abs() <= s_off_max_m
             }
