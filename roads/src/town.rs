@@ -2,12 +2,14 @@
 //!
 //! A town is a plan of junctions and streets ([`plan`]), one file per town. Streets become roads
 //! ([`street`]), junctions become connecting roads ([`junction`], [`movement`]) with lights and
-//! signs ([`priority`]), the land between is filled ([`block`], [`lots`], [`furniture`]), and all
-//! of it is written down ([`write`]). [`roundabout`] and [`motorway`] add larger parts to a plan.
+//! signs ([`priority`]), the land between is filled ([`block`], [`lots`], [`furniture`],
+//! [`crossing`]), and all of it is written down ([`write`]). [`roundabout`] and [`motorway`] add
+//! larger parts to a plan; [`style`] draws new plans from a seed.
 
 mod block;
 mod clearance;
 mod course;
+mod crossing;
 mod draft;
 mod furniture;
 mod junction;
@@ -20,6 +22,7 @@ mod profile;
 mod random;
 mod roundabout;
 mod street;
+mod style;
 mod town01;
 mod town02;
 mod town03;
@@ -34,11 +37,16 @@ use draft::TownDraft;
 use plan::Plan;
 use random::Random;
 
+pub use style::Style;
+
 /// What stands where in the land is drawn from this; any number gives a town.
 const SEED: u64 = 0x0043_4155_5345_5759;
 
-/// Every town with its two names and the function that plans it.
-const TOWNS: [([&str; 2], fn() -> Plan); 8] = [
+/// A town's two names and the function that plans it.
+type Town = ([&'static str; 2], fn() -> Plan);
+
+/// Every town.
+const TOWNS: [Town; 8] = [
     (["Town01", "Town01_Opt"], town01::plan),
     (["Town02", "Town02_Opt"], town02::plan),
     (["Town03", "Town03_Opt"], town03::plan),
@@ -60,17 +68,30 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn build(name: &str) -> Option<String> {
     let (_, plan) = TOWNS.into_iter().find(|(names, _)| names.contains(&name))?;
-    Some(build_plan(name, &plan()))
+    Some(build_plan(name, &plan(), SEED))
 }
 
-fn build_plan(name: &str, plan: &Plan) -> String {
+/// The OpenDRIVE text of a new town: blocks between streets, as drawn from the seed.
+///
+/// **Domain:** `blocks` along each side, taken as 2 when less and as 10 when more.
+/// **Determinism:** the same arguments give the same bytes.
+#[must_use]
+pub fn build_styled(style: Style, seed: u64, blocks: usize) -> String {
+    let name = format!("{style:?}_{seed}_{blocks}");
+    build_plan(&name, &style::plan(style, seed, blocks), seed)
+}
+
+fn build_plan(name: &str, plan: &Plan, seed: u64) -> String {
     let mut draft = TownDraft::default();
     draft.roads.extend(plan.streets.iter().map(|street| street::road(plan, street)));
     for node in 0..plan.nodes.len() {
         junction::build(plan, node, &mut draft);
     }
-    let mut random = Random::new(SEED);
+    let mut random = Random::new(seed);
     furniture::line_streets(plan, &mut random, &mut draft);
+    for (street, road) in plan.streets.iter().zip(&mut draft.roads) {
+        crossing::add(street, road);
+    }
     block::fill(plan, &mut random, &mut draft);
     lots::build(plan, &mut random, &mut draft);
     for loose in &plan.loose {

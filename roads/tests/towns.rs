@@ -3,15 +3,40 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Point3;
+use roads::town::Style;
 use roads::{LaneChange, LaneType, LaneTypes, Map, Waypoint};
 
 type Lane = (u32, u32, i32);
 
-/// One of each pair of names.
+/// One of each pair of names, and some new towns of each style.
 fn towns() -> Vec<Map> {
     let names: Vec<&str> = roads::town::names().filter(|name| !name.ends_with("_Opt")).collect();
     assert_eq!(names.len(), 8);
-    names.into_iter().map(town).collect()
+    let mut maps: Vec<Map> = names.into_iter().map(town).collect();
+    for style in [Style::City, Style::Village, Style::Country] {
+        for (seed, blocks) in [(1, 2), (2, 3), (u64::MAX, 4), (77, 6)] {
+            maps.push(styled(style, seed, blocks));
+        }
+    }
+    maps
+}
+
+fn styled(style: Style, seed: u64, blocks: usize) -> Map {
+    let text = roads::town::build_styled(style, seed, blocks);
+    let name = format!("{style:?} {seed} {blocks}");
+    Map::parse(&name, &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_new_town_depends_on_style_seed_and_size_only() {
+    let build = roads::town::build_styled;
+    assert_eq!(build(Style::City, 5, 3), build(Style::City, 5, 3));
+    assert_ne!(build(Style::City, 5, 3), build(Style::City, 6, 3));
+    assert_ne!(build(Style::City, 5, 3), build(Style::Village, 5, 3));
+    let places = |blocks| styled(Style::Village, 5, blocks).generate_waypoints(10.0).len();
+    assert!(places(6) > 2 * places(3));
+    assert_eq!(places(0), places(2));
+    assert_eq!(places(usize::MAX), places(10));
 }
 
 fn town(name: &str) -> Map {

@@ -79,7 +79,9 @@ def read_by_client(name: str, text: str, graph: Path) -> dict:
     assert finished.returncode == 0, f"{name} ended the client: {finished.stderr}"
     complaints = [line for line in finished.stderr.splitlines() if line.strip()]
     assert not complaints, f"{name}: {complaints[:5]}"
-    return json.loads(finished.stdout.splitlines()[-1])
+    lines = finished.stdout.splitlines()
+    assert len(lines) == 1, f"{name}: {lines[:5]}"
+    return json.loads(lines[0])
 
 
 def test_every_town_is_listed_under_both_names(print_town):

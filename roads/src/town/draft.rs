@@ -114,6 +114,15 @@ impl RoadDraft {
         last.map_or([0.0; 2], |end| end.left(t).at)
     }
 
+    pub(super) fn height_m(&self, s: f64) -> f64 {
+        let rise = self.rises.iter().rfind(|rise| rise.start_s <= s);
+        rise.map_or(0.0, |rise| {
+            let [a, b, c, d] = rise.abcd;
+            let t = s - rise.start_s;
+            a + t * (b + t * (c + t * d))
+        })
+    }
+
     /// Driving lanes right of the reference line.
     pub(super) fn driving_right(&self) -> i32 {
         self.sections.first().map_or(0, |section| {

@@ -1,7 +1,7 @@
-//! Street lamps, trees, benches and bins along the streets.
+//! Street lamps, trees, benches, bins and guard rails along the streets.
 
 use super::clearance::Clearance;
-use super::draft::{ObjectDraft, TownDraft};
+use super::draft::{ObjectDraft, RoadDraft, TownDraft};
 use super::plan::{Beside, Plan};
 use super::profile::{Edge, Extra, Profile, SIDEWALK_M};
 use super::random::Random;
@@ -13,6 +13,12 @@ const SPACING_M: f64 = 16.0;
 const END_GAP_M: f64 = 8.0;
 /// Distance of the middle of posts and trunks from the kerb, in metres.
 const KERB_GAP_M: f64 = 0.7;
+/// Length of a piece of guard rail, in metres.
+const RAIL_M: f64 = 10.0;
+/// Distance of rails from the road's edge, in metres.
+const RAIL_GAP_M: f64 = 0.6;
+/// Motorways lower than this need no rails, in metres.
+const RAIL_HEIGHT_MIN_M: f64 = 1.0;
 /// How deep things beside the road begin, in metres, so that none hangs over sloping land.
 const LAND_DROP_M: f64 = 0.4;
 /// Height of a sidewalk above the road, in metres.
@@ -50,7 +56,38 @@ pub(super) fn line_streets(plan: &Plan, random: &mut Random, draft: &mut TownDra
             clearance.is_beside_only(street.id, road.place(thing.s, thing.t), radius_m)
         });
         road.objects.append(&mut things);
+        if street.profile.right.edge == Edge::HardShoulder {
+            let rails = rails(street.profile, road);
+            road.objects.extend(rails);
+        }
     }
+}
+
+/// Rails on both sides of a motorway where it runs high above the land.
+fn rails(profile: Profile, road: &RoadDraft) -> Vec<ObjectDraft> {
+    let mut rails = Vec::new();
+    for index in 0..count(road.length_m(), RAIL_M) {
+        let s = (index as f64 + 0.5) * RAIL_M;
+        if road.height_m(s) < RAIL_HEIGHT_MIN_M {
+            continue;
+        }
+        for sign in [1, -1] {
+            let t = f64::from(sign) * (profile.width_m(sign) + RAIL_GAP_M);
+            let rail = ObjectDraft {
+                object_type: "barrier",
+                name: "GuardRail",
+                s,
+                t,
+                z_offset_m: -LAND_DROP_M,
+                length_m: RAIL_M,
+                width_m: 0.3,
+                height_m: 1.4,
+                ..lamp_post()
+            };
+            rails.push(rail);
+        }
+    }
+    rails
 }
 
 /// Things look across the road.

@@ -17,7 +17,7 @@ const CONNECTING_ID_FIRST: u32 = 1_000;
 /// Crosswalks lie between these distances inside the junction, in metres.
 const CROSSWALK_M: [f64; 2] = [0.7, 3.7];
 /// How far crosswalks reach onto the sidewalks, so that walkers step onto them, in metres.
-const CROSSWALK_OVERLAP_M: f64 = 1.5;
+pub(super) const CROSSWALK_OVERLAP_M: f64 = 1.5;
 /// Width of stop lines, in metres.
 const STOP_LINE_M: f64 = 0.4;
 

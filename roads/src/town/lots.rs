@@ -112,10 +112,11 @@ fn row(
     let mut start_s = 0.0;
     for piece in &road.pieces {
         let mut along_m = random.between(0.0, GAP_M[1]);
-        while piece.curvature == 0.0 {
+        let straight_m = if piece.curvature == 0.0 { piece.length_m } else { 0.0 };
+        loop {
             let [length_m, depth_m] =
                 [WIDTH_M, DEPTH_M].map(|[low, high]| random.between(low, high));
-            if along_m + length_m > piece.length_m {
+            if along_m + length_m > straight_m {
                 break;
             }
             let t =

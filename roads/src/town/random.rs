@@ -15,6 +15,14 @@ impl Random {
         low + (high - low) * share
     }
 
+    /// One of the values.
+    pub(super) fn one_of<T: Copy, const N: usize>(&mut self, values: [T; N]) -> T {
+        const { assert!(N > 0, "there must be something to choose from") };
+        #[allow(clippy::cast_possible_truncation, reason = "the remainder is less than N")]
+        let index = (self.next() % N as u64) as usize;
+        values[index]
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;

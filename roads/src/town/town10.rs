@@ -61,7 +61,7 @@ fn add_blocks(plan: &mut Plan) {
             &[(WEST, MIDDLE_WEST), (MIDDLE_WEST, MIDDLE_EAST), (MIDDLE_EAST, EAST)]
         };
         for (column, (x0, x1)) in columns.iter().enumerate() {
-            let is_park = index == 2 && column == 1 || index == 0 && column == 1;
+            let is_park = column == 1 && (index == 0 || index == 2);
             plan.blocks.push(Block {
                 min: [x0 + street, y0 + gap0],
                 max: [x1 - street, y1 - gap1],
