@@ -31,7 +31,10 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         .enable_all()
         .build()
         .map_err(|error| Failure::of(&error))?;
-    runtime.block_on(run_site(plan))
+    let outcome = runtime.block_on(run_site(plan));
+    // Nobody waits for the transport, which may still be looking for a bus that is gone.
+    runtime.shutdown_background();
+    outcome
 }
 
 async fn run_site(plan: Plan) -> Result<(), Failure> {

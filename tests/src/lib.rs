@@ -1,7 +1,7 @@
 //! Whole-system tests: real processes on private ports, one file per promise.
 //!
 //! This library is their harness. A [`Site`] is `causeway up` with everything it starts; a
-//! [`Session`] is one WebSocket client of it; a [`Probe`] looks at its bus. Everything has a deadline,
+//! [`Session`] is one WebSocket client; a [`Probe`] looks at its bus. Everything has a deadline,
 //! says what it last saw when the deadline passes, and is gone when its value is dropped.
 #![allow(clippy::unwrap_used, reason = "a panic of the harness is a failed test, which is its job")]
 #![allow(clippy::missing_panics_doc, reason = "everything here panics when a promise is broken")]

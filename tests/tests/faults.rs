@@ -202,10 +202,11 @@ fn one_session_too_many_is_refused_with_the_numbers_and_the_others_go_on() {
     }
     let mut excess = site.session();
     let refusal = excess.read();
+    let message = "Server at capacity: 256/256 sessions active. Cannot accept new connections.";
     assert_eq!(
         refusal,
         json!({"type": "error", "data": {
-            "message": "Server at capacity: 256/256 sessions active. Cannot accept new connections.",
+            "message": message,
             "code": "CAPACITY_REACHED",
             "active_sessions": 256,
             "max_sessions": 256,

@@ -20,6 +20,8 @@ const GRACE: Duration = Duration::from_secs(2);
 pub(crate) struct Service {
     /// The subcommand.
     pub(crate) name: &'static str,
+    /// What its names on the bus begin with; no other service of the site has the same.
+    pub(crate) stem: String,
     /// What follows the subcommand.
     pub(crate) arguments: Vec<OsString>,
     /// Whether the site is of use without it.
@@ -34,18 +36,23 @@ pub(crate) struct Child {
 }
 
 impl Child {
-    /// Starts this program again as the service.
+    /// Starts this program again as the service, for the `generation`th time.
+    ///
+    /// Every process has a name of its own on the bus: what a dead one has leased must not be kept
+    /// alive by the one that takes its place.
     ///
     /// # Errors
     /// When the operating system cannot start a process.
-    pub(crate) fn start(service: &Service) -> io::Result<Self> {
+    pub(crate) fn start(service: &Service, generation: u64) -> io::Result<Self> {
         let mut process = Command::new(std::env::current_exe()?)
             .arg("--exit-with-parent")
             .arg(service.name)
             .args(&service.arguments)
+            .arg("--id")
+            .arg(format!("{}-{generation}", service.stem))
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
-            // Its own group: Ctrl-C in a terminal reaches `up` alone, which then stops each in order.
+            // Its own group: Ctrl-C in a terminal reaches `up` alone, which stops each in order.
             .process_group(0)
             .kill_on_drop(true)
             .spawn()?;

@@ -97,19 +97,19 @@ fn world(args: &Args, bus: &Endpoint) -> Service {
     if let Some(threads) = args.threads {
         arguments.extend(flag("--threads", threads.to_string()));
     }
-    Service { name: "world", arguments, essential: true }
+    Service { name: "world", stem: "world".to_owned(), arguments, essential: true }
 }
 
 fn scenario(http: SocketAddr, bus: &Endpoint) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     arguments.extend(flag("--http", http.to_string()));
-    Service { name: "scenario", arguments, essential: true }
+    Service { name: "scenario", stem: "scenario".to_owned(), arguments, essential: true }
 }
 
 fn renderer(index: u8, bus: &Endpoint) -> Service {
-    let mut arguments = flag("--connect", bus.to_string());
-    arguments.extend(flag("--id", format!("render-{index}")));
-    Service { name: "render", arguments, essential: false }
+    let arguments = flag("--connect", bus.to_string());
+    // The site is of use without pictures, so a machine without Vulkan gets a warning.
+    Service { name: "render", stem: format!("render-{index}"), arguments, essential: false }
 }
 
 fn flag(name: &str, value: String) -> Vec<OsString> {

@@ -80,10 +80,10 @@ async fn keep_running(
 ) -> Result<(), ServiceError> {
     let mut policy = RestartPolicy::new();
     let name = service.name;
-    loop {
+    for generation in 1.. {
         let started = Instant::now();
         let spawn_error = |cause| ServiceError::Spawn { service: name, cause };
-        let mut child = Child::start(&service).map_err(spawn_error)?;
+        let mut child = Child::start(&service, generation).map_err(spawn_error)?;
         let status = tokio::select! {
             status = child.wait() => status.map_err(spawn_error)?,
             () = Stop::requested(&mut stop) => {
@@ -106,4 +106,5 @@ async fn keep_running(
             () = Stop::requested(&mut stop) => return Ok(()),
         }
     }
+    Ok(())
 }

@@ -1,0 +1,28 @@
+//! Goal: the command line explains itself, and programs can tell wrong use from failure.
+
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
+
+use std::process::{Command, Output};
+
+fn causeway(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_causeway")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn help_names_every_command_and_the_exit_codes() {
+    let help = causeway(&["--help"]);
+    let text = String::from_utf8(help.stdout).unwrap();
+    for word in ["up", "world", "render", "scenario", "router", "Exit codes"] {
+        assert!(text.contains(word), "{word} is not in:\n{text}");
+    }
+    assert_eq!(help.status.code(), Some(0));
+}
+
+#[test]
+fn what_cannot_be_understood_is_exit_code_2() {
+    for arguments in
+        [&["fly"][..], &["up", "--http", "nowhere"], &["router", "--listen", "udp/x:1"]]
+    {
+        assert_eq!(causeway(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
