@@ -3,6 +3,9 @@
 //! One iteration is one question, or one whole map for the loads. The generated town is always
 //! measured; Town03 and Town10HD are when `CAUSEWAY_MAPS_DIR` has them.
 
+#[path = "../tests/common/grid.rs"]
+mod grid;
+
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
@@ -91,6 +94,13 @@ fn loads(criterion: &mut Criterion) {
             bencher.iter(|| black_box(roads::mesh::render(&map)));
         });
         group.finish();
+    }
+    // Loading should take ten times as long for ten times the roads.
+    for roads in [1_000, 10_000] {
+        let text = grid::grid(roads);
+        criterion.bench_function(&format!("parse {roads} roads"), |bencher| {
+            bencher.iter(|| black_box(Map::parse("grid", &text).is_ok()));
+        });
     }
     criterion.bench_function("write the generated town", |bencher| {
         bencher.iter(|| black_box(roads::town::build("Town10HD_Opt")));
