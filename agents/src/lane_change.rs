@@ -82,7 +82,7 @@ impl LaneChange {
         Reference { bend_per_m, ..present.reference(present.travelled_m) }
     }
 
-    /// The quintic with given offset and slope at the start, zero bend there, and all zero at the end.
+    /// The quintic with given offset and slope at the start, zero bend there, and zero at the end.
     fn reference(&self, travelled_m: f32) -> Reference {
         let (length, u) = (self.length_m, travelled_m / self.length_m);
         let (offset, slope) = (self.start_left_m, self.start_slope * length);

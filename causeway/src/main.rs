@@ -4,6 +4,7 @@
 //! keeps them running. This crate only parses, starts, watches and stops: what a service does is in
 //! its own crate.
 
+mod bench;
 mod cli;
 mod failure;
 mod lifeline;

@@ -1,0 +1,20 @@
+//! `causeway bench`: what a user waits for, measured on this machine.
+
+mod start;
+
+use crate::failure::Failure;
+
+/// What to measure.
+#[derive(Clone, Debug, clap::Subcommand)]
+pub(crate) enum Command {
+    /// From `causeway up` to the first answered reset, and what that time is made of.
+    Start(start::Args),
+}
+
+/// # Errors
+/// What could not be measured.
+pub(crate) fn run(command: &Command) -> Result<(), Failure> {
+    match command {
+        Command::Start(args) => start::run(args).map_err(|error| Failure::of(&error)),
+    }
+}
