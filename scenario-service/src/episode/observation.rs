@@ -240,7 +240,7 @@ fn live_block(
 
 /// Simulated seconds as the decimal number they are: twenty ticks of 0.05 s print as 1.0.
 pub(super) fn sim_secs(frame: &Frame) -> f64 {
-    (frame.sim_secs() * 1e9).round() / 1e9
+    (frame.sim_secs * 1e9).round() / 1e9
 }
 
 /// A point of our world in CARLA's.
