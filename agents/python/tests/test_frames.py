@@ -1,7 +1,7 @@
 """A frame written by Rust means the same in Python.
 
-`golden/frame.bin` is written by `schemas/examples/write_golden_frame.rs`; a Rust test holds the
-same bytes against the same values.
+`golden/frame.bin` is written by a Rust test of `schemas`, which holds the same bytes against the same
+values.
 """
 
 import random
@@ -104,9 +104,16 @@ def test_every_field_of_an_actor_agrees_with_the_generated_code():
             control.Brake(),
             control.HandBrake(),
             control.Reverse(),
+            control.ManualGear(),
+            control.Gear(),
         )
         assert row["road_wheel_rad"] == actor.RoadWheelRad()
         assert row["colour_rgb"] == actor.ColourRgb()
+        assert (row["parent"], row["lights"]) == (actor.Parent(), actor.Lights())
+        assert (row["doors"], row["failure"]) == (actor.Doors(), actor.Failure())
+        assert row["speed_limit_mps"] == actor.SpeedLimitMps()
+        assert row["traffic_light"] == actor.TrafficLight()
+        assert row["gait_rad"] == actor.GaitRad()
 
 
 def test_collisions_and_weather_agree_with_the_generated_code():
