@@ -69,6 +69,6 @@ impl Pilot {
             limit_mps = track.speed_limit_mps(map, speed_mps);
         }
         let (throttle, brake) = self.speed.pedals(speed_mps, limit_mps, dt_secs);
-        VehicleControl { throttle, steer, brake, hand_brake: false, reverse: false }
+        VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 }

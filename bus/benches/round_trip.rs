@@ -217,11 +217,7 @@ async fn serve() {
     let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
     let result = TickResult {
         world: WorldId::new(1).unwrap(),
-        outcome: Ok(TickOutcome {
-            frame: EncodedFrame(schemas::wire::encode_frame(&frame()).0),
-            replies: Vec::new(),
-            collisions: Vec::new(),
-        }),
+        outcome: Ok(TickOutcome::new(schemas::wire::encode_frame(&frame()))),
     };
     let reply = Reply::Ticked(vec![result]);
     let _serving = bus
@@ -253,5 +249,7 @@ fn frame() -> schemas::Frame {
         types: Vec::new(),
         actors: Vec::new(),
         collisions: Vec::new(),
+        traffic_lights: Vec::new(),
+        sim_secs: 0.05,
     }
 }

@@ -78,6 +78,8 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         types: vec!["vehicle.tesla.model3".to_owned()],
         actors,
         collisions: Vec::new(),
+        traffic_lights: Vec::new(),
+        sim_secs: 1.0,
     };
     RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }
 }
@@ -85,18 +87,10 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
 fn actor(id: u32, kind: ActorKind, world_from_actor: Pose, box_half_extent_m: Vec3) -> ActorState {
     let lift_m = if kind == ActorKind::Vehicle { box_half_extent_m.z } else { 0.0 };
     ActorState {
-        id: ActorId::new(id).expect("not zero"),
-        kind,
         gear: 1,
-        type_index: 0,
-        world_from_actor,
-        linear_velocity_mps: Vec3::zeros(),
-        angular_velocity_radps: Vec3::zeros(),
-        linear_acceleration_mps2: Vec3::zeros(),
         box_centre_m: Vec3::new(0.0, 0.0, lift_m),
         box_half_extent_m,
-        control: VehicleControl::default(),
-        road_wheel_rad: 0.0,
         colour_rgb: 0xa0_2020,
+        ..ActorState::at_rest(ActorId::new(id).expect("not zero"), kind, 0, world_from_actor)
     }
 }

@@ -109,6 +109,8 @@ fn street(map: &roads::Map, start: Pose, weather: Weather) -> Frame {
         types: Vec::new(),
         actors: Vec::new(),
         collisions: Vec::new(),
+        traffic_lights: Vec::new(),
+        sim_secs: 1.0,
     };
     let place = |ahead_m: f32, left_m: f32, z_m: f32, turn_rad: f32| {
         start * level_pose(Vec3::new(ahead_m, left_m, z_m), turn_rad)
@@ -143,18 +145,16 @@ fn push(
     let half = Vec3::from(half_m);
     let lift_m = if kind == ActorKind::Vehicle { half.z } else { 0.0 };
     frame.actors.push(ActorState {
-        id: ActorId::new(id).expect("not zero"),
-        kind,
         gear: 1,
-        type_index: frame.types.len() as u16 - 1,
-        world_from_actor,
-        linear_velocity_mps: Vec3::zeros(),
-        angular_velocity_radps: Vec3::zeros(),
-        linear_acceleration_mps2: Vec3::zeros(),
         box_centre_m: Vec3::new(0.0, 0.0, lift_m),
         box_half_extent_m: half,
-        control: VehicleControl::default(),
         road_wheel_rad: 0.2,
         colour_rgb,
+        ..ActorState::at_rest(
+            ActorId::new(id).expect("not zero"),
+            kind,
+            frame.types.len() as u16 - 1,
+            world_from_actor,
+        )
     });
 }

@@ -166,6 +166,8 @@ mod tests {
             types: Vec::new(),
             actors: Vec::new(),
             collisions: Vec::new(),
+            traffic_lights: Vec::new(),
+            sim_secs: 0.05,
         };
         let camera = Camera {
             id: 1,

@@ -66,10 +66,8 @@ pub struct WorldSpec {
 impl WorldSpec {
     /// The commands that make it. The second one, [`EGO_COMMAND`](Self::EGO_COMMAND), spawns the ego.
     pub fn commands(&self) -> Vec<Command> {
-        let spawn = |placement: &Placement| Command::SpawnActor {
-            blueprint: placement.blueprint.clone(),
-            world_from_actor: placement.world_from_actor,
-            linear_velocity_mps: placement.linear_velocity_mps,
+        let spawn = |Placement { blueprint, world_from_actor, linear_velocity_mps, .. }: &_| {
+            Command::spawn(blueprint, *world_from_actor, *linear_velocity_mps)
         };
         let mut commands = vec![Command::SetWeather { weather: self.weather }, spawn(&self.ego)];
         commands.extend(self.others.iter().map(spawn));

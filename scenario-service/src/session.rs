@@ -196,6 +196,7 @@ impl Session {
             tick_count: plan.tick_count,
             commands: std::mem::take(&mut plan.commands),
             expected_tick: Some(episode.frame().tick),
+            dt_secs: None,
         };
         match self.backstage.ticker.tick(item).await {
             Ok(outcome) => {

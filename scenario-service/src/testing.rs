@@ -76,7 +76,7 @@ impl ToyWorlds {
             toy.tick();
             collisions.extend(toy.frame.collisions.iter().cloned());
         }
-        Ok(TickOutcome { frame: toy.encode(), replies, collisions })
+        Ok(TickOutcome { replies, collisions, ..TickOutcome::new(toy.encode()) })
     }
 }
 
@@ -104,6 +104,8 @@ impl Toy {
             types: Vec::new(),
             actors: Vec::new(),
             collisions: Vec::new(),
+            traffic_lights: Vec::new(),
+            sim_secs: 0.0,
         };
         Self { frame, lane_shift_m: 0.0 }
     }
@@ -114,7 +116,7 @@ impl Toy {
 
     fn apply(&mut self, command: &Command) -> CommandReply {
         match command {
-            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps } => {
+            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps, .. } => {
                 return Ok(Some(self.spawn(blueprint, *world_from_actor, *linear_velocity_mps)));
             }
             Command::SetControl { actor, control } => self.actor(*actor).control = *control,
@@ -139,20 +141,12 @@ impl Toy {
         let id = ActorId::new(self.frame.actors.len() as u32 + 1).unwrap();
         self.frame.types.push(blueprint.to_owned());
         let walks = blueprint.starts_with("walker.");
+        let kind = if walks { ActorKind::Walker } else { ActorKind::Vehicle };
         self.frame.actors.push(ActorState {
-            id,
-            kind: if walks { ActorKind::Walker } else { ActorKind::Vehicle },
             gear: 1,
-            type_index: id.get() as u16 - 1,
-            world_from_actor: pose,
             linear_velocity_mps: velocity_mps,
-            angular_velocity_radps: Vec3::zeros(),
-            linear_acceleration_mps2: Vec3::zeros(),
-            box_centre_m: Vec3::zeros(),
             box_half_extent_m: Vec3::new(2.45, 0.95, 0.75),
-            control: VehicleControl::default(),
-            road_wheel_rad: 0.0,
-            colour_rgb: 0,
+            ..ActorState::at_rest(id, kind, id.get() as u16 - 1, pose)
         });
         id
     }
@@ -170,6 +164,7 @@ impl Toy {
         ego.linear_velocity_mps = forward * speed_mps;
         ego.world_from_actor.translation.vector += forward * (speed_mps * dt) + left * shift_m;
         self.frame.tick = Tick(self.frame.tick.0 + 1);
+        self.frame.sim_secs = self.frame.tick.0 as f64 * DT_SECS;
         self.frame.state_hash = self.frame.state_hash.wrapping_mul(31).wrapping_add(1);
         let touching = touched(&self.frame);
         self.frame.collisions = touching

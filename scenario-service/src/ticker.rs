@@ -161,7 +161,7 @@ mod tests {
                 tokio::time::sleep(Duration::from_millis(20)).await;
                 let answer = |item: TickItem| {
                     let frame = EncodedFrame(item.world.get().to_le_bytes().to_vec());
-                    let outcome = TickOutcome { frame, replies: vec![], collisions: vec![] };
+                    let outcome = TickOutcome::new(frame);
                     let gone = Error::new(ErrorCode::UnknownWorld, "no such world");
                     let known = item.world.get() != 13;
                     TickResult {
@@ -187,8 +187,7 @@ mod tests {
     }
 
     fn item(world: u64) -> TickItem {
-        let world = WorldId::new(world).unwrap();
-        TickItem { world, tick_count: 1, commands: vec![], expected_tick: None }
+        TickItem::new(WorldId::new(world).unwrap(), 1)
     }
 
     #[tokio::test]

@@ -38,6 +38,8 @@ pub enum ErrorCode {
     Unreachable,
     /// No answer in time.
     TimedOut,
+    /// Understood, but nothing here can do it.
+    Unsupported,
 }
 
 /// Why a request was refused; the world is unchanged.

@@ -13,6 +13,14 @@ pub enum ActorKind {
     Walker,
     /// A thing that only stands or lies.
     Prop,
+    /// A traffic light of the map.
+    TrafficLight,
+    /// A sign of the map.
+    TrafficSign,
+    /// Something that measures.
+    Sensor,
+    /// A bodyless thing that clients keep in the world: a controller, a trigger, the spectator.
+    Marker,
 }
 
 /// CARLA's vehicle controls with ISO 8855 signs: positive steer turns left.
@@ -28,6 +36,67 @@ pub struct VehicleControl {
     pub hand_brake: bool,
     /// Drives backwards.
     pub reverse: bool,
+    /// Engages [`gear`](Self::gear) whatever the engine's speed.
+    pub manual_gear: bool,
+    /// -1 reverse, 0 neutral; counts with [`manual_gear`](Self::manual_gear) only.
+    pub gear: i8,
+}
+
+/// How a pedestrian wants to move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WalkerControl {
+    /// Unit vector in the world, or zero to stand.
+    pub direction: Vec3,
+    /// Metres per second.
+    pub speed_mps: f32,
+    /// Leaves the ground once.
+    pub jump: bool,
+}
+
+/// Why a vehicle does not drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum VehicleFailure {
+    /// It does.
+    #[default]
+    None,
+    /// It lies on its side or roof.
+    Rollover,
+    /// Its engine is broken.
+    Engine,
+    /// A tyre is flat.
+    TyrePuncture,
+}
+
+/// What a traffic light shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the colours speak for themselves")]
+pub enum TrafficLightColour {
+    Red,
+    Yellow,
+    Green,
+    Off,
+    Unknown,
+}
+
+/// What one traffic light shows and when it will change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrafficLightState {
+    /// Which light.
+    pub actor: ActorId,
+    /// What it shows.
+    pub colour: TrafficLightColour,
+    /// Lights of one junction share a group and take turns.
+    pub group: u16,
+    /// Stays as it is.
+    pub frozen: bool,
+    /// Since the last change of colour.
+    pub elapsed_secs: f32,
+    /// How long it shows green.
+    pub green_secs: f32,
+    /// How long it shows yellow.
+    pub yellow_secs: f32,
+    /// How long everything stays red before the next lights' turn.
+    pub red_secs: f32,
 }
 
 /// One actor at the end of a tick.
@@ -59,6 +128,51 @@ pub struct ActorState {
     pub road_wheel_rad: f32,
     /// Paint, `0xRRGGBB`.
     pub colour_rgb: u32,
+    /// The actor it is attached to.
+    pub parent: Option<ActorId>,
+    /// CARLA's `VehicleLightState` flags.
+    pub lights: u32,
+    /// Open doors, one bit each: front left, front right, rear left, rear right, hood, trunk.
+    pub doors: u8,
+    /// Why a vehicle does not drive.
+    pub failure: VehicleFailure,
+    /// Of the road under a vehicle; 0 where none is posted.
+    pub speed_limit_mps: f32,
+    /// The traffic light in whose trigger box a vehicle is.
+    pub traffic_light: Option<ActorId>,
+    /// How a walker wants to move; zero for others.
+    pub walker: WalkerControl,
+    /// Phase of a walker's walk cycle.
+    pub gait_rad: f32,
+}
+
+impl ActorState {
+    /// An actor of a kind at a place, at rest, with nothing else to tell.
+    pub fn at_rest(id: ActorId, kind: ActorKind, type_index: u16, world_from_actor: Pose) -> Self {
+        Self {
+            id,
+            kind,
+            gear: 0,
+            type_index,
+            world_from_actor,
+            linear_velocity_mps: Vec3::zeros(),
+            angular_velocity_radps: Vec3::zeros(),
+            linear_acceleration_mps2: Vec3::zeros(),
+            box_centre_m: Vec3::zeros(),
+            box_half_extent_m: Vec3::zeros(),
+            control: VehicleControl::default(),
+            road_wheel_rad: 0.0,
+            colour_rgb: 0,
+            parent: None,
+            lights: 0,
+            doors: 0,
+            failure: VehicleFailure::None,
+            speed_limit_mps: 0.0,
+            traffic_light: None,
+            walker: WalkerControl::default(),
+            gait_rad: 0.0,
+        }
+    }
 }
 
 /// A contact that pushed during this tick, once per pair of actors.
@@ -136,8 +250,10 @@ pub struct Frame {
     pub tick: Tick,
     /// Changes whenever the process that owns the world is a new one.
     pub epoch: u64,
-    /// Length of one tick in seconds.
+    /// Length of the last tick in seconds, or of the next one at tick 0.
     pub dt_secs: f64,
+    /// Simulated seconds since tick 0.
+    pub sim_secs: f64,
     /// Equal for equal states.
     pub state_hash: u64,
     /// Root of all randomness of the world.
@@ -152,14 +268,11 @@ pub struct Frame {
     pub actors: Vec<ActorState>,
     /// Ordered by (actor, other).
     pub collisions: Vec<Collision>,
+    /// Ordered by actor.
+    pub traffic_lights: Vec<TrafficLightState>,
 }
 
 impl Frame {
-    /// Simulated seconds since tick 0.
-    pub fn sim_secs(&self) -> f64 {
-        self.tick.0 as f64 * self.dt_secs
-    }
-
     /// The state of one actor.
     pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
         let at = self.actors.binary_search_by_key(&id, |actor| actor.id).ok()?;

@@ -12,6 +12,8 @@
 
 mod alive;
 mod camera;
+mod command;
+mod description;
 mod error;
 mod frame;
 #[allow(
@@ -26,6 +28,8 @@ mod generated;
 mod geometry;
 mod ids;
 mod request;
+mod sensor;
+mod vehicle;
 
 pub mod carla;
 pub mod keys;
@@ -34,11 +38,23 @@ pub mod wire;
 
 pub use alive::{Alive, ServiceKind};
 pub use camera::{Camera, Image, ImageEncoding, ImageKind, RenderJob};
+pub use command::{
+    Attachment, AttachmentKind, Attribute, BodySwitch, Command, PilotMode, PushKind,
+};
+pub use description::{ActorDescription, RayHit, VehicleReport};
 pub use error::{Error, ErrorCode};
-pub use frame::{ActorKind, ActorState, Collision, Frame, MapRef, VehicleControl, Weather};
+pub use frame::{
+    ActorKind, ActorState, Collision, Frame, MapRef, TrafficLightColour, TrafficLightState,
+    VehicleControl, VehicleFailure, WalkerControl, Weather,
+};
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
 pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};
 pub use request::{
-    Command, CommandReply, EncodedFrame, Images, Lease, PilotMode, Reply, Request, TickItem,
-    TickOutcome, TickResult, WorldInfo,
+    CommandReply, EncodedFrame, Images, Lease, Reply, Request, TickItem, TickOutcome, TickResult,
+    WorldInfo,
+};
+pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
+pub use vehicle::{
+    AckermannControl, AckermannGains, Gear, VehiclePhysics, VehicleTelemetry, WheelPhysics,
+    WheelTelemetry,
 };

@@ -25,6 +25,17 @@ pub const FORKS_PER_REQUEST_MAX: u32 = 1_024;
 /// Worlds of one world service.
 pub const WORLDS_PER_SERVICE_MAX: usize = 4_096;
 
+/// Attributes of one actor.
+pub const ATTRIBUTES_PER_ACTOR_MAX: usize = 64;
+/// Characters of an attribute's id or value.
+pub const ATTRIBUTE_CHARS_MAX: usize = 1_024;
+/// Points of a curve, gears or wheels of one vehicle.
+pub const VEHICLE_PARTS_MAX: usize = 64;
+/// Rays of one request.
+pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
+/// Physics steps in one tick.
+pub const SUBSTEPS_MAX: u32 = 100;
+
 /// Cameras of one job.
 pub const CAMERAS_PER_JOB_MAX: usize = 64;
 /// Width or height of one image, in pixels.

@@ -1,74 +1,7 @@
 //! What can be asked of a world service, and what it answers.
 
-use crate::{ActorId, Camera, Collision, Error, Image, MapRef, Pose, ServiceId, Tick};
-use crate::{Vec3, VehicleControl, Weather, WorldId};
-
-/// One change of one world. A refused command leaves the world unchanged.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Puts an actor into the world; answered with its id.
-    SpawnActor {
-        /// CARLA blueprint id, e.g. `vehicle.lincoln.mkz`.
-        blueprint: String,
-        /// Where; see [`ActorState::world_from_actor`](crate::ActorState::world_from_actor).
-        world_from_actor: Pose,
-        /// Speed it starts with, world frame.
-        linear_velocity_mps: Vec3,
-    },
-    /// Takes an actor out of the world.
-    DestroyActor {
-        /// Which.
-        actor: ActorId,
-    },
-    /// Manual driving, until replaced; ends any pilot.
-    SetControl {
-        /// Which vehicle.
-        actor: ActorId,
-        /// How.
-        control: VehicleControl,
-    },
-    /// Hands a vehicle to a driver that runs inside the tick.
-    SetPilot {
-        /// Which vehicle.
-        actor: ActorId,
-        /// What the driver does.
-        mode: PilotMode,
-        /// `None`: the speed at the moment of the command.
-        target_speed_mps: Option<f32>,
-    },
-    /// Overrides velocities.
-    SetVelocity {
-        /// Which actor.
-        actor: ActorId,
-        /// Metres per second, world frame.
-        linear_mps: Vec3,
-        /// Radians per second, world frame.
-        angular_radps: Vec3,
-    },
-    /// Moves an actor at once, keeping its velocity.
-    SetPose {
-        /// Which actor.
-        actor: ActorId,
-        /// Where.
-        world_from_actor: Pose,
-    },
-    /// Changes the weather.
-    SetWeather {
-        /// To what.
-        weather: Weather,
-    },
-}
-
-/// What an in-tick driver does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-pub enum PilotMode {
-    /// Keep the lane at a target speed.
-    KeepLane,
-    /// Move to the left neighbouring lane of the same direction, then keep it.
-    ChangeLaneLeft,
-    /// Move to the right neighbouring lane of the same direction, then keep it.
-    ChangeLaneRight,
-}
+use crate::{ActorDescription, ActorId, Camera, Collision, Command, Error, Image, MapRef, RayHit};
+use crate::{SensorDatum, ServiceId, Tick, Vec3, VehicleReport, WorldId};
 
 /// Keeps a world alive as long as a service is, plus a grace time.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -141,6 +74,27 @@ pub enum Request {
         /// With which cameras.
         cameras: Vec<Camera>,
     },
+    /// What does not change from tick to tick.
+    DescribeActors {
+        /// Of which world.
+        world: WorldId,
+        /// Empty: all.
+        actors: Vec<ActorId>,
+    },
+    /// Physics parameters and last measurements of one vehicle.
+    InspectVehicle {
+        /// Of which world.
+        world: WorldId,
+        /// Which vehicle.
+        actor: ActorId,
+    },
+    /// Everything that each ray meets.
+    CastRays {
+        /// In which world.
+        world: WorldId,
+        /// From where to where, world frame, metres.
+        rays: Vec<(Vec3, Vec3)>,
+    },
 }
 
 /// One world's part of [`Request::TickWorlds`].
@@ -154,6 +108,15 @@ pub struct TickItem {
     pub commands: Vec<Command>,
     /// Refuse unless the world is at this tick: makes a retry harmless.
     pub expected_tick: Option<Tick>,
+    /// Length of these ticks in seconds; `None`: the world's own.
+    pub dt_secs: Option<f64>,
+}
+
+impl TickItem {
+    /// `tick_count` ticks of a world and nothing else.
+    pub fn new(world: WorldId, tick_count: u32) -> Self {
+        Self { world, tick_count, commands: Vec::new(), expected_tick: None, dt_secs: None }
+    }
 }
 
 /// The answer to one command: the actor it spawned, if it spawned one.
@@ -189,6 +152,12 @@ pub enum Reply {
     Ticked(Vec<TickResult>),
     /// The pictures.
     Images(Images),
+    /// Known actors of those asked for, ordered by id.
+    Actors(Vec<ActorDescription>),
+    /// One vehicle.
+    Vehicle(Box<VehicleReport>),
+    /// Ordered by ray, then by distance.
+    RayHits(Vec<RayHit>),
 }
 
 /// Pictures of one frame.
@@ -220,6 +189,23 @@ pub struct TickOutcome {
     pub replies: Vec<CommandReply>,
     /// Collisions of every tick of the request, when it was more than one.
     pub collisions: Vec<Collision>,
+    /// Of every tick of the request, ordered by tick and sensor.
+    pub sensors: Vec<SensorDatum>,
+    /// Cameras with listeners whose picture of the last tick is due.
+    pub cameras_due: Vec<ActorId>,
+}
+
+impl TickOutcome {
+    /// A frame and nothing else.
+    pub fn new(frame: EncodedFrame) -> Self {
+        Self {
+            frame,
+            replies: Vec::new(),
+            collisions: Vec::new(),
+            sensors: Vec::new(),
+            cameras_due: Vec::new(),
+        }
+    }
 }
 
 /// What a list tells about a world.

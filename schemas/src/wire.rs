@@ -6,10 +6,14 @@
 
 mod alive;
 mod camera;
+mod command;
+mod description;
 mod frame;
 mod parts;
 mod reply;
 mod request;
+mod sensor;
+mod vehicle;
 
 pub use alive::{decode_alive, encode_alive};
 pub use camera::{decode_render_job, encode_render_job};

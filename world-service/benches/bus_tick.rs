@@ -218,7 +218,7 @@ impl Site {
 }
 
 fn tick(world: WorldId, tick_count: u32) -> TickItem {
-    TickItem { world, tick_count, commands: Vec::new(), expected_tick: None }
+    TickItem::new(world, tick_count)
 }
 
 /// A car on its lane at 10 m/s, and three pedestrians behind it.
@@ -227,18 +227,12 @@ fn cast(map: &roads::Map) -> Vec<Command> {
     let yaw_rad = schemas::yaw_rad(&spawn);
     let forward = Vec3::new(yaw_rad.cos(), yaw_rad.sin(), 0.0);
     let left = Vec3::new(-forward.y, forward.x, 0.0);
-    let mut commands = vec![Command::SpawnActor {
-        blueprint: "vehicle.lincoln.mkz".to_owned(),
-        world_from_actor: level_pose(spawn.translation.vector, yaw_rad),
-        linear_velocity_mps: forward * 10.0,
-    }];
+    let start = level_pose(spawn.translation.vector, yaw_rad);
+    let mut commands = vec![Command::spawn("vehicle.lincoln.mkz", start, forward * 10.0)];
     commands.extend((0..3).map(|index| {
         let place_m = spawn.translation.vector - forward * 20.0 + left * (1.5 * index as f32);
-        Command::SpawnActor {
-            blueprint: "walker.pedestrian.0001".to_owned(),
-            world_from_actor: level_pose(place_m + Vec3::z(), 0.0),
-            linear_velocity_mps: Vec3::zeros(),
-        }
+        let pose = level_pose(place_m + Vec3::z(), 0.0);
+        Command::spawn("walker.pedestrian.0001", pose, Vec3::zeros())
     }));
     commands
 }

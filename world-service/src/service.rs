@@ -12,5 +12,5 @@ pub use gather::Gather;
 pub use hosted::{Hosted, guarded};
 pub use ids::{Ids, Seat, Seats};
 pub use inbox::{Dispatcher, JOBS_MAX, Job, WorldWork};
-pub use ports::{Answer, NewWorld, Outlet, Simulation};
+pub use ports::{Answer, NewWorld, Outlet, Question, Simulation};
 pub use shard::Shard;

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, MapRef, Tick, WorldId};
+use schemas::{ActorId, Collision, Command, CommandReply, Error, ErrorCode, Frame, MapRef, Reply};
+use schemas::{SensorDatum, Tick, WorldId};
 use world::{Town, World, WorldConfig};
 
-use crate::service::{NewWorld, Simulation};
+use crate::service::{NewWorld, Question, Simulation};
 
 impl Simulation for World {
     type Town = Town;
@@ -36,7 +37,7 @@ impl Simulation for World {
         self.apply(command)
     }
 
-    fn tick(&mut self) -> Result<(), Error> {
+    fn tick(&mut self, _dt_secs: Option<f64>) -> Result<(), Error> {
         self.tick().map_err(|cause| Error::new(ErrorCode::WorldQuarantined, cause.to_string()))
     }
 
@@ -50,6 +51,22 @@ impl Simulation for World {
 
     fn collisions(&self) -> &[Collision] {
         self.collisions()
+    }
+
+    fn sensors(&self) -> &[SensorDatum] {
+        &[]
+    }
+
+    fn cameras_due(&self) -> &[ActorId] {
+        &[]
+    }
+
+    fn answer(&self, question: &Question) -> Result<Reply, Error> {
+        match question {
+            Question::Actors(wanted) => Ok(Reply::Actors(self.describe(wanted))),
+            Question::Vehicle(id) => Ok(Reply::Vehicle(Box::new(self.vehicle_report(*id)?))),
+            Question::Rays(rays) => Ok(Reply::RayHits(self.cast_rays(rays)?)),
+        }
     }
 
     fn actor_count(&self) -> usize {

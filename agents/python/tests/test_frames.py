@@ -1,7 +1,7 @@
 """A frame written by Rust means the same in Python.
 
-`golden/frame.bin` is written by `schemas/examples/write_golden_frame.rs`; a Rust test holds the
-same bytes against the same values.
+`golden/frame.bin` is written by a Rust test of `schemas`, which holds the same bytes against the same
+values.
 """
 
 import random
@@ -45,11 +45,25 @@ def test_the_golden_frame_has_the_values_that_rust_wrote():
     )
     assert car["linear_velocity_in_world_mps"].tolist() == [11.0, 0.5, -0.25]
     assert car["linear_acceleration_in_world_mps2"].tolist() == [-8.5, 0.0, 0.0]
-    assert car["control"].tolist() == (0.25, -0.5, 1.0, True, False)
-    assert walker["control"].tolist() == (0.0, 0.0, 0.0, False, False)
+    assert car["control"].tolist() == (0.25, -0.5, 1.0, True, False, True, -1)
+    assert walker["control"].tolist() == (0.0, 0.0, 0.0, False, False, False, 0)
     assert car["road_wheel_rad"] == -0.125
     assert car["colour_rgb"] == 0x00C0_FFEE
     assert frame.speeds_mps() == pytest.approx([np.sqrt(121.3125)] * 2)
+
+    assert (car["parent"], car["lights"], car["doors"]) == (7, 0x8001, 0b10_0001)
+    assert (car["speed_limit_mps"], car["traffic_light"]) == (13.5, 9)
+    assert walker["walker"]["direction_in_world"].tolist() == [0.0, 1.0, 0.0]
+    assert (walker["walker"]["jump"], walker["gait_rad"]) == (True, 0.75)
+
+    (light,) = frame.traffic_lights
+    assert (light["actor"], light["colour"], light["group"], light["frozen"]) == (9, 1, 3, True)
+    assert [light[name] for name in ("elapsed_secs", "green_secs", "yellow_secs", "red_secs")] == [
+        0.5,
+        10.0,
+        3.0,
+        2.0,
+    ]
 
     assert frame.collisions["other"].tolist() == [2, 0]
     assert frame.collisions["started"].tolist() == [True, False]
@@ -90,9 +104,16 @@ def test_every_field_of_an_actor_agrees_with_the_generated_code():
             control.Brake(),
             control.HandBrake(),
             control.Reverse(),
+            control.ManualGear(),
+            control.Gear(),
         )
         assert row["road_wheel_rad"] == actor.RoadWheelRad()
         assert row["colour_rgb"] == actor.ColourRgb()
+        assert (row["parent"], row["lights"]) == (actor.Parent(), actor.Lights())
+        assert (row["doors"], row["failure"]) == (actor.Doors(), actor.Failure())
+        assert row["speed_limit_mps"] == actor.SpeedLimitMps()
+        assert row["traffic_light"] == actor.TrafficLight()
+        assert row["gait_rad"] == actor.GaitRad()
 
 
 def test_collisions_and_weather_agree_with_the_generated_code():

@@ -61,8 +61,13 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
         Placer { world_from_actor: actor.world_from_actor.to_homogeneous(), parts: Vec::new() };
     match actor.kind {
         ActorKind::Vehicle => wheeled::place(&mut placer, actor, frame.type_of(actor), night),
-        ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs()),
+        ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs),
         ActorKind::Prop => place_prop(&mut placer, actor, frame.type_of(actor)),
+        // The map's lights and signs belong to the town; the rest has no body.
+        ActorKind::TrafficLight
+        | ActorKind::TrafficSign
+        | ActorKind::Sensor
+        | ActorKind::Marker => {}
     }
     let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
     // Limbs, mirrors and riders reach out of the box.

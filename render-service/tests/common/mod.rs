@@ -68,24 +68,18 @@ pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
         types: vec!["vehicle.tesla.model3".to_owned()],
         actors,
         collisions: Vec::new(),
+        traffic_lights: Vec::new(),
+        sim_secs: 1.0,
     }
 }
 
 pub(crate) fn car(id: u32, world_from_actor: Pose, colour_rgb: u32) -> ActorState {
     ActorState {
-        id: ActorId::new(id).unwrap(),
-        kind: ActorKind::Vehicle,
         gear: 1,
-        type_index: 0,
-        world_from_actor,
-        linear_velocity_mps: Vec3::zeros(),
-        angular_velocity_radps: Vec3::zeros(),
-        linear_acceleration_mps2: Vec3::zeros(),
         box_centre_m: Vec3::new(0.0, 0.0, 0.74),
         box_half_extent_m: Vec3::new(2.4, 1.0, 0.74),
-        control: VehicleControl::default(),
-        road_wheel_rad: 0.0,
         colour_rgb,
+        ..ActorState::at_rest(ActorId::new(id).unwrap(), ActorKind::Vehicle, 0, world_from_actor)
     }
 }
 

@@ -208,7 +208,7 @@ fn kind_in_words(actor: &ActorState) -> Option<&'static str> {
     match actor.kind {
         ActorKind::Vehicle => Some("vehicle"),
         ActorKind::Walker => Some("pedestrian"),
-        ActorKind::Prop => None,
+        _ => None,
     }
 }
 
@@ -240,7 +240,7 @@ fn live_block(
 
 /// Simulated seconds as the decimal number they are: twenty ticks of 0.05 s print as 1.0.
 pub(super) fn sim_secs(frame: &Frame) -> f64 {
-    (frame.sim_secs() * 1e9).round() / 1e9
+    (frame.sim_secs * 1e9).round() / 1e9
 }
 
 /// A point of our world in CARLA's.

@@ -12,13 +12,17 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_ACTOR_KIND: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_ACTOR_KIND: u8 = 2;
+pub const ENUM_MAX_ACTOR_KIND: u8 = 6;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_ACTOR_KIND: [ActorKind; 3] = [
+pub const ENUM_VALUES_ACTOR_KIND: [ActorKind; 7] = [
   ActorKind::Vehicle,
   ActorKind::Walker,
   ActorKind::Prop,
+  ActorKind::TrafficLight,
+  ActorKind::TrafficSign,
+  ActorKind::Sensor,
+  ActorKind::Marker,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -29,13 +33,22 @@ impl ActorKind {
   pub const Vehicle: Self = Self(0);
   pub const Walker: Self = Self(1);
   pub const Prop: Self = Self(2);
+  pub const TrafficLight: Self = Self(3);
+  pub const TrafficSign: Self = Self(4);
+  pub const Sensor: Self = Self(5);
+  /// Bodyless things that clients keep in the world: controllers, triggers, the spectator.
+  pub const Marker: Self = Self(6);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 2;
+  pub const ENUM_MAX: u8 = 6;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::Vehicle,
     Self::Walker,
     Self::Prop,
+    Self::TrafficLight,
+    Self::TrafficSign,
+    Self::Sensor,
+    Self::Marker,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -43,6 +56,10 @@ impl ActorKind {
       Self::Vehicle => Some("Vehicle"),
       Self::Walker => Some("Walker"),
       Self::Prop => Some("Prop"),
+      Self::TrafficLight => Some("TrafficLight"),
+      Self::TrafficSign => Some("TrafficSign"),
+      Self::Sensor => Some("Sensor"),
+      Self::Marker => Some("Marker"),
       _ => None,
     }
   }

@@ -13,10 +13,10 @@ use super::*;
 // struct ActorState, aligned to 4
 #[repr(transparent)]
 #[derive(Clone, Copy, PartialEq)]
-pub struct ActorState(pub [u8; 120]);
+pub struct ActorState(pub [u8; 164]);
 impl Default for ActorState { 
   fn default() -> Self { 
-    Self([0; 120])
+    Self([0; 164])
   }
 }
 impl core::fmt::Debug for ActorState {
@@ -35,6 +35,14 @@ impl core::fmt::Debug for ActorState {
       .field("control", &self.control())
       .field("road_wheel_rad", &self.road_wheel_rad())
       .field("colour_rgb", &self.colour_rgb())
+      .field("parent", &self.parent())
+      .field("lights", &self.lights())
+      .field("doors", &self.doors())
+      .field("failure", &self.failure())
+      .field("speed_limit_mps", &self.speed_limit_mps())
+      .field("traffic_light", &self.traffic_light())
+      .field("walker", &self.walker())
+      .field("gait_rad", &self.gait_rad())
       .finish()
   }
 }
@@ -91,8 +99,16 @@ impl<'a> ActorState {
     control: &VehicleControl,
     road_wheel_rad: f32,
     colour_rgb: u32,
+    parent: u32,
+    lights: u32,
+    doors: u8,
+    failure: VehicleFailure,
+    speed_limit_mps: f32,
+    traffic_light: u32,
+    walker: &WalkerControl,
+    gait_rad: f32,
   ) -> Self {
-    let mut s = Self([0; 120]);
+    let mut s = Self([0; 164]);
     s.set_id(id);
     s.set_kind(kind);
     s.set_gear(gear);
@@ -106,6 +122,14 @@ impl<'a> ActorState {
     s.set_control(control);
     s.set_road_wheel_rad(road_wheel_rad);
     s.set_colour_rgb(colour_rgb);
+    s.set_parent(parent);
+    s.set_lights(lights);
+    s.set_doors(doors);
+    s.set_failure(failure);
+    s.set_speed_limit_mps(speed_limit_mps);
+    s.set_traffic_light(traffic_light);
+    s.set_walker(walker);
+    s.set_gait_rad(gait_rad);
     s
   }
 
@@ -372,6 +396,228 @@ impl<'a> ActorState {
         &x_le as *const _ as *const u8,
         self.0[116..].as_mut_ptr(),
         core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// The actor it is attached to; 0 for none.
+  pub fn parent(&self) -> u32 {
+    let mut mem = core::mem::MaybeUninit::<<u32 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[120..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_parent(&mut self, x: u32) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[120..].as_mut_ptr(),
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// CARLA's `VehicleLightState` flags.
+  pub fn lights(&self) -> u32 {
+    let mut mem = core::mem::MaybeUninit::<<u32 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[124..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_lights(&mut self, x: u32) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[124..].as_mut_ptr(),
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// Open doors, one bit each: front left, front right, rear left, rear right, hood, trunk.
+  pub fn doors(&self) -> u8 {
+    let mut mem = core::mem::MaybeUninit::<<u8 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[128..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<u8 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_doors(&mut self, x: u8) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[128..].as_mut_ptr(),
+        core::mem::size_of::<<u8 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  pub fn failure(&self) -> VehicleFailure {
+    let mut mem = core::mem::MaybeUninit::<<VehicleFailure as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[129..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<VehicleFailure as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_failure(&mut self, x: VehicleFailure) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[129..].as_mut_ptr(),
+        core::mem::size_of::<<VehicleFailure as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// Of the road under a vehicle; 0 where none is posted.
+  pub fn speed_limit_mps(&self) -> f32 {
+    let mut mem = core::mem::MaybeUninit::<<f32 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[132..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<f32 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_speed_limit_mps(&mut self, x: f32) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[132..].as_mut_ptr(),
+        core::mem::size_of::<<f32 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// The traffic light in whose trigger box a vehicle is; 0 for none.
+  pub fn traffic_light(&self) -> u32 {
+    let mut mem = core::mem::MaybeUninit::<<u32 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[136..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_traffic_light(&mut self, x: u32) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[136..].as_mut_ptr(),
+        core::mem::size_of::<<u32 as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// Zero for anything but walkers.
+  pub fn walker(&self) -> &WalkerControl {
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid struct in this slot
+    unsafe { &*(self.0[140..].as_ptr() as *const WalkerControl) }
+  }
+
+  #[allow(clippy::identity_op)]
+  pub fn set_walker(&mut self, x: &WalkerControl) {
+    self.0[140..140 + 20].copy_from_slice(&x.0)
+  }
+
+  /// Phase of the walk cycle.
+  pub fn gait_rad(&self) -> f32 {
+    let mut mem = core::mem::MaybeUninit::<<f32 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[160..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<f32 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_gait_rad(&mut self, x: f32) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[160..].as_mut_ptr(),
+        core::mem::size_of::<<f32 as EndianScalar>::Scalar>(),
       );
     }
   }

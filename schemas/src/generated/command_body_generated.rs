@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 7;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 22;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 8] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 23] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -24,6 +24,21 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 8] = [
   CommandBody::SetVelocity,
   CommandBody::SetPose,
   CommandBody::SetWeather,
+  CommandBody::SetAckermann,
+  CommandBody::SetAckermannGains,
+  CommandBody::SetWalkerControl,
+  CommandBody::SetWalkerState,
+  CommandBody::SetConstantVelocity,
+  CommandBody::Push,
+  CommandBody::SetSwitch,
+  CommandBody::SetVehiclePhysics,
+  CommandBody::SetVehicleLights,
+  CommandBody::SetDoors,
+  CommandBody::SetTrafficLight,
+  CommandBody::FreezeTrafficLights,
+  CommandBody::ResetTrafficLights,
+  CommandBody::SetTimeStep,
+  CommandBody::Listen,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -39,9 +54,24 @@ impl CommandBody {
   pub const SetVelocity: Self = Self(5);
   pub const SetPose: Self = Self(6);
   pub const SetWeather: Self = Self(7);
+  pub const SetAckermann: Self = Self(8);
+  pub const SetAckermannGains: Self = Self(9);
+  pub const SetWalkerControl: Self = Self(10);
+  pub const SetWalkerState: Self = Self(11);
+  pub const SetConstantVelocity: Self = Self(12);
+  pub const Push: Self = Self(13);
+  pub const SetSwitch: Self = Self(14);
+  pub const SetVehiclePhysics: Self = Self(15);
+  pub const SetVehicleLights: Self = Self(16);
+  pub const SetDoors: Self = Self(17);
+  pub const SetTrafficLight: Self = Self(18);
+  pub const FreezeTrafficLights: Self = Self(19);
+  pub const ResetTrafficLights: Self = Self(20);
+  pub const SetTimeStep: Self = Self(21);
+  pub const Listen: Self = Self(22);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 7;
+  pub const ENUM_MAX: u8 = 22;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -51,6 +81,21 @@ impl CommandBody {
     Self::SetVelocity,
     Self::SetPose,
     Self::SetWeather,
+    Self::SetAckermann,
+    Self::SetAckermannGains,
+    Self::SetWalkerControl,
+    Self::SetWalkerState,
+    Self::SetConstantVelocity,
+    Self::Push,
+    Self::SetSwitch,
+    Self::SetVehiclePhysics,
+    Self::SetVehicleLights,
+    Self::SetDoors,
+    Self::SetTrafficLight,
+    Self::FreezeTrafficLights,
+    Self::ResetTrafficLights,
+    Self::SetTimeStep,
+    Self::Listen,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -63,6 +108,21 @@ impl CommandBody {
       Self::SetVelocity => Some("SetVelocity"),
       Self::SetPose => Some("SetPose"),
       Self::SetWeather => Some("SetWeather"),
+      Self::SetAckermann => Some("SetAckermann"),
+      Self::SetAckermannGains => Some("SetAckermannGains"),
+      Self::SetWalkerControl => Some("SetWalkerControl"),
+      Self::SetWalkerState => Some("SetWalkerState"),
+      Self::SetConstantVelocity => Some("SetConstantVelocity"),
+      Self::Push => Some("Push"),
+      Self::SetSwitch => Some("SetSwitch"),
+      Self::SetVehiclePhysics => Some("SetVehiclePhysics"),
+      Self::SetVehicleLights => Some("SetVehicleLights"),
+      Self::SetDoors => Some("SetDoors"),
+      Self::SetTrafficLight => Some("SetTrafficLight"),
+      Self::FreezeTrafficLights => Some("FreezeTrafficLights"),
+      Self::ResetTrafficLights => Some("ResetTrafficLights"),
+      Self::SetTimeStep => Some("SetTimeStep"),
+      Self::Listen => Some("Listen"),
       _ => None,
     }
   }

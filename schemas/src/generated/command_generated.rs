@@ -156,6 +156,216 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_ackermann(&self) -> Option<SetAckermann<'a>> {
+    if self.body_type() == CommandBody::SetAckermann {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetAckermann::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_ackermann_gains(&self) -> Option<SetAckermannGains<'a>> {
+    if self.body_type() == CommandBody::SetAckermannGains {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetAckermannGains::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_walker_control(&self) -> Option<SetWalkerControl<'a>> {
+    if self.body_type() == CommandBody::SetWalkerControl {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetWalkerControl::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_walker_state(&self) -> Option<SetWalkerState<'a>> {
+    if self.body_type() == CommandBody::SetWalkerState {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetWalkerState::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_constant_velocity(&self) -> Option<SetConstantVelocity<'a>> {
+    if self.body_type() == CommandBody::SetConstantVelocity {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetConstantVelocity::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_push(&self) -> Option<Push<'a>> {
+    if self.body_type() == CommandBody::Push {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { Push::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_switch(&self) -> Option<SetSwitch<'a>> {
+    if self.body_type() == CommandBody::SetSwitch {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetSwitch::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_vehicle_physics(&self) -> Option<SetVehiclePhysics<'a>> {
+    if self.body_type() == CommandBody::SetVehiclePhysics {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetVehiclePhysics::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_vehicle_lights(&self) -> Option<SetVehicleLights<'a>> {
+    if self.body_type() == CommandBody::SetVehicleLights {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetVehicleLights::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_doors(&self) -> Option<SetDoors<'a>> {
+    if self.body_type() == CommandBody::SetDoors {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetDoors::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_traffic_light(&self) -> Option<SetTrafficLight<'a>> {
+    if self.body_type() == CommandBody::SetTrafficLight {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetTrafficLight::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_freeze_traffic_lights(&self) -> Option<FreezeTrafficLights<'a>> {
+    if self.body_type() == CommandBody::FreezeTrafficLights {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { FreezeTrafficLights::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_reset_traffic_lights(&self) -> Option<ResetTrafficLights<'a>> {
+    if self.body_type() == CommandBody::ResetTrafficLights {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { ResetTrafficLights::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_time_step(&self) -> Option<SetTimeStep<'a>> {
+    if self.body_type() == CommandBody::SetTimeStep {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetTimeStep::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_listen(&self) -> Option<Listen<'a>> {
+    if self.body_type() == CommandBody::Listen {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { Listen::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -174,6 +384,21 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SetVelocity => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetVelocity>>("CommandBody::SetVelocity", pos),
           CommandBody::SetPose => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetPose>>("CommandBody::SetPose", pos),
           CommandBody::SetWeather => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWeather>>("CommandBody::SetWeather", pos),
+          CommandBody::SetAckermann => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAckermann>>("CommandBody::SetAckermann", pos),
+          CommandBody::SetAckermannGains => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAckermannGains>>("CommandBody::SetAckermannGains", pos),
+          CommandBody::SetWalkerControl => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerControl>>("CommandBody::SetWalkerControl", pos),
+          CommandBody::SetWalkerState => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerState>>("CommandBody::SetWalkerState", pos),
+          CommandBody::SetConstantVelocity => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetConstantVelocity>>("CommandBody::SetConstantVelocity", pos),
+          CommandBody::Push => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Push>>("CommandBody::Push", pos),
+          CommandBody::SetSwitch => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetSwitch>>("CommandBody::SetSwitch", pos),
+          CommandBody::SetVehiclePhysics => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetVehiclePhysics>>("CommandBody::SetVehiclePhysics", pos),
+          CommandBody::SetVehicleLights => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetVehicleLights>>("CommandBody::SetVehicleLights", pos),
+          CommandBody::SetDoors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetDoors>>("CommandBody::SetDoors", pos),
+          CommandBody::SetTrafficLight => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetTrafficLight>>("CommandBody::SetTrafficLight", pos),
+          CommandBody::FreezeTrafficLights => v.verify_union_variant::<flatbuffers::ForwardsUOffset<FreezeTrafficLights>>("CommandBody::FreezeTrafficLights", pos),
+          CommandBody::ResetTrafficLights => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ResetTrafficLights>>("CommandBody::ResetTrafficLights", pos),
+          CommandBody::SetTimeStep => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetTimeStep>>("CommandBody::SetTimeStep", pos),
+          CommandBody::Listen => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Listen>>("CommandBody::Listen", pos),
           _ => Ok(()),
         }
      })?
@@ -273,6 +498,111 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SetWeather => {
           if let Some(x) = self.body_as_set_weather() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetAckermann => {
+          if let Some(x) = self.body_as_set_ackermann() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetAckermannGains => {
+          if let Some(x) = self.body_as_set_ackermann_gains() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetWalkerControl => {
+          if let Some(x) = self.body_as_set_walker_control() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetWalkerState => {
+          if let Some(x) = self.body_as_set_walker_state() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetConstantVelocity => {
+          if let Some(x) = self.body_as_set_constant_velocity() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::Push => {
+          if let Some(x) = self.body_as_push() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetSwitch => {
+          if let Some(x) = self.body_as_set_switch() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetVehiclePhysics => {
+          if let Some(x) = self.body_as_set_vehicle_physics() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetVehicleLights => {
+          if let Some(x) = self.body_as_set_vehicle_lights() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetDoors => {
+          if let Some(x) = self.body_as_set_doors() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetTrafficLight => {
+          if let Some(x) = self.body_as_set_traffic_light() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::FreezeTrafficLights => {
+          if let Some(x) = self.body_as_freeze_traffic_lights() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::ResetTrafficLights => {
+          if let Some(x) = self.body_as_reset_traffic_lights() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetTimeStep => {
+          if let Some(x) = self.body_as_set_time_step() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::Listen => {
+          if let Some(x) = self.body_as_listen() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_ERROR_CODE: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_ERROR_CODE: u8 = 15;
+pub const ENUM_MAX_ERROR_CODE: u8 = 16;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_ERROR_CODE: [ErrorCode; 16] = [
+pub const ENUM_VALUES_ERROR_CODE: [ErrorCode; 17] = [
   ErrorCode::Internal,
   ErrorCode::InvalidMessage,
   ErrorCode::InvalidArgument,
@@ -32,6 +32,7 @@ pub const ENUM_VALUES_ERROR_CODE: [ErrorCode; 16] = [
   ErrorCode::RendererUnavailable,
   ErrorCode::Unreachable,
   ErrorCode::TimedOut,
+  ErrorCode::Unsupported,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -55,9 +56,11 @@ impl ErrorCode {
   pub const RendererUnavailable: Self = Self(13);
   pub const Unreachable: Self = Self(14);
   pub const TimedOut: Self = Self(15);
+  /// Understood, but nothing here can do it.
+  pub const Unsupported: Self = Self(16);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 15;
+  pub const ENUM_MAX: u8 = 16;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::Internal,
     Self::InvalidMessage,
@@ -75,6 +78,7 @@ impl ErrorCode {
     Self::RendererUnavailable,
     Self::Unreachable,
     Self::TimedOut,
+    Self::Unsupported,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -95,6 +99,7 @@ impl ErrorCode {
       Self::RendererUnavailable => Some("RendererUnavailable"),
       Self::Unreachable => Some("Unreachable"),
       Self::TimedOut => Some("TimedOut"),
+      Self::Unsupported => Some("Unsupported"),
       _ => None,
     }
   }

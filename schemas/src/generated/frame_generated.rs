@@ -37,6 +37,8 @@ impl<'a> Frame<'a> {
   pub const VT_TYPES: flatbuffers::VOffsetT = 20;
   pub const VT_ACTORS: flatbuffers::VOffsetT = 22;
   pub const VT_COLLISIONS: flatbuffers::VOffsetT = 24;
+  pub const VT_TRAFFIC_LIGHTS: flatbuffers::VOffsetT = 26;
+  pub const VT_SIM_SECS: flatbuffers::VOffsetT = 28;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -48,12 +50,14 @@ impl<'a> Frame<'a> {
     args: &'args FrameArgs<'args>
   ) -> flatbuffers::WIPOffset<Frame<'bldr>> {
     let mut builder = FrameBuilder::new(_fbb);
+    builder.add_sim_secs(args.sim_secs);
     builder.add_seed(args.seed);
     builder.add_state_hash(args.state_hash);
     builder.add_dt_secs(args.dt_secs);
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.traffic_lights { builder.add_traffic_lights(x); }
     if let Some(x) = args.collisions { builder.add_collisions(x); }
     if let Some(x) = args.actors { builder.add_actors(x); }
     if let Some(x) = args.types { builder.add_types(x); }
@@ -85,6 +89,7 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u64>(Frame::VT_EPOCH, Some(0)).unwrap()}
   }
+  /// Length of the last tick, or of the next one at tick 0.
   #[inline]
   pub fn dt_secs(&self) -> f64 {
     // Safety:
@@ -144,6 +149,22 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, Collision>>>(Frame::VT_COLLISIONS, None).unwrap()}
   }
+  /// Ordered by actor.
+  #[inline]
+  pub fn traffic_lights(&self) -> flatbuffers::Vector<'a, TrafficLightState> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, TrafficLightState>>>(Frame::VT_TRAFFIC_LIGHTS, None).unwrap()}
+  }
+  /// Simulated time since tick 0.
+  #[inline]
+  pub fn sim_secs(&self) -> f64 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<f64>(Frame::VT_SIM_SECS, Some(0.0)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -164,6 +185,8 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<&'_ str>>>>("types", Self::VT_TYPES, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, ActorState>>>("actors", Self::VT_ACTORS, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Collision>>>("collisions", Self::VT_COLLISIONS, true)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, TrafficLightState>>>("traffic_lights", Self::VT_TRAFFIC_LIGHTS, true)?
+     .visit_field::<f64>("sim_secs", Self::VT_SIM_SECS, false)?
      .finish();
     Ok(())
   }
@@ -180,6 +203,8 @@ pub struct FrameArgs<'a> {
     pub types: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>,
     pub actors: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, ActorState>>>,
     pub collisions: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Collision>>>,
+    pub traffic_lights: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, TrafficLightState>>>,
+    pub sim_secs: f64,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -196,6 +221,8 @@ impl<'a> Default for FrameArgs<'a> {
       types: None, // required field
       actors: None, // required field
       collisions: None, // required field
+      traffic_lights: None, // required field
+      sim_secs: 0.0,
     }
   }
 }
@@ -250,6 +277,14 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_COLLISIONS, collisions);
   }
   #[inline]
+  pub fn add_traffic_lights(&mut self, traffic_lights: flatbuffers::WIPOffset<flatbuffers::Vector<'b , TrafficLightState>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_TRAFFIC_LIGHTS, traffic_lights);
+  }
+  #[inline]
+  pub fn add_sim_secs(&mut self, sim_secs: f64) {
+    self.fbb_.push_slot::<f64>(Frame::VT_SIM_SECS, sim_secs, 0.0);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -265,6 +300,7 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.required(o, Frame::VT_TYPES,"types");
     self.fbb_.required(o, Frame::VT_ACTORS,"actors");
     self.fbb_.required(o, Frame::VT_COLLISIONS,"collisions");
+    self.fbb_.required(o, Frame::VT_TRAFFIC_LIGHTS,"traffic_lights");
     flatbuffers::WIPOffset::new(o.value())
   }
 }
@@ -283,6 +319,8 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("types", &self.types());
       ds.field("actors", &self.actors());
       ds.field("collisions", &self.collisions());
+      ds.field("traffic_lights", &self.traffic_lights());
+      ds.field("sim_secs", &self.sim_secs());
       ds.finish()
   }
 }

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REPLY_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REPLY_BODY: u8 = 10;
+pub const ENUM_MAX_REPLY_BODY: u8 = 13;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 11] = [
+pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 14] = [
   ReplyBody::NONE,
   ReplyBody::Error,
   ReplyBody::Done,
@@ -27,6 +27,9 @@ pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 11] = [
   ReplyBody::Forked,
   ReplyBody::Ticked,
   ReplyBody::Images,
+  ReplyBody::Actors,
+  ReplyBody::Vehicle,
+  ReplyBody::RayHits,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -45,9 +48,12 @@ impl ReplyBody {
   pub const Forked: Self = Self(8);
   pub const Ticked: Self = Self(9);
   pub const Images: Self = Self(10);
+  pub const Actors: Self = Self(11);
+  pub const Vehicle: Self = Self(12);
+  pub const RayHits: Self = Self(13);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 10;
+  pub const ENUM_MAX: u8 = 13;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::Error,
@@ -60,6 +66,9 @@ impl ReplyBody {
     Self::Forked,
     Self::Ticked,
     Self::Images,
+    Self::Actors,
+    Self::Vehicle,
+    Self::RayHits,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -75,6 +84,9 @@ impl ReplyBody {
       Self::Forked => Some("Forked"),
       Self::Ticked => Some("Ticked"),
       Self::Images => Some("Images"),
+      Self::Actors => Some("Actors"),
+      Self::Vehicle => Some("Vehicle"),
+      Self::RayHits => Some("RayHits"),
       _ => None,
     }
   }

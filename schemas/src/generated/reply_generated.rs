@@ -198,6 +198,48 @@ impl<'a> Reply<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_actors(&self) -> Option<Actors<'a>> {
+    if self.body_type() == ReplyBody::Actors {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { Actors::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_vehicle(&self) -> Option<Vehicle<'a>> {
+    if self.body_type() == ReplyBody::Vehicle {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { Vehicle::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_ray_hits(&self) -> Option<RayHits<'a>> {
+    if self.body_type() == ReplyBody::RayHits {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { RayHits::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Reply<'_> {
@@ -219,6 +261,9 @@ impl flatbuffers::Verifiable for Reply<'_> {
           ReplyBody::Forked => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Forked>>("ReplyBody::Forked", pos),
           ReplyBody::Ticked => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Ticked>>("ReplyBody::Ticked", pos),
           ReplyBody::Images => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Images>>("ReplyBody::Images", pos),
+          ReplyBody::Actors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Actors>>("ReplyBody::Actors", pos),
+          ReplyBody::Vehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Vehicle>>("ReplyBody::Vehicle", pos),
+          ReplyBody::RayHits => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RayHits>>("ReplyBody::RayHits", pos),
           _ => Ok(()),
         }
      })?
@@ -339,6 +384,27 @@ impl core::fmt::Debug for Reply<'_> {
         },
         ReplyBody::Images => {
           if let Some(x) = self.body_as_images() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        ReplyBody::Actors => {
+          if let Some(x) = self.body_as_actors() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        ReplyBody::Vehicle => {
+          if let Some(x) = self.body_as_vehicle() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        ReplyBody::RayHits => {
+          if let Some(x) = self.body_as_ray_hits() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

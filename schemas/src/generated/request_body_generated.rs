@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REQUEST_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REQUEST_BODY: u8 = 10;
+pub const ENUM_MAX_REQUEST_BODY: u8 = 13;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 11] = [
+pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 14] = [
   RequestBody::NONE,
   RequestBody::CreateWorld,
   RequestBody::ListWorlds,
@@ -27,6 +27,9 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 11] = [
   RequestBody::RunCommands,
   RequestBody::TickWorlds,
   RequestBody::Capture,
+  RequestBody::DescribeActors,
+  RequestBody::InspectVehicle,
+  RequestBody::CastRays,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -45,9 +48,12 @@ impl RequestBody {
   pub const RunCommands: Self = Self(8);
   pub const TickWorlds: Self = Self(9);
   pub const Capture: Self = Self(10);
+  pub const DescribeActors: Self = Self(11);
+  pub const InspectVehicle: Self = Self(12);
+  pub const CastRays: Self = Self(13);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 10;
+  pub const ENUM_MAX: u8 = 13;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::CreateWorld,
@@ -60,6 +66,9 @@ impl RequestBody {
     Self::RunCommands,
     Self::TickWorlds,
     Self::Capture,
+    Self::DescribeActors,
+    Self::InspectVehicle,
+    Self::CastRays,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -75,6 +84,9 @@ impl RequestBody {
       Self::RunCommands => Some("RunCommands"),
       Self::TickWorlds => Some("TickWorlds"),
       Self::Capture => Some("Capture"),
+      Self::DescribeActors => Some("DescribeActors"),
+      Self::InspectVehicle => Some("InspectVehicle"),
+      Self::CastRays => Some("CastRays"),
       _ => None,
     }
   }

@@ -198,6 +198,48 @@ impl<'a> Request<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_describe_actors(&self) -> Option<DescribeActors<'a>> {
+    if self.body_type() == RequestBody::DescribeActors {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { DescribeActors::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_inspect_vehicle(&self) -> Option<InspectVehicle<'a>> {
+    if self.body_type() == RequestBody::InspectVehicle {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { InspectVehicle::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_cast_rays(&self) -> Option<CastRays<'a>> {
+    if self.body_type() == RequestBody::CastRays {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { CastRays::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Request<'_> {
@@ -219,6 +261,9 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::RunCommands => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RunCommands>>("RequestBody::RunCommands", pos),
           RequestBody::TickWorlds => v.verify_union_variant::<flatbuffers::ForwardsUOffset<TickWorlds>>("RequestBody::TickWorlds", pos),
           RequestBody::Capture => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Capture>>("RequestBody::Capture", pos),
+          RequestBody::DescribeActors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DescribeActors>>("RequestBody::DescribeActors", pos),
+          RequestBody::InspectVehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicle>>("RequestBody::InspectVehicle", pos),
+          RequestBody::CastRays => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CastRays>>("RequestBody::CastRays", pos),
           _ => Ok(()),
         }
      })?
@@ -339,6 +384,27 @@ impl core::fmt::Debug for Request<'_> {
         },
         RequestBody::Capture => {
           if let Some(x) = self.body_as_capture() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::DescribeActors => {
+          if let Some(x) = self.body_as_describe_actors() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::InspectVehicle => {
+          if let Some(x) = self.body_as_inspect_vehicle() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::CastRays => {
+          if let Some(x) = self.body_as_cast_rays() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -12,6 +12,7 @@ use super::*;
 pub enum SetVelocityOffset {}
 #[derive(Copy, Clone, PartialEq)]
 
+/// What is absent stays.
 pub struct SetVelocity<'a> {
   pub _tab: flatbuffers::Table<'a>,
 }
@@ -54,18 +55,18 @@ impl<'a> SetVelocity<'a> {
     unsafe { self._tab.get::<u32>(SetVelocity::VT_ACTOR, Some(0)).unwrap()}
   }
   #[inline]
-  pub fn linear_in_world_mps(&self) -> &'a Vec3 {
+  pub fn linear_in_world_mps(&self) -> Option<&'a Vec3> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<Vec3>(SetVelocity::VT_LINEAR_IN_WORLD_MPS, None).unwrap()}
+    unsafe { self._tab.get::<Vec3>(SetVelocity::VT_LINEAR_IN_WORLD_MPS, None)}
   }
   #[inline]
-  pub fn angular_in_world_radps(&self) -> &'a Vec3 {
+  pub fn angular_in_world_radps(&self) -> Option<&'a Vec3> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<Vec3>(SetVelocity::VT_ANGULAR_IN_WORLD_RADPS, None).unwrap()}
+    unsafe { self._tab.get::<Vec3>(SetVelocity::VT_ANGULAR_IN_WORLD_RADPS, None)}
   }
 }
 
@@ -77,8 +78,8 @@ impl flatbuffers::Verifiable for SetVelocity<'_> {
     use self::flatbuffers::Verifiable;
     v.visit_table(pos)?
      .visit_field::<u32>("actor", Self::VT_ACTOR, false)?
-     .visit_field::<Vec3>("linear_in_world_mps", Self::VT_LINEAR_IN_WORLD_MPS, true)?
-     .visit_field::<Vec3>("angular_in_world_radps", Self::VT_ANGULAR_IN_WORLD_RADPS, true)?
+     .visit_field::<Vec3>("linear_in_world_mps", Self::VT_LINEAR_IN_WORLD_MPS, false)?
+     .visit_field::<Vec3>("angular_in_world_radps", Self::VT_ANGULAR_IN_WORLD_RADPS, false)?
      .finish();
     Ok(())
   }
@@ -93,8 +94,8 @@ impl<'a> Default for SetVelocityArgs<'a> {
   fn default() -> Self {
     SetVelocityArgs {
       actor: 0,
-      linear_in_world_mps: None, // required field
-      angular_in_world_radps: None, // required field
+      linear_in_world_mps: None,
+      angular_in_world_radps: None,
     }
   }
 }
@@ -127,8 +128,6 @@ impl<'a: 'b, 'b> SetVelocityBuilder<'a, 'b> {
   #[inline]
   pub fn finish(self) -> flatbuffers::WIPOffset<SetVelocity<'a>> {
     let o = self.fbb_.end_table(self.start_);
-    self.fbb_.required(o, SetVelocity::VT_LINEAR_IN_WORLD_MPS,"linear_in_world_mps");
-    self.fbb_.required(o, SetVelocity::VT_ANGULAR_IN_WORLD_RADPS,"angular_in_world_radps");
     flatbuffers::WIPOffset::new(o.value())
   }
 }

@@ -29,6 +29,9 @@ impl<'a> SpawnActor<'a> {
   pub const VT_BLUEPRINT: flatbuffers::VOffsetT = 4;
   pub const VT_WORLD_FROM_ACTOR: flatbuffers::VOffsetT = 6;
   pub const VT_LINEAR_VELOCITY_IN_WORLD_MPS: flatbuffers::VOffsetT = 8;
+  pub const VT_ATTRIBUTES: flatbuffers::VOffsetT = 10;
+  pub const VT_PARENT: flatbuffers::VOffsetT = 12;
+  pub const VT_ATTACHMENT: flatbuffers::VOffsetT = 14;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -40,9 +43,12 @@ impl<'a> SpawnActor<'a> {
     args: &'args SpawnActorArgs<'args>
   ) -> flatbuffers::WIPOffset<SpawnActor<'bldr>> {
     let mut builder = SpawnActorBuilder::new(_fbb);
+    builder.add_parent(args.parent);
+    if let Some(x) = args.attributes { builder.add_attributes(x); }
     if let Some(x) = args.linear_velocity_in_world_mps { builder.add_linear_velocity_in_world_mps(x); }
     if let Some(x) = args.world_from_actor { builder.add_world_from_actor(x); }
     if let Some(x) = args.blueprint { builder.add_blueprint(x); }
+    builder.add_attachment(args.attachment);
     builder.finish()
   }
 
@@ -54,6 +60,7 @@ impl<'a> SpawnActor<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(SpawnActor::VT_BLUEPRINT, None).unwrap()}
   }
+  /// In the parent's frame when there is a parent.
   #[inline]
   pub fn world_from_actor(&self) -> &'a Pose {
     // Safety:
@@ -68,6 +75,29 @@ impl<'a> SpawnActor<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<Vec3>(SpawnActor::VT_LINEAR_VELOCITY_IN_WORLD_MPS, None)}
   }
+  /// Those that differ from the blueprint's defaults.
+  #[inline]
+  pub fn attributes(&self) -> Option<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Attribute<'a>>>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Attribute>>>>(SpawnActor::VT_ATTRIBUTES, None)}
+  }
+  /// 0: not attached.
+  #[inline]
+  pub fn parent(&self) -> u32 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u32>(SpawnActor::VT_PARENT, Some(0)).unwrap()}
+  }
+  #[inline]
+  pub fn attachment(&self) -> AttachmentKind {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<AttachmentKind>(SpawnActor::VT_ATTACHMENT, Some(AttachmentKind::Rigid)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for SpawnActor<'_> {
@@ -80,6 +110,9 @@ impl flatbuffers::Verifiable for SpawnActor<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("blueprint", Self::VT_BLUEPRINT, true)?
      .visit_field::<Pose>("world_from_actor", Self::VT_WORLD_FROM_ACTOR, true)?
      .visit_field::<Vec3>("linear_velocity_in_world_mps", Self::VT_LINEAR_VELOCITY_IN_WORLD_MPS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Attribute>>>>("attributes", Self::VT_ATTRIBUTES, false)?
+     .visit_field::<u32>("parent", Self::VT_PARENT, false)?
+     .visit_field::<AttachmentKind>("attachment", Self::VT_ATTACHMENT, false)?
      .finish();
     Ok(())
   }
@@ -88,6 +121,9 @@ pub struct SpawnActorArgs<'a> {
     pub blueprint: Option<flatbuffers::WIPOffset<&'a str>>,
     pub world_from_actor: Option<&'a Pose>,
     pub linear_velocity_in_world_mps: Option<&'a Vec3>,
+    pub attributes: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Attribute<'a>>>>>,
+    pub parent: u32,
+    pub attachment: AttachmentKind,
 }
 impl<'a> Default for SpawnActorArgs<'a> {
   #[inline]
@@ -96,6 +132,9 @@ impl<'a> Default for SpawnActorArgs<'a> {
       blueprint: None, // required field
       world_from_actor: None, // required field
       linear_velocity_in_world_mps: None,
+      attributes: None,
+      parent: 0,
+      attachment: AttachmentKind::Rigid,
     }
   }
 }
@@ -116,6 +155,18 @@ impl<'a: 'b, 'b> SpawnActorBuilder<'a, 'b> {
   #[inline]
   pub fn add_linear_velocity_in_world_mps(&mut self, linear_velocity_in_world_mps: &Vec3) {
     self.fbb_.push_slot_always::<&Vec3>(SpawnActor::VT_LINEAR_VELOCITY_IN_WORLD_MPS, linear_velocity_in_world_mps);
+  }
+  #[inline]
+  pub fn add_attributes(&mut self, attributes: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<Attribute<'b >>>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(SpawnActor::VT_ATTRIBUTES, attributes);
+  }
+  #[inline]
+  pub fn add_parent(&mut self, parent: u32) {
+    self.fbb_.push_slot::<u32>(SpawnActor::VT_PARENT, parent, 0);
+  }
+  #[inline]
+  pub fn add_attachment(&mut self, attachment: AttachmentKind) {
+    self.fbb_.push_slot::<AttachmentKind>(SpawnActor::VT_ATTACHMENT, attachment, AttachmentKind::Rigid);
   }
   #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> SpawnActorBuilder<'a, 'b> {
@@ -140,6 +191,9 @@ impl core::fmt::Debug for SpawnActor<'_> {
       ds.field("blueprint", &self.blueprint());
       ds.field("world_from_actor", &self.world_from_actor());
       ds.field("linear_velocity_in_world_mps", &self.linear_velocity_in_world_mps());
+      ds.field("attributes", &self.attributes());
+      ds.field("parent", &self.parent());
+      ds.field("attachment", &self.attachment());
       ds.finish()
   }
 }

@@ -29,6 +29,7 @@ impl<'a> TickItem<'a> {
   pub const VT_TICK_COUNT: flatbuffers::VOffsetT = 6;
   pub const VT_COMMANDS: flatbuffers::VOffsetT = 8;
   pub const VT_EXPECTED_TICK: flatbuffers::VOffsetT = 10;
+  pub const VT_DT_SECS: flatbuffers::VOffsetT = 12;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -40,6 +41,7 @@ impl<'a> TickItem<'a> {
     args: &'args TickItemArgs<'args>
   ) -> flatbuffers::WIPOffset<TickItem<'bldr>> {
     let mut builder = TickItemBuilder::new(_fbb);
+    if let Some(x) = args.dt_secs { builder.add_dt_secs(x); }
     if let Some(x) = args.expected_tick { builder.add_expected_tick(x); }
     builder.add_world(args.world);
     if let Some(x) = args.commands { builder.add_commands(x); }
@@ -79,6 +81,14 @@ impl<'a> TickItem<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u64>(TickItem::VT_EXPECTED_TICK, None)}
   }
+  /// Length of these ticks; absent: the world's own.
+  #[inline]
+  pub fn dt_secs(&self) -> Option<f64> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<f64>(TickItem::VT_DT_SECS, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for TickItem<'_> {
@@ -92,6 +102,7 @@ impl flatbuffers::Verifiable for TickItem<'_> {
      .visit_field::<u32>("tick_count", Self::VT_TICK_COUNT, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Command>>>>("commands", Self::VT_COMMANDS, false)?
      .visit_field::<u64>("expected_tick", Self::VT_EXPECTED_TICK, false)?
+     .visit_field::<f64>("dt_secs", Self::VT_DT_SECS, false)?
      .finish();
     Ok(())
   }
@@ -101,6 +112,7 @@ pub struct TickItemArgs<'a> {
     pub tick_count: u32,
     pub commands: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Command<'a>>>>>,
     pub expected_tick: Option<u64>,
+    pub dt_secs: Option<f64>,
 }
 impl<'a> Default for TickItemArgs<'a> {
   #[inline]
@@ -110,6 +122,7 @@ impl<'a> Default for TickItemArgs<'a> {
       tick_count: 0,
       commands: None,
       expected_tick: None,
+      dt_secs: None,
     }
   }
 }
@@ -136,6 +149,10 @@ impl<'a: 'b, 'b> TickItemBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<u64>(TickItem::VT_EXPECTED_TICK, expected_tick);
   }
   #[inline]
+  pub fn add_dt_secs(&mut self, dt_secs: f64) {
+    self.fbb_.push_slot_always::<f64>(TickItem::VT_DT_SECS, dt_secs);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> TickItemBuilder<'a, 'b> {
     let start = _fbb.start_table();
     TickItemBuilder {
@@ -157,6 +174,7 @@ impl core::fmt::Debug for TickItem<'_> {
       ds.field("tick_count", &self.tick_count());
       ds.field("commands", &self.commands());
       ds.field("expected_tick", &self.expected_tick());
+      ds.field("dt_secs", &self.dt_secs());
       ds.finish()
   }
 }

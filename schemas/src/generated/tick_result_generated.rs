@@ -30,6 +30,8 @@ impl<'a> TickResult<'a> {
   pub const VT_REPLIES: flatbuffers::VOffsetT = 8;
   pub const VT_COLLISIONS: flatbuffers::VOffsetT = 10;
   pub const VT_ERROR: flatbuffers::VOffsetT = 12;
+  pub const VT_SENSORS: flatbuffers::VOffsetT = 14;
+  pub const VT_CAMERAS_DUE: flatbuffers::VOffsetT = 16;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -42,6 +44,8 @@ impl<'a> TickResult<'a> {
   ) -> flatbuffers::WIPOffset<TickResult<'bldr>> {
     let mut builder = TickResultBuilder::new(_fbb);
     builder.add_world(args.world);
+    if let Some(x) = args.cameras_due { builder.add_cameras_due(x); }
+    if let Some(x) = args.sensors { builder.add_sensors(x); }
     if let Some(x) = args.error { builder.add_error(x); }
     if let Some(x) = args.collisions { builder.add_collisions(x); }
     if let Some(x) = args.replies { builder.add_replies(x); }
@@ -96,6 +100,22 @@ impl<'a> TickResult<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<Error>>(TickResult::VT_ERROR, None)}
   }
+  /// Of every tick of this request, ordered by tick and sensor.
+  #[inline]
+  pub fn sensors(&self) -> Option<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<SensorDatum<'a>>>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<SensorDatum>>>>(TickResult::VT_SENSORS, None)}
+  }
+  /// Cameras with listeners whose picture of the last tick is due.
+  #[inline]
+  pub fn cameras_due(&self) -> Option<flatbuffers::Vector<'a, u32>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u32>>>(TickResult::VT_CAMERAS_DUE, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for TickResult<'_> {
@@ -110,6 +130,8 @@ impl flatbuffers::Verifiable for TickResult<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<CommandReply>>>>("replies", Self::VT_REPLIES, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Collision>>>("collisions", Self::VT_COLLISIONS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<Error>>("error", Self::VT_ERROR, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<SensorDatum>>>>("sensors", Self::VT_SENSORS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("cameras_due", Self::VT_CAMERAS_DUE, false)?
      .finish();
     Ok(())
   }
@@ -120,6 +142,8 @@ pub struct TickResultArgs<'a> {
     pub replies: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<CommandReply<'a>>>>>,
     pub collisions: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Collision>>>,
     pub error: Option<flatbuffers::WIPOffset<Error<'a>>>,
+    pub sensors: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<SensorDatum<'a>>>>>,
+    pub cameras_due: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
 }
 impl<'a> Default for TickResultArgs<'a> {
   #[inline]
@@ -130,6 +154,8 @@ impl<'a> Default for TickResultArgs<'a> {
       replies: None,
       collisions: None,
       error: None,
+      sensors: None,
+      cameras_due: None,
     }
   }
 }
@@ -160,6 +186,14 @@ impl<'a: 'b, 'b> TickResultBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<Error>>(TickResult::VT_ERROR, error);
   }
   #[inline]
+  pub fn add_sensors(&mut self, sensors: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<SensorDatum<'b >>>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickResult::VT_SENSORS, sensors);
+  }
+  #[inline]
+  pub fn add_cameras_due(&mut self, cameras_due: flatbuffers::WIPOffset<flatbuffers::Vector<'b , u32>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickResult::VT_CAMERAS_DUE, cameras_due);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> TickResultBuilder<'a, 'b> {
     let start = _fbb.start_table();
     TickResultBuilder {
@@ -182,6 +216,8 @@ impl core::fmt::Debug for TickResult<'_> {
       ds.field("replies", &self.replies());
       ds.field("collisions", &self.collisions());
       ds.field("error", &self.error());
+      ds.field("sensors", &self.sensors());
+      ds.field("cameras_due", &self.cameras_due());
       ds.finish()
   }
 }

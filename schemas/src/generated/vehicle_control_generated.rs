@@ -27,6 +27,8 @@ impl core::fmt::Debug for VehicleControl {
       .field("brake", &self.brake())
       .field("hand_brake", &self.hand_brake())
       .field("reverse", &self.reverse())
+      .field("manual_gear", &self.manual_gear())
+      .field("gear", &self.gear())
       .finish()
   }
 }
@@ -75,6 +77,8 @@ impl<'a> VehicleControl {
     brake: f32,
     hand_brake: bool,
     reverse: bool,
+    manual_gear: bool,
+    gear: i8,
   ) -> Self {
     let mut s = Self([0; 16]);
     s.set_throttle(throttle);
@@ -82,6 +86,8 @@ impl<'a> VehicleControl {
     s.set_brake(brake);
     s.set_hand_brake(hand_brake);
     s.set_reverse(reverse);
+    s.set_manual_gear(manual_gear);
+    s.set_gear(gear);
     s
   }
 
@@ -229,6 +235,66 @@ impl<'a> VehicleControl {
         &x_le as *const _ as *const u8,
         self.0[13..].as_mut_ptr(),
         core::mem::size_of::<<bool as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// True: `gear` is engaged, whatever the engine's speed.
+  pub fn manual_gear(&self) -> bool {
+    let mut mem = core::mem::MaybeUninit::<<bool as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[14..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<bool as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_manual_gear(&mut self, x: bool) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[14..].as_mut_ptr(),
+        core::mem::size_of::<<bool as EndianScalar>::Scalar>(),
+      );
+    }
+  }
+
+  /// -1 reverse, 0 neutral.
+  pub fn gear(&self) -> i8 {
+    let mut mem = core::mem::MaybeUninit::<<i8 as EndianScalar>::Scalar>::uninit();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    EndianScalar::from_little_endian(unsafe {
+      core::ptr::copy_nonoverlapping(
+        self.0[15..].as_ptr(),
+        mem.as_mut_ptr() as *mut u8,
+        core::mem::size_of::<<i8 as EndianScalar>::Scalar>(),
+      );
+      mem.assume_init()
+    })
+  }
+
+  pub fn set_gear(&mut self, x: i8) {
+    let x_le = x.to_little_endian();
+    // Safety:
+    // Created from a valid Table for this object
+    // Which contains a valid value in this slot
+    unsafe {
+      core::ptr::copy_nonoverlapping(
+        &x_le as *const _ as *const u8,
+        self.0[15..].as_mut_ptr(),
+        core::mem::size_of::<<i8 as EndianScalar>::Scalar>(),
       );
     }
   }

@@ -3,14 +3,15 @@
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use super::parts::{
-    actor_in, actor_kind_in, actor_kind_out, finite, pose_in, pose_out, vec3_in, vec3_out, world_in,
+    actor_in, actor_kind_in, actor_kind_out, colour_in, colour_out, failure_in, failure_out,
+    finite, finite_double, pose_in, pose_out, vec3_in, vec3_out, world_in,
 };
 use super::{Kind, check_count, root};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
     ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, MapRef, Tick,
-    VehicleControl, Weather,
+    TrafficLightState, VehicleControl, WalkerControl, Weather,
 };
 
 pub(super) const FRAME: Kind =
@@ -33,6 +34,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let actors: Vec<fb::ActorState> = frame.actors.iter().map(actor_out).collect();
     let actors = builder.create_vector(&actors);
     let collisions = collisions_out(&mut builder, &frame.collisions);
+    let lights: Vec<fb::TrafficLightState> = frame.traffic_lights.iter().map(light_out).collect();
+    let traffic_lights = builder.create_vector(&lights);
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -48,6 +51,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             types: Some(types),
             actors: Some(actors),
             collisions: Some(collisions),
+            traffic_lights: Some(traffic_lights),
+            sim_secs: frame.sim_secs,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -67,14 +72,13 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         .iter()
         .map(|actor| actor_state_in(actor, types.len()))
         .collect::<Result<Vec<_>, Error>>()?;
-    if !raw.dt_secs().is_finite() {
-        return Err(Error::new(ErrorCode::InvalidMessage, "dt_secs is not finite"));
-    }
+    check_count("traffic lights", raw.traffic_lights().len(), ACTORS_PER_WORLD_MAX)?;
     Ok(Frame {
         world: world_in(raw.world())?,
         tick: Tick(raw.tick()),
         epoch: raw.epoch(),
-        dt_secs: raw.dt_secs(),
+        dt_secs: finite_double(raw.dt_secs(), "dt_secs")?,
+        sim_secs: finite_double(raw.sim_secs(), "sim_secs")?,
         state_hash: raw.state_hash(),
         seed: raw.seed(),
         map: map_in(&raw.map()),
@@ -82,6 +86,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         types,
         actors,
         collisions: collisions_in(raw.collisions())?,
+        traffic_lights: raw.traffic_lights().iter().map(light_in).collect::<Result<_, _>>()?,
     })
 }
 
@@ -96,6 +101,8 @@ pub(super) fn control_out(value: &VehicleControl) -> fb::VehicleControl {
         value.brake,
         value.hand_brake,
         value.reverse,
+        value.manual_gear,
+        value.gear,
     )
 }
 
@@ -106,6 +113,46 @@ pub(super) fn control_in(raw: &fb::VehicleControl) -> Result<VehicleControl, Err
         brake: finite(raw.brake(), "brake")?,
         hand_brake: raw.hand_brake(),
         reverse: raw.reverse(),
+        manual_gear: raw.manual_gear(),
+        gear: raw.gear(),
+    })
+}
+
+pub(super) fn walker_out(value: &WalkerControl) -> fb::WalkerControl {
+    fb::WalkerControl::new(&vec3_out(&value.direction), value.speed_mps, value.jump)
+}
+
+pub(super) fn walker_in(raw: &fb::WalkerControl) -> Result<WalkerControl, Error> {
+    Ok(WalkerControl {
+        direction: vec3_in(raw.direction_in_world(), "direction")?,
+        speed_mps: finite(raw.speed_mps(), "speed")?,
+        jump: raw.jump(),
+    })
+}
+
+fn light_out(light: &TrafficLightState) -> fb::TrafficLightState {
+    fb::TrafficLightState::new(
+        light.actor.get(),
+        colour_out(light.colour),
+        light.group,
+        light.frozen,
+        light.elapsed_secs,
+        light.green_secs,
+        light.yellow_secs,
+        light.red_secs,
+    )
+}
+
+fn light_in(raw: &fb::TrafficLightState) -> Result<TrafficLightState, Error> {
+    Ok(TrafficLightState {
+        actor: actor_in(raw.actor())?,
+        colour: colour_in(raw.colour())?,
+        group: raw.group(),
+        frozen: raw.frozen(),
+        elapsed_secs: finite(raw.elapsed_secs(), "elapsed_secs")?,
+        green_secs: finite(raw.green_secs(), "green_secs")?,
+        yellow_secs: finite(raw.yellow_secs(), "yellow_secs")?,
+        red_secs: finite(raw.red_secs(), "red_secs")?,
     })
 }
 
@@ -124,6 +171,14 @@ fn actor_out(actor: &ActorState) -> fb::ActorState {
         &control_out(&actor.control),
         actor.road_wheel_rad,
         actor.colour_rgb,
+        actor.parent.map_or(0, ActorId::get),
+        actor.lights,
+        actor.doors,
+        failure_out(actor.failure),
+        actor.speed_limit_mps,
+        actor.traffic_light.map_or(0, ActorId::get),
+        &walker_out(&actor.walker),
+        actor.gait_rad,
     )
 }
 
@@ -150,6 +205,14 @@ fn actor_state_in(raw: &fb::ActorState, types_count: usize) -> Result<ActorState
         control: control_in(raw.control())?,
         road_wheel_rad: finite(raw.road_wheel_rad(), "road_wheel_rad")?,
         colour_rgb: raw.colour_rgb(),
+        parent: ActorId::new(raw.parent()),
+        lights: raw.lights(),
+        doors: raw.doors(),
+        failure: failure_in(raw.failure())?,
+        speed_limit_mps: finite(raw.speed_limit_mps(), "speed_limit_mps")?,
+        traffic_light: ActorId::new(raw.traffic_light()),
+        walker: walker_in(raw.walker())?,
+        gait_rad: finite(raw.gait_rad(), "gait_rad")?,
     })
 }
 

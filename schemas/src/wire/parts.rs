@@ -1,9 +1,17 @@
 //! Small values shared by all messages.
 
+use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, Vector, WIPOffset};
 use nalgebra::{Quaternion, Translation3};
 
+use super::check_count;
 use crate::generated as fb;
-use crate::{ActorId, Error, ErrorCode, Pose, UnitQuaternion, Vec3, WorldId};
+use crate::limits::{ATTRIBUTE_CHARS_MAX, ATTRIBUTES_PER_ACTOR_MAX};
+use crate::{
+    ActorId, Attribute, Error, ErrorCode, Pose, TrafficLightColour, UnitQuaternion, Vec3,
+    VehicleFailure, WorldId,
+};
+
+type Attributes<'a> = Vector<'a, ForwardsUOffset<fb::Attribute<'a>>>;
 
 pub(super) fn vec3_out(value: &Vec3) -> fb::Vec3 {
     fb::Vec3::new(value.x, value.y, value.z)
@@ -41,6 +49,36 @@ pub(super) fn pose_in(raw: &fb::Pose, field: &'static str) -> Result<Pose, Error
 
 pub(super) fn finite(value: f32, field: &'static str) -> Result<f32, Error> {
     if value.is_finite() { Ok(value) } else { Err(not_finite(field, &value)) }
+}
+
+pub(super) fn finite_double(value: f64, field: &'static str) -> Result<f64, Error> {
+    if value.is_finite() { Ok(value) } else { Err(not_finite(field, &value)) }
+}
+
+pub(super) fn attributes_out<'a>(
+    b: &mut FlatBufferBuilder<'a>,
+    attributes: &[Attribute],
+) -> WIPOffset<Attributes<'a>> {
+    let mut raw = Vec::with_capacity(attributes.len());
+    for attribute in attributes {
+        let id = Some(b.create_string(&attribute.id));
+        let value = Some(b.create_string(&attribute.value));
+        raw.push(fb::Attribute::create(b, &fb::AttributeArgs { id, value }));
+    }
+    b.create_vector(&raw)
+}
+
+pub(super) fn attributes_in(raw: Option<Attributes<'_>>) -> Result<Vec<Attribute>, Error> {
+    let Some(raw) = raw else { return Ok(Vec::new()) };
+    check_count("attributes", raw.len(), ATTRIBUTES_PER_ACTOR_MAX)?;
+    raw.iter()
+        .map(|raw| {
+            let (id, value) = (raw.id(), raw.value());
+            check_count("characters in an attribute", id.len(), ATTRIBUTE_CHARS_MAX)?;
+            check_count("characters in an attribute", value.len(), ATTRIBUTE_CHARS_MAX)?;
+            Ok(Attribute { id: id.to_owned(), value: value.to_owned() })
+        })
+        .collect()
 }
 
 pub(super) fn world_in(value: u64) -> Result<WorldId, Error> {
@@ -87,7 +125,7 @@ twin!(
     crate::ActorKind,
     fb::ActorKind,
     "kind",
-    [Vehicle, Walker, Prop]
+    [Vehicle, Walker, Prop, TrafficLight, TrafficSign, Sensor, Marker]
 );
 twin!(image_kind_out, image_kind_in, crate::ImageKind, fb::ImageKind, "image kind", [Rgb]);
 twin!(
@@ -137,5 +175,46 @@ twin!(
         RendererUnavailable,
         Unreachable,
         TimedOut,
+        Unsupported,
     ]
+);
+twin!(
+    colour_out,
+    colour_in,
+    TrafficLightColour,
+    fb::TrafficLightColour,
+    "colour",
+    [Red, Yellow, Green, Off, Unknown]
+);
+twin!(
+    failure_out,
+    failure_in,
+    VehicleFailure,
+    fb::VehicleFailure,
+    "failure",
+    [None, Rollover, Engine, TyrePuncture]
+);
+twin!(
+    attachment_out,
+    attachment_in,
+    crate::AttachmentKind,
+    fb::AttachmentKind,
+    "attachment",
+    [Rigid, SpringArm, SpringArmGhost]
+);
+twin!(
+    push_out,
+    push_in,
+    crate::PushKind,
+    fb::PushKind,
+    "push kind",
+    [Impulse, Force, AngularImpulse, Torque]
+);
+twin!(
+    switch_out,
+    switch_in,
+    crate::BodySwitch,
+    fb::BodySwitch,
+    "switch",
+    [Physics, Gravity, Collisions]
 );

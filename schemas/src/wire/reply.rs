@@ -3,8 +3,10 @@
 use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, UnionWIPOffset, Vector, WIPOffset};
 
 use super::camera::{images_in, images_out};
+use super::description::{actors_in, actors_out, hits_in, hits_out, vehicle_in, vehicle_out};
 use super::frame::{collisions_in, collisions_out, map_in};
-use super::parts::{error_code_in, error_code_out, unknown_variant, world_in};
+use super::parts::{actor_in, error_code_in, error_code_out, unknown_variant, world_in};
+use super::sensor::{sensors_in, sensors_out};
 use super::{Kind, needed, root};
 use crate::generated as fb;
 use crate::limits::REPLY_BYTES_MAX;
@@ -78,6 +80,9 @@ fn body_out(
                 fb::ImagesArgs { tick: images.tick.0, state_hash: images.state_hash, images: raw };
             (Body::Images, fb::Images::create(b, &args).as_union_value())
         }
+        Reply::Actors(actors) => (Body::Actors, actors_out(b, actors)),
+        Reply::Vehicle(report) => (Body::Vehicle, vehicle_out(b, report)),
+        Reply::RayHits(hits) => (Body::RayHits, hits_out(b, hits)),
     }
 }
 
@@ -119,6 +124,15 @@ fn body_in(raw: &fb::Reply<'_>) -> Result<Reply, Error> {
             state_hash: images.state_hash(),
             images: images_in(images.images())?,
         }));
+    }
+    if let Some(actors) = raw.body_as_actors() {
+        return Ok(Reply::Actors(actors_in(&actors)?));
+    }
+    if let Some(vehicle) = raw.body_as_vehicle() {
+        return Ok(Reply::Vehicle(Box::new(vehicle_in(&vehicle)?)));
+    }
+    if let Some(hits) = raw.body_as_ray_hits() {
+        return Ok(Reply::RayHits(hits_in(&hits)?));
     }
     match raw.body_type() {
         fb::ReplyBody::Done => Ok(Reply::Done),
@@ -224,6 +238,17 @@ fn tick_result_out<'a>(
             replies: Some(command_replies_out(b, &outcome.replies)),
             collisions: Some(collisions_out(b, &outcome.collisions)),
             error: None,
+            sensors: if outcome.sensors.is_empty() {
+                None
+            } else {
+                Some(sensors_out(b, &outcome.sensors))
+            },
+            cameras_due: if outcome.cameras_due.is_empty() {
+                None
+            } else {
+                let ids: Vec<u32> = outcome.cameras_due.iter().map(|id| id.get()).collect();
+                Some(b.create_vector(&ids))
+            },
         },
         Err(error) => {
             fb::TickResultArgs { world, error: Some(error_out(b, error)), ..Default::default() }
@@ -239,6 +264,12 @@ fn tick_result_in(raw: &fb::TickResult<'_>) -> Result<TickResult, Error> {
             frame: EncodedFrame(needed(raw.frame(), "frame")?.bytes().to_vec()),
             replies: command_replies_in(raw.replies())?,
             collisions: raw.collisions().map_or(Ok(Vec::new()), collisions_in)?,
+            sensors: sensors_in(raw.sensors())?,
+            cameras_due: raw
+                .cameras_due()
+                .map(|ids| ids.iter().map(actor_in).collect::<Result<_, _>>())
+                .transpose()?
+                .unwrap_or_default(),
         }),
     };
     Ok(TickResult { world: world_in(raw.world())?, outcome })

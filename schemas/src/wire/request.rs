@@ -1,21 +1,19 @@
-//! Requests and the commands in them.
+//! Requests.
 
-use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, UnionWIPOffset, Vector, WIPOffset};
+use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
 use super::camera::{cameras_in, cameras_out};
-use super::frame::{control_in, control_out, weather_in, weather_out};
-use super::parts::{
-    actor_in, finite, pilot_in, pilot_out, pose_in, pose_out, vec3_in, vec3_out, world_in,
-};
-use super::{Kind, check_count, needed, root};
+use super::command::{commands_in, commands_out};
+use super::parts::{actor_in, vec3_in, vec3_out, world_in};
+use super::{Kind, check_count, root};
 use crate::generated as fb;
-use crate::limits::{COMMANDS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, WORLDS_PER_BATCH_MAX};
-use crate::{Command, Error, ErrorCode, Lease, Request, Tick, TickItem, Vec3};
+use crate::limits::{
+    ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, WORLDS_PER_BATCH_MAX,
+};
+use crate::{ActorId, Error, ErrorCode, Lease, Request, Tick, TickItem};
 
 const REQUEST: Kind =
     Kind { name: "request", identifier: fb::REQUEST_IDENTIFIER, bytes_max: REQUEST_BYTES_MAX };
-
-type Commands<'a> = Vector<'a, ForwardsUOffset<fb::Command<'a>>>;
 
 /// A request as bytes.
 pub fn encode_request(request: &Request) -> Vec<u8> {
@@ -91,6 +89,37 @@ fn body_out(
             let args = fb::CaptureArgs { world: world.get(), cameras };
             (Body::Capture, fb::Capture::create(b, &args).as_union_value())
         }
+        Request::DescribeActors { .. }
+        | Request::InspectVehicle { .. }
+        | Request::CastRays { .. } => question_out(b, request),
+    }
+}
+
+/// Only for what [`body_out`] sends here.
+fn question_out(
+    b: &mut FlatBufferBuilder<'_>,
+    request: &Request,
+) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
+    use fb::RequestBody as Body;
+    match request {
+        Request::DescribeActors { world, actors } => {
+            let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
+            let actors = Some(b.create_vector(&ids));
+            let args = fb::DescribeActorsArgs { world: world.get(), actors };
+            (Body::DescribeActors, fb::DescribeActors::create(b, &args).as_union_value())
+        }
+        Request::InspectVehicle { world, actor } => {
+            let args = fb::InspectVehicleArgs { world: world.get(), actor: actor.get() };
+            (Body::InspectVehicle, fb::InspectVehicle::create(b, &args).as_union_value())
+        }
+        Request::CastRays { world, rays } => {
+            let ray = |(from_m, to_m): &_| fb::Ray::new(&vec3_out(from_m), &vec3_out(to_m));
+            let raw: Vec<fb::Ray> = rays.iter().map(ray).collect();
+            let rays = Some(b.create_vector(&raw));
+            let args = fb::CastRaysArgs { world: world.get(), rays };
+            (Body::CastRays, fb::CastRays::create(b, &args).as_union_value())
+        }
+        other => unreachable!("{other:?} is no question"),
     }
 }
 
@@ -132,6 +161,16 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     if let Some(snapshot) = raw.body_as_snapshot_world() {
         return Ok(Request::SnapshotWorld { world: world_in(snapshot.world())? });
     }
+    if let Some(describe) = raw.body_as_describe_actors() {
+        return describe_in(&describe);
+    }
+    if let Some(inspect) = raw.body_as_inspect_vehicle() {
+        let (world, actor) = (world_in(inspect.world())?, actor_in(inspect.actor())?);
+        return Ok(Request::InspectVehicle { world, actor });
+    }
+    if let Some(cast) = raw.body_as_cast_rays() {
+        return rays_in(&cast);
+    }
     match kind {
         Body::ListWorlds => Ok(Request::ListWorlds),
         Body::ListMaps => Ok(Request::ListMaps),
@@ -151,6 +190,26 @@ fn create_in(raw: &fb::CreateWorld<'_>) -> Result<Request, Error> {
         commands: commands_in(raw.commands())?,
         lease: lease_in(raw.owner(), raw.lease_millis())?,
     })
+}
+
+fn describe_in(raw: &fb::DescribeActors<'_>) -> Result<Request, Error> {
+    let actors = match raw.actors() {
+        Some(ids) => {
+            check_count("actors", ids.len(), ACTORS_PER_WORLD_MAX)?;
+            ids.iter().map(actor_in).collect::<Result<Vec<ActorId>, _>>()?
+        }
+        None => Vec::new(),
+    };
+    Ok(Request::DescribeActors { world: world_in(raw.world())?, actors })
+}
+
+fn rays_in(raw: &fb::CastRays<'_>) -> Result<Request, Error> {
+    check_count("rays", raw.rays().len(), RAYS_PER_REQUEST_MAX)?;
+    let ray = |ray: &fb::Ray| -> Result<_, Error> {
+        Ok((vec3_in(ray.from_in_world_m(), "ray")?, vec3_in(ray.to_in_world_m(), "ray")?))
+    };
+    let rays = raw.rays().iter().map(ray).collect::<Result<_, _>>()?;
+    Ok(Request::CastRays { world: world_in(raw.world())?, rays })
 }
 
 fn lease_out<'a>(
@@ -181,6 +240,7 @@ fn tick_out(b: &mut FlatBufferBuilder<'_>, items: &[TickItem]) -> WIPOffset<Unio
             tick_count: item.tick_count,
             commands,
             expected_tick: item.expected_tick.map(|tick| tick.0),
+            dt_secs: item.dt_secs,
         };
         raw.push(fb::TickItem::create(b, &args));
     }
@@ -189,121 +249,16 @@ fn tick_out(b: &mut FlatBufferBuilder<'_>, items: &[TickItem]) -> WIPOffset<Unio
 }
 
 fn tick_in(raw: &fb::TickItem<'_>) -> Result<TickItem, Error> {
+    let dt_secs = raw.dt_secs();
+    if dt_secs.is_some_and(|secs| !secs.is_finite()) {
+        return Err(Error::new(ErrorCode::InvalidMessage, "dt_secs is not finite")
+            .wanted("a finite number of seconds"));
+    }
     Ok(TickItem {
         world: world_in(raw.world())?,
         tick_count: raw.tick_count(),
         commands: commands_in(raw.commands())?,
         expected_tick: raw.expected_tick().map(Tick),
+        dt_secs,
     })
-}
-
-fn commands_out<'a>(
-    b: &mut FlatBufferBuilder<'a>,
-    commands: &[Command],
-) -> WIPOffset<Commands<'a>> {
-    let mut raw = Vec::with_capacity(commands.len());
-    for command in commands {
-        let (body_type, body) = command_out(b, command);
-        raw.push(fb::Command::create(b, &fb::CommandArgs { body_type, body: Some(body) }));
-    }
-    b.create_vector(&raw)
-}
-
-fn commands_in(raw: Option<Commands<'_>>) -> Result<Vec<Command>, Error> {
-    let Some(raw) = raw else { return Ok(Vec::new()) };
-    check_count("commands", raw.len(), COMMANDS_PER_REQUEST_MAX)?;
-    raw.iter().map(|command| command_in(&command)).collect()
-}
-
-fn command_out(
-    b: &mut FlatBufferBuilder<'_>,
-    command: &Command,
-) -> (fb::CommandBody, WIPOffset<UnionWIPOffset>) {
-    use fb::CommandBody as Body;
-    match command {
-        Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps } => {
-            let blueprint = Some(b.create_string(blueprint));
-            let args = fb::SpawnActorArgs {
-                blueprint,
-                world_from_actor: Some(&pose_out(world_from_actor)),
-                linear_velocity_in_world_mps: Some(&vec3_out(linear_velocity_mps)),
-            };
-            (Body::SpawnActor, fb::SpawnActor::create(b, &args).as_union_value())
-        }
-        Command::DestroyActor { actor } => {
-            let args = fb::DestroyActorArgs { actor: actor.get() };
-            (Body::DestroyActor, fb::DestroyActor::create(b, &args).as_union_value())
-        }
-        Command::SetControl { actor, control } => {
-            let control = control_out(control);
-            let args = fb::SetControlArgs { actor: actor.get(), control: Some(&control) };
-            (Body::SetControl, fb::SetControl::create(b, &args).as_union_value())
-        }
-        Command::SetPilot { actor, mode, target_speed_mps } => {
-            let args = fb::SetPilotArgs {
-                actor: actor.get(),
-                mode: pilot_out(*mode),
-                target_speed_mps: *target_speed_mps,
-            };
-            (Body::SetPilot, fb::SetPilot::create(b, &args).as_union_value())
-        }
-        Command::SetVelocity { actor, linear_mps, angular_radps } => {
-            let args = fb::SetVelocityArgs {
-                actor: actor.get(),
-                linear_in_world_mps: Some(&vec3_out(linear_mps)),
-                angular_in_world_radps: Some(&vec3_out(angular_radps)),
-            };
-            (Body::SetVelocity, fb::SetVelocity::create(b, &args).as_union_value())
-        }
-        Command::SetPose { actor, world_from_actor } => {
-            let pose = pose_out(world_from_actor);
-            let args = fb::SetPoseArgs { actor: actor.get(), world_from_actor: Some(&pose) };
-            (Body::SetPose, fb::SetPose::create(b, &args).as_union_value())
-        }
-        Command::SetWeather { weather } => {
-            let weather = weather_out(weather);
-            let args = fb::SetWeatherArgs { weather: Some(&weather) };
-            (Body::SetWeather, fb::SetWeather::create(b, &args).as_union_value())
-        }
-    }
-}
-
-fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
-    if let Some(set) = raw.body_as_set_control() {
-        let control = control_in(set.control())?;
-        return Ok(Command::SetControl { actor: actor_in(set.actor())?, control });
-    }
-    if let Some(spawn) = raw.body_as_spawn_actor() {
-        let velocity = spawn.linear_velocity_in_world_mps();
-        return Ok(Command::SpawnActor {
-            blueprint: spawn.blueprint().to_owned(),
-            world_from_actor: pose_in(spawn.world_from_actor(), "world_from_actor")?,
-            linear_velocity_mps: velocity
-                .map_or(Ok(Vec3::zeros()), |raw| vec3_in(raw, "linear velocity"))?,
-        });
-    }
-    if let Some(set) = raw.body_as_set_pilot() {
-        let target = set.target_speed_mps();
-        return Ok(Command::SetPilot {
-            actor: actor_in(set.actor())?,
-            mode: pilot_in(set.mode())?,
-            target_speed_mps: target.map(|speed| finite(speed, "target speed")).transpose()?,
-        });
-    }
-    if let Some(set) = raw.body_as_set_velocity() {
-        return Ok(Command::SetVelocity {
-            actor: actor_in(set.actor())?,
-            linear_mps: vec3_in(set.linear_in_world_mps(), "linear velocity")?,
-            angular_radps: vec3_in(set.angular_in_world_radps(), "angular velocity")?,
-        });
-    }
-    if let Some(set) = raw.body_as_set_pose() {
-        let world_from_actor = pose_in(set.world_from_actor(), "world_from_actor")?;
-        return Ok(Command::SetPose { actor: actor_in(set.actor())?, world_from_actor });
-    }
-    if let Some(destroy) = raw.body_as_destroy_actor() {
-        return Ok(Command::DestroyActor { actor: actor_in(destroy.actor())? });
-    }
-    let set = needed(raw.body_as_set_weather(), "a known command")?;
-    Ok(Command::SetWeather { weather: weather_in(set.weather())? })
 }

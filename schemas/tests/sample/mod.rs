@@ -3,10 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "constants that are valid by inspection")]
 
 use schemas::{
-    ActorId, ActorKind, ActorState, Alive, Camera, Collision, Command, EncodedFrame, Error,
-    ErrorCode, Frame, Image, ImageEncoding, ImageKind, Images, Lease, MapRef, PilotMode, RenderJob,
-    Reply, Request, ServiceKind, Tick, TickItem, TickOutcome, TickResult, Vec3, VehicleControl,
-    Weather, WorldId, WorldInfo, level_pose, wire,
+    AckermannControl, AckermannGains, ActorDescription, ActorId, ActorKind, ActorState, Alive,
+    Attachment, AttachmentKind, Attribute, BodySwitch, Camera, Collision, Command, EncodedFrame,
+    Error, ErrorCode, Frame, Gear, Image, ImageEncoding, ImageKind, Images, Lease, LidarPoint,
+    MapRef, Measurement, PilotMode, PushKind, RadarDetection, RayHit, RenderJob, Reply, Request,
+    Scan, SemanticLidarPoint, SensorDatum, ServiceKind, Tick, TickItem, TickOutcome, TickResult,
+    TrafficLightColour, TrafficLightState, Vec3, VehicleControl, VehicleFailure, VehiclePhysics,
+    VehicleReport, VehicleTelemetry, WalkerControl, Weather, WheelPhysics, WheelTelemetry, WorldId,
+    WorldInfo, level_pose, wire,
 };
 
 fn world() -> WorldId {
@@ -23,6 +27,23 @@ fn map() -> MapRef {
 
 fn lease() -> Option<Lease> {
     Some(Lease { owner: "scenario-1".parse().unwrap(), millis: 5_000 })
+}
+
+fn walker_control() -> WalkerControl {
+    WalkerControl { direction: Vec3::y(), speed_mps: 1.4, jump: true }
+}
+
+fn traffic_light() -> TrafficLightState {
+    TrafficLightState {
+        actor: actor(9),
+        colour: TrafficLightColour::Yellow,
+        group: 3,
+        frozen: true,
+        elapsed_secs: 0.5,
+        green_secs: 10.0,
+        yellow_secs: 3.0,
+        red_secs: 2.0,
+    }
 }
 
 fn vehicle() -> ActorState {
@@ -43,9 +64,19 @@ fn vehicle() -> ActorState {
             brake: 1.0,
             hand_brake: true,
             reverse: false,
+            manual_gear: true,
+            gear: -1,
         },
         road_wheel_rad: -0.125,
         colour_rgb: 0x00c0_ffee,
+        parent: Some(actor(7)),
+        lights: 0x8001,
+        doors: 0b10_0001,
+        failure: VehicleFailure::Rollover,
+        speed_limit_mps: 13.5,
+        traffic_light: Some(actor(9)),
+        walker: walker_control(),
+        gait_rad: 0.75,
     }
 }
 
@@ -84,6 +115,8 @@ pub(crate) fn frame() -> Frame {
         types: vec!["vehicle.lincoln.mkz".into(), "walker.pedestrian.0015".into()],
         actors: vec![vehicle(), walker()],
         collisions: vec![collision(), Collision { other: None, started: false, ..collision() }],
+        traffic_lights: vec![traffic_light()],
+        sim_secs: 2.1,
     }
 }
 
@@ -94,6 +127,8 @@ fn commands() -> Vec<Command> {
             blueprint: "vehicle.lincoln.mkz".into(),
             world_from_actor: pose,
             linear_velocity_mps: Vec3::new(11.0, 0.0, 0.0),
+            attributes: attributes(),
+            attachment: attachment(),
         },
         Command::DestroyActor { actor: actor(3) },
         Command::SetControl { actor: actor(1), control: vehicle().control },
@@ -103,14 +138,185 @@ fn commands() -> Vec<Command> {
             target_speed_mps: Some(0.0),
         },
         Command::SetPilot { actor: actor(1), mode: PilotMode::KeepLane, target_speed_mps: None },
-        Command::SetVelocity {
-            actor: actor(1),
-            linear_mps: Vec3::x(),
-            angular_radps: Vec3::zeros(),
-        },
+        Command::SetVelocity { actor: actor(1), linear_mps: Some(Vec3::x()), angular_radps: None },
         Command::SetPose { actor: actor(1), world_from_actor: pose },
         Command::SetWeather { weather: Weather::CLEAR_NOON },
     ]
+    .into_iter()
+    .chain(driving_commands())
+    .chain(body_commands(pose))
+    .chain(scene_commands())
+    .collect()
+}
+
+fn driving_commands() -> Vec<Command> {
+    let control = AckermannControl {
+        steer_rad: 0.1,
+        steer_radps: 0.2,
+        speed_mps: -3.0,
+        acceleration_mps2: 1.5,
+        jerk_mps3: 0.5,
+    };
+    vec![
+        Command::SetAckermann { actor: actor(1), control },
+        Command::SetAckermannGains { actor: actor(1), gains: gains() },
+        Command::SetVehiclePhysics { actor: actor(1), physics: Box::new(physics()) },
+        Command::SetVehicleLights { actor: actor(1), lights: 0x801 },
+        Command::SetDoors { actor: actor(1), doors: 0b11, open: true },
+    ]
+}
+
+fn body_commands(pose: schemas::Pose) -> Vec<Command> {
+    let push = |kind| Command::Push { actor: actor(1), kind, amount: Vec3::x() };
+    let switch = |switch| Command::SetSwitch { actor: actor(1), switch, on: true };
+    vec![
+        Command::SetWalkerControl { actor: actor(2), control: walker_control() },
+        Command::SetWalkerState { actor: actor(2), world_from_actor: pose, speed_mps: 1.4 },
+        Command::SetConstantVelocity { actor: actor(1), velocity_mps: Some(Vec3::x()) },
+        Command::SetConstantVelocity { actor: actor(1), velocity_mps: None },
+        push(PushKind::Impulse),
+        push(PushKind::Force),
+        push(PushKind::AngularImpulse),
+        push(PushKind::Torque),
+        switch(BodySwitch::Physics),
+        switch(BodySwitch::Gravity),
+        switch(BodySwitch::Collisions),
+    ]
+}
+
+fn scene_commands() -> Vec<Command> {
+    vec![
+        Command::SetTrafficLight {
+            actor: actor(9),
+            colour: Some(TrafficLightColour::Off),
+            green_secs: Some(8.0),
+            yellow_secs: None,
+            red_secs: Some(0.0),
+        },
+        Command::FreezeTrafficLights { frozen: true },
+        Command::ResetTrafficLights { actor: None },
+        Command::ResetTrafficLights { actor: Some(actor(9)) },
+        Command::SetTimeStep { dt_secs: 0.1, substep_secs_max: Some(0.02), substeps_max: None },
+        Command::Listen { sensor: actor(5), on: false },
+    ]
+}
+
+fn attributes() -> Vec<Attribute> {
+    vec![Attribute { id: "role_name".into(), value: "hero".into() }]
+}
+
+fn attachment() -> Option<Attachment> {
+    Some(Attachment { parent: actor(1), kind: AttachmentKind::SpringArm })
+}
+
+fn gains() -> AckermannGains {
+    AckermannGains {
+        speed_kp: 0.15,
+        speed_ki: 0.0,
+        speed_kd: 0.25,
+        acceleration_kp: 0.01,
+        acceleration_ki: 0.02,
+        acceleration_kd: 0.03,
+    }
+}
+
+fn physics() -> VehiclePhysics {
+    let wheel = WheelPhysics {
+        tyre_friction: 3.5,
+        damping_rate: 0.25,
+        steer_rad_max: 1.2,
+        radius_m: 0.335,
+        brake_nm_max: 800.0,
+        hand_brake_nm_max: 1_600.0,
+        lateral_stiffness_load_max: 3.0,
+        lateral_stiffness: 20.0,
+        longitudinal_stiffness: 3_000.0,
+        position_m: Vec3::new(1.4, 0.8, 0.3),
+    };
+    VehiclePhysics {
+        torque_curve: vec![(0.0, 300.0), (6_000.0, 200.0)],
+        engine_rpm_max: 6_000.0,
+        engine_inertia_kgm2: 1.0,
+        damping_full_throttle: 0.15,
+        damping_closed_throttle_clutch_engaged: 2.0,
+        damping_closed_throttle_clutch_disengaged: 0.35,
+        automatic_gearbox: true,
+        gear_switch_secs: 0.5,
+        clutch_strength: 10.0,
+        final_ratio: 4.0,
+        forward_gears: vec![Gear { ratio: 3.6, down_share: 0.5, up_share: 0.65 }],
+        mass_kg: 1_800.0,
+        drag_coefficient: 0.3,
+        centre_of_mass_m: Vec3::new(0.1, 0.0, 0.5),
+        steering_curve: vec![(0.0, 1.0), (33.0, 0.7)],
+        wheels: vec![wheel; 4],
+        sweep_wheel_collision: true,
+    }
+}
+
+fn telemetry() -> VehicleTelemetry {
+    let wheel = WheelTelemetry { load_n: 4_400.0, spin_radps: 30.0, ..Default::default() };
+    VehicleTelemetry {
+        speed_mps: 10.0,
+        steer: -0.5,
+        engine_rpm: 2_000.0,
+        gear: 3,
+        drag_n: 60.0,
+        wheels: vec![wheel; 4],
+        ..VehicleTelemetry::default()
+    }
+}
+
+fn sensors() -> Vec<SensorDatum> {
+    let lidar = Scan {
+        end_angle_rad: 1.0,
+        points_per_channel: vec![1, 0],
+        points: vec![LidarPoint { position_m: [1.0, 2.0, 3.0], intensity: 0.5 }],
+    };
+    let semantic =
+        SemanticLidarPoint { position_m: [1.0, 2.0, 3.0], incidence_cos: 0.25, actor: 4, tag: 14 };
+    let echo =
+        RadarDetection { speed_mps: -3.0, azimuth_rad: 0.1, altitude_rad: 0.2, depth_m: 30.0 };
+    let measurements = [
+        Measurement::Lidar(lidar),
+        Measurement::SemanticLidar(Scan {
+            end_angle_rad: 2.0,
+            points_per_channel: vec![1],
+            points: vec![semantic],
+        }),
+        Measurement::Radar(vec![echo]),
+        Measurement::Imu {
+            acceleration_mps2: Vec3::z() * 9.81,
+            angular_velocity_radps: Vec3::x(),
+            compass_rad: 0.5,
+        },
+        Measurement::Gnss { latitude_deg: 42.0, longitude_deg: 2.0, altitude_m: 3.0 },
+        Measurement::Collision { other: None, tag: 3, impulse_ns: Vec3::x() },
+        Measurement::Obstacle { other: Some(actor(2)), tag: 12, distance_m: 4.0 },
+        Measurement::LaneInvasion { marks: vec!["broken".into()] },
+    ];
+    let datum = |(index, measurement)| SensorDatum {
+        sensor: actor(20 + index as u32),
+        tick: Tick(42),
+        sim_secs: 2.1,
+        world_from_sensor: level_pose(Vec3::x(), 0.25),
+        measurement,
+    };
+    measurements.into_iter().enumerate().map(datum).collect()
+}
+
+fn description() -> ActorDescription {
+    ActorDescription {
+        id: actor(1),
+        attachment: attachment(),
+        kind: ActorKind::TrafficLight,
+        blueprint: "traffic.traffic_light".into(),
+        attributes: attributes(),
+        box_centre_m: Vec3::z(),
+        box_half_extent_m: Vec3::x(),
+        tag: 7,
+        signal: Some("1042".into()),
+    }
 }
 
 fn camera() -> Camera {
@@ -133,8 +339,9 @@ pub(crate) fn requests() -> Vec<Request> {
         tick_count: 1,
         commands: commands(),
         expected_tick: Some(Tick(0)),
+        dt_secs: Some(0.02),
     };
-    let bare = TickItem { commands: vec![], expected_tick: None, ..item.clone() };
+    let bare = TickItem::new(world(), 1);
     vec![
         Request::CreateWorld {
             map: "Town10HD_Opt".into(),
@@ -152,6 +359,9 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::RunCommands { world: world(), commands: commands() },
         Request::TickWorlds(vec![item, bare]),
         Request::Capture { world: world(), cameras: vec![camera()] },
+        Request::DescribeActors { world: world(), actors: vec![actor(1), actor(2)] },
+        Request::InspectVehicle { world: world(), actor: actor(1) },
+        Request::CastRays { world: world(), rays: vec![(Vec3::x(), Vec3::z())] },
     ]
 }
 
@@ -163,6 +373,8 @@ pub(crate) fn replies() -> Vec<Reply> {
         frame: encoded.clone(),
         replies: replies.clone(),
         collisions: vec![collision()],
+        sensors: sensors(),
+        cameras_due: vec![actor(30)],
     };
     let image = Image {
         camera: 9,
@@ -193,6 +405,18 @@ pub(crate) fn replies() -> Vec<Reply> {
             TickResult { world: world(), outcome: Err(error) },
         ]),
         Reply::Images(Images { tick: Tick(3), state_hash: 5, images: vec![image] }),
+        Reply::Actors(vec![description(), ActorDescription { signal: None, ..description() }]),
+        Reply::Vehicle(Box::new(VehicleReport {
+            physics: physics(),
+            telemetry: telemetry(),
+            gains: gains(),
+        })),
+        Reply::RayHits(vec![RayHit {
+            ray: 0,
+            actor: Some(actor(1)),
+            tag: 14,
+            position_m: Vec3::x(),
+        }]),
         Reply::Forked(Vec::new()),
         Reply::Snapshot(EncodedFrame(Vec::new()).0),
     ]

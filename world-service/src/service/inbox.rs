@@ -7,7 +7,7 @@ use std::time::Instant;
 use schemas::{Camera, Command, Error, ErrorCode, Lease, Reply, Request, ServiceId, Tenant};
 use schemas::{TickItem, TickResult, WorldId, WorldInfo};
 
-use super::{Answer, Gather, Ids, Seat};
+use super::{Answer, Gather, Ids, Question, Seat};
 
 /// Jobs a shard may have waiting; more are refused with [`ErrorCode::Capacity`].
 pub const JOBS_MAX: usize = 4_096;
@@ -90,6 +90,8 @@ pub enum WorldWork {
     Commands(Vec<Command>),
     /// Pictures of the present frame.
     Capture(Vec<Camera>),
+    /// A look at it.
+    Look(Question),
 }
 
 /// Hands requests to shards. Never waits.
@@ -134,6 +136,13 @@ impl<S: super::Simulation> Dispatcher<S> {
             Request::ForkWorld { world, count, lease } => (world, WorldWork::Fork { count, lease }),
             Request::RunCommands { world, commands } => (world, WorldWork::Commands(commands)),
             Request::Capture { world, cameras } => (world, WorldWork::Capture(cameras)),
+            Request::DescribeActors { world, actors } => {
+                (world, WorldWork::Look(Question::Actors(actors)))
+            }
+            Request::InspectVehicle { world, actor } => {
+                (world, WorldWork::Look(Question::Vehicle(actor)))
+            }
+            Request::CastRays { world, rays } => (world, WorldWork::Look(Question::Rays(rays))),
             other @ (Request::CreateWorld { .. }
             | Request::RestoreWorld { .. }
             | Request::ListMaps) => {

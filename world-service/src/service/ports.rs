@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use schemas::{Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef, RenderJob};
-use schemas::{Reply, Tenant, Tick, WorldId};
+use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
+use schemas::{RenderJob, Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
 
 /// Sends one reply to one asker. Dropped uncalled, the asker hears of an internal error.
 pub type Answer = Box<dyn FnOnce(Reply) + Send>;
@@ -20,6 +20,16 @@ pub struct NewWorld<T> {
     pub dt_secs: f64,
     /// Where.
     pub town: Arc<T>,
+}
+
+/// What can be asked of a world beyond its frame.
+pub enum Question {
+    /// Descriptions of these actors; none named: of all.
+    Actors(Vec<ActorId>),
+    /// Parameters and measurements of a vehicle.
+    Vehicle(ActorId),
+    /// What rays from a point to another meet, world frame, metres.
+    Rays(Vec<(Vec3, Vec3)>),
 }
 
 /// One world as a value. Equal inputs give equal frames.
@@ -53,11 +63,11 @@ pub trait Simulation: Sized + Send + 'static {
     /// Changes the world; refused, it is unchanged.
     fn apply(&mut self, command: &Command) -> CommandReply;
 
-    /// Advances by one tick.
+    /// Advances by one tick of this length, or of the world's own.
     ///
     /// # Errors
     /// The world diverged and must not be used any more.
-    fn tick(&mut self) -> Result<(), Error>;
+    fn tick(&mut self, dt_secs: Option<f64>) -> Result<(), Error>;
 
     /// The state.
     fn frame(&self) -> Frame;
@@ -67,6 +77,18 @@ pub trait Simulation: Sized + Send + 'static {
 
     /// Contacts of the last tick.
     fn collisions(&self) -> &[Collision];
+
+    /// What sensors measured in the last tick, ordered by sensor.
+    fn sensors(&self) -> &[SensorDatum];
+
+    /// Cameras with listeners whose picture of the last tick is due.
+    fn cameras_due(&self) -> &[ActorId];
+
+    /// Looks without changing anything.
+    ///
+    /// # Errors
+    /// What it asks about is not there.
+    fn answer(&self, question: &Question) -> Result<Reply, Error>;
 
     /// Actors in the world.
     fn actor_count(&self) -> usize;

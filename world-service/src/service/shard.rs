@@ -127,6 +127,7 @@ impl<S: Simulation> Shard<S> {
             WorldWork::Commands(commands) => {
                 hosted.with(id, |world| Ok(Reply::CommandReplies(run_commands(world, &commands))))
             }
+            WorldWork::Look(question) => hosted.with(id, |world| world.answer(&question)),
             WorldWork::Capture(cameras) => {
                 match hosted.with(id, |world| render_job(world, tenant, cameras)) {
                     Ok(job) => return outlet.capture(job, answer),

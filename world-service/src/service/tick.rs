@@ -20,10 +20,11 @@ pub(super) fn tick_world<S: Simulation>(
 ) -> Result<TickOutcome, Error> {
     check_tick(world, item)?;
     let replies = run_commands(world, &item.commands);
-    let mut collisions = Vec::new();
+    let (mut collisions, mut sensors) = (Vec::new(), Vec::new());
     let mut frame = None;
     for count in 1..=item.tick_count {
-        world.tick()?;
+        world.tick(item.dt_secs)?;
+        sensors.extend_from_slice(world.sensors());
         if item.tick_count > 1 {
             collisions.extend_from_slice(world.collisions());
         }
@@ -35,7 +36,9 @@ pub(super) fn tick_world<S: Simulation>(
         }
     }
     let frame = frame.unwrap_or_else(|| encode_frame(&world.frame()));
-    Ok(TickOutcome { frame, replies, collisions })
+    let due = item.tick_count > 0;
+    let cameras_due = if due { world.cameras_due().to_vec() } else { Vec::new() };
+    Ok(TickOutcome { frame, replies, collisions, sensors, cameras_due })
 }
 
 /// One reply per command, in order.

@@ -99,15 +99,13 @@ pub(crate) fn car() -> Command {
     let map = roads::Map::parse(MAP, &text).unwrap();
     let spawn = map.spawn_points()[0].cast::<f32>();
     let yaw_rad = schemas::yaw_rad(&spawn);
-    Command::SpawnActor {
-        blueprint: "vehicle.lincoln.mkz".to_owned(),
-        world_from_actor: level_pose(spawn.translation.vector, yaw_rad),
-        linear_velocity_mps: Vec3::new(yaw_rad.cos(), yaw_rad.sin(), 0.0) * 10.0,
-    }
+    let velocity_mps = Vec3::new(yaw_rad.cos(), yaw_rad.sin(), 0.0) * 10.0;
+    let start = level_pose(spawn.translation.vector, yaw_rad);
+    Command::spawn("vehicle.lincoln.mkz", start, velocity_mps)
 }
 
 pub(crate) fn ticks(world: WorldId, tick_count: u32) -> TickItem {
-    TickItem { world, tick_count, commands: Vec::new(), expected_tick: None }
+    TickItem::new(world, tick_count)
 }
 
 pub(crate) fn decoded(frame: &EncodedFrame) -> Frame {

@@ -6,11 +6,13 @@ use std::time::{Duration, Instant};
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame};
 use schemas::{
-    Lease, MapRef, RenderJob, Reply, Tenant, Tick, TickItem, TickOutcome, WorldId, WorldInfo,
+    Lease, MapRef, RenderJob, Reply, SensorDatum, Tenant, Tick, TickItem, TickOutcome, WorldId,
+    WorldInfo,
 };
 use world::{Town, World};
 use world_service::service::{
-    Answer, Gather, Hosted, Ids, Job, NewWorld, Outlet, Seats, Shard, Simulation, WorldWork,
+    Answer, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard, Simulation,
+    WorldWork,
 };
 
 use crate::common::{MAP, car, decoded, tenant, ticks};
@@ -67,9 +69,9 @@ impl Simulation for Fragile {
         self.world.apply(command)
     }
 
-    fn tick(&mut self) -> Result<(), Error> {
+    fn tick(&mut self, dt_secs: Option<f64>) -> Result<(), Error> {
         match self.breaks {
-            None => Simulation::tick(&mut self.world),
+            None => Simulation::tick(&mut self.world, dt_secs),
             Some(Break::Panics) => panic!("a wheel came off"),
             Some(Break::Diverges) => Err(Error::new(ErrorCode::WorldQuarantined, "not a number")),
         }
@@ -85,6 +87,18 @@ impl Simulation for Fragile {
 
     fn collisions(&self) -> &[Collision] {
         self.world.collisions()
+    }
+
+    fn sensors(&self) -> &[SensorDatum] {
+        self.world.sensors()
+    }
+
+    fn cameras_due(&self) -> &[ActorId] {
+        self.world.cameras_due()
+    }
+
+    fn answer(&self, question: &Question) -> Result<Reply, Error> {
+        self.world.answer(question)
     }
 
     fn actor_count(&self) -> usize {

@@ -45,12 +45,10 @@ impl Actor {
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
+        let at_rest =
+            ActorState::at_rest(self.id, blueprint.kind(), type_index, body.world_from_body);
         ActorState {
-            id: self.id,
-            kind: blueprint.kind(),
             gear: vehicle.map_or(0, |state| state.drivetrain.gear),
-            type_index,
-            world_from_actor: body.world_from_body,
             linear_velocity_mps: body.linear_mps,
             angular_velocity_radps: body.angular_radps,
             linear_acceleration_mps2: self.acceleration_mps2,
@@ -59,6 +57,7 @@ impl Actor {
             control: vehicle.map_or_else(Default::default, |state| state.control),
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
+            ..at_rest
         }
     }
 

@@ -19,7 +19,7 @@ impl World {
     /// Says what was wanted and what was found; the world is unchanged.
     pub fn apply(&mut self, command: &Command) -> CommandReply {
         match command {
-            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps } => {
+            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps, .. } => {
                 self.spawn(blueprint, world_from_actor, *linear_velocity_mps).map(Some)
             }
             Command::DestroyActor { actor } => self.destroy(*actor).map(|()| None),
@@ -36,6 +36,8 @@ impl World {
                 self.set_pose(*actor, world_from_actor).map(|()| None)
             }
             Command::SetWeather { weather } => self.set_weather(*weather).map(|()| None),
+            other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
+                .found(format!("{other:?}"))),
         }
     }
 
@@ -83,14 +85,17 @@ impl World {
     fn set_velocity(
         &mut self,
         id: ActorId,
-        linear_mps: Vec3,
-        angular_radps: Vec3,
+        linear_mps: Option<Vec3>,
+        angular_radps: Option<Vec3>,
     ) -> Result<(), Error> {
-        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
-        check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
-        let forward = self.state.physics.state(actor.body).world_from_body.rotation * Vec3::x();
+        let body = self.state.physics.state(actor.body);
+        let linear_mps = linear_mps.unwrap_or(body.linear_mps);
+        let angular_radps = angular_radps.unwrap_or(body.angular_radps);
+        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
+        let forward = body.world_from_body.rotation * Vec3::x();
         if let Some((spec, vehicle)) = actor.vehicle_mut() {
             vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
         }

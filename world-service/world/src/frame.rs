@@ -33,6 +33,8 @@ impl World {
             types,
             actors,
             collisions: self.state.collisions.clone(),
+            traffic_lights: Vec::new(),
+            sim_secs: self.state.tick.0 as f64 * self.state.dt_secs,
         }
     }
 

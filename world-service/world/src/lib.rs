@@ -21,11 +21,7 @@
 //! let map = Arc::new(Town::new(Arc::new(roads)));
 //! let id = WorldId::new(1).unwrap();
 //! let mut world = World::new(WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map }).unwrap();
-//! let car = world.apply(&Command::SpawnActor {
-//!     blueprint: "vehicle.lincoln.mkz".to_owned(),
-//!     world_from_actor: start,
-//!     linear_velocity_mps: Vec3::zeros(),
-//! });
+//! let car = world.apply(&Command::spawn("vehicle.lincoln.mkz", start, Vec3::zeros()));
 //! assert_eq!(car.unwrap().unwrap().get(), 1);
 //! world.tick().unwrap();
 //! assert_eq!(world.frame().actors.len(), 1);
@@ -39,6 +35,7 @@ mod check;
 mod collision;
 mod command;
 mod convert;
+mod describe;
 mod fallen;
 mod frame;
 mod ground;

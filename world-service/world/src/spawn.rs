@@ -125,7 +125,7 @@ impl World {
         let state = &mut self.state;
         let palette = match blueprint.kind() {
             ActorKind::Vehicle => &PAINTS_RGB,
-            ActorKind::Walker | ActorKind::Prop => &CLOTHES_RGB,
+            _ => &CLOTHES_RGB,
         };
         let colour_rgb = state.rng.choose(palette).copied().unwrap_or(0);
         let (body, vehicle) = match blueprint.body {

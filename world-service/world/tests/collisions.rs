@@ -133,11 +133,11 @@ fn nothing_can_be_spawned_into_another_actor_or_a_wall() {
     car(&mut world, 0.0, 0.0);
     for (x_m, y_m) in [(1.0, LANE_Y_M), (600.0, 0.0)] {
         let refusal = world
-            .apply(&Command::SpawnActor {
-                blueprint: "vehicle.audi.tt".to_owned(),
-                world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.3), 0.0),
-                linear_velocity_mps: Vec3::zeros(),
-            })
+            .apply(&Command::spawn(
+                "vehicle.audi.tt",
+                level_pose(Vec3::new(x_m, y_m, 0.3), 0.0),
+                Vec3::zeros(),
+            ))
             .unwrap_err();
         assert_eq!(refusal.code, ErrorCode::SpawnBlocked);
     }

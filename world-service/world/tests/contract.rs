@@ -73,11 +73,8 @@ fn commands_for_nobody_or_the_wrong_kind_are_refused() {
     let pilot =
         Command::SetPilot { actor: walker, mode: PilotMode::KeepLane, target_speed_mps: None };
     assert_eq!(refusal(&mut world, &pilot), ErrorCode::InvalidArgument);
-    let spawn = Command::SpawnActor {
-        blueprint: "vehicle.of.nobody".to_owned(),
-        world_from_actor: level_pose(Vec3::new(9.0, 0.0, 0.0), 0.0),
-        linear_velocity_mps: Vec3::zeros(),
-    };
+    let pose = level_pose(Vec3::new(9.0, 0.0, 0.0), 0.0);
+    let spawn = Command::spawn("vehicle.of.nobody", pose, Vec3::zeros());
     assert_eq!(refusal(&mut world, &spawn), ErrorCode::UnknownBlueprint);
 }
 
@@ -96,8 +93,8 @@ fn numbers_outside_of_their_domain_are_refused() {
     for x_m in [f32::NAN, 2.0e5] {
         let world_from_actor = level_pose(Vec3::new(x_m, 0.0, 0.0), 0.0);
         commands.push(Command::SetPose { actor, world_from_actor });
-        let linear_mps = Vec3::new(x_m, 0.0, 0.0);
-        commands.push(Command::SetVelocity { actor, linear_mps, angular_radps: Vec3::zeros() });
+        let linear_mps = Some(Vec3::new(x_m, 0.0, 0.0));
+        commands.push(Command::SetVelocity { actor, linear_mps, angular_radps: None });
     }
     for command in commands {
         assert_eq!(refusal(&mut world, &command), ErrorCode::InvalidArgument, "{command:?}");
@@ -120,7 +117,8 @@ fn velocities_and_poses_can_be_set() {
     let actor = car(&mut world, 0.0, 0.0);
     run(&mut world, 60);
     let linear_mps = Vec3::new(10.0, 0.0, 0.0);
-    world.apply(&Command::SetVelocity { actor, linear_mps, angular_radps: Vec3::zeros() }).unwrap();
+    let linear_mps = Some(linear_mps);
+    world.apply(&Command::SetVelocity { actor, linear_mps, angular_radps: None }).unwrap();
     run(&mut world, 20);
     assert!((speed_mps(&world, actor) - 10.0).abs() < 0.6, "the wheels roll along");
     let world_from_actor = level_pose(Vec3::new(100.0, -5.25, 0.4), 0.0);

@@ -138,11 +138,7 @@ fn command() -> impl Strategy<Value = Command> {
     let spawn = (blueprint, 0.0f32..40.0, -9.0f32..6.0, -3.2f32..3.2, -5.0f32..25.0).prop_map(
         |(blueprint, x_m, y_m, yaw_rad, forward_mps)| {
             let pose = level_pose(Vec3::new(x_m, y_m, 0.5), yaw_rad);
-            Command::SpawnActor {
-                blueprint: blueprint.to_owned(),
-                world_from_actor: pose,
-                linear_velocity_mps: pose.rotation * Vec3::new(forward_mps, 0.0, 0.0),
-            }
+            Command::spawn(blueprint, pose, pose.rotation * Vec3::new(forward_mps, 0.0, 0.0))
         },
     );
     let drive = (actor.clone(), number.clone(), number.clone(), any::<bool>(), any::<bool>())
@@ -154,6 +150,7 @@ fn command() -> impl Strategy<Value = Command> {
                 brake: (-pedal).max(0.0),
                 hand_brake,
                 reverse,
+                ..VehicleControl::default()
             },
         });
     let mode = prop_oneof![
@@ -166,7 +163,11 @@ fn command() -> impl Strategy<Value = Command> {
     );
     let velocity = (actor.clone(), number.clone(), number).prop_map(|(actor, x, z)| {
         let linear_mps = Vec3::new(20.0 * x, 0.0, 3.0 * z);
-        Command::SetVelocity { actor, linear_mps, angular_radps: Vec3::zeros() }
+        Command::SetVelocity {
+            actor,
+            linear_mps: Some(linear_mps),
+            angular_radps: Some(Vec3::zeros()),
+        }
     });
     let pose = (actor.clone(), 0.0f32..40.0, -9.0f32..6.0, 0.0f32..3.0).prop_map(
         |(actor, x_m, y_m, z_m)| Command::SetPose {

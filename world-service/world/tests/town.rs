@@ -88,11 +88,7 @@ fn a_car_that_leaves_the_road_hits_a_house_and_not_the_ground() {
     let start = fronts.into_iter().find_map(|(centre, out, half_m)| {
         let place = centre + out * (half_m + 6.0);
         let pose = level_pose(Vec3::new(place.x, place.y, 0.3), (-out.y).atan2(-out.x));
-        let spawn = Command::SpawnActor {
-            blueprint: "vehicle.lincoln.mkz".to_owned(),
-            world_from_actor: pose,
-            linear_velocity_mps: -out * 10.0,
-        };
+        let spawn = Command::spawn("vehicle.lincoln.mkz", pose, -out * 10.0);
         world.apply(&spawn).ok().flatten()
     });
     let car = start.expect("some house has room in front of it");

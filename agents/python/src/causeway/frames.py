@@ -14,15 +14,19 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from causeway.wire import ActorKind, ActorState, Collision, Weather
+from causeway.wire import ActorKind, ActorState, Collision, TrafficLightState, Weather
 from causeway.wire import Frame as FrameTable
 
 IDENTIFIER = b"CWFR"
 
-#: Value of ``actors["kind"]`` for vehicles, walkers and props.
+#: Values of ``actors["kind"]``.
 VEHICLE = ActorKind.ActorKind.Vehicle
 WALKER = ActorKind.ActorKind.Walker
 PROP = ActorKind.ActorKind.Prop
+TRAFFIC_LIGHT = ActorKind.ActorKind.TrafficLight
+TRAFFIC_SIGN = ActorKind.ActorKind.TrafficSign
+SENSOR = ActorKind.ActorKind.Sensor
+MARKER = ActorKind.ActorKind.Marker
 
 _VECTOR = ("<f4", (3,))
 
@@ -32,10 +36,28 @@ POSE_DTYPE = np.dtype([("position_m", *_VECTOR), ("orientation", "<f4", (4,))])
 #: CARLA's controls with ISO 8855 signs: steer -1 is full right, 1 full left.
 VEHICLE_CONTROL_DTYPE = np.dtype(
     {
-        "names": ["throttle", "steer", "brake", "hand_brake", "reverse"],
-        "formats": ["<f4", "<f4", "<f4", "?", "?"],
-        "offsets": [0, 4, 8, 12, 13],
+        "names": [
+            "throttle",
+            "steer",
+            "brake",
+            "hand_brake",
+            "reverse",
+            "manual_gear",
+            "gear",
+        ],
+        "formats": ["<f4", "<f4", "<f4", "?", "?", "?", "i1"],
+        "offsets": [0, 4, 8, 12, 13, 14, 15],
         "itemsize": 16,
+    }
+)
+
+#: How a pedestrian wants to move: a unit vector in the world, or zero to stand.
+WALKER_CONTROL_DTYPE = np.dtype(
+    {
+        "names": ["direction_in_world", "speed_mps", "jump"],
+        "formats": [_VECTOR, "<f4", "?"],
+        "offsets": [0, 12, 16],
+        "itemsize": 20,
     }
 )
 
@@ -55,7 +77,35 @@ ACTOR_STATE_DTYPE = np.dtype(
         ("control", VEHICLE_CONTROL_DTYPE),
         ("road_wheel_rad", "<f4"),
         ("colour_rgb", "<u4"),
+        ("parent", "<u4"),
+        ("lights", "<u4"),
+        ("doors", "u1"),
+        ("failure", "u1"),
+        ("_padding", "V2"),
+        ("speed_limit_mps", "<f4"),
+        ("traffic_light", "<u4"),
+        ("walker", WALKER_CONTROL_DTYPE),
+        ("gait_rad", "<f4"),
     ]
+)
+
+#: What one traffic light shows; ``colour`` is a value of ``TrafficLightColour``.
+TRAFFIC_LIGHT_STATE_DTYPE = np.dtype(
+    {
+        "names": [
+            "actor",
+            "colour",
+            "group",
+            "frozen",
+            "elapsed_secs",
+            "green_secs",
+            "yellow_secs",
+            "red_secs",
+        ],
+        "formats": ["<u4", "u1", "<u2", "?", "<f4", "<f4", "<f4", "<f4"],
+        "offsets": [0, 4, 6, 8, 12, 16, 20, 24],
+        "itemsize": 28,
+    }
 )
 
 #: One contact that pushed during the tick; ``other`` is 0 for static scenery.
@@ -101,6 +151,11 @@ WEATHER_DTYPE = np.dtype(
 for _name, _dtype, _bytes in (
     ("ActorState", ACTOR_STATE_DTYPE, ActorState.ActorState.SizeOf()),
     ("Collision", COLLISION_DTYPE, Collision.Collision.SizeOf()),
+    (
+        "TrafficLightState",
+        TRAFFIC_LIGHT_STATE_DTYPE,
+        TrafficLightState.TrafficLightState.SizeOf(),
+    ),
     ("Weather", WEATHER_DTYPE, Weather.Weather.SizeOf()),
 ):
     if _dtype.itemsize != _bytes:
@@ -121,6 +176,7 @@ class Frame:
     tick: int
     #: Changes when a new process owns the world.
     epoch: int
+    #: Length of the last tick, or of the next one at tick 0.
     dt_secs: float
     #: Equal for equal states, bit for bit.
     state_hash: int
@@ -136,11 +192,10 @@ class Frame:
     actors: NDArray[np.void]
     #: :data:`COLLISION_DTYPE`, shape ``(M,)``, ordered by (actor, other).
     collisions: NDArray[np.void]
-
-    @property
-    def time_secs(self) -> float:
-        """Simulated seconds since tick 0."""
-        return self.tick * self.dt_secs
+    #: :data:`TRAFFIC_LIGHT_STATE_DTYPE`, shape ``(L,)``, ordered by actor.
+    traffic_lights: NDArray[np.void]
+    #: Simulated seconds since tick 0.
+    time_secs: float
 
     def speeds_mps(self) -> NDArray[np.float32]:
         """Speed of every actor, shape ``(N,)``, metres per second, never negative."""
@@ -175,7 +230,8 @@ def decode(buffer: Buffer) -> Frame:
 def _decode(data: memoryview) -> Frame:
     table = FrameTable.Frame.GetRootAs(data)
     map_ref, weather = table.Map(), table.Weather()
-    if map_ref is None or weather is None or table.ActorsIsNone() or table.CollisionsIsNone():
+    vectors = (table.ActorsIsNone(), table.CollisionsIsNone(), table.TrafficLightsIsNone())
+    if map_ref is None or weather is None or any(vectors):
         raise ValueError("a damaged frame: a required field is missing")
     # A damaged length must not make us allocate or loop beyond what the message can hold.
     type_count = min(table.TypesLength(), len(data) // 4)
@@ -184,6 +240,9 @@ def _decode(data: memoryview) -> Frame:
     if len(actors) and int(actors["type_index"].max()) >= len(types):
         raise ValueError(f"a damaged frame: an actor of a type beyond its {len(types)} types")
     collisions = _array(data, COLLISION_DTYPE, table.Collisions(0), table.CollisionsLength())
+    lights = _array(
+        data, TRAFFIC_LIGHT_STATE_DTYPE, table.TrafficLights(0), table.TrafficLightsLength()
+    )
     return Frame(
         world=table.World(),
         tick=table.Tick(),
@@ -197,6 +256,8 @@ def _decode(data: memoryview) -> Frame:
         types=types,
         actors=actors,
         collisions=collisions,
+        traffic_lights=lights,
+        time_secs=table.SimSecs(),
     )
 
 

@@ -69,11 +69,8 @@ pub fn world() -> World {
 }
 
 pub fn spawn_at(world: &mut World, blueprint: &str, pose: Pose, forward_mps: f32) -> ActorId {
-    let command = Command::SpawnActor {
-        blueprint: blueprint.to_owned(),
-        world_from_actor: pose,
-        linear_velocity_mps: pose.rotation * Vec3::new(forward_mps, 0.0, 0.0),
-    };
+    let velocity_mps = pose.rotation * Vec3::new(forward_mps, 0.0, 0.0);
+    let command = Command::spawn(blueprint, pose, velocity_mps);
     world.apply(&command).unwrap().unwrap()
 }
 

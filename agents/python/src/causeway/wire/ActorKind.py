@@ -6,3 +6,8 @@ class ActorKind(object):
     Vehicle = 0
     Walker = 1
     Prop = 2
+    TrafficLight = 3
+    TrafficSign = 4
+    Sensor = 5
+    # Bodyless things that clients keep in the world: controllers, triggers, the spectator.
+    Marker = 6

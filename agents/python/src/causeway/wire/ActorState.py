@@ -12,7 +12,7 @@ class ActorState(object):
 
     @classmethod
     def SizeOf(cls):
-        return 120
+        return 164
 
     # ActorState
     def Init(self, buf, pos):
@@ -74,13 +74,56 @@ class ActorState(object):
     # Paint, 0xRRGGBB.
     # ActorState
     def ColourRgb(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(116))
+    # The actor it is attached to; 0 for none.
+    # ActorState
+    def Parent(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(120))
+    # CARLA's `VehicleLightState` flags.
+    # ActorState
+    def Lights(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(124))
+    # Open doors, one bit each: front left, front right, rear left, rear right, hood, trunk.
+    # ActorState
+    def Doors(self): return self._tab.Get(flatbuffers.number_types.Uint8Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(128))
+    # ActorState
+    def Failure(self): return self._tab.Get(flatbuffers.number_types.Uint8Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(129))
+    # Of the road under a vehicle; 0 where none is posted.
+    # ActorState
+    def SpeedLimitMps(self): return self._tab.Get(flatbuffers.number_types.Float32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(132))
+    # The traffic light in whose trigger box a vehicle is; 0 for none.
+    # ActorState
+    def TrafficLight(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(136))
+    # Zero for anything but walkers.
+    # ActorState
+    def Walker(self, obj):
+        obj.Init(self._tab.Bytes, self._tab.Pos + 140)
+        return obj
 
-def CreateActorState(builder, id, kind, gear, typeIndex, worldFromActor_positionM_x, worldFromActor_positionM_y, worldFromActor_positionM_z, worldFromActor_orientation_x, worldFromActor_orientation_y, worldFromActor_orientation_z, worldFromActor_orientation_w, linearVelocityInWorldMps_x, linearVelocityInWorldMps_y, linearVelocityInWorldMps_z, angularVelocityInWorldRadps_x, angularVelocityInWorldRadps_y, angularVelocityInWorldRadps_z, linearAccelerationInWorldMps2_x, linearAccelerationInWorldMps2_y, linearAccelerationInWorldMps2_z, boxCentreInActorM_x, boxCentreInActorM_y, boxCentreInActorM_z, boxHalfExtentM_x, boxHalfExtentM_y, boxHalfExtentM_z, control_throttle, control_steer, control_brake, control_handBrake, control_reverse, roadWheelRad, colourRgb):
-    builder.Prep(4, 120)
+    # Phase of the walk cycle.
+    # ActorState
+    def GaitRad(self): return self._tab.Get(flatbuffers.number_types.Float32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(160))
+
+def CreateActorState(builder, id, kind, gear, typeIndex, worldFromActor_positionM_x, worldFromActor_positionM_y, worldFromActor_positionM_z, worldFromActor_orientation_x, worldFromActor_orientation_y, worldFromActor_orientation_z, worldFromActor_orientation_w, linearVelocityInWorldMps_x, linearVelocityInWorldMps_y, linearVelocityInWorldMps_z, angularVelocityInWorldRadps_x, angularVelocityInWorldRadps_y, angularVelocityInWorldRadps_z, linearAccelerationInWorldMps2_x, linearAccelerationInWorldMps2_y, linearAccelerationInWorldMps2_z, boxCentreInActorM_x, boxCentreInActorM_y, boxCentreInActorM_z, boxHalfExtentM_x, boxHalfExtentM_y, boxHalfExtentM_z, control_throttle, control_steer, control_brake, control_handBrake, control_reverse, control_manualGear, control_gear, roadWheelRad, colourRgb, parent, lights, doors, failure, speedLimitMps, trafficLight, walker_directionInWorld_x, walker_directionInWorld_y, walker_directionInWorld_z, walker_speedMps, walker_jump, gaitRad):
+    builder.Prep(4, 164)
+    builder.PrependFloat32(gaitRad)
+    builder.Prep(4, 20)
+    builder.Pad(3)
+    builder.PrependBool(walker_jump)
+    builder.PrependFloat32(walker_speedMps)
+    builder.Prep(4, 12)
+    builder.PrependFloat32(walker_directionInWorld_z)
+    builder.PrependFloat32(walker_directionInWorld_y)
+    builder.PrependFloat32(walker_directionInWorld_x)
+    builder.PrependUint32(trafficLight)
+    builder.PrependFloat32(speedLimitMps)
+    builder.Pad(2)
+    builder.PrependUint8(failure)
+    builder.PrependUint8(doors)
+    builder.PrependUint32(lights)
+    builder.PrependUint32(parent)
     builder.PrependUint32(colourRgb)
     builder.PrependFloat32(roadWheelRad)
     builder.Prep(4, 16)
-    builder.Pad(2)
+    builder.PrependInt8(control_gear)
+    builder.PrependBool(control_manualGear)
     builder.PrependBool(control_reverse)
     builder.PrependBool(control_handBrake)
     builder.PrependFloat32(control_brake)

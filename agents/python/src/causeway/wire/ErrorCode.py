@@ -19,3 +19,5 @@ class ErrorCode(object):
     RendererUnavailable = 13
     Unreachable = 14
     TimedOut = 15
+    # Understood, but nothing here can do it.
+    Unsupported = 16

@@ -51,6 +51,7 @@ class Frame(object):
             return self._tab.Get(flatbuffers.number_types.Uint64Flags, o + self._tab.Pos)
         return 0
 
+    # Length of the last tick, or of the next one at tick 0.
     # Frame
     def DtSecs(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
@@ -121,7 +122,7 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
         if o != 0:
             x = self._tab.Vector(o)
-            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 120
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 164
             from causeway.wire.ActorState import ActorState
             obj = ActorState()
             obj.Init(self._tab.Bytes, x)
@@ -165,8 +166,41 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(24))
         return o == 0
 
+    # Ordered by actor.
+    # Frame
+    def TrafficLights(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(26))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 28
+            from causeway.wire.TrafficLightState import TrafficLightState
+            obj = TrafficLightState()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def TrafficLightsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(26))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def TrafficLightsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(26))
+        return o == 0
+
+    # Simulated time since tick 0.
+    # Frame
+    def SimSecs(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(28))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Float64Flags, o + self._tab.Pos)
+        return 0.0
+
 def FrameStart(builder):
-    builder.StartObject(11)
+    builder.StartObject(13)
 
 def Start(builder):
     FrameStart(builder)
@@ -238,7 +272,7 @@ def AddActors(builder, actors):
     FrameAddActors(builder, actors)
 
 def FrameStartActorsVector(builder, numElems):
-    return builder.StartVector(120, numElems, 4)
+    return builder.StartVector(164, numElems, 4)
 
 def StartActorsVector(builder, numElems: int) -> int:
     return FrameStartActorsVector(builder, numElems)
@@ -254,6 +288,24 @@ def FrameStartCollisionsVector(builder, numElems):
 
 def StartCollisionsVector(builder, numElems: int) -> int:
     return FrameStartCollisionsVector(builder, numElems)
+
+def FrameAddTrafficLights(builder, trafficLights):
+    builder.PrependUOffsetTRelativeSlot(11, flatbuffers.number_types.UOffsetTFlags.py_type(trafficLights), 0)
+
+def AddTrafficLights(builder, trafficLights):
+    FrameAddTrafficLights(builder, trafficLights)
+
+def FrameStartTrafficLightsVector(builder, numElems):
+    return builder.StartVector(28, numElems, 4)
+
+def StartTrafficLightsVector(builder, numElems: int) -> int:
+    return FrameStartTrafficLightsVector(builder, numElems)
+
+def FrameAddSimSecs(builder, simSecs):
+    builder.PrependFloat64Slot(12, simSecs, 0.0)
+
+def AddSimSecs(builder, simSecs):
+    FrameAddSimSecs(builder, simSecs)
 
 def FrameEnd(builder):
     return builder.EndObject()

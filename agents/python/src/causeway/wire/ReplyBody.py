@@ -14,3 +14,6 @@ class ReplyBody(object):
     Forked = 8
     Ticked = 9
     Images = 10
+    Actors = 11
+    Vehicle = 12
+    RayHits = 13

@@ -14,3 +14,6 @@ class RequestBody(object):
     RunCommands = 8
     TickWorlds = 9
     Capture = 10
+    DescribeActors = 11
+    InspectVehicle = 12
+    CastRays = 13

@@ -6,6 +6,7 @@ import flatbuffers
 from flatbuffers.compat import import_numpy
 np = import_numpy()
 
+# What is absent stays.
 class SetVelocity(object):
     __slots__ = ['_tab']
 

@@ -36,6 +36,7 @@ class SpawnActor(object):
             return self._tab.String(o + self._tab.Pos)
         return None
 
+    # In the parent's frame when there is a parent.
     # SpawnActor
     def WorldFromActor(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(6))
@@ -58,8 +59,49 @@ class SpawnActor(object):
             return obj
         return None
 
+    # Those that differ from the blueprint's defaults.
+    # SpawnActor
+    def Attributes(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 4
+            x = self._tab.Indirect(x)
+            from causeway.wire.Attribute import Attribute
+            obj = Attribute()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # SpawnActor
+    def AttributesLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # SpawnActor
+    def AttributesIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        return o == 0
+
+    # 0: not attached.
+    # SpawnActor
+    def Parent(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
+        return 0
+
+    # SpawnActor
+    def Attachment(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
+        return 0
+
 def SpawnActorStart(builder):
-    builder.StartObject(3)
+    builder.StartObject(6)
 
 def Start(builder):
     SpawnActorStart(builder)
@@ -81,6 +123,30 @@ def SpawnActorAddLinearVelocityInWorldMps(builder, linearVelocityInWorldMps):
 
 def AddLinearVelocityInWorldMps(builder, linearVelocityInWorldMps):
     SpawnActorAddLinearVelocityInWorldMps(builder, linearVelocityInWorldMps)
+
+def SpawnActorAddAttributes(builder, attributes):
+    builder.PrependUOffsetTRelativeSlot(3, flatbuffers.number_types.UOffsetTFlags.py_type(attributes), 0)
+
+def AddAttributes(builder, attributes):
+    SpawnActorAddAttributes(builder, attributes)
+
+def SpawnActorStartAttributesVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartAttributesVector(builder, numElems: int) -> int:
+    return SpawnActorStartAttributesVector(builder, numElems)
+
+def SpawnActorAddParent(builder, parent):
+    builder.PrependUint32Slot(4, parent, 0)
+
+def AddParent(builder, parent):
+    SpawnActorAddParent(builder, parent)
+
+def SpawnActorAddAttachment(builder, attachment):
+    builder.PrependUint8Slot(5, attachment, 0)
+
+def AddAttachment(builder, attachment):
+    SpawnActorAddAttachment(builder, attachment)
 
 def SpawnActorEnd(builder):
     return builder.EndObject()

@@ -77,8 +77,16 @@ class TickItem(object):
             return self._tab.Get(flatbuffers.number_types.Uint64Flags, o + self._tab.Pos)
         return None
 
+    # Length of these ticks; absent: the world's own.
+    # TickItem
+    def DtSecs(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Float64Flags, o + self._tab.Pos)
+        return None
+
 def TickItemStart(builder):
-    builder.StartObject(4)
+    builder.StartObject(5)
 
 def Start(builder):
     TickItemStart(builder)
@@ -112,6 +120,12 @@ def TickItemAddExpectedTick(builder, expectedTick):
 
 def AddExpectedTick(builder, expectedTick):
     TickItemAddExpectedTick(builder, expectedTick)
+
+def TickItemAddDtSecs(builder, dtSecs):
+    builder.PrependFloat64Slot(4, dtSecs, None)
+
+def AddDtSecs(builder, dtSecs):
+    TickItemAddDtSecs(builder, dtSecs)
 
 def TickItemEnd(builder):
     return builder.EndObject()

@@ -132,8 +132,62 @@ class TickResult(object):
             return obj
         return None
 
+    # Of every tick of this request, ordered by tick and sensor.
+    # TickResult
+    def Sensors(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 4
+            x = self._tab.Indirect(x)
+            from causeway.wire.SensorDatum import SensorDatum
+            obj = SensorDatum()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # TickResult
+    def SensorsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # TickResult
+    def SensorsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))
+        return o == 0
+
+    # Cameras with listeners whose picture of the last tick is due.
+    # TickResult
+    def CamerasDue(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            a = self._tab.Vector(o)
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, a + flatbuffers.number_types.UOffsetTFlags.py_type(j * 4))
+        return 0
+
+    # TickResult
+    def CamerasDueAsNumpy(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return self._tab.GetVectorAsNumpy(flatbuffers.number_types.Uint32Flags, o)
+        return 0
+
+    # TickResult
+    def CamerasDueLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # TickResult
+    def CamerasDueIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        return o == 0
+
 def TickResultStart(builder):
-    builder.StartObject(5)
+    builder.StartObject(7)
 
 def Start(builder):
     TickResultStart(builder)
@@ -192,6 +246,30 @@ def TickResultAddError(builder, error):
 
 def AddError(builder, error):
     TickResultAddError(builder, error)
+
+def TickResultAddSensors(builder, sensors):
+    builder.PrependUOffsetTRelativeSlot(5, flatbuffers.number_types.UOffsetTFlags.py_type(sensors), 0)
+
+def AddSensors(builder, sensors):
+    TickResultAddSensors(builder, sensors)
+
+def TickResultStartSensorsVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartSensorsVector(builder, numElems: int) -> int:
+    return TickResultStartSensorsVector(builder, numElems)
+
+def TickResultAddCamerasDue(builder, camerasDue):
+    builder.PrependUOffsetTRelativeSlot(6, flatbuffers.number_types.UOffsetTFlags.py_type(camerasDue), 0)
+
+def AddCamerasDue(builder, camerasDue):
+    TickResultAddCamerasDue(builder, camerasDue)
+
+def TickResultStartCamerasDueVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartCamerasDueVector(builder, numElems: int) -> int:
+    return TickResultStartCamerasDueVector(builder, numElems)
 
 def TickResultEnd(builder):
     return builder.EndObject()

@@ -31,10 +31,17 @@ class VehicleControl(object):
     def HandBrake(self): return self._tab.Get(flatbuffers.number_types.BoolFlags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(12))
     # VehicleControl
     def Reverse(self): return self._tab.Get(flatbuffers.number_types.BoolFlags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(13))
+    # True: `gear` is engaged, whatever the engine's speed.
+    # VehicleControl
+    def ManualGear(self): return self._tab.Get(flatbuffers.number_types.BoolFlags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(14))
+    # -1 reverse, 0 neutral.
+    # VehicleControl
+    def Gear(self): return self._tab.Get(flatbuffers.number_types.Int8Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(15))
 
-def CreateVehicleControl(builder, throttle, steer, brake, handBrake, reverse):
+def CreateVehicleControl(builder, throttle, steer, brake, handBrake, reverse, manualGear, gear):
     builder.Prep(4, 16)
-    builder.Pad(2)
+    builder.PrependInt8(gear)
+    builder.PrependBool(manualGear)
     builder.PrependBool(reverse)
     builder.PrependBool(handBrake)
     builder.PrependFloat32(brake)
