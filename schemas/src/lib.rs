@@ -26,6 +26,7 @@ mod generated;
 mod geometry;
 mod ids;
 mod request;
+mod semantics;
 
 pub mod carla;
 pub mod keys;
@@ -33,7 +34,7 @@ pub mod limits;
 pub mod wire;
 
 pub use alive::{Alive, ServiceKind};
-pub use camera::{Camera, Image, ImageEncoding, ImageKind, RenderJob};
+pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
 pub use error::{Error, ErrorCode};
 pub use frame::{ActorKind, ActorState, Collision, Frame, MapRef, VehicleControl, Weather};
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
@@ -42,3 +43,4 @@ pub use request::{
     Command, CommandReply, EncodedFrame, Images, Lease, PilotMode, Reply, Request, TickItem,
     TickOutcome, TickResult, WorldInfo,
 };
+pub use semantics::{SemanticTag, TagId};
