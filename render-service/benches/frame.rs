@@ -1,4 +1,5 @@
 //! How long does one picture of a town take, by size, alone and when eight are asked for together?
+//! And by kind, each alone and the four of geometry at one pose?
 //!
 //! The scene is a street of the built-in town with twelve cars and twelve people. Times are per
 //! request; for eight together the throughput line gives pictures per second. JPEG included.
@@ -36,8 +37,39 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         group.finish();
     }
+    let mut group = criterion.benchmark_group("kind/640x360");
+    let all = [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals];
+    let [depth, semantic, instance, normals] = all;
+    let cases: [(&str, &[ImageKind]); 6] = [
+        ("rgb", &[ImageKind::Rgb]),
+        ("depth", &[depth]),
+        ("semantic", &[semantic]),
+        ("instance", &[instance]),
+        ("normals", &[normals]),
+        ("all four of geometry", &all),
+    ];
+    for (name, kinds) in cases {
+        let job = of_kinds(job(&map, 0, (640, 360)), kinds);
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| black_box(renderer.render(&[(Arc::clone(&town), black_box(&job))])));
+        });
+    }
+    group.finish();
     criterion.final_summary();
     Ok(())
+}
+
+/// The job with one camera of each kind in the place of its own; colour raw.
+fn of_kinds(mut job: RenderJob, kinds: &[ImageKind]) -> RenderJob {
+    let of_kind = |kind: ImageKind, camera: &Camera| Camera {
+        kind,
+        encoding: kind.encodings().last().copied().unwrap_or(camera.encoding),
+        ..camera.clone()
+    };
+    let cameras = std::mem::take(&mut job.cameras);
+    let pairs = cameras.iter().flat_map(|camera| kinds.iter().map(move |kind| (kind, camera)));
+    job.cameras = pairs.map(|(kind, camera)| of_kind(*kind, camera)).collect();
+    job
 }
 
 /// A street of the town, seen by a car at one of its spawn points.

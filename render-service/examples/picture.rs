@@ -1,6 +1,7 @@
 //! Draws a street of a town into a JPEG file:
-//! `cargo run --release -p render-service --example picture -- TOWN FILE SPAWN_POINT WEATHER VIEW`,
-//! e.g. `Town10HD_Opt picture.jpg 0 sunset above`. Everything may be left out from the right.
+//! `cargo run --release -p render-service --example picture -- TOWN FILE SPAWN_POINT WEATHER VIEW KIND`,
+//! e.g. `Town10HD_Opt picture.jpg 0 sunset above rgb`. Everything may be left out from the right.
+//! Kinds are `rgb`, `depth`, `semantic`, `instance`, `normals`; all but the first are made visible.
 
 use std::error::Error;
 use std::f32::consts::{FRAC_PI_2, PI};
@@ -9,9 +10,10 @@ use std::time::Instant;
 
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
     RenderJob, Tick, UnitQuaternion, Vec3, VehicleControl, Weather, WorldId, level_pose,
 };
+use turbojpeg::{PixelFormat, Subsamp};
 
 /// Id of the car that carries the camera.
 const EGO: u32 = 50;
@@ -29,14 +31,47 @@ const CARS: [Car; 7] = [
     (60.0, 3.5, 0.0, "vehicle.carlamotors.carlacola", [2.6, 1.3, 1.23], 0xc02020),
 ];
 
+/// One of every class: blueprint, half size of the box, paint.
+const PARADE: [(&str, [f32; 3], u32); 24] = [
+    ("vehicle.lincoln.mkz_2020", [2.46, 0.93, 0.74], 0x7a1f2b),
+    ("vehicle.audi.tt", [2.09, 0.99, 0.69], 0xc8c8cc),
+    ("vehicle.mini.cooper_s_2021", [2.28, 1.05, 0.88], 0x1f5c3a),
+    ("vehicle.micro.microlino", [1.1, 0.74, 0.69], 0xe0d040),
+    ("vehicle.jeep.wrangler_rubicon", [1.93, 0.95, 0.94], 0x3a4a2a),
+    ("vehicle.tesla.cybertruck", [3.14, 1.2, 1.04], 0xa8acb0),
+    ("vehicle.dodge.charger_police", [2.49, 1.02, 0.77], 0xe8e8e8),
+    ("vehicle.ford.crown", [2.68, 0.9, 0.79], 0xd8b020),
+    ("vehicle.ford.ambulance", [3.18, 1.18, 1.22], 0xf0f0f0),
+    ("vehicle.volkswagen.t2", [2.24, 1.03, 1.02], 0x3a70a0),
+    ("vehicle.carlamotors.firetruck", [4.23, 1.45, 1.91], 0xb01010),
+    ("vehicle.carlamotors.european_hgv", [3.97, 1.45, 1.73], 0x2a4d80),
+    ("vehicle.mitsubishi.fusorosa", [5.14, 1.97, 2.13], 0xd0d4d8),
+    ("vehicle.harley-davidson.low_rider", [1.18, 0.38, 0.65], 0x101018),
+    ("vehicle.bh.crossbike", [0.74, 0.43, 0.75], 0xc02020),
+    ("vehicle.vespa.zx125", [0.91, 0.43, 0.75], 0x60a0a0),
+    ("static.prop.trafficcone01", [0.2, 0.2, 0.4], 0),
+    ("static.prop.streetbarrier", [0.2, 0.8, 0.5], 0),
+    ("static.prop.barrel", [0.3, 0.3, 0.45], 0),
+    ("static.prop.bench01", [0.3, 0.9, 0.45], 0),
+    ("static.prop.busstop", [1.0, 2.0, 1.3], 0),
+    ("static.prop.trafficwarning", [0.3, 0.8, 0.9], 0),
+    ("static.prop.box01", [0.3, 0.3, 0.3], 0),
+    ("static.prop.trashcan01", [0.3, 0.3, 0.5], 0),
+];
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let name = args.next().unwrap_or_else(|| "Town10HD_Opt".to_owned());
     let file = args.next().unwrap_or_else(|| "picture.jpg".to_owned());
     let spawn_point: usize = args.next().map_or(Ok(0), |text| text.parse())?;
     let (weather, view) = (args.next().unwrap_or_default(), args.next().unwrap_or_default());
+    let kind = kind_of(&args.next().unwrap_or_default())?;
 
-    let map = roads::Map::parse(&name, &roads::town::build(&name).ok_or("no such town")?)?;
+    let text = match roads::town::build(&name) {
+        Some(text) => text,
+        None => std::fs::read_to_string(&name)?,
+    };
+    let map = roads::Map::parse(&name, &text)?;
     let town = Arc::new(TownScene::of_map(&map));
     let start = map.spawn_points().get(spawn_point).ok_or("no such spawn point")?.cast();
     let mut renderer = Renderer::new(AdapterChoice::Best)?;
@@ -44,17 +79,58 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let job = RenderJob {
         tenant: "local".parse()?,
-        frame: street(&map, start, weather_of(&weather)),
-        cameras: vec![camera(&view)],
+        frame: street(&map, start, weather_of(&weather), view == "parade"),
+        cameras: vec![camera(&view, kind)],
     };
     // The first picture also uploads the town.
     for _ in 0..3 {
         let begun = Instant::now();
         let images = renderer.render(&[(Arc::clone(&town), &job)]).remove(0)?;
         println!("drawn in {:?}", begun.elapsed());
-        std::fs::write(&file, &images.images.first().ok_or("no picture")?.data)?;
+        std::fs::write(&file, visible(images.images.first().ok_or("no picture")?)?)?;
     }
     Ok(())
+}
+
+fn kind_of(name: &str) -> Result<ImageKind, String> {
+    Ok(match name {
+        "" | "rgb" => ImageKind::Rgb,
+        "depth" => ImageKind::Depth,
+        "semantic" => ImageKind::Semantic,
+        "instance" => ImageKind::Instance,
+        "normals" => ImageKind::Normals,
+        other => return Err(format!("no kind {other:?}")),
+    })
+}
+
+/// A JPEG that shows a picture of any kind.
+fn visible(image: &Image) -> Result<Vec<u8>, Box<dyn Error>> {
+    let grey = |value: f32| [(value.clamp(0.0, 1.0) * 255.0) as u8; 3];
+    let pixels: Vec<u8> = match image.encoding {
+        ImageEncoding::DepthF32 => {
+            let (metres, _) = image.data.as_chunks::<4>();
+            let nearness = |raw: &[u8; 4]| 1.0 - f32::from_le_bytes(*raw).ln() / 1_000f32.ln();
+            metres.iter().flat_map(|raw| grey(nearness(raw))).collect()
+        }
+        ImageEncoding::TagU8 => image.data.iter().flat_map(|tag| hue(u32::from(*tag))).collect(),
+        ImageEncoding::TagIdU32 => {
+            let (labels, _) = image.data.as_chunks::<4>();
+            labels.iter().flat_map(|label| hue(u32::from_le_bytes(*label))).collect()
+        }
+        ImageEncoding::NormalI8 => image.data.iter().map(|part| part.wrapping_add(128)).collect(),
+        ImageEncoding::Jpeg | ImageEncoding::Rgba8 => return Ok(image.data.clone()),
+    };
+    let (width, height) = (image.width_px as usize, image.height_px as usize);
+    let (pitch, format) = (width * 3, PixelFormat::RGB);
+    let image = turbojpeg::Image { pixels: pixels.as_slice(), width, pitch, height, format };
+    Ok(turbojpeg::compress(image, 95, Subsamp::None)?.to_vec())
+}
+
+/// A colour that neighbouring numbers do not share.
+fn hue(number: u32) -> [u8; 3] {
+    let mixed = number.wrapping_mul(0x9e37_79b1) ^ (number >> 8).wrapping_mul(0x85eb_ca6b);
+    let [r, g, b, _] = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d).to_le_bytes();
+    [r, g, b]
 }
 
 fn weather_of(name: &str) -> Weather {
@@ -69,14 +145,16 @@ fn weather_of(name: &str) -> Weather {
         "sunset" => Weather { sun_altitude_rad: 0.12, cloudiness_percent: 20.0, ..noon },
         "night" => Weather { sun_altitude_rad: -0.8, ..noon },
         "fog" => Weather { fog_density_percent: 60.0, cloudiness_percent: 60.0, ..noon },
+        "dust" => Weather { dust_storm_percent: 80.0, ..noon },
         _ => noon,
     }
 }
 
-fn camera(view: &str) -> Camera {
+fn camera(view: &str, kind: ImageKind) -> Camera {
     let down = |angle_rad: f32| UnitQuaternion::from_euler_angles(0.0, angle_rad, 0.0);
     let carrier_from_camera = match view {
         "side" => level_pose(Vec3::new(9.0, -3.2, 1.3), 0.75),
+        "parade" => Pose::from_parts(Vec3::new(2.0, 0.0, 7.0).into(), down(0.42)),
         "above" => Pose::from_parts(Vec3::new(-8.0, 2.0, 9.0).into(), down(0.35)),
         "high" => Pose::from_parts(Vec3::new(-80.0, 0.0, 90.0).into(), down(0.6)),
         _ => level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
@@ -89,14 +167,14 @@ fn camera(view: &str) -> Camera {
         width_px,
         height_px,
         horizontal_fov_rad: FRAC_PI_2,
-        kind: ImageKind::Rgb,
-        encoding: ImageEncoding::Jpeg,
+        kind,
+        encoding: kind.encodings().first().copied().unwrap_or(ImageEncoding::Jpeg),
         jpeg_quality: 92,
     }
 }
 
 /// Cars and people around an ego car at `start`.
-fn street(map: &roads::Map, start: Pose, weather: Weather) -> Frame {
+fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Frame {
     let mut frame = Frame {
         world: WorldId::new(1).expect("not zero"),
         tick: Tick(33),
@@ -112,14 +190,25 @@ fn street(map: &roads::Map, start: Pose, weather: Weather) -> Frame {
         traffic_lights: Vec::new(),
         sim_secs: 1.0,
     };
+    let ego = (start, [2.4, 1.0, 0.74], 0x303030);
     let place = |ahead_m: f32, left_m: f32, z_m: f32, turn_rad: f32| {
         start * level_pose(Vec3::new(ahead_m, left_m, z_m), turn_rad)
     };
+    if parade {
+        for (at, (type_id, half_m, colour)) in PARADE.into_iter().enumerate() {
+            let (row, column) = (at / 8, at % 8);
+            let pose = place(9.0 + 8.0 * row as f32, 14.0 - 4.0 * column as f32, 0.0, 2.4);
+            let kind =
+                if type_id.starts_with("static") { ActorKind::Prop } else { ActorKind::Vehicle };
+            push(&mut frame, at as u32 + 1, kind, type_id, (pose, half_m, colour));
+        }
+        push(&mut frame, EGO, ActorKind::Vehicle, "vehicle.tesla.model3", ego);
+        return frame;
+    }
     for (at, (ahead_m, left_m, turn_rad, type_id, half_m, colour)) in CARS.into_iter().enumerate() {
         let pose = place(ahead_m, left_m, 0.0, turn_rad);
         push(&mut frame, at as u32 + 1, ActorKind::Vehicle, type_id, (pose, half_m, colour));
     }
-    let ego = (start, [2.4, 1.0, 0.74], 0x303030);
     push(&mut frame, EGO, ActorKind::Vehicle, "vehicle.tesla.model3", ego);
     for at in 0..9u32 {
         let pose =
@@ -143,7 +232,7 @@ fn push(
 ) {
     frame.types.push(type_id.to_owned());
     let half = Vec3::from(half_m);
-    let lift_m = if kind == ActorKind::Vehicle { half.z } else { 0.0 };
+    let lift_m = if kind == ActorKind::Walker { 0.0 } else { half.z };
     frame.actors.push(ActorState {
         gear: 1,
         box_centre_m: Vec3::new(0.0, 0.0, lift_m),

@@ -18,7 +18,11 @@ pub(crate) struct Pixels<'a> {
 /// [`ErrorCode::Internal`] when the JPEG encoder refuses.
 pub(crate) fn encode(camera: &Camera, pixels: &Pixels<'_>) -> Result<Image, Error> {
     let data = match camera.encoding {
-        ImageEncoding::Rgba8 => packed(camera, pixels),
+        ImageEncoding::Rgba8 | ImageEncoding::DepthF32 | ImageEncoding::TagIdU32 => {
+            packed::<4>(camera, pixels)
+        }
+        ImageEncoding::TagU8 => packed::<1>(camera, pixels),
+        ImageEncoding::NormalI8 => packed::<3>(camera, pixels),
         ImageEncoding::Jpeg => jpeg(camera, pixels).map_err(|cause| {
             Error::new(ErrorCode::Internal, format!("camera {}: no JPEG: {cause}", camera.id))
         })?,
@@ -33,10 +37,20 @@ pub(crate) fn encode(camera: &Camera, pixels: &Pixels<'_>) -> Result<Image, Erro
     })
 }
 
-fn packed(camera: &Camera, pixels: &Pixels<'_>) -> Vec<u8> {
-    let row_bytes = camera.width_px as usize * 4;
-    let rows = pixels.bytes.chunks(pixels.row_pitch_bytes).take(camera.height_px as usize);
-    rows.flat_map(|row| row.get(..row_bytes).unwrap_or(row)).copied().collect()
+/// The first bytes of every pixel, without gaps.
+fn packed<const BYTES: usize>(camera: &Camera, pixels: &Pixels<'_>) -> Vec<u8> {
+    let (width, height) = (camera.width_px as usize, camera.height_px as usize);
+    let mut data = Vec::with_capacity(width * height * BYTES);
+    for row in pixels.bytes.chunks(pixels.row_pitch_bytes).take(height) {
+        if BYTES == 4 {
+            data.extend_from_slice(row.get(..width * 4).unwrap_or(row));
+        } else {
+            let (row, _) = row.as_chunks::<4>();
+            let parts = row.iter().take(width).filter_map(|pixel| pixel.first_chunk::<BYTES>());
+            data.extend(parts.flatten());
+        }
+    }
+    data
 }
 
 /// Baseline, 4:2:0.

@@ -22,7 +22,7 @@
 //! # }
 //! ```
 //!
-//! It never sees physics, and it draws colour only: depth, tags and flow are not there.
+//! It never sees physics. Besides colour it draws depth, tags, ids and normals; flow is not there.
 
 mod app;
 mod config;

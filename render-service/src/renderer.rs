@@ -142,8 +142,10 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
             .wanted(format_args!("at most {PIXELS_PER_JOB_MAX}"))
             .found(pixels));
     }
-    let light = Light::of(&job.frame.weather);
-    let bodies = bodies(&job.frame, light.night);
+    let light = Light::of(&job.frame.weather, job.frame.tick);
+    let mut bodies = bodies(&job.frame, light.night);
+    // A frame does not tell the state of lights: all lamps are dark.
+    bodies.extend(town.signals.iter().map(|signal| signal.body(|_| None)));
     Ok(Prepared { town, job, light, bodies, views })
 }
 

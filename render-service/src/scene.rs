@@ -10,6 +10,7 @@ pub(crate) mod mesh;
 pub(crate) mod prop;
 pub(crate) mod shadow;
 pub(crate) mod shape;
+pub(crate) mod signpost;
 pub(crate) mod town;
 pub(crate) mod vehicle;
 pub(crate) mod view;

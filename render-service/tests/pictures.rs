@@ -8,17 +8,14 @@ mod common;
 use std::sync::Arc;
 
 use common::{
-    brightness, camera, camera_above, car, frame, job, pillar, pixel, places, renderer, town,
+    brightness, camera, camera_above, car, draw, frame, job, of_kind, pillar, pixel, places,
+    renderer, town,
 };
-use render_service::{AdapterChoice, Material, Renderer, TownScene};
+use render_service::{AdapterChoice, Material, Renderer};
 use schemas::{
-    ActorId, Camera, ErrorCode, Image, ImageEncoding, RenderJob, Vec3, VehicleControl, Weather,
+    ActorId, Camera, ErrorCode, ImageEncoding, ImageKind, RenderJob, Vec3, VehicleControl, Weather,
     level_pose,
 };
-
-fn draw(renderer: &mut Renderer, town: &Arc<TownScene>, job: &RenderJob) -> Vec<Image> {
-    renderer.render(&[(Arc::clone(town), job)]).remove(0).unwrap().images
-}
 
 fn is_red([red, green, blue]: [i32; 3]) -> bool {
     red > 60 && red > 3 * green && red > 3 * blue
@@ -192,6 +189,11 @@ fn a_camera_that_cannot_be_is_refused_and_its_neighbours_are_drawn() {
         (Camera { carrier: ActorId::new(9), ..camera() }, ErrorCode::UnknownActor),
         (
             Camera { encoding: ImageEncoding::Jpeg, jpeg_quality: 0, ..camera() },
+            ErrorCode::InvalidArgument,
+        ),
+        (Camera { kind: ImageKind::Depth, ..camera() }, ErrorCode::InvalidArgument),
+        (
+            Camera { kind: ImageKind::Rgb, ..of_kind(ImageKind::Semantic, &camera()) },
             ErrorCode::InvalidArgument,
         ),
     ];

@@ -2,20 +2,54 @@
 
 use crate::{ActorId, Frame, Pose, Tenant};
 
+/// Depth of the sky and of all that is further away, in metres.
+pub const DEPTH_MAX_M: f32 = 1_000.0;
+
 /// What a pixel holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageKind {
     /// Colour as a person sees it.
     Rgb,
+    /// Distance along the view.
+    Depth,
+    /// What a thing is: a [`SemanticTag`](crate::SemanticTag).
+    Semantic,
+    /// What a thing is, and which one.
+    Instance,
+    /// Where a surface faces.
+    Normals,
 }
 
-/// How pixels are packed.
+/// How pixels are packed: rows tightly, row 0 at the top, numbers little endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageEncoding {
     /// Baseline JPEG, 4:2:0.
     Jpeg,
-    /// Four bytes a pixel, rows tightly packed, row 0 at the top.
+    /// Four bytes a pixel: red, green, blue in sRGB, then 255.
     Rgba8,
+    /// One float a pixel: metres from the camera along its x axis, not along the ray; at most
+    /// [`DEPTH_MAX_M`], which is also what the sky has.
+    DepthF32,
+    /// One byte a pixel: a [`SemanticTag`](crate::SemanticTag).
+    TagU8,
+    /// Four bytes a pixel, a [`TagId`](crate::TagId).
+    TagIdU32,
+    /// Three signed bytes a pixel: the unit normal in the camera's axes (x along the view, y left,
+    /// z up) times 127; zeros for the sky.
+    NormalI8,
+}
+
+impl ImageKind {
+    /// The encodings that can carry it.
+    pub const fn encodings(self) -> &'static [ImageEncoding] {
+        match self {
+            Self::Rgb => &[ImageEncoding::Jpeg, ImageEncoding::Rgba8],
+            Self::Depth => &[ImageEncoding::DepthF32],
+            Self::Semantic => &[ImageEncoding::TagU8],
+            Self::Instance => &[ImageEncoding::TagIdU32],
+            Self::Normals => &[ImageEncoding::NormalI8],
+        }
+    }
 }
 
 /// A pinhole camera. Its axes follow ISO 8855: x along the view, y left, z up.
@@ -35,7 +69,7 @@ pub struct Camera {
     pub horizontal_fov_rad: f32,
     /// What a pixel holds.
     pub kind: ImageKind,
-    /// How pixels are packed.
+    /// How pixels are packed; one of [`ImageKind::encodings`].
     pub encoding: ImageEncoding,
     /// 1 to 100, for JPEG.
     pub jpeg_quality: u8,

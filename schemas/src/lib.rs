@@ -28,6 +28,7 @@ mod generated;
 mod geometry;
 mod ids;
 mod request;
+mod semantics;
 mod sensor;
 mod vehicle;
 
@@ -37,7 +38,7 @@ pub mod limits;
 pub mod wire;
 
 pub use alive::{Alive, ServiceKind};
-pub use camera::{Camera, Image, ImageEncoding, ImageKind, RenderJob};
+pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
 pub use command::{
     Attachment, AttachmentKind, Attribute, BodySwitch, Command, PilotMode, PushKind,
 };
@@ -53,6 +54,7 @@ pub use request::{
     CommandReply, EncodedFrame, Images, Lease, Reply, Request, TickItem, TickOutcome, TickResult,
     WorldInfo,
 };
+pub use semantics::{SemanticTag, TagId};
 pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, VehiclePhysics, VehicleTelemetry, WheelPhysics,

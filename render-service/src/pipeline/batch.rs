@@ -1,9 +1,9 @@
-//! What one submission draws: for every picture, the tiles and bodies that its camera may see.
+//! What one submission draws: for every view, the tiles and bodies that its camera may see.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use schemas::{Camera, Vec3};
+use schemas::{Camera, ImageKind, Vec3};
 
 use crate::scene::instance::{Body, Instance};
 use crate::scene::light::Light;
@@ -35,19 +35,47 @@ pub(crate) struct Shot<'a> {
     pub(crate) view: View,
 }
 
+impl Shot<'_> {
+    /// Whether one geometry pass gives both pictures.
+    fn shares_geometry_with(&self, other: &Self) -> bool {
+        let size_px = |shot: &Self| (shot.camera.width_px, shot.camera.height_px);
+        self.camera.kind != ImageKind::Rgb
+            && other.camera.kind != ImageKind::Rgb
+            && std::ptr::eq(self.bodies, other.bodies)
+            && Arc::ptr_eq(self.town, other.town)
+            && size_px(self) == size_px(other)
+            && self.view == other.view
+    }
+}
+
 /// Instances of one shape at one detail.
 pub(crate) type Draw = ((Shape, Detail), Range<u32>);
 
-/// One picture, as draw calls.
-pub(crate) struct PlannedShot<'a> {
+/// What throws shadows into a view.
+pub(crate) struct Shadows {
+    pub(crate) side_px: u32,
+    /// Indices of the town.
+    pub(crate) town: Vec<Range<u32>>,
+    pub(crate) bodies: Vec<Draw>,
+}
+
+/// What one camera pose sees, as draw calls, and the pictures that come of it.
+pub(crate) struct PlannedView<'a> {
     pub(crate) shot: &'a Shot<'a>,
-    pub(crate) shadow_side_px: u32,
+    /// For colour; a view without draws geometry.
+    pub(crate) shadows: Option<Shadows>,
     /// Indices of the town that are in the picture, near ones first.
     pub(crate) town: Vec<(Family, Range<u32>)>,
-    /// Indices of the town that throw shadows into the picture.
-    pub(crate) town_shadow: Vec<Range<u32>>,
     pub(crate) bodies: Vec<Draw>,
-    pub(crate) body_shadow: Vec<Draw>,
+    /// One of colour, one or more of geometry.
+    pub(crate) pictures: Vec<PlannedPicture<'a>>,
+}
+
+/// One picture of a view.
+pub(crate) struct PlannedPicture<'a> {
+    pub(crate) camera: &'a Camera,
+    /// Its shot's place among those of the submission.
+    pub(crate) place: usize,
     /// Where the picture goes in the read-back buffer.
     pub(crate) offset_bytes: u64,
     pub(crate) row_pitch_bytes: u32,
@@ -56,14 +84,16 @@ pub(crate) struct PlannedShot<'a> {
 /// One submission.
 #[derive(Default)]
 pub(crate) struct Batch<'a> {
-    pub(crate) shots: Vec<PlannedShot<'a>>,
+    pub(crate) planned: Vec<PlannedView<'a>>,
+    /// At the places of the planned views.
     pub(crate) views: Vec<ViewUniform>,
     pub(crate) instances: Vec<Instance>,
+    pub(crate) picture_count: usize,
     pub(crate) readback_bytes: u64,
 }
 
 impl<'a> Batch<'a> {
-    /// As many of the shots as fit into one submission, at least one, and how many that are.
+    /// As many of the shots as fit into one submission, at least one.
     pub(crate) fn of(shots: &'a [Shot<'a>], software: bool) -> Self {
         // Instance 0 is where towns already are.
         let mut batch = Self { instances: vec![Instance::IN_PLACE], ..Self::default() };
@@ -78,10 +108,39 @@ impl<'a> Batch<'a> {
     }
 
     fn add(&mut self, shot: &'a Shot<'a>, software: bool) {
-        let Camera { width_px, height_px, .. } = *shot.camera;
-        let shadow_side_px = shadow_side_px(width_px, height_px, software);
-        let shadow = ShadowView::of(&shot.view, &shot.light.to_light, shadow_side_px);
-        let pixel = 2.0 * shot.view.half_extent[0] / width_px as f32;
+        let picture = PlannedPicture {
+            camera: shot.camera,
+            place: self.picture_count,
+            offset_bytes: self.readback_bytes,
+            row_pitch_bytes: row_pitch_bytes(shot.camera),
+        };
+        self.picture_count += 1;
+        self.readback_bytes += picture_bytes(shot.camera);
+        match self.planned.iter_mut().find(|planned| planned.shot.shares_geometry_with(shot)) {
+            Some(planned) => planned.pictures.push(picture),
+            None => self.add_view(shot, picture, software),
+        }
+    }
+
+    fn add_view(&mut self, shot: &'a Shot<'a>, picture: PlannedPicture<'a>, software: bool) {
+        let Camera { width_px, height_px, kind, .. } = *shot.camera;
+        let side_px = shadow_side_px(width_px, height_px, software);
+        let shadow = ShadowView::of(&shot.view, &shot.light.to_light, side_px);
+        let bodies = self.place_seen(shot);
+        let shadows = (kind == ImageKind::Rgb).then(|| Shadows {
+            side_px,
+            town: shading_town(shot.town, &shadow),
+            bodies: self.place_shading(shot, &shadow),
+        });
+        self.views.push(ViewUniform::new(&shot.view, width_px, &shot.light, &shadow, side_px));
+        let town = visible_town(shot.town, &shot.view);
+        let pictures = vec![picture];
+        self.planned.push(PlannedView { shot, shadows, town, bodies, pictures });
+    }
+
+    /// Appends the bodies in the picture, small ones coarsely.
+    fn place_seen(&mut self, shot: &Shot<'_>) -> Vec<Draw> {
+        let pixel = 2.0 * shot.view.half_extent[0] / shot.camera.width_px as f32;
         let eye_m = shot.view.eye_m();
         let radius_px =
             |body: &Body| body.radius_m / (pixel * (body.centre_m - eye_m).norm().max(0.1));
@@ -92,27 +151,13 @@ impl<'a> Batch<'a> {
         let detail_of = |body: &Body| {
             if radius_px(body) < FINE_RADIUS_PX_MIN { Detail::Coarse } else { Detail::Fine }
         };
+        self.place(shot.bodies.iter().filter(seen), detail_of)
+    }
+
+    /// Appends the bodies that throw shadows into the picture.
+    fn place_shading(&mut self, shot: &Shot<'_>, shadow: &ShadowView) -> Vec<Draw> {
         let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
-        let bodies = self.place(shot.bodies.iter().filter(seen), detail_of);
-        let body_shadow = self.place(shot.bodies.iter().filter(shading), |_| Detail::Coarse);
-        self.views.push(ViewUniform::new(
-            &shot.view,
-            width_px,
-            &shot.light,
-            &shadow,
-            shadow_side_px,
-        ));
-        self.shots.push(PlannedShot {
-            shot,
-            shadow_side_px,
-            town: visible_town(shot.town, &shot.view),
-            town_shadow: shading_town(shot.town, &shadow),
-            bodies,
-            body_shadow,
-            offset_bytes: self.readback_bytes,
-            row_pitch_bytes: row_pitch_bytes(shot.camera),
-        });
-        self.readback_bytes += picture_bytes(shot.camera);
+        self.place(shot.bodies.iter().filter(shading), |_| Detail::Coarse)
     }
 
     /// Appends the parts of bodies, shape by shape.

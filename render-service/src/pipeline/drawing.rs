@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use schemas::{Error, Image};
+use schemas::{Error, Image, ImageKind};
 
 use crate::RenderError;
 use crate::encode::{Pixels, encode};
 
-use super::batch::{Batch, PlannedShot, Shot};
+use super::batch::{Batch, PlannedPicture, PlannedView, Shot};
 use super::buffers::{FrameBuffers, ShapeLibrary};
 use super::device::{AdapterChoice, Gpu};
 use super::pass::{Shared, copy_out};
@@ -69,7 +69,7 @@ impl Drawing {
         let mut rest = shots;
         while !rest.is_empty() {
             let batch = Batch::of(rest, self.gpu.software);
-            rest = rest.get(batch.shots.len()..).unwrap_or_default();
+            rest = rest.get(batch.picture_count..).unwrap_or_default();
             let flight = self.submit(&batch);
             under_way.push_back((flight, batch));
             if under_way.len() >= RING
@@ -92,46 +92,75 @@ impl Drawing {
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let shared =
             Shared { pipelines: &self.pipelines, shapes: &self.shapes, frame: &self.frame };
-        for (number, planned) in batch.shots.iter().enumerate() {
+        for (number, planned) in batch.planned.iter().enumerate() {
             let town = self.towns.get(gpu, planned.shot.town);
             let camera = planned.shot.camera;
-            let map = self.targets.shadow(gpu, &self.pipelines, planned.shadow_side_px).clone();
-            let target = self.targets.picture(gpu, (camera.width_px, camera.height_px));
-            shared.shadow_pass(&mut encoder, number, planned, &town.mesh, &map);
-            shared.colour_pass(&mut encoder, number, planned, &town.mesh, (&map, target));
-            copy_out(&mut encoder, target, &buffer, planned);
+            let size_px = (camera.width_px, camera.height_px);
+            if let Some(shadows) = &planned.shadows {
+                let map = self.targets.shadow(gpu, &self.pipelines, shadows.side_px).clone();
+                let target = self.targets.picture(gpu, size_px);
+                shared.shadow_pass(&mut encoder, number, shadows, &town.mesh, &map);
+                shared.colour_pass(&mut encoder, number, planned, &town.mesh, (&map, target));
+                copy_all(&mut encoder, planned, &buffer, |_| &target.result);
+            } else {
+                let target = self.targets.geometry(gpu, size_px);
+                shared.geometry_pass(&mut encoder, number, planned, &town.mesh, target);
+                let [depth, labels, normals] = &target.results;
+                copy_all(&mut encoder, planned, &buffer, |kind| match kind {
+                    ImageKind::Depth => depth,
+                    ImageKind::Normals => normals,
+                    ImageKind::Rgb | ImageKind::Semantic | ImageKind::Instance => labels,
+                });
+            }
         }
         InFlight::submit(gpu, encoder, buffer)
     }
 
     fn collect(&mut self, flight: InFlight, batch: &Batch<'_>) -> Result<Pictures, String> {
-        self.ring.finish(&self.gpu, flight, |bytes| encode_all(&batch.shots, bytes))
+        self.ring.finish(&self.gpu, flight, |bytes| encode_all(batch, bytes))
     }
 }
 
-/// Encodes pictures on as many threads as there are processors and pictures.
-fn encode_all(shots: &[PlannedShot<'_>], bytes: &[u8]) -> Pictures {
+/// Records the copies of all pictures of a view from what holds each kind.
+fn copy_all<'t>(
+    encoder: &mut wgpu::CommandEncoder,
+    planned: &PlannedView<'_>,
+    buffer: &wgpu::Buffer,
+    result_of: impl Fn(ImageKind) -> &'t wgpu::Texture,
+) {
+    for picture in &planned.pictures {
+        copy_out(encoder, result_of(picture.camera.kind), buffer, picture);
+    }
+}
+
+/// Encodes pictures on as many threads as there are processors and pictures, in the shots' order.
+fn encode_all(batch: &Batch<'_>, bytes: &[u8]) -> Pictures {
+    let mut pictures: Vec<&PlannedPicture<'_>> =
+        batch.planned.iter().flat_map(|planned| &planned.pictures).collect();
+    pictures.sort_by_key(|picture| picture.place);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let per_thread = shots.len().div_ceil(processors).max(1);
-    let encode_some = |shots: &[PlannedShot<'_>]| -> Pictures {
-        shots.iter().map(|planned| encode_one(planned, bytes)).collect()
+    let per_thread = pictures.len().div_ceil(processors).max(1);
+    let encode_some = |pictures: &[&PlannedPicture<'_>]| -> Pictures {
+        pictures.iter().map(|picture| encode_one(picture, bytes)).collect()
     };
-    if shots.len() == 1 {
-        return encode_some(shots);
+    if pictures.len() == 1 {
+        return encode_some(&pictures);
     }
     std::thread::scope(|scope| {
-        let threads: Vec<_> =
-            shots.chunks(per_thread).map(|some| scope.spawn(move || encode_some(some))).collect();
+        let threads: Vec<_> = pictures
+            .chunks(per_thread)
+            .map(|some| scope.spawn(move || encode_some(some)))
+            .collect();
         let joined =
             threads.into_iter().map(|thread| thread.join().expect("encoding does not panic"));
         joined.flatten().collect()
     })
 }
 
-fn encode_one(planned: &PlannedShot<'_>, bytes: &[u8]) -> Result<Image, Error> {
-    let row_pitch_bytes = planned.row_pitch_bytes as usize;
-    let start = planned.offset_bytes as usize;
-    let end = start + row_pitch_bytes * planned.shot.camera.height_px as usize;
+fn encode_one(picture: &PlannedPicture<'_>, bytes: &[u8]) -> Result<Image, Error> {
+    let row_pitch_bytes = picture.row_pitch_bytes as usize;
+    let start = picture.offset_bytes as usize;
+    let end = start + row_pitch_bytes * picture.camera.height_px as usize;
     let bytes = bytes.get(start..end).unwrap_or_default();
-    encode(planned.shot.camera, &Pixels { bytes, row_pitch_bytes })
+    encode(picture.camera, &Pixels { bytes, row_pitch_bytes })
 }

@@ -1,11 +1,14 @@
-//! The passes of one picture: shadow map, then colour, then the copy to where it is read back.
+//! The passes of one view: shadow map and colour, or geometry; then the copy of its pictures to where
+//! they are read back.
+
+use schemas::{DEPTH_MAX_M, SemanticTag};
 
 use crate::scene::material::Family;
 
-use super::batch::{Draw, PlannedShot};
+use super::batch::{Draw, PlannedPicture, PlannedView, Shadows};
 use super::buffers::{FrameBuffers, GpuMesh, ShapeLibrary};
 use super::pipelines::Pipelines;
-use super::targets::{ShadowMap, Target};
+use super::targets::{GeometryTarget, ShadowMap, Target};
 
 /// What all pictures of a submission share.
 pub(crate) struct Shared<'a> {
@@ -15,12 +18,12 @@ pub(crate) struct Shared<'a> {
 }
 
 impl Shared<'_> {
-    /// Records the picture with this number of the submission.
+    /// Records the shadows of the view with this number of the submission.
     pub(crate) fn shadow_pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         number: usize,
-        shot: &PlannedShot<'_>,
+        shadows: &Shadows,
         town: &GpuMesh,
         map: &ShadowMap,
     ) {
@@ -36,18 +39,18 @@ impl Shared<'_> {
         pass.set_bind_group(0, &self.frame.view_group, &[FrameBuffers::view_offset(number)]);
         pass.set_vertex_buffer(1, self.frame.instances.slice(..));
         bind(&mut pass, town);
-        for range in &shot.town_shadow {
+        for range in &shadows.town {
             pass.draw_indexed(range.clone(), 0, 0..1);
         }
-        self.draw_bodies(&mut pass, &shot.body_shadow);
+        self.draw_bodies(&mut pass, &shadows.bodies);
     }
 
-    /// Records the picture with this number of the submission.
+    /// Records the colours of the view with this number of the submission.
     pub(crate) fn colour_pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         number: usize,
-        shot: &PlannedShot<'_>,
+        shot: &PlannedView<'_>,
         town: &GpuMesh,
         (map, target): (&ShadowMap, &Target),
     ) {
@@ -83,6 +86,52 @@ impl Shared<'_> {
         // Last: only where nothing else is.
         pass.set_pipeline(&self.pipelines.sky);
         pass.draw(0..3, 0..1);
+        if shot.shot.light.rain > 0.0 {
+            pass.set_pipeline(&self.pipelines.rain);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Records depth, labels and normals of the view with this number of the submission.
+    pub(crate) fn geometry_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        number: usize,
+        shot: &PlannedView<'_>,
+        town: &GpuMesh,
+        target: &GeometryTarget,
+    ) {
+        // The sky is what nothing is drawn over.
+        let sky = [f64::from(DEPTH_MAX_M), f64::from(SemanticTag::Sky.number()), 0.0];
+        let [depth_m, labels, normals] = &target.views;
+        let attachments = [(depth_m, sky[0]), (labels, sky[1]), (normals, sky[2])];
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("geometry"),
+            color_attachments: &attachments.map(|(view, cleared)| {
+                let colour = wgpu::Color { r: cleared, ..wgpu::Color::TRANSPARENT };
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(colour),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })
+            }),
+            depth_stencil_attachment: Some(depth(&target.depth, 0.0, wgpu::StoreOp::Discard)),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipelines.geometry);
+        pass.set_bind_group(0, &self.frame.view_group, &[FrameBuffers::view_offset(number)]);
+        pass.set_vertex_buffer(1, self.frame.instances.slice(..));
+        self.draw_bodies(&mut pass, &shot.bodies);
+        bind(&mut pass, town);
+        for (_, range) in &shot.town {
+            pass.draw_indexed(range.clone(), 0, 0..1);
+        }
     }
 
     fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, draws: &[Draw]) {
@@ -96,19 +145,19 @@ impl Shared<'_> {
 /// Records the copy of a drawn picture to its place in the read-back buffer.
 pub(crate) fn copy_out(
     encoder: &mut wgpu::CommandEncoder,
-    target: &Target,
+    result: &wgpu::Texture,
     buffer: &wgpu::Buffer,
-    shot: &PlannedShot<'_>,
+    picture: &PlannedPicture<'_>,
 ) {
     let layout = wgpu::TexelCopyBufferLayout {
-        offset: shot.offset_bytes,
-        bytes_per_row: Some(shot.row_pitch_bytes),
+        offset: picture.offset_bytes,
+        bytes_per_row: Some(picture.row_pitch_bytes),
         rows_per_image: None,
     };
     encoder.copy_texture_to_buffer(
-        target.result.as_image_copy(),
+        result.as_image_copy(),
         wgpu::TexelCopyBufferInfo { buffer, layout },
-        target.result.size(),
+        result.size(),
     );
 }
 

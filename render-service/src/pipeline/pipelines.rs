@@ -12,17 +12,23 @@ pub(crate) const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSr
 /// Depth of pictures and shadow maps.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-const VERTEX_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
-    wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint16x4, 2 => Float32x2];
-const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 7] = wgpu::vertex_attr_array![
+/// Targets of the geometry pass: metres along the view, packed labels, packed normals.
+pub(crate) const GEOMETRY: [wgpu::TextureFormat; 3] =
+    [wgpu::TextureFormat::R32Float, wgpu::TextureFormat::R32Uint, wgpu::TextureFormat::R32Uint];
+
+const VERTEX_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+    wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint16x4, 2 => Float32x2, 10 => Uint32];
+const INSTANCE_ATTRIBUTES: [wgpu::VertexAttribute; 8] = wgpu::vertex_attr_array![
     3 => Float32x4, 4 => Float32x4, 5 => Float32x4,
-    6 => Unorm8x4, 7 => Unorm8x4, 8 => Unorm8x4, 9 => Unorm8x4
+    6 => Unorm8x4, 7 => Unorm8x4, 8 => Unorm8x4, 9 => Unorm8x4, 11 => Uint32
 ];
 
 /// Everything that is compiled once per device.
 pub(crate) struct Pipelines {
     pub(crate) shadow: wgpu::RenderPipeline,
     pub(crate) sky: wgpu::RenderPipeline,
+    pub(crate) rain: wgpu::RenderPipeline,
+    pub(crate) geometry: wgpu::RenderPipeline,
     surfaces: [(Family, wgpu::RenderPipeline); 3],
     /// Group 0: the view, at an offset, and the materials.
     pub(crate) view_layout: wgpu::BindGroupLayout,
@@ -51,6 +57,8 @@ impl Pipelines {
         Self {
             shadow: shadow_pipeline(&gpu.device, &view_only),
             sky: colour_pipeline(gpu, &view_only, Pass::Sky, sample_count),
+            rain: colour_pipeline(gpu, &view_only, Pass::Rain, sample_count),
+            geometry: geometry_pipeline(&gpu.device, &view_only),
             surfaces: Family::ALL.map(surface),
             shadow_sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("shadow"),
@@ -143,10 +151,11 @@ fn colour_pipeline(
     sample_count: u32,
 ) -> wgpu::RenderPipeline {
     let module = module(&gpu.device, pass);
-    let is_sky = pass == Pass::Sky;
-    let constants: &[(&str, f64)] =
-        if is_sky { &[] } else { &[("CHEAP_SHADOW", if gpu.software { 1.0 } else { 0.0 })] };
+    let is_surface = matches!(pass, Pass::Surface(_));
+    let cheap_shadow = [("CHEAP_SHADOW", if gpu.software { 1.0 } else { 0.0 })];
+    let constants: &[(&str, f64)] = if is_surface { &cheap_shadow } else { &[] };
     let buffers = vertex_buffers();
+    let in_front = pass == Pass::Rain;
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: None,
         layout: Some(layout),
@@ -154,16 +163,20 @@ fn colour_pipeline(
             module: &module,
             entry_point: Some("vertex"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: if is_sky { &[] } else { &buffers },
+            buffers: if is_surface { &buffers } else { &[] },
         },
         primitive: wgpu::PrimitiveState {
-            cull_mode: (!is_sky).then_some(wgpu::Face::Back),
+            cull_mode: is_surface.then_some(wgpu::Face::Back),
             ..wgpu::PrimitiveState::default()
         },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH,
-            depth_write_enabled: Some(!is_sky),
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            depth_write_enabled: Some(is_surface),
+            depth_compare: Some(if in_front {
+                wgpu::CompareFunction::Always
+            } else {
+                wgpu::CompareFunction::GreaterEqual
+            }),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
         }),
@@ -178,7 +191,45 @@ fn colour_pipeline(
                 constants,
                 ..wgpu::PipelineCompilationOptions::default()
             },
-            targets: &[Some(COLOUR.into())],
+            targets: &[Some(wgpu::ColorTargetState {
+                blend: in_front.then_some(wgpu::BlendState::ALPHA_BLENDING),
+                ..COLOUR.into()
+            })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// One sample a pixel: labels cannot be mixed.
+fn geometry_pipeline(device: &wgpu::Device, layout: &wgpu::PipelineLayout) -> wgpu::RenderPipeline {
+    let module = module(device, Pass::Geometry);
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("geometry"),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &vertex_buffers(),
+        },
+        primitive: wgpu::PrimitiveState {
+            cull_mode: Some(wgpu::Face::Back),
+            ..wgpu::PrimitiveState::default()
+        },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &GEOMETRY.map(|format| Some(format.into())),
         }),
         multiview_mask: None,
         cache: None,

@@ -1,7 +1,7 @@
 //! Textures that are drawn into: per picture size, and shadow maps per side.
 
 use super::device::Gpu;
-use super::pipelines::{COLOUR, DEPTH, Pipelines};
+use super::pipelines::{COLOUR, DEPTH, GEOMETRY, Pipelines};
 
 /// Picture sizes kept; a picture of another size takes the place of the one longest unused.
 const SIZES_MAX: usize = 8;
@@ -16,6 +16,15 @@ pub(crate) struct Target {
     /// What is read back, if it is not the colour itself.
     pub(crate) resolved: Option<wgpu::TextureView>,
     pub(crate) result: wgpu::Texture,
+    pub(crate) depth: wgpu::TextureView,
+}
+
+/// Where the geometry of one picture size is drawn.
+pub(crate) struct GeometryTarget {
+    size_px: (u32, u32),
+    /// What the pass writes and what is read back, at the places of [`GEOMETRY`].
+    pub(crate) results: [wgpu::Texture; 3],
+    pub(crate) views: [wgpu::TextureView; 3],
     pub(crate) depth: wgpu::TextureView,
 }
 
@@ -37,45 +46,55 @@ pub(crate) fn shadow_side_px(width_px: u32, height_px: u32, software: bool) -> u
 pub(crate) struct Targets {
     sample_count: u32,
     pictures: Vec<Target>,
+    geometry: Vec<GeometryTarget>,
     shadows: Vec<ShadowMap>,
 }
 
 impl Targets {
     pub(crate) fn new(sample_count: u32) -> Self {
-        Self { sample_count, pictures: Vec::new(), shadows: Vec::new() }
+        Self { sample_count, pictures: Vec::new(), geometry: Vec::new(), shadows: Vec::new() }
     }
 
     /// Makes sure that there is a target of this size.
     pub(crate) fn picture(&mut self, gpu: &Gpu, size_px: (u32, u32)) -> &Target {
-        let known = self.pictures.iter().position(|target| target.size_px == size_px);
-        let target = match known {
-            Some(at) => self.pictures.remove(at),
-            None => {
-                if self.pictures.len() >= SIZES_MAX {
-                    self.pictures.remove(0);
-                }
-                Target::new(gpu, size_px, self.sample_count)
-            }
-        };
-        self.pictures.push(target);
-        &self.pictures[self.pictures.len() - 1]
+        let is_known = |target: &Target| target.size_px == size_px;
+        let make = || Target::new(gpu, size_px, self.sample_count);
+        last_used(&mut self.pictures, SIZES_MAX, is_known, make)
+    }
+
+    /// Makes sure that there is a target for geometry of this size.
+    pub(crate) fn geometry(&mut self, gpu: &Gpu, size_px: (u32, u32)) -> &GeometryTarget {
+        let is_known = |target: &GeometryTarget| target.size_px == size_px;
+        let make = || GeometryTarget::new(gpu, size_px);
+        last_used(&mut self.geometry, SIZES_MAX, is_known, make)
     }
 
     /// Makes sure that there is a shadow map of this side.
     pub(crate) fn shadow(&mut self, gpu: &Gpu, pipelines: &Pipelines, side_px: u32) -> &ShadowMap {
-        let known = self.shadows.iter().position(|map| map.side_px == side_px);
-        let map = match known {
-            Some(at) => self.shadows.remove(at),
-            None => {
-                if self.shadows.len() >= SHADOW_MAPS_MAX {
-                    self.shadows.remove(0);
-                }
-                ShadowMap::new(gpu, pipelines, side_px)
-            }
-        };
-        self.shadows.push(map);
-        &self.shadows[self.shadows.len() - 1]
+        let is_known = |map: &ShadowMap| map.side_px == side_px;
+        let make = || ShadowMap::new(gpu, pipelines, side_px);
+        last_used(&mut self.shadows, SHADOW_MAPS_MAX, is_known, make)
     }
+}
+
+/// The known target, or a new one in the place of the one longest unused; it goes to the end.
+fn last_used<T>(
+    targets: &mut Vec<T>,
+    count_max: usize,
+    is_known: impl Fn(&T) -> bool,
+    make: impl FnOnce() -> T,
+) -> &T {
+    let target = match targets.iter().position(is_known) {
+        Some(at) => targets.remove(at),
+        None => {
+            if targets.len() >= count_max {
+                targets.remove(0);
+            }
+            make()
+        }
+    };
+    targets.push(target);
+    &targets[targets.len() - 1]
 }
 
 impl Target {
@@ -90,6 +109,17 @@ impl Target {
         };
         let depth = view(&texture(gpu, size_px, DEPTH, sample_count, attachment));
         Self { size_px, colour, resolved, result, depth }
+    }
+}
+
+impl GeometryTarget {
+    fn new(gpu: &Gpu, size_px: (u32, u32)) -> Self {
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let usage = attachment | wgpu::TextureUsages::COPY_SRC;
+        let results = GEOMETRY.map(|format| texture(gpu, size_px, format, 1, usage));
+        let views = results.each_ref().map(view);
+        let depth = view(&texture(gpu, size_px, DEPTH, 1, attachment));
+        Self { size_px, results, views, depth }
     }
 }
 

@@ -22,6 +22,7 @@ pub(crate) struct ViewUniform {
     zenith: [f32; 4],
     horizon: [f32; 4],
     bounce: [f32; 4],
+    air: [f32; 4],
 }
 
 impl ViewUniform {
@@ -46,6 +47,7 @@ impl ViewUniform {
             zenith: four(light.zenith, light.cloud),
             horizon: four(light.horizon, light.wet),
             bounce: four(light.bounce, 2.0 * REACH_M / shadow_side_px as f32),
+            air: [light.haze_start_m, light.rain, light.rain_phase, 0.0],
         }
     }
 }

@@ -151,6 +151,7 @@ mod tests {
             ],
             normals: vec![-Vec3::y(); 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
+            labels: Vec::new(),
         };
         let points = facade_coordinates(&surface);
         assert_eq!(points[0].along_up_m, [0.0, 0.0]);

@@ -19,9 +19,11 @@ pub(crate) fn rounded(surface: &Surface) -> Surface {
             Some((*surface.positions_m.get(index)?, *surface.normals.get(index)?))
         };
         let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else { continue };
+        let label = triangle.first().and_then(|at| surface.labels.get(*at as usize));
         let (ab, bc, ca) = (middle(&a, &b), middle(&b, &c), middle(&c, &a));
         for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
             push(&mut round, corners);
+            round.labels.extend(label.map(|label| [*label; 3]).into_iter().flatten());
         }
     }
     round

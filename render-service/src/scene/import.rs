@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use roads::SceneryKind;
 use roads::mesh::Material as RoadMaterial;
-use schemas::Vec3;
+use schemas::{SemanticTag, TagId, Vec3};
 
 use super::foliage::rounded;
+use super::instance::signal;
 use super::material::Material;
 use super::town::{Surface, TownScene, WallKind};
 
@@ -21,14 +23,40 @@ impl TownScene {
             let first = surface.positions_m.len() as u32;
             surface.positions_m.extend(part.positions_m.into_iter().map(Vec3::from));
             surface.normals.extend(part.normals.into_iter().map(Vec3::from));
-            surface
-                .triangles
-                .extend(part.indices.into_iter().map(|t| t.map(|corner| first + corner)));
+            surface.labels.resize(surface.positions_m.len(), u32::from(material.tag().number()));
+            for (triangle, thing) in part.indices.iter().zip(&part.things) {
+                let triangle = triangle.map(|corner| first + corner);
+                surface.triangles.push(triangle);
+                let Some(label) = thing.and_then(|thing| label_of(map, thing)) else { continue };
+                for corner in triangle {
+                    if let Some(slot) = surface.labels.get_mut(corner as usize) {
+                        *slot = label;
+                    }
+                }
+            }
         }
         if let Some(leaves) = merged.get_mut(&RoadMaterial::Foliage) {
             *leaves = rounded(leaves);
         }
-        Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>())
+        let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
+        Self { signals: signal::of_map(map), ..scene }
+    }
+}
+
+/// The packed label of the thing at a place of the map's scenery.
+fn label_of(map: &roads::Map, place: u32) -> Option<u32> {
+    let thing = map.scenery().get(place as usize)?;
+    Some(TagId::of_scenery(tag_of(thing.kind), place))
+}
+
+fn tag_of(kind: SceneryKind) -> SemanticTag {
+    match kind {
+        SceneryKind::Building => SemanticTag::Buildings,
+        SceneryKind::Pole => SemanticTag::Poles,
+        SceneryKind::Tree => SemanticTag::Vegetation,
+        SceneryKind::Barrier => SemanticTag::GuardRail,
+        // The roads crate may learn new kinds before this one does.
+        _ => SemanticTag::Static,
     }
 }
 

@@ -2,11 +2,13 @@
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::Matrix4;
-use schemas::{ActorKind, ActorState, Frame, Vec3};
+use schemas::{ActorKind, ActorState, Frame, SemanticTag, TagId, Vec3};
 
 use super::shape::Shape;
 
 mod clothes;
+mod prop;
+pub(crate) mod signal;
 mod walker;
 mod wheeled;
 
@@ -18,6 +20,8 @@ pub(crate) struct Instance {
     pub world_from_shape: [[f32; 4]; 3],
     /// Four linear colours, 8 bits a channel; alpha is the part that glows.
     pub tints: [[u8; 4]; 4],
+    /// A packed [`TagId`]; 0 where the vertices say it.
+    pub label: u32,
 }
 
 /// One shape of an actor in the world.
@@ -57,12 +61,17 @@ pub(crate) fn bodies(frame: &Frame, night: f32) -> Vec<Body> {
 }
 
 fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
-    let mut placer =
-        Placer { world_from_actor: actor.world_from_actor.to_homogeneous(), parts: Vec::new() };
+    let type_id = frame.type_of(actor);
+    let tag = SemanticTag::of_actor(actor.kind, type_id);
+    let mut placer = Placer {
+        world_from_actor: actor.world_from_actor.to_homogeneous(),
+        label: TagId::of_actor(tag, actor.id),
+        parts: Vec::new(),
+    };
     match actor.kind {
-        ActorKind::Vehicle => wheeled::place(&mut placer, actor, frame.type_of(actor), night),
+        ActorKind::Vehicle => wheeled::place(&mut placer, actor, type_id, night),
         ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs),
-        ActorKind::Prop => place_prop(&mut placer, actor, frame.type_of(actor)),
+        ActorKind::Prop => prop::place(&mut placer, actor, type_id),
         // The map's lights and signs belong to the town; the rest has no body.
         ActorKind::TrafficLight
         | ActorKind::TrafficSign
@@ -78,17 +87,6 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
     }
 }
 
-fn place_prop(placer: &mut Placer, actor: &ActorState, type_id: &str) {
-    let (shape, colour) = if type_id.contains("cone") {
-        (Shape::Cone, linear(0xff6a13))
-    } else if type_id.contains("barrel") {
-        (Shape::Barrel, linear(0xff6a13))
-    } else {
-        (Shape::Block, linear(actor.colour_rgb))
-    };
-    placer.put(shape, box_scale(actor), [opaque(colour); 4]);
-}
-
 /// From the box of -1 to 1 to the actor's own box.
 fn box_scale(actor: &ActorState) -> Matrix4<f32> {
     Matrix4::new_translation(&actor.box_centre_m)
@@ -98,6 +96,8 @@ fn box_scale(actor: &ActorState) -> Matrix4<f32> {
 /// Collects the parts of one actor.
 struct Placer {
     world_from_actor: Matrix4<f32>,
+    /// Of the parts that are put next.
+    label: u32,
     parts: Vec<Placed>,
 }
 
@@ -105,7 +105,8 @@ impl Placer {
     fn put(&mut self, shape: Shape, actor_from_shape: Matrix4<f32>, tints: [[u8; 4]; 4]) {
         let matrix = self.world_from_actor * actor_from_shape;
         let row = |at: usize| [matrix[(at, 0)], matrix[(at, 1)], matrix[(at, 2)], matrix[(at, 3)]];
-        let instance = Instance { world_from_shape: [row(0), row(1), row(2)], tints };
+        let world_from_shape = [row(0), row(1), row(2)];
+        let instance = Instance { world_from_shape, tints, label: self.label };
         self.parts.push(Placed { shape, instance });
     }
 }
@@ -115,6 +116,7 @@ impl Instance {
     pub(crate) const IN_PLACE: Self = Self {
         world_from_shape: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
         tints: [[255, 255, 255, 0]; 4],
+        label: 0,
     };
 }
 

@@ -1,6 +1,7 @@
 //! What surfaces are made of: one table, shared with the shaders.
 
 use bytemuck::{Pod, Zeroable};
+use schemas::SemanticTag;
 
 /// The fragment shader that draws a material. Materials of one family share a draw call; software
 /// rasterisers run every branch of a shader, so each family has a shader of its own.
@@ -102,6 +103,22 @@ impl Material {
             | Self::Concrete => Family::Ground,
             Self::Wall => Family::Facade,
             _ => Family::Body,
+        }
+    }
+
+    /// What it belongs to where nothing else is known; none for parts of actors, whose instance
+    /// says it.
+    pub(crate) fn tag(self) -> SemanticTag {
+        match self {
+            Self::Asphalt => SemanticTag::Roads,
+            Self::MarkingWhite | Self::MarkingYellow => SemanticTag::RoadLines,
+            Self::Kerb | Self::Sidewalk => SemanticTag::Sidewalks,
+            Self::Grass => SemanticTag::Terrain,
+            Self::Roof | Self::Wall => SemanticTag::Buildings,
+            Self::Concrete => SemanticTag::Static,
+            Self::Foliage | Self::Bark => SemanticTag::Vegetation,
+            Self::Metal => SemanticTag::Poles,
+            _ => SemanticTag::None,
         }
     }
 

@@ -17,6 +17,8 @@ pub(crate) struct Vertex {
     pub normal_material: [i16; 4],
     /// Metres along and up a facade; unused elsewhere.
     pub facade_m: [f32; 2],
+    /// A packed [`TagId`](schemas::TagId); 0 in shapes, whose instance says it.
+    pub label: u32,
 }
 
 /// Indexed triangles, counter-clockwise seen from outside.
@@ -164,7 +166,8 @@ impl MeshBuilder {
                 let normal_material = pack(smooth, *material, 0);
                 let index = *known.entry((place, normal_material)).or_insert_with(|| {
                     let position = [corner.x, corner.y, corner.z];
-                    mesh.vertices.push(Vertex { position, normal_material, facade_m: [0.0; 2] });
+                    let facade_m = [0.0; 2];
+                    mesh.vertices.push(Vertex { position, normal_material, facade_m, label: 0 });
                     mesh.vertices.len() as u32 - 1
                 });
                 mesh.indices.push(index);

@@ -1,7 +1,8 @@
 //! The shapes that actors are put together from: a fixed library, uploaded once per device.
 
+use super::material::Material;
 use super::mesh::Mesh;
-use super::{prop, vehicle, walker};
+use super::{prop, signpost, vehicle, walker};
 
 /// One shape of the library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -9,11 +10,15 @@ use super::{prop, vehicle, walker};
 #[allow(missing_docs, reason = "the names are the shapes")]
 pub(crate) enum Shape {
     Sedan,
+    Coupe,
     Hatchback,
     OffRoader,
+    Wedge,
     Van,
     Truck,
+    FireEngine,
     Bus,
+    LightBar,
     MotorcycleFrame,
     BicycleFrame,
     Wheel,
@@ -29,17 +34,31 @@ pub(crate) enum Shape {
     Block,
     Cone,
     Barrel,
+    Barricade,
+    Bench,
+    Shelter,
+    Placard,
+    Post,
+    LightHead,
+    StopSign,
+    YieldSign,
+    RoundSign,
+    SquareSign,
 }
 
 impl Shape {
     /// Every shape, at the place of its number.
-    pub(crate) const ALL: [Self; 21] = [
+    pub(crate) const ALL: [Self; 35] = [
         Self::Sedan,
+        Self::Coupe,
         Self::Hatchback,
         Self::OffRoader,
+        Self::Wedge,
         Self::Van,
         Self::Truck,
+        Self::FireEngine,
         Self::Bus,
+        Self::LightBar,
         Self::MotorcycleFrame,
         Self::BicycleFrame,
         Self::Wheel,
@@ -55,18 +74,33 @@ impl Shape {
         Self::Block,
         Self::Cone,
         Self::Barrel,
+        Self::Barricade,
+        Self::Bench,
+        Self::Shelter,
+        Self::Placard,
+        Self::Post,
+        Self::LightHead,
+        Self::StopSign,
+        Self::YieldSign,
+        Self::RoundSign,
+        Self::SquareSign,
     ];
 
     /// Its triangles in its own frame: vehicle bodies fill the box from -1 to 1, people's parts are in
-    /// heights of the person from the joint, wheels have radius and half width 1.
+    /// heights of the person from the joint, wheels have radius and half width 1; signs and lights are
+    /// as [`signpost`] says.
     pub(crate) fn mesh(self) -> Mesh {
         match self {
             Self::Sedan => vehicle::sedan(),
+            Self::Coupe => vehicle::coupe(),
             Self::Hatchback => vehicle::hatchback(),
             Self::OffRoader => vehicle::off_roader(),
+            Self::Wedge => vehicle::wedge(),
             Self::Van => vehicle::van(),
-            Self::Truck => vehicle::truck(),
+            Self::Truck => vehicle::truck(Material::PropBand),
+            Self::FireEngine => vehicle::truck(Material::Paint),
             Self::Bus => vehicle::bus(),
+            Self::LightBar => vehicle::light_bar(),
             Self::MotorcycleFrame => vehicle::motorcycle(),
             Self::BicycleFrame => vehicle::bicycle(),
             Self::Wheel => vehicle::wheel(),
@@ -82,6 +116,16 @@ impl Shape {
             Self::Block => prop::block(),
             Self::Cone => prop::cone(),
             Self::Barrel => prop::barrel(),
+            Self::Barricade => prop::barricade(),
+            Self::Bench => prop::bench(),
+            Self::Shelter => prop::shelter(),
+            Self::Placard => prop::placard(),
+            Self::Post => signpost::post(),
+            Self::LightHead => signpost::light_head(),
+            Self::StopSign => signpost::stop_sign(),
+            Self::YieldSign => signpost::yield_sign(),
+            Self::RoundSign => signpost::round_sign(),
+            Self::SquareSign => signpost::square_sign(),
         }
     }
 }
@@ -105,12 +149,26 @@ impl Shape {
             Self::Wheel | Self::ThinWheel | Self::WheelArch => 0.55,
             Self::MotorcycleFrame | Self::BicycleFrame => 0.08,
             Self::Block | Self::Cone | Self::Barrel => 0.3,
+            Self::Barricade
+            | Self::Bench
+            | Self::Shelter
+            | Self::Placard
+            | Self::LightHead
+            | Self::StopSign
+            | Self::YieldSign
+            | Self::RoundSign
+            | Self::SquareSign => 0.02,
+            Self::Post => 0.5,
             Self::Sedan
+            | Self::Coupe
             | Self::Hatchback
             | Self::OffRoader
+            | Self::Wedge
             | Self::Van
             | Self::Truck
-            | Self::Bus => 0.18,
+            | Self::FireEngine
+            | Self::Bus
+            | Self::LightBar => 0.18,
         }
     }
 
@@ -161,9 +219,16 @@ mod tests {
 
     #[test]
     fn vehicle_bodies_stay_inside_their_box() {
-        for shape in
-            [Shape::Sedan, Shape::Hatchback, Shape::OffRoader, Shape::Van, Shape::Truck, Shape::Bus]
-        {
+        for shape in [
+            Shape::Sedan,
+            Shape::Coupe,
+            Shape::Hatchback,
+            Shape::OffRoader,
+            Shape::Wedge,
+            Shape::Van,
+            Shape::Truck,
+            Shape::Bus,
+        ] {
             for vertex in shape.mesh().vertices {
                 // Mirrors and trim may stand out a little.
                 assert!(

@@ -6,6 +6,7 @@ use std::ops::Range;
 use schemas::Vec3;
 
 use super::facade::facade_coordinates;
+use super::instance::signal::Signal;
 use super::material::{Family, Material};
 use super::mesh::{Vertex, pack};
 
@@ -25,6 +26,9 @@ pub struct Surface {
     pub normals: Vec<Vec3>,
     /// Counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// Of each corner, a packed [`TagId`](schemas::TagId); a corner without one has the tag of the
+    /// material.
+    pub labels: Vec<u32>,
 }
 
 /// What a wall is built of.
@@ -43,7 +47,14 @@ pub enum WallKind {
 impl Surface {
     /// A surface without triangles.
     pub fn empty(material: Material, wall: WallKind) -> Self {
-        Self { material, wall, positions_m: Vec::new(), normals: Vec::new(), triangles: Vec::new() }
+        Self {
+            material,
+            wall,
+            positions_m: Vec::new(),
+            normals: Vec::new(),
+            triangles: Vec::new(),
+            labels: Vec::new(),
+        }
     }
 }
 
@@ -56,6 +67,7 @@ pub struct TownScene {
     pub(crate) vertices: Vec<Vertex>,
     pub(crate) indices: Vec<u32>,
     pub(crate) tiles: Vec<Tile>,
+    pub(crate) signals: Vec<Signal>,
 }
 
 /// One square of a town.
@@ -78,6 +90,7 @@ impl TownScene {
             vertices: Vec::new(),
             indices: Vec::new(),
             tiles: Vec::new(),
+            signals: Vec::new(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {
@@ -108,6 +121,7 @@ impl TownScene {
 
     fn push_vertices(&mut self, surface: &Surface) {
         let facades = (surface.material == Material::Wall).then(|| facade_coordinates(surface));
+        let of_material = u32::from(surface.material.tag().number());
         for (at, position) in surface.positions_m.iter().enumerate() {
             let normal = surface.normals.get(at).copied().unwrap_or_else(Vec3::z);
             let facade =
@@ -116,6 +130,7 @@ impl TownScene {
                 position: [position.x, position.y, position.z],
                 normal_material: pack(normal, surface.material, facade.variant),
                 facade_m: facade.along_up_m,
+                label: surface.labels.get(at).copied().unwrap_or(of_material),
             });
         }
     }
@@ -167,6 +182,7 @@ mod tests {
             positions_m: corners.map(Vec3::from).to_vec(),
             normals: vec![Vec3::z(); 3],
             triangles: vec![[0, 1, 2]],
+            labels: Vec::new(),
         }
     }
 

@@ -27,7 +27,8 @@ impl View {
     /// Places `camera` in `frame`.
     ///
     /// # Errors
-    /// [`ErrorCode::InvalidArgument`] for a size, field of view or pose outside the limits,
+    /// [`ErrorCode::InvalidArgument`] for a size, field of view or pose outside the limits or an
+    /// encoding that cannot carry the kind,
     /// [`ErrorCode::UnknownActor`] for a carrier that is not in the frame.
     pub(crate) fn of(camera: &Camera, frame: &Frame) -> Result<Self, Error> {
         check_lens(camera)?;
@@ -108,6 +109,12 @@ fn check_lens(camera: &Camera) -> Result<(), Error> {
         return Err(refuse("field of view")
             .wanted(format_args!("more than 0 and at most {FIELD_OF_VIEW_DEG_MAX} degrees"))
             .found(format_args!("{fov_deg} degrees")));
+    }
+    let encodings = camera.kind.encodings();
+    if !encodings.contains(&camera.encoding) {
+        return Err(refuse("encoding of this kind of picture")
+            .wanted(format_args!("{encodings:?} for {:?}", camera.kind))
+            .found(format_args!("{:?}", camera.encoding)));
     }
     if camera.encoding == ImageEncoding::Jpeg && !(1..=100).contains(&camera.jpeg_quality) {
         return Err(refuse("JPEG quality").wanted("1 to 100").found(camera.jpeg_quality));

@@ -23,6 +23,8 @@ struct View {
     horizon: vec4<f32>,
     // rgb, w width of a shadow map's pixel in metres.
     bounce: vec4<f32>,
+    // Distance in metres at which haze begins, rain 0..1, phase of the rain 0..1, unused.
+    air: vec4<f32>,
 };
 
 struct Material {
@@ -35,6 +37,13 @@ struct Material {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> materials: array<Material, MATERIAL_COUNT>;
 
+// World normal of a shape's own. Placement is a turn after a stretch along the axes: normals shrink
+// where positions stretch.
+fn unstretched(normal: vec3<f32>, row_x: vec3<f32>, row_y: vec3<f32>, row_z: vec3<f32>) -> vec3<f32> {
+    let n = normal / (row_x * row_x + row_y * row_y + row_z * row_z);
+    return normalize(vec3<f32>(dot(row_x, n), dot(row_y, n), dot(row_z, n)));
+}
+
 // Sky without clouds or sun.
 fn sky(direction: vec3<f32>) -> vec3<f32> {
     let height = max(direction.z, 0.0);
@@ -45,7 +54,7 @@ fn sky(direction: vec3<f32>) -> vec3<f32> {
 
 // What is seen through the air.
 fn hazed(colour: vec3<f32>, distance: f32, direction: vec3<f32>) -> vec3<f32> {
-    let part = 1.0 - exp(-view.eye.w * distance);
+    let part = 1.0 - exp(-view.eye.w * max(distance - view.air.x, 0.0));
     return mix(colour, view.horizon.rgb, part);
 }
 

@@ -37,9 +37,6 @@ struct Surface {
 fn vertex(in: VertexIn) -> Surface {
     let local = vec4<f32>(in.position, 1.0);
     let world = vec3<f32>(dot(in.row_x, local), dot(in.row_y, local), dot(in.row_z, local));
-    // Placement is a turn after a stretch along the axes: normals shrink where positions stretch.
-    let stretch_squared = in.row_x.xyz * in.row_x.xyz + in.row_y.xyz * in.row_y.xyz + in.row_z.xyz * in.row_z.xyz;
-    let n = vec3<f32>(in.normal_material.xyz) / stretch_squared;
     let number = u32(in.normal_material.w);
     let material = materials[number & 255u];
     let slot = material.pattern_tint.y;
@@ -52,7 +49,7 @@ fn vertex(in: VertexIn) -> Surface {
     var out: Surface;
     out.clip = view.clip_from_world * vec4<f32>(world, 1.0);
     out.world = world;
-    out.normal = normalize(vec3<f32>(dot(in.row_x.xyz, n), dot(in.row_y.xyz, n), dot(in.row_z.xyz, n)));
+    out.normal = unstretched(vec3<f32>(in.normal_material.xyz), in.row_x.xyz, in.row_y.xyz, in.row_z.xyz);
     out.facade_m = in.facade_m;
     out.colour = vec4<f32>(material.colour_gloss.rgb * tint.rgb, tint.a);
     out.look = vec4<f32>(material.colour_gloss.a, material.pattern_tint.x, f32(number >> 8u), 0.0);

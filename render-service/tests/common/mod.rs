@@ -98,6 +98,34 @@ pub(crate) fn camera() -> Camera {
     }
 }
 
+/// The same camera for another kind of picture, in the first encoding that carries it; colour raw.
+pub(crate) fn of_kind(kind: ImageKind, camera: &Camera) -> Camera {
+    let encoding = match kind {
+        ImageKind::Rgb => ImageEncoding::Rgba8,
+        _ => kind.encodings()[0],
+    };
+    Camera { kind, encoding, ..camera.clone() }
+}
+
+pub(crate) fn draw(renderer: &mut Renderer, town: &Arc<TownScene>, job: &RenderJob) -> Vec<Image> {
+    renderer.render(&[(Arc::clone(town), job)]).remove(0).unwrap().images
+}
+
+/// The pixel in which a fixed camera sees a point of the world.
+pub(crate) fn project(camera: &Camera, point: &Vec3) -> (u32, u32) {
+    let seen = camera.carrier_from_camera.inverse_transform_point(&(*point).into());
+    let scale = camera.width_px as f32 / 2.0 / (camera.horizontal_fov_rad / 2.0).tan();
+    let column = camera.width_px as f32 / 2.0 - seen.y / seen.x * scale;
+    let row = camera.height_px as f32 / 2.0 - seen.z / seen.x * scale;
+    (column as u32, row as u32)
+}
+
+/// Metres of one pixel of a depth picture.
+pub(crate) fn depth_m(image: &Image, column: u32, row: u32) -> f32 {
+    let at = ((row * image.width_px + column) * 4) as usize;
+    f32::from_le_bytes(image.data[at..at + 4].try_into().unwrap())
+}
+
 /// Straight down from a height; the picture's top is towards x, its left towards y.
 pub(crate) fn camera_above(height_m: f32) -> Camera {
     let down = UnitQuaternion::from_euler_angles(0.0, std::f32::consts::FRAC_PI_2, 0.0);

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::render::Tiles;
 use super::{Material, Sink};
 use crate::scenery::{SceneryBox, SceneryKind};
 
@@ -19,22 +20,25 @@ const PANE_M: f64 = 0.04;
 const NEIGHBOUR_M: f64 = 0.5;
 
 /// Raises everything that is a box.
-pub(super) fn raise(scenery: &[SceneryBox], sink: &mut impl Sink) {
-    let houses: Vec<&SceneryBox> =
-        scenery.iter().filter(|thing| thing.kind == SceneryKind::Building).collect();
-    for (index, house) in houses.iter().enumerate() {
+pub(super) fn raise(scenery: &[SceneryBox], tiles: &mut Tiles) {
+    let places = || (0u32..).zip(scenery);
+    let houses: Vec<(u32, &SceneryBox)> =
+        places().filter(|(_, thing)| thing.kind == SceneryKind::Building).collect();
+    for (index, (place, house)) in houses.iter().enumerate() {
+        tiles.thing = Some(*place);
         let material = [Material::Wall, Material::Brick, Material::Concrete]
             .get(index % 3)
             .copied()
             .unwrap_or(Material::Wall);
-        cuboid(house, house.half_extent_m, [material, Material::Roof], sink);
-        windows(house, &houses, sink);
+        cuboid(house, house.half_extent_m, [material, Material::Roof], tiles);
+        windows(house, &houses, tiles);
     }
-    for thing in scenery {
+    for (place, thing) in places() {
+        tiles.thing = Some(place);
         match thing.kind {
-            SceneryKind::Pole => lamp(thing, sink),
+            SceneryKind::Pole => lamp(thing, tiles),
             SceneryKind::Barrier | SceneryKind::Prop => {
-                cuboid(thing, thing.half_extent_m, [Material::Concrete; 2], sink);
+                cuboid(thing, thing.half_extent_m, [Material::Concrete; 2], tiles);
             }
             SceneryKind::Building | SceneryKind::Tree => {}
         }
@@ -70,7 +74,7 @@ fn block(
     sink.quad(top, head);
 }
 
-fn windows(house: &SceneryBox, houses: &[&SceneryBox], sink: &mut impl Sink) {
+fn windows(house: &SceneryBox, houses: &[(u32, &SceneryBox)], sink: &mut impl Sink) {
     let half = house.half_extent_m;
     // Each wall by its outward direction; along it, left to right seen from outside.
     let walls = [
@@ -81,7 +85,7 @@ fn windows(house: &SceneryBox, houses: &[&SceneryBox], sink: &mut impl Sink) {
     ];
     for (outward, along, depth_m, half_width_m) in walls {
         let before_wall = house.pose * Point3::from(outward * (depth_m + NEIGHBOUR_M));
-        if houses.iter().any(|other| covers(other, &before_wall)) {
+        if houses.iter().any(|(_, other)| covers(other, &before_wall)) {
             continue;
         }
         let bays = (2.0 * half_width_m / BAY_M).floor();

@@ -26,7 +26,11 @@ fn icosahedron() -> [Vector3<f64>; 12] {
 /// Grows every tree of the scenery.
 pub(super) fn grow(scenery: &[SceneryBox], tiles: &mut Tiles) {
     let corners = icosahedron();
-    for tree in scenery.iter().filter(|thing| thing.kind == SceneryKind::Tree) {
+    for (place, tree) in (0u32..).zip(scenery) {
+        if tree.kind != SceneryKind::Tree {
+            continue;
+        }
+        tiles.thing = Some(place);
         cuboid(tree, tree.half_extent_m, [Material::Trunk; 2], tiles);
         let trunk_m = 2.0 * tree.half_extent_m.z;
         // The crown hangs a little over the trunk's upper end.

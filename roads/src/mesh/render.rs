@@ -24,6 +24,8 @@ pub struct Surface {
     pub normals: Vec<[f32; 3]>,
     /// Corner indices, counter-clockwise seen from outside.
     pub indices: Vec<[u32; 3]>,
+    /// Of each triangle, the place in [`Map::scenery`] of the thing it is a part of.
+    pub things: Vec<Option<u32>>,
     /// Smallest corner of the box around it, in metres.
     pub min_m: [f32; 3],
     /// Largest corner of the box around it, in metres.
@@ -48,6 +50,7 @@ pub fn render(map: &Map) -> TownMesh {
     markings::paint(map, &mut tiles);
     building::raise(map.scenery(), &mut tiles);
     plants::grow(map.scenery(), &mut tiles);
+    tiles.thing = None;
     terrain::spread(map, MARGIN_M, &mut tiles);
     TownMesh { surfaces: tiles.surfaces.into_values().collect() }
 }
@@ -56,6 +59,8 @@ pub fn render(map: &Map) -> TownMesh {
 #[derive(Default)]
 pub(super) struct Tiles {
     surfaces: BTreeMap<([i32; 2], Material), Surface>,
+    /// Place in the scenery of what the next faces are a part of.
+    pub(super) thing: Option<u32>,
 }
 
 impl Tiles {
@@ -66,8 +71,11 @@ impl Tiles {
         corners: [Point3<f64>; 3],
         normals: [Vector3<f64>; 3],
     ) {
-        let first = self.surface(material, &corners[0]).push(corners, normals);
-        self.surface(material, &corners[0]).indices.push([first, first + 1, first + 2]);
+        let thing = self.thing;
+        let surface = self.surface(material, &corners[0]);
+        let first = surface.push(corners, normals);
+        surface.indices.push([first, first + 1, first + 2]);
+        surface.things.push(thing);
     }
 
     #[allow(
@@ -81,6 +89,7 @@ impl Tiles {
             positions_m: Vec::new(),
             normals: Vec::new(),
             indices: Vec::new(),
+            things: Vec::new(),
             min_m: [f32::INFINITY; 3],
             max_m: [f32::NEG_INFINITY; 3],
         })
@@ -101,9 +110,11 @@ impl Sink for Tiles {
         } else {
             normal(&a, &c, &d)
         };
+        let thing = self.thing;
         let surface = self.surface(material, &a);
         let first = surface.push(corners, [flat; 4]);
         surface.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        surface.things.extend([thing; 2]);
     }
 }
 

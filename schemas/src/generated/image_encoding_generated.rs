@@ -12,33 +12,60 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_IMAGE_ENCODING: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_IMAGE_ENCODING: u8 = 1;
+pub const ENUM_MAX_IMAGE_ENCODING: u8 = 5;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_IMAGE_ENCODING: [ImageEncoding; 2] = [
+pub const ENUM_VALUES_IMAGE_ENCODING: [ImageEncoding; 6] = [
   ImageEncoding::Jpeg,
   ImageEncoding::Rgba8,
+  ImageEncoding::DepthF32,
+  ImageEncoding::TagU8,
+  ImageEncoding::TagIdU32,
+  ImageEncoding::NormalI8,
 ];
 
+/// How pixels are packed: rows tightly, row 0 at the top, numbers little endian.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct ImageEncoding(pub u8);
 #[allow(non_upper_case_globals)]
 impl ImageEncoding {
+  /// Baseline JPEG, 4:2:0.
   pub const Jpeg: Self = Self(0);
+  /// Four bytes a pixel: red, green, blue in sRGB, then 255.
   pub const Rgba8: Self = Self(1);
+  /// One float a pixel: metres from the camera along its x axis, not along the ray; at most 1000,
+  /// which is also what the sky has.
+  pub const DepthF32: Self = Self(2);
+  /// One byte a pixel: a semantic tag of CARLA 0.9.16; 11 for the sky.
+  pub const TagU8: Self = Self(3);
+  /// Four bytes a pixel: the tag in the lowest byte, an id in the upper three. Ids below 0x800000
+  /// are those of actors (modulo 0x800000); from there on things of the map are counted; 0 is the
+  /// sky, roads, land.
+  pub const TagIdU32: Self = Self(4);
+  /// Three signed bytes a pixel: the unit normal in the camera's axes (x along the view, y left,
+  /// z up) times 127; 0, 0, 0 for the sky.
+  pub const NormalI8: Self = Self(5);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 1;
+  pub const ENUM_MAX: u8 = 5;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::Jpeg,
     Self::Rgba8,
+    Self::DepthF32,
+    Self::TagU8,
+    Self::TagIdU32,
+    Self::NormalI8,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
     match self {
       Self::Jpeg => Some("Jpeg"),
       Self::Rgba8 => Some("Rgba8"),
+      Self::DepthF32 => Some("DepthF32"),
+      Self::TagU8 => Some("TagU8"),
+      Self::TagIdU32 => Some("TagIdU32"),
+      Self::NormalI8 => Some("NormalI8"),
       _ => None,
     }
   }

@@ -87,7 +87,7 @@ impl<'a> Image<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<ImageEncoding>(Image::VT_ENCODING, Some(ImageEncoding::Jpeg)).unwrap()}
   }
-  /// Row 0 at the top; Rgba8 is tightly packed.
+  /// As the encoding says.
   #[inline]
   pub fn data(&self) -> flatbuffers::Vector<'a, u8> {
     // Safety:

@@ -12,29 +12,51 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_IMAGE_KIND: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_IMAGE_KIND: u8 = 0;
+pub const ENUM_MAX_IMAGE_KIND: u8 = 4;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_IMAGE_KIND: [ImageKind; 1] = [
+pub const ENUM_VALUES_IMAGE_KIND: [ImageKind; 5] = [
   ImageKind::Rgb,
+  ImageKind::Depth,
+  ImageKind::Semantic,
+  ImageKind::Instance,
+  ImageKind::Normals,
 ];
 
+/// What a pixel holds. Each kind has encodings of its own.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
 pub struct ImageKind(pub u8);
 #[allow(non_upper_case_globals)]
 impl ImageKind {
+  /// Colour as a person sees it: Jpeg or Rgba8.
   pub const Rgb: Self = Self(0);
+  /// Distance along the view: DepthF32.
+  pub const Depth: Self = Self(1);
+  /// What a thing is: TagU8.
+  pub const Semantic: Self = Self(2);
+  /// What a thing is, and which one: TagIdU32.
+  pub const Instance: Self = Self(3);
+  /// Where a surface faces: NormalI8.
+  pub const Normals: Self = Self(4);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 0;
+  pub const ENUM_MAX: u8 = 4;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::Rgb,
+    Self::Depth,
+    Self::Semantic,
+    Self::Instance,
+    Self::Normals,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
     match self {
       Self::Rgb => Some("Rgb"),
+      Self::Depth => Some("Depth"),
+      Self::Semantic => Some("Semantic"),
+      Self::Instance => Some("Instance"),
+      Self::Normals => Some("Normals"),
       _ => None,
     }
   }

@@ -127,14 +127,21 @@ twin!(
     "kind",
     [Vehicle, Walker, Prop, TrafficLight, TrafficSign, Sensor, Marker]
 );
-twin!(image_kind_out, image_kind_in, crate::ImageKind, fb::ImageKind, "image kind", [Rgb]);
+twin!(
+    image_kind_out,
+    image_kind_in,
+    crate::ImageKind,
+    fb::ImageKind,
+    "image kind",
+    [Rgb, Depth, Semantic, Instance, Normals]
+);
 twin!(
     encoding_out,
     encoding_in,
     crate::ImageEncoding,
     fb::ImageEncoding,
     "encoding",
-    [Jpeg, Rgba8]
+    [Jpeg, Rgba8, DepthF32, TagU8, TagIdU32, NormalI8]
 );
 twin!(
     pilot_out,

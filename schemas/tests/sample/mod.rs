@@ -424,7 +424,13 @@ pub(crate) fn replies() -> Vec<Reply> {
 
 pub(crate) fn render_job() -> RenderJob {
     let fixed = Camera { carrier: None, encoding: ImageEncoding::Rgba8, ..camera() };
-    RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras: vec![camera(), fixed] }
+    let mut cameras = vec![camera(), fixed.clone()];
+    for kind in
+        [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals]
+    {
+        cameras.push(Camera { kind, encoding: kind.encodings()[0], ..fixed.clone() });
+    }
+    RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras }
 }
 
 pub(crate) fn alive() -> Alive {

@@ -1,7 +1,7 @@
 //! Vehicles: a body by blueprint and size, and wheels that steer.
 
 use nalgebra::Matrix4;
-use schemas::{ActorState, Vec3};
+use schemas::{ActorState, SemanticTag, TagId, Vec3};
 
 use super::super::shape::Shape;
 use super::clothes::Clothes;
@@ -26,6 +26,7 @@ enum Class {
 pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, night: f32) {
     let tints = tints(actor, night);
     let half = actor.box_half_extent_m;
+    place_on_roof(placer, actor, type_id);
     match class_of(type_id, half) {
         Class::Car(shape) => {
             placer.put(shape, box_scale(actor), tints);
@@ -39,8 +40,7 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, nigh
         }
         Class::Heavy(shape) => {
             placer.put(shape, box_scale(actor), tints);
-            let axles: &[f32] =
-                if shape == Shape::Truck { &[0.74, -0.52, -0.76] } else { &[0.66, -0.60] };
+            let axles: &[f32] = if has_box(shape) { &[0.74, -0.52, -0.76] } else { &[0.66, -0.60] };
             let radius_m = if shape == Shape::Van { 0.36 } else { 0.50 };
             place_wheels(placer, actor, &Wheels { radius_m, half_width_m: 0.14, axles }, tints);
         }
@@ -49,17 +49,36 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, nigh
     }
 }
 
+fn has_box(shape: Shape) -> bool {
+    matches!(shape, Shape::Truck | Shape::FireEngine)
+}
+
 /// By the words that CARLA's blueprint ids use, else by size.
 fn class_of(type_id: &str, half_m: Vec3) -> Class {
-    const BY_WORD: [(&[&str], Class); 7] = [
+    const BY_WORD: [(&[&str], Class); 10] = [
         (&["crossbike", "omafiets", "century", "bicycle"], Class::Bicycle),
         (&["harley", "kawasaki", "yamaha", "vespa", "motorcycle"], Class::Motorcycle),
-        (&["firetruck", "carlacola", "truck"], Class::Heavy(Shape::Truck)),
+        (&["cybertruck", "pickup"], Class::Car(Shape::Wedge)),
+        (&["firetruck"], Class::Heavy(Shape::FireEngine)),
+        (&["carlacola", "european_hgv", "truck"], Class::Heavy(Shape::Truck)),
         (&["fusorosa", "bus"], Class::Heavy(Shape::Bus)),
         (&["ambulance", "sprinter", "t2", "van"], Class::Heavy(Shape::Van)),
-        (&["patrol", "wrangler", "cybertruck", "etron", "suv"], Class::Car(Shape::OffRoader)),
+        (&["patrol", "wrangler", "etron", "suv"], Class::Car(Shape::OffRoader)),
+        (&["audi.tt", "mustang", "coupe"], Class::Car(Shape::Coupe)),
         (
-            &["micro", "isetta", "mini", "cooper", "c3", "a2", "leon", "prius", "hatch"],
+            &[
+                "micro",
+                "isetta",
+                "mini",
+                "cooper",
+                "c3",
+                "a2",
+                "leon",
+                "prius",
+                "micra",
+                "grandtourer",
+                "hatch",
+            ],
             Class::Car(Shape::Hatchback),
         ),
     ];
@@ -75,6 +94,26 @@ fn class_of(type_id: &str, half_m: Vec3) -> Class {
         half if half.x < 2.05 => Class::Car(Shape::Hatchback),
         _ => Class::Car(Shape::Sedan),
     }
+}
+
+/// Lamps on the roofs of those who may hurry, and a taxi's sign.
+fn place_on_roof(placer: &mut Placer, actor: &ActorState, type_id: &str) {
+    let (blue, red) = (glowing([0.05, 0.12, 1.0], 0.5), glowing([1.0, 0.04, 0.03], 0.5));
+    let is = |words: &[&str]| words.iter().any(|word| type_id.contains(word));
+    let (along, half_m, tints) = if is(&["police"]) {
+        (-0.1, Vec3::new(0.12, 0.52, 0.06), [blue, [0; 4], red, [0; 4]])
+    } else if is(&["ambulance", "firetruck"]) {
+        (0.45, Vec3::new(0.15, 0.70, 0.08), [blue, [0; 4], blue, [0; 4]])
+    } else if is(&["ford.crown", "taxi"]) {
+        let yellow = glowing([0.9, 0.6, 0.05], 0.3);
+        (-0.15, Vec3::new(0.10, 0.25, 0.08), [yellow, [0; 4], yellow, [0; 4]])
+    } else {
+        return;
+    };
+    let half = actor.box_half_extent_m;
+    let roof_m = actor.box_centre_m + Vec3::new(along * half.x, 0.0, half.z - 0.01);
+    let bar = Matrix4::new_translation(&roof_m) * Matrix4::new_nonuniform_scaling(&half_m);
+    placer.put(Shape::LightBar, bar, tints);
 }
 
 /// Paint, head lamps, tail lamps; brakes and darkness light lamps.
@@ -137,6 +176,7 @@ fn place_two_wheeler(
     }
     let saddle = ground_m + Vec3::new(-0.22 * half.x, 0.0, 0.60);
     let rider = Matrix4::new_translation(&(saddle + Vec3::z() * 0.05)) * Matrix4::new_scaling(1.72);
+    placer.label = TagId::of_actor(SemanticTag::Rider, actor.id);
     placer.put(Shape::Rider, rider, Clothes::of(actor.id).tints);
 }
 
@@ -154,6 +194,12 @@ mod tests {
         assert_eq!(class_of("vehicle.tesla.model3", half), Class::Car(Shape::Sedan));
         assert_eq!(class_of("vehicle.nissan.patrol", half), Class::Car(Shape::OffRoader));
         assert_eq!(class_of("vehicle.kawasaki.ninja", half), Class::Motorcycle);
+        assert_eq!(class_of("vehicle.tesla.cybertruck", half), Class::Car(Shape::Wedge));
+        assert_eq!(class_of("vehicle.audi.tt", half), Class::Car(Shape::Coupe));
+        assert_eq!(
+            class_of("vehicle.carlamotors.firetruck", half),
+            Class::Heavy(Shape::FireEngine)
+        );
         assert_eq!(
             class_of("vehicle.own.coach", Vec3::new(6.0, 1.3, 1.6)),
             Class::Heavy(Shape::Bus)

@@ -59,7 +59,7 @@ class Image(object):
             return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
         return 0
 
-    # Row 0 at the top; Rgba8 is tightly packed.
+    # As the encoding says.
     # Image
     def Data(self, j):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))

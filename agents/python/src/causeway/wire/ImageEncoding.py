@@ -2,6 +2,21 @@
 
 # namespace: wire
 
+# How pixels are packed: rows tightly, row 0 at the top, numbers little endian.
 class ImageEncoding(object):
+    # Baseline JPEG, 4:2:0.
     Jpeg = 0
+    # Four bytes a pixel: red, green, blue in sRGB, then 255.
     Rgba8 = 1
+    # One float a pixel: metres from the camera along its x axis, not along the ray; at most 1000,
+    # which is also what the sky has.
+    DepthF32 = 2
+    # One byte a pixel: a semantic tag of CARLA 0.9.16; 11 for the sky.
+    TagU8 = 3
+    # Four bytes a pixel: the tag in the lowest byte, an id in the upper three. Ids below 0x800000
+    # are those of actors (modulo 0x800000); from there on things of the map are counted; 0 is the
+    # sky, roads, land.
+    TagIdU32 = 4
+    # Three signed bytes a pixel: the unit normal in the camera's axes (x along the view, y left,
+    # z up) times 127; 0, 0, 0 for the sky.
+    NormalI8 = 5

@@ -2,5 +2,15 @@
 
 # namespace: wire
 
+# What a pixel holds. Each kind has encodings of its own.
 class ImageKind(object):
+    # Colour as a person sees it: Jpeg or Rgba8.
     Rgb = 0
+    # Distance along the view: DepthF32.
+    Depth = 1
+    # What a thing is: TagU8.
+    Semantic = 2
+    # What a thing is, and which one: TagIdU32.
+    Instance = 3
+    # Where a surface faces: NormalI8.
+    Normals = 4
