@@ -102,9 +102,7 @@ pub(crate) fn blueprints() -> impl Iterator<Item = Blueprint> {
     static MODELS: LazyLock<Vec<(&'static Design, VehicleModel)>> =
         LazyLock::new(|| designs().map(|design| (design, design.model())).collect());
     MODELS.iter().map(|(design, model)| {
-        // 0.9.16 does not list 0.10's name of the same car.
-        let listed = true;
-        Blueprint::new(design.id, Class::Vehicle(model), listed, attributes(design, model))
+        Blueprint::new(design.id, Class::Vehicle(model), true, attributes(design, model))
     })
 }
 
