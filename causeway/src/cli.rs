@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
-use crate::{lifeline, logging, router, up};
+use crate::{lifeline, logging, map, router, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -33,6 +33,9 @@ enum Command {
     Scenario(scenario_service::Args),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
+    /// List, check, draw, export and build maps.
+    #[command(after_help = EXIT_CODES)]
+    Map(map::Args),
 }
 
 impl Cli {
@@ -53,6 +56,7 @@ impl Cli {
                 scenario_service::run(&args).map_err(|error| Failure::of(&error))
             }
             Command::Router(args) => router::run(args),
+            Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
         }
     }
 }
@@ -66,6 +70,7 @@ impl Command {
             Self::Render(_) => "render",
             Self::Scenario(_) => "scenario",
             Self::Router(_) => "router",
+            Self::Map(_) => "map",
         }
     }
 }

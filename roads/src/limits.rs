@@ -24,3 +24,7 @@ pub const WALK_RESULTS_MAX: usize = 10_000;
 pub const SPAWN_POINTS_MAX: usize = 4_096;
 /// Sub-intervals used to integrate one spiral.
 pub const SPIRAL_PANELS_MAX: usize = 4_096;
+/// Longest map, in metres of road, that gets generated surroundings.
+pub const SURROUNDINGS_LENGTH_MAX_M: f64 = 5e5;
+/// Things generated as the surroundings of one map; the last road may add a few more.
+pub const SURROUNDINGS_MAX: usize = 6_000;

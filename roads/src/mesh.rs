@@ -6,7 +6,7 @@ mod markings;
 mod pavement;
 mod plants;
 mod render;
-mod strip;
+pub(crate) mod strip;
 mod terrain;
 
 use nalgebra::Point3;

@@ -17,7 +17,7 @@ const TURN_STEP_RAD: f64 = 0.16;
 const TURN_SAMPLES: u32 = 4;
 
 /// Road coordinates at which a section is cut, both ends included.
-pub(super) fn cuts(road: &Road, section: &Section) -> Vec<f64> {
+pub(crate) fn cuts(road: &Road, section: &Section) -> Vec<f64> {
     let widths = section.lanes.iter().flat_map(|lane| &lane.width.0);
     let records = road.elevation.0.iter().chain(&road.lane_offset.0).chain(widths);
     // Straight pieces change direction or grade at their borders, so these are always cut.
