@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
-use crate::{bench, lifeline, logging, router, up};
+use crate::{bench, lifeline, logging, map, router, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -36,6 +36,9 @@ enum Command {
     /// Measure what a user waits for.
     #[command(subcommand)]
     Bench(bench::Command),
+    /// List, check, draw, export and build maps.
+    #[command(after_help = EXIT_CODES)]
+    Map(map::Args),
 }
 
 impl Cli {
@@ -57,6 +60,7 @@ impl Cli {
             }
             Command::Router(args) => router::run(args),
             Command::Bench(command) => bench::run(&command),
+            Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
         }
     }
 }
@@ -71,6 +75,7 @@ impl Command {
             Self::Scenario(_) => "scenario",
             Self::Router(_) => "router",
             Self::Bench(_) => "bench",
+            Self::Map(_) => "map",
         }
     }
 }

@@ -1,14 +1,15 @@
 //! `causeway`: the one command people type.
 //!
 //! Every service of a site is a subcommand that runs alone; `up` starts one process of each and
-//! keeps them running. This crate only parses, starts, watches and stops: what a service does is in
-//! its own crate.
+//! keeps them running. `map` works on files and answers at once. This crate only parses, starts,
+//! watches and stops: what a service does, and what a map is, is in its own crate.
 
 mod bench;
 mod cli;
 mod failure;
 mod lifeline;
 mod logging;
+mod map;
 mod router;
 mod up;
 

@@ -12,7 +12,7 @@ fn causeway(arguments: &[&str]) -> Output {
 fn help_names_every_command_and_the_exit_codes() {
     let help = causeway(&["--help"]);
     let text = String::from_utf8(help.stdout).unwrap();
-    for word in ["up", "world", "render", "scenario", "router", "Exit codes"] {
+    for word in ["up", "world", "render", "scenario", "router", "map", "Exit codes"] {
         assert!(text.contains(word), "{word} is not in:\n{text}");
     }
     assert_eq!(help.status.code(), Some(0));

@@ -15,6 +15,14 @@ pub enum Severity {
     Refused,
 }
 
+impl Severity {
+    /// Whether CARLA's client does not survive it.
+    #[must_use]
+    pub fn breaks_client(self) -> bool {
+        self >= Self::BreaksClient
+    }
+}
+
 /// One fault of a map.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -76,9 +84,13 @@ pub struct Report {
 impl Report {
     pub(crate) fn push(&mut self, diagnostic: Diagnostic) {
         self.count += 1;
-        if self.diagnostics.len() < limits::DIAGNOSTICS_MAX {
-            self.diagnostics.push(diagnostic);
+        if self.diagnostics.len() >= limits::DIAGNOSTICS_MAX {
+            // A graver fault takes the place of a lesser one, so that the verdict stays right.
+            let lesser = |known: &Diagnostic| known.severity < diagnostic.severity;
+            let Some(index) = self.diagnostics.iter().rposition(lesser) else { return };
+            self.diagnostics.remove(index);
         }
+        self.diagnostics.push(diagnostic);
     }
 
     pub(crate) fn add(
@@ -97,6 +109,12 @@ impl Report {
         });
     }
 
+    /// The gravest fault, of several the first.
+    #[must_use]
+    pub fn worst(&self) -> Option<&Diagnostic> {
+        self.diagnostics.iter().rev().max_by_key(|fault| fault.severity)
+    }
+
     /// Whether nothing was found.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -108,4 +126,29 @@ impl Report {
 pub(crate) fn shown(text: &str) -> String {
     let cut: String = text.chars().take(limits::SHOWN_CHARS_MAX).collect();
     if cut.len() < text.len() { format!("{cut:?}…") } else { format!("{cut:?}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grave_fault_is_kept_however_many_lesser_ones_there_are() {
+        let mut report = Report::default();
+        let fault = |severity| Diagnostic {
+            severity,
+            road: None,
+            s: None,
+            wanted: String::new(),
+            found: String::new(),
+        };
+        for _ in 0..2 * limits::DIAGNOSTICS_MAX {
+            report.push(fault(Severity::Suspicious));
+        }
+        report.push(fault(Severity::BreaksClient));
+        report.push(fault(Severity::Suspicious));
+        assert_eq!(report.worst().map(|one| one.severity), Some(Severity::BreaksClient));
+        assert_eq!(report.diagnostics.len(), limits::DIAGNOSTICS_MAX);
+        assert_eq!(report.count, 2 * limits::DIAGNOSTICS_MAX + 2);
+    }
 }

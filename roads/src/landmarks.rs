@@ -165,7 +165,8 @@ fn landmark(
 /// How far traffic lights are moved forward by the client, in metres.
 const LIGHT_FORWARD_M: f64 = 0.25;
 
-fn pose(map: &Map, signal: &Signal) -> SignalPose {
+/// Where a signal stands, as the client places it.
+pub(crate) fn pose(map: &Map, signal: &Signal) -> SignalPose {
     if let Some(inertial) = signal.inertial {
         return inertial;
     }

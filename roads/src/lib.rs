@@ -20,6 +20,7 @@
 
 mod check;
 mod crosswalks;
+mod environment;
 mod error;
 mod geo;
 mod geometry;
@@ -34,14 +35,17 @@ pub mod mesh;
 mod model;
 pub mod nav;
 mod neighbours;
+pub mod picture;
 mod scenery;
 mod signals;
 mod spawn;
+mod surroundings;
 mod topology;
 pub mod town;
 mod walk;
 mod xml;
 
+pub use environment::{EnvironmentObject, MapLayer, SemanticLabel};
 pub use error::{Diagnostic, MapError, Report, Severity};
 pub use geo::GeoPlace;
 pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};

@@ -30,3 +30,7 @@ pub const NAV_PIECES_MAX: usize = 200_000;
 pub const NAV_PIECES_AT_PLACE_MAX: usize = 1_000;
 /// Polygons one search for a walker's way may look at.
 pub const NAV_SEARCH_POLYGONS_MAX: usize = 200_000;
+/// Longest map, in metres of road, that gets generated surroundings.
+pub const SURROUNDINGS_LENGTH_MAX_M: f64 = 5e5;
+/// Things generated as the surroundings of one map; the last road may add a few more.
+pub const SURROUNDINGS_MAX: usize = 6_000;

@@ -1,8 +1,11 @@
 //! A map and the questions it answers.
 
+use std::sync::OnceLock;
+
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
+use crate::environment::{self, EnvironmentObject};
 use crate::error::{MapError, Report};
 use crate::index::ProjectionIndex;
 use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
@@ -13,6 +16,7 @@ use crate::model::Model;
 use crate::neighbours::{self, Side};
 use crate::scenery::{self, SceneryBox};
 use crate::spawn;
+use crate::surroundings;
 use crate::topology;
 use crate::walk::{Way, walk};
 use crate::xml;
@@ -81,16 +85,17 @@ pub struct Map {
     pub(crate) landmarks: Landmarks,
     spawn_points: Vec<Isometry3<f64>>,
     scenery: Vec<SceneryBox>,
+    environment: OnceLock<Vec<EnvironmentObject>>,
 }
 
 impl Map {
-    /// Reads OpenDRIVE text.
+    /// Reads OpenDRIVE text. A map without houses and trees gets some beside its roads.
     ///
     /// # Errors
     /// [`MapError`] with the faults of a text that cannot be used.
     pub fn parse(name: &str, xodr: &str) -> Result<Self, MapError> {
         let mut report = Report::default();
-        let model = xml::read(xodr, &mut report);
+        let mut model = xml::read(xodr, &mut report);
         if !report.is_empty() {
             return Err(MapError {
                 name: name.to_owned(),
@@ -98,6 +103,7 @@ impl Map {
                 count: report.count,
             });
         }
+        surroundings::add(&mut model);
         let table = LaneTable::new(&model);
         let links = Links::new(&model, &table);
         let index = ProjectionIndex::new(&model, &table);
@@ -115,6 +121,7 @@ impl Map {
             landmarks: Landmarks::default(),
             spawn_points,
             scenery,
+            environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
         map.landmarks = Landmarks::new(&map);
@@ -269,10 +276,20 @@ impl Map {
         &self.spawn_points
     }
 
-    /// The solid things beside the roads, from the map's objects.
+    /// The solid things beside the roads: from the map's objects, or generated surroundings.
     #[must_use]
     pub fn scenery(&self) -> &[SceneryBox] {
         &self.scenery
+    }
+
+    /// Everything that is part of the map and not an actor: scenery, signals, ground and paint,
+    /// with CARLA's labels and layers.
+    ///
+    /// **Order:** by id. **Determinism:** the same text gives the same list. **Cost:** made on the
+    /// first call.
+    #[must_use]
+    pub fn environment_objects(&self) -> &[EnvironmentObject] {
+        self.environment.get_or_init(|| environment::list(self))
     }
 
     /// The box around the middles of all lanes, in metres; `None` for a map without chords.
@@ -283,10 +300,11 @@ impl Map {
 
     fn walk(&self, waypoint: &Waypoint, distance_m: f64, way: Way) -> Vec<Waypoint> {
         let Some(index) = self.lane_index(waypoint) else { return Vec::new() };
-        walk(&self.table, &self.links, (index, waypoint.s), distance_m, way)
-            .into_iter()
-            .filter_map(|(lane, s)| self.waypoint_on(lane, s))
-            .collect()
+        let mut found = Vec::new();
+        walk(&self.table, &self.links, (index, waypoint.s), distance_m, way, |lane, s| {
+            found.extend(self.waypoint_on(lane, s));
+        });
+        found
     }
 
     pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {

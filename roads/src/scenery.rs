@@ -50,7 +50,7 @@ pub(crate) fn boxes(model: &Model) -> Vec<SceneryBox> {
         .collect()
 }
 
-fn kind(object: &Object) -> Option<SceneryKind> {
+pub(crate) fn kind(object: &Object) -> Option<SceneryKind> {
     match object.object_type.as_str() {
         "building" => Some(SceneryKind::Building),
         "pole" | "streetLamp" => Some(SceneryKind::Pole),
@@ -61,7 +61,7 @@ fn kind(object: &Object) -> Option<SceneryKind> {
     }
 }
 
-fn scenery_box(road: &Road, object: &Object) -> Option<SceneryBox> {
+pub(crate) fn scenery_box(road: &Road, object: &Object) -> Option<SceneryBox> {
     let kind = kind(object)?;
     let (length_m, width_m) = if object.radius_m > 0.0 {
         (2.0 * object.radius_m, 2.0 * object.radius_m)

@@ -11,7 +11,7 @@ pub(crate) enum Way {
     Back,
 }
 
-/// All places `distance_m` along the lanes from one place.
+/// Tells all places `distance_m` along the lanes from one place.
 ///
 /// At every fork the walk goes on along each branch; a branch that ends before the distance gives
 /// nothing. A distance below zero leads nowhere.
@@ -21,23 +21,26 @@ pub(crate) fn walk(
     start: (LaneIndex, f64),
     distance_m: f64,
     way: Way,
-) -> Vec<(LaneIndex, f64)> {
-    let mut found = Vec::new();
+    mut tell: impl FnMut(LaneIndex, f64),
+) {
     if distance_m.is_nan() || distance_m < 0.0 {
-        return found;
+        return;
     }
-    let mut pending = vec![(start.0, start.1, distance_m)];
-    let mut entered = 0;
-    while let Some((index, s, rest_m)) = pending.pop() {
+    // Most walks end in the lane they begin in; those need no list.
+    let mut first = Some((start.0, start.1, distance_m));
+    let mut pending = Vec::new();
+    let (mut entered, mut told) = (0, 0);
+    while let Some((index, s, rest_m)) = first.take().or_else(|| pending.pop()) {
         entered += 1;
         let Some(entry) = table.get(index) else { continue };
-        if entered > limits::WALK_LANES_MAX || found.len() >= limits::WALK_RESULTS_MAX {
+        if entered > limits::WALK_LANES_MAX || told >= limits::WALK_RESULTS_MAX {
             break;
         }
         let along_s = entry.forward == (way == Way::Ahead);
         let left_m = if along_s { entry.end_s - s } else { s - entry.start_s };
         if rest_m <= left_m {
-            found.push((index, if along_s { s + rest_m } else { s - rest_m }));
+            tell(index, if along_s { s + rest_m } else { s - rest_m });
+            told += 1;
             continue;
         }
         let linked = match way {
@@ -51,5 +54,4 @@ pub(crate) fn walk(
             Some((*next, s, rest_m - left_m))
         }));
     }
-    found
 }

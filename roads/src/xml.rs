@@ -6,7 +6,7 @@ mod objects;
 mod road;
 mod signals;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -50,6 +50,7 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
     model.roads = read_roads(root, report);
     model.junctions = read_junctions(root, &model, report);
     model.signals = signals::read(root, &model.roads, report);
+    check_controllers(root, &model, report);
     if model.roads.is_empty() && report.is_empty() {
         report.add(None, None, "at least one road with lanes", "none");
     }
@@ -145,4 +146,21 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
         junction.connecting_roads.append(&mut connecting_roads);
     }
     junctions.into_values().collect()
+}
+
+/// A junction must not list a controller of unknown signals; nobody minds one that no junction lists.
+fn check_controllers(root: Node<'_, '_>, model: &Model, report: &mut Report) {
+    let listed: BTreeSet<&str> = children(root, "junction")
+        .flat_map(|junction| children(junction, "controller"))
+        .map(|controller| text(controller, "id"))
+        .collect();
+    for controller in children(root, "controller") {
+        let id = text(controller, "id");
+        for signal in children(controller, "control").map(|control| text(control, "signalId")) {
+            if listed.contains(id) && !model.signals.definitions.contains_key(signal) {
+                let wanted = format!("signals of the map in controller {}", shown(id));
+                report.add(None, None, wanted, shown(signal));
+            }
+        }
+    }
 }

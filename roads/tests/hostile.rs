@@ -92,6 +92,34 @@ fn records_that_end_the_client_are_refused_with_what_was_wanted() {
     }
 }
 
+/// The rest of what ends the client at load: faults of lanes, junctions and controllers.
+#[test]
+fn faults_of_lanes_junctions_and_controllers_that_end_the_client_are_refused() {
+    let whole = map_with(LINE, WIDTH, "");
+    let after_road = |more: &str| whole.replace("</OpenDRIVE>", &format!("{more}</OpenDRIVE>"));
+    let controller = |junction: &str| {
+        after_road(&format!(
+            "<controller id=\"4\"><control signalId=\"77\"/></controller>{junction}"
+        ))
+    };
+    let late_offset = "<lanes><laneOffset s=\"3\" a=\"1\" b=\"0\" c=\"0\" d=\"0\"/>";
+    let cases = [
+        (whole.replace("<lanes>", late_offset), "laneOffset"),
+        (whole.replace("<center><lane id=\"0\" type=\"none\"/></center>", ""), "centre lane"),
+        (
+            after_road("<junction id=\"9\"><connection id=\"1\" connectingRoad=\"5\"/></junction>"),
+            "junction 9",
+        ),
+        (controller("<junction id=\"9\"><controller id=\"4\"/></junction>"), "controller \"4\""),
+    ];
+    for (text, wanted) in cases {
+        assert_ne!(text, whole, "{wanted}");
+        let refused = refusal(&text).to_string();
+        assert!(refused.contains(wanted), "{refused} should name {wanted}");
+    }
+    assert!(Map::parse("test", &controller("")).is_ok(), "no junction lists that controller");
+}
+
 #[test]
 fn entities_depth_and_size_do_not_blow_up() {
     let laughs =

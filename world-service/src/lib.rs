@@ -12,6 +12,7 @@
 
 mod app;
 mod args;
+mod map_files;
 mod maps;
 mod renderers;
 pub mod service;
@@ -19,3 +20,4 @@ mod simulation;
 
 pub use app::{ServiceError, WorldService, run, start};
 pub use args::{Args, Config, ConfigError};
+pub use map_files::{map_files, read_map_file};

@@ -1,20 +1,31 @@
 //! The maps a service knows: our own towns, and a folder of OpenDRIVE files that win over them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::SystemTime;
 
-use schemas::limits::MAP_BYTES_MAX;
 use schemas::{Error, ErrorCode, MapRef};
 
-/// Files of one maps folder that are looked at.
-const MAPS_MAX: usize = 1_024;
+use crate::map_files::{map_files, read_map_file};
 
-/// All maps by name. Texts are read and towns built on first use, and kept.
+/// Texts of changed or removed files that are kept for the worlds that still use them.
+const FORMER_TEXTS_MAX: usize = 64;
+
+/// All maps by name. Texts are read and towns built on first use, and kept. The folder is looked at
+/// again for every list and every new world, so that files may come, change and go meanwhile.
 pub(crate) struct Maps<T> {
-    entries: BTreeMap<String, Entry<T>>,
+    folder: Option<PathBuf>,
     build_town: fn(Arc<roads::Map>) -> T,
+    shelf: Mutex<Shelf<T>>,
+}
+
+/// What is known now, and what was.
+struct Shelf<T> {
+    entries: BTreeMap<String, Arc<Entry<T>>>,
+    /// Oldest first.
+    former: VecDeque<Arc<Text>>,
 }
 
 struct Entry<T> {
@@ -23,9 +34,14 @@ struct Entry<T> {
     town: OnceLock<Result<Arc<T>, Error>>,
 }
 
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum Source {
     BuiltIn,
-    File(PathBuf),
+    File {
+        path: PathBuf,
+        /// Size in bytes and time of the last change; a file is read again when either differs.
+        stamp: (u64, Option<SystemTime>),
+    },
 }
 
 /// OpenDRIVE text and the BLAKE3 digest of its bytes.
@@ -38,31 +54,28 @@ impl<T> Maps<T> {
     /// Our own towns and the `.xodr` files of a folder, by file stem.
     ///
     /// # Errors
-    /// A folder that cannot be listed, or holds more than [`MAPS_MAX`] maps.
+    /// A folder that cannot be listed, or holds too many maps.
     pub(crate) fn new(
         folder: Option<&Path>,
         build_town: fn(Arc<roads::Map>) -> T,
     ) -> Result<Self, Error> {
-        let mut entries: BTreeMap<String, Entry<T>> = roads::town::names()
-            .map(|name| (name.to_owned(), Entry::new(Source::BuiltIn)))
-            .collect();
-        if let Some(folder) = folder {
-            for (name, path) in xodr_files(folder)? {
-                entries.insert(name, Entry::new(Source::File(path)));
-            }
-        }
-        Ok(Self { entries, build_town })
+        let shelf = Mutex::new(Shelf { entries: BTreeMap::new(), former: VecDeque::new() });
+        let maps = Self { folder: folder.map(Path::to_owned), build_town, shelf };
+        maps.shelf().arrange(sources(folder)?);
+        Ok(maps)
     }
 
     /// All maps whose text can be read, ordered by name.
     pub(crate) fn list(&self) -> Vec<MapRef> {
-        let readable = self.entries.iter().filter_map(|(name, entry)| match entry.text(name) {
-            Ok(text) => Some(MapRef { name: name.clone(), digest: text.digest.clone() }),
-            Err(error) => {
-                tracing::warn!(map = name, %error, "a map is left out of the list");
-                None
-            }
-        });
+        self.look_again();
+        let readable =
+            self.entries().into_iter().filter_map(|(name, entry)| match entry.text(&name) {
+                Ok(text) => Some(MapRef { name, digest: text.digest.clone() }),
+                Err(error) => {
+                    tracing::warn!(map = name, %error, "a map is left out of the list");
+                    None
+                }
+            });
         readable.collect()
     }
 
@@ -71,31 +84,30 @@ impl<T> Maps<T> {
     /// # Errors
     /// [`ErrorCode::UnknownMap`] with the known names, or what is wrong with the file.
     pub(crate) fn town(&self, name: &str) -> Result<Arc<T>, Error> {
-        let entry = self.entries.get(name).ok_or_else(|| self.unknown(name))?;
-        let build = || {
-            let text = entry.text(name)?;
-            let map = roads::Map::parse(name, &text.xodr).map_err(|cause| {
-                Error::new(ErrorCode::UnknownMap, format!("the map {name:?} cannot be used"))
-                    .found(cause)
-            })?;
-            Ok(Arc::new((self.build_town)(Arc::new(map))))
-        };
-        entry.town.get_or_init(build).clone()
+        self.look_again();
+        let entry = self.entry(name).ok_or_else(|| self.unknown(name))?;
+        entry.town(name, self.build_town)
     }
 
     /// The town that a snapshot or frame means: same name, same text.
     pub(crate) fn town_of(&self, map: &MapRef) -> Option<Arc<T>> {
-        let text = self.entries.get(&map.name)?.text(&map.name).ok()?;
-        if text.digest == map.digest { self.town(&map.name).ok() } else { None }
+        self.look_again();
+        let entry = self.entry(&map.name)?;
+        let is_same = entry.text(&map.name).ok()?.digest == map.digest;
+        is_same.then(|| entry.town(&map.name, self.build_town).ok())?
     }
 
-    /// The OpenDRIVE text with this digest.
+    /// The OpenDRIVE text with this digest, also when its file has changed since a world began.
     ///
     /// # Errors
     /// [`ErrorCode::UnknownAsset`].
     pub(crate) fn asset(&self, digest: &str) -> Result<Vec<u8>, Error> {
-        let mut texts = self.entries.iter().filter_map(|(name, entry)| entry.text(name).ok());
-        texts
+        let former = self.shelf().former.clone();
+        let entries = self.entries();
+        let texts = entries.iter().filter_map(|(name, entry)| entry.text(name).ok());
+        former
+            .into_iter()
+            .chain(texts)
             .find(|text| text.digest == digest)
             .map(|text| text.xodr.clone().into_bytes())
             .ok_or_else(|| {
@@ -103,11 +115,71 @@ impl<T> Maps<T> {
             })
     }
 
+    /// Looks into the folder. One that cannot be listed now changes nothing.
+    fn look_again(&self) {
+        match sources(self.folder.as_deref()) {
+            Ok(sources) => self.shelf().arrange(sources),
+            Err(error) => tracing::warn!(%error, "the maps stay as they were"),
+        }
+    }
+
+    fn shelf(&self) -> MutexGuard<'_, Shelf<T>> {
+        // A panic while it was held left every entry whole.
+        self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn entry(&self, name: &str) -> Option<Arc<Entry<T>>> {
+        self.shelf().entries.get(name).map(Arc::clone)
+    }
+
+    fn entries(&self) -> Vec<(String, Arc<Entry<T>>)> {
+        let shelf = self.shelf();
+        shelf.entries.iter().map(|(name, entry)| (name.clone(), Arc::clone(entry))).collect()
+    }
+
     fn unknown(&self, name: &str) -> Error {
-        let known: Vec<&str> = self.entries.keys().map(String::as_str).collect();
+        let known: Vec<String> = self.shelf().entries.keys().cloned().collect();
         Error::new(ErrorCode::UnknownMap, "no such map")
             .wanted(format_args!("one of {}", known.join(", ")))
             .found(format_args!("{name:?}"))
+    }
+}
+
+/// Where every map comes from.
+///
+/// # Errors
+/// A folder that cannot be listed, or holds too many maps.
+fn sources(folder: Option<&Path>) -> Result<BTreeMap<String, Source>, Error> {
+    let mut sources: BTreeMap<String, Source> =
+        roads::town::names().map(|name| (name.to_owned(), Source::BuiltIn)).collect();
+    for (name, path) in folder.map_or_else(|| Ok(Vec::new()), map_files)? {
+        let stamp =
+            fs::metadata(&path).map_or((0, None), |data| (data.len(), data.modified().ok()));
+        sources.insert(name, Source::File { path, stamp });
+    }
+    Ok(sources)
+}
+
+impl<T> Shelf<T> {
+    /// Keeps the entries whose source is as before, and puts new ones where it is not.
+    fn arrange(&mut self, sources: BTreeMap<String, Source>) {
+        let mut before = std::mem::take(&mut self.entries);
+        for (name, source) in sources {
+            let same = before.remove(&name).filter(|entry| {
+                let is_same = entry.source == source;
+                if !is_same {
+                    self.former.extend(entry.text.get().and_then(|text| text.clone().ok()));
+                }
+                is_same
+            });
+            let entry = same.unwrap_or_else(|| Arc::new(Entry::new(source)));
+            self.entries.insert(name, entry);
+        }
+        let gone = before.into_values();
+        self.former.extend(gone.filter_map(|entry| entry.text.get()?.clone().ok()));
+        while self.former.len() > FORMER_TEXTS_MAX {
+            self.former.pop_front();
+        }
     }
 }
 
@@ -116,13 +188,26 @@ impl<T> Entry<T> {
         Self { source, text: OnceLock::new(), town: OnceLock::new() }
     }
 
+    fn town(&self, name: &str, build: fn(Arc<roads::Map>) -> T) -> Result<Arc<T>, Error> {
+        let load = || {
+            let text = self.text(name)?;
+            let map = roads::Map::parse(name, &text.xodr).map_err(|cause| {
+                Error::new(ErrorCode::UnknownMap, format!("the map {name:?} cannot be used"))
+                    .found(cause)
+            })?;
+            warn_of_faults(&map);
+            Ok(Arc::new(build(Arc::new(map))))
+        };
+        self.town.get_or_init(load).clone()
+    }
+
     fn text(&self, name: &str) -> Result<Arc<Text>, Error> {
         let read = || {
             let xodr = match &self.source {
                 Source::BuiltIn => roads::town::build(name).ok_or_else(|| {
                     Error::new(ErrorCode::Internal, format!("the town {name:?} cannot be built"))
                 })?,
-                Source::File(path) => read_file(path)?,
+                Source::File { path, .. } => read_map_file(path)?,
             };
             let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
             Ok(Arc::new(Text { digest, xodr }))
@@ -131,40 +216,12 @@ impl<T> Entry<T> {
     }
 }
 
-fn read_file(path: &Path) -> Result<String, Error> {
-    let unusable = |cause: &dyn std::fmt::Display| {
-        Error::new(ErrorCode::UnknownMap, format!("cannot read the map file {path:?}")).found(cause)
-    };
-    let bytes = fs::metadata(path).map_err(|cause| unusable(&cause))?.len();
-    if bytes > MAP_BYTES_MAX as u64 {
-        return Err(Error::new(ErrorCode::TooLarge, format!("the map file {path:?} is too large"))
-            .wanted(format_args!("at most {MAP_BYTES_MAX} bytes"))
-            .found(format_args!("{bytes} bytes")));
+/// Says so when CARLA's client would not survive a map.
+fn warn_of_faults(map: &roads::Map) {
+    let report = map.check();
+    if let Some(fault) = report.worst().filter(|fault| fault.severity.breaks_client()) {
+        tracing::warn!(map = map.name(), %fault, "CARLA's client would not survive this map");
     }
-    fs::read_to_string(path).map_err(|cause| unusable(&cause))
-}
-
-/// Names and paths of the `.xodr` files of a folder.
-fn xodr_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, Error> {
-    let unusable = |cause: std::io::Error| {
-        Error::new(ErrorCode::InvalidArgument, format!("cannot list the maps folder {folder:?}"))
-            .found(cause)
-    };
-    let mut found = Vec::new();
-    for file in fs::read_dir(folder).map_err(unusable)? {
-        let path = file.map_err(unusable)?.path();
-        let is_map =
-            path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xodr"));
-        let name = path.file_stem().and_then(|stem| stem.to_str()).map(str::to_owned);
-        if let (true, Some(name)) = (is_map, name) {
-            found.push((name, path));
-        }
-        if found.len() > MAPS_MAX {
-            return Err(Error::new(ErrorCode::Capacity, format!("too many maps in {folder:?}"))
-                .wanted(format_args!("at most {MAPS_MAX}")));
-        }
-    }
-    Ok(found)
 }
 
 #[cfg(test)]
@@ -222,6 +279,32 @@ mod tests {
         let error = maps.town("Broken").unwrap_err();
         assert!(error.to_string().contains("Broken"), "{error}");
         assert!(maps.town("Town10HD_Opt").is_ok());
+    }
+
+    #[test]
+    fn files_may_come_change_and_go_while_the_service_runs() {
+        let folder = Folder::new("changes");
+        let maps = folder.maps();
+        let digest =
+            |name: &str| maps.list().into_iter().find(|map| map.name == name).map(|map| map.digest);
+        assert_eq!(digest("Mine"), None);
+        let ours = digest("Town02").unwrap();
+        let first = roads::town::build("Town02").unwrap();
+        folder.file("Mine.xodr", &first);
+        let first_digest = digest("Mine").unwrap();
+        assert!(maps.town("Mine").is_ok());
+        // Another length tells the change also where times are coarse.
+        let second = format!("{first}<!-- longer -->");
+        folder.file("Mine.xodr", &second);
+        assert_ne!(digest("Mine").unwrap(), first_digest);
+        assert_eq!(maps.asset(&first_digest), Ok(first.clone().into_bytes()));
+        folder.file("Town02.xodr", &second);
+        assert_ne!(digest("Town02").unwrap(), ours);
+        for name in ["Mine.xodr", "Town02.xodr"] {
+            fs::remove_file(folder.0.join(name)).unwrap();
+        }
+        assert_eq!(digest("Mine"), None);
+        assert_eq!(digest("Town02").unwrap(), ours);
     }
 
     #[test]

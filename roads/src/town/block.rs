@@ -13,6 +13,10 @@ const DEPTH_M: f64 = 15.0;
 const WIDTH_M: [f64; 2] = [14.0, 26.0];
 /// Height of a storey, in metres.
 const STOREY_M: f64 = 3.3;
+/// Distance of a park's fence from the sidewalk, width of its gates and its height, in metres.
+const FENCE_INSET_M: f64 = 0.6;
+const GATE_M: f64 = 6.0;
+const FENCE_HEIGHT_M: f64 = 1.1;
 /// Distance between trees in a park, in metres.
 const TREE_SPACING_M: f64 = 14.0;
 
@@ -23,7 +27,10 @@ pub(super) fn fill(plan: &Plan, random: &mut Random, draft: &mut TownDraft) {
         match block.use_of_land {
             LandUse::Houses => houses_around(block, random, draft),
             LandUse::Row => row_along(block, random, draft),
-            LandUse::Park => park(block, random, draft),
+            LandUse::Park => {
+                park(block, random, draft);
+                fence(block, draft);
+            }
             LandUse::Square => {}
         }
     }
@@ -118,6 +125,22 @@ fn row(from: [f64; 2], to: [f64; 2], random: &mut Random, draft: &mut TownDraft)
 pub(super) fn house([length_m, width_m]: [f64; 2], storeys: f64) -> ObjectDraft {
     let size_m = [length_m, width_m, storeys * STOREY_M + 1.0];
     thing("building", "House", size_m, SIDEWALK_HEIGHT_M)
+}
+
+/// A fence around a park, with a gate in the middle of every side.
+fn fence(block: &Block, draft: &mut TownDraft) {
+    let [x, y] = middle(block);
+    let half = size(block).map(|side_m| side_m / 2.0 - FENCE_INSET_M);
+    for (along, across, heading_rad) in [(0, 1, 0.0), (1, 0, std::f64::consts::FRAC_PI_2)] {
+        let length_m = half[along] - GATE_M / 2.0;
+        let size_m = [length_m, 0.1, FENCE_HEIGHT_M];
+        for (end, side) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let mut at = [x, y];
+            at[along] += end * (GATE_M + length_m) / 2.0;
+            at[across] += side * half[across];
+            draft.place(at, heading_rad, thing("barrier", "Fence", size_m, SIDEWALK_HEIGHT_M));
+        }
+    }
 }
 
 fn park(block: &Block, random: &mut Random, draft: &mut TownDraft) {

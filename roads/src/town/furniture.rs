@@ -1,4 +1,4 @@
-//! Street lamps, trees, benches, bins and guard rails along the streets.
+//! Street lamps, trees, benches, bins, hydrants, bus stops and guard rails along the streets.
 
 use super::clearance::Clearance;
 use super::draft::{ObjectDraft, RoadDraft, TownDraft};
@@ -26,6 +26,12 @@ pub(super) const SIDEWALK_HEIGHT_M: f64 = 0.15;
 
 /// Every which gap between a lamp and a tree has a bench and a bin.
 const BENCH_EVERY: usize = 3;
+/// Every which gap has a bus stop, counted so that it never falls on a bench.
+const BUS_STOP_EVERY: usize = 6;
+/// Every which gap has a hydrant.
+const HYDRANT_EVERY: usize = 4;
+/// Depth, breadth and height of a bus stop's shelter, in metres.
+const BUS_STOP_M: [f64; 3] = [1.4, 3.6, 2.5];
 /// Distance of benches from the outer edge of the sidewalk, in metres.
 const BENCH_EDGE_GAP_M: f64 = 0.45;
 /// Distance between trees along country roads, in metres, at least and at most.
@@ -125,6 +131,14 @@ fn line_sidewalk(profile: Profile, sign: i32, length_m: f64, objects: &mut Vec<O
             let t = across * (kerb_m(between_s) + SIDEWALK_M - BENCH_EDGE_GAP_M);
             put(prop("Bench", [0.5, 1.6, 0.85]), between_s, t, objects);
             put(prop("Bin", [0.45, 0.45, 0.95]), between_s + 1.5, t, objects);
+        }
+        if index % BUS_STOP_EVERY == 3 && between_s < length_m - 2.0 * END_GAP_M {
+            let t = across * (kerb_m(between_s) + SIDEWALK_M - BUS_STOP_M[0] / 2.0 - 0.1);
+            put(prop("BusStop", BUS_STOP_M), between_s, t, objects);
+        }
+        if index % HYDRANT_EVERY == 2 && between_s < length_m - 2.0 * END_GAP_M {
+            let t = across * (kerb_m(between_s) + KERB_GAP_M);
+            put(prop("Hydrant", [0.3, 0.3, 0.8]), between_s, t, objects);
         }
     }
 }

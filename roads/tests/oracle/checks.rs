@@ -27,7 +27,7 @@ impl Outcome {
 }
 
 /// Columns of a row of `waypoints`.
-mod column {
+pub(crate) mod column {
     pub(crate) const X: usize = 4;
     pub(crate) const PITCH: usize = 7;
     pub(crate) const YAW: usize = 8;
@@ -43,16 +43,16 @@ mod column {
     pub(crate) const PREVIOUS: usize = 20;
 }
 
-fn rows<'a>(judged: &'a Judged, key: &str) -> &'a [Value] {
+pub(crate) fn rows<'a>(judged: &'a Judged, key: &str) -> &'a [Value] {
     judged.answers[key].as_array().map_or(&[], Vec::as_slice)
 }
 
-fn number(value: &Value) -> f64 {
+pub(crate) fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
 #[allow(clippy::cast_possible_truncation, reason = "ids in the answers are small whole numbers")]
-fn place(ident: &[Value]) -> Waypoint {
+pub(crate) fn place(ident: &[Value]) -> Waypoint {
     Waypoint {
         road: number(&ident[0]) as u32,
         section: number(&ident[1]) as u32,
@@ -69,13 +69,13 @@ fn same_lane(a: &Waypoint, b: &Waypoint) -> bool {
     (a.road, a.section, a.lane) == (b.road, b.section, b.lane)
 }
 
-fn degrees_apart(a: f64, b: f64) -> f64 {
+pub(crate) fn degrees_apart(a: f64, b: f64) -> f64 {
     let apart = (a - b).rem_euclid(360.0);
     apart.min(360.0 - apart)
 }
 
 /// The client's frame mirrors y and counts yaw the other way.
-fn client_point(point: &Point3<f64>) -> [f64; 3] {
+pub(crate) fn client_point(point: &Point3<f64>) -> [f64; 3] {
     [point.x, -point.y, point.z]
 }
 

@@ -1,0 +1,87 @@
+//! `causeway map check`.
+
+use std::fmt::Write;
+
+use roads::{Diagnostic, Map, Severity};
+
+use super::source::Which;
+use super::{MapFailure, write};
+
+/// Which map to check.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    which: Which,
+}
+
+/// Prints every fault, what it does, and the verdict.
+pub(super) fn run(args: &Args) -> Result<(), MapFailure> {
+    let source = args.which.text()?;
+    let (diagnostics, count, size) = match Map::parse(&source.name, &source.xodr) {
+        Ok(map) => {
+            let report = map.check();
+            (report.diagnostics, report.count, Some(size(&map)))
+        }
+        Err(refused) => (refused.diagnostics, refused.count, None),
+    };
+    let survives = !diagnostics.iter().any(|one| one.severity.breaks_client());
+    let text = told(&diagnostics, count, size.as_deref(), survives);
+    write(None, text.as_bytes())?;
+    if survives { Ok(()) } else { Err(MapFailure::BreaksClient { name: source.name }) }
+}
+
+fn told(diagnostics: &[Diagnostic], count: usize, size: Option<&str>, survives: bool) -> String {
+    let mut text = String::new();
+    let mut line = |words: std::fmt::Arguments<'_>| {
+        // Writing to a string cannot fail.
+        let _: Result<(), std::fmt::Error> = writeln!(text, "{words}");
+    };
+    for diagnostic in diagnostics {
+        line(format_args!("{}: {diagnostic}", word(diagnostic.severity)));
+    }
+    if count > diagnostics.len() {
+        line(format_args!("and {} more", count - diagnostics.len()));
+    }
+    match size {
+        Some(size) => line(format_args!("{size}; {count} faults")),
+        None => line(format_args!("no map can be made of it; {count} faults")),
+    }
+    let verdict = if survives { "survives" } else { "does not survive" };
+    line(format_args!("CARLA's client {verdict} this map"));
+    text
+}
+
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Suspicious => "suspicious",
+        Severity::BreaksClient => "breaks CARLA's client",
+        Severity::Refused => "refused",
+    }
+}
+
+fn size(map: &Map) -> String {
+    format!(
+        "{} driving-lane metres, {} landmarks, {} crosswalks, {} spawn points",
+        map.generate_waypoints(1.0).len(),
+        map.landmarks().len(),
+        map.crosswalks().len(),
+        map.spawn_points().len()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_is_told_with_its_place_and_its_weight() {
+        let text = "<OpenDRIVE><road id=\"7\" length=\"-1\" junction=\"-1\"/></OpenDRIVE>";
+        let refused = Map::parse("broken", text).unwrap_err();
+        let told = told(&refused.diagnostics, 9, None, false);
+        assert!(
+            told.contains("refused: road 7: wanted a length above 0 m, found \"-1\""),
+            "{told}"
+        );
+        assert!(told.contains("more") && told.contains("does not survive"), "{told}");
+    }
+}

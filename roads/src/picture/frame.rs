@@ -1,0 +1,94 @@
+//! What is around the map: land, grid, title, key and scale bar.
+
+use super::canvas::{Canvas, Paint, Shapes};
+use super::{Pixel, lettering, roads, signs, things};
+
+/// Height of the strip below the map in pixels.
+pub(super) const FOOT_PX: f64 = 64.0;
+/// Distance of the lines of the grid in metres; more on maps where they would be too close.
+const GRID_M: f64 = 100.0;
+/// Lines of the grid are further apart, in pixels.
+const GRID_PX: f64 = 40.0;
+/// Height of the letters of the title and of the others in pixels.
+const TITLE_PX: f64 = 16.0;
+const LABEL_PX: f64 = 7.0;
+const INK: &str = "#202020";
+
+/// Lawn with a grid and its coordinates.
+pub(super) fn land(canvas: &mut Canvas, [min, max]: [[f64; 2]; 2], pixel: Pixel) {
+    let rectangle = |low: [f64; 2], high: [f64; 2]| {
+        let mut shapes = Shapes::default();
+        shapes.polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]]);
+        shapes
+    };
+    let foot_m = pixel.metres(FOOT_PX);
+    canvas.paint(&rectangle([min[0], min[1] - foot_m], max), Paint::fill("#ffffff"));
+    canvas.paint(&rectangle(min, max), Paint::fill("#dde5d0"));
+    let mut step_m = GRID_M;
+    while step_m < pixel.metres(GRID_PX) {
+        step_m *= 2.0;
+    }
+    let (mut lines, mut numbers) = (Shapes::default(), Shapes::default());
+    let label_m = pixel.metres(LABEL_PX);
+    for axis in 0..2 {
+        let mut at_m = (min[axis] / step_m).ceil() * step_m;
+        while at_m < max[axis] {
+            let label = format!("{at_m:.0}");
+            if axis == 0 {
+                lines.polyline(&[[at_m, min[1]], [at_m, max[1]]]);
+                numbers.text(&label, [at_m + label_m / 2.0, max[1] - 1.5 * label_m], label_m);
+            } else {
+                lines.polyline(&[[min[0], at_m], [max[0], at_m]]);
+                numbers.text(&label, [min[0] + label_m / 2.0, at_m + label_m / 2.0], label_m);
+            }
+            at_m += step_m;
+        }
+    }
+    canvas.paint(&lines, Paint::line("#c4cfb4", pixel.metres(0.8)));
+    canvas.paint(&numbers, Paint::line("#7f8a70", pixel.metres(0.9)));
+}
+
+/// Title, scale bar and the meaning of the colours.
+pub(super) fn caption(name: &str, canvas: &mut Canvas, [min, max]: [[f64; 2]; 2], pixel: Pixel) {
+    let px = |pixels: f64| pixel.metres(pixels);
+    let top = min[1];
+    let mut title = Shapes::default();
+    title.text(name, [min[0] + px(12.0), top - px(27.0)], px(TITLE_PX));
+    canvas.paint(&title, Paint::line(INK, px(2.0)));
+    scale_bar(canvas, [min[0] + px(12.0), top - px(44.0)], max[0] - min[0], pixel);
+    let after_title = px(36.0) + lettering::width(name, px(TITLE_PX)).max(px(240.0));
+    let mut at = [min[0] + after_title, top - px(22.0)];
+    for (label, paint) in roads::KEY.iter().chain(things::KEY).chain(signs::KEY) {
+        let width = px(18.0) + lettering::width(label, px(LABEL_PX)) + px(12.0);
+        if at[0] + width > max[0] {
+            at = [min[0] + after_title, at[1] - px(16.0)];
+        }
+        let mut swatch = Shapes::default();
+        let [x, y] = at;
+        let (right, high) = (x + px(12.0), y + px(LABEL_PX));
+        swatch.polygon(&[[x, y], [right, y], [right, high], [x, high]]);
+        canvas.paint(&swatch, Paint { stroke: INK, width_m: px(0.5), ..Paint::fill(paint) });
+        let mut text = Shapes::default();
+        text.text(label, [x + px(17.0), y], px(LABEL_PX));
+        canvas.paint(&text, Paint::line(INK, px(0.9)));
+        at[0] += width;
+    }
+}
+
+/// A bar of a round length, at most a fifth of the picture and 200 pixels.
+fn scale_bar(canvas: &mut Canvas, [x, y]: [f64; 2], width_m: f64, pixel: Pixel) {
+    let longest_m = (width_m / 5.0).min(pixel.metres(200.0));
+    let mut length_m = 1.0;
+    for factor in [2.0, 2.5, 2.0].into_iter().cycle().take(18) {
+        if length_m * factor > longest_m {
+            break;
+        }
+        length_m *= factor;
+    }
+    let tick_m = pixel.metres(4.0);
+    let mut bar = Shapes::default();
+    bar.polyline(&[[x, y + tick_m], [x, y], [x + length_m, y], [x + length_m, y + tick_m]]);
+    let label_at = [x + length_m + pixel.metres(6.0), y];
+    bar.text(&format!("{length_m:.0} m"), label_at, pixel.metres(LABEL_PX));
+    canvas.paint(&bar, Paint::line(INK, pixel.metres(1.2)));
+}
