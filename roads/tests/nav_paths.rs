@@ -65,7 +65,8 @@ fn every_crossing_of_every_town_can_be_walked_without_stepping_on_the_road() {
             let way = mesh.path(from, to, false);
             let direct_m = (to - from).norm();
             assert!(length_m(&way) < direct_m + 3.0, "{name}: {from} to {to} by {way:?}");
-            assert_eq!((way[0], way[way.len() - 1]), (from, to), "{name}");
+            let [first, last] = [way[0], way[way.len() - 1]];
+            assert!((first - from).norm() + (last - to).norm() < 1e-6, "{name}: {first} {last}");
             let areas = areas(name, &mesh, &way);
             assert!(areas.contains(&Area::Crosswalk), "{name}: {areas:?}");
             assert!(!areas.contains(&Area::Road), "{name}: {from} to {to} over {areas:?}");
