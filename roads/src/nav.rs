@@ -85,7 +85,7 @@ pub enum NavError {
 
 /// The polygons people walk on.
 ///
-/// **Frame:** that of the map. Sidewalks are as high as those of [`crate::mesh::ground`].
+/// **Frame:** that of the map. Sidewalks are as high as those of [`crate::mesh::ground()`].
 /// **Determinism:** the same map gives the same mesh.
 #[derive(Debug, Default)]
 pub struct NavMesh {

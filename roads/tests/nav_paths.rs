@@ -6,7 +6,7 @@ mod walks;
 use nalgebra::Point3;
 use roads::Map;
 use roads::nav::{Area, NavMesh};
-use walks::{names, town};
+use walks::{islands, names, town};
 
 /// Points along a way, at most this far apart.
 const STEP_M: f64 = 0.5;
@@ -65,7 +65,8 @@ fn every_crossing_of_every_town_can_be_walked_without_stepping_on_the_road() {
             let way = mesh.path(from, to, false);
             let direct_m = (to - from).norm();
             assert!(length_m(&way) < direct_m + 3.0, "{name}: {from} to {to} by {way:?}");
-            assert_eq!((way[0], way[way.len() - 1]), (from, to), "{name}");
+            let [first, last] = [way[0], way[way.len() - 1]];
+            assert!((first - from).norm() + (last - to).norm() < 1e-6, "{name}: {first} {last}");
             let areas = areas(name, &mesh, &way);
             assert!(areas.contains(&Area::Crosswalk), "{name}: {areas:?}");
             assert!(!areas.contains(&Area::Road), "{name}: {from} to {to} over {areas:?}");
@@ -77,10 +78,13 @@ fn every_crossing_of_every_town_can_be_walked_without_stepping_on_the_road() {
 fn long_ways_stay_on_the_mesh_and_off_the_road_and_are_the_same_both_ways() {
     for name in names() {
         let (_, mesh) = town(name);
+        let island = islands(&mesh, |polygon| polygon.area != Area::Road);
+        let island_at = |place| island[mesh.nearest(place).unwrap().0 as usize];
         let mut found = 0;
         for draw in 0..20 {
             let [from, to] = [2 * draw, 2 * draw + 1].map(|draw| mesh.random_point(draw).unwrap());
             let way = mesh.path(from, to, false);
+            assert_eq!(way.is_empty(), island_at(from) != island_at(to), "{name}: {from} to {to}");
             if way.is_empty() {
                 continue;
             }
@@ -90,7 +94,7 @@ fn long_ways_stay_on_the_mesh_and_off_the_road_and_are_the_same_both_ways() {
             let ratio = length_m(&way) / back_m;
             assert!((0.8..1.25).contains(&ratio), "{name}: {} m, back {back_m} m", length_m(&way));
         }
-        assert!(found > 15, "{name}: {found} of 20 ways");
+        assert!(found > 0, "{name}: no two places are joined");
     }
 }
 

@@ -52,12 +52,12 @@ pub fn file(mesh: &NavMesh) -> Result<Vec<u8>, DetourError> {
     }
 }
 
-/// As [`file`], cut into a square of this many tiles along each side.
+/// As [`file()`], cut into a square of this many tiles along each side.
 ///
 /// **Domain:** `per_side` is taken as 1 when less and as 16 when more.
 ///
 /// # Errors
-/// As [`file`], for this number of tiles.
+/// As [`file()`], for this number of tiles.
 pub fn file_in_tiles(mesh: &NavMesh, per_side: u32) -> Result<Vec<u8>, DetourError> {
     let per_side = per_side.clamp(1, TILES_PER_SIDE_MAX);
     if mesh.is_empty() {
