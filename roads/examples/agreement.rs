@@ -4,6 +4,7 @@
 //! answers were compared, and how many differ where any do; `tests/oracle/known.rs` has the reasons.
 #![allow(clippy::print_stdout, reason = "this is what the program is for")]
 
+#[allow(dead_code, reason = "the worst differences stand for the check of poses")]
 #[path = "../tests/oracle/checks.rs"]
 mod checks;
 #[path = "../tests/common/maps.rs"]

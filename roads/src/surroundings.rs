@@ -18,9 +18,9 @@ const STEP_M: f64 = 15.0;
 /// Distance of the first from a road's end, in metres.
 const END_GAP_M: f64 = 8.0;
 /// Distance of lamps from the outermost lane, in metres.
-const LAMP_GAP_M: f64 = 0.8;
+const LAMP_GAP_M: f64 = 1.8;
 /// Distance of houses from the outermost lane, in metres, at least and at most.
-const HOUSE_GAP_M: [f64; 2] = [3.0, 6.0];
+const HOUSE_GAP_M: [f64; 2] = [4.0, 7.0];
 /// Width and depth of houses, in metres, at least and at most.
 const HOUSE_WIDTH_M: [f64; 2] = [10.0, 14.0];
 const HOUSE_DEPTH_M: [f64; 2] = [8.0, 12.0];

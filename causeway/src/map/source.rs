@@ -1,5 +1,6 @@
 //! Which map is meant.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::MapFailure;
@@ -50,8 +51,8 @@ impl Which {
     }
 
     fn unknown(&self, files: &[(String, PathBuf)]) -> MapFailure {
-        let names = files.iter().map(|(name, _)| name.as_str()).chain(roads::town::names());
-        let known = names.collect::<std::collections::BTreeSet<_>>();
+        let mut known: BTreeSet<&str> = roads::town::names().collect();
+        known.extend(files.iter().map(|(name, _)| name.as_str()));
         let known = known.into_iter().collect::<Vec<_>>().join(", ");
         MapFailure::Unknown { name: self.map.clone(), known }
     }

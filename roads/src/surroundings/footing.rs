@@ -4,11 +4,13 @@ use crate::lanes::lateral;
 use crate::model::{Model, Object, Road};
 
 /// Side of a square, in metres.
-const CELL_M: f64 = 2.0;
+const CELL_M: f64 = 1.0;
 /// Most squares of a map; larger maps get larger squares.
 const CELLS_MAX: f64 = 32e6;
-/// Distance of things from the nearest lane and from each other, in metres.
+/// Distance of houses from the nearest lane and from each other, in metres.
 const CLEAR_M: f64 = 1.0;
+/// Half of the side of the land that a post or a trunk takes, in metres.
+const POST_HALF_M: f64 = 0.3;
 /// Side of the larger squares in which heights are compared, in metres.
 const REGION_M: f64 = 40.0;
 /// Longest side of a map that gets surroundings, in metres.
@@ -106,12 +108,11 @@ impl Footing {
         let middle = [reference.x - thing.t * sin, reference.y + thing.t * cos];
         let (sin, cos) = (reference.heading_rad + thing.heading_rad).sin_cos();
         // A tree takes the land of its trunk; the crown may hang over a road.
-        let half = if thing.object_type == "building" {
-            [thing.length_m / 2.0, thing.width_m / 2.0]
+        let reach = if thing.object_type == "building" {
+            [thing.length_m, thing.width_m].map(|side_m| side_m / 2.0 + CLEAR_M)
         } else {
-            [0.2; 2]
+            [POST_HALF_M; 2]
         };
-        let reach = half.map(|half_m| half_m + CLEAR_M);
         let mut cells = Vec::new();
         for u in steps(reach[0], self.cell_m) {
             for v in steps(reach[1], self.cell_m) {
