@@ -425,9 +425,7 @@ pub(crate) fn replies() -> Vec<Reply> {
 pub(crate) fn render_job() -> RenderJob {
     let fixed = Camera { carrier: None, encoding: ImageEncoding::Rgba8, ..camera() };
     let mut cameras = vec![camera(), fixed.clone()];
-    for kind in
-        [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals]
-    {
+    for kind in [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals] {
         cameras.push(Camera { kind, encoding: kind.encodings()[0], ..fixed.clone() });
     }
     RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras }
