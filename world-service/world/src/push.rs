@@ -41,15 +41,14 @@ impl Surroundings<'_> {
             // Only the wheels of an upright vehicle can touch the ground.
             let up = body.world_from_body.rotation * Vec3::z();
             carried = up.z > 0.9 && vehicle.state.is_carried();
-        } else if let Some((spec, walker)) = actor.walker_mut() {
-            if let Some(gait) = walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs)
-            {
-                physics.hold_upright(handle, gait.upright, gait.turn_radps);
-                let weight_mps = if gait.carried { gravity_mps2 * self.dt_secs } else { 0.0 };
-                let change_mps = gait.change_mps + Vec3::z() * weight_mps;
-                total += Impulse { linear_ns: change_mps * spec.mass_kg, ..Impulse::default() };
-                carried = true;
-            }
+        } else if let Some((spec, walker)) = actor.walker_mut()
+            && let Some(gait) = walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs)
+        {
+            physics.hold_upright(handle, gait.upright, gait.turn_radps);
+            let weight_mps = if gait.carried { gravity_mps2 * self.dt_secs } else { 0.0 };
+            let change_mps = gait.change_mps + Vec3::z() * weight_mps;
+            total += Impulse { linear_ns: change_mps * spec.mass_kg, ..Impulse::default() };
+            carried = true;
         }
         if !carried {
             self.by_ground(actor, handle, physics, gravity_mps2, &mut total);

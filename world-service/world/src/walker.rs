@@ -196,3 +196,84 @@ impl Walker {
         (angle_rad / dt_secs).clamp(-TURN_RADPS, TURN_RADPS)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::level_pose;
+
+    use super::*;
+
+    const ADULT: WalkerSpec = WalkerSpec { mass_kg: 75.0, height_m: 1.75, radius_m: 0.2 };
+    const DT_SECS: f32 = 0.01;
+
+    fn square(low: f32, high: f32, z: f32) -> [([Vec3; 3], f32); 2] {
+        let at = |x: f32, y: f32| Vec3::new(x, y, z);
+        [
+            ([at(low, -9.0), at(high, -9.0), at(high, 9.0)], 1.0),
+            ([at(low, -9.0), at(high, 9.0), at(low, 9.0)], 1.0),
+        ]
+    }
+
+    /// A walker at 1.4 m/s along x from x = 0; the heights of its feet on the way.
+    fn feet_along(ground: &Ground, ticks: usize) -> (Walker, Vec<f32>) {
+        let mut walker = Walker::new(Vec3::zeros());
+        let (direction, speed_mps) = (Vec3::x(), 1.4);
+        walker.set_control(WalkerControl { direction, speed_mps, jump: false });
+        let mut place_m = Vec3::new(0.0, 0.0, ADULT.height_m / 2.0);
+        let mut heights_m = Vec::new();
+        for _ in 0..ticks {
+            let body = BodyState {
+                world_from_body: level_pose(place_m, 0.0),
+                linear_mps: walker.own_mps,
+                angular_radps: Vec3::zeros(),
+                centre_of_mass_m: place_m,
+                asleep: false,
+            };
+            walker.substep(&ADULT, &body, ground, 9.81, DT_SECS).expect("nothing knocks it over");
+            place_m += walker.own_mps * DT_SECS;
+            heights_m.push(place_m.z - ADULT.height_m / 2.0);
+        }
+        (walker, heights_m)
+    }
+
+    #[test]
+    fn a_kerb_is_climbed_and_left_without_a_fall() {
+        let kerb = square(-9.0, 2.0, 0.0)
+            .into_iter()
+            .chain(square(2.0, 4.0, 0.15))
+            .chain(square(4.0, 90.0, 0.0));
+        let (walker, heights_m) = feet_along(&Ground::new(kerb), 450);
+        assert_eq!(walker.stance, Stance::Feet);
+        assert!(heights_m[..140].iter().all(|height_m| height_m.abs() < 1.0e-3));
+        assert!((heights_m[220] - 0.15).abs() < 2.0e-3, "{}", heights_m[220]);
+        assert!(heights_m[449].abs() < 2.0e-3, "{}", heights_m[449]);
+    }
+
+    #[test]
+    fn over_an_edge_a_walker_falls_and_lands_on_its_feet() {
+        let edge = square(-9.0, 2.0, 0.0).into_iter().chain(square(2.0, 90.0, -1.0));
+        let (walker, heights_m) = feet_along(&Ground::new(edge), 400);
+        assert_eq!(walker.stance, Stance::Feet);
+        let fall_ticks = heights_m.iter().filter(|&&m| (-0.95..-0.05).contains(&m)).count();
+        assert!((25..60).contains(&fall_ticks), "a fall of 1 m takes 0.45 s: {fall_ticks}");
+        assert!((heights_m[399] + 1.0).abs() < 5.0e-3, "{}", heights_m[399]);
+    }
+
+    #[test]
+    fn who_gets_a_blow_falls() {
+        let ground = Ground::new(square(-9.0, 9.0, 0.0));
+        for (blow_mps, falls) in [(1.0, false), (2.0, true)] {
+            let mut walker = Walker::new(Vec3::zeros());
+            let place_m = Vec3::z() * (ADULT.height_m / 2.0);
+            let body = BodyState {
+                world_from_body: level_pose(place_m, 0.0),
+                linear_mps: Vec3::y() * blow_mps,
+                angular_radps: Vec3::zeros(),
+                centre_of_mass_m: place_m,
+                asleep: false,
+            };
+            let gait = walker.substep(&ADULT, &body, &ground, 9.81, DT_SECS);
+            assert_eq!(gait.is_none(), falls, "{blow_mps} m/s");
+        }
+    }
+}
