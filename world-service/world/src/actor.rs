@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
-use crate::vehicle::{VehicleSpec, VehicleState};
+use crate::vehicle::{self, Ackermann, Tuning, VehicleState};
 
 /// Something that was spawned.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,8 +54,24 @@ impl Switches {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Vehicle {
     pub state: VehicleState,
+    pub tuning: Tuning,
+    pub ackermann: Ackermann,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+}
+
+impl Vehicle {
+    /// A vehicle of a blueprint that rolls freely at a speed; `None` for blueprints without wheels.
+    pub(crate) fn rolling(blueprint: u16, forward_mps: f32) -> Option<Self> {
+        let tuning = Tuning::standard(blueprint)?;
+        let state = VehicleState::rolling(tuning.fit(), forward_mps);
+        Some(Self { state, tuning, ackermann: Ackermann::default(), pilot: None })
+    }
+
+    fn fits(&self, blueprint: u16) -> bool {
+        self.tuning.blueprint() == blueprint
+            && self.state.wheels.len() == self.tuning.fit().wheels.len()
+    }
 }
 
 impl Actor {
@@ -68,16 +84,16 @@ impl Actor {
         self.body.rigid()
     }
 
-    /// The vehicle and its data, of vehicles.
-    pub(crate) fn vehicle_mut(&mut self) -> Option<(&'static VehicleSpec, &mut Vehicle)> {
-        let BodySpec::Vehicle(spec) = self.blueprint().body else { return None };
-        Some((spec, self.vehicle.as_deref_mut()?))
+    /// What only vehicles have, of vehicles.
+    pub(crate) fn vehicle_mut(&mut self) -> Option<&mut Vehicle> {
+        self.vehicle.as_deref_mut()
     }
 
     /// The public state of this actor.
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
+        let up_z = (body.world_from_body.rotation * Vec3::z()).z;
         let at_rest =
             ActorState::at_rest(self.id, blueprint.kind(), type_index, body.world_from_body);
         ActorState {
@@ -93,6 +109,7 @@ impl Actor {
             parent: self.body.attachment().map(|to| to.parent),
             lights: self.lights,
             doors: self.doors,
+            failure: vehicle.map_or_else(Default::default, |_| vehicle::failure(up_z)),
             ..at_rest
         }
     }
@@ -102,7 +119,9 @@ impl Actor {
         blueprint::get(self.blueprint).is_some_and(|blueprint| {
             let bodyless = matches!(blueprint.body, BodySpec::None(_));
             (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
-                && (self.vehicle.is_none() || self.rigid().is_some())
+                && self.vehicle.as_deref().is_none_or(|vehicle| {
+                    self.rigid().is_some() && vehicle.fits(self.blueprint)
+                })
                 && !(bodyless && self.rigid().is_some())
         })
     }

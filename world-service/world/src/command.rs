@@ -39,6 +39,15 @@ impl World {
             Command::SetPilot { actor, mode, target_speed_mps } => {
                 self.set_pilot(*actor, *mode, *target_speed_mps).map(|()| None)
             }
+            Command::SetAckermann { actor, control } => {
+                self.set_ackermann(*actor, *control).map(|()| None)
+            }
+            Command::SetAckermannGains { actor, gains } => {
+                self.set_gains(*actor, *gains).map(|()| None)
+            }
+            Command::SetVehiclePhysics { actor, physics } => {
+                self.set_vehicle_physics(*actor, physics).map(|()| None)
+            }
             Command::SetVelocity { actor, linear_mps, angular_radps } => {
                 self.set_velocity(*actor, *linear_mps, *angular_radps).map(|()| None)
             }
@@ -66,6 +75,7 @@ impl World {
         check::control(&control)?;
         let (vehicle, body) = self.vehicle_mut(id)?;
         vehicle.pilot = None;
+        vehicle.ackermann.release();
         let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
         if changed {
             // Rapier does not know of our controls and would let the body sleep on.
@@ -88,10 +98,10 @@ impl World {
         let actor = &mut self.state.actors[index];
         let Some(handle) = actor.rigid() else { return Ok(()) };
         let body = self.state.physics.state(handle);
-        let Some((spec, vehicle)) = actor.vehicle_mut() else { return Ok(()) };
-        let forward = body.world_from_body.rotation * Vec3::x();
-        let speed_mps = target_speed_mps.unwrap_or_else(|| body.linear_mps.dot(&forward).max(0.0));
-        let view = step::view(spec, &body);
+        let Some(vehicle) = actor.vehicle_mut() else { return Ok(()) };
+        let speed_mps = target_speed_mps.unwrap_or_else(|| body.forward_mps().max(0.0));
+        let view = step::view(vehicle.tuning.fit(), &body);
+        vehicle.ackermann.release();
         vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
         Ok(())
     }
@@ -111,8 +121,8 @@ impl World {
         check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
         check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
         let forward = body.world_from_body.rotation * Vec3::x();
-        if let Some((spec, vehicle)) = actor.vehicle_mut() {
-            vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
+        if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
+            state.set_rolling(tuning.fit(), forward.dot(&linear_mps));
         }
         self.state.physics.set_velocity(handle, linear_mps, angular_radps);
         Ok(())
@@ -124,7 +134,7 @@ impl World {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
         let placed = place::on_ground(actor.blueprint(), world_from_actor, &self.town.ground);
-        if let Some((_, vehicle)) = actor.vehicle_mut() {
+        if let Some(vehicle) = actor.vehicle_mut() {
             vehicle.state.lift();
         }
         match &mut actor.body {
@@ -148,7 +158,7 @@ impl World {
 
     /// # Errors
     /// `UnknownActor`, or `InvalidArgument` for an actor without wheels.
-    fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
+    pub(crate) fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
         let (kind, body) = (actor.blueprint().kind(), actor.rigid());

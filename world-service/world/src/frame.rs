@@ -67,6 +67,8 @@ impl World {
             if let Some(vehicle) = actor.vehicle.as_deref() {
                 hasher.floats(vehicle.state.values());
                 hasher.value(&vehicle.pilot);
+                hasher.value(&vehicle.ackermann);
+                hasher.value(&vehicle.tuning);
             }
         }
         hasher.finish()

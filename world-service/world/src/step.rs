@@ -3,14 +3,14 @@
 use agents::VehicleView;
 use schemas::{Error, ErrorCode, Pose, Tick, Vec3, Weather, limits};
 
-use crate::actor::Actor;
+use crate::actor::{Actor, Vehicle};
 use crate::blueprint::BodySpec;
 use crate::collision::ContactLog;
 use crate::fallen;
 use crate::physics::{BodyHandle, BodyState, NotFinite, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
-use crate::vehicle::{Chassis, Impulse, VehicleSpec, understeer_rad_per_mps2};
+use crate::vehicle::{Chassis, Fit, Impulse};
 use crate::world::{State, World};
 
 /// Longest substep: CARLA's default, and short enough for stiff tyres and springs.
@@ -58,16 +58,22 @@ fn grip(weather: &Weather) -> f32 {
 }
 
 impl State {
-    /// Lets the pilots choose this tick's controls.
+    /// Lets pilots and Ackermann controllers choose this tick's controls.
     fn drive(&mut self, town: &Town) {
         let dt_secs = self.dt_secs as f32;
         for actor in &mut self.actors {
             let Some(body) = actor.rigid() else { continue };
-            let Some((spec, vehicle)) = actor.vehicle_mut() else { continue };
-            let Some(pilot) = &mut vehicle.pilot else { continue };
+            let Some(vehicle) = actor.vehicle_mut() else { continue };
+            let Vehicle { tuning, pilot, ackermann, .. } = vehicle;
             let body_state = self.physics.state(body);
-            let view = view(spec, &body_state);
-            let control = pilot.control(&town.roads, &view, dt_secs);
+            let control = match pilot {
+                Some(pilot) => {
+                    let view = view(tuning.fit(), &body_state);
+                    Some(pilot.control(&town.roads, &view, dt_secs))
+                }
+                None => ackermann.control(tuning.fit(), body_state.forward_mps(), dt_secs),
+            };
+            let Some(control) = control else { continue };
             if std::mem::replace(&mut vehicle.state.control, control) != control {
                 self.physics.wake(body);
             }
@@ -151,13 +157,13 @@ impl State {
 }
 
 /// What a pilot sees.
-pub(crate) fn view(spec: &VehicleSpec, body: &BodyState) -> VehicleView {
+pub(crate) fn view(fit: &Fit, body: &BodyState) -> VehicleView {
     VehicleView {
         world_from_vehicle: body.world_from_body,
         velocity_mps: body.linear_mps,
-        wheelbase_m: spec.wheelbase_m,
-        full_lock_rad: spec.full_lock_rad(body.linear_mps.norm()),
-        understeer_rad_per_mps2: understeer_rad_per_mps2(),
+        wheelbase_m: fit.wheelbase_m,
+        full_lock_rad: fit.full_lock_rad(body.linear_mps.norm()),
+        understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
     }
 }
 
@@ -172,14 +178,14 @@ fn push_by_ground(
 ) {
     let body = &physics.state(handle);
     let mut total = Impulse::default();
-    if let Some((spec, vehicle)) = actor.vehicle_mut() {
+    if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
         let chassis = Chassis::new(
             &body.world_from_body,
             body.centre_of_mass_m,
             body.linear_mps,
             body.angular_radps,
         );
-        total = vehicle.state.substep(spec, &chassis, &town.ground, grip, dt_secs);
+        total = state.substep(tuning.fit(), &chassis, &town.ground, grip, dt_secs);
     }
     if !rides_on_wheels(actor, &body.world_from_body) {
         let response = physics.response(handle);
@@ -193,7 +199,8 @@ fn push_by_ground(
 /// Whether a vehicle stands upright enough that only its wheels can touch the ground.
 fn rides_on_wheels(actor: &Actor, world_from_actor: &Pose) -> bool {
     let up = world_from_actor.rotation * Vec3::z();
-    actor.vehicle.as_deref().is_some_and(|vehicle| up.z > 0.9 && vehicle.state.is_carried())
+    let rides = |Vehicle { state, tuning, .. }: &Vehicle| state.rides_on_wheels(tuning.fit(), up.z);
+    actor.vehicle.as_deref().is_some_and(rides)
 }
 
 /// The box that keeps an actor out of the ground: centre and half size in its frame.
