@@ -1,13 +1,14 @@
 //! One actor: what it is, what carries it, and what drives it.
 
 use agents::Pilot;
+use blueprints::WalkerModel;
 use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3, VehicleFailure};
 use serde::{Deserialize, Serialize};
 
-use crate::blueprint::{self, Blueprint, BodySpec, WalkerSpec};
+use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
-use crate::vehicle::{VehicleSpec, VehicleState};
+use crate::vehicle::{Ackermann, Tuning, VehicleState};
 use crate::walker::Walker;
 
 /// Something that was spawned.
@@ -58,6 +59,8 @@ impl Switches {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Vehicle {
     pub state: VehicleState,
+    pub tuning: Tuning,
+    pub ackermann: Ackermann,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
     /// How long it has been lying on its side or roof.
@@ -90,13 +93,22 @@ impl Outside {
 const ROLLOVER_SECS: f32 = 1.0;
 
 impl Vehicle {
-    pub(crate) fn new(state: VehicleState) -> Self {
-        Self { state, pilot: None, tipped_secs: 0.0 }
-    }
-
     fn failure(&self) -> VehicleFailure {
         let lies = self.tipped_secs > ROLLOVER_SECS;
         if lies { VehicleFailure::Rollover } else { VehicleFailure::None }
+    }
+
+    /// A vehicle of a blueprint that rolls freely at a speed; `None` for blueprints without wheels.
+    pub(crate) fn rolling(blueprint: u16, forward_mps: f32) -> Option<Self> {
+        let tuning = Tuning::standard(blueprint)?;
+        let state = VehicleState::rolling(tuning.fit(), forward_mps);
+        let ackermann = Ackermann::default();
+        Some(Self { state, tuning, ackermann, pilot: None, tipped_secs: 0.0 })
+    }
+
+    fn fits(&self, blueprint: u16) -> bool {
+        self.tuning.blueprint() == blueprint
+            && self.state.wheels.len() == self.tuning.fit().wheels.len()
     }
 }
 
@@ -115,15 +127,14 @@ impl Actor {
         self.rigid().is_some() && self.switches.collisions
     }
 
-    /// The vehicle and its data, of vehicles.
-    pub(crate) fn vehicle_mut(&mut self) -> Option<(&'static VehicleSpec, &mut Vehicle)> {
-        let BodySpec::Vehicle(spec) = self.blueprint().body else { return None };
-        Some((spec, self.vehicle.as_deref_mut()?))
+    /// What only vehicles have, of vehicles.
+    pub(crate) fn vehicle_mut(&mut self) -> Option<&mut Vehicle> {
+        self.vehicle.as_deref_mut()
     }
 
     /// The walker and its data, of walkers.
-    pub(crate) fn walker_mut(&mut self) -> Option<(&'static WalkerSpec, &mut Walker)> {
-        let BodySpec::Walker(spec) = self.blueprint().body else { return None };
+    pub(crate) fn walker_mut(&mut self) -> Option<(&'static WalkerModel, &mut Walker)> {
+        let BodySpec::Walker(spec) = &self.blueprint().body else { return None };
         Some((spec, self.walker.as_deref_mut()?))
     }
 
@@ -162,6 +173,7 @@ impl Actor {
             (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
                 && (blueprint.kind() == ActorKind::Walker) == self.walker.is_some()
                 && (self.vehicle.is_none() && self.walker.is_none() || self.rigid().is_some())
+                && self.vehicle.as_deref().is_none_or(|vehicle| vehicle.fits(self.blueprint))
                 && !(bodyless && self.rigid().is_some())
         })
     }

@@ -1,8 +1,6 @@
 //! What can be asked of a world beyond its frame.
 
-use schemas::{
-    ActorDescription, ActorId, ActorKind, Error, ErrorCode, RayHit, Vec3, VehicleReport,
-};
+use schemas::{ActorDescription, ActorId, ActorKind, Error, ErrorCode, RayHit, Vec3};
 
 use crate::actor::Actor;
 use crate::attributes;
@@ -15,15 +13,6 @@ impl World {
     pub fn describe(&self, wanted: &[ActorId]) -> Vec<ActorDescription> {
         let is_wanted = |actor: &&Actor| wanted.is_empty() || wanted.contains(&actor.id);
         self.state.actors.iter().filter(is_wanted).map(description).collect()
-    }
-
-    /// Parameters and last measurements of a vehicle.
-    ///
-    /// # Errors
-    /// `UnknownActor`, or `InvalidArgument` for an actor without wheels.
-    pub fn vehicle_report(&self, id: ActorId) -> Result<VehicleReport, Error> {
-        self.state.index_of(id)?;
-        Err(Error::new(ErrorCode::Unsupported, "vehicles cannot be inspected"))
     }
 
     /// Everything that each ray meets, ordered by ray, then by distance.

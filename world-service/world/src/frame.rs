@@ -75,6 +75,8 @@ impl World {
             if let Some(vehicle) = actor.vehicle.as_deref() {
                 hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
                 hasher.value(&vehicle.pilot);
+                hasher.value(&vehicle.ackermann);
+                hasher.value(&vehicle.tuning);
             }
         }
         hasher.finish()

@@ -38,6 +38,7 @@ mod collision;
 mod command;
 mod convert;
 mod describe;
+mod driving;
 mod fallen;
 mod frame;
 mod ground;

@@ -9,6 +9,7 @@
 mod contact;
 mod switch;
 
+use blueprints::{PropModel, WalkerModel};
 use nalgebra::Matrix3;
 use rapier3d::prelude::{
     BroadPhaseBvh, CCDSolver, ColliderBuilder, ColliderHandle, ColliderSet, ImpulseJointSet,
@@ -19,9 +20,9 @@ use rapier3d::prelude::{
 use schemas::{ActorId, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::blueprint::{PropSpec, WalkerSpec};
+use crate::blueprint::{prop_inertia_kgm2, walker_inertia_kgm2};
 use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
-use crate::vehicle::{GRAVITY_MPS2, Impulse, VehicleSpec};
+use crate::vehicle::{Fit, GRAVITY_MPS2, Impulse};
 
 pub(crate) use contact::Contact;
 
@@ -87,6 +88,13 @@ pub(crate) struct Response {
     pub inverse_inertia: Matrix3<f32>,
 }
 
+impl BodyState {
+    /// Speed of the centre of mass along the body's x axis.
+    pub(crate) fn forward_mps(&self) -> f32 {
+        self.linear_mps.dot(&(self.world_from_body.rotation * Vec3::x()))
+    }
+}
+
 impl Response {
     /// The body with the velocities it has after an impulse.
     pub(crate) fn pushed(&self, body: &BodyState, impulse: &Impulse) -> BodyState {
@@ -126,30 +134,24 @@ impl Physics {
     /// A car: a lower body over its whole length and a cabin on top.
     pub(crate) fn insert_vehicle(
         &mut self,
-        spec: &VehicleSpec,
+        fit: &Fit,
         world_from_vehicle: &Pose,
         linear_mps: Vec3,
         id: ActorId,
     ) -> BodyHandle {
-        let centre_of_mass_m =
-            Vec3::new(spec.centre_of_mass_forward_m, 0.0, spec.centre_of_mass_height_m);
-        let mass = MassProperties::new(
-            to_rapier(centre_of_mass_m),
-            spec.mass_kg,
-            spec.inertia_kgm2().into(),
-        );
+        let model = fit.model;
         let body = RigidBodyBuilder::dynamic()
             .pose(pose_to_rapier(world_from_vehicle))
             .linvel(to_rapier(linear_mps))
-            .additional_mass_properties(mass)
+            .additional_mass_properties(vehicle_mass(fit))
             .ccd_enabled(true)
             .build();
-        let waist_m =
-            spec.ground_clearance_m + WAIST_SHARE * (spec.height_m - spec.ground_clearance_m);
-        let lower = (spec.length_m, spec.ground_clearance_m, waist_m);
-        let cabin = (spec.length_m * CABIN_SHARE, waist_m, spec.height_m);
+        let clearance_m = model.ground_clearance_m;
+        let waist_m = clearance_m + WAIST_SHARE * (model.height_m - clearance_m);
+        let lower = (model.length_m, clearance_m, waist_m);
+        let cabin = (model.length_m * CABIN_SHARE, waist_m, model.height_m);
         let boxes = [lower, cabin].map(|(length_m, from_m, to_m)| {
-            let half_m = Vec3::new(length_m, spec.width_m, to_m - from_m) / 2.0;
+            let half_m = Vec3::new(length_m, model.width_m, to_m - from_m) / 2.0;
             (box_shape(half_m), Pose::translation(0.0, 0.0, f32::midpoint(from_m, to_m)))
         });
         self.insert_body(body, boxes, id)
@@ -158,15 +160,16 @@ impl Physics {
     /// A pedestrian that stands still, asleep, unless it starts with a speed.
     pub(crate) fn insert_walker(
         &mut self,
-        spec: &WalkerSpec,
+        model: &WalkerModel,
         world_from_walker: &Pose,
         linear_mps: Vec3,
         standing: bool,
         id: ActorId,
     ) -> BodyHandle {
-        let half_segment_m = spec.height_m / 2.0 - spec.radius_m;
+        let half_segment_m = model.height_m / 2.0 - model.radius_m;
+        let inertia_kgm2 = walker_inertia_kgm2(model);
         let mass =
-            MassProperties::new(to_rapier(Vec3::zeros()), spec.mass_kg, spec.inertia_kgm2().into());
+            MassProperties::new(to_rapier(Vec3::zeros()), model.mass_kg, inertia_kgm2.into());
         let body = RigidBodyBuilder::dynamic()
             .pose(pose_to_rapier(world_from_walker))
             .linvel(to_rapier(linear_mps))
@@ -175,27 +178,35 @@ impl Physics {
             .angular_damping(0.5)
             .sleeping(standing)
             .build();
-        let capsule = SharedShape::capsule_z(half_segment_m, spec.radius_m);
+        let capsule = SharedShape::capsule_z(half_segment_m, model.radius_m);
         self.insert_body(body, [(capsule, Pose::identity())], id)
     }
 
     /// A box that stands on its origin; immovable until its physics is switched on.
     pub(crate) fn insert_prop(
         &mut self,
-        spec: &PropSpec,
+        model: &PropModel,
         world_from_prop: &Pose,
         id: ActorId,
     ) -> BodyHandle {
-        let centre_m = Vec3::new(0.0, 0.0, spec.half_m.z);
-        let inertia_kgm2 = spec.inertia_kgm2();
-        let mass = MassProperties::new(to_rapier(centre_m), spec.mass_kg, inertia_kgm2.into());
+        let half_m = model.size_m / 2.0;
+        let centre_m = Vec3::new(0.0, 0.0, half_m.z);
+        let inertia_kgm2 = prop_inertia_kgm2(model);
+        let mass = MassProperties::new(to_rapier(centre_m), model.mass_kg, inertia_kgm2.into());
         let body = RigidBodyBuilder::fixed()
             .pose(pose_to_rapier(world_from_prop))
             .additional_mass_properties(mass)
             .ccd_enabled(true)
             .build();
-        let shape = (box_shape(spec.half_m), Pose::translation(0.0, 0.0, spec.half_m.z));
+        let shape = (box_shape(half_m), Pose::translation(0.0, 0.0, half_m.z));
         self.insert_body(body, [shape], id)
+    }
+
+    /// Gives a vehicle another mass; it wakes up.
+    pub(crate) fn set_vehicle_mass(&mut self, handle: BodyHandle, fit: &Fit) {
+        let body = &mut self.bodies[handle];
+        body.set_additional_mass_properties(vehicle_mass(fit), true);
+        body.recompute_mass_properties_from_colliders(&self.colliders);
     }
 
     fn insert_body(
@@ -374,6 +385,11 @@ impl Physics {
 /// Whether a body is left alone by everything but a touch.
 fn rests(body: &RigidBody) -> bool {
     body.is_sleeping() || !body.is_dynamic()
+}
+
+fn vehicle_mass(fit: &Fit) -> MassProperties {
+    let centre_m = to_rapier(fit.physics.centre_of_mass_m);
+    MassProperties::new(centre_m, fit.physics.mass_kg, fit.inertia_kgm2().into())
 }
 
 fn box_shape(half_m: Vec3) -> SharedShape {

@@ -1,16 +1,18 @@
 //! Where a thing comes to stand when it is put near the ground.
 
+use blueprints::{VehicleModel, WalkerModel};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use schemas::{Pose, Translation3, Vec3};
 
-use crate::blueprint::{Blueprint, BodySpec, WalkerSpec};
+use crate::blueprint::{Blueprint, BodySpec};
 use crate::ground::Ground;
-use crate::vehicle::VehicleSpec;
 
 /// A thing put at most this far above or below its place on the ground is put onto it.
 const REACH_M: f32 = 1.5;
 /// A wheel this deep in the ground is still lifted by its spring alone.
 const SINK_M: f32 = 0.04;
+/// Width over which the ground under a two-wheeler is levelled.
+const TRACK_M_MIN: f32 = 0.3;
 /// A thing tilted by more than this is meant to fall (cosine of 45°).
 const UPRIGHT: f32 = 0.7;
 
@@ -25,8 +27,8 @@ pub(crate) struct Placed {
 /// The wanted pose, but for a vehicle that would sink into the ground or a walker near it: those are
 /// set onto it.
 pub(crate) fn exactly(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> Placed {
-    match blueprint.body {
-        BodySpec::Vehicle(spec) if !is_sunk(spec, wanted, ground) => {
+    match &blueprint.body {
+        BodySpec::Vehicle(model) if !is_sunk(model, wanted, ground) => {
             Placed { world_from_actor: *wanted, standing: false }
         }
         _ => on_ground(blueprint, wanted, ground),
@@ -34,8 +36,8 @@ pub(crate) fn exactly(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> 
 }
 
 /// Whether a wheel is deeper in the ground than its spring forgives.
-fn is_sunk(spec: &VehicleSpec, wanted: &Pose, ground: &Ground) -> bool {
-    spec.contacts_xy_m().into_iter().any(|(x_m, y_m)| {
+fn is_sunk(model: &VehicleModel, wanted: &Pose, ground: &Ground) -> bool {
+    corners_xy_m(model).into_iter().any(|(x_m, y_m)| {
         let wheel_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
         let surface = ground.below(wheel_m + Vec3::z() * REACH_M);
         surface.height_m - wheel_m.z > SINK_M
@@ -45,9 +47,9 @@ fn is_sunk(spec: &VehicleSpec, wanted: &Pose, ground: &Ground) -> bool {
 /// The wanted pose, set onto the ground when it is near and upright.
 pub(crate) fn on_ground(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> Placed {
     let upright = (wanted.rotation * Vec3::z()).z > UPRIGHT;
-    let placed = match blueprint.body {
-        BodySpec::Vehicle(spec) => vehicle_on_ground(spec, wanted, ground),
-        BodySpec::Walker(spec) => walker_on_ground(spec, wanted, ground),
+    let placed = match &blueprint.body {
+        BodySpec::Vehicle(model) => vehicle_on_ground(model, wanted, ground),
+        BodySpec::Walker(model) => walker_on_ground(model, wanted, ground),
         BodySpec::Prop(_) | BodySpec::None(_) => *wanted,
     };
     let lift_m = placed.translation.z - wanted.translation.z;
@@ -58,10 +60,17 @@ pub(crate) fn on_ground(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -
     }
 }
 
+/// Where a vehicle stands: front left, front right, rear left, rear right.
+fn corners_xy_m(model: &VehicleModel) -> [(f32, f32); 4] {
+    let base_m = model.wheelbase_m / 2.0;
+    let track_m = model.track_m.max(TRACK_M_MIN) / 2.0;
+    [(base_m, track_m), (base_m, -track_m), (-base_m, track_m), (-base_m, -track_m)]
+}
+
 /// All wheels on the plane through the ground under them, heading kept.
-fn vehicle_on_ground(spec: &VehicleSpec, wanted: &Pose, ground: &Ground) -> Pose {
+fn vehicle_on_ground(model: &VehicleModel, wanted: &Pose, ground: &Ground) -> Pose {
     let [front_left, front_right, rear_left, rear_right] =
-        spec.contacts_xy_m().map(|(x_m, y_m)| {
+        corners_xy_m(model).map(|(x_m, y_m)| {
             let point_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
             let surface = ground.below(point_m + Vec3::z() * REACH_M);
             Vec3::new(point_m.x, point_m.y, surface.height_m)
@@ -75,11 +84,11 @@ fn vehicle_on_ground(spec: &VehicleSpec, wanted: &Pose, ground: &Ground) -> Pose
 }
 
 /// Upright, the lower end on the ground, heading kept.
-fn walker_on_ground(spec: &WalkerSpec, wanted: &Pose, ground: &Ground) -> Pose {
+fn walker_on_ground(model: &WalkerModel, wanted: &Pose, ground: &Ground) -> Pose {
     let centre_m = wanted.translation.vector;
-    let foot_m = centre_m - Vec3::z() * (spec.height_m / 2.0);
+    let foot_m = centre_m - Vec3::z() * (model.height_m / 2.0);
     let surface = ground.below(foot_m + Vec3::z() * REACH_M);
-    let standing_m = Vec3::new(centre_m.x, centre_m.y, surface.height_m + spec.height_m / 2.0);
+    let standing_m = Vec3::new(centre_m.x, centre_m.y, surface.height_m + model.height_m / 2.0);
     let heading = wanted.rotation * Vec3::x();
     let rotation = rotation_from_axes(heading, Vec3::z()).unwrap_or(wanted.rotation);
     Pose::from_parts(Translation3::from(standing_m), rotation)

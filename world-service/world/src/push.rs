@@ -2,7 +2,7 @@
 
 use schemas::{Pose, Vec3, limits};
 
-use crate::actor::Actor;
+use crate::actor::{Actor, Vehicle};
 use crate::blueprint::BodySpec;
 use crate::fallen;
 use crate::ground::Ground;
@@ -29,18 +29,17 @@ impl Surroundings<'_> {
         let gravity_mps2 = if actor.switches.gravity { GRAVITY_MPS2 } else { 0.0 };
         let mut total = self.by_client(actor, body);
         let mut carried = false;
-        if let Some((spec, vehicle)) = actor.vehicle_mut() {
+        if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
             let chassis = Chassis::new(
                 &body.world_from_body,
                 body.centre_of_mass_m,
                 body.linear_mps,
                 body.angular_radps,
             );
-            let dt_secs = self.dt_secs;
-            total += vehicle.state.substep(spec, &chassis, self.ground, self.grip, dt_secs);
-            // Only the wheels of an upright vehicle can touch the ground.
+            let (fit, dt_secs) = (tuning.fit(), self.dt_secs);
+            total += state.substep(fit, &chassis, self.ground, self.grip, dt_secs);
             let up = body.world_from_body.rotation * Vec3::z();
-            carried = up.z > 0.9 && vehicle.state.is_carried();
+            carried = state.rides_on_wheels(fit, up.z);
         } else if let Some((spec, walker)) = actor.walker_mut()
             && let Some(gait) = walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs)
         {

@@ -20,7 +20,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -129,10 +129,11 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
         return Err(damaged("its scenery is not that of the map"));
     }
     let numbers = |actor: &Actor| {
-        let vehicle = actor.vehicle.as_deref();
         let walker = actor.walker.as_deref();
-        vehicle.is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
-            && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
+        actor.vehicle.as_deref().is_none_or(|vehicle| {
+            let mut values = vehicle.state.values().chain(vehicle.ackermann.values());
+            values.all(f32::is_finite)
+        }) && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
             && actor.outside.values().all(f32::is_finite)
     };
     if !state.sim_secs.is_finite()

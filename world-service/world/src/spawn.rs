@@ -10,7 +10,6 @@ use crate::check;
 use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
-use crate::vehicle::VehicleState;
 use crate::walker::Walker;
 use crate::world::World;
 
@@ -211,19 +210,22 @@ impl World {
         };
         let (pose, linear_mps) = (&placed.world_from_actor, request.linear_mps);
         let physics = &mut self.state.physics;
-        match request.blueprint.body {
-            BodySpec::Vehicle(spec) => {
+        match &request.blueprint.body {
+            BodySpec::Vehicle(_) => {
                 let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
-                let vehicle = Vehicle::new(VehicleState::rolling(spec, forward_mps));
-                let body = physics.insert_vehicle(spec, pose, linear_mps, id);
+                let vehicle = Vehicle::rolling(request.blueprint_index, forward_mps)
+                    .expect("a vehicle's blueprint has wheels");
+                let body = physics.insert_vehicle(vehicle.tuning.fit(), pose, linear_mps, id);
                 (Body::Rigid(body), Some(Box::new(vehicle)), None)
             }
-            BodySpec::Walker(spec) => {
+            BodySpec::Walker(model) => {
                 let still = placed.standing && linear_mps == Vec3::zeros();
-                let body = physics.insert_walker(spec, pose, linear_mps, still, id);
+                let body = physics.insert_walker(model, pose, linear_mps, still, id);
                 (Body::Rigid(body), None, Some(Box::new(Walker::new(linear_mps))))
             }
-            BodySpec::Prop(spec) => (Body::Rigid(physics.insert_prop(&spec, pose, id)), None, None),
+            BodySpec::Prop(model) => {
+                (Body::Rigid(physics.insert_prop(model, pose, id)), None, None)
+            }
             BodySpec::None(_) => (Body::Fixed(*pose), None, None),
         }
     }

@@ -3,13 +3,14 @@
 use agents::VehicleView;
 use schemas::{Error, ErrorCode, Tick, Vec3, Weather, limits};
 
+use crate::actor::Vehicle;
 use crate::check;
 use crate::collision::ContactLog;
 use crate::physics::{BodyHandle, BodyState, NotFinite};
 use crate::push::Surroundings;
 use crate::scenery::Reach;
 use crate::town::Town;
-use crate::vehicle::{VehicleSpec, understeer_rad_per_mps2};
+use crate::vehicle::Fit;
 use crate::walker::Walker;
 use crate::world::{State, World};
 
@@ -69,16 +70,22 @@ fn grip(weather: &Weather) -> f32 {
 }
 
 impl State {
-    /// Lets the pilots choose this tick's controls.
+    /// Lets pilots and Ackermann controllers choose this tick's controls.
     fn drive(&mut self, town: &Town) {
         let dt_secs = self.dt_secs as f32;
         for actor in &mut self.actors {
             let Some(body) = actor.rigid() else { continue };
-            let Some((spec, vehicle)) = actor.vehicle_mut() else { continue };
-            let Some(pilot) = &mut vehicle.pilot else { continue };
+            let Some(vehicle) = actor.vehicle_mut() else { continue };
+            let Vehicle { tuning, pilot, ackermann, .. } = vehicle;
             let body_state = self.physics.state(body);
-            let view = view(spec, &body_state);
-            let control = pilot.control(&town.roads, &view, dt_secs);
+            let control = match pilot {
+                Some(pilot) => {
+                    let view = view(tuning.fit(), &body_state);
+                    Some(pilot.control(&town.roads, &view, dt_secs))
+                }
+                None => ackermann.control(tuning.fit(), body_state.forward_mps(), dt_secs),
+            };
+            let Some(control) = control else { continue };
             if std::mem::replace(&mut vehicle.state.control, control) != control {
                 self.physics.wake(body);
             }
@@ -190,12 +197,12 @@ impl State {
 }
 
 /// What a pilot sees.
-pub(crate) fn view(spec: &VehicleSpec, body: &BodyState) -> VehicleView {
+pub(crate) fn view(fit: &Fit, body: &BodyState) -> VehicleView {
     VehicleView {
         world_from_vehicle: body.world_from_body,
         velocity_mps: body.linear_mps,
-        wheelbase_m: spec.wheelbase_m,
-        full_lock_rad: spec.full_lock_rad(body.linear_mps.norm()),
-        understeer_rad_per_mps2: understeer_rad_per_mps2(),
+        wheelbase_m: fit.wheelbase_m,
+        full_lock_rad: fit.full_lock_rad(body.linear_mps.norm()),
+        understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
     }
 }

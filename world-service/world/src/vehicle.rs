@@ -2,43 +2,53 @@
 //!
 //! One substep reads the chassis (pose, velocities) and the ground and returns one impulse for the
 //! physics engine, which owns the rigid body and its contacts with other bodies. All parts are pure
-//! functions of [`VehicleSpec`] and [`VehicleState`].
+//! functions of a [`Fit`], which is a model with CARLA's parameters, and a [`VehicleState`].
 //!
 //! **Frame:** x forward, y left, z up from the ground under the box centre (ISO 8855).
 
+mod ackermann;
+mod balance;
 mod brakes;
 mod chassis;
+pub(crate) mod check;
 mod drivetrain;
-mod spec;
+mod fit;
 mod steering;
 mod suspension;
+mod telemetry;
 mod tyre;
 
-use nalgebra::ComplexField;
 use schemas::{Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use ackermann::Ackermann;
 pub(crate) use chassis::{Chassis, Impulse};
-pub(crate) use spec::{
-    Driven, EngineSpec, GRAVITY_MPS2, GearboxSpec, VehicleSpec, understeer_rad_per_mps2,
-};
+pub(crate) use fit::{Fit, GRAVITY_MPS2, Tuning};
+pub(crate) use telemetry::telemetry;
 
 use crate::ground::{Ground, Surface};
+use brakes::WheelBrake;
 use drivetrain::Drivetrain;
+use fit::WheelFit;
+use telemetry::Contact;
 use tyre::{Tyre, TyreInput};
 
-/// Wheels of a vehicle, in the order front left, front right, rear left, rear right.
-const WHEEL_COUNT: usize = 4;
+/// Upright enough that only the wheels can touch the ground (cosine).
+const UPRIGHT: f32 = 0.9;
+/// The same of a two-wheeler, which leans.
+const UPRIGHT_LEANING: f32 = 0.5;
+
 /// Everything a vehicle remembers besides its rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct VehicleState {
     pub control: VehicleControl,
-    /// Mean angle of the front wheels, positive left.
+    /// Mean angle of the steered wheels, positive left.
     pub road_wheel_rad: f32,
     /// Brake pressure as a share of the highest, after the delay of the hydraulics.
     pub brake_pressure: f32,
     pub drivetrain: Drivetrain,
-    pub wheels: [Wheel; WHEEL_COUNT],
+    /// In the order of [`Fit::wheels`].
+    pub wheels: Vec<Wheel>,
     carried: bool,
 }
 
@@ -48,6 +58,8 @@ pub(crate) struct Wheel {
     /// Spin, positive when rolling forward.
     pub spin_radps: f32,
     pub tyre: Tyre,
+    /// What it did in the last substep; decides nothing.
+    pub contact: Contact,
 }
 
 /// What a wheel stands on in one substep.
@@ -63,14 +75,17 @@ struct Footing {
 
 impl VehicleState {
     /// A vehicle that rolls freely at `forward_mps`.
-    pub(crate) fn rolling(spec: &VehicleSpec, forward_mps: f32) -> Self {
-        let spin_radps = forward_mps / spec.wheel_radius_m;
+    pub(crate) fn rolling(fit: &Fit, forward_mps: f32) -> Self {
+        let wheel = |wheel: &WheelFit| Wheel {
+            spin_radps: forward_mps / wheel.physics.radius_m,
+            ..Wheel::default()
+        };
         Self {
             control: VehicleControl::default(),
             road_wheel_rad: 0.0,
             brake_pressure: 0.0,
-            drivetrain: Drivetrain::at_speed(spec, forward_mps),
-            wheels: [Wheel { spin_radps, tyre: Tyre::default() }; WHEEL_COUNT],
+            drivetrain: Drivetrain::at_speed(fit, forward_mps),
+            wheels: fit.wheels.iter().map(wheel).collect(),
             carried: false,
         }
     }
@@ -84,10 +99,13 @@ impl VehicleState {
             control.brake,
             f32::from(u8::from(control.hand_brake)),
             f32::from(u8::from(control.reverse)),
+            f32::from(u8::from(control.manual_gear)),
+            f32::from(control.gear),
             self.road_wheel_rad,
             self.brake_pressure,
             f32::from(self.drivetrain.gear),
             self.drivetrain.since_shift_secs,
+            self.drivetrain.engine_rpm,
         ];
         let wheels = self
             .wheels
@@ -97,13 +115,10 @@ impl VehicleState {
     }
 
     /// Fits wheels and gear to a speed that was set from outside.
-    pub(crate) fn set_rolling(&mut self, spec: &VehicleSpec, forward_mps: f32) {
+    pub(crate) fn set_rolling(&mut self, fit: &Fit, forward_mps: f32) {
         let control = self.control;
-        *self = Self {
-            control,
-            road_wheel_rad: self.road_wheel_rad,
-            ..Self::rolling(spec, forward_mps)
-        };
+        *self =
+            Self { control, road_wheel_rad: self.road_wheel_rad, ..Self::rolling(fit, forward_mps) };
     }
 
     /// Lets go of the ground, for a vehicle that is put elsewhere.
@@ -113,9 +128,10 @@ impl VehicleState {
         }
     }
 
-    /// Whether every wheel bears on the ground and no spring is near its end.
-    pub(crate) fn is_carried(&self) -> bool {
-        self.carried
+    /// Whether only its wheels can touch the ground, at this height of its up axis.
+    pub(crate) fn rides_on_wheels(&self, fit: &Fit, up_z: f32) -> bool {
+        let upright = if fit.model.is_two_wheeler() { UPRIGHT_LEANING } else { UPRIGHT };
+        up_z > upright && self.carried
     }
 
     /// Advances by `dt_secs` and returns what the wheels and the air do to the chassis.
@@ -123,7 +139,7 @@ impl VehicleState {
     /// - **Domain:** `grip` scales the friction of the whole road, 1 when dry.
     pub(crate) fn substep(
         &mut self,
-        spec: &VehicleSpec,
+        fit: &Fit,
         chassis: &Chassis,
         ground: &Ground,
         grip: f32,
@@ -131,70 +147,73 @@ impl VehicleState {
     ) -> Impulse {
         let forward_mps = chassis.forward().dot(&chassis.linear_mps);
         self.road_wheel_rad =
-            steering::advance(spec, self.road_wheel_rad, self.control.steer, forward_mps, dt_secs);
+            steering::advance(fit, self.road_wheel_rad, self.control.steer, forward_mps, dt_secs);
         self.brake_pressure = brakes::pressure(self.brake_pressure, self.control.brake, dt_secs);
 
-        let footings = suspension::footings(spec, chassis, ground);
-        self.carried = suspension::carry(&footings);
-        let drive_nm = self.drivetrain.advance(spec, &self.control, &self.spins(), dt_secs);
-        let engine_inertia_kgm2 = self.drivetrain.inertia_at_wheel_kgm2(spec, &self.control);
-        let mut impulse = chassis::air_drag(spec, chassis, dt_secs);
-        for (index, footing) in footings.iter().enumerate() {
-            let driven = spec.driven.share(index);
+        let footings = suspension::footings(fit, chassis, ground);
+        self.carried = suspension::carry(fit, &footings);
+        let guard = balance::pitch_guard(fit, &footings);
+        let drive = self.drivetrain.advance(fit, &self.control, &self.wheels, dt_secs);
+        let mut impulse = chassis::air_drag(fit, chassis, dt_secs);
+        impulse += balance::rider(fit, chassis, &footings, dt_secs);
+        for (index, footing) in footings.iter().take(fit.wheels.len()).enumerate() {
+            let wheel = &fit.wheels[index];
+            let mut brake =
+                brakes::wheel(wheel, self.brake_pressure, self.control.hand_brake);
+            brake.torque_nm *= guard.brake_share(wheel);
             let input = WheelInput {
-                spec,
-                index,
-                drive_nm: drive_nm * driven,
-                inertia_kgm2: spec.wheel_inertia_kgm2 + engine_inertia_kgm2 * driven,
+                fit,
+                wheel,
+                brake,
+                drive_nm: drive.torque_nm * wheel.drive_share * guard.drive_share,
+                inertia_kgm2: wheel.inertia_kgm2 + drive.inertia_kgm2 * wheel.drive_share,
                 grip,
                 dt_secs,
             };
-            impulse += self.wheel_substep(&input, chassis, footing.as_ref());
+            impulse += self.wheel_substep(index, &input, chassis, footing.as_ref());
         }
         impulse
     }
 
-    fn spins(&self) -> [f32; WHEEL_COUNT] {
-        self.wheels.map(|wheel| wheel.spin_radps)
-    }
-
     fn wheel_substep(
         &mut self,
+        index: usize,
         input: &WheelInput,
         chassis: &Chassis,
         footing: Option<&Footing>,
     ) -> Impulse {
-        let WheelInput { spec, index, dt_secs, .. } = *input;
-        let brake = brakes::wheel(spec, index, self.brake_pressure, self.control.hand_brake);
+        let WheelInput { fit, wheel: own, brake, dt_secs, .. } = *input;
         let traction_control = self.control.throttle > 0.0;
+        let steer_rad = steering::wheel_rad(fit, own, self.road_wheel_rad);
         let wheel = &mut self.wheels[index];
         let Some(footing) = footing else {
             wheel.tyre = Tyre::default();
-            wheel.spin_radps =
-                brakes::free_spin(wheel.spin_radps, input.drive_nm, brake.torque_nm, input);
+            wheel.spin_radps = brakes::free_spin(wheel.spin_radps, brake.torque_nm, input);
+            wheel.contact = Contact::default();
             return Impulse::default();
         };
 
-        let steer_rad = steering::wheel_rad(spec, index, self.road_wheel_rad);
-        let (forward, left) = contact_axes(chassis, footing.surface.normal, steer_rad);
+        let (forward, left) = chassis.contact_axes(footing.surface.normal, steer_rad);
         let velocity_mps = chassis.velocity_at(footing.point_m);
-        let force = tyre::advance(
-            wheel,
-            &TyreInput {
-                forward_mps: velocity_mps.dot(&forward),
-                left_mps: velocity_mps.dot(&left),
-                load_n: footing.load_n,
-                nominal_load_n: spec.static_load_n(index),
-                friction: spec.grip * footing.surface.friction * input.grip,
-                lateral_stiffness: spec::lateral_stiffness(index),
-                radius_m: spec.wheel_radius_m,
-                inertia_kgm2: input.inertia_kgm2,
-                drive_nm: input.drive_nm,
-                brake,
-                traction_control,
-                dt_secs,
-            },
-        );
+        let tyre_input = TyreInput {
+            forward_mps: velocity_mps.dot(&forward),
+            left_mps: velocity_mps.dot(&left),
+            load_n: footing.load_n,
+            nominal_load_n: own.load_n,
+            friction: own.physics.tyre_friction * footing.surface.friction * input.grip,
+            lateral_stiffness: own.physics.lateral_stiffness,
+            lateral_load_max: own.physics.lateral_stiffness_load_max,
+            longitudinal_stiffness: own.physics.longitudinal_stiffness,
+            radius_m: own.physics.radius_m,
+            damping_nms: own.physics.damping_rate,
+            inertia_kgm2: input.inertia_kgm2,
+            drive_nm: input.drive_nm,
+            brake,
+            traction_control,
+            dt_secs,
+        };
+        let force = tyre::advance(wheel, &tyre_input);
+        wheel.contact = Contact::new(&tyre_input, &force, wheel.spin_radps);
         let total_n = footing.surface.normal * footing.load_n
             + forward * force.forward_n
             + left * force.left_n;
@@ -203,21 +222,13 @@ impl VehicleState {
 }
 
 /// What stays the same for one wheel during one substep.
+#[derive(Clone, Copy)]
 struct WheelInput<'a> {
-    spec: &'a VehicleSpec,
-    index: usize,
+    fit: &'a Fit,
+    wheel: &'a WheelFit,
+    brake: WheelBrake,
     drive_nm: f32,
     inertia_kgm2: f32,
     grip: f32,
     dt_secs: f32,
-}
-
-/// Rolling direction of a steered wheel and its left, both in the ground's plane.
-fn contact_axes(chassis: &Chassis, normal: Vec3, steer_rad: f32) -> (Vec3, Vec3) {
-    let heading = chassis.forward() * ComplexField::cos(steer_rad)
-        + chassis.left() * ComplexField::sin(steer_rad);
-    let in_plane = heading - normal * heading.dot(&normal);
-    // A vehicle standing on its nose has no heading in the plane; its wheels then do not roll.
-    let forward = in_plane.try_normalize(1.0e-3).unwrap_or_else(|| chassis.left().cross(&normal));
-    (forward, normal.cross(&forward))
 }

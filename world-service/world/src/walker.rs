@@ -4,11 +4,11 @@
 
 use std::f32::consts::TAU;
 
+use blueprints::WalkerModel;
 use nalgebra::{RealField, Vector2};
 use schemas::{UnitQuaternion, Vec3, WalkerControl};
 use serde::{Deserialize, Serialize};
 
-use crate::blueprint::WalkerSpec;
 use crate::ground::Ground;
 use crate::physics::BodyState;
 use crate::place::rotation_from_axes;
@@ -113,7 +113,7 @@ impl Walker {
     }
 
     /// Moves its legs for a time at a speed.
-    pub(crate) fn stride(&mut self, spec: &WalkerSpec, speed_mps: f32, dt_secs: f32) {
+    pub(crate) fn stride(&mut self, spec: &WalkerModel, speed_mps: f32, dt_secs: f32) {
         if speed_mps > STANDING_MPS {
             let stride_m = (STRIDE_M + STRIDE_M_PER_MPS * speed_mps) * spec.height_m / ADULT_M;
             let phase_rad = self.gait_rad + speed_mps * dt_secs / stride_m * TAU;
@@ -124,7 +124,7 @@ impl Walker {
     /// One substep on the feet or in a jump; `None` for who lies.
     pub(crate) fn substep(
         &mut self,
-        spec: &WalkerSpec,
+        spec: &WalkerModel,
         body: &BodyState,
         ground: &Ground,
         gravity_mps2: f32,
@@ -203,7 +203,15 @@ mod tests {
 
     use super::*;
 
-    const ADULT: WalkerSpec = WalkerSpec { mass_kg: 75.0, height_m: 1.75, radius_m: 0.2 };
+    const ADULT: WalkerModel = WalkerModel {
+        mass_kg: 75.0,
+        height_m: 1.75,
+        radius_m: 0.2,
+        walk_mps: 1.7,
+        run_mps: 4.0,
+        age: blueprints::Age::Adult,
+        gender: blueprints::Gender::Female,
+    };
     const DT_SECS: f32 = 0.01;
 
     fn square(low: f32, high: f32, z: f32) -> [([Vec3; 3], f32); 2] {

@@ -3,6 +3,7 @@
 use schemas::{ActorId, BodySwitch, Error, Pose, PushKind, Vec3, limits};
 
 use super::rigid;
+use crate::actor::Vehicle;
 use crate::body::Body;
 use crate::check;
 use crate::place;
@@ -26,8 +27,8 @@ impl World {
         check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
         check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
         let forward = body.world_from_body.rotation * Vec3::x();
-        if let Some((spec, vehicle)) = actor.vehicle_mut() {
-            vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
+        if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
+            state.set_rolling(tuning.fit(), forward.dot(&linear_mps));
         }
         if let Some((_, walker)) = actor.walker_mut() {
             walker.own_mps = linear_mps;
@@ -51,8 +52,9 @@ impl World {
         let actor = &mut self.state.actors[index];
         let handle = rigid(actor)?;
         actor.outside.held_mps = velocity_mps;
-        if let (Some((spec, vehicle)), Some(held_mps)) = (actor.vehicle_mut(), velocity_mps) {
-            vehicle.state.set_rolling(spec, held_mps.x);
+        let vehicle = actor.vehicle_mut().zip(velocity_mps);
+        if let Some((Vehicle { state, tuning, .. }, held_mps)) = vehicle {
+            state.set_rolling(tuning.fit(), held_mps.x);
         }
         self.state.physics.wake(handle);
         Ok(())
@@ -123,7 +125,7 @@ impl World {
         };
         let placed = place::exactly(blueprint, world_from_actor, &self.town.ground);
         let pose = if at_will { &placed.world_from_actor } else { world_from_actor };
-        if let Some((_, vehicle)) = actor.vehicle_mut() {
+        if let Some(vehicle) = actor.vehicle_mut() {
             vehicle.state.lift();
         }
         if let Some((_, walker)) = actor.walker_mut() {
@@ -155,8 +157,8 @@ impl World {
             BodySwitch::Physics => {
                 physics.set_simulated(handle, on);
                 actor.outside.told_mps = Vec3::zeros();
-                if let Some((spec, vehicle)) = actor.vehicle_mut() {
-                    vehicle.state.set_rolling(spec, 0.0);
+                if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
+                    state.set_rolling(tuning.fit(), 0.0);
                 }
                 if let Some((_, walker)) = actor.walker_mut() {
                     walker.place(Vec3::zeros());

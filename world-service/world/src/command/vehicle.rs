@@ -1,7 +1,7 @@
 //! Commands for vehicles.
 
 use agents::Pilot;
-use schemas::{ActorId, Error, ErrorCode, PilotMode, Vec3, VehicleControl, limits};
+use schemas::{ActorId, Error, ErrorCode, PilotMode, VehicleControl, limits};
 
 use crate::actor::Vehicle;
 use crate::check;
@@ -21,6 +21,7 @@ impl World {
         check::control(&control)?;
         let (vehicle, body) = self.vehicle_mut(id)?;
         vehicle.pilot = None;
+        vehicle.ackermann.release();
         let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
         if changed {
             // Rapier does not know of our controls and would let the body sleep on.
@@ -43,10 +44,10 @@ impl World {
         let actor = &mut self.state.actors[index];
         let Some(handle) = actor.rigid() else { return Ok(()) };
         let body = self.state.physics.state(handle);
-        let Some((spec, vehicle)) = actor.vehicle_mut() else { return Ok(()) };
-        let forward = body.world_from_body.rotation * Vec3::x();
-        let speed_mps = target_speed_mps.unwrap_or_else(|| body.linear_mps.dot(&forward).max(0.0));
-        let view = step::view(spec, &body);
+        let Some(vehicle) = actor.vehicle_mut() else { return Ok(()) };
+        let speed_mps = target_speed_mps.unwrap_or_else(|| body.forward_mps().max(0.0));
+        let view = step::view(vehicle.tuning.fit(), &body);
+        vehicle.ackermann.release();
         vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
         Ok(())
     }
@@ -73,7 +74,7 @@ impl World {
 
     /// # Errors
     /// `UnknownActor`, or `InvalidArgument` for an actor without wheels.
-    fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
+    pub(crate) fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
         let (kind, body) = (actor.blueprint().kind(), actor.rigid());

@@ -2,13 +2,10 @@
 
 use std::ops::AddAssign;
 
-use nalgebra::Matrix3;
+use nalgebra::{ComplexField, Matrix3};
 use schemas::{Pose, Vec3};
 
-use super::VehicleSpec;
-
-/// Air at sea level and 15 °C.
-const AIR_KG_PER_M3: f32 = 1.225;
+use super::Fit;
 
 /// Pose and velocities of a chassis at the start of a substep, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +15,7 @@ pub(crate) struct Chassis {
     centre_of_mass_m: Vec3,
     /// Of the centre of mass.
     pub linear_mps: Vec3,
-    angular_radps: Vec3,
+    pub angular_radps: Vec3,
 }
 
 /// Momentum given to a body: linear, and angular about its centre of mass.
@@ -72,6 +69,17 @@ impl Chassis {
         self.linear_mps + self.angular_radps.cross(&(in_world_m - self.centre_of_mass_m))
     }
 
+    /// Rolling direction of a wheel that is steered in the ground's plane, and its left.
+    pub(super) fn contact_axes(&self, normal: Vec3, steer_rad: f32) -> (Vec3, Vec3) {
+        let heading = self.forward();
+        let in_plane = heading - normal * heading.dot(&normal);
+        // A vehicle standing on its nose has no heading in the plane; its wheels then do not roll.
+        let ahead = in_plane.try_normalize(1.0e-3).unwrap_or_else(|| self.left().cross(&normal));
+        let beside = normal.cross(&ahead);
+        let (sine, cosine) = ComplexField::sin_cos(steer_rad);
+        (ahead * cosine + beside * sine, beside * cosine - ahead * sine)
+    }
+
     pub(super) fn impulse_at(&self, in_world_m: Vec3, impulse_ns: Vec3) -> Impulse {
         Impulse {
             linear_ns: impulse_ns,
@@ -81,9 +89,8 @@ impl Chassis {
 }
 
 /// Drag of the air at rest, through the centre of mass.
-pub(super) fn air_drag(spec: &VehicleSpec, chassis: &Chassis, dt_secs: f32) -> Impulse {
-    let speed_mps = chassis.linear_mps.norm();
-    let drag_n_per_mps = 0.5 * AIR_KG_PER_M3 * spec.drag_area_m2 * speed_mps;
+pub(super) fn air_drag(fit: &Fit, chassis: &Chassis, dt_secs: f32) -> Impulse {
+    let drag_n_per_mps = fit.drag_n_per_mps2 * chassis.linear_mps.norm();
     Impulse {
         linear_ns: -chassis.linear_mps * (drag_n_per_mps * dt_secs),
         angular_nms: Vec3::zeros(),

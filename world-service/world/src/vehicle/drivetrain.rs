@@ -1,136 +1,189 @@
-//! Engine, automatic gearbox and differential: from the throttle to the torque on the driven axle.
+//! Engine, clutch, gearbox and differential: from the throttle to the torque on the driven wheels.
 
 use std::f32::consts::TAU;
 
-use schemas::VehicleControl;
+use schemas::{Gear, VehicleControl, VehiclePhysics};
 use serde::{Deserialize, Serialize};
 
-use super::spec::{EngineSpec, GearboxSpec};
+use super::Wheel;
+use super::fit::Fit;
 use super::steering::interpolate;
-use super::{VehicleSpec, WHEEL_COUNT};
 
-/// Engine speed to which the torque converter lets the engine rise at full throttle, over idle.
-const LAUNCH_RPM: f32 = 1_400.0;
+/// Share of the span from idle to the highest speed to which the clutch lets the engine rise when
+/// it starts at full throttle.
+const LAUNCH_SHARE: f32 = 0.24;
 /// Speed of the vehicle below which it changes between forward and reverse.
 const REVERSE_MPS: f32 = 2.0;
 /// Changes of gear are at least this far apart, so that the box does not hunt.
 const SHIFT_INTERVAL_SECS: f32 = 0.6;
-/// Engine speeds for shifting as shares of the highest: (closed throttle, full throttle).
-const UPSHIFT: (f32, f32) = (0.36, 0.92);
-const DOWNSHIFT: (f32, f32) = (0.17, 0.42);
+/// Engine speed for shifting with closed throttle over that at full throttle...
+const CLOSED_SHARE: f32 = 0.4;
+/// ...and the least of it over idle, for engines with a narrow band.
+const CLOSED_OVER_IDLE: f32 = 1.8;
+/// Engine speed over idle at which the clutch is entirely closed, of engines with little idle.
+const COUPLING_RPM_MIN: f32 = 500.0;
 
 /// Engine speed and gear.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Drivetrain {
-    /// -1 reverse, 1 and up forward.
+    /// -1 reverse, 0 neutral, 1 and up forward.
     pub gear: i8,
     /// Since the last change of gear; only its first second matters.
     pub since_shift_secs: f32,
+    /// Revolutions per minute.
+    pub engine_rpm: f32,
+}
+
+/// What the driven wheels feel together.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Drive {
+    /// Positive drives forward.
+    pub torque_nm: f32,
+    /// Of the engine, while throttle holds it to the wheels.
+    pub inertia_kgm2: f32,
 }
 
 impl Drivetrain {
     /// The gear that a driver who coasts at this speed would be in.
-    pub(super) fn at_speed(spec: &VehicleSpec, forward_mps: f32) -> Self {
+    pub(super) fn at_speed(fit: &Fit, forward_mps: f32) -> Self {
         let mut gear = 1;
-        let rpm_in = |gear| rpm_at(spec, gear, forward_mps.max(0.0) / spec.wheel_radius_m);
-        while gear < top_gear(&spec.gearbox) && rpm_in(gear) > UPSHIFT.0 * rpm_max(&spec.engine) {
+        let spin_radps = forward_mps.max(0.0) / fit.model.wheel_radius_m;
+        while gear < top_gear(&fit.physics)
+            && rpm_at(fit, gear, spin_radps) > shift_rpm(fit, gear, 0.0, |gear| gear.up_share)
+        {
             gear += 1;
         }
-        Self { gear, since_shift_secs: SHIFT_INTERVAL_SECS }
+        let engine_rpm = rpm_at(fit, gear, spin_radps).max(fit.model.idle_rpm);
+        Self { gear, since_shift_secs: SHIFT_INTERVAL_SECS, engine_rpm }
     }
 
-    /// Torque on all driven wheels together, newton metres; positive drives forward.
     pub(super) fn advance(
         &mut self,
-        spec: &VehicleSpec,
+        fit: &Fit,
         control: &VehicleControl,
-        spins_radps: &[f32; WHEEL_COUNT],
+        wheels: &[Wheel],
         dt_secs: f32,
-    ) -> f32 {
-        let spin_radps = driven_spin_radps(spec, spins_radps);
+    ) -> Drive {
+        let spin_radps = driven_spin_radps(fit, wheels);
         self.since_shift_secs = (self.since_shift_secs + dt_secs).min(SHIFT_INTERVAL_SECS);
-        self.choose_direction(spec, control.reverse, spin_radps);
-        self.shift(spec, control.throttle, spin_radps);
-        let wrong_way = control.reverse != (self.gear < 0);
-        if self.since_shift_secs < spec.gearbox.shift_secs || wrong_way {
-            return 0.0;
+        self.choose_gear(fit, control, spin_radps);
+        let wrong_way = !control.manual_gear && control.reverse != (self.gear < 0);
+        if self.gear == 0 || wrong_way || self.since_shift_secs < fit.physics.gear_switch_secs {
+            self.rev_freely(fit, control.throttle, dt_secs);
+            return Drive::default();
         }
-        let rpm = rpm_at(spec, self.gear, spin_radps);
-        let ratio = ratio(&spec.gearbox, self.gear);
-        engine_nm(&spec.engine, rpm, control.throttle) * ratio * spec.gearbox.efficiency
+        self.couple(fit, control, spin_radps)
     }
 
-    /// Inertia of the engine as the driven axle feels it under throttle; without, the converter slips.
-    pub(super) fn inertia_at_wheel_kgm2(
-        &self,
-        spec: &VehicleSpec,
-        control: &VehicleControl,
-    ) -> f32 {
-        if control.throttle <= 0.0 || control.brake > 0.0 {
-            return 0.0;
+    fn choose_gear(&mut self, fit: &Fit, control: &VehicleControl, spin_radps: f32) {
+        if control.manual_gear {
+            self.engage(control.gear.clamp(-1, top_gear(&fit.physics)));
+            return;
         }
-        let ratio = ratio(&spec.gearbox, self.gear);
-        spec.engine.inertia_kgm2 * ratio * ratio
-    }
-
-    fn choose_direction(&mut self, spec: &VehicleSpec, reverse: bool, spin_radps: f32) {
-        let slow = spin_radps.abs() * spec.wheel_radius_m < REVERSE_MPS;
-        if slow && reverse != (self.gear < 0) {
-            self.gear = if reverse { -1 } else { 1 };
+        let slow = spin_radps.abs() * fit.model.wheel_radius_m < REVERSE_MPS;
+        if slow && control.reverse != (self.gear < 0) {
+            self.gear = if control.reverse { -1 } else { 1 };
+        } else if self.gear == 0 {
+            *self = Self::at_speed(fit, spin_radps * fit.model.wheel_radius_m);
+        }
+        if fit.physics.automatic_gearbox {
+            self.shift(fit, control.throttle, spin_radps);
         }
     }
 
-    fn shift(&mut self, spec: &VehicleSpec, throttle: f32, spin_radps: f32) {
+    fn shift(&mut self, fit: &Fit, throttle: f32, spin_radps: f32) {
         if self.gear < 1 || self.since_shift_secs < SHIFT_INTERVAL_SECS {
             return;
         }
-        let share = rpm_at(spec, self.gear, spin_radps) / rpm_max(&spec.engine);
-        let at = |(closed, full): (f32, f32)| closed + (full - closed) * throttle;
-        let wanted = if share > at(UPSHIFT) && self.gear < top_gear(&spec.gearbox) {
-            self.gear + 1
-        } else if share < at(DOWNSHIFT) && self.gear > 1 {
-            self.gear - 1
+        let rpm = rpm_at(fit, self.gear, spin_radps);
+        let at = |share: fn(&Gear) -> f32| shift_rpm(fit, self.gear, throttle, share);
+        if rpm > at(|gear| gear.up_share) && self.gear < top_gear(&fit.physics) {
+            self.engage(self.gear + 1);
+        } else if rpm < at(|gear| gear.down_share) && self.gear > 1 {
+            self.engage(self.gear - 1);
+        }
+    }
+
+    fn engage(&mut self, gear: i8) {
+        if gear != self.gear {
+            self.gear = gear;
+            self.since_shift_secs = 0.0;
+        }
+    }
+
+    /// The engine alone, with an open clutch.
+    fn rev_freely(&mut self, fit: &Fit, throttle: f32, dt_secs: f32) {
+        let physics = &fit.physics;
+        let open = physics.damping_closed_throttle_clutch_disengaged;
+        let damping_nms = open + (physics.damping_full_throttle - open) * throttle;
+        let full_nm = interpolate(&physics.torque_curve, self.engine_rpm) * throttle;
+        let rate = dt_secs / physics.engine_inertia_kgm2;
+        // Implicit in the damping, so that a light engine with much drag does not swing.
+        let radps = (self.engine_rpm * TAU / 60.0 + full_nm * rate) / (1.0 + damping_nms * rate);
+        let highest_rpm = physics.engine_rpm_max.max(fit.model.idle_rpm);
+        self.engine_rpm = (radps * 60.0 / TAU).clamp(fit.model.idle_rpm, highest_rpm);
+    }
+
+    /// The engine on the wheels, through a clutch that slips to let it start.
+    fn couple(&mut self, fit: &Fit, control: &VehicleControl, spin_radps: f32) -> Drive {
+        let (physics, throttle) = (&fit.physics, control.throttle);
+        let rpm = rpm_at(fit, self.gear, spin_radps);
+        let ratio = ratio(fit, self.gear);
+        let launch_rpm = LAUNCH_SHARE * (physics.engine_rpm_max - fit.model.idle_rpm);
+        self.engine_rpm = rpm.max(fit.model.idle_rpm + launch_rpm * throttle);
+        let full_nm = if self.engine_rpm > physics.engine_rpm_max {
+            0.0
         } else {
-            return;
+            interpolate(&physics.torque_curve, self.engine_rpm)
         };
-        self.gear = wanted;
-        self.since_shift_secs = 0.0;
+        let slip_radps = ((physics.engine_rpm_max - rpm) * TAU / 60.0).max(0.0);
+        let driving_nm = (full_nm * throttle).min(physics.clutch_strength * slip_radps);
+        let torque_nm = driving_nm - drag_nm(fit, rpm, throttle);
+        // Without throttle, or against the brake, the clutch slips.
+        let held = throttle > 0.0 && control.brake <= 0.0;
+        Drive {
+            torque_nm: torque_nm * ratio * fit.model.efficiency,
+            inertia_kgm2: if held { physics.engine_inertia_kgm2 * ratio * ratio } else { 0.0 },
+        }
     }
 }
 
-/// Torque of the engine; negative when it brakes.
-fn engine_nm(engine: &EngineSpec, rpm: f32, throttle: f32) -> f32 {
-    let launched_rpm = rpm.max(engine.idle_rpm + LAUNCH_RPM * throttle);
-    let full_nm = if launched_rpm > rpm_max(engine) {
-        0.0
-    } else {
-        interpolate(engine.torque_nm, launched_rpm)
-    };
-    // Below twice idle the converter slips, so that an idling engine neither drives nor brakes.
-    let coupling = ((rpm - engine.idle_rpm) / engine.idle_rpm.max(500.0)).clamp(0.0, 1.0);
-    full_nm * throttle - engine.drag_nm * coupling * (1.0 - throttle)
+/// Drag of the engine on a closing throttle. Below twice idle the clutch opens, so that an idling
+/// engine neither drives nor brakes.
+fn drag_nm(fit: &Fit, rpm: f32, throttle: f32) -> f32 {
+    let physics = &fit.physics;
+    let closed = physics.damping_closed_throttle_clutch_engaged;
+    let damping_nms = closed + (physics.damping_full_throttle - closed) * throttle;
+    let idle_rpm = fit.model.idle_rpm;
+    let coupling = ((rpm - idle_rpm) / idle_rpm.max(COUPLING_RPM_MIN)).clamp(0.0, 1.0);
+    damping_nms * rpm * TAU / 60.0 * coupling
 }
 
-fn rpm_max(engine: &EngineSpec) -> f32 {
-    engine.torque_nm.last().map_or(0.0, |&(rpm, _)| rpm)
+/// Engine speed at which the box leaves a gear; earlier with less throttle.
+fn shift_rpm(fit: &Fit, gear: i8, throttle: f32, share: impl Fn(&Gear) -> f32) -> f32 {
+    let index = usize::try_from(gear - 1).unwrap_or(0);
+    let Some(gear) = fit.physics.forward_gears.get(index) else { return 0.0 };
+    let up_rpm = gear.up_share * fit.physics.engine_rpm_max;
+    let closed = (CLOSED_OVER_IDLE * fit.model.idle_rpm / up_rpm.max(1.0)).clamp(CLOSED_SHARE, 1.0);
+    share(gear) * fit.physics.engine_rpm_max * (closed + (1.0 - closed) * throttle)
 }
 
-fn rpm_at(spec: &VehicleSpec, gear: i8, spin_radps: f32) -> f32 {
-    (spin_radps * ratio(&spec.gearbox, gear)).max(0.0) * 60.0 / TAU
+fn rpm_at(fit: &Fit, gear: i8, spin_radps: f32) -> f32 {
+    (spin_radps * ratio(fit, gear)).max(0.0) * 60.0 / TAU
 }
 
 /// Turns of the engine per turn of the wheel; negative in reverse.
-fn ratio(gearbox: &GearboxSpec, gear: i8) -> f32 {
+fn ratio(fit: &Fit, gear: i8) -> f32 {
     let index = usize::try_from(gear - 1).ok();
-    let of_gear = index.and_then(|index| gearbox.forward.get(index).copied());
-    of_gear.unwrap_or(-gearbox.reverse) * gearbox.final_drive
+    let of_gear = index.and_then(|index| fit.physics.forward_gears.get(index));
+    of_gear.map_or(-fit.model.reverse_ratio, |gear| gear.ratio) * fit.physics.final_ratio
 }
 
-fn top_gear(gearbox: &GearboxSpec) -> i8 {
-    i8::try_from(gearbox.forward.len()).unwrap_or(i8::MAX)
+fn top_gear(physics: &VehiclePhysics) -> i8 {
+    i8::try_from(physics.forward_gears.len()).unwrap_or(i8::MAX)
 }
 
 /// Mean spin of the driven wheels: what an open differential passes to the gearbox.
-fn driven_spin_radps(spec: &VehicleSpec, spins_radps: &[f32; WHEEL_COUNT]) -> f32 {
-    spins_radps.iter().enumerate().map(|(wheel, spin)| spin * spec.driven.share(wheel)).sum()
+fn driven_spin_radps(fit: &Fit, wheels: &[Wheel]) -> f32 {
+    wheels.iter().zip(&fit.wheels).map(|(wheel, fit)| wheel.spin_radps * fit.drive_share).sum()
 }

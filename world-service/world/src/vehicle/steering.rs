@@ -1,43 +1,35 @@
-//! From the steering control to the angle of each front wheel.
+//! From the steering control to the angle of each wheel.
 
-use nalgebra::ComplexField;
+use nalgebra::{ComplexField, RealField};
 
-use super::VehicleSpec;
-use super::spec::{is_front, is_left};
+use super::fit::{Fit, WheelFit};
 
 /// How fast the road wheels turn: a quick driver at the steering wheel, 16 : 1.
 const RATE_RADPS: f32 = 1.0;
-/// (speed in metres per second, share of full lock that full control reaches), as CARLA's default
-/// steering curve of 20, 60 and 120 km/h.
-const SPEED_CURVE: [(f32, f32); 4] = [(0.0, 1.0), (5.56, 0.9), (16.67, 0.8), (33.33, 0.7)];
 
 /// The mean road-wheel angle after `dt_secs` towards what `steer` asks.
 pub(super) fn advance(
-    spec: &VehicleSpec,
+    fit: &Fit,
     road_wheel_rad: f32,
     steer: f32,
     forward_mps: f32,
     dt_secs: f32,
 ) -> f32 {
-    let wanted_rad = steer * spec.full_lock_rad(forward_mps.abs());
+    let wanted_rad = steer * fit.full_lock_rad(forward_mps.abs());
     let step_rad = RATE_RADPS * dt_secs;
     road_wheel_rad + (wanted_rad - road_wheel_rad).clamp(-step_rad, step_rad)
 }
 
-/// The angle of one wheel: both front wheels roll around the same point (Ackermann).
-pub(super) fn wheel_rad(spec: &VehicleSpec, wheel: usize, mean_rad: f32) -> f32 {
-    if !is_front(wheel) || mean_rad == 0.0 {
-        return 0.0;
+/// The angle of one wheel: all front wheels roll around the same point (Ackermann).
+pub(super) fn wheel_rad(fit: &Fit, wheel: &WheelFit, mean_rad: f32) -> f32 {
+    let angle_rad = mean_rad * wheel.steer_share;
+    if angle_rad == 0.0 || !wheel.is_front {
+        return angle_rad;
     }
-    let mean_tan = ComplexField::tan(mean_rad);
-    let offset_m = if is_left(wheel) { spec.track_m / 2.0 } else { -spec.track_m / 2.0 };
-    let tan = mean_tan / (1.0 - offset_m * mean_tan / spec.wheelbase_m);
-    ComplexField::atan(tan)
-}
-
-/// The share of full lock that full control reaches at a speed.
-pub(super) fn speed_share(speed_mps: f32) -> f32 {
-    interpolate(&SPEED_CURVE, speed_mps)
+    let (sine, cosine) = ComplexField::sin_cos(angle_rad);
+    let base_m = fit.wheelbase_m.max(0.1);
+    let ahead_m = cosine * base_m - angle_rad.signum() * sine.abs() * wheel.foot_m.y;
+    RealField::atan2(sine * base_m, ahead_m)
 }
 
 /// Linear between the points, constant beyond them.
@@ -48,7 +40,8 @@ pub(super) fn interpolate(points: &[(f32, f32)], at: f32) -> f32 {
     }
     points.windows(2).find(|pair| at <= pair[1].0).map_or(last.1, |pair| {
         let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
-        y0 + (y1 - y0) * (at - x0) / (x1 - x0)
+        // A step in the curve has two points at one place.
+        if x1 > x0 { y0 + (y1 - y0) * (at - x0) / (x1 - x0) } else { y1 }
     })
 }
 

@@ -15,8 +15,6 @@ use serde::{Deserialize, Serialize};
 use super::Wheel;
 use super::brakes::WheelBrake;
 
-/// Slip stiffness along the wheel over load: force per unit of slip and newton of load.
-const LONGITUDINAL_STIFFNESS: f32 = 22.0;
 /// Rolling distance over which a deflection settles.
 const LONGITUDINAL_RELAXATION_M: f32 = 0.25;
 const LATERAL_RELAXATION_M: f32 = 0.4;
@@ -60,7 +58,13 @@ pub(super) struct TyreInput {
     pub friction: f32,
     /// Slip stiffness to the side over load, per radian.
     pub lateral_stiffness: f32,
+    /// Load over the nominal one beyond which lateral stiffness stays as it is.
+    pub lateral_load_max: f32,
+    /// Slip stiffness along the wheel over load.
+    pub longitudinal_stiffness: f32,
     pub radius_m: f32,
+    /// Resistance of the bearing.
+    pub damping_nms: f32,
     pub inertia_kgm2: f32,
     pub drive_nm: f32,
     pub brake: WheelBrake,
@@ -87,6 +91,13 @@ pub(super) fn advance(wheel: &mut Wheel, input: &TyreInput) -> TyreForce {
     force
 }
 
+/// Highest force of a tyre in its plane: less than proportional to the load.
+pub(super) fn friction_n(input: &TyreInput) -> f32 {
+    let overload = input.load_n / input.nominal_load_n - 1.0;
+    let sensitivity = (1.0 - LOAD_SENSITIVITY * overload).clamp(0.7, 1.1);
+    input.friction * sensitivity * input.load_n
+}
+
 /// Constants of one contact patch for one substep.
 struct Contact {
     /// Deflection stiffness in newtons per metre.
@@ -103,15 +114,14 @@ struct Contact {
 
 impl Contact {
     fn new(input: &TyreInput, spin_radps: f32) -> Self {
-        let overload = input.load_n / input.nominal_load_n - 1.0;
-        let sensitivity = (1.0 - LOAD_SENSITIVITY * overload).clamp(0.7, 1.1);
+        let stiffening_n = input.load_n.min(input.lateral_load_max * input.nominal_load_n);
         let rolling_mps = input.forward_mps.abs().max((spin_radps * input.radius_m).abs());
         let brush = (rolling_mps / BRUSH_MPS).min(1.0);
         let keep = |relaxation_m: f32| 1.0 / (1.0 + input.dt_secs * rolling_mps / relaxation_m);
         Self {
-            forward_n_per_m: LONGITUDINAL_STIFFNESS * input.load_n / LONGITUDINAL_RELAXATION_M,
-            left_n_per_m: input.lateral_stiffness * input.load_n / LATERAL_RELAXATION_M,
-            friction_n: input.friction * sensitivity * input.load_n,
+            forward_n_per_m: input.longitudinal_stiffness * input.load_n / LONGITUDINAL_RELAXATION_M,
+            left_n_per_m: input.lateral_stiffness * stiffening_n / LATERAL_RELAXATION_M,
+            friction_n: friction_n(input),
             forward_keep: keep(LONGITUDINAL_RELAXATION_M),
             left_keep: keep(LATERAL_RELAXATION_M),
             damping_secs: DAMPING_SECS * (1.0 - brush),
@@ -149,6 +159,7 @@ impl Contact {
         let slip_mps = spin_radps * radius - input.forward_mps;
         Wheel {
             spin_radps,
+            contact: wheel.contact,
             tyre: Tyre {
                 forward_m: (forward_m + dt * slip_mps) * self.forward_keep,
                 left_m: (left_m - dt * input.left_mps) * self.left_keep,
@@ -206,7 +217,9 @@ fn traction(free_radps: f32, input: &TyreInput) -> f32 {
 
 /// Spin after brake and rolling resistance, which can stop the wheel but not turn it.
 fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
-    let friction_nm = input.brake.torque_nm + ROLLING_RESISTANCE * input.load_n * input.radius_m;
+    let friction_nm = input.brake.torque_nm
+        + ROLLING_RESISTANCE * input.load_n * input.radius_m
+        + input.damping_nms * free_radps.abs();
     let slower_by = (friction_nm / resistance).min(free_radps.abs());
     let spin_radps = free_radps - free_radps.signum() * slower_by;
     let rolling_mps = input.forward_mps.abs();
@@ -231,6 +244,9 @@ mod tests {
             nominal_load_n: 4_000.0,
             friction: 1.0,
             lateral_stiffness: 18.0,
+            lateral_load_max: 2.0,
+            longitudinal_stiffness: 22.0,
+            damping_nms: 0.0,
             radius_m: 0.33,
             inertia_kgm2: 1.3,
             drive_nm: 0.0,

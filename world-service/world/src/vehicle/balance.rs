@@ -1,0 +1,84 @@
+//! What a rider does for a two-wheeler: leans it into the curve, holds it upright at a stand, and
+//! keeps both wheels on the ground.
+//!
+//! The rider's balance is a torque about the line of contact towards the lean at which gravity and
+//! the curve hold each other, so that in a steady curve it is zero. It is an idealisation: a real
+//! rider steers the other way first.
+
+use nalgebra::{ComplexField, RealField};
+use schemas::Vec3;
+
+use super::fit::{Fit, GRAVITY_MPS2, WheelFit};
+use super::suspension::Footings;
+use super::{Chassis, Impulse};
+
+/// Natural frequency of the return to the wanted lean, and its damping.
+const LEAN_RADPS: f32 = 6.0;
+const LEAN_DAMPING: f32 = 0.8;
+/// Greatest lean that a rider asks for (50°).
+const LEAN_RAD_MAX: f32 = 0.87;
+/// Lean from which nobody saves it (65°).
+const LOST_RAD: f32 = 1.13;
+/// Strongest torque over weight times height: a push beyond it throws the vehicle over.
+const TORQUE_SHARE_MAX: f32 = 1.5;
+/// Share of the load at rest below which a rider, or electronics, hold back drive and brake.
+const FRONT_LOAD_SHARE: f32 = 0.3;
+const REAR_LOAD_SHARE: f32 = 0.25;
+
+/// How much of drive and front brake keeps both wheels down; all of it on three wheels or more.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PitchGuard {
+    pub drive_share: f32,
+    front_brake_share: f32,
+}
+
+impl PitchGuard {
+    pub(super) fn brake_share(&self, wheel: &WheelFit) -> f32 {
+        if wheel.is_front { self.front_brake_share } else { 1.0 }
+    }
+}
+
+pub(super) fn pitch_guard(fit: &Fit, footings: &Footings) -> PitchGuard {
+    let mut guard = PitchGuard { drive_share: 1.0, front_brake_share: 1.0 };
+    if !fit.model.is_two_wheeler() {
+        return guard;
+    }
+    for (wheel, footing) in fit.wheels.iter().zip(footings) {
+        let load_share = footing.map_or(0.0, |footing| footing.load_n) / wheel.load_n;
+        if wheel.is_front {
+            guard.drive_share = (load_share / FRONT_LOAD_SHARE).min(1.0);
+        } else {
+            guard.front_brake_share = (load_share / REAR_LOAD_SHARE).min(1.0);
+        }
+    }
+    guard
+}
+
+/// The rider's balance during one substep; nothing for what stands by itself, lies or flies.
+pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: f32) -> Impulse {
+    if !fit.model.is_two_wheeler() || footings.iter().all(Option::is_none) {
+        return Impulse::default();
+    }
+    let (forward, up) = (chassis.forward(), chassis.up());
+    let Some(left) = Vec3::z().cross(&forward).try_normalize(1.0e-3) else {
+        return Impulse::default();
+    };
+    let lean_rad = RealField::atan2(up.dot(&left), up.z);
+    if lean_rad.abs() > LOST_RAD {
+        return Impulse::default();
+    }
+    let curve_mps2 = forward.dot(&chassis.linear_mps) * chassis.angular_radps.z;
+    let wanted_rad = ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
+    // Turning about the forward axis lifts the left side: the other way than leaning left.
+    let leaning_radps = -chassis.angular_radps.dot(&forward);
+    let [roll_kgm2, ..] = fit.inertia_kgm2();
+    let height_m = fit.physics.centre_of_mass_m.z;
+    let mass_kg = fit.physics.mass_kg;
+    let inertia_kgm2 = roll_kgm2 + mass_kg * height_m * height_m;
+    let wanted_nm = inertia_kgm2
+        * (LEAN_RADPS * LEAN_RADPS * (wanted_rad - lean_rad)
+            - 2.0 * LEAN_DAMPING * LEAN_RADPS * leaning_radps);
+    let strongest_nm = TORQUE_SHARE_MAX * mass_kg * GRAVITY_MPS2 * height_m;
+    let torque_nm = wanted_nm.clamp(-strongest_nm, strongest_nm);
+    Impulse { linear_ns: Vec3::zeros(), angular_nms: forward * (-torque_nm * dt_secs) }
+}
