@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::physics::{BodyHandle, BodyState};
+use crate::traffic::RoadRules;
 use crate::vehicle::{VehicleSpec, VehicleState};
 
 /// Something that was spawned.
@@ -28,6 +29,8 @@ pub(crate) struct Vehicle {
     pub state: VehicleState,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+    /// What lights and signs say to it; empty in a world without them.
+    pub rules: RoadRules,
 }
 
 impl Actor {
@@ -44,6 +47,7 @@ impl Actor {
     /// The public state of this actor.
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
+        let rules = self.vehicle.as_deref().map(|vehicle| vehicle.rules).unwrap_or_default();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
         let at_rest =
             ActorState::at_rest(self.id, blueprint.kind(), type_index, body.world_from_body);
@@ -57,6 +61,8 @@ impl Actor {
             control: vehicle.map_or_else(Default::default, |state| state.control),
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
+            speed_limit_mps: rules.speed_limit_mps,
+            traffic_light: rules.light,
             ..at_rest
         }
     }

@@ -36,12 +36,24 @@ impl World {
                 self.set_pose(*actor, world_from_actor).map(|()| None)
             }
             Command::SetWeather { weather } => self.set_weather(*weather).map(|()| None),
+            Command::SetTrafficLight { actor, colour, green_secs, yellow_secs, red_secs } => {
+                let times_secs = [*green_secs, *yellow_secs, *red_secs];
+                self.set_traffic_light(*actor, *colour, times_secs).map(|()| None)
+            }
+            Command::FreezeTrafficLights { frozen } => {
+                self.freeze_traffic_lights(*frozen);
+                Ok(None)
+            }
+            Command::ResetTrafficLights { actor } => {
+                self.reset_traffic_lights(*actor).map(|()| None)
+            }
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),
         }
     }
 
     fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
+        self.check_spawned(id)?;
         let index = self.state.index_of(id)?;
         let actor = self.state.actors.remove(index);
         self.state.physics.remove_body(actor.body);

@@ -27,7 +27,7 @@
 //! assert_eq!(world.frame().actors.len(), 1);
 //! ```
 //!
-//! What it does not do: traffic lights, sensors, recordings and clocks belong to others.
+//! What it does not do: sensors, recordings and clocks belong to others.
 
 mod actor;
 mod blueprint;
@@ -49,6 +49,7 @@ mod snapshot;
 mod spawn;
 mod step;
 mod town;
+mod traffic;
 mod vehicle;
 mod world;
 

@@ -20,7 +20,7 @@ use crate::world::{State, World, check_dt};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -115,6 +115,15 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     let known = actors.last().is_none_or(|actor| actor.id.get() < state.next_actor);
     if !ordered || !known || state.next_actor == 0 {
         return Err(damaged("its actors are not in order"));
+    }
+    let plan = &town.traffic;
+    if state.lights.as_ref().is_some_and(|lights| !lights.is_consistent(plan)) {
+        return Err(damaged("its traffic lights are not those of the map"));
+    }
+    let fixed_count = if state.lights.is_some() { plan.actors().len() } else { 0 };
+    let after_fixed = |actor: &Actor| actor.id.get() as usize > fixed_count;
+    if !actors.iter().all(after_fixed) || (state.next_actor as usize) <= fixed_count {
+        return Err(damaged("its actors have the ids of lights and signs"));
     }
     let embodied = |actor: &Actor| actor.is_consistent() && state.physics.contains(actor.body);
     if actors.len() != state.physics.body_count() || !actors.iter().all(embodied) {

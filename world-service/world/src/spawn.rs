@@ -8,6 +8,7 @@ use crate::check;
 use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
+use crate::traffic::RoadRules;
 use crate::vehicle::VehicleState;
 use crate::world::World;
 
@@ -71,7 +72,7 @@ impl World {
         let blueprint = blueprint::get(blueprint_index).ok_or_else(unknown)?;
         check::pose(world_from_actor)?;
         check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
-        if self.state.actors.len() >= limits::ACTORS_PER_WORLD_MAX {
+        if self.actor_count() >= limits::ACTORS_PER_WORLD_MAX {
             return Err(Error::new(ErrorCode::Capacity, "the world is full")
                 .wanted(format!("at most {} actors", limits::ACTORS_PER_WORLD_MAX)));
         }
@@ -131,8 +132,11 @@ impl World {
         let (body, vehicle) = match blueprint.body {
             BodySpec::Vehicle(spec) => {
                 let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
-                let vehicle =
-                    Vehicle { state: VehicleState::rolling(spec, forward_mps), pilot: None };
+                let vehicle = Vehicle {
+                    state: VehicleState::rolling(spec, forward_mps),
+                    pilot: None,
+                    rules: RoadRules::default(),
+                };
                 let body = state.physics.insert_vehicle(spec, pose, linear_mps, id);
                 (body, Some(Box::new(vehicle)))
             }

@@ -7,6 +7,7 @@ use crate::actor::Actor;
 use crate::blueprint::BodySpec;
 use crate::collision::ContactLog;
 use crate::fallen;
+use crate::overlap::OrientedBox;
 use crate::physics::{BodyState, NotFinite, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
@@ -38,6 +39,7 @@ impl World {
         }
         self.state.measure_acceleration(&velocities_mps);
         self.state.collisions = self.state.contacts.conclude(log);
+        self.state.follow_rules(&self.town);
         self.state.tick = Tick(self.state.tick.0 + 1);
         self.state.check()
     }
@@ -117,6 +119,24 @@ impl State {
         })?;
         log.after(&self.physics);
         Ok(())
+    }
+
+    /// Lets the lights take their turns, and tells moving vehicles which rules hold for them.
+    fn follow_rules(&mut self, town: &Town) {
+        let Some(lights) = &mut self.lights else { return };
+        lights.advance(&town.traffic, self.dt_secs);
+        let mut near = Vec::new();
+        for actor in &mut self.actors {
+            let body = actor.body;
+            let blueprint = actor.blueprint();
+            let Some((_, vehicle)) = actor.vehicle_mut() else { continue };
+            if self.physics.is_asleep(body) {
+                continue;
+            }
+            let pose = self.physics.state(body).world_from_body;
+            let outline = OrientedBox::new(&pose, blueprint);
+            vehicle.rules.update(&town.roads, &town.traffic, &pose, &outline, &mut near);
+        }
     }
 
     fn measure_acceleration(&mut self, before_mps: &[Vec3]) {
