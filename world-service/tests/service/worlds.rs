@@ -139,7 +139,8 @@ async fn a_refused_command_makes_no_world_and_gives_its_seat_back() {
     let Request::CreateWorld { map, mut commands, .. } = create(1, None) else { unreachable!() };
     // The second car would stand in the first.
     commands.push(commands[0].clone());
-    let request = Request::CreateWorld { map, seed: 1, dt_secs: 0.05, commands, lease: None, traffic: false };
+    let request =
+        Request::CreateWorld { map, seed: 1, dt_secs: 0.05, commands, lease: None, traffic: false };
     let error = site.ask(&request).await.unwrap_err();
     assert_eq!(error.code, ErrorCode::SpawnBlocked, "{error}");
     assert!(error.message.contains("command 2 of 2"), "{error}");

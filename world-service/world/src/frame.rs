@@ -22,7 +22,7 @@ impl World {
                 // Fewer blueprints than u16 values exist.
                 (types.len() - 1) as u16
             });
-            actors.push(actor.state(&self.state.physics.state(actor.body), type_index));
+            actors.push(actor.state(&self.state.motion_of(actor), type_index));
         }
         Frame {
             world: self.id,
@@ -43,7 +43,7 @@ impl World {
 
     fn traffic_lights(&self) -> Vec<TrafficLightState> {
         let plan = &self.town.traffic;
-        let lights = self.state.lights.iter();
+        let lights = self.state.traffic.iter();
         lights
             .flat_map(|lights| {
                 (0..plan.light_count())
@@ -63,15 +63,19 @@ impl World {
         hasher.integers([state.tick.0, state.seed, state.rng.state(), state.next_actor.into()]);
         hasher.real(state.dt_secs);
         hasher.floats(weather_values(&state.weather));
-        if let Some(lights) = &state.lights {
+        if let Some(lights) = &state.traffic {
             hasher.value(lights);
         }
         for actor in &state.actors {
-            let body = state.physics.state(actor.body);
+            let body = state.motion_of(actor);
             hasher.integers([
                 actor.id.get().into(),
                 actor.blueprint.into(),
                 actor.colour_rgb.into(),
+                actor.lights.into(),
+                actor.doors.into(),
+                actor.switches.bits(),
+                actor.body.attachment().map_or(0, |to| to.parent.get().into()),
                 body.asleep.into(),
             ]);
             hasher.floats(body.world_from_body.translation.vector.iter().copied());

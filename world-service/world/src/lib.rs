@@ -30,7 +30,9 @@
 //! What it does not do: sensors, recordings and clocks belong to others.
 
 mod actor;
+mod attributes;
 mod blueprint;
+mod body;
 mod check;
 mod collision;
 mod command;
@@ -45,6 +47,7 @@ mod physics;
 mod place;
 mod rng;
 mod scenery;
+mod sensors;
 mod snapshot;
 mod spawn;
 mod step;

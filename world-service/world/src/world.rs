@@ -12,6 +12,7 @@ use crate::collision::Contacts;
 use crate::physics::Physics;
 use crate::rng::Rng;
 use crate::scenery::NearFixtures;
+use crate::sensors::Sensors;
 use crate::town::Town;
 use crate::traffic::Lights;
 
@@ -60,7 +61,8 @@ pub(crate) struct State {
     pub fixtures: NearFixtures,
     pub physics: Physics,
     /// `None` in a world without the town's lights and signs.
-    pub lights: Option<Lights>,
+    pub traffic: Option<Lights>,
+    pub sensors: Sensors,
 }
 
 impl World {
@@ -86,7 +88,8 @@ impl World {
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
                 physics: Physics::new(),
-                lights: None,
+                traffic: None,
+                sensors: Sensors::default(),
             },
         })
     }
@@ -107,7 +110,7 @@ impl World {
                 .found(count));
         }
         world.state.next_actor += count as u32;
-        world.state.lights = Some(Lights::new(&world.town.traffic));
+        world.state.traffic = Some(Lights::new(&world.town.traffic));
         Ok(world)
     }
 
@@ -133,7 +136,7 @@ impl World {
 
     /// The town's lights and signs, in a world that has them.
     pub(crate) fn fixed_actors(&self) -> &[ActorState] {
-        if self.state.lights.is_some() { self.town.traffic.actors() } else { &[] }
+        if self.state.traffic.is_some() { self.town.traffic.actors() } else { &[] }
     }
 
     /// Its map.

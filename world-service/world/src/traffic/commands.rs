@@ -20,7 +20,7 @@ impl World {
         for secs in times_secs.into_iter().flatten() {
             check::range("time of a traffic light", secs, 0.0, SHOWN_SECS_MAX, "s")?;
         }
-        let Some(lights) = &mut self.state.lights else { return Ok(()) };
+        let Some(lights) = &mut self.state.traffic else { return Ok(()) };
         if let Some(times) = lights.times_mut(&self.town.traffic, light) {
             let [green_secs, yellow_secs, red_secs] = times_secs;
             times.green_secs = green_secs.unwrap_or(times.green_secs);
@@ -35,14 +35,14 @@ impl World {
 
     /// In a world without lights there is nothing to freeze.
     pub(crate) fn freeze_traffic_lights(&mut self, frozen: bool) {
-        if let Some(lights) = &mut self.state.lights {
+        if let Some(lights) = &mut self.state.traffic {
             lights.freeze(frozen);
         }
     }
 
     pub(crate) fn reset_traffic_lights(&mut self, id: Option<ActorId>) -> Result<(), Error> {
         let light = id.map(|id| self.light(id)).transpose()?;
-        if let Some(lights) = &mut self.state.lights {
+        if let Some(lights) = &mut self.state.traffic {
             lights.reset(&self.town.traffic, light);
         }
         Ok(())
@@ -71,7 +71,7 @@ impl World {
     }
 
     fn fixed_actor(&self, id: ActorId) -> Option<&schemas::ActorState> {
-        self.state.lights.as_ref()?;
+        self.state.traffic.as_ref()?;
         self.town.traffic.actor(id)
     }
 }
