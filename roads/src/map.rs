@@ -16,6 +16,7 @@ use crate::model::Model;
 use crate::neighbours::{self, Side};
 use crate::scenery::{self, SceneryBox};
 use crate::spawn;
+use crate::speed_limits::SpeedLimits;
 use crate::surroundings;
 use crate::topology;
 use crate::walk::{Way, walk};
@@ -83,6 +84,7 @@ pub struct Map {
     pub(crate) links: Links,
     index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
+    pub(crate) speed_limits: SpeedLimits,
     spawn_points: Vec<Isometry3<f64>>,
     scenery: Vec<SceneryBox>,
     environment: OnceLock<Vec<EnvironmentObject>>,
@@ -119,12 +121,14 @@ impl Map {
             links,
             index,
             landmarks: Landmarks::default(),
+            speed_limits: SpeedLimits::default(),
             spawn_points,
             scenery,
             environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
         map.landmarks = Landmarks::new(&map);
+        map.speed_limits = SpeedLimits::new(&map);
         Ok(map)
     }
 

@@ -105,7 +105,7 @@ impl Canvas {
         if shapes.0.is_empty() {
             return;
         }
-        let named = |colour| if colour == "" { "none" } else { colour };
+        let named = |colour| if str::is_empty(colour) { "none" } else { colour };
         self.write(format_args!("<path fill=\"{}\"", named(paint.fill)));
         if !paint.stroke.is_empty() {
             self.write(format_args!(

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
+use crate::traffic::RoadRules;
 use crate::vehicle::{Ackermann, Tuning, VehicleState};
 use crate::walker::Walker;
 
@@ -63,6 +64,8 @@ pub(crate) struct Vehicle {
     pub ackermann: Ackermann,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+    /// What lights and signs say to it; empty in a world without them.
+    pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
     pub tipped_secs: f32,
 }
@@ -103,7 +106,14 @@ impl Vehicle {
         let tuning = Tuning::standard(blueprint)?;
         let state = VehicleState::rolling(tuning.fit(), forward_mps);
         let ackermann = Ackermann::default();
-        Some(Self { state, tuning, ackermann, pilot: None, tipped_secs: 0.0 })
+        Some(Self {
+            state,
+            tuning,
+            ackermann,
+            pilot: None,
+            rules: RoadRules::default(),
+            tipped_secs: 0.0,
+        })
     }
 
     fn fits(&self, blueprint: u16) -> bool {
@@ -141,6 +151,7 @@ impl Actor {
     /// The public state of this actor.
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
+        let rules = self.vehicle.as_deref().map(|vehicle| vehicle.rules).unwrap_or_default();
         let failure = self.vehicle.as_deref().map(Vehicle::failure).unwrap_or_default();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
         let walker = self.walker.as_deref();
@@ -156,6 +167,8 @@ impl Actor {
             control: vehicle.map_or_else(Default::default, |state| state.control),
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
+            speed_limit_mps: rules.speed_limit_mps,
+            traffic_light: rules.light,
             parent: self.body.attachment().map(|to| to.parent),
             lights: self.lights,
             doors: self.doors,

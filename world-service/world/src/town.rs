@@ -7,6 +7,7 @@ use schemas::{MapRef, Pose, Vec3};
 
 use crate::ground::Ground;
 use crate::scenery::Scenery;
+use crate::traffic::TrafficPlan;
 
 /// The static part of a map, built once and shared by every world on it.
 #[derive(Debug)]
@@ -14,6 +15,7 @@ pub struct Town {
     pub(crate) roads: Arc<Map>,
     pub(crate) ground: Ground,
     pub(crate) scenery: Scenery,
+    pub(crate) traffic: TrafficPlan,
     map: MapRef,
 }
 
@@ -29,7 +31,8 @@ impl Town {
             (pose, half_m)
         }));
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
-        Self { roads, ground, scenery, map }
+        let traffic = TrafficPlan::new(&roads);
+        Self { roads, ground, scenery, traffic, map }
     }
 
     /// The map's name and digest.

@@ -214,6 +214,17 @@ fn any_handling() -> impl Strategy<Value = Command> {
     ]
 }
 
+fn any_pilot() -> impl Strategy<Value = Command> {
+    let mode = prop_oneof![
+        Just(PilotMode::KeepLane),
+        Just(PilotMode::ChangeLaneLeft),
+        Just(PilotMode::ChangeLaneRight)
+    ];
+    (any_actor(), mode, prop::option::of(-2.0f32..20.0)).prop_map(
+        |(actor, mode, target_speed_mps)| Command::SetPilot { actor, mode, target_speed_mps },
+    )
+}
+
 /// Any command, good or bad.
 fn command() -> impl Strategy<Value = Command> {
     let actor = any_actor();
@@ -242,14 +253,6 @@ fn command() -> impl Strategy<Value = Command> {
                 ..VehicleControl::default()
             },
         });
-    let mode = prop_oneof![
-        Just(PilotMode::KeepLane),
-        Just(PilotMode::ChangeLaneLeft),
-        Just(PilotMode::ChangeLaneRight)
-    ];
-    let pilot = (actor.clone(), mode, prop::option::of(-2.0f32..20.0)).prop_map(
-        |(actor, mode, target_speed_mps)| Command::SetPilot { actor, mode, target_speed_mps },
-    );
     let velocity = (actor.clone(), number.clone(), number).prop_map(|(actor, x, z)| {
         let linear_mps = Vec3::new(20.0 * x, 0.0, 3.0 * z);
         Command::SetVelocity {
@@ -272,7 +275,7 @@ fn command() -> impl Strategy<Value = Command> {
         2 => any_thing(),
         6 => any_handling(),
         4 => drive,
-        2 => pilot,
+        2 => any_pilot(),
         1 => velocity,
         1 => pose,
         1 => weather,
