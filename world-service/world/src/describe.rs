@@ -1,8 +1,9 @@
 //! What can be asked of a world beyond its frame.
 
-use schemas::{ActorDescription, ActorId, Error, ErrorCode, RayHit, Vec3, VehicleReport};
+use schemas::{ActorDescription, ActorId, Error, ErrorCode, VehicleReport};
 
 use crate::actor::Actor;
+use crate::rays::tag;
 use crate::world::World;
 
 impl World {
@@ -21,16 +22,6 @@ impl World {
         self.state.index_of(id)?;
         Err(Error::new(ErrorCode::Unsupported, "vehicles cannot be inspected"))
     }
-
-    /// Everything that each ray meets, ordered by ray, then by distance.
-    ///
-    /// - **Frame:** from and to in the world, metres.
-    ///
-    /// # Errors
-    /// `Unsupported`.
-    pub fn cast_rays(&self, _rays: &[(Vec3, Vec3)]) -> Result<Vec<RayHit>, Error> {
-        Err(Error::new(ErrorCode::Unsupported, "rays cannot be cast"))
-    }
 }
 
 fn description(actor: &Actor) -> ActorDescription {
@@ -43,7 +34,7 @@ fn description(actor: &Actor) -> ActorDescription {
         attributes: Vec::new(),
         box_centre_m: blueprint.box_centre_m(),
         box_half_extent_m: blueprint.box_half_extent_m(),
-        tag: 0,
+        tag: tag::of_actor(blueprint.kind()),
         signal: None,
     }
 }

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::blueprint::WalkerSpec;
 use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
+use crate::rays::Shape;
 use crate::vehicle::{GRAVITY_MPS2, Impulse, VehicleSpec};
 
 pub(crate) use contact::Contact;
@@ -239,6 +240,24 @@ impl Physics {
     /// Whether a body touches a scenery box.
     pub(crate) fn is_touched(&self, handle: SceneryHandle) -> bool {
         self.narrow_phase.contact_pairs_with(handle).any(|pair| pair.has_any_active_contact())
+    }
+
+    /// The shapes of a body, each with its pose in the world.
+    pub(crate) fn shapes(&self, handle: BodyHandle) -> impl Iterator<Item = (Shape, Pose)> {
+        let body = &self.bodies[handle];
+        body.colliders().iter().filter_map(|&collider| {
+            let collider = self.colliders.get(collider)?;
+            let body_from_shape = collider.position_wrt_parent()?;
+            let world_from_shape = pose_from_rapier(&(*body.position() * *body_from_shape));
+            let shape = collider.shape();
+            let cuboid = || Some(Shape::Box { half_m: from_rapier(shape.as_cuboid()?.half_extents) });
+            let capsule = || {
+                let capsule = shape.as_capsule()?;
+                let (half_segment_m, radius_m) = (capsule.half_height(), capsule.radius);
+                Some(Shape::Capsule { half_segment_m, radius_m })
+            };
+            Some((cuboid().or_else(capsule)?, world_from_shape))
+        })
     }
 
     pub(crate) fn body_count(&self) -> usize {
