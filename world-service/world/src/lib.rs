@@ -8,7 +8,8 @@
 //!
 //! One tick: pilots choose controls; scenery near moving bodies enters the physics; then in substeps
 //! of at most 10 ms each vehicle's wheels push it, the ground pushes what has fallen, and Rapier
-//! solves the contacts between bodies; at the end the contacts become collisions.
+//! solves the contacts between bodies; at the end the contacts become collisions and the
+//! sensors measure.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -27,10 +28,12 @@
 //! assert_eq!(world.frame().actors.len(), 1);
 //! ```
 //!
-//! What it does not do: traffic lights, sensors, recordings and clocks belong to others.
+//! What it does not do: traffic lights, pictures, recordings and clocks belong to others.
 
 mod actor;
+mod attributes;
 mod blueprint;
+mod body;
 mod check;
 mod collision;
 mod command;
@@ -47,10 +50,12 @@ mod rays;
 mod rng;
 mod scenery;
 mod sensor;
+mod sensors;
 mod snapshot;
 mod spawn;
 mod step;
 mod town;
+mod traffic;
 mod vehicle;
 mod world;
 

@@ -250,7 +250,8 @@ impl Physics {
             let body_from_shape = collider.position_wrt_parent()?;
             let world_from_shape = pose_from_rapier(&(*body.position() * *body_from_shape));
             let shape = collider.shape();
-            let cuboid = || Some(Shape::Box { half_m: from_rapier(shape.as_cuboid()?.half_extents) });
+            let cuboid =
+                || Some(Shape::Box { half_m: from_rapier(shape.as_cuboid()?.half_extents) });
             let capsule = || {
                 let capsule = shape.as_capsule()?;
                 let (half_segment_m, radius_m) = (capsule.half_height(), capsule.radius);

@@ -101,6 +101,18 @@ impl Sensor {
         Ok(Self { listening: false, pace: Pace::new(period_secs), noise, device })
     }
 
+    /// Whether it can have come from `fresh`; what a snapshot may get wrong.
+    pub(crate) fn is_used(&self, fresh: &Self) -> bool {
+        let device = match (&self.device, &fresh.device) {
+            (Device::Imu(used), Device::Imu(fresh)) => used.is_used(fresh),
+            (Device::Lidar(used), Device::Lidar(fresh)) => used.is_used(fresh),
+            (Device::SemanticLidar(used), Device::SemanticLidar(fresh)) => used.is_used(fresh),
+            (Device::LaneInvasion(_), Device::LaneInvasion(_)) => true,
+            (used, fresh) => used == fresh,
+        };
+        device && self.pace.is_used(&fresh.pace)
+    }
+
     /// The end of a tick at `now_secs`; `None` when there is nothing to tell.
     pub(crate) fn tick(
         &mut self,
@@ -118,8 +130,7 @@ impl Sensor {
         let measurement = match &mut self.device {
             Device::Camera => return Some(Outcome::Picture),
             Device::Collision => {
-                let contacts: Vec<Measurement> =
-                    collision::measure(mount.carrier.as_ref()?, around).collect();
+                let contacts = collision::measure(mount.carrier.as_ref()?, around);
                 return (!contacts.is_empty()).then_some(Outcome::Measured(contacts));
             }
             Device::LaneInvasion(lines) => lines.measure(mount.carrier.as_ref()?, around.roads)?,

@@ -14,13 +14,14 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::actor::Actor;
 use crate::check;
+use crate::sensors::Readings;
 use crate::town::Town;
 use crate::world::{State, World, check_dt};
 
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 1;
+const VERSION: u32 = 3;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -71,7 +72,7 @@ impl World {
                 .found(format!("{} {}", map.name, map.digest))
         })?;
         check_state(&state, &town)?;
-        Ok(Self { id, epoch, town, state })
+        Ok(Self { id, epoch, town, state, readings: Readings::default() })
     }
 }
 
@@ -116,12 +117,19 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !ordered || !known || state.next_actor == 0 {
         return Err(damaged("its actors are not in order"));
     }
-    let embodied = |actor: &Actor| actor.is_consistent() && state.physics.contains(actor.body);
-    if actors.len() != state.physics.body_count() || !actors.iter().all(embodied) {
+    let carried = |actor: &Actor| {
+        let in_physics = actor.rigid().is_none_or(|body| state.physics.contains(body));
+        actor.is_consistent() && in_physics && state.hangs_well(actor)
+    };
+    let bodies = actors.iter().filter_map(Actor::rigid).count();
+    if bodies != state.physics.body_count() || !actors.iter().all(carried) {
         return Err(damaged("an actor and its body do not fit"));
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
+    }
+    if !state.sensors.is_consistent(state) {
+        return Err(damaged("a sensor is not that of its actor"));
     }
     let numbers = |actor: &Actor| {
         actor.vehicle.as_deref().is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))

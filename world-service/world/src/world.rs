@@ -10,7 +10,9 @@ use crate::collision::Contacts;
 use crate::physics::Physics;
 use crate::rng::Rng;
 use crate::scenery::NearFixtures;
+use crate::sensors::{Readings, Sensors};
 use crate::town::Town;
+use crate::traffic::Traffic;
 
 /// What a new world is made of.
 #[derive(Clone, Debug)]
@@ -38,6 +40,8 @@ pub struct World {
     pub(crate) epoch: u64,
     pub(crate) town: Arc<Town>,
     pub(crate) state: State,
+    /// Of the last tick; gone in copies and restored worlds until they tick.
+    pub(crate) readings: Readings,
 }
 
 /// Everything that decides how a world goes on; this and nothing else is in a snapshot.
@@ -56,6 +60,8 @@ pub(crate) struct State {
     pub collisions: Vec<Collision>,
     pub fixtures: NearFixtures,
     pub physics: Physics,
+    pub traffic: Traffic,
+    pub sensors: Sensors,
 }
 
 impl World {
@@ -81,13 +87,22 @@ impl World {
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
                 physics: Physics::new(),
+                traffic: Traffic::default(),
+                sensors: Sensors::default(),
             },
+            readings: Readings::default(),
         })
     }
 
     /// A copy under another id that goes on bit for bit as this one would.
     pub fn fork(&self, id: WorldId) -> Self {
-        Self { id, epoch: self.epoch, town: Arc::clone(&self.town), state: self.state.clone() }
+        Self {
+            id,
+            epoch: self.epoch,
+            town: Arc::clone(&self.town),
+            state: self.state.clone(),
+            readings: Readings::default(),
+        }
     }
 
     /// Its identity.

@@ -12,9 +12,10 @@ impl World {
 impl State {
     /// The shapes that also collide, at their present places.
     pub(crate) fn solids(&self) -> Solids {
-        let solids = self.actors.iter().flat_map(|actor| {
+        let bodies = self.actors.iter().filter_map(|actor| Some((actor, actor.rigid()?)));
+        let solids = bodies.flat_map(|(actor, body)| {
             let tag = tag::of_actor(actor.blueprint().kind());
-            let shapes = self.physics.shapes(actor.body);
+            let shapes = self.physics.shapes(body);
             shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Some(actor.id)))
         });
         Solids::new(solids.collect())

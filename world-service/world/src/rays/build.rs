@@ -62,16 +62,13 @@ impl<MakeLeaf: FnMut(&[u32]) -> u32> Builder<'_, MakeLeaf> {
         let Some(cut) = cut else { return order.split_at_mut(middle) };
         // Stable, so that the tree is the same with every version of the sorting.
         order.sort_by_key(|&item| cut.bin(self.items[item as usize].centre_m()) >= cut.before);
-        let count = order.partition_point(|&item| {
-            cut.bin(self.items[item as usize].centre_m()) < cut.before
-        });
+        let count = order
+            .partition_point(|&item| cut.bin(self.items[item as usize].centre_m()) < cut.before);
         order.split_at_mut(count)
     }
 
     fn bounds(&self, order: &[u32]) -> Bounds {
-        order
-            .iter()
-            .fold(Bounds::empty(), |bounds, &item| bounds.union(&self.items[item as usize]))
+        order.iter().fold(Bounds::empty(), |bounds, &item| bounds.union(&self.items[item as usize]))
     }
 
     /// `None` when all centres are in one place.

@@ -1,6 +1,5 @@
 //! Triangles a ray compares four at a time.
 
-use nalgebra::Vector3;
 use schemas::Vec3;
 
 use super::bounds::Bounds;
@@ -97,7 +96,7 @@ impl Pack {
     fn cross(&self, ray: &Ray) -> [f32; WIDTH] {
         let mut distances_m = [f32::INFINITY; WIDTH];
         for (lane, distance_m) in distances_m.iter_mut().enumerate() {
-            let at = |of: &[[f32; WIDTH]; 3]| Vector3::new(of[0][lane], of[1][lane], of[2][lane]);
+            let at = |of: &[[f32; WIDTH]; 3]| Vec3::new(of[0][lane], of[1][lane], of[2][lane]);
             let (edge_a_m, edge_b_m) = (at(&self.edge_a_m), at(&self.edge_b_m));
             let p = ray.direction.cross(&edge_b_m);
             // Infinite along the plane and for empty lanes; then every comparison below fails.

@@ -140,8 +140,8 @@ mod tests {
         assert_eq!(CAPSULE.cast(Vec3::new(0.0, 3.0, 0.9), -Vec3::y()), Some((2.5, Vec3::y())));
         assert_eq!(CAPSULE.cast(Vec3::new(0.0, 0.0, 4.0), -Vec3::z()), Some((2.5, Vec3::z())));
         assert_eq!(CAPSULE.cast(Vec3::new(0.0, 0.0, -4.0), Vec3::z()), Some((2.5, -Vec3::z())));
-        let egg = Shape::Ellipsoid { radii_m: Vec3::new(1.0, 2.0, 3.0) };
-        assert_eq!(egg.cast(Vec3::new(0.0, 0.0, 10.0), -Vec3::z()), Some((7.0, Vec3::z())));
+        let egg = Shape::Ellipsoid { radii_m: Vec3::new(1.0, 2.0, 4.0) };
+        assert_eq!(egg.cast(Vec3::new(0.0, 0.0, 12.0), -Vec3::z()), Some((8.0, Vec3::z())));
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use schemas::{ActorId, Vec3};
 
+use super::RayScene;
 use super::bounds::Bounds;
 use super::ray::Ray;
 use super::solids::Solid;
-use super::RayScene;
 
 /// The ball counts as touching when its surface is this near.
 const TOUCH_M: f32 = 1.0e-4;

@@ -9,15 +9,12 @@ use crate::rays::tag;
 const CONTACT_REACH_M: f32 = 0.5;
 
 /// One measurement for each other thing that the carrier touched in this tick.
-pub(super) fn measure<'a>(
-    carrier: &Carrier,
-    around: &'a Surroundings<'a>,
-) -> impl Iterator<Item = Measurement> + 'a {
+pub(super) fn measure(carrier: &Carrier, around: &Surroundings) -> Vec<Measurement> {
     let carrier = carrier.id;
-    around.collisions.iter().filter_map(move |collision| {
+    let contacts = around.collisions.iter().filter_map(|collision| {
         let Collision { actor, other, impulse_ns, .. } = *collision;
         if actor == carrier {
-            let tag = other.map_or_else(|| scenery_tag(collision, around), around.tag);
+            let tag = other.map_or_else(|| scenery_tag(collision, around), |id| (around.tag)(id));
             Some(Measurement::Collision { other, tag, impulse_ns })
         } else if other == Some(carrier) {
             let tag = (around.tag)(actor);
@@ -25,7 +22,8 @@ pub(super) fn measure<'a>(
         } else {
             None
         }
-    })
+    });
+    contacts.collect()
 }
 
 fn scenery_tag(collision: &Collision, around: &Surroundings) -> u8 {

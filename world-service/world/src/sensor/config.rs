@@ -22,7 +22,12 @@ impl Settings<'_> {
     ///
     /// # Errors
     /// `InvalidArgument` for what is not a number or out of range.
-    pub(super) fn number<T>(&self, id: &str, default: T, range: RangeInclusive<T>) -> Result<T, Error>
+    pub(super) fn number<T>(
+        &self,
+        id: &str,
+        default: T,
+        range: RangeInclusive<T>,
+    ) -> Result<T, Error>
     where
         T: FromStr + PartialOrd + Display + Copy,
     {

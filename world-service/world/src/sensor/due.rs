@@ -19,6 +19,11 @@ impl Pace {
         Self { period_secs, last_secs: None }
     }
 
+    /// Whether it differs from `fresh` by its last measurement only.
+    pub(super) fn is_used(&self, fresh: &Self) -> bool {
+        self.period_secs == fresh.period_secs
+    }
+
     /// Whether to measure at this time; if so it counts as done.
     pub(super) fn take(&mut self, now_secs: f64) -> bool {
         let due = self

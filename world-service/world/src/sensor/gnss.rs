@@ -25,7 +25,7 @@ pub(crate) struct Gnss {
 
 impl Gnss {
     pub(super) fn new(settings: Settings) -> Result<Self, Error> {
-        let fault = |name: &str| {
+        let fault = |name: &str| -> Result<Fault, Error> {
             Ok(Fault {
                 bias: settings.number(
                     &format!("noise_{name}_bias"),
@@ -55,9 +55,8 @@ impl Gnss {
         let position_m: nalgebra::Vector3<f64> =
             nalgebra::convert(world_from_sensor.translation.vector);
         let place = roads.geo_place(&Point3::from(position_m));
-        let mut read = |true_value: f64, fault: Fault| {
-            true_value + fault.bias + noise.normal(fault.deviation)
-        };
+        let mut read =
+            |true_value: f64, fault: Fault| true_value + fault.bias + noise.normal(fault.deviation);
         Measurement::Gnss {
             latitude_deg: read(place.latitude_deg, self.latitude_deg),
             longitude_deg: read(place.longitude_deg, self.longitude_deg),

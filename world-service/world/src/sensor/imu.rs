@@ -35,6 +35,12 @@ impl Imu {
         })
     }
 
+    /// Whether it differs from `fresh` by the motion it followed only.
+    pub(super) fn is_used(&self, fresh: &Self) -> bool {
+        let (velocity_mps, acceleration_mps2) = (None, Vec3::zeros());
+        Self { velocity_mps, acceleration_mps2, ..self.clone() } == *fresh
+    }
+
     /// Follows the motion; once in every tick, whether it measures or not.
     pub(super) fn feel(&mut self, mount: &Mount, dt_secs: f64) {
         let before_mps = self.velocity_mps.replace(mount.velocity_mps);

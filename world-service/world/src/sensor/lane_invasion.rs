@@ -81,7 +81,8 @@ fn place(roads: &Map, corner_m: Vec3) -> Option<Place> {
 fn crossed(roads: &Map, before: Place, now: Place) -> Vec<Line> {
     let (from, to) = (before.lane, now.lane);
     let same_section = from.road == to.road && from.section == to.section;
-    if !same_section || before == now || roads.lane(&to).is_junction {
+    let stays = from.lane == to.lane && before.off_road == now.off_road;
+    if !same_section || stays || roads.lane(&to).is_junction {
         return Vec::new();
     }
     let mut lines = if from.lane == to.lane {

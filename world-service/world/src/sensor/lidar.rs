@@ -56,10 +56,20 @@ pub(crate) struct SemanticLidar {
 }
 
 impl Lidar {
+    /// Whether it differs from `fresh` by its state only.
+    pub(super) fn is_used(&self, fresh: &Self) -> bool {
+        self.beams.is_turned(&fresh.beams)
+            && Self { beams: fresh.beams.clone(), ..self.clone() } == *fresh
+    }
+
     pub(super) fn new(settings: Settings) -> Result<Self, Error> {
         Ok(Self {
             beams: Beams::new(settings)?,
-            attenuation_per_m: settings.number("atmosphere_attenuation_rate", 0.004, 0.0..=1.0e3)?,
+            attenuation_per_m: settings.number(
+                "atmosphere_attenuation_rate",
+                0.004,
+                0.0..=1.0e3,
+            )?,
             dropoff_general: settings.number("dropoff_general_rate", 0.45, 0.0..=1.0)?,
             dropoff_intensity_limit: settings.number("dropoff_intensity_limit", 0.8, 0.0..=1.0)?,
             dropoff_zero_intensity: settings.number("dropoff_zero_intensity", 0.4, 0.0..=1.0)?,
@@ -73,19 +83,17 @@ impl Lidar {
         around: &Surroundings,
         noise: &mut Noise,
     ) -> Measurement {
-        let Self { beams, attenuation_per_m, dropoff_general, .. } = self;
-        let (attenuation_per_m, dropoff_general) = (*attenuation_per_m, *dropoff_general);
-        let (limit, zero) = (self.dropoff_intensity_limit, self.dropoff_zero_intensity);
-        let deviation_m = self.deviation_m;
-        Measurement::Lidar(beams.scan(mount, around, |cast| {
-            if dropoff_general > 0.0 && noise.uniform() < dropoff_general {
+        let (attenuation_per_m, deviation_m) = (self.attenuation_per_m, self.deviation_m);
+        let (general, limit, zero) =
+            (self.dropoff_general, self.dropoff_intensity_limit, self.dropoff_zero_intensity);
+        Measurement::Lidar(self.beams.scan(mount, around, |cast| {
+            if general > 0.0 && noise.uniform() < general {
                 return None;
             }
             let (direction, hit) = cast()?;
             let intensity = ComplexField::exp(-attenuation_per_m * hit.distance_m);
             // From 1 - zero at intensity 0 to 1 at the limit.
-            let kept = intensity > limit
-                || noise.uniform() < 1.0 - zero + zero * intensity / limit;
+            let kept = intensity > limit || noise.uniform() < 1.0 - zero + zero * intensity / limit;
             let distance_m = hit.distance_m + noise.normal(deviation_m) as f32;
             let position_m = (direction * distance_m).into();
             kept.then_some(LidarPoint { position_m, intensity })
@@ -94,6 +102,10 @@ impl Lidar {
 }
 
 impl SemanticLidar {
+    pub(super) fn is_used(&self, fresh: &Self) -> bool {
+        self.beams.is_turned(&fresh.beams)
+    }
+
     pub(super) fn new(settings: Settings) -> Result<Self, Error> {
         Ok(Self { beams: Beams::new(settings)? })
     }
@@ -182,6 +194,12 @@ impl Beams {
     /// Counter-clockwise from the sensor's x axis, of a turn from the left edge.
     fn azimuth_rad(&self, turned_rad: f64) -> f32 {
         (self.horizontal_fov_rad / 2.0 - turned_rad % self.horizontal_fov_rad) as f32
+    }
+
+    /// Whether it differs from `fresh` by how far it has turned only.
+    fn is_turned(&self, fresh: &Self) -> bool {
+        (0.0..=self.horizontal_fov_rad).contains(&self.turned_rad)
+            && Self { turned_rad: 0.0, ..self.clone() } == *fresh
     }
 
     fn elevation_rad(&self, channel: u32) -> f32 {

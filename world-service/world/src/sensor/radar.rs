@@ -26,7 +26,7 @@ pub(crate) struct Radar {
 
 impl Radar {
     pub(super) fn new(settings: Settings) -> Result<Self, Error> {
-        let half_tan = |id: &str| {
+        let half_tan = |id: &str| -> Result<f32, Error> {
             let fov_deg = settings.number(id, 30.0, 0.0..=FOV_DEG_MAX)?;
             Ok(ComplexField::tan(fov_deg.to_radians() / 2.0))
         };
@@ -56,11 +56,9 @@ impl Radar {
             let pose = &mount.world_from_sensor;
             let ray = Ray::new(pose.translation.vector, pose.rotation * direction);
             let hit = scene.nearest(&ray, self.range_m, &mut stack)?;
-            let target_mps = hit
-                .actor
-                .map_or(Vec3::zeros(), |actor| {
-                    (around.velocity_mps)(actor, ray.at(hit.distance_m))
-                });
+            let target_mps = hit.actor.map_or(Vec3::zeros(), |actor| {
+                (around.velocity_mps)(actor, ray.at(hit.distance_m))
+            });
             Some(RadarDetection {
                 speed_mps: (target_mps - mount.velocity_mps).dot(&ray.direction),
                 azimuth_rad: RealField::atan2(direction.y, direction.x),
