@@ -9,12 +9,12 @@ use crate::support::*;
 
 const SEMANTIC: &str = "sensor.lidar.ray_cast_semantic";
 const LIDAR: &str = "sensor.lidar.ray_cast";
-/// Every ray meets the road within 12 m, 100 rays of each channel in a tick of 0.05 s.
+/// Every ray meets the road within 5 m, 100 rays of each channel in a tick of 0.05 s.
 const DOWNWARD: [(&str, &str); 5] = [
     ("channels", "32"),
     ("points_per_second", "64000"),
-    ("upper_fov", "-10"),
-    ("lower_fov", "-30"),
+    ("upper_fov", "-25"),
+    ("lower_fov", "-60"),
     ("range", "100"),
 ];
 // Tags of CARLA.
@@ -100,7 +100,7 @@ fn channels_and_azimuths_follow_from_the_attributes() {
             let [x, y, z] = point.position_m;
             let azimuth_rad = start_rad - PI * turn / 100.0;
             assert!(apart(y.atan2(x), azimuth_rad) < 1.0e-4, "{index}: {point:?}");
-            let elevation_rad = (-10.0 - 20.0 * channel / 31.0).to_radians();
+            let elevation_rad = (-25.0 - 35.0 * channel / 31.0).to_radians();
             assert!((z.atan2(x.hypot(y)) - elevation_rad).abs() < 1.0e-4, "{index}: {point:?}");
         }
     }

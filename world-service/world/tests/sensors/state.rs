@@ -31,10 +31,10 @@ fn measurements_are_sensor_tick_apart_over_a_thousand_ticks() {
     for tick in 1..=1_000u64 {
         run(&mut world, 1);
         for (sensor, apart) in sensors {
-            let due = (tick - 1) % apart == 0;
+            let due = (tick - 1).is_multiple_of(apart);
             assert_eq!(data_of(&world, sensor).len(), usize::from(due), "{sensor} at {tick}");
         }
-        let due: &[ActorId] = if (tick - 1) % 4 == 0 { &[camera] } else { &[] };
+        let due: &[ActorId] = if (tick - 1).is_multiple_of(4) { &[camera] } else { &[] };
         assert_eq!(world.cameras_due(), due, "at {tick}");
     }
 }
