@@ -1,4 +1,5 @@
 //! What sensors measure on a straight road.
+#![allow(clippy::unwrap_used, reason = "test code fails loudly")]
 
 #[path = "../common/mod.rs"]
 mod common;
