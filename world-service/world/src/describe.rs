@@ -3,6 +3,7 @@
 use schemas::{ActorDescription, ActorId, Error, ErrorCode, VehicleReport};
 
 use crate::actor::Actor;
+use crate::attributes;
 use crate::rays::tag;
 use crate::world::World;
 
@@ -31,10 +32,10 @@ fn description(actor: &Actor) -> ActorDescription {
         attachment: actor.body.attachment(),
         kind: blueprint.kind(),
         blueprint: blueprint.id.clone(),
-        attributes: actor.attributes.clone(),
+        attributes: attributes::complete(actor),
         box_centre_m: blueprint.box_centre_m(),
         box_half_extent_m: blueprint.box_half_extent_m(),
-        tag: tag::of_actor(blueprint.kind()),
+        tag: tag::of_actor(blueprint),
         signal: None,
     }
 }

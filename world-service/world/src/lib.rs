@@ -28,7 +28,7 @@
 //! assert_eq!(world.frame().actors.len(), 1);
 //! ```
 //!
-//! What it does not do: traffic lights, pictures, recordings and clocks belong to others.
+//! What it does not do: pictures, recordings and wall clocks belong to others.
 
 mod actor;
 mod attributes;
@@ -46,6 +46,7 @@ mod hash;
 mod overlap;
 mod physics;
 mod place;
+mod push;
 mod rays;
 mod rng;
 mod scenery;
@@ -54,9 +55,11 @@ mod sensors;
 mod snapshot;
 mod spawn;
 mod step;
+mod time_step;
 mod town;
 mod traffic;
 mod vehicle;
+mod walker;
 mod world;
 
 pub use town::Town;

@@ -85,9 +85,7 @@ impl Sensors {
         let bodies = OnceCell::new();
         let rays = || RayScene { town: &town.rays, bodies: bodies.get_or_init(|| state.solids()) };
         let velocity_mps = |id: ActorId, point_m: Vec3| state.velocity_at(id, point_m);
-        let tag = |id: ActorId| {
-            state.actor(id).map_or(0, |actor| tag::of_actor(actor.blueprint().kind()))
-        };
+        let tag = |id: ActorId| state.actor(id).map_or(0, |actor| tag::of_actor(actor.blueprint()));
         let around = Surroundings {
             roads: &town.roads,
             rays: &rays,
@@ -96,7 +94,7 @@ impl Sensors {
             collisions: &state.collisions,
             dt_secs: state.dt_secs,
         };
-        let sim_secs = state.tick.0 as f64 * state.dt_secs;
+        let sim_secs = state.sim_secs;
         let mut readings = Readings::default();
         for (&id, sensor) in &mut self.by_actor {
             let Some(mount) = state.mount_of(id) else { continue };

@@ -16,7 +16,7 @@ use crate::actor::Actor;
 use crate::check;
 use crate::sensors::Readings;
 use crate::town::Town;
-use crate::world::{State, World, check_dt};
+use crate::world::{State, World};
 
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
@@ -107,7 +107,8 @@ fn decode(bytes: &[u8]) -> Result<OwnedBody, Error> {
 /// # Errors
 /// `InvalidMessage` for a state that no world can have.
 fn check_state(state: &State, town: &Town) -> Result<(), Error> {
-    check_dt(state.dt_secs)?;
+    check::dt(state.dt_secs)?;
+    state.step.checked()?;
     let actors = &state.actors;
     if actors.len() > limits::ACTORS_PER_WORLD_MAX {
         return Err(damaged("it has too many actors"));
@@ -132,9 +133,16 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
         return Err(damaged("a sensor is not that of its actor"));
     }
     let numbers = |actor: &Actor| {
-        actor.vehicle.as_deref().is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
+        let vehicle = actor.vehicle.as_deref();
+        let walker = actor.walker.as_deref();
+        vehicle.is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
+            && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
+            && actor.outside.values().all(f32::is_finite)
     };
-    if check::weather(&state.weather).is_err() || !actors.iter().all(numbers) {
+    if !state.sim_secs.is_finite()
+        || check::weather(&state.weather).is_err()
+        || !actors.iter().all(numbers)
+    {
         return Err(damaged("a value is not a number"));
     }
     state.check().map_err(|_| damaged("a body is nowhere"))

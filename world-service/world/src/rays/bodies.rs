@@ -14,7 +14,7 @@ impl State {
     pub(crate) fn solids(&self) -> Solids {
         let bodies = self.actors.iter().filter_map(|actor| Some((actor, actor.rigid()?)));
         let solids = bodies.flat_map(|(actor, body)| {
-            let tag = tag::of_actor(actor.blueprint().kind());
+            let tag = tag::of_actor(actor.blueprint());
             let shapes = self.physics.shapes(body);
             shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Some(actor.id)))
         });
