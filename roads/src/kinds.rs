@@ -123,6 +123,24 @@ pub enum MarkType {
 }
 
 impl MarkType {
+    /// OpenDRIVE's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Other => "other",
+            Self::Broken => "broken",
+            Self::Solid => "solid",
+            Self::SolidSolid => "solid solid",
+            Self::SolidBroken => "solid broken",
+            Self::BrokenSolid => "broken solid",
+            Self::BrokenBroken => "broken broken",
+            Self::BottsDots => "botts dots",
+            Self::Grass => "grass",
+            Self::Curb => "curb",
+            Self::None => "none",
+        }
+    }
+
     pub(crate) fn from_name(name: &str) -> Self {
         match name.to_ascii_lowercase().as_str() {
             "broken" => Self::Broken,

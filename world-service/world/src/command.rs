@@ -79,6 +79,10 @@ impl World {
                 Ok(())
             }
             Command::ResetTrafficLights { actor } => self.reset_traffic_lights(*actor),
+            Command::Listen { sensor, on } => {
+                self.state.index_of(*sensor)?;
+                self.state.sensors.listen(*sensor, *on)
+            }
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),
         }
@@ -93,6 +97,7 @@ impl World {
             self.state.physics.remove_body(body);
         }
         self.state.contacts.forget(id);
+        self.state.sensors.remove(id);
         Ok(())
     }
 }

@@ -1,10 +1,10 @@
 //! What can be asked of a world beyond its frame.
 
-use schemas::{ActorDescription, ActorId, ActorKind, Error, ErrorCode, RayHit, Vec3};
+use schemas::{ActorDescription, ActorId};
 
 use crate::actor::Actor;
 use crate::attributes;
-use crate::blueprint::{Blueprint, BodySpec};
+use crate::rays::tag;
 use crate::world::World;
 
 impl World {
@@ -16,16 +16,6 @@ impl World {
         let spawned = self.state.actors.iter().filter(|actor| is_wanted(actor.id));
         let plan = &self.town.traffic;
         fixed.map(|actor| plan.description(actor)).chain(spawned.map(description)).collect()
-    }
-
-    /// Everything that each ray meets, ordered by ray, then by distance.
-    ///
-    /// - **Frame:** from and to in the world, metres.
-    ///
-    /// # Errors
-    /// `Unsupported`.
-    pub fn cast_rays(&self, _rays: &[(Vec3, Vec3)]) -> Result<Vec<RayHit>, Error> {
-        Err(Error::new(ErrorCode::Unsupported, "rays cannot be cast"))
     }
 }
 
@@ -39,23 +29,7 @@ fn description(actor: &Actor) -> ActorDescription {
         attributes: attributes::complete(actor),
         box_centre_m: blueprint.box_centre_m(),
         box_half_extent_m: blueprint.box_half_extent_m(),
-        tag: tag(blueprint),
+        tag: tag::of_actor(blueprint),
         signal: None,
-    }
-}
-
-/// A prop lighter than this may be moved by hand.
-const MOVABLE_KG: f32 = 100.0;
-
-/// CARLA's semantic tag of everything of a blueprint; 0 for what cannot be seen.
-fn tag(blueprint: &Blueprint) -> u8 {
-    match (blueprint.kind(), &blueprint.body) {
-        (ActorKind::TrafficLight, _) => 7,
-        (ActorKind::TrafficSign, _) => 8,
-        (ActorKind::Walker, _) => 12,
-        (ActorKind::Vehicle, _) => 14,
-        (ActorKind::Prop, BodySpec::Prop(spec)) if spec.mass_kg < MOVABLE_KG => 21,
-        (ActorKind::Prop, _) => 20,
-        (ActorKind::Sensor | ActorKind::Marker, _) => 0,
     }
 }

@@ -96,6 +96,7 @@ impl World {
                 hasher.value(&vehicle.tuning);
             }
         }
+        state.sensors.hash(&mut hasher);
         hasher.finish()
     }
 }

@@ -14,6 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::actor::Actor;
 use crate::check;
+use crate::sensors::Readings;
 use crate::town::Town;
 use crate::world::{State, World};
 
@@ -71,7 +72,7 @@ impl World {
                 .found(format!("{} {}", map.name, map.digest))
         })?;
         check_state(&state, &town)?;
-        Ok(Self { id, epoch, town, state })
+        Ok(Self { id, epoch, town, state, readings: Readings::default() })
     }
 }
 
@@ -136,6 +137,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
+    }
+    if !state.sensors.is_consistent(state) {
+        return Err(damaged("a sensor is not that of its actor"));
     }
     let numbers = |actor: &Actor| {
         let walker = actor.walker.as_deref();

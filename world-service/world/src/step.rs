@@ -61,7 +61,9 @@ impl World {
         self.state.follow_rules(&self.town);
         self.state.tick = Tick(self.state.tick.0 + 1);
         self.state.sim_secs += dt_secs;
-        self.state.check()
+        self.state.check()?;
+        self.readings = self.state.measure(&self.town);
+        Ok(())
     }
 }
 

@@ -6,6 +6,7 @@ use roads::{Map, mesh};
 use schemas::{MapRef, Pose, Vec3};
 
 use crate::ground::Ground;
+use crate::rays::TownRays;
 use crate::scenery::Scenery;
 use crate::traffic::TrafficPlan;
 
@@ -16,6 +17,7 @@ pub struct Town {
     pub(crate) ground: Ground,
     pub(crate) scenery: Scenery,
     pub(crate) traffic: TrafficPlan,
+    pub(crate) rays: TownRays,
     map: MapRef,
 }
 
@@ -32,7 +34,8 @@ impl Town {
         }));
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
-        Self { roads, ground, scenery, traffic, map }
+        let rays = TownRays::new(Arc::clone(&roads));
+        Self { roads, ground, scenery, traffic, rays, map }
     }
 
     /// The map's name and digest.

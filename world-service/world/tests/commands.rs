@@ -262,3 +262,20 @@ fn nothing_tunnels_at_70_metres_per_second() {
     run(&mut world, 40);
     assert!(position_m(&world, fast).x < position_m(&world, parked).x);
 }
+
+#[test]
+fn a_small_fast_thing_does_not_pass_through_a_thin_one() {
+    for start in 0..7u8 {
+        let mut world = world();
+        let across = level_pose(Vec3::new(20.0, 0.0, 0.0), std::f32::consts::FRAC_PI_2);
+        spawn_at(&mut world, "static.prop.streetsign", across, 0.0);
+        let cone =
+            prop(&mut world, "constructioncone", Vec3::new(0.1 * f32::from(start), 0.0, 1.0));
+        switch(&mut world, cone, BodySwitch::Physics, true);
+        let linear_mps = Some(Vec3::new(70.0, 0.0, 0.0));
+        let throw = Command::SetVelocity { actor: cone, linear_mps, angular_radps: None };
+        world.apply(&throw).unwrap();
+        run(&mut world, 20);
+        assert!(position_m(&world, cone).x < 20.0, "{}", position_m(&world, cone));
+    }
+}
