@@ -179,7 +179,7 @@ impl State {
         for actor in &mut self.actors {
             let Some(body) = actor.rigid() else { continue };
             let (blueprint, led_by_hand) = (actor.blueprint(), !actor.switches.physics);
-            let Some((_, vehicle)) = actor.vehicle_mut() else { continue };
+            let Some(vehicle) = actor.vehicle_mut() else { continue };
             if self.physics.is_asleep(body) && !led_by_hand {
                 continue;
             }
