@@ -4,6 +4,7 @@
 //! keeps them running. This crate only parses, starts, watches and stops: what a service does is in
 //! its own crate.
 
+mod carla_flags;
 mod cli;
 mod failure;
 mod lifeline;
@@ -13,10 +14,10 @@ mod up;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::Parser as _;
 
 fn main() -> ExitCode {
-    match cli::Cli::parse().run() {
+    match cli::Cli::parse_from(carla_flags::translated(std::env::args_os())).run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

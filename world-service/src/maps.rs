@@ -1,4 +1,7 @@
-//! The maps a service knows: our own towns, and a folder of OpenDRIVE files that win over them.
+//! The maps a service knows: our own towns, a folder of OpenDRIVE files that win over them, and what
+//! clients brought along, which wins for their tenant.
+
+mod uploads;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use schemas::limits::MAP_BYTES_MAX;
-use schemas::{Error, ErrorCode, MapRef};
+use schemas::{Error, ErrorCode, MapRef, Tenant};
+
+use uploads::Uploads;
 
 /// Files of one maps folder that are looked at.
 const MAPS_MAX: usize = 1_024;
@@ -14,6 +19,7 @@ const MAPS_MAX: usize = 1_024;
 /// All maps by name. Texts are read and towns built on first use, and kept.
 pub(crate) struct Maps<T> {
     entries: BTreeMap<String, Entry<T>>,
+    uploads: Uploads<T>,
     build_town: fn(Arc<roads::Map>) -> T,
 }
 
@@ -26,6 +32,7 @@ struct Entry<T> {
 enum Source {
     BuiltIn,
     File(PathBuf),
+    Given(Arc<Text>),
 }
 
 /// OpenDRIVE text and the BLAKE3 digest of its bytes.
@@ -51,27 +58,55 @@ impl<T> Maps<T> {
                 entries.insert(name, Entry::new(Source::File(path)));
             }
         }
-        Ok(Self { entries, build_town })
+        Ok(Self { entries, uploads: Uploads::new(), build_town })
     }
 
-    /// All maps whose text can be read, ordered by name.
-    pub(crate) fn list(&self) -> Vec<MapRef> {
-        let readable = self.entries.iter().filter_map(|(name, entry)| match entry.text(name) {
+    /// Makes a map known to a tenant.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a name or text that cannot be used; `Capacity`.
+    pub(crate) fn put(&self, tenant: &Tenant, name: &str, xodr: String) -> Result<(), Error> {
+        self.uploads.put(tenant, name, xodr)
+    }
+
+    /// All maps of a tenant whose text can be read, ordered by name.
+    pub(crate) fn list(&self, tenant: &Tenant) -> Vec<MapRef> {
+        let uploads = self.uploads.list(tenant);
+        let replaced = |name: &str| uploads.iter().any(|map| map.name == name);
+        let entries = self.entries.iter().filter(|(name, _)| !replaced(name));
+        let readable = entries.filter_map(|(name, entry)| match entry.text(name) {
             Ok(text) => Some(MapRef { name: name.clone(), digest: text.digest.clone() }),
             Err(error) => {
                 tracing::warn!(map = name, %error, "a map is left out of the list");
                 None
             }
         });
-        readable.collect()
+        let mut list: Vec<MapRef> = readable.collect();
+        list.extend(uploads);
+        list.sort_by(|a, b| a.name.cmp(&b.name));
+        list
     }
 
     /// The town of a map, built on first use.
     ///
     /// # Errors
     /// [`ErrorCode::UnknownMap`] with the known names, or what is wrong with the file.
-    pub(crate) fn town(&self, name: &str) -> Result<Arc<T>, Error> {
-        let entry = self.entries.get(name).ok_or_else(|| self.unknown(name))?;
+    pub(crate) fn town(&self, tenant: &Tenant, name: &str) -> Result<Arc<T>, Error> {
+        match self.uploads.get(tenant, name) {
+            Some(entry) => self.build(name, &entry),
+            None => self.common_town(name),
+        }
+    }
+
+    /// The town of a map that every tenant knows, built on first use.
+    ///
+    /// # Errors
+    /// As for [`town`](Self::town).
+    pub(crate) fn common_town(&self, name: &str) -> Result<Arc<T>, Error> {
+        self.build(name, self.entries.get(name).ok_or_else(|| self.unknown(name))?)
+    }
+
+    fn build(&self, name: &str, entry: &Entry<T>) -> Result<Arc<T>, Error> {
         let build = || {
             let text = entry.text(name)?;
             let map = roads::Map::parse(name, &text.xodr).map_err(|cause| {
@@ -85,8 +120,12 @@ impl<T> Maps<T> {
 
     /// The town that a snapshot or frame means: same name, same text.
     pub(crate) fn town_of(&self, map: &MapRef) -> Option<Arc<T>> {
-        let text = self.entries.get(&map.name)?.text(&map.name).ok()?;
-        if text.digest == map.digest { self.town(&map.name).ok() } else { None }
+        let known = self.entries.get(&map.name).and_then(|entry| entry.text(&map.name).ok());
+        if known.is_some_and(|text| text.digest == map.digest) {
+            return self.common_town(&map.name).ok();
+        }
+        let entry = self.uploads.with_digest(&map.digest)?;
+        self.build(&map.name, &entry).ok()
     }
 
     /// The OpenDRIVE text with this digest.
@@ -95,8 +134,10 @@ impl<T> Maps<T> {
     /// [`ErrorCode::UnknownAsset`].
     pub(crate) fn asset(&self, digest: &str) -> Result<Vec<u8>, Error> {
         let mut texts = self.entries.iter().filter_map(|(name, entry)| entry.text(name).ok());
+        let uploaded = || self.uploads.with_digest(digest)?.text(digest).ok();
         texts
             .find(|text| text.digest == digest)
+            .or_else(uploaded)
             .map(|text| text.xodr.clone().into_bytes())
             .ok_or_else(|| {
                 Error::new(ErrorCode::UnknownAsset, "no asset with this digest").found(digest)
@@ -111,21 +152,31 @@ impl<T> Maps<T> {
     }
 }
 
+impl Text {
+    fn new(xodr: String) -> Self {
+        Self { digest: blake3::hash(xodr.as_bytes()).to_hex().to_string(), xodr }
+    }
+}
+
 impl<T> Entry<T> {
     fn new(source: Source) -> Self {
         Self { source, text: OnceLock::new(), town: OnceLock::new() }
     }
 
+    fn given(text: Text) -> Self {
+        Self::new(Source::Given(Arc::new(text)))
+    }
+
     fn text(&self, name: &str) -> Result<Arc<Text>, Error> {
         let read = || {
             let xodr = match &self.source {
+                Source::Given(text) => return Ok(Arc::clone(text)),
                 Source::BuiltIn => roads::town::build(name).ok_or_else(|| {
                     Error::new(ErrorCode::Internal, format!("the town {name:?} cannot be built"))
                 })?,
                 Source::File(path) => read_file(path)?,
             };
-            let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
-            Ok(Arc::new(Text { digest, xodr }))
+            Ok(Arc::new(Text::new(xodr)))
         };
         self.text.get_or_init(read).clone()
     }
@@ -197,6 +248,10 @@ mod tests {
         }
     }
 
+    fn tenant() -> Tenant {
+        "ours".parse().unwrap()
+    }
+
     #[test]
     fn a_file_wins_over_the_built_in_map_of_its_name() {
         let folder = Folder::new("wins");
@@ -206,12 +261,12 @@ mod tests {
         folder.file("Town10HD_Opt.xodr", &other);
         folder.file("notes.txt", "no map");
         let maps = folder.maps();
-        assert_eq!(maps.list().len(), ours.list().len());
+        assert_eq!(maps.list(&tenant()).len(), ours.list(&tenant()).len());
         let digest = blake3::hash(other.as_bytes()).to_hex().to_string();
-        let listed = maps.list().into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
+        let listed = maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
         assert_eq!(listed.digest, digest);
         assert_eq!(maps.asset(&digest), Ok(other.into_bytes()));
-        assert!(*maps.town("Town10HD_Opt").unwrap() > 0);
+        assert!(*maps.common_town("Town10HD_Opt").unwrap() > 0);
     }
 
     #[test]
@@ -219,15 +274,15 @@ mod tests {
         let folder = Folder::new("broken");
         folder.file("Broken.xodr", "<OpenDRIVE><road");
         let maps = folder.maps();
-        let error = maps.town("Broken").unwrap_err();
+        let error = maps.common_town("Broken").unwrap_err();
         assert!(error.to_string().contains("Broken"), "{error}");
-        assert!(maps.town("Town10HD_Opt").is_ok());
+        assert!(maps.common_town("Town10HD_Opt").is_ok());
     }
 
     #[test]
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let maps = Folder::new("unknown").maps();
-        let error = maps.town("Town99").unwrap_err();
+        let error = maps.common_town("Town99").unwrap_err();
         assert_eq!(error.code, ErrorCode::UnknownMap);
         assert!(error.wanted.contains("Town10HD_Opt"), "{error}");
         assert!(
