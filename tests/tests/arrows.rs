@@ -9,13 +9,14 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 10] = [
+const MAY_NAME: [(&str, &[&str]); 11] = [
     ("schemas", &[]),
     ("codegen", &[]),
+    ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
     ("roads", &["schemas"]),
     ("agents", &["roads", "schemas"]),
-    ("world", &["agents", "roads", "schemas"]),
+    ("world", &["agents", "blueprints", "roads", "schemas"]),
     ("world-service", &["world", "agents", "bus", "roads", "schemas"]),
     ("render-service", &["bus", "roads", "schemas"]),
     ("scenario-service", &["agents", "bus", "roads", "schemas"]),

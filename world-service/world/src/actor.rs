@@ -1,10 +1,11 @@
-//! One actor: what it is, its body, and what drives it.
+//! One actor: what it is, what carries it, and what drives it.
 
 use agents::Pilot;
-use schemas::{ActorId, ActorKind, ActorState, Vec3};
+use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::blueprint::{self, Blueprint, BodySpec};
+use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
 use crate::vehicle::{VehicleSpec, VehicleState};
 
@@ -14,12 +15,39 @@ pub(crate) struct Actor {
     pub id: ActorId,
     /// Index of [`blueprint::get`].
     pub blueprint: u16,
-    pub body: BodyHandle,
+    pub body: Body,
+    /// Those given when it was spawned.
+    pub attributes: Vec<Attribute>,
     pub colour_rgb: u32,
+    /// CARLA's `VehicleLightState` flags.
+    pub lights: u32,
+    /// Open doors; bits as in [`ActorState::doors`].
+    pub doors: u8,
+    pub switches: Switches,
     /// Mean over the last tick.
     pub acceleration_mps2: Vec3,
     /// `None` for everything without wheels.
     pub vehicle: Option<Box<Vehicle>>,
+}
+
+/// What of a body is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Switches {
+    /// Off: it stays where it is put.
+    pub physics: bool,
+    /// Off: it does not fall.
+    pub gravity: bool,
+    /// Off: nothing touches it.
+    pub collisions: bool,
+}
+
+impl Switches {
+    pub(crate) const ALL_ON: Self = Self { physics: true, gravity: true, collisions: true };
+
+    /// One bit each, for the state hash.
+    pub(crate) fn bits(self) -> u64 {
+        u64::from(self.physics) | u64::from(self.gravity) << 1 | u64::from(self.collisions) << 2
+    }
 }
 
 /// What only vehicles have.
@@ -33,6 +61,11 @@ pub(crate) struct Vehicle {
 impl Actor {
     pub(crate) fn blueprint(&self) -> &'static Blueprint {
         blueprint::get(self.blueprint).expect("spawn and restore admit known blueprints only")
+    }
+
+    /// Its body in the physics, of those that have one.
+    pub(crate) fn rigid(&self) -> Option<BodyHandle> {
+        self.body.rigid()
     }
 
     /// The vehicle and its data, of vehicles.
@@ -57,6 +90,9 @@ impl Actor {
             control: vehicle.map_or_else(Default::default, |state| state.control),
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
+            parent: self.body.attachment().map(|to| to.parent),
+            lights: self.lights,
+            doors: self.doors,
             ..at_rest
         }
     }
@@ -64,7 +100,10 @@ impl Actor {
     /// Whether the parts fit the blueprint; what a snapshot may get wrong.
     pub(crate) fn is_consistent(&self) -> bool {
         blueprint::get(self.blueprint).is_some_and(|blueprint| {
+            let bodyless = matches!(blueprint.body, BodySpec::None(_));
             (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
+                && (self.vehicle.is_none() || self.rigid().is_some())
+                && !(bodyless && self.rigid().is_some())
         })
     }
 }

@@ -1,6 +1,7 @@
 //! What can be spawned: data only. Lengths in metres in the vehicle's frame (x forward, y left, z up
 //! from the ground under the box centre).
 
+mod bodyless;
 mod vehicles;
 mod walkers;
 
@@ -21,6 +22,8 @@ pub(crate) struct Blueprint {
 pub(crate) enum BodySpec {
     Vehicle(&'static VehicleSpec),
     Walker(&'static WalkerSpec),
+    /// Nothing that could touch or be touched.
+    None(ActorKind),
 }
 
 /// A pedestrian: a capsule with the mass and height of a person.
@@ -45,6 +48,7 @@ impl Blueprint {
         match self.body {
             BodySpec::Vehicle(_) => ActorKind::Vehicle,
             BodySpec::Walker(_) => ActorKind::Walker,
+            BodySpec::None(kind) => kind,
         }
     }
 
@@ -52,7 +56,7 @@ impl Blueprint {
     pub(crate) fn box_centre_m(&self) -> Vec3 {
         match self.body {
             BodySpec::Vehicle(spec) => Vec3::new(0.0, 0.0, spec.height_m / 2.0),
-            BodySpec::Walker(_) => Vec3::zeros(),
+            BodySpec::Walker(_) | BodySpec::None(_) => Vec3::zeros(),
         }
     }
 
@@ -61,6 +65,7 @@ impl Blueprint {
         match self.body {
             BodySpec::Vehicle(spec) => Vec3::new(spec.length_m, spec.width_m, spec.height_m) / 2.0,
             BodySpec::Walker(spec) => Vec3::new(spec.radius_m, spec.radius_m, spec.height_m / 2.0),
+            BodySpec::None(_) => Vec3::zeros(),
         }
     }
 }
@@ -68,7 +73,8 @@ impl Blueprint {
 /// Every blueprint, ordered by id; an index into it names a blueprint within one version.
 pub(crate) fn all() -> &'static [Blueprint] {
     static ALL: std::sync::LazyLock<Vec<Blueprint>> = std::sync::LazyLock::new(|| {
-        let mut all: Vec<Blueprint> = vehicles::all().chain(walkers::all()).collect();
+        let mut all: Vec<Blueprint> =
+            vehicles::all().chain(walkers::all()).chain(bodyless::all()).collect();
         all.sort_by(|a, b| a.id.cmp(&b.id));
         all
     });

@@ -38,8 +38,9 @@ struct Sum {
 impl ContactLog {
     pub(crate) fn before(&mut self, actors: &[Actor], physics: &Physics) {
         self.before.clear();
-        let awake = actors.iter().filter(|actor| !physics.is_asleep(actor.body));
-        self.before.extend(awake.map(|actor| (actor.id, physics.state(actor.body))));
+        let bodies = actors.iter().filter_map(|actor| Some((actor.id, actor.rigid()?)));
+        let awake = bodies.filter(|&(_, body)| !physics.is_asleep(body));
+        self.before.extend(awake.map(|(id, body)| (id, physics.state(body))));
     }
 
     pub(crate) fn after(&mut self, physics: &Physics) {

@@ -6,9 +6,11 @@ use schemas::{
     Weather, limits,
 };
 
-use crate::actor::Vehicle;
+use crate::actor::{Actor, Vehicle};
 use crate::check;
+use crate::body::Body;
 use crate::physics::BodyHandle;
+use crate::spawn::Wish;
 use crate::world::World;
 use crate::{place, step};
 
@@ -19,8 +21,16 @@ impl World {
     /// Says what was wanted and what was found; the world is unchanged.
     pub fn apply(&mut self, command: &Command) -> CommandReply {
         match command {
-            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps, .. } => {
-                self.spawn(blueprint, world_from_actor, *linear_velocity_mps).map(Some)
+            Command::SpawnActor {
+                blueprint,
+                world_from_actor,
+                linear_velocity_mps,
+                attributes,
+                attachment,
+            } => {
+                let (pose, linear_mps) = (world_from_actor, *linear_velocity_mps);
+                let attachment = *attachment;
+                self.spawn(&Wish { blueprint, pose, linear_mps, attributes, attachment }).map(Some)
             }
             Command::DestroyActor { actor } => self.destroy(*actor).map(|()| None),
             Command::SetControl { actor, control } => {
@@ -43,8 +53,11 @@ impl World {
 
     fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
         let index = self.state.index_of(id)?;
+        self.state.detach_from(id);
         let actor = self.state.actors.remove(index);
-        self.state.physics.remove_body(actor.body);
+        if let Some(body) = actor.rigid() {
+            self.state.physics.remove_body(body);
+        }
         self.state.contacts.forget(id);
         Ok(())
     }
@@ -73,7 +86,8 @@ impl World {
         self.vehicle_mut(id)?;
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
-        let body = self.state.physics.state(actor.body);
+        let Some(handle) = actor.rigid() else { return Ok(()) };
+        let body = self.state.physics.state(handle);
         let Some((spec, vehicle)) = actor.vehicle_mut() else { return Ok(()) };
         let forward = body.world_from_body.rotation * Vec3::x();
         let speed_mps = target_speed_mps.unwrap_or_else(|| body.linear_mps.dot(&forward).max(0.0));
@@ -90,7 +104,8 @@ impl World {
     ) -> Result<(), Error> {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
-        let body = self.state.physics.state(actor.body);
+        let handle = rigid(actor)?;
+        let body = self.state.physics.state(handle);
         let linear_mps = linear_mps.unwrap_or(body.linear_mps);
         let angular_radps = angular_radps.unwrap_or(body.angular_radps);
         check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
@@ -99,10 +114,11 @@ impl World {
         if let Some((spec, vehicle)) = actor.vehicle_mut() {
             vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
         }
-        self.state.physics.set_velocity(actor.body, linear_mps, angular_radps);
+        self.state.physics.set_velocity(handle, linear_mps, angular_radps);
         Ok(())
     }
 
+    /// In the parent's frame for what is attached, as at its spawn.
     fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
         check::pose(world_from_actor)?;
         let index = self.state.index_of(id)?;
@@ -111,7 +127,11 @@ impl World {
         if let Some((_, vehicle)) = actor.vehicle_mut() {
             vehicle.state.lift();
         }
-        self.state.physics.set_pose(actor.body, &placed.world_from_actor);
+        match &mut actor.body {
+            Body::Rigid(handle) => self.state.physics.set_pose(*handle, &placed.world_from_actor),
+            Body::Fixed(pose) => *pose = *world_from_actor,
+            Body::Attached(attached) => attached.parent_from_actor = *world_from_actor,
+        }
         Ok(())
     }
 
@@ -120,7 +140,7 @@ impl World {
         self.state.weather = weather;
         // A vehicle that stood on a dry slope may slide on a wet one.
         let vehicles = self.state.actors.iter().filter(|actor| actor.vehicle.is_some());
-        for body in vehicles.map(|actor| actor.body) {
+        for body in vehicles.filter_map(Actor::rigid) {
             self.state.physics.wake(body);
         }
         Ok(())
@@ -131,12 +151,22 @@ impl World {
     fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
-        let (kind, body) = (actor.blueprint().kind(), actor.body);
-        let vehicle = actor.vehicle.as_deref_mut().ok_or_else(|| {
+        let (kind, body) = (actor.blueprint().kind(), actor.rigid());
+        let vehicle = actor.vehicle.as_deref_mut().zip(body).ok_or_else(|| {
             Error::new(ErrorCode::InvalidArgument, "the actor cannot be driven")
                 .wanted("a vehicle")
                 .found(format!("{id}, a {kind:?}"))
         })?;
-        Ok((vehicle, body))
+        Ok(vehicle)
     }
+}
+
+/// # Errors
+/// `InvalidArgument` for an actor that is not in the physics.
+fn rigid(actor: &Actor) -> Result<BodyHandle, Error> {
+    actor.rigid().ok_or_else(|| {
+        Error::new(ErrorCode::InvalidArgument, "the actor has no body of its own")
+            .wanted("a vehicle, a walker or a prop that stands alone")
+            .found(format!("{}, {}", actor.id, actor.blueprint().id))
+    })
 }

@@ -37,10 +37,10 @@ fn description(actor: &Actor) -> ActorDescription {
     let blueprint = actor.blueprint();
     ActorDescription {
         id: actor.id,
-        attachment: None,
+        attachment: actor.body.attachment(),
         kind: blueprint.kind(),
         blueprint: blueprint.id.clone(),
-        attributes: Vec::new(),
+        attributes: actor.attributes.clone(),
         box_centre_m: blueprint.box_centre_m(),
         box_half_extent_m: blueprint.box_half_extent_m(),
         tag: 0,

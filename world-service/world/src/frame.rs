@@ -19,7 +19,7 @@ impl World {
                 // Fewer blueprints than u16 values exist.
                 (types.len() - 1) as u16
             });
-            actors.push(actor.state(&self.state.physics.state(actor.body), type_index));
+            actors.push(actor.state(&self.state.motion_of(actor), type_index));
         }
         Frame {
             world: self.id,
@@ -50,11 +50,15 @@ impl World {
         hasher.real(state.dt_secs);
         hasher.floats(weather_values(&state.weather));
         for actor in &state.actors {
-            let body = state.physics.state(actor.body);
+            let body = state.motion_of(actor);
             hasher.integers([
                 actor.id.get().into(),
                 actor.blueprint.into(),
                 actor.colour_rgb.into(),
+                actor.lights.into(),
+                actor.doors.into(),
+                actor.switches.bits(),
+                actor.body.attachment().map_or(0, |to| to.parent.get().into()),
                 body.asleep.into(),
             ]);
             hasher.floats(body.world_from_body.translation.vector.iter().copied());

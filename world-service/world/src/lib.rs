@@ -30,7 +30,9 @@
 //! What it does not do: traffic lights, sensors, recordings and clocks belong to others.
 
 mod actor;
+mod attributes;
 mod blueprint;
+mod body;
 mod check;
 mod collision;
 mod command;
@@ -45,10 +47,12 @@ mod physics;
 mod place;
 mod rng;
 mod scenery;
+mod sensors;
 mod snapshot;
 mod spawn;
 mod step;
 mod town;
+mod traffic;
 mod vehicle;
 mod world;
 

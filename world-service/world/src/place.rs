@@ -26,6 +26,7 @@ pub(crate) fn on_ground(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -
     let placed = match blueprint.body {
         BodySpec::Vehicle(spec) => vehicle_on_ground(spec, wanted, ground),
         BodySpec::Walker(spec) => walker_on_ground(spec, wanted, ground),
+        BodySpec::None(_) => *wanted,
     };
     let lift_m = placed.translation.z - wanted.translation.z;
     if upright && lift_m.abs() <= REACH_M {

@@ -20,7 +20,7 @@ use crate::world::{State, World, check_dt};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -116,8 +116,12 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !ordered || !known || state.next_actor == 0 {
         return Err(damaged("its actors are not in order"));
     }
-    let embodied = |actor: &Actor| actor.is_consistent() && state.physics.contains(actor.body);
-    if actors.len() != state.physics.body_count() || !actors.iter().all(embodied) {
+    let carried = |actor: &Actor| {
+        let in_physics = actor.rigid().is_none_or(|body| state.physics.contains(body));
+        actor.is_consistent() && in_physics && state.hangs_well(actor)
+    };
+    let bodies = actors.iter().filter_map(Actor::rigid).count();
+    if bodies != state.physics.body_count() || !actors.iter().all(carried) {
         return Err(damaged("an actor and its body do not fit"));
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {

@@ -1,9 +1,11 @@
 //! Putting an actor into the world.
 
-use schemas::{ActorId, ActorKind, Error, ErrorCode, Pose, Vec3, limits};
+use schemas::{ActorId, ActorKind, Attachment, Attribute, Error, ErrorCode, Pose, Vec3, limits};
 
-use crate::actor::{Actor, Vehicle};
+use crate::actor::{Actor, Switches, Vehicle};
+use crate::attributes;
 use crate::blueprint::{self, Blueprint, BodySpec};
+use crate::body::{Attached, Body};
 use crate::check;
 use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
@@ -33,63 +35,102 @@ const CLOTHES_RGB: [u32; 8] = [
     0x0033_691E,
 ];
 
+/// What a client asks for; see [`Command::SpawnActor`](schemas::Command::SpawnActor).
+pub(crate) struct Wish<'a> {
+    pub blueprint: &'a str,
+    /// In the parent's frame when attached.
+    pub pose: &'a Pose,
+    pub linear_mps: Vec3,
+    pub attributes: &'a [Attribute],
+    pub attachment: Option<Attachment>,
+}
+
 /// A spawn that nothing forbids.
-struct Request {
+struct Request<'a> {
     blueprint_index: u16,
     blueprint: &'static Blueprint,
-    placed: Placed,
+    place: Place,
     linear_mps: Vec3,
+    attributes: &'a [Attribute],
+    colour_rgb: Option<u32>,
+}
+
+/// Where a new actor begins.
+enum Place {
+    Alone(Placed),
+    On(Attached),
 }
 
 impl World {
-    pub(crate) fn spawn(
-        &mut self,
-        blueprint_id: &str,
-        world_from_actor: &Pose,
-        linear_mps: Vec3,
-    ) -> Result<ActorId, Error> {
-        let request = self.check_spawn(blueprint_id, world_from_actor, linear_mps)?;
+    pub(crate) fn spawn(&mut self, wish: &Wish<'_>) -> Result<ActorId, Error> {
+        let request = self.check_spawn(wish)?;
         let id = self.next_id()?;
-        self.insert(id, &request);
+        self.insert(id, request);
         Ok(id)
     }
 
     /// # Errors
-    /// `UnknownBlueprint`, `InvalidArgument`, `Capacity` or `SpawnBlocked`.
-    fn check_spawn(
-        &self,
-        blueprint_id: &str,
-        world_from_actor: &Pose,
-        linear_mps: Vec3,
-    ) -> Result<Request, Error> {
-        let unknown = || {
-            Error::new(ErrorCode::UnknownBlueprint, "no such blueprint")
-                .wanted("an id such as vehicle.lincoln.mkz or walker.pedestrian.0001")
-                .found(blueprint_id)
-        };
-        let blueprint_index = blueprint::index_of(blueprint_id).ok_or_else(unknown)?;
-        let blueprint = blueprint::get(blueprint_index).ok_or_else(unknown)?;
-        check::pose(world_from_actor)?;
-        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
+    /// `UnknownBlueprint`, `InvalidArgument`, `UnknownActor` for the parent, `Capacity` or
+    /// `SpawnBlocked`.
+    fn check_spawn<'a>(&self, wish: &Wish<'a>) -> Result<Request<'a>, Error> {
+        let (blueprint_index, blueprint) = find_blueprint(wish.blueprint)?;
+        check::pose(wish.pose)?;
+        check::vector("velocity", wish.linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        attributes::check(wish.attributes)?;
+        let colour_rgb = attributes::colour_rgb(wish.attributes)?;
         if self.state.actors.len() >= limits::ACTORS_PER_WORLD_MAX {
             return Err(Error::new(ErrorCode::Capacity, "the world is full")
                 .wanted(format!("at most {} actors", limits::ACTORS_PER_WORLD_MAX)));
         }
-        let placed = place::on_ground(blueprint, world_from_actor, &self.town.ground);
-        self.check_free(&OrientedBox::new(&placed.world_from_actor, blueprint))?;
-        Ok(Request { blueprint_index, blueprint, placed, linear_mps })
+        let place = match wish.attachment {
+            Some(to) => Place::On(self.check_attachment(blueprint, to, wish.pose)?),
+            None => {
+                let placed = place::on_ground(blueprint, wish.pose, &self.town.ground);
+                self.check_free(blueprint, &placed.world_from_actor)?;
+                Place::Alone(placed)
+            }
+        };
+        let Wish { linear_mps, attributes, .. } = *wish;
+        Ok(Request { blueprint_index, blueprint, place, linear_mps, attributes, colour_rgb })
+    }
+
+    /// # Errors
+    /// `UnknownActor` for the parent; `InvalidArgument` for what has a will of its own.
+    fn check_attachment(
+        &self,
+        blueprint: &Blueprint,
+        to: Attachment,
+        parent_from_actor: &Pose,
+    ) -> Result<Attached, Error> {
+        if matches!(blueprint.kind(), ActorKind::Vehicle | ActorKind::Walker) {
+            return Err(Error::new(ErrorCode::InvalidArgument, "the actor cannot be attached")
+                .wanted("a sensor, a prop or a marker")
+                .found(&blueprint.id));
+        }
+        let parent = &self.state.actors[self.state.index_of(to.parent)?];
+        if !self.state.can_carry(parent) {
+            return Err(Error::new(ErrorCode::InvalidArgument, "too many actors hang in a row")
+                .wanted("a parent nearer to what carries them all")
+                .found(to.parent));
+        }
+        let world_from_actor = self.state.pose_of(parent) * parent_from_actor;
+        Ok(Attached { to, parent_from_actor: *parent_from_actor, world_from_actor })
     }
 
     /// # Errors
     /// `SpawnBlocked` when an actor or scenery is where the box would be.
-    fn check_free(&self, wanted: &OrientedBox) -> Result<(), Error> {
+    fn check_free(&self, blueprint: &Blueprint, world_from_actor: &Pose) -> Result<(), Error> {
+        if matches!(blueprint.body, BodySpec::None(_)) {
+            return Ok(());
+        }
+        let wanted = OrientedBox::new(world_from_actor, blueprint);
         let blocked = |by: String| {
             Error::new(ErrorCode::SpawnBlocked, "something stands where the actor should be")
                 .wanted("a free place")
                 .found(by)
         };
-        for actor in &self.state.actors {
-            let pose = self.state.physics.state(actor.body).world_from_body;
+        for actor in self.state.actors.iter().filter(|actor| actor.rigid().is_some()) {
+            let pose = self.state.pose_of(actor);
             if wanted.overlaps(&OrientedBox::new(&pose, actor.blueprint())) {
                 return Err(blocked(format!("{}, {}", actor.id, actor.blueprint().id)));
             }
@@ -119,35 +160,65 @@ impl World {
         Ok(id)
     }
 
-    fn insert(&mut self, id: ActorId, request: &Request) {
-        let Request { blueprint_index, blueprint, placed, linear_mps } = *request;
-        let pose = &placed.world_from_actor;
-        let state = &mut self.state;
-        let palette = match blueprint.kind() {
-            ActorKind::Vehicle => &PAINTS_RGB,
-            ActorKind::Walker | ActorKind::Prop => &CLOTHES_RGB,
-        };
-        let colour_rgb = state.rng.choose(palette).copied().unwrap_or(0);
-        let (body, vehicle) = match blueprint.body {
-            BodySpec::Vehicle(spec) => {
-                let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
-                let vehicle =
-                    Vehicle { state: VehicleState::rolling(spec, forward_mps), pilot: None };
-                let body = state.physics.insert_vehicle(spec, pose, linear_mps, id);
-                (body, Some(Box::new(vehicle)))
-            }
-            BodySpec::Walker(spec) => {
-                let still = placed.standing && linear_mps == Vec3::zeros();
-                (state.physics.insert_walker(spec, pose, linear_mps, still, id), None)
-            }
-        };
-        state.actors.push(Actor {
+    fn insert(&mut self, id: ActorId, request: Request<'_>) {
+        let blueprint = request.blueprint;
+        let drawn_rgb = self.draw_colour(blueprint.kind());
+        let (body, vehicle) = self.embody(id, &request);
+        self.state.actors.push(Actor {
             id,
-            blueprint: blueprint_index,
+            blueprint: request.blueprint_index,
             body,
-            colour_rgb,
+            attributes: request.attributes.to_vec(),
+            colour_rgb: request.colour_rgb.unwrap_or(drawn_rgb),
+            lights: 0,
+            doors: 0,
+            switches: Switches::ALL_ON,
             acceleration_mps2: Vec3::zeros(),
             vehicle,
         });
     }
+
+    /// A paint; 0 for what has no body.
+    fn draw_colour(&mut self, kind: ActorKind) -> u32 {
+        let palette: &[u32] = match kind {
+            ActorKind::Vehicle => &PAINTS_RGB,
+            ActorKind::Walker => &CLOTHES_RGB,
+            _ => return 0,
+        };
+        self.state.rng.choose(palette).copied().unwrap_or(0)
+    }
+
+    fn embody(&mut self, id: ActorId, request: &Request<'_>) -> (Body, Option<Box<Vehicle>>) {
+        let placed = match &request.place {
+            Place::On(attached) => return (Body::Attached(attached.clone()), None),
+            Place::Alone(placed) => placed,
+        };
+        let (pose, linear_mps) = (&placed.world_from_actor, request.linear_mps);
+        let physics = &mut self.state.physics;
+        match request.blueprint.body {
+            BodySpec::Vehicle(spec) => {
+                let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
+                let vehicle =
+                    Vehicle { state: VehicleState::rolling(spec, forward_mps), pilot: None };
+                let body = physics.insert_vehicle(spec, pose, linear_mps, id);
+                (Body::Rigid(body), Some(Box::new(vehicle)))
+            }
+            BodySpec::Walker(spec) => {
+                let still = placed.standing && linear_mps == Vec3::zeros();
+                (Body::Rigid(physics.insert_walker(spec, pose, linear_mps, still, id)), None)
+            }
+            BodySpec::None(_) => (Body::Fixed(*pose), None),
+        }
+    }
+}
+
+/// # Errors
+/// `UnknownBlueprint`.
+fn find_blueprint(id: &str) -> Result<(u16, &'static Blueprint), Error> {
+    let found = blueprint::index_of(id).and_then(|index| Some((index, blueprint::get(index)?)));
+    found.ok_or_else(|| {
+        Error::new(ErrorCode::UnknownBlueprint, "no such blueprint")
+            .wanted("an id such as vehicle.lincoln.mkz or walker.pedestrian.0001")
+            .found(id)
+    })
 }

@@ -7,7 +7,7 @@ use crate::actor::Actor;
 use crate::blueprint::BodySpec;
 use crate::collision::ContactLog;
 use crate::fallen;
-use crate::physics::{BodyState, NotFinite, Physics};
+use crate::physics::{BodyHandle, BodyState, NotFinite, Physics};
 use crate::scenery::Reach;
 use crate::town::Town;
 use crate::vehicle::{Chassis, Impulse, VehicleSpec, understeer_rad_per_mps2};
@@ -36,6 +36,7 @@ impl World {
         for _ in 0..count {
             self.state.substep(&self.town, grip, dt_secs, &mut log)?;
         }
+        self.state.carry_attached(self.state.dt_secs as f32);
         self.state.measure_acceleration(&velocities_mps);
         self.state.collisions = self.state.contacts.conclude(log);
         self.state.tick = Tick(self.state.tick.0 + 1);
@@ -61,7 +62,7 @@ impl State {
     fn drive(&mut self, town: &Town) {
         let dt_secs = self.dt_secs as f32;
         for actor in &mut self.actors {
-            let body = actor.body;
+            let Some(body) = actor.rigid() else { continue };
             let Some((spec, vehicle)) = actor.vehicle_mut() else { continue };
             let Some(pilot) = &mut vehicle.pilot else { continue };
             let body_state = self.physics.state(body);
@@ -74,7 +75,7 @@ impl State {
     }
 
     fn velocities(&self) -> Vec<Vec3> {
-        self.actors.iter().map(|actor| self.physics.linear_mps(actor.body)).collect()
+        self.actors.iter().map(|actor| self.velocity_of(actor)).collect()
     }
 
     fn bring_scenery(&mut self, town: &Town) {
@@ -82,9 +83,10 @@ impl State {
         let reaches: Vec<Reach> = self
             .actors
             .iter()
-            .filter(|actor| !self.physics.is_asleep(actor.body))
-            .map(|actor| {
-                let body = self.physics.state(actor.body);
+            .filter_map(|actor| Some((actor, actor.rigid()?)))
+            .filter(|&(_, body)| !self.physics.is_asleep(body))
+            .map(|(actor, body)| {
+                let body = self.physics.state(body);
                 let radius_m = actor.blueprint().box_half_extent_m().norm();
                 Reach {
                     centre_m: body.world_from_body.translation.vector,
@@ -104,9 +106,9 @@ impl State {
     ) -> Result<(), Error> {
         log.before(&self.actors, &self.physics);
         for actor in &mut self.actors {
-            if !self.physics.is_asleep(actor.body) {
-                let body = self.physics.state(actor.body);
-                push_by_ground(actor, &body, &mut self.physics, town, grip, dt_secs);
+            let awake = |body: &BodyHandle| !self.physics.is_asleep(*body);
+            if let Some(body) = actor.rigid().filter(awake) {
+                push_by_ground(actor, body, &mut self.physics, town, grip, dt_secs);
             }
         }
         self.physics.step(dt_secs).map_err(|NotFinite| {
@@ -121,8 +123,9 @@ impl State {
 
     fn measure_acceleration(&mut self, before_mps: &[Vec3]) {
         let dt_secs = self.dt_secs as f32;
-        for (actor, before_mps) in self.actors.iter_mut().zip(before_mps) {
-            let after_mps = self.physics.linear_mps(actor.body);
+        let after_mps = self.velocities();
+        let change = after_mps.into_iter().zip(before_mps);
+        for (actor, (after_mps, before_mps)) in self.actors.iter_mut().zip(change) {
             actor.acceleration_mps2 = (after_mps - before_mps) / dt_secs;
         }
     }
@@ -131,7 +134,7 @@ impl State {
     /// `WorldQuarantined` for the first actor that is nowhere or impossibly fast.
     pub(crate) fn check(&self) -> Result<(), Error> {
         for actor in &self.actors {
-            let body = self.physics.state(actor.body);
+            let body = self.motion_of(actor);
             let farthest_m = body.world_from_body.translation.vector.amax();
             let fastest_mps = body.linear_mps.amax().max(body.angular_radps.amax());
             // Negated, so that NaN fails as well.
@@ -161,13 +164,13 @@ pub(crate) fn view(spec: &VehicleSpec, body: &BodyState) -> VehicleView {
 /// Wheels, air and ground on one awake actor.
 fn push_by_ground(
     actor: &mut Actor,
-    body: &BodyState,
+    handle: BodyHandle,
     physics: &mut Physics,
     town: &Town,
     grip: f32,
     dt_secs: f32,
 ) {
-    let handle = actor.body;
+    let body = &physics.state(handle);
     let mut total = Impulse::default();
     if let Some((spec, vehicle)) = actor.vehicle_mut() {
         let chassis = Chassis::new(

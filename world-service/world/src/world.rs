@@ -10,7 +10,9 @@ use crate::collision::Contacts;
 use crate::physics::Physics;
 use crate::rng::Rng;
 use crate::scenery::NearFixtures;
+use crate::sensors::Sensors;
 use crate::town::Town;
+use crate::traffic::Traffic;
 
 /// What a new world is made of.
 #[derive(Clone, Debug)]
@@ -56,6 +58,8 @@ pub(crate) struct State {
     pub collisions: Vec<Collision>,
     pub fixtures: NearFixtures,
     pub physics: Physics,
+    pub traffic: Traffic,
+    pub sensors: Sensors,
 }
 
 impl World {
@@ -81,6 +85,8 @@ impl World {
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
                 physics: Physics::new(),
+                traffic: Traffic::default(),
+                sensors: Sensors::default(),
             },
         })
     }

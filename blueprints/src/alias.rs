@@ -1,0 +1,48 @@
+//! Spellings of older and newer CARLA releases.
+
+/// (spelling, id in 0.9.16), ordered by spelling.
+const ALIASES: [(&str, &str); 24] = [
+    ("vehicle.ambulance.ford", "vehicle.ford.ambulance"),
+    ("vehicle.bmw.isetta", "vehicle.micro.microlino"),
+    ("vehicle.carlacola.actors", "vehicle.carlamotors.carlacola"),
+    ("vehicle.charger2020.charger2020", "vehicle.dodge.charger_2020"),
+    ("vehicle.chargercop2020.chargercop2020", "vehicle.dodge.charger_police_2020"),
+    ("vehicle.dodge.charger", "vehicle.dodge.charger_2020"),
+    ("vehicle.dodge_charger.police", "vehicle.dodge.charger_police"),
+    ("vehicle.dodgecop.charger", "vehicle.dodge.charger_police_2020"),
+    ("vehicle.firetruck.actors", "vehicle.carlamotors.firetruck"),
+    ("vehicle.fuso.mitsubishi", "vehicle.mitsubishi.fusorosa"),
+    ("vehicle.harley-davidson.low rider", "vehicle.harley-davidson.low_rider"),
+    ("vehicle.lincoln.mkz2017", "vehicle.lincoln.mkz_2017"),
+    ("vehicle.lincoln2020.mkz2020", "vehicle.lincoln.mkz_2020"),
+    ("vehicle.mercedes-benz.coupe", "vehicle.mercedes.coupe"),
+    ("vehicle.mercedesccc.mercedesccc", "vehicle.mercedes.coupe_2020"),
+    ("vehicle.mini.cooper", "vehicle.mini.cooper_s_2021"),
+    ("vehicle.mini.cooperst", "vehicle.mini.cooper_s"),
+    ("vehicle.mustang.mustang", "vehicle.ford.mustang"),
+    ("vehicle.sixwheeltruck.sixwheeltruck", "vehicle.carlamotors.european_hgv"),
+    ("vehicle.sprinter.mercedes", "vehicle.mercedes.sprinter"),
+    ("vehicle.taxi.ford", "vehicle.ford.crown"),
+    ("vehicle.ue4.audi.tt", "vehicle.audi.tt"),
+    ("vehicle.ue4.ford.mustang", "vehicle.ford.mustang"),
+    ("vehicle.ue4.mercedes.ccc", "vehicle.mercedes.coupe_2020"),
+];
+
+/// The id that a spelling stands for; any other text stands for itself.
+pub(crate) fn canonical(id: &str) -> &str {
+    ALIASES.binary_search_by(|&(spelling, _)| spelling.cmp(id)).map_or(id, |index| ALIASES[index].1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_spelling_names_a_blueprint_and_is_none_itself() {
+        assert!(ALIASES.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        for (spelling, id) in ALIASES {
+            assert_eq!(crate::find(spelling).map(|found| found.id.as_str()), Some(id));
+            assert!(crate::all().iter().all(|blueprint| blueprint.id != spelling), "{spelling}");
+        }
+    }
+}
