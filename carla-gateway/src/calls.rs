@@ -15,9 +15,7 @@ mod walker;
 
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Refusal, Request};
-use table::Group;
-
-pub(crate) use table::METHODS;
+use table::{Group, METHODS};
 
 /// Answers one call.
 pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
@@ -82,3 +80,6 @@ fn refused(request: &Request) -> Refusal {
 fn astray(request: &Request) -> Answer {
     Err(Refusal(format!("{} has no answer", request.method)))
 }
+
+#[cfg(test)]
+mod tests;

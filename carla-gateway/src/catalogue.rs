@@ -77,16 +77,9 @@ pub(crate) fn order(
     Ok((blueprint, attributes))
 }
 
-/// An actor as clients cache it, without its stream.
+/// An actor as clients cache it, without its stream: what it was given, and defaults for the rest.
 pub(crate) fn actor(described: &Described) -> Actor {
     let blueprint = blueprints::find(&described.blueprint);
-    let value = |attribute: &Attribute| AttributeValue {
-        id: attribute.id.clone(),
-        kind: blueprint
-            .and_then(|blueprint| blueprint.attribute(&attribute.id))
-            .map_or(4, |attribute| kind_index(attribute.kind)),
-        value: attribute.value.clone(),
-    };
     let id = described.id.get();
     Actor {
         id,
@@ -94,7 +87,7 @@ pub(crate) fn actor(described: &Described) -> Actor {
         description: ActorDescription {
             uid: blueprint.map_or(0, uid_of),
             type_id: described.blueprint.clone(),
-            attributes: described.attributes.iter().map(value).collect(),
+            attributes: attributes(blueprint, &described.attributes),
         },
         bounding_box: BoundingBox {
             location: Location::of(described.box_centre_m),
@@ -105,6 +98,22 @@ pub(crate) fn actor(described: &Described) -> Actor {
         semantic_tags: vec![described.tag],
         stream_token: Vec::new(),
     }
+}
+
+fn attributes(blueprint: Option<&Blueprint>, given: &[Attribute]) -> Vec<AttributeValue> {
+    let known = blueprint.map_or(&[][..], |blueprint| &blueprint.attributes);
+    let value_of = |id: &str| given.iter().find(|attribute| attribute.id == id);
+    let of_blueprint = known.iter().map(|attribute| AttributeValue {
+        id: attribute.id.to_owned(),
+        kind: kind_index(attribute.kind),
+        value: value_of(attribute.id).map_or(&attribute.value, |given| &given.value).clone(),
+    });
+    let is_known = |attribute: &&Attribute| known.iter().any(|other| other.id == attribute.id);
+    let further = given.iter().filter(|attribute| !is_known(attribute)).map(|attribute| {
+        let (id, value) = (attribute.id.clone(), attribute.value.clone());
+        AttributeValue { id, kind: kind_index(AttributeKind::String), value }
+    });
+    of_blueprint.chain(further).collect()
 }
 
 /// What stands in for scenery that was met, by semantic tag.

@@ -100,11 +100,6 @@ impl Episode {
         self.actors.get(&id)
     }
 
-    /// All actors that are known.
-    pub(crate) fn known(&self) -> impl Iterator<Item = &Actor> {
-        self.actors.values()
-    }
-
     /// The OpenDRIVE signal that a light or sign stands for.
     pub(crate) fn signal(&self, id: u32) -> Option<&str> {
         self.signals.get(&id).map(String::as_str)

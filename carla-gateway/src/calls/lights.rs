@@ -4,7 +4,7 @@ use schemas::Command;
 
 use super::orders::{self, queue};
 use super::astray;
-use crate::dialect::{BatchCommand, BoundingBox, Location, Rotation, Transform};
+use crate::dialect::{BatchCommand, BoundingBox, Location, Transform};
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
@@ -88,7 +88,7 @@ fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> 
     let rotation = Transform::of(&state.world_from_actor).rotation;
     Ok(vec![BoundingBox {
         location: Location::of(centre_m),
-        rotation: Rotation { ..rotation },
+        rotation,
         ..actor.bounding_box
     }])
 }

@@ -1,11 +1,11 @@
 //! The map, its files, and what stands in it.
 
 use roads::{SceneryBox, SceneryKind};
-use schemas::{Pose, Translation3, UnitQuaternion, Vec3};
+use schemas::{Pose, Translation3, Vec3};
 
 use super::astray;
 use crate::dialect::{
-    BoundingBox, EnvironmentObject, LabelledPoint, Location, MapInfo, Rotation, Transform, Vector3D,
+    BoundingBox, EnvironmentObject, LabelledPoint, Location, MapInfo, Transform, Vector3D,
 };
 use crate::endpoint::Endpoint;
 use crate::maps;
@@ -115,14 +115,14 @@ fn object(number: u64, scenery: &SceneryBox) -> EnvironmentObject {
     let placed = Transform::of(&pose);
     let foot = Pose::from_parts(
         Translation3::from(pose.translation.vector - Vec3::new(0.0, 0.0, half_m.z)),
-        UnitQuaternion::from(pose.rotation),
+        pose.rotation,
     );
     EnvironmentObject {
         transform: Transform::of(&foot),
         bounding_box: BoundingBox {
             location: placed.location,
             extent: Vector3D::size(half_m),
-            rotation: Rotation { ..placed.rotation },
+            rotation: placed.rotation,
             actor_id: 0,
         },
         id: number,

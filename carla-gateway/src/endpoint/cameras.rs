@@ -56,7 +56,7 @@ impl Endpoint {
 
     /// Has the pictures that are due taken, beside everything else. In asynchronous mode a frame is
     /// left out while those of an earlier one are still being drawn.
-    pub(super) async fn take_pictures(&mut self, due: Vec<ActorId>) {
+    pub(super) fn take_pictures(&mut self, due: Vec<ActorId>) {
         let busy = self.pictures.as_ref().is_some_and(|pictures| !pictures.is_finished());
         if due.is_empty() || busy {
             return;

@@ -61,7 +61,7 @@ impl Endpoint {
         let is_exact = (frame_dt_secs - dt_secs).abs() < 1e-9;
         self.show_frame(if is_exact { delta_secs } else { frame_dt_secs * ticks }).await?;
         self.tell_sensors(&outcome.sensors).await;
-        self.take_pictures(outcome.cameras_due).await;
+        self.take_pictures(outcome.cameras_due);
         Ok(self.frame_number)
     }
 
