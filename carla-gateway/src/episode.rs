@@ -7,6 +7,7 @@ use schemas::{ActorDescription, ActorId, ActorState, Frame, WorldId};
 
 use crate::catalogue;
 use crate::dialect::Actor;
+use crate::navigation::Navigation;
 use crate::stream::token;
 
 /// Descriptions of actors that are gone are kept up to this number.
@@ -14,10 +15,10 @@ const GONE_MAX: usize = 256;
 
 /// One episode.
 pub(crate) struct Episode {
-    /// Never used twice by a server.
-    pub(crate) id: u64,
     pub(crate) world: WorldId,
     pub(crate) map: Arc<roads::Map>,
+    /// For walkers.
+    pub(crate) navigation: Arc<Navigation>,
     /// As clients name the map.
     pub(crate) map_name: String,
     /// The newest state; kept true while commands change it between ticks.
@@ -32,16 +33,16 @@ pub(crate) struct Episode {
 impl Episode {
     /// An episode that knows none of its actors yet.
     pub(crate) fn new(
-        id: u64,
         world: WorldId,
         map: Arc<roads::Map>,
         map_name: String,
         frame: Frame,
     ) -> Self {
+        let navigation = Arc::new(Navigation::new(Arc::clone(&map)));
         Self {
-            id,
             world,
             map,
+            navigation,
             map_name,
             frame,
             spectator: None,

@@ -16,6 +16,7 @@ mod endpoint;
 mod episode;
 mod launcher;
 mod maps;
+mod navigation;
 mod rpc;
 mod sensors;
 mod site;

@@ -14,7 +14,7 @@ mod up;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::Parser;
 
 fn main() -> ExitCode {
     match cli::Cli::parse_from(carla_flags::translated(std::env::args_os())).run() {

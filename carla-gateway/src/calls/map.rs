@@ -1,7 +1,10 @@
 //! The map, its files, and what stands in it.
 
+use std::sync::Arc;
+
 use roads::{SceneryBox, SceneryKind};
 use schemas::{Pose, Translation3, Vec3};
+use serde_bytes::Bytes;
 
 use super::astray;
 use crate::dialect::{
@@ -28,15 +31,30 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         }
         "get_map_data" => Payload::value(endpoint.episode()?.map.text()),
         "get_required_files" => {
-            let (_, _folder): (Meta, String) = request.args()?;
-            Payload::value(&[""; 0])
+            let (_, folder): (Meta, String) = request.args()?;
+            if folder != "Nav" {
+                return Payload::value(&[""; 0]);
+            }
+            let navigation = Arc::clone(&endpoint.episode()?.navigation);
+            let path = navigation.file().await.map(|file| &file.path);
+            Payload::value(&path.as_slice())
         }
         "request_file" => {
             let (_, path): (Meta, String) = request.args()?;
-            let path: String = path.chars().take(256).collect();
-            Err(Refusal(format!("there is no file {path:?}")))
+            let navigation = Arc::clone(&endpoint.episode()?.navigation);
+            match navigation.file().await.filter(|file| file.path == path) {
+                Some(file) => Payload::value(Bytes::new(&file.bytes)),
+                None => {
+                    let path: String = path.chars().take(256).collect();
+                    Err(Refusal(format!("there is no file {path:?}")))
+                }
+            }
         }
-        "get_navigation_mesh" => Err(Refusal("this map has no navigation mesh".to_owned())),
+        "get_navigation_mesh" => {
+            let navigation = Arc::clone(&endpoint.episode()?.navigation);
+            let bytes = navigation.file().await.map_or(&[][..], |file| &file.bytes);
+            Payload::value(Bytes::new(bytes))
+        }
         "get_all_level_BBs" => {
             let (_, tag): (Meta, u8) = request.args()?;
             let objects = objects(endpoint, tag)?;

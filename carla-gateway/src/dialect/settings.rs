@@ -54,7 +54,6 @@ pub(crate) struct MapInfo {
 
 /// How CARLA would make a mesh of an uploaded map; ours is made one way.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[expect(dead_code, reason = "read so that the arguments are whole")]
 pub(crate) struct OpendriveParameters {
     vertex_distance: f64,
     max_road_length: f64,

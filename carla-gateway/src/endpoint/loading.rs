@@ -1,5 +1,7 @@
 //! Beginning an episode: a new world on a map.
 
+use std::sync::Arc;
+
 use schemas::wire::decode_frame;
 use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
 
@@ -53,7 +55,11 @@ impl Endpoint {
         self.episodes_begun += 1;
         tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
         self.weather = WeatherParameters::of(&frame.weather);
-        self.episode = Some(Episode::new(self.episodes_begun, world, map, told, frame));
+        let episode = Episode::new(world, map, told, frame);
+        let navigation = Arc::clone(&episode.navigation);
+        // Made before the first client wants it.
+        tokio::spawn(async move { navigation.file().await.map(|_| ()) });
+        self.episode = Some(episode);
         self.map_is_new = self.episodes_begun > 1;
         self.furnish().await
     }

@@ -84,7 +84,8 @@ impl Plan {
         let http = ports::free_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
         let wanted: &[u16] = if args.no_carla { &[] } else { &args.carla };
-        let carla = wanted.iter().map(|port| ports::free_carla(*port)).collect::<Result<_, _>>()?;
+        let carla: Vec<u16> =
+            wanted.iter().map(|port| ports::free_carla(*port)).collect::<Result<_, _>>()?;
         let services = services(&args, http, &bus, &carla);
         Ok(Self { http, bus, carla, services })
     }

@@ -63,6 +63,10 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
         ActorKind::Vehicle => wheeled::place(&mut placer, actor, frame.type_of(actor), night),
         ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs),
         ActorKind::Prop => place_prop(&mut placer, actor, frame.type_of(actor)),
+        ActorKind::TrafficLight
+        | ActorKind::TrafficSign
+        | ActorKind::Sensor
+        | ActorKind::Marker => {}
     }
     let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
     // Limbs, mirrors and riders reach out of the box.

@@ -208,7 +208,7 @@ fn kind_in_words(actor: &ActorState) -> Option<&'static str> {
     match actor.kind {
         ActorKind::Vehicle => Some("vehicle"),
         ActorKind::Walker => Some("pedestrian"),
-        ActorKind::Prop => None,
+        _ => None,
     }
 }
 
