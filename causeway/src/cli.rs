@@ -31,6 +31,8 @@ enum Command {
     Render(render_service::Args),
     /// Run a scenario service with its HTTP and WebSocket face alone.
     Scenario(scenario_service::Args),
+    /// Run a CARLA gateway alone: clients of CARLA 0.9.16 connect to it.
+    Gateway(carla_gateway::Args),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
     /// Measure what a user waits for.
@@ -58,6 +60,9 @@ impl Cli {
             Command::Scenario(args) => {
                 scenario_service::run(&args).map_err(|error| Failure::of(&error))
             }
+            Command::Gateway(args) => {
+                carla_gateway::run(&args).map_err(|error| Failure::of(&error))
+            }
             Command::Router(args) => router::run(args),
             Command::Bench(command) => bench::run(&command),
             Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
@@ -73,6 +78,7 @@ impl Command {
             Self::World(_) => "world",
             Self::Render(_) => "render",
             Self::Scenario(_) => "scenario",
+            Self::Gateway(_) => "gateway",
             Self::Router(_) => "router",
             Self::Bench(_) => "bench",
             Self::Map(_) => "map",

@@ -5,6 +5,7 @@
 //! watches and stops: what a service does, and what a map is, is in its own crate.
 
 mod bench;
+mod carla_flags;
 mod cli;
 mod failure;
 mod lifeline;
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    match cli::Cli::parse().run() {
+    match cli::Cli::parse_from(carla_flags::translated(std::env::args_os())).run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

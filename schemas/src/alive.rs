@@ -11,11 +11,13 @@ pub enum ServiceKind {
     Render,
     /// Runs episodes.
     Scenario,
+    /// Speaks CARLA's protocol.
+    Gateway,
 }
 
 impl ServiceKind {
     /// Every kind.
-    pub const ALL: [Self; 3] = [Self::World, Self::Render, Self::Scenario];
+    pub const ALL: [Self; 4] = [Self::World, Self::Render, Self::Scenario, Self::Gateway];
 
     /// The word in keys and on the command line.
     pub const fn as_str(self) -> &'static str {
@@ -23,6 +25,7 @@ impl ServiceKind {
             Self::World => "world",
             Self::Render => "render",
             Self::Scenario => "scenario",
+            Self::Gateway => "gateway",
         }
     }
 

@@ -90,6 +90,13 @@ pub enum Request {
         /// Which vehicle.
         actor: ActorId,
     },
+    /// Makes a map known, or replaces one that was made known this way.
+    PutMap {
+        /// As worlds will name it.
+        name: String,
+        /// OpenDRIVE.
+        text: String,
+    },
     /// Everything that each ray meets.
     CastRays {
         /// In which world.

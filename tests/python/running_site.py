@@ -33,6 +33,7 @@ class Site:
 
     base_url: str
     endpoint: str
+    carla_port: int
     process: subprocess.Popen
     log: Path
 
@@ -42,7 +43,9 @@ class Site:
 
 def start(log: Path, *flags: str, **environment: str) -> Site:
     """Starts a site and waits until it is healthy."""
-    command = [binary(), "up", "--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", *flags]
+    ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"]
+    carla = [] if "--carla" in flags else ["--carla", "0"]
+    command = [binary(), "up", *ports, *carla, *flags]
     with log.open("wb") as output:
         process = subprocess.Popen(
             command,
@@ -51,11 +54,13 @@ def start(log: Path, *flags: str, **environment: str) -> Site:
             stderr=subprocess.STDOUT,
             env={**os.environ, **environment},
         )
-    site = Site("", "", process, log)
+    site = Site("", "", 0, process, log)
     try:
         deadline = time.monotonic() + START_SECS
         site.base_url = wait_for(site, deadline, lambda: first(r"http://[\d.]+:\d+", site))
         site.endpoint = wait_for(site, deadline, lambda: first(r"tcp/[\d.]+:\d+", site))
+        carla_address = wait_for(site, deadline, lambda: first(r"CARLA +[\d.]+:\d+", site))
+        site.carla_port = int(carla_address.rsplit(":", 1)[1])
         wait_for(site, deadline, lambda: healthy(site.base_url))
     except BaseException:
         stop(site)

@@ -38,7 +38,7 @@ pub struct Site {
 impl Site {
     /// A site that answers `/health`; `flags` are those of `causeway up`.
     pub fn start(flags: &[&str]) -> Self {
-        let ports = ["up", "--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"];
+        let ports = ["up", "--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--carla", "0"];
         let process = Process::start(&[&ports, flags].concat());
         let http = process.wait_for_line("OpenEnv address", |line| {
             line.split_once("http://")?.1.split_whitespace().next()?.parse().ok()

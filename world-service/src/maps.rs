@@ -1,4 +1,7 @@
-//! The maps a service knows: our own towns, and a folder of OpenDRIVE files that win over them.
+//! The maps a service knows: our own towns, a folder of OpenDRIVE files that win over them, and what
+//! clients brought along, which wins for their tenant.
+
+mod uploads;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
@@ -6,9 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::SystemTime;
 
-use schemas::{Error, ErrorCode, MapRef};
+use schemas::{Error, ErrorCode, MapRef, Tenant};
 
 use crate::map_files::{map_files, read_map_file};
+use uploads::Uploads;
 
 /// Texts of changed or removed files that are kept for the worlds that still use them.
 const FORMER_TEXTS_MAX: usize = 64;
@@ -19,6 +23,7 @@ pub(crate) struct Maps<T> {
     folder: Option<PathBuf>,
     build_town: fn(Arc<roads::Map>) -> T,
     shelf: Mutex<Shelf<T>>,
+    uploads: Uploads<T>,
 }
 
 /// What is known now, and what was.
@@ -42,9 +47,11 @@ enum Source {
         /// Size in bytes and time of the last change; a file is read again when either differs.
         stamp: (u64, Option<SystemTime>),
     },
+    Given(Arc<Text>),
 }
 
 /// OpenDRIVE text and the BLAKE3 digest of its bytes.
+#[derive(Debug, PartialEq, Eq)]
 struct Text {
     digest: String,
     xodr: String,
@@ -60,30 +67,55 @@ impl<T> Maps<T> {
         build_town: fn(Arc<roads::Map>) -> T,
     ) -> Result<Self, Error> {
         let shelf = Mutex::new(Shelf { entries: BTreeMap::new(), former: VecDeque::new() });
-        let maps = Self { folder: folder.map(Path::to_owned), build_town, shelf };
+        let folder_path = folder.map(Path::to_owned);
+        let maps = Self { folder: folder_path, build_town, shelf, uploads: Uploads::new() };
         maps.shelf().arrange(sources(folder)?);
         Ok(maps)
     }
 
-    /// All maps whose text can be read, ordered by name.
-    pub(crate) fn list(&self) -> Vec<MapRef> {
+    /// Makes a map known to a tenant.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a name or text that cannot be used; `Capacity`.
+    pub(crate) fn put(&self, tenant: &Tenant, name: &str, xodr: String) -> Result<(), Error> {
+        self.uploads.put(tenant, name, xodr)
+    }
+
+    /// All maps of a tenant whose text can be read, ordered by name.
+    pub(crate) fn list(&self, tenant: &Tenant) -> Vec<MapRef> {
         self.look_again();
-        let readable =
-            self.entries().into_iter().filter_map(|(name, entry)| match entry.text(&name) {
-                Ok(text) => Some(MapRef { name, digest: text.digest.clone() }),
-                Err(error) => {
-                    tracing::warn!(map = name, %error, "a map is left out of the list");
-                    None
-                }
-            });
-        readable.collect()
+        let uploads = self.uploads.list(tenant);
+        let replaced = |name: &str| uploads.iter().any(|map| map.name == name);
+        let entries = self.entries().into_iter().filter(|(name, _)| !replaced(name));
+        let readable = entries.filter_map(|(name, entry)| match entry.text(&name) {
+            Ok(text) => Some(MapRef { name, digest: text.digest.clone() }),
+            Err(error) => {
+                tracing::warn!(map = name, %error, "a map is left out of the list");
+                None
+            }
+        });
+        let mut list: Vec<MapRef> = readable.collect();
+        list.extend(uploads);
+        list.sort_by(|a, b| a.name.cmp(&b.name));
+        list
     }
 
     /// The town of a map, built on first use.
     ///
     /// # Errors
     /// [`ErrorCode::UnknownMap`] with the known names, or what is wrong with the file.
-    pub(crate) fn town(&self, name: &str) -> Result<Arc<T>, Error> {
+    pub(crate) fn town(&self, tenant: &Tenant, name: &str) -> Result<Arc<T>, Error> {
+        match self.uploads.get(tenant, name) {
+            Some(entry) => entry.town(name, self.build_town),
+            None => self.common_town(name),
+        }
+    }
+
+    /// The town of a map that every tenant knows, built on first use.
+    ///
+    /// # Errors
+    /// As for [`town`](Self::town).
+    pub(crate) fn common_town(&self, name: &str) -> Result<Arc<T>, Error> {
         self.look_again();
         let entry = self.entry(name).ok_or_else(|| self.unknown(name))?;
         entry.town(name, self.build_town)
@@ -92,9 +124,12 @@ impl<T> Maps<T> {
     /// The town that a snapshot or frame means: same name, same text.
     pub(crate) fn town_of(&self, map: &MapRef) -> Option<Arc<T>> {
         self.look_again();
-        let entry = self.entry(&map.name)?;
-        let is_same = entry.text(&map.name).ok()?.digest == map.digest;
-        is_same.then(|| entry.town(&map.name, self.build_town).ok())?
+        let is_same = |entry: &Arc<Entry<T>>| {
+            entry.text(&map.name).is_ok_and(|text| text.digest == map.digest)
+        };
+        let entry = self.entry(&map.name).filter(is_same);
+        let entry = entry.or_else(|| self.uploads.with_digest(&map.digest))?;
+        entry.town(&map.name, self.build_town).ok()
     }
 
     /// The OpenDRIVE text with this digest, also when its file has changed since a world began.
@@ -105,10 +140,12 @@ impl<T> Maps<T> {
         let former = self.shelf().former.clone();
         let entries = self.entries();
         let texts = entries.iter().filter_map(|(name, entry)| entry.text(name).ok());
+        let uploaded = || self.uploads.with_digest(digest)?.text(digest).ok();
         former
             .into_iter()
             .chain(texts)
             .find(|text| text.digest == digest)
+            .or_else(uploaded)
             .map(|text| text.xodr.clone().into_bytes())
             .ok_or_else(|| {
                 Error::new(ErrorCode::UnknownAsset, "no asset with this digest").found(digest)
@@ -142,6 +179,12 @@ impl<T> Maps<T> {
         Error::new(ErrorCode::UnknownMap, "no such map")
             .wanted(format_args!("one of {}", known.join(", ")))
             .found(format_args!("{name:?}"))
+    }
+}
+
+impl Text {
+    fn new(xodr: String) -> Self {
+        Self { digest: blake3::hash(xodr.as_bytes()).to_hex().to_string(), xodr }
     }
 }
 
@@ -188,6 +231,10 @@ impl<T> Entry<T> {
         Self { source, text: OnceLock::new(), town: OnceLock::new() }
     }
 
+    fn given(text: Text) -> Self {
+        Self::new(Source::Given(Arc::new(text)))
+    }
+
     fn town(&self, name: &str, build: fn(Arc<roads::Map>) -> T) -> Result<Arc<T>, Error> {
         let load = || {
             let text = self.text(name)?;
@@ -204,13 +251,13 @@ impl<T> Entry<T> {
     fn text(&self, name: &str) -> Result<Arc<Text>, Error> {
         let read = || {
             let xodr = match &self.source {
+                Source::Given(text) => return Ok(Arc::clone(text)),
                 Source::BuiltIn => roads::town::build(name).ok_or_else(|| {
                     Error::new(ErrorCode::Internal, format!("the town {name:?} cannot be built"))
                 })?,
                 Source::File { path, .. } => read_map_file(path)?,
             };
-            let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
-            Ok(Arc::new(Text { digest, xodr }))
+            Ok(Arc::new(Text::new(xodr)))
         };
         self.text.get_or_init(read).clone()
     }
@@ -263,12 +310,12 @@ mod tests {
         folder.file("Town10HD_Opt.xodr", &other);
         folder.file("notes.txt", "no map");
         let maps = folder.maps();
-        assert_eq!(maps.list().len(), ours.list().len());
+        assert_eq!(maps.list(&tenant()).len(), ours.list(&tenant()).len());
         let digest = blake3::hash(other.as_bytes()).to_hex().to_string();
-        let listed = maps.list().into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
+        let listed = maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
         assert_eq!(listed.digest, digest);
         assert_eq!(maps.asset(&digest), Ok(other.into_bytes()));
-        assert!(*maps.town("Town10HD_Opt").unwrap() > 0);
+        assert!(*maps.common_town("Town10HD_Opt").unwrap() > 0);
     }
 
     #[test]
@@ -276,9 +323,9 @@ mod tests {
         let folder = Folder::new("broken");
         folder.file("Broken.xodr", "<OpenDRIVE><road");
         let maps = folder.maps();
-        let error = maps.town("Broken").unwrap_err();
+        let error = maps.common_town("Broken").unwrap_err();
         assert!(error.to_string().contains("Broken"), "{error}");
-        assert!(maps.town("Town10HD_Opt").is_ok());
+        assert!(maps.common_town("Town10HD_Opt").is_ok());
     }
 
     #[test]
@@ -286,13 +333,13 @@ mod tests {
         let folder = Folder::new("changes");
         let maps = folder.maps();
         let digest =
-            |name: &str| maps.list().into_iter().find(|map| map.name == name).map(|map| map.digest);
+            |name: &str| maps.list(&tenant()).into_iter().find(|map| map.name == name).map(|map| map.digest);
         assert_eq!(digest("Mine"), None);
         let ours = digest("Town02").unwrap();
         let first = roads::town::build("Town02").unwrap();
         folder.file("Mine.xodr", &first);
         let first_digest = digest("Mine").unwrap();
-        assert!(maps.town("Mine").is_ok());
+        assert!(maps.common_town("Mine").is_ok());
         // Another length tells the change also where times are coarse.
         let second = format!("{first}<!-- longer -->");
         folder.file("Mine.xodr", &second);
@@ -310,7 +357,7 @@ mod tests {
     #[test]
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let maps = Folder::new("unknown").maps();
-        let error = maps.town("Town99").unwrap_err();
+        let error = maps.common_town("Town99").unwrap_err();
         assert_eq!(error.code, ErrorCode::UnknownMap);
         assert!(error.wanted.contains("Town10HD_Opt"), "{error}");
         assert!(

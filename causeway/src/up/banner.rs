@@ -13,6 +13,9 @@ use super::stop::Stop;
 pub(crate) fn print_addresses(plan: &Plan) {
     println!("causeway {}", env!("CARGO_PKG_VERSION"));
     println!("  OpenEnv   http://{}", plan.http);
+    for port in &plan.carla {
+        println!("  CARLA     127.0.0.1:{port}");
+    }
     println!("  bus       {}", plan.bus);
 }
 
@@ -45,5 +48,6 @@ fn noun(kind: ServiceKind) -> &'static str {
         ServiceKind::World => "worlds",
         ServiceKind::Render => "renderer",
         ServiceKind::Scenario => "scenarios",
+        ServiceKind::Gateway => "CARLA",
     }
 }

@@ -25,6 +25,18 @@ pub(crate) struct Args {
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Where clients of CARLA connect, each port a world of its own; streams take the next port.
+    #[arg(long, value_name = "PORT", default_value = "2000", value_delimiter = ',')]
+    carla: Vec<u16>,
+    /// Start no CARLA gateway.
+    #[arg(long)]
+    no_carla: bool,
+    /// Map of the CARLA endpoints' first world.
+    #[arg(long, value_name = "NAME", default_value = "Town10HD_Opt")]
+    carla_map: String,
+    /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
+    #[arg(long, value_name = "N")]
+    fps: Option<f64>,
     /// Renderers to start; each is a process of its own.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "no_render")]
     render: u8,
@@ -56,6 +68,8 @@ pub(crate) struct Plan {
     pub(crate) http: SocketAddr,
     /// The bus, with its port.
     pub(crate) bus: Endpoint,
+    /// The CARLA endpoints' ports.
+    pub(crate) carla: Vec<u16>,
     /// In the order in which they are started.
     pub(crate) services: Vec<Service>,
 }
@@ -69,8 +83,11 @@ impl Plan {
         }
         let http = ports::free_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
-        let services = services(&args, http, &bus);
-        Ok(Self { http, bus, services })
+        let wanted: &[u16] = if args.no_carla { &[] } else { &args.carla };
+        let carla: Vec<u16> =
+            wanted.iter().map(|port| ports::free_carla(*port)).collect::<Result<_, _>>()?;
+        let services = services(&args, http, &bus, &carla);
+        Ok(Self { http, bus, carla, services })
     }
 }
 
@@ -82,8 +99,11 @@ fn check_folder(path: &Path) -> Result<(), PlanError> {
 }
 
 /// The world service comes first: everybody else connects to it.
-fn services(args: &Args, http: SocketAddr, bus: &Endpoint) -> Vec<Service> {
+fn services(args: &Args, http: SocketAddr, bus: &Endpoint, carla: &[u16]) -> Vec<Service> {
     let mut services = vec![world(args, bus), scenario(http, bus)];
+    if !carla.is_empty() {
+        services.push(gateway(args, carla, bus));
+    }
     let renderers = if args.no_render { 0 } else { args.render };
     services.extend((0..renderers).map(|index| renderer(index, bus)));
     services
@@ -104,6 +124,17 @@ fn scenario(http: SocketAddr, bus: &Endpoint) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     arguments.extend(flag("--http", http.to_string()));
     Service { name: "scenario", stem: "scenario".to_owned(), arguments, essential: true }
+}
+
+fn gateway(args: &Args, ports: &[u16], bus: &Endpoint) -> Service {
+    let mut arguments = flag("--connect", bus.to_string());
+    let ports: Vec<String> = ports.iter().map(ToString::to_string).collect();
+    arguments.extend(flag("--port", ports.join(",")));
+    arguments.extend(flag("--map", args.carla_map.clone()));
+    if let Some(fps) = args.fps {
+        arguments.extend(flag("--fps", fps.to_string()));
+    }
+    Service { name: "gateway", stem: "gateway".to_owned(), arguments, essential: true }
 }
 
 fn renderer(index: u8, bus: &Endpoint) -> Service {

@@ -29,6 +29,33 @@ pub(crate) fn free_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> {
     })
 }
 
+/// The port itself, with port 0 replaced by a free one whose successor is free too: streams take it.
+pub(crate) fn free_carla(port: u16) -> Result<u16, PortTaken> {
+    /// Ports that are tried for a pair.
+    const ATTEMPTS: usize = 64;
+    let mut outcome = bind_pair(port);
+    for _ in 0..ATTEMPTS {
+        if port != 0 || outcome.is_ok() {
+            break;
+        }
+        outcome = bind_pair(0);
+    }
+    outcome.map_err(|(port, cause)| PortTaken {
+        address: format!("127.0.0.1:{port}"),
+        purpose: "CARLA clients",
+        flag: "--carla",
+        cause,
+    })
+}
+
+fn bind_pair(port: u16) -> Result<u16, (u16, io::Error)> {
+    let bind = |port: u16| TcpListener::bind(("127.0.0.1", port)).map_err(|cause| (port, cause));
+    let calls = bind(port)?;
+    let port = calls.local_addr().map_err(|cause| (port, cause))?.port();
+    let next = port.checked_add(1).ok_or_else(|| (port, io::ErrorKind::AddrInUse.into()))?;
+    bind(next).map(|_| port)
+}
+
 /// The endpoint itself, with port 0 replaced by a free one.
 pub(crate) fn free_bus(endpoint: &Endpoint) -> Result<Endpoint, PortTaken> {
     bind_endpoint(endpoint).map_err(|cause| PortTaken {

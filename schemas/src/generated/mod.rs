@@ -105,6 +105,8 @@ mod push_generated;
 pub use self::push_generated::*;
 mod push_kind_generated;
 pub use self::push_kind_generated::*;
+mod put_map_generated;
+pub use self::put_map_generated::*;
 mod quat_generated;
 pub use self::quat_generated::*;
 mod radar_detection_generated;

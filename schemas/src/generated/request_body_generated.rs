@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REQUEST_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REQUEST_BODY: u8 = 13;
+pub const ENUM_MAX_REQUEST_BODY: u8 = 14;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 14] = [
+pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 15] = [
   RequestBody::NONE,
   RequestBody::CreateWorld,
   RequestBody::ListWorlds,
@@ -30,6 +30,7 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 14] = [
   RequestBody::DescribeActors,
   RequestBody::InspectVehicle,
   RequestBody::CastRays,
+  RequestBody::PutMap,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -51,9 +52,10 @@ impl RequestBody {
   pub const DescribeActors: Self = Self(11);
   pub const InspectVehicle: Self = Self(12);
   pub const CastRays: Self = Self(13);
+  pub const PutMap: Self = Self(14);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 13;
+  pub const ENUM_MAX: u8 = 14;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::CreateWorld,
@@ -69,6 +71,7 @@ impl RequestBody {
     Self::DescribeActors,
     Self::InspectVehicle,
     Self::CastRays,
+    Self::PutMap,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -87,6 +90,7 @@ impl RequestBody {
       Self::DescribeActors => Some("DescribeActors"),
       Self::InspectVehicle => Some("InspectVehicle"),
       Self::CastRays => Some("CastRays"),
+      Self::PutMap => Some("PutMap"),
       _ => None,
     }
   }

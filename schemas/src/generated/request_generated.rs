@@ -240,6 +240,20 @@ impl<'a> Request<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_put_map(&self) -> Option<PutMap<'a>> {
+    if self.body_type() == RequestBody::PutMap {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { PutMap::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Request<'_> {
@@ -264,6 +278,7 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::DescribeActors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DescribeActors>>("RequestBody::DescribeActors", pos),
           RequestBody::InspectVehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicle>>("RequestBody::InspectVehicle", pos),
           RequestBody::CastRays => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CastRays>>("RequestBody::CastRays", pos),
+          RequestBody::PutMap => v.verify_union_variant::<flatbuffers::ForwardsUOffset<PutMap>>("RequestBody::PutMap", pos),
           _ => Ok(()),
         }
      })?
@@ -405,6 +420,13 @@ impl core::fmt::Debug for Request<'_> {
         },
         RequestBody::CastRays => {
           if let Some(x) = self.body_as_cast_rays() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::PutMap => {
+          if let Some(x) = self.body_as_put_map() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -157,7 +157,7 @@ twin!(
     crate::ServiceKind,
     fb::ServiceKind,
     "service kind",
-    [World, Render, Scenario]
+    [World, Render, Scenario, Gateway]
 );
 twin!(
     error_code_out,

@@ -93,6 +93,10 @@ fn body_out(
         Request::DescribeActors { .. }
         | Request::InspectVehicle { .. }
         | Request::CastRays { .. } => question_out(b, request),
+        Request::PutMap { name, text } => {
+            let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
+            (Body::PutMap, fb::PutMap::create(b, &fb::PutMapArgs { name, text }).as_union_value())
+        }
     }
 }
 
@@ -171,6 +175,12 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     }
     if let Some(cast) = raw.body_as_cast_rays() {
         return rays_in(&cast);
+    }
+    if let Some(put) = raw.body_as_put_map() {
+        return Ok(Request::PutMap {
+            name: put.name().to_owned(),
+            text: put.text().to_owned(),
+        });
     }
     match kind {
         Body::ListWorlds => Ok(Request::ListWorlds),

@@ -87,6 +87,9 @@ fn is_about(request: &Request, key_world: WorldId) -> bool {
         | Request::SnapshotWorld { world }
         | Request::ForkWorld { world, .. }
         | Request::RunCommands { world, .. }
+        | Request::DescribeActors { world, .. }
+        | Request::InspectVehicle { world, .. }
+        | Request::CastRays { world, .. }
         | Request::Capture { world, .. } => *world == key_world,
         Request::TickWorlds(items) => items.iter().all(|item| item.world == key_world),
         _ => false,

@@ -63,7 +63,7 @@ impl<S: Simulation> Office<S> {
     }
 
     fn work(&self, inbox: &Receiver<OfficeJob>) {
-        if let Err(error) = self.maps.town(WARM_MAP) {
+        if let Err(error) = self.maps.common_town(WARM_MAP) {
             tracing::warn!(%error, "the first map cannot be used");
         }
         while let Ok(job) = inbox.recv() {
@@ -82,7 +82,11 @@ impl<S: Simulation> Office<S> {
                 Err(error) => incoming.refuse(error),
             },
             OfficeJob::Request { tenant, request, answer } => match request {
-                Request::ListMaps => answer(Reply::Maps(self.maps.list())),
+                Request::ListMaps => answer(Reply::Maps(self.maps.list(&tenant))),
+                Request::PutMap { name, text } => {
+                    let put = self.maps.put(&tenant, &name, text);
+                    answer(put.map_or_else(Reply::Error, |()| Reply::Done));
+                }
                 Request::RestoreWorld { snapshot, lease } => {
                     answer(self.restore(tenant, &snapshot, lease).unwrap_or_else(Reply::Error));
                 }
@@ -96,7 +100,7 @@ impl<S: Simulation> Office<S> {
         let Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } = request else {
             return answer(Reply::Error(Error::new(ErrorCode::Internal, "a request went astray")));
         };
-        let found = self.seat().and_then(|seat| Ok((seat, self.maps.town(&map)?)));
+        let found = self.seat().and_then(|seat| Ok((seat, self.maps.town(&tenant, &map)?)));
         let (seat, town) = match found {
             Ok(found) => found,
             Err(error) => return answer(Reply::Error(error)),

@@ -145,6 +145,7 @@ impl<S: super::Simulation> Dispatcher<S> {
             Request::CastRays { world, rays } => (world, WorldWork::Look(Question::Rays(rays))),
             other @ (Request::CreateWorld { .. }
             | Request::RestoreWorld { .. }
+            | Request::PutMap { .. }
             | Request::ListMaps) => {
                 return Some((other, answer));
             }

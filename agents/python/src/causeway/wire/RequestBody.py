@@ -17,3 +17,4 @@ class RequestBody(object):
     DescribeActors = 11
     InspectVehicle = 12
     CastRays = 13
+    PutMap = 14

@@ -6,3 +6,4 @@ class ServiceKind(object):
     World = 0
     Render = 1
     Scenario = 2
+    Gateway = 3

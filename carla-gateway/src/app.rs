@@ -1,0 +1,114 @@
+//! Wires endpoints to sockets and the bus; the only place that starts a runtime.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use bus::{Bus, BusConfig, BusError};
+use schemas::{Alive, ServiceKind};
+use tokio::net::TcpListener;
+use tokio::sync::mpsc;
+
+use crate::config::{Args, Config, ConfigError};
+use crate::endpoint::{EVENTS_MAX, Endpoint};
+use crate::maps::Maps;
+use crate::site::{BusSite, Site};
+use crate::{rpc, stream};
+
+/// Clients of one endpoint; told to others as its capacity.
+const CAPACITY: u32 = 256;
+
+/// Why the gateway ended.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A setting cannot work.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A port is taken or the address is not ours.
+    #[error("cannot listen on {address}: {cause}; free it or choose another --port")]
+    Listen {
+        /// As configured.
+        address: SocketAddr,
+        /// The system's reason.
+        cause: std::io::Error,
+    },
+    /// The bus refused.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The system refused threads or signals.
+    #[error("the system refused: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// Both sockets of one endpoint.
+struct Sockets {
+    port: u16,
+    calls: TcpListener,
+    streams: TcpListener,
+}
+
+/// Runs the gateway until the process is told to end.
+///
+/// # Errors
+/// [`RunError`] when it cannot start or go on.
+pub fn run(args: &Args) -> Result<(), RunError> {
+    let config = Config::resolve(args)?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let result = runtime.block_on(serve(config));
+    runtime.shutdown_timeout(Duration::from_millis(500));
+    result
+}
+
+async fn serve(config: Config) -> Result<(), RunError> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    // The ports open before the bus is there: a client that comes at once waits instead of failing.
+    let mut sockets = Vec::with_capacity(config.ports.len());
+    for port in &config.ports {
+        sockets.push(open(&config, *port).await?);
+    }
+    tokio::select! {
+        result = gateway(config, sockets) => result,
+        _ = terminate.recv() => Ok(()),
+        _ = interrupt.recv() => Ok(()),
+    }
+}
+
+async fn open(config: &Config, port: u16) -> Result<Sockets, RunError> {
+    let listen = async |port| {
+        let address = SocketAddr::new(config.host, port);
+        let listening = TcpListener::bind(address).await;
+        listening.map_err(|cause| RunError::Listen { address, cause })
+    };
+    let (calls, streams) = (listen(port).await?, listen(port.wrapping_add(1)).await?);
+    tracing::info!(address = %SocketAddr::new(config.host, port), "CARLA clients may connect");
+    Ok(Sockets { port, calls, streams })
+}
+
+async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> {
+    let bus =
+        Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
+    let ports: Vec<String> = config.ports.iter().map(ToString::to_string).collect();
+    let alive = Alive {
+        kind: ServiceKind::Gateway,
+        id: config.id.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        pid: std::process::id(),
+        capacity: CAPACITY,
+        detail: format!("{}:{}", config.host, ports.join(",")),
+    };
+    let _announcement = bus.announce(alive).await?;
+    let site: Arc<dyn Site> = Arc::new(BusSite::new(bus, config.tenant.clone()));
+    let maps = Arc::new(Maps::new(Arc::clone(&site)));
+    for Sockets { port, calls, streams } in sockets {
+        let endpoint =
+            Endpoint::new(Arc::clone(&site), Arc::clone(&maps), config.world.clone(), port);
+        let (events, heard) = mpsc::channel(EVENTS_MAX);
+        tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
+        tokio::spawn(rpc::serve(calls, events));
+        tokio::spawn(endpoint.run(heard));
+    }
+    std::future::pending().await
+}

@@ -1,0 +1,85 @@
+//! What every call does. [`METHODS`] names all calls of CARLA's client; `docs/carla-compatibility.md`
+//! repeats it, and a test compares the two.
+
+mod actor;
+mod batch;
+mod content;
+mod lights;
+mod map;
+mod orders;
+mod sensor;
+mod session;
+mod table;
+mod vehicle;
+mod walker;
+
+use crate::endpoint::Endpoint;
+use crate::rpc::{Answer, Refusal, Request};
+use table::{Group, METHODS};
+
+/// Answers one call.
+pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    let method = METHODS.iter().find(|method| method.name == request.method);
+    let Some(method) = method else {
+        return Err(Refusal(format!("this server knows no call {:?}", request.method)));
+    };
+    if method.needs_world
+        && let Err(refusal) = endpoint.ensure_episode().await
+    {
+        return without_world(request, refusal);
+    }
+    let answer = match method.group {
+        Group::Session => session::answer(endpoint, request).await,
+        Group::Map => map::answer(endpoint, request).await,
+        Group::Content => content::answer(endpoint, request).await,
+        Group::Actor => actor::answer(endpoint, request).await,
+        Group::Vehicle => vehicle::answer(endpoint, request).await,
+        Group::Walker => walker::answer(endpoint, request).await,
+        Group::Lights => lights::answer(endpoint, request).await,
+        Group::Sensor => sensor::answer(endpoint, request).await,
+        Group::Batch => batch::answer(endpoint, request).await,
+        Group::Refused => Err(refused(request)),
+    };
+    match answer {
+        Err(refusal) => without_world(request, refusal),
+        answer => answer,
+    }
+}
+
+/// A refusal, but for calls whose failure would end the client's process: its Traffic Manager makes
+/// them on a thread where nothing catches exceptions.
+fn without_world(request: &Request, refusal: Refusal) -> Answer {
+    use crate::dialect::{BatchResponse, BoundingBox};
+    use crate::rpc::Payload;
+    match request.method.as_str() {
+        "get_actor_bounding_box" => Payload::value(&BoundingBox::default()),
+        "get_vehicle_light_states" => Payload::value(&[(); 0]),
+        "set_actor_simulate_physics" => {
+            tracing::debug!(%refusal, "set_actor_simulate_physics had no effect");
+            Ok(Payload::Void)
+        }
+        "apply_batch" => {
+            let count = batch::length(request);
+            Payload::bare(&vec![BatchResponse(Err(refusal.0)); count])
+        }
+        _ => Err(refusal),
+    }
+}
+
+/// Why a call is refused whatever its arguments.
+fn refused(request: &Request) -> Refusal {
+    let method = METHODS.iter().find(|method| method.name == request.method);
+    let why = match method.map(|method| method.state) {
+        Some(table::State::Refused(why)) => why,
+        _ => "not available",
+    };
+    Refusal(format!("{}: {why}", request.method))
+}
+
+/// For a method that its group's table names and its group does not know; a test keeps it unreachable.
+fn astray(request: &Request) -> Answer {
+    Err(Refusal(format!("{} has no answer", request.method)))
+}
+
+#[cfg(test)]
+mod tests;

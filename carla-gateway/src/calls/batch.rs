@@ -1,0 +1,202 @@
+//! `apply_batch`: many commands in one round trip, one response each.
+
+use std::future::Future;
+use std::pin::Pin;
+
+use schemas::{ActorId, Attachment, AttachmentKind, Command, CommandReply};
+
+use super::{actor, orders, vehicle};
+use crate::dialect::{BatchCommand, BatchResponse};
+use crate::endpoint::Endpoint;
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+
+/// Commands inside commands inside commands.
+const DEPTH_MAX: usize = 8;
+
+/// Where the responses of a batch come from.
+enum Step {
+    /// Known already.
+    Done(Result<u32, Refusal>),
+    /// The next reply of the world.
+    Sent(Sent),
+}
+
+/// A command that the world has.
+enum Sent {
+    Change(u32),
+    Destroy(u32),
+    Spawn(Vec<BatchCommand>),
+}
+
+pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    let (_, commands, tick): (Meta, Vec<BatchCommand>, bool) = request.args()?;
+    let responses = run(endpoint, commands, 0).await?;
+    if tick && endpoint.settings.synchronous_mode {
+        endpoint.tick().await?;
+    }
+    Payload::bare(&responses)
+}
+
+/// How many responses the client waits for.
+pub(super) fn length(request: &Request) -> usize {
+    let args: Result<(Meta, Vec<BatchCommand>, bool), Refusal> = request.args();
+    args.map_or(0, |(_, commands, _)| commands.len())
+}
+
+type Running<'a> =
+    Pin<Box<dyn Future<Output = Result<Vec<BatchResponse>, Refusal>> + Send + 'a>>;
+
+/// Runs all commands in one request to the world, then those that follow the spawned actors.
+fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Running<'_> {
+    Box::pin(async move {
+        let (mut steps, mut sent) = (Vec::with_capacity(commands.len()), Vec::new());
+        for command in commands {
+            match prepare(endpoint, command).await {
+                Ok(Prepared { order: Some(order), step }) => {
+                    sent.push(order);
+                    steps.push(step);
+                }
+                Ok(Prepared { order: None, step }) => steps.push(step),
+                Err(refusal) => steps.push(Step::Done(Err(refusal))),
+            }
+        }
+        let replies = if sent.is_empty() { Vec::new() } else { endpoint.run_now(sent).await? };
+        let (responses, followers) = settle(endpoint, steps, replies);
+        let spawned: Vec<ActorId> = followers.iter().map(|(id, _)| *id).collect();
+        if !spawned.is_empty() {
+            endpoint.learn(spawned).await?;
+        }
+        let next: Vec<BatchCommand> = followers
+            .into_iter()
+            .flat_map(|(id, commands)| {
+                commands.into_iter().map(move |command| addressed(command, id.get()))
+            })
+            .collect();
+        if !next.is_empty() && depth < DEPTH_MAX {
+            for refusal in run(endpoint, next, depth + 1).await?.iter().filter_map(failed) {
+                tracing::debug!(refusal, "a command after a spawn was refused");
+            }
+        }
+        Ok(responses)
+    })
+}
+
+fn failed(response: &BatchResponse) -> Option<&str> {
+    response.0.as_ref().err().map(String::as_str)
+}
+
+struct Prepared {
+    order: Option<Command>,
+    step: Step,
+}
+
+async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepared, Refusal> {
+    match command {
+        BatchCommand::Spawn(spawn) => {
+            // CARLA attaches rigidly here, whatever the uninitialised field says.
+            let parent = spawn.parent.0.map(orders::actor).transpose()?;
+            let attachment =
+                parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid });
+            let order = actor::spawn_command(&spawn.description, &spawn.transform, attachment)?;
+            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Spawn(spawn.do_after)) })
+        }
+        BatchCommand::Destroy(id) => {
+            let order = Command::DestroyActor { actor: orders::actor(id)? };
+            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Destroy(id)) })
+        }
+        BatchCommand::Physics(id, physics) => {
+            let order = vehicle::physics_command(endpoint, id, &physics).await?;
+            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) })
+        }
+        other => {
+            let id = target(&other);
+            Ok(match orders::command(endpoint, &other)? {
+                Some(order) => {
+                    Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) }
+                }
+                None => Prepared { order: None, step: Step::Done(Ok(id)) },
+            })
+        }
+    }
+}
+
+/// Responses in the order of the commands, and what follows each new actor.
+fn settle(
+    endpoint: &mut Endpoint,
+    steps: Vec<Step>,
+    replies: Vec<CommandReply>,
+) -> (Vec<BatchResponse>, Vec<(ActorId, Vec<BatchCommand>)>) {
+    let mut replies = replies.into_iter();
+    let (mut responses, mut followers) = (Vec::with_capacity(steps.len()), Vec::new());
+    for step in steps {
+        let result = match step {
+            Step::Done(result) => result,
+            Step::Sent(sent) => match (sent, replies.next()) {
+                (_, None) => Err(Refusal("the world service gave no reply".to_owned())),
+                (Sent::Spawn(after), Some(Ok(Some(id)))) => {
+                    followers.push((id, after));
+                    Ok(id.get())
+                }
+                (Sent::Spawn(_), Some(Err(error))) => Err(actor::spawn_refusal(&error)),
+                (Sent::Spawn(_), Some(Ok(None))) => {
+                    Err(Refusal("Unknown error while trying to spawn actor".to_owned()))
+                }
+                (Sent::Destroy(id), Some(Ok(_))) => {
+                    endpoint.forget(id);
+                    Ok(id)
+                }
+                (Sent::Change(id), Some(Ok(_))) => Ok(id),
+                (Sent::Destroy(_), Some(Err(_))) => {
+                    Err(Refusal("unable to destroy actor: not found".to_owned()))
+                }
+                (Sent::Change(_), Some(Err(error))) => Err(Refusal(error.to_string())),
+            },
+        };
+        responses.push(BatchResponse(result.map_err(|refusal| refusal.0)));
+    }
+    (responses, followers)
+}
+
+/// Whom a command is about; 0 for none.
+fn target(command: &BatchCommand) -> u32 {
+    let mut command = command.clone();
+    target_mut(&mut command).map_or(0, |id| *id)
+}
+
+/// The same command about the actor that was just spawned, where it says 0.
+fn addressed(mut command: BatchCommand, spawned: u32) -> BatchCommand {
+    if let Some(id) = target_mut(&mut command)
+        && *id == 0
+    {
+        *id = spawned;
+    }
+    command
+}
+
+fn target_mut(command: &mut BatchCommand) -> Option<&mut u32> {
+    use BatchCommand as C;
+    match command {
+        C::Spawn(spawn) => spawn.parent.0.as_mut(),
+        C::Console(_) => None,
+        C::WalkerState(id, ..)
+        | C::Destroy(id)
+        | C::Control(id, _)
+        | C::Ackermann(id, _)
+        | C::WalkerControl(id, _)
+        | C::Physics(id, _)
+        | C::Transform(id, _)
+        | C::TargetVelocity(id, _)
+        | C::TargetAngularVelocity(id, _)
+        | C::Impulse(id, _)
+        | C::Force(id, _)
+        | C::AngularImpulse(id, _)
+        | C::Torque(id, _)
+        | C::SimulatePhysics(id, _)
+        | C::EnableGravity(id, _)
+        | C::Autopilot(id, _)
+        | C::DebugTelemetry(id, _)
+        | C::Lights(id, _)
+        | C::Location(id, _)
+        | C::TrafficLight(id, _) => Some(id),
+    }
+}

@@ -1,0 +1,72 @@
+//! Blueprints, spectator, actors, weather, drawing.
+
+use schemas::{ActorId, Command};
+
+use super::astray;
+use crate::catalogue;
+use crate::dialect::{Actor, LightState, WeatherParameters};
+use crate::endpoint::Endpoint;
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+
+/// What gravity measures at rest, in metres per second squared.
+const GRAVITY_MPS2: f32 = 9.81;
+/// Lights that a client may set.
+const LIGHTS_MAX: usize = 16_384;
+
+pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    match request.method.as_str() {
+        "get_actor_definitions" => Payload::value(catalogue::definitions()),
+        "get_spectator" => {
+            let episode = endpoint.episode()?;
+            let spectator = episode.spectator.and_then(|id| episode.actor(id.get()));
+            match spectator {
+                Some(actor) => Payload::value(actor),
+                None => Err(Refusal("this world has no spectator".to_owned())),
+            }
+        }
+        "get_actors_by_id" => {
+            let (_, ids): (Meta, Vec<u32>) = request.args()?;
+            Payload::value(&actors(endpoint, &ids).await?)
+        }
+        "get_weather_parameters" => Payload::value(&endpoint.weather),
+        "set_weather_parameters" => {
+            let (_, weather): (Meta, WeatherParameters) = request.args()?;
+            endpoint.weather = weather;
+            endpoint.queue(Command::SetWeather { weather: weather.ours() }).await?;
+            Ok(Payload::Void)
+        }
+        "get_imui_gravity" => Payload::value(&GRAVITY_MPS2),
+        "query_lights_state" => Payload::value(&endpoint.lights),
+        "update_lights_state" => {
+            let (_, _client, lights, _): (Meta, String, Vec<LightState>, bool) = request.args()?;
+            if lights.len() <= LIGHTS_MAX {
+                endpoint.lights = lights;
+            }
+            Ok(Payload::Void)
+        }
+        // Without effect, and nobody waits: the compatibility page says so.
+        "set_imui_gravity"
+        | "enable_environment_objects"
+        | "set_annotations_traverse_translucency"
+        | "update_day_night_cycle"
+        | "draw_debug_shape"
+        | "clear_debug_shape"
+        | "clear_debug_string"
+        | "load_map_layer"
+        | "unload_map_layer" => Ok(Payload::Void),
+        _ => astray(request),
+    }
+}
+
+/// The known actors of those asked for.
+async fn actors(endpoint: &mut Endpoint, ids: &[u32]) -> Result<Vec<Actor>, Refusal> {
+    let episode = endpoint.episode()?;
+    let is_unknown = |id: &&u32| episode.actor(**id).is_none() && episode.state(**id).is_some();
+    let any_unknown = ids.iter().any(|id| is_unknown(&id));
+    let strangers: Vec<ActorId> = if any_unknown { episode.strangers() } else { Vec::new() };
+    if !strangers.is_empty() {
+        endpoint.learn(strangers).await?;
+    }
+    let episode = endpoint.episode()?;
+    Ok(ids.iter().filter_map(|id| episode.actor(*id)).cloned().collect())
+}

@@ -1,0 +1,116 @@
+//! Server, episode, clock, Traffic Managers.
+
+use serde_bytes::ByteBuf;
+
+use super::astray;
+use crate::dialect::{EpisodeSettings, OpendriveParameters, Opt, Token};
+use crate::endpoint::Endpoint;
+use crate::maps;
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::stream::{WORLD_OBSERVER, token};
+
+/// The client whose protocol this is.
+const VERSION: &str = "0.9.16";
+/// Traffic Managers of one endpoint.
+const TRAFFIC_MANAGERS_MAX: usize = 1_024;
+
+pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    match request.method.as_str() {
+        "version" => Payload::value(VERSION),
+        "get_episode_info" => {
+            let token = token_of(WORLD_OBSERVER, endpoint);
+            Payload::value(&(endpoint.episodes_begun, token))
+        }
+        "get_sensor_token" => {
+            let (_, stream): (Meta, u32) = request.args()?;
+            endpoint.expect_listener(stream);
+            Payload::value(&token_of(stream, endpoint))
+        }
+        "get_episode_settings" => Payload::value(&endpoint.settings),
+        "set_episode_settings" => {
+            let (_, settings): (Meta, EpisodeSettings) = request.args()?;
+            change_settings(endpoint, settings)?;
+            Payload::value(&endpoint.frame_number)
+        }
+        "tick_cue" if endpoint.settings.synchronous_mode => {
+            Payload::value(&endpoint.tick().await?)
+        }
+        "tick_cue" => {
+            endpoint.episode()?;
+            Payload::value(&(endpoint.frame_number + 1))
+        }
+        "load_new_episode" => {
+            let (_, name, reset, _layers): (Meta, String, bool, u16) = request.args()?;
+            endpoint.load(&name).await?;
+            if reset {
+                endpoint.reset_settings();
+            }
+            Ok(Payload::Void)
+        }
+        "copy_opendrive_to_file" => {
+            let (_, text, _): (Meta, String, OpendriveParameters) = request.args()?;
+            endpoint.upload(text).await?;
+            Ok(Payload::Void)
+        }
+        "get_available_maps" => {
+            let maps = endpoint.maps.list().await.map_err(|error| Refusal(error.to_string()))?;
+            let ours = maps.iter().filter(|map| map.name != endpoint.upload_name());
+            let names: Vec<String> = ours.map(|map| maps::listed_name(&map.name)).collect();
+            Payload::value(&names)
+        }
+        _ => traffic_managers(endpoint, request),
+    }
+}
+
+fn token_of(stream: u32, endpoint: &Endpoint) -> Token {
+    Token { data: ByteBuf::from(token(stream, endpoint.stream_port())) }
+}
+
+/// Takes over settings; a step of 0 means a variable one, as in CARLA.
+fn change_settings(endpoint: &mut Endpoint, settings: EpisodeSettings) -> Result<(), Refusal> {
+    /// Longer steps are no simulation any more.
+    const DELTA_SECS_MAX: f64 = 10.0;
+    let fixed = settings.fixed_delta_seconds.0.filter(|delta| *delta != 0.0);
+    if fixed.is_some_and(|delta| !(delta > 0.0 && delta <= DELTA_SECS_MAX)) {
+        return Err(Refusal(format!(
+            "fixed_delta_seconds must be 0 to {DELTA_SECS_MAX}, not {:?}",
+            fixed.unwrap_or_default()
+        )));
+    }
+    endpoint.settings = EpisodeSettings { fixed_delta_seconds: Opt(fixed), ..settings };
+    endpoint.queue_substeps();
+    Ok(())
+}
+
+fn traffic_managers(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    match request.method.as_str() {
+        "is_traffic_manager_running" => {
+            let (_, port): (Meta, u16) = request.args()?;
+            Payload::value(&endpoint.traffic_managers.contains_key(&port))
+        }
+        "get_traffic_manager_running" => {
+            let (_, port): (Meta, u16) = request.args()?;
+            match endpoint.traffic_managers.get(&port) {
+                Some((host, _)) => Payload::value(&(host, port)),
+                None => Payload::value(&("", 0u16)),
+            }
+        }
+        "add_traffic_manager_running" => {
+            let (_, (host, port)): (Meta, (String, u16)) = request.args()?;
+            let owner = endpoint.caller();
+            let managers = &mut endpoint.traffic_managers;
+            let is_free = !managers.contains_key(&port)
+                && managers.len() < TRAFFIC_MANAGERS_MAX
+                && host.len() <= 255;
+            if let (true, Some(owner)) = (is_free, owner) {
+                managers.insert(port, (host, owner));
+            }
+            Payload::value(&is_free)
+        }
+        "destroy_traffic_manager" => {
+            let (_, port): (Meta, u16) = request.args()?;
+            Payload::value(&endpoint.traffic_managers.remove(&port).is_some())
+        }
+        _ => astray(request),
+    }
+}

@@ -1,0 +1,203 @@
+//! The dispatcher against a world service that refuses nearly everything, and against its own page.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use schemas::wire::encode_frame;
+use schemas::{Error, ErrorCode, Frame, MapRef, Reply, Tick, TickOutcome, TickResult};
+use schemas::{Weather, WorldId};
+
+use super::table::{METHODS, State};
+use super::*;
+use crate::config::WorldConfig;
+use crate::maps::Maps;
+use crate::rpc::Payload;
+use crate::site::{Later, Site};
+
+/// One empty world on one small map.
+struct Toy {
+    xodr: String,
+}
+
+impl Toy {
+    fn new() -> Self {
+        Self { xodr: roads::town::build("Town10HD").unwrap() }
+    }
+
+    fn map(&self) -> MapRef {
+        let digest = roads::Map::parse("Town10HD", &self.xodr).unwrap().digest().to_owned();
+        MapRef { name: "Town10HD".to_owned(), digest }
+    }
+
+    fn frame(&self) -> schemas::EncodedFrame {
+        encode_frame(&Frame {
+            world: WorldId::new(1).unwrap(),
+            tick: Tick(0),
+            epoch: 1,
+            dt_secs: 0.05,
+            sim_secs: 0.0,
+            state_hash: 0,
+            seed: 0,
+            map: MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) },
+            weather: Weather::CLEAR_NOON,
+            types: Vec::new(),
+            actors: Vec::new(),
+            collisions: Vec::new(),
+            traffic_lights: Vec::new(),
+        })
+    }
+}
+
+impl Site for Toy {
+    fn ask(&self, request: schemas::Request) -> Later<'_, Reply> {
+        let refusal = Error::new(ErrorCode::Unsupported, "a toy cannot do this");
+        let world = WorldId::new(1).unwrap();
+        let answer = match request {
+            schemas::Request::ListMaps => Ok(Reply::Maps(vec![self.map()])),
+            schemas::Request::CreateWorld { .. } => {
+                Ok(Reply::WorldCreated { world, frame: self.frame(), replies: Vec::new() })
+            }
+            schemas::Request::DestroyWorld { .. } => Ok(Reply::Done),
+            schemas::Request::DescribeActors { .. } => Ok(Reply::Actors(Vec::new())),
+            schemas::Request::TickWorlds(items) => {
+                let replies = items[0].commands.iter().map(|_| Err(refusal)).collect();
+                let outcome = TickOutcome { replies, ..TickOutcome::new(self.frame()) };
+                Ok(Reply::Ticked(vec![TickResult { world, outcome: Ok(outcome) }]))
+            }
+            _ => Err(refusal),
+        };
+        Box::pin(std::future::ready(answer))
+    }
+
+    fn map_text(&self, _digest: String) -> Later<'_, Vec<u8>> {
+        Box::pin(std::future::ready(Ok(self.xodr.clone().into_bytes())))
+    }
+}
+
+fn endpoint() -> Endpoint {
+    let site: Arc<dyn Site> = Arc::new(Toy::new());
+    let config = WorldConfig {
+        map: "Town10HD".to_owned(),
+        seed: 0,
+        period: std::time::Duration::from_secs(1),
+        sync_lease: None,
+        owner: "toy".parse().unwrap(),
+    };
+    Endpoint::new(Arc::clone(&site), Arc::new(Maps::new(site)), config, 2000)
+}
+
+/// `[0, 1, method, params]` with params as given.
+fn request(method: &str, params: &[u8]) -> Option<Request> {
+    let mut bytes = vec![0x94, 0x00, 0x01, 0xd9, method.len() as u8];
+    bytes.extend_from_slice(method.as_bytes());
+    bytes.extend_from_slice(params);
+    Request::parse(&bytes)
+}
+
+fn runtime() -> tokio::runtime::Runtime {
+    tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap()
+}
+
+#[test]
+fn all_128_calls_of_the_client_are_known_once() {
+    let names: BTreeSet<&str> = METHODS.iter().map(|method| method.name).collect();
+    assert_eq!((METHODS.len(), names.len()), (128, 128));
+}
+
+#[test]
+fn every_call_has_an_answer_in_its_group() {
+    runtime().block_on(async {
+        let mut endpoint = endpoint();
+        for method in METHODS {
+            let request = request(method.name, &[0x91, 0x91, 0xc2]).unwrap();
+            if let Err(refusal) = answer(&mut endpoint, &request).await {
+                assert!(!refusal.0.contains("has no answer"), "{refusal}");
+            }
+        }
+    });
+}
+
+#[test]
+fn what_the_traffic_manager_calls_never_fails() {
+    runtime().block_on(async {
+        let mut endpoint = endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        endpoint.lost = Some("the world is gone".to_owned());
+        // Actor 77 exists nowhere.
+        for (method, params) in [
+            ("get_actor_bounding_box", &[0x92, 0x91, 0xc2, 77][..]),
+            ("get_episode_settings", &[0x91, 0x91, 0xc2]),
+            ("get_vehicle_light_states", &[0x91, 0x91, 0xc2]),
+            ("get_weather_parameters", &[0x91, 0x91, 0xc2]),
+            ("set_actor_simulate_physics", &[0x93, 0x91, 0xc2, 77, 0xc3]),
+            ("apply_batch", &[0x93, 0x91, 0xc2, 0x91, 0x91, 0x92, 1, 0x91, 77, 0xc2]),
+        ] {
+            let answer = answer(&mut endpoint, &request(method, params).unwrap()).await;
+            let is_bare = matches!(answer, Ok(Payload::Bare(_)));
+            assert!(answer.is_ok(), "{method}: {answer:?}");
+            assert_eq!(is_bare, method == "apply_batch");
+        }
+    });
+}
+
+#[test]
+fn an_unknown_call_is_named_in_the_refusal() {
+    runtime().block_on(async {
+        let request = request("fly_to_the_moon", &[0x91, 0x91, 0xc2]).unwrap();
+        let refusal = answer(&mut endpoint(), &request).await.unwrap_err();
+        assert!(refusal.0.contains("fly_to_the_moon"));
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+    #[test]
+    fn no_arguments_break_the_dispatcher(noise in proptest::collection::vec(any::<u8>(), 0..64)) {
+        runtime().block_on(async {
+            let mut endpoint = endpoint();
+            for method in METHODS {
+                let mut params = vec![0x94, 0x91, 0xc2];
+                params.extend_from_slice(&noise);
+                if let Some(request) = request(method.name, &params) {
+                    // Any answer will do; what counts is that there is one.
+                    let _ = answer(&mut endpoint, &request).await;
+                }
+            }
+        });
+    }
+}
+
+const TABLE_BEGINS: &str = "<!-- calls -->\n";
+const TABLE_ENDS: &str = "<!-- end of calls -->\n";
+
+/// The table of the compatibility page.
+fn rendered() -> String {
+    let mut table = String::from("| call | state | what differs |\n|---|---|---|\n");
+    for method in METHODS {
+        let (state, remark) = match method.state {
+            State::Full => ("full", ""),
+            State::Partial(what) => ("partial", what),
+            State::Refused(why) => ("refused", why),
+        };
+        // Writing into a String cannot fail.
+        let _ = writeln!(table, "| `{}` | {state} | {remark} |", method.name);
+    }
+    table
+}
+
+#[test]
+fn the_compatibility_page_says_what_the_table_says() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/carla-compatibility.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (head, rest) = page.split_once(TABLE_BEGINS).unwrap();
+    let (found, tail) = rest.split_once(TABLE_ENDS).unwrap();
+    if std::env::var_os("UPDATE_PAGES").is_some() {
+        let fresh = format!("{head}{TABLE_BEGINS}{}{TABLE_ENDS}{tail}", rendered());
+        std::fs::write(&path, fresh).unwrap();
+        return;
+    }
+    assert_eq!(found, rendered(), "run this test once with UPDATE_PAGES=1");
+}

@@ -1,0 +1,171 @@
+//! Blueprints as CARLA's client lists them, and what it may ask for when it spawns one.
+
+use std::sync::LazyLock;
+
+use blueprints::{AttributeKind, Blueprint};
+use schemas::{ActorDescription as Described, Attribute};
+
+use crate::dialect::{Actor, ActorAttribute, ActorDefinition, ActorDescription, AttributeValue};
+use crate::dialect::{BoundingBox, Location, Rotation, Vector3D};
+use crate::rpc::Refusal;
+
+/// Every listed blueprint, encoded once: the answer is the same for all.
+pub(crate) fn definitions() -> &'static [ActorDefinition] {
+    static ALL: LazyLock<Vec<ActorDefinition>> = LazyLock::new(|| {
+        let numbered = (1..).zip(blueprints::all());
+        numbered.filter(|(_, blueprint)| blueprint.listed).map(definition).collect()
+    });
+    &ALL
+}
+
+fn definition((uid, blueprint): (u32, &Blueprint)) -> ActorDefinition {
+    let attribute = |attribute: &blueprints::Attribute| ActorAttribute {
+        id: attribute.id.to_owned(),
+        kind: kind_index(attribute.kind),
+        value: attribute.value.clone(),
+        recommended_values: attribute.recommended.clone(),
+        is_modifiable: attribute.is_modifiable,
+        restrict_to_recommended: attribute.is_restricted,
+    };
+    ActorDefinition {
+        uid,
+        id: blueprint.id.clone(),
+        tags: blueprint.tags.join(","),
+        attributes: blueprint.attributes.iter().map(attribute).collect(),
+    }
+}
+
+/// CARLA's number of a kind; counted from one.
+fn kind_index(kind: AttributeKind) -> u8 {
+    match kind {
+        AttributeKind::Bool => 1,
+        AttributeKind::Int => 2,
+        AttributeKind::Float => 3,
+        AttributeKind::String => 4,
+        AttributeKind::Colour => 5,
+    }
+}
+
+fn uid_of(blueprint: &Blueprint) -> u32 {
+    let at = blueprints::all().iter().position(|other| other.id == blueprint.id);
+    at.map_or(0, |at| at as u32 + 1)
+}
+
+/// The blueprint a client wants, and the attributes that differ from its defaults.
+///
+/// # Errors
+/// CARLA's text for a blueprint that does not exist; what is wrong with an attribute.
+pub(crate) fn order(
+    description: &ActorDescription,
+) -> Result<(&'static Blueprint, Vec<Attribute>), Refusal> {
+    let invalid = |why: String| {
+        Refusal(format!("Spawn failed because of invalid actor description: {why}"))
+    };
+    let blueprint = blueprints::find(&description.type_id)
+        .ok_or_else(|| invalid(format!("there is no blueprint {:?}", description.type_id)))?;
+    let mut attributes = Vec::new();
+    for given in &description.attributes {
+        let Some(known) = blueprint.attribute(&given.id) else { continue };
+        if given.value == known.value {
+            continue;
+        }
+        if !known.accepts(&given.value) {
+            return Err(invalid(format!("{} cannot be {:?}", given.id, given.value)));
+        }
+        attributes.push(Attribute { id: given.id.clone(), value: given.value.clone() });
+    }
+    Ok((blueprint, attributes))
+}
+
+/// An actor as clients cache it, without its stream: what it was given, and defaults for the rest.
+pub(crate) fn actor(described: &Described) -> Actor {
+    let blueprint = blueprints::find(&described.blueprint);
+    let id = described.id.get();
+    Actor {
+        id,
+        parent_id: described.attachment.map_or(0, |attachment| attachment.parent.get()),
+        description: ActorDescription {
+            uid: blueprint.map_or(0, uid_of),
+            type_id: described.blueprint.clone(),
+            attributes: attributes(blueprint, &described.attributes),
+        },
+        bounding_box: BoundingBox {
+            location: Location::of(described.box_centre_m),
+            extent: Vector3D::size(described.box_half_extent_m),
+            rotation: Rotation::default(),
+            actor_id: id,
+        },
+        semantic_tags: vec![described.tag],
+        stream_token: Vec::new(),
+    }
+}
+
+fn attributes(blueprint: Option<&Blueprint>, given: &[Attribute]) -> Vec<AttributeValue> {
+    let known = blueprint.map_or(&[][..], |blueprint| &blueprint.attributes);
+    let value_of = |id: &str| given.iter().find(|attribute| attribute.id == id);
+    let of_blueprint = known.iter().map(|attribute| AttributeValue {
+        id: attribute.id.to_owned(),
+        kind: kind_index(attribute.kind),
+        value: value_of(attribute.id).map_or(&attribute.value, |given| &given.value).clone(),
+    });
+    let is_known = |attribute: &&Attribute| known.iter().any(|other| other.id == attribute.id);
+    let further = given.iter().filter(|attribute| !is_known(attribute)).map(|attribute| {
+        let (id, value) = (attribute.id.clone(), attribute.value.clone());
+        AttributeValue { id, kind: kind_index(AttributeKind::String), value }
+    });
+    of_blueprint.chain(further).collect()
+}
+
+/// What stands in for scenery that was met, by semantic tag.
+pub(crate) fn scenery(tag: u8) -> Actor {
+    let type_id = format!("static.{}", tag_name(tag));
+    let description = ActorDescription { uid: 0, type_id, attributes: Vec::new() };
+    Actor { description, semantic_tags: vec![tag], ..Actor::default() }
+}
+
+/// CARLA's name of a semantic tag, in lower case.
+fn tag_name(tag: u8) -> &'static str {
+    const NAMES: [&str; 29] = [
+        "none", "road", "sidewalk", "building", "wall", "fence", "pole", "trafficlight",
+        "trafficsign", "vegetation", "terrain", "sky", "pedestrian", "rider", "car", "truck",
+        "bus", "train", "motorcycle", "bicycle", "static", "dynamic", "other", "water",
+        "roadline", "ground", "bridge", "railtrack", "guardrail",
+    ];
+    NAMES.get(usize::from(tag)).copied().unwrap_or("other")
+}
+
+/// Whether a blueprint sends a stream. Lane invasions are found by the client itself.
+pub(crate) fn has_stream(type_id: &str) -> bool {
+    type_id.starts_with("sensor.") && type_id != "sensor.other.lane_invasion"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_parses_by_its_kind_or_the_client_refuses_the_library() {
+        for definition in definitions() {
+            let blueprint = blueprints::find(&definition.id).unwrap();
+            for attribute in &blueprint.attributes {
+                assert!(attribute.kind.accepts(&attribute.value), "{} {}", blueprint.id, attribute.id);
+            }
+        }
+    }
+
+    #[test]
+    fn defaults_are_left_out_and_nonsense_is_refused() {
+        let with = |id: &str, value: &str| ActorDescription {
+            uid: 0,
+            type_id: "vehicle.lincoln.mkz".to_owned(),
+            attributes: vec![AttributeValue { id: id.to_owned(), kind: 4, value: value.to_owned() }],
+        };
+        let (_, attributes) = order(&with("role_name", "hero")).unwrap();
+        assert_eq!(attributes.len(), 1);
+        let (_, attributes) = order(&with("sticky_control", "true")).unwrap();
+        assert_eq!(attributes, []);
+        assert!(order(&with("sticky_control", "perhaps")).is_err());
+        let unknown = ActorDescription { type_id: "vehicle.no".to_owned(), ..Default::default() };
+        assert!(order(&unknown).unwrap_err().0.contains("invalid actor description"));
+    }
+}

@@ -1,0 +1,27 @@
+//! CARLA's messages as types: each is a MessagePack array with its fields in this order. Conversion to
+//! and from our units and axes happens here, through [`schemas::carla`].
+//!
+//! **Units:** metres, degrees, seconds; left-handed, y right.
+
+mod actor;
+mod command;
+mod geometry;
+mod physics;
+mod scenery;
+mod settings;
+mod union;
+mod vehicle;
+mod walker;
+mod weather;
+
+pub(crate) use actor::{Actor, ActorAttribute, ActorDefinition, ActorDescription, AttributeValue};
+pub(crate) use command::{BatchCommand, BatchResponse};
+pub(crate) use geometry::{BoundingBox, Location, Rotation, Transform, Vector2D, Vector3D};
+pub(crate) use geometry::{spin_deg, spin_from_deg};
+pub(crate) use physics::{TelemetryData, VehiclePhysicsControl};
+pub(crate) use scenery::{EnvironmentObject, LabelledPoint, LightState};
+pub(crate) use settings::{EpisodeSettings, MapInfo, OpendriveParameters, Token};
+pub(crate) use union::Opt;
+pub(crate) use vehicle::{AckermannControl, AckermannSettings, LightFlags, VehicleControl};
+pub(crate) use walker::WalkerControl;
+pub(crate) use weather::WeatherParameters;

@@ -1,0 +1,71 @@
+//! Actors and what they are made from.
+
+use serde::{Deserialize, Serialize};
+
+use super::BoundingBox;
+
+/// `[id, type, value]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AttributeValue {
+    pub(crate) id: String,
+    /// 1 bool, 2 int, 3 float, 4 string, 5 colour.
+    pub(crate) kind: u8,
+    pub(crate) value: String,
+}
+
+/// What an actor was spawned from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ActorDescription {
+    pub(crate) uid: u32,
+    pub(crate) type_id: String,
+    pub(crate) attributes: Vec<AttributeValue>,
+}
+
+/// An actor as clients cache it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Actor {
+    pub(crate) id: u32,
+    /// 0 for none.
+    pub(crate) parent_id: u32,
+    pub(crate) description: ActorDescription,
+    pub(crate) bounding_box: BoundingBox,
+    #[serde(with = "serde_bytes")]
+    pub(crate) semantic_tags: Vec<u8>,
+    /// Empty for whatever sends nothing: a token makes any actor a sensor.
+    #[serde(with = "serde_bytes")]
+    pub(crate) stream_token: Vec<u8>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct ActorAttribute {
+    pub(crate) id: String,
+    /// As in [`AttributeValue`].
+    pub(crate) kind: u8,
+    pub(crate) value: String,
+    pub(crate) recommended_values: Vec<String>,
+    pub(crate) is_modifiable: bool,
+    pub(crate) restrict_to_recommended: bool,
+}
+
+/// One blueprint.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct ActorDefinition {
+    pub(crate) uid: u32,
+    pub(crate) id: String,
+    /// Separated by commas.
+    pub(crate) tags: String,
+    pub(crate) attributes: Vec<ActorAttribute>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tags_and_tokens_are_binary() {
+        let actor = Actor { id: 7, semantic_tags: vec![14], ..Actor::default() };
+        let bytes = rmp_serde::to_vec(&actor).unwrap();
+        assert_eq!(&bytes[..7], [0x96, 7, 0, 0x93, 0, 0xa0, 0x90]);
+        assert_eq!(&bytes[bytes.len() - 5..], [0xc4, 1, 14, 0xc4, 0]);
+    }
+}

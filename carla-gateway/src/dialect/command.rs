@@ -1,0 +1,168 @@
+//! Commands of a batch: `[[index, fields]]`.
+
+use std::fmt;
+
+use serde::de::{self, SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{AckermannControl, ActorDescription, Location, Opt, Transform, Vector3D};
+use super::{VehicleControl, VehiclePhysicsControl, WalkerControl};
+
+/// An actor to be made, and what to do with it then; in those commands the id 0 is the new actor.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub(crate) struct SpawnActor {
+    pub(crate) description: ActorDescription,
+    pub(crate) transform: Transform,
+    pub(crate) parent: Opt<u32>,
+    /// Often uninitialised memory: batches attach rigidly whatever it says.
+    pub(crate) attachment: u8,
+    pub(crate) socket: String,
+    pub(crate) do_after: Vec<BatchCommand>,
+}
+
+/// One command of a batch.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum BatchCommand {
+    Spawn(Box<SpawnActor>),
+    Destroy(u32),
+    Control(u32, VehicleControl),
+    Ackermann(u32, AckermannControl),
+    WalkerControl(u32, WalkerControl),
+    Physics(u32, Box<VehiclePhysicsControl>),
+    Transform(u32, Transform),
+    WalkerState(u32, Transform, f32),
+    TargetVelocity(u32, Vector3D),
+    TargetAngularVelocity(u32, Vector3D),
+    Impulse(u32, Vector3D),
+    Force(u32, Vector3D),
+    AngularImpulse(u32, Vector3D),
+    Torque(u32, Vector3D),
+    SimulatePhysics(u32, bool),
+    EnableGravity(u32, bool),
+    Autopilot(u32, bool),
+    DebugTelemetry(u32, bool),
+    Lights(u32, u32),
+    Location(u32, Location),
+    Console(String),
+    TrafficLight(u32, u8),
+}
+
+impl<'de> Deserialize<'de> for BatchCommand {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct Object {
+            command: Tagged,
+        }
+        let Object { command: Tagged(command) } = Object::deserialize(deserializer)?;
+        Ok(command)
+    }
+}
+
+struct Tagged(BatchCommand);
+
+impl<'de> Deserialize<'de> for Tagged {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(Union).map(Tagged)
+    }
+}
+
+struct Union;
+
+impl<'de> Visitor<'de> for Union {
+    type Value = BatchCommand;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[index, fields]")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut parts: A) -> Result<BatchCommand, A::Error> {
+        use BatchCommand as To;
+        let index: u8 = parts.next_element()?.ok_or_else(|| de::Error::invalid_length(0, &self))?;
+        let p = &mut parts;
+        Ok(match index {
+            0 => To::Spawn(fields(p)?),
+            1 => to1(p, To::Destroy)?,
+            2 => to2(p, To::Control)?,
+            3 => to2(p, To::Ackermann)?,
+            4 => to2(p, To::WalkerControl)?,
+            5 => to2(p, To::Physics)?,
+            6 => to2(p, To::Transform)?,
+            7 => {
+                let (actor, transform, speed) = fields(p)?;
+                To::WalkerState(actor, transform, speed)
+            }
+            8 => to2(p, To::TargetVelocity)?,
+            9 => to2(p, To::TargetAngularVelocity)?,
+            10 => to2(p, To::Impulse)?,
+            11 => to2(p, To::Force)?,
+            12 => to2(p, To::AngularImpulse)?,
+            13 => to2(p, To::Torque)?,
+            14 => to2(p, To::SimulatePhysics)?,
+            15 => to2(p, To::EnableGravity)?,
+            16 => to2(p, To::Autopilot)?,
+            17 => to2(p, To::DebugTelemetry)?,
+            18 => to2(p, To::Lights)?,
+            19 => to2(p, To::Location)?,
+            20 => to1(p, To::Console)?,
+            21 => to2(p, To::TrafficLight)?,
+            other => return Err(de::Error::custom(format!("no command has the index {other}"))),
+        })
+    }
+}
+
+fn fields<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(parts: &mut A) -> Result<T, A::Error> {
+    parts.next_element()?.ok_or_else(|| de::Error::invalid_length(1, &Union))
+}
+
+fn to1<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
+    parts: &mut A,
+    to: fn(T) -> BatchCommand,
+) -> Result<BatchCommand, A::Error> {
+    let (field,) = fields(parts)?;
+    Ok(to(field))
+}
+
+fn to2<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
+    parts: &mut A,
+    to: fn(u32, T) -> BatchCommand,
+) -> Result<BatchCommand, A::Error> {
+    let (actor, field) = fields(parts)?;
+    Ok(to(actor, field))
+}
+
+/// `[[1, actor id]]` or `[[0, ["message"]]]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct BatchResponse(pub(crate) Result<u32, String>);
+
+impl Serialize for BatchResponse {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut object = serializer.serialize_tuple(1)?;
+        match &self.0 {
+            Ok(actor) => object.serialize_element(&(1u8, actor))?,
+            Err(message) => object.serialize_element(&(0u8, (message,)))?,
+        }
+        object.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_read_by_their_index() {
+        let destroy: BatchCommand = rmp_serde::from_slice(&[0x91, 0x92, 1, 0x91, 42]).unwrap();
+        assert_eq!(destroy, BatchCommand::Destroy(42));
+        let lights: BatchCommand = rmp_serde::from_slice(&[0x91, 0x92, 18, 0x92, 7, 3]).unwrap();
+        assert_eq!(lights, BatchCommand::Lights(7, 3));
+        assert!(rmp_serde::from_slice::<BatchCommand>(&[0x91, 0x92, 99, 0x91, 42]).is_err());
+    }
+
+    #[test]
+    fn responses_have_the_measured_bytes() {
+        assert_eq!(rmp_serde::to_vec(&BatchResponse(Ok(5))).unwrap(), [0x91, 0x92, 1, 5]);
+        let error = rmp_serde::to_vec(&BatchResponse(Err("no".to_owned()))).unwrap();
+        assert_eq!(error, [0x91, 0x92, 0, 0x91, 0xa2, b'n', b'o']);
+    }
+}

@@ -1,0 +1,245 @@
+//! One CARLA server: its clients, its episode, its clock. Calls are answered one after the other in
+//! the order of their arrival, ticks happen between them.
+
+mod cameras;
+mod clock;
+mod loading;
+mod telling;
+mod uploads;
+mod worlds;
+
+pub(crate) use cameras::camera;
+pub(crate) use worlds::unknown_actor;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use schemas::Command;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use tokio::time::Instant;
+
+use crate::calls;
+use crate::config::WorldConfig;
+use crate::dialect::{EpisodeSettings, LightState, WeatherParameters};
+use crate::episode::Episode;
+use crate::maps::Maps;
+use crate::rpc::{Connection, ConnectionId, Refusal, Request};
+use crate::site::Site;
+use crate::stream::{Hub, WORLD_OBSERVER};
+
+/// Events that may wait; clients that send more are read more slowly.
+pub(crate) const EVENTS_MAX: usize = 1_024;
+/// Events that are handled between two looks at the clock.
+const EVENTS_PER_LOOK: usize = 64;
+/// Commands that wait for the next tick at most.
+const PENDING_MAX: usize = 4_096;
+
+/// What an endpoint hears.
+pub(crate) enum Event {
+    /// A client connected.
+    Connected(ConnectionId),
+    /// A client is gone.
+    Disconnected(ConnectionId),
+    /// A client calls.
+    Call(Connection, Request),
+    /// A stream has lost its last listener.
+    Deserted(u32),
+}
+
+/// The state of one CARLA server.
+pub(crate) struct Endpoint {
+    pub(crate) site: Arc<dyn Site>,
+    pub(crate) maps: Arc<Maps>,
+    pub(crate) hub: Arc<Hub>,
+    pub(crate) config: WorldConfig,
+    /// Of calls; streams have the next one.
+    pub(crate) port: u16,
+    pub(crate) settings: EpisodeSettings,
+    pub(crate) weather: WeatherParameters,
+    /// Made at the first call that needs it.
+    pub(crate) episode: Option<Episode>,
+    /// Why the last episode ended by itself.
+    pub(crate) lost: Option<String>,
+    pub(crate) episodes_begun: u64,
+    /// Of the newest snapshot; never goes back.
+    pub(crate) frame_number: u64,
+    /// Wait for the next tick or flush.
+    pub(crate) pending: Vec<Command>,
+    /// Ports of Traffic Managers, with their hosts and the clients they run in.
+    pub(crate) traffic_managers: BTreeMap<u16, (String, ConnectionId)>,
+    /// As the light manager of a client set them.
+    pub(crate) lights: Vec<LightState>,
+    clients: BTreeSet<ConnectionId>,
+    caller: Option<ConnectionId>,
+    streams_opened: u32,
+    /// Streams whose listener is on the way, with the count to come and until when it is awaited.
+    expected: BTreeMap<u32, (usize, Instant)>,
+    pictures: Option<JoinHandle<()>>,
+    started: Instant,
+    last_tick: Instant,
+    map_is_new: bool,
+}
+
+impl Endpoint {
+    /// An endpoint without an episode.
+    pub(crate) fn new(
+        site: Arc<dyn Site>,
+        maps: Arc<Maps>,
+        config: WorldConfig,
+        port: u16,
+    ) -> Self {
+        let hub = Arc::new(Hub::new());
+        hub.open(WORLD_OBSERVER, true);
+        let now = Instant::now();
+        Self {
+            site,
+            maps,
+            hub,
+            config,
+            port,
+            settings: EpisodeSettings::default(),
+            weather: WeatherParameters::of(&schemas::Weather::CLEAR_NOON),
+            episode: None,
+            lost: None,
+            episodes_begun: 0,
+            frame_number: 0,
+            pending: Vec::new(),
+            traffic_managers: BTreeMap::new(),
+            lights: Vec::new(),
+            clients: BTreeSet::new(),
+            caller: None,
+            streams_opened: WORLD_OBSERVER,
+            expected: BTreeMap::new(),
+            pictures: None,
+            started: now,
+            last_tick: now,
+            map_is_new: false,
+        }
+    }
+
+    /// The port of the streams.
+    pub(crate) fn stream_port(&self) -> u16 {
+        self.port.wrapping_add(1)
+    }
+
+    /// The client whose call is being answered.
+    pub(crate) fn caller(&self) -> Option<ConnectionId> {
+        self.caller
+    }
+
+    /// Serves until nobody can send events any more.
+    pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
+        loop {
+            let event = match self.next_tick_at() {
+                Some(at) if at <= Instant::now() => {
+                    self.tick_by_itself().await;
+                    continue;
+                }
+                Some(at) => tokio::select! {
+                    event = events.recv() => event,
+                    () = tokio::time::sleep_until(at) => continue,
+                },
+                None => events.recv().await,
+            };
+            let Some(event) = event else { return };
+            self.handle(event).await;
+            for _ in 1..EVENTS_PER_LOOK {
+                let Ok(event) = events.try_recv() else { break };
+                self.handle(event).await;
+            }
+        }
+    }
+
+    async fn handle(&mut self, event: Event) {
+        match event {
+            Event::Connected(client) => {
+                if self.clients.is_empty() {
+                    self.last_tick = Instant::now();
+                }
+                self.clients.insert(client);
+            }
+            Event::Disconnected(client) => {
+                self.clients.remove(&client);
+                self.traffic_managers.retain(|_, (_, owner)| *owner != client);
+            }
+            Event::Call(connection, request) => {
+                self.caller = Some(connection.id);
+                let answer = calls::answer(self, &request).await;
+                self.caller = None;
+                if let (Err(refusal), true) = (&answer, request.asynchronous) {
+                    tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
+                }
+                connection.outbox.answer(&request, &answer);
+            }
+            Event::Deserted(stream) => self.note_deserted(stream),
+        }
+    }
+
+    fn note_deserted(&mut self, stream: u32) {
+        let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
+        if let Some(sensor) = sensor
+            && !self.expected.contains_key(&stream)
+            && self.hub.listener_count(stream) == 0
+        {
+            self.pending.push(Command::Listen { sensor, on: false });
+        }
+    }
+
+    /// A client will listen to a stream within a moment: the next tick waits for it.
+    pub(crate) fn expect_listener(&mut self, stream: u32) {
+        /// How long a tick waits for a client that asked for a token.
+        const PATIENCE: std::time::Duration = std::time::Duration::from_millis(500);
+        let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
+        let Some(sensor) = sensor else { return };
+        let count = self.hub.listener_count(stream);
+        if count == 0 && !self.expected.contains_key(&stream) {
+            self.pending.push(Command::Listen { sensor, on: true });
+        }
+        let expected = self.expected.entry(stream).or_insert((count, Instant::now()));
+        *expected = (expected.0 + 1, Instant::now() + PATIENCE);
+    }
+
+    async fn await_listeners(&mut self) {
+        for (stream, (count, until)) in std::mem::take(&mut self.expected) {
+            self.hub.wait_for(stream, count, until).await;
+            self.note_deserted(stream);
+        }
+    }
+
+    /// The episode.
+    ///
+    /// # Errors
+    /// Why there is none; a client gets one with `reload_world` or `load_world`.
+    pub(crate) fn episode(&mut self) -> Result<&mut Episode, Refusal> {
+        if let Some(why) = &self.lost {
+            return Err(Refusal(format!("{why}; reload_world() begins anew")));
+        }
+        self.episode.as_mut().ok_or_else(|| Refusal("episode not ready".to_owned()))
+    }
+
+    /// Begins the first episode, unless there is one.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub(crate) async fn ensure_episode(&mut self) -> Result<(), Refusal> {
+        if self.episode.is_some() {
+            return Ok(());
+        }
+        let map = self.config.map.clone();
+        self.load(&map).await
+    }
+
+    /// Queues a command for the next tick or flush.
+    ///
+    /// # Errors
+    /// Those of a flush, when too many wait.
+    pub(crate) async fn queue(&mut self, command: Command) -> Result<(), Refusal> {
+        self.episode()?;
+        self.pending.push(command);
+        if self.pending.len() >= PENDING_MAX {
+            self.flush().await?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+//! Beginning an episode: a new world on a map.
+
+use std::sync::Arc;
+
+use schemas::wire::decode_frame;
+use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
+
+use super::worlds::refused;
+use super::Endpoint;
+use crate::dialect::{EpisodeSettings, WeatherParameters};
+use crate::episode::Episode;
+use crate::rpc::Refusal;
+
+/// Length of a tick until a client chooses one.
+const DT_SECS: f64 = 0.05;
+/// How long worlds outlive the gateway.
+const LEASE_MILLIS: u32 = 5_000;
+/// The name under which CARLA's client loads what it uploaded.
+pub(crate) const UPLOADED_MAP: &str = "OpenDriveMap";
+
+impl Endpoint {
+    /// The name on the bus of what this endpoint's clients uploaded.
+    pub(crate) fn upload_name(&self) -> String {
+        format!("{UPLOADED_MAP}-{}", self.port)
+    }
+
+    /// Begins a new episode on a map, or on the present one when the name is empty. The old world
+    /// goes only when the new one is there.
+    ///
+    /// # Errors
+    /// No such map, or no world service; the old episode goes on.
+    pub(crate) async fn load(&mut self, name: &str) -> Result<(), Refusal> {
+        let name = match (name, &self.episode) {
+            ("", Some(episode)) => episode.map_name.clone(),
+            ("", None) => self.config.map.clone(),
+            (name, _) => name.to_owned(),
+        };
+        let is_upload = name.rsplit('/').next() == Some(UPLOADED_MAP);
+        let bus_name = if is_upload { self.upload_name() } else { name };
+        let map = self.maps.find(&bus_name).await.map_err(|error| Refusal(error.message))?;
+        let told = if is_upload { UPLOADED_MAP.to_owned() } else { map.name().to_owned() };
+        let request = Request::CreateWorld {
+            map: map.name().to_owned(),
+            seed: self.config.seed,
+            dt_secs: DT_SECS,
+            commands: Vec::new(),
+            lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
+        };
+        let created = self.site.ask(request).await.map_err(|error| refused(&error))?;
+        let Reply::WorldCreated { world, frame, .. } = created else {
+            return Err(Refusal("the world service answered something else".to_owned()));
+        };
+        let frame = decode_frame(&frame.0).map_err(|error| refused(&error))?;
+        self.end_episode().await;
+        self.episodes_begun += 1;
+        tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
+        self.weather = WeatherParameters::of(&frame.weather);
+        let episode = Episode::new(world, map, told, frame);
+        let navigation = Arc::clone(&episode.navigation);
+        // Made before the first client wants it.
+        tokio::spawn(async move { navigation.file().await.map(|_| ()) });
+        self.episode = Some(episode);
+        self.map_is_new = self.episodes_begun > 1;
+        self.furnish().await
+    }
+
+    /// Settings of a new server, as `load_world` wants them by default.
+    pub(crate) fn reset_settings(&mut self) {
+        self.settings = EpisodeSettings {
+            // CARLA keeps what would make a waiting client hang.
+            synchronous_mode: self.settings.synchronous_mode,
+            fixed_delta_seconds: self.settings.fixed_delta_seconds,
+            ..EpisodeSettings::default()
+        };
+    }
+
+    /// Puts the spectator into the new world, learns about all actors, and shows the first frame.
+    async fn furnish(&mut self) -> Result<(), Refusal> {
+        let above = Pose::translation(0.0, 0.0, 20.0);
+        let spectator = Command::spawn("spectator", above, Vec3::zeros());
+        let reply = self.run_now(vec![spectator]).await?.pop();
+        match reply {
+            Some(Ok(id)) => self.episode()?.spectator = id,
+            Some(Err(error)) => tracing::warn!(%error, "this world has no spectator"),
+            None => {}
+        }
+        self.learn(Vec::new()).await?;
+        self.queue_substeps();
+        self.frame_number += 1;
+        self.show_frame(DT_SECS).await
+    }
+
+    async fn end_episode(&mut self) {
+        self.lost = None;
+        self.pending.clear();
+        self.expected.clear();
+        self.lights.clear();
+        if let Some(pictures) = self.pictures.take() {
+            pictures.abort();
+        }
+        let Some(old) = self.episode.take() else { return };
+        for stream in old.streams() {
+            self.hub.close(stream);
+        }
+        if let Err(error) = self.site.ask(Request::DestroyWorld { world: old.world }).await {
+            tracing::debug!(%error, "the old world could not be destroyed");
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Snapshots and measurements to whoever listens.
+
+use schemas::{ActorId, SensorDatum};
+
+use super::Endpoint;
+use crate::catalogue;
+use crate::dialect::Actor;
+use crate::rpc::Refusal;
+use crate::snapshot::{self, MAP_CHANGED, Moment};
+use crate::stream::WORLD_OBSERVER;
+
+impl Endpoint {
+    /// Sends the newest frame to all clients.
+    pub(super) async fn show_frame(&mut self, delta_secs: f64) -> Result<(), Refusal> {
+        let moment = Moment {
+            frame_number: self.frame_number,
+            episode_id: self.episodes_begun,
+            delta_secs,
+            platform_secs: self.started.elapsed().as_secs_f64(),
+            flags: if std::mem::take(&mut self.map_is_new) { MAP_CHANGED } else { 0 },
+        };
+        let episode = self.episode()?;
+        let payload = snapshot::encode(&episode.frame, &moment, |id| episode.signal(id));
+        self.hub.publish(WORLD_OBSERVER, payload, self.settings.synchronous_mode).await;
+        Ok(())
+    }
+
+    /// Sends measurements to those who listen to their sensors.
+    pub(super) async fn tell_sensors(&mut self, data: &[SensorDatum]) {
+        let waits = self.settings.synchronous_mode;
+        for datum in data {
+            let Some(episode) = &self.episode else { return };
+            let Some(stream) = episode.stream(datum.sensor.get()) else { continue };
+            let state = episode.state(datum.sensor.get());
+            let carrier = state.and_then(|sensor| episode.actor(sensor.parent?.get()));
+            let nobody = Actor::default();
+            let actor_of = |id: Option<ActorId>, tag| {
+                let known = id.and_then(|id| episode.actor(id.get())).cloned();
+                known.unwrap_or_else(|| catalogue::scenery(tag))
+            };
+            let carrier = carrier.unwrap_or(&nobody);
+            let payload =
+                crate::sensors::encode(datum, self.frame_number, carrier, actor_of);
+            if let Some(payload) = payload {
+                self.hub.publish(stream, payload, waits).await;
+            }
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! The CARLA gateway: lets the official client of CARLA 0.9.16 drive worlds on the bus.
+//!
+//! - `rpc` and `stream` are the two channels of CARLA's protocol, without meaning.
+//! - `dialect` is its messages as types; `snapshot` and `sensors` are the payloads of its streams.
+//! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call does.
+//! - `site` is the world service behind the bus.
+//!
+//! The client does not check what it receives, so every payload has one encoder and golden bytes.
+
+mod app;
+mod calls;
+mod catalogue;
+mod config;
+mod dialect;
+mod endpoint;
+mod episode;
+mod launcher;
+mod maps;
+mod navigation;
+mod rpc;
+mod sensors;
+mod site;
+mod snapshot;
+mod stream;
+
+pub use app::{RunError, run};
+pub use config::{Args, Config, ConfigError};
+pub use launcher::{Translated, translate};

@@ -1,0 +1,130 @@
+//! Maps by CARLA's names, parsed once per content.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use schemas::{Error, ErrorCode, MapRef, Reply, Request};
+
+use crate::site::Site;
+
+/// Parsed maps that are kept.
+const MAPS_MAX: usize = 4;
+/// Where CARLA keeps its maps.
+const FOLDER: &str = "Carla/Maps/";
+
+/// Maps of a site, shared by all endpoints of a process.
+pub(crate) struct Maps {
+    site: Arc<dyn Site>,
+    /// Last used last.
+    parsed: Mutex<Vec<Arc<roads::Map>>>,
+}
+
+impl Maps {
+    /// No maps yet.
+    pub(crate) fn new(site: Arc<dyn Site>) -> Self {
+        Self { site, parsed: Mutex::new(Vec::new()) }
+    }
+
+    /// All maps, ordered by name.
+    ///
+    /// # Errors
+    /// Those of the site.
+    pub(crate) async fn list(&self) -> Result<Vec<MapRef>, Error> {
+        match self.site.ask(Request::ListMaps).await? {
+            Reply::Maps(maps) => Ok(maps),
+            _ => Err(Error::new(ErrorCode::InvalidMessage, "the world service answered no maps")),
+        }
+    }
+
+    /// The map that a client means: with or without a path, with or without `_Opt`.
+    ///
+    /// # Errors
+    /// `Map 'X' not found`, those of the site, or what is wrong with the map.
+    pub(crate) async fn find(&self, name: &str) -> Result<Arc<roads::Map>, Error> {
+        let list = self.list().await?;
+        let wanted = resolve(name, &list).ok_or_else(|| {
+            let name: String = name.chars().take(128).collect();
+            Error::new(ErrorCode::UnknownMap, format!("Map '{name}' not found"))
+        })?;
+        match self.parsed(wanted) {
+            Some(map) => Ok(map),
+            None => self.fetch(wanted.clone()).await,
+        }
+    }
+
+    fn parsed(&self, wanted: &MapRef) -> Option<Arc<roads::Map>> {
+        // Nothing panics while it holds the lock.
+        let mut parsed = self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_it = |map: &Arc<roads::Map>| {
+            map.digest() == wanted.digest && map.name() == wanted.name
+        };
+        let at = parsed.iter().position(is_it)?;
+        let map = parsed.remove(at);
+        parsed.push(Arc::clone(&map));
+        Some(map)
+    }
+
+    async fn fetch(&self, wanted: MapRef) -> Result<Arc<roads::Map>, Error> {
+        let broken = |why: String| {
+            Error::new(ErrorCode::Internal, format!("the map cannot be used: {why}"))
+        };
+        let text = self.site.map_text(wanted.digest.clone()).await?;
+        let parse = move || {
+            let text = String::from_utf8(text).map_err(|_| "it is not UTF-8".to_owned())?;
+            roads::Map::parse(&wanted.name, &text).map_err(|error| error.to_string())
+        };
+        // A large map takes seconds to parse; streams must go on meanwhile.
+        let parsed = tokio::task::spawn_blocking(parse).await;
+        let map = parsed.map_err(|_| broken("its reader panicked".to_owned()))?.map_err(broken)?;
+        let map = Arc::new(map);
+        let mut parsed = self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
+        if parsed.len() >= MAPS_MAX {
+            parsed.remove(0);
+        }
+        parsed.push(Arc::clone(&map));
+        Ok(map)
+    }
+}
+
+/// The map with this name, else the one that differs by `_Opt` alone.
+fn resolve<'a>(name: &str, list: &'a [MapRef]) -> Option<&'a MapRef> {
+    let stem = name.rsplit('/').next()?;
+    let stem = stem.strip_suffix(".umap").unwrap_or(stem);
+    let twin = match stem.strip_suffix("_Opt") {
+        Some(plain) => plain.to_owned(),
+        None => format!("{stem}_Opt"),
+    };
+    let named = |wanted: &str| list.iter().find(|map| map.name == wanted);
+    named(stem).or_else(|| named(&twin))
+}
+
+/// As `get_available_maps` lists it.
+pub(crate) fn listed_name(name: &str) -> String {
+    format!("/Game/{FOLDER}{name}")
+}
+
+/// As `get_map_info` tells it.
+pub(crate) fn told_name(name: &str) -> String {
+    format!("{FOLDER}{name}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_with_and_without_path_and_suffix() {
+        let list: Vec<MapRef> = ["Town03", "Town10HD_Opt"]
+            .map(|name| MapRef { name: name.to_owned(), digest: String::new() })
+            .into();
+        for (asked, found) in [
+            ("Town03", "Town03"),
+            ("/Game/Carla/Maps/Town03", "Town03"),
+            ("Town03_Opt", "Town03"),
+            ("Carla/Maps/Town10HD", "Town10HD_Opt"),
+        ] {
+            assert_eq!(resolve(asked, &list).unwrap().name, found);
+        }
+        assert!(resolve("Town99", &list).is_none());
+        assert!(resolve("", &list).is_none());
+    }
+}

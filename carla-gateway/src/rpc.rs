@@ -1,0 +1,8 @@
+//! MessagePack-RPC over TCP as CARLA's client speaks it: framing, requests, replies, connections.
+
+mod framing;
+mod message;
+mod server;
+
+pub(crate) use message::{Answer, Meta, Payload, Refusal, Request};
+pub(crate) use server::{Connection, ConnectionId, serve};

@@ -1,0 +1,228 @@
+//! What sensors tell, byte by byte as CARLA's client reads it.
+
+use schemas::{ActorId, Image, LidarPoint, Measurement, Pose, RadarDetection, Scan};
+use schemas::{SemanticLidarPoint, SensorDatum, Vec3, carla};
+use serde::Serialize;
+
+use crate::dialect::{Actor, Transform, Vector3D};
+use crate::snapshot::header;
+
+/// Numbers of the sensors in the header; positions in a list inside the client.
+mod kind {
+    pub(super) const COLLISION: u64 = 0;
+    pub(super) const DEPTH: u64 = 1;
+    pub(super) const NORMALS: u64 = 2;
+    pub(super) const GNSS: u64 = 4;
+    pub(super) const IMU: u64 = 5;
+    pub(super) const OBSTACLE: u64 = 7;
+    pub(super) const RADAR: u64 = 9;
+    pub(super) const SEMANTIC_LIDAR: u64 = 10;
+    pub(super) const LIDAR: u64 = 11;
+    pub(super) const RGB: u64 = 13;
+    pub(super) const SEMANTIC: u64 = 14;
+    pub(super) const INSTANCE: u64 = 15;
+}
+
+/// The payload of one measurement; `None` for what clients find out for themselves. `actor_of`
+/// describes an actor that was met, or what stands in for scenery with a tag.
+pub(crate) fn encode(
+    datum: &SensorDatum,
+    frame_number: u64,
+    carrier: &Actor,
+    actor_of: impl Fn(Option<ActorId>, u8) -> Actor,
+) -> Option<Vec<u8>> {
+    let transform = Transform::of(&datum.world_from_sensor);
+    let head = |kind| header(kind, frame_number, datum.sim_secs, &transform);
+    let pack = |kind, body: &dyn Fn(&mut Vec<u8>) -> Option<()>| {
+        let mut out = head(kind);
+        body(&mut out)?;
+        Some(out)
+    };
+    match &datum.measurement {
+        Measurement::Lidar(scan) => Some(lidar(head(kind::LIDAR), scan)),
+        Measurement::SemanticLidar(scan) => Some(semantic_lidar(head(kind::SEMANTIC_LIDAR), scan)),
+        Measurement::Radar(detections) => Some(radar(head(kind::RADAR), detections)),
+        Measurement::Imu { acceleration_mps2, angular_velocity_radps, compass_rad } => {
+            let spin = *angular_velocity_radps;
+            let gyroscope = Vector3D { x: -spin.x, y: spin.y, z: -spin.z };
+            let body = (Vector3D::of(*acceleration_mps2), gyroscope, *compass_rad);
+            pack(kind::IMU, &|out| append(out, &body))
+        }
+        Measurement::Gnss { latitude_deg, longitude_deg, altitude_m } => {
+            pack(kind::GNSS, &|out| append(out, &(latitude_deg, longitude_deg, altitude_m)))
+        }
+        Measurement::Collision { other, tag, impulse_ns } => {
+            let body = (carrier, actor_of(*other, *tag), Vector3D::of(*impulse_ns));
+            pack(kind::COLLISION, &|out| append(out, &body))
+        }
+        Measurement::Obstacle { other, tag, distance_m } => {
+            let body = (carrier, actor_of(*other, *tag), *distance_m);
+            pack(kind::OBSTACLE, &|out| append(out, &body))
+        }
+        Measurement::LaneInvasion { .. } => None,
+    }
+}
+
+fn append<T: Serialize>(out: &mut Vec<u8>, body: &T) -> Option<()> {
+    let bytes = rmp_serde::to_vec(body);
+    out.extend_from_slice(&bytes.ok()?);
+    Some(())
+}
+
+/// Angle, channels, points per channel: the same for both lidars.
+fn scan_head<T>(out: &mut Vec<u8>, scan: &Scan<T>) {
+    out.extend_from_slice(&(-scan.end_angle_rad).to_le_bytes());
+    out.extend_from_slice(&(scan.points_per_channel.len() as u32).to_le_bytes());
+    for count in &scan.points_per_channel {
+        out.extend_from_slice(&count.to_le_bytes());
+    }
+}
+
+fn put_point(out: &mut Vec<u8>, position_m: [f32; 3]) {
+    let mirrored = carla::mirror_y(Vec3::from(position_m));
+    for number in [mirrored.x, mirrored.y, mirrored.z] {
+        out.extend_from_slice(&number.to_le_bytes());
+    }
+}
+
+fn lidar(mut out: Vec<u8>, scan: &Scan<LidarPoint>) -> Vec<u8> {
+    scan_head(&mut out, scan);
+    out.reserve(scan.points.len() * 16);
+    for point in &scan.points {
+        put_point(&mut out, point.position_m);
+        out.extend_from_slice(&point.intensity.to_le_bytes());
+    }
+    out
+}
+
+fn semantic_lidar(mut out: Vec<u8>, scan: &Scan<SemanticLidarPoint>) -> Vec<u8> {
+    scan_head(&mut out, scan);
+    out.reserve(scan.points.len() * 24);
+    for point in &scan.points {
+        put_point(&mut out, point.position_m);
+        out.extend_from_slice(&point.incidence_cos.to_le_bytes());
+        out.extend_from_slice(&point.actor.to_le_bytes());
+        out.extend_from_slice(&point.tag.to_le_bytes());
+    }
+    out
+}
+
+fn radar(mut out: Vec<u8>, detections: &[RadarDetection]) -> Vec<u8> {
+    for found in detections {
+        // Positive azimuth is to the right there.
+        for number in [found.speed_mps, -found.azimuth_rad, found.altitude_rad, found.depth_m] {
+            out.extend_from_slice(&number.to_le_bytes());
+        }
+    }
+    out
+}
+
+/// A picture as a camera sent it, with the place of the camera.
+pub(crate) struct Picture<'a> {
+    pub(crate) blueprint: &'a str,
+    pub(crate) frame_number: u64,
+    pub(crate) sim_secs: f64,
+    pub(crate) world_from_camera: &'a Pose,
+    pub(crate) horizontal_fov_rad: f32,
+}
+
+/// The payload of one picture of four bytes a pixel; `None` for a camera that takes others.
+pub(crate) fn encode_picture(picture: &Picture<'_>, image: Image) -> Option<Vec<u8>> {
+    let kind = match picture.blueprint {
+        "sensor.camera.rgb" => kind::RGB,
+        "sensor.camera.depth" => kind::DEPTH,
+        "sensor.camera.normals" => kind::NORMALS,
+        "sensor.camera.semantic_segmentation" => kind::SEMANTIC,
+        "sensor.camera.instance_segmentation" => kind::INSTANCE,
+        _ => return None,
+    };
+    let pixels = image.width_px as usize * image.height_px as usize;
+    if image.data.len() != pixels * 4 {
+        return None;
+    }
+    let transform = Transform::of(picture.world_from_camera);
+    let mut out = header(kind, picture.frame_number, picture.sim_secs, &transform);
+    out.reserve_exact(12 + image.data.len());
+    out.extend_from_slice(&image.width_px.to_le_bytes());
+    out.extend_from_slice(&image.height_px.to_le_bytes());
+    out.extend_from_slice(&picture.horizontal_fov_rad.to_degrees().to_le_bytes());
+    let start = out.len();
+    out.extend_from_slice(&image.data);
+    for pixel in out[start..].chunks_exact_mut(4) {
+        pixel.swap(0, 2);
+    }
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::{ImageEncoding, ImageKind, Tick};
+
+    use super::*;
+
+    fn datum(measurement: Measurement) -> SensorDatum {
+        SensorDatum {
+            sensor: ActorId::new(9).unwrap(),
+            tick: Tick(4),
+            sim_secs: 0.2,
+            world_from_sensor: Pose::identity(),
+            measurement,
+        }
+    }
+
+    fn body(measurement: Measurement) -> Vec<u8> {
+        let actor_of = |_, _| Actor::default();
+        let bytes = encode(&datum(measurement), 70, &Actor::default(), actor_of).unwrap();
+        assert_eq!(bytes[8], 70);
+        bytes[48..].to_vec()
+    }
+
+    #[test]
+    fn imu_and_gnss_are_messagepack() {
+        let imu = body(Measurement::Imu {
+            acceleration_mps2: Vec3::new(1.0, 2.0, 9.81),
+            angular_velocity_radps: Vec3::new(0.0, 0.0, 1.0),
+            compass_rad: 3.0,
+        });
+        let ([ax, ay, _], [_, _, gz], compass): ([f32; 3], [f32; 3], f32) =
+            rmp_serde::from_slice(&imu).unwrap();
+        assert_eq!((ax, ay, gz, compass), (1.0, -2.0, -1.0, 3.0));
+        let gnss =
+            body(Measurement::Gnss { latitude_deg: 1.0, longitude_deg: 2.0, altitude_m: 3.0 });
+        assert_eq!((gnss[0], gnss[1], gnss.len()), (0x93, 0xcb, 28));
+    }
+
+    #[test]
+    fn a_lidar_tells_channels_before_points() {
+        let point = LidarPoint { position_m: [1.0, 2.0, 3.0], intensity: 0.5 };
+        let scan =
+            Scan { end_angle_rad: 0.25, points_per_channel: vec![0, 1], points: vec![point] };
+        let bytes = body(Measurement::Lidar(scan));
+        assert_eq!(bytes.len(), 4 + 4 + 8 + 16);
+        assert_eq!(bytes[4..16], [2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(bytes[20..24], (-2.0f32).to_le_bytes());
+    }
+
+    #[test]
+    fn a_picture_is_blue_green_red() {
+        let image = Image {
+            camera: 0,
+            width_px: 1,
+            height_px: 1,
+            kind: ImageKind::Rgb,
+            encoding: ImageEncoding::Rgba8,
+            data: vec![1, 2, 3, 255],
+        };
+        let picture = Picture {
+            blueprint: "sensor.camera.rgb",
+            frame_number: 5,
+            sim_secs: 0.0,
+            world_from_camera: &Pose::identity(),
+            horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
+        };
+        let bytes = encode_picture(&picture, image).unwrap();
+        assert_eq!(bytes[48..56], [1, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(bytes[56..60], 90.0f32.to_le_bytes());
+        assert_eq!(bytes[60..], [3, 2, 1, 255]);
+    }
+}

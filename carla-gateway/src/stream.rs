@@ -1,0 +1,9 @@
+//! Streams from the server to its clients: the world observer and every sensor.
+
+mod hub;
+mod server;
+mod token;
+
+pub(crate) use hub::Hub;
+pub(crate) use server::serve;
+pub(crate) use token::{WORLD_OBSERVER, token};

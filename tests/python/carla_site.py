@@ -1,0 +1,43 @@
+"""Worlds of the site's CARLA endpoint, each test with a fresh one."""
+
+import contextlib
+
+import carla
+
+STEP_SECS = 0.05
+TIMEOUT_SECS = 20.0
+
+
+def connect(port: int) -> carla.Client:
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(TIMEOUT_SECS)
+    return client
+
+
+@contextlib.contextmanager
+def synchronous(world: carla.World, step_secs: float = STEP_SECS):
+    """The world waits for `tick()`; asynchronous again at the end, so that nobody hangs."""
+    settings = world.get_settings()
+    settings.synchronous_mode = True
+    settings.fixed_delta_seconds = step_secs
+    world.apply_settings(settings)
+    try:
+        yield world
+    finally:
+        settings.synchronous_mode = False
+        settings.fixed_delta_seconds = None
+        world.apply_settings(settings)
+
+
+def spawn_car(world: carla.World, index: int = 0, **attributes: str) -> carla.Vehicle:
+    blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
+    for name, value in attributes.items():
+        blueprint.set_attribute(name, value)
+    return world.spawn_actor(blueprint, world.get_map().get_spawn_points()[index])
+
+
+def ticks(world: carla.World, count: int) -> int:
+    frame = 0
+    for _ in range(count):
+        frame = world.tick()
+    return frame

@@ -1,0 +1,122 @@
+"""CARLA's own client spawns, drives, batches and destroys."""
+
+import carla
+import pytest
+from carla_site import connect, spawn_car, synchronous, ticks
+
+
+@pytest.fixture
+def client(site):
+    client = connect(site.carla_port)
+    client.reload_world()
+    return client
+
+
+@pytest.fixture
+def world(client):
+    with synchronous(client.get_world()) as world:
+        yield world
+
+
+def test_a_car_stands_where_it_was_spawned_with_what_it_was_given(world):
+    place = world.get_map().get_spawn_points()[0]
+    car = spawn_car(world, role_name="hero")
+    world.tick()
+    assert isinstance(car, carla.Vehicle)
+    assert car.attributes["role_name"] == "hero"
+    assert car.get_location().distance(place.location) < 1.0
+    assert car.get_transform().rotation.yaw == pytest.approx(place.rotation.yaw, abs=1.0)
+    assert 1.5 < car.bounding_box.extent.x < 3.5
+
+
+def test_a_car_drives_forward_and_turns_to_the_side_of_the_wheel(world):
+    car = spawn_car(world)
+    ticks(world, 20)
+    start = car.get_transform()
+    car.apply_control(carla.VehicleControl(throttle=0.7))
+    ticks(world, 60)
+    assert car.get_velocity().length() > 3.0
+    assert car.get_control().throttle == pytest.approx(0.7)
+    way = car.get_location() - start.location
+    assert way.dot(start.get_forward_vector()) > 3.0
+    yaw_before = car.get_transform().rotation.yaw
+    car.apply_control(carla.VehicleControl(throttle=0.4, steer=0.5))
+    ticks(world, 20)
+    turned = (car.get_transform().rotation.yaw - yaw_before + 180.0) % 360.0 - 180.0
+    assert turned > 2.0, "positive steer turns right, and right is a growing yaw"
+    assert car.get_angular_velocity().z > 2.0
+
+
+def test_a_taken_place_is_refused_in_carlas_words(world):
+    spawn_car(world)
+    with pytest.raises(RuntimeError, match="collision at spawn position"):
+        spawn_car(world)
+    blueprint = world.get_blueprint_library().find("vehicle.audi.tt")
+    assert world.try_spawn_actor(blueprint, world.get_map().get_spawn_points()[0]) is None
+
+
+def test_a_destroyed_car_is_gone(world):
+    car = spawn_car(world)
+    world.tick()
+    assert car.destroy()
+    world.tick()
+    assert world.get_actor(car.id) is None
+    assert len(world.get_actors().filter("vehicle.*")) == 0
+
+
+def test_set_transform_holds_at_the_next_tick(world):
+    car = spawn_car(world)
+    world.tick()
+    place = world.get_map().get_spawn_points()[5]
+    car.set_transform(place)
+    world.tick()
+    assert car.get_location().distance(place.location) < 1.0
+
+
+def test_a_batch_spawns_chains_and_destroys(client, world):
+    blueprint = world.get_blueprint_library().find("vehicle.audi.tt")
+    points = world.get_map().get_spawn_points()[:8]
+    future = carla.command.FutureActor
+    control = carla.VehicleControl(throttle=1.0)
+    commands = [
+        carla.command.SpawnActor(blueprint, point).then(
+            carla.command.ApplyVehicleControl(future, control)
+        )
+        for point in [*points, points[0]]
+    ]
+    responses = client.apply_batch_sync(commands, True)
+    assert [bool(response.error) for response in responses] == [False] * 8 + [True]
+    assert "collision" in responses[-1].error
+    ticks(world, 40)
+    ids = [response.actor_id for response in responses[:-1]]
+    speeds = [actor.get_velocity().length() for actor in world.get_actors(ids)]
+    assert len(speeds) == 8
+    assert sum(speed > 2.0 for speed in speeds) >= 6
+    gone = client.apply_batch_sync([carla.command.DestroyActor(id) for id in ids], True)
+    assert not any(response.error for response in gone)
+    assert len(world.get_actors().filter("vehicle.*")) == 0
+
+
+def test_light_state_is_read_by_who_wrote_it(world):
+    car = spawn_car(world)
+    world.tick()
+    lights = carla.VehicleLightState(carla.VehicleLightState.LowBeam)
+    car.set_light_state(lights)
+    assert car.get_light_state() == lights
+
+
+def test_the_traffic_manager_drives_cars_in_synchronous_mode(client, world):
+    manager = client.get_trafficmanager(8123)
+    manager.set_synchronous_mode(True)
+    manager.set_random_device_seed(7)
+    cars = [spawn_car(world, index) for index in range(0, 12, 3)]
+    world.tick()
+    for car in cars:
+        car.set_autopilot(True, manager.get_port())
+    starts = [car.get_location() for car in cars]
+    ticks(world, 200)
+    moved = [car.get_location().distance(start) for car, start in zip(cars, starts, strict=True)]
+    assert sum(metres > 5.0 for metres in moved) >= 3, moved
+    for car in cars:
+        car.set_autopilot(False, manager.get_port())
+    manager.shut_down()
