@@ -16,13 +16,13 @@ pub(super) static COMPACT: Chassis = Chassis {
 };
 #[rustfmt::skip]
 pub(super) static HOT: Chassis = Chassis {
-    clearance_m: 0.13, grip: 1.07, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
+    clearance_m: 0.13, grip: 1.12, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
     rim_kg: 11.0, brake_g: 1.45, brake_front_share: 0.72, hand_brake_g: 0.45,
     stiffness: (15.5, 20.5),
 };
 #[rustfmt::skip]
 pub(super) static SPORT: Chassis = Chassis {
-    clearance_m: 0.13, grip: 1.1, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
+    clearance_m: 0.13, grip: 1.2, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
     rim_kg: 11.6, brake_g: 1.6, brake_front_share: 0.66, hand_brake_g: 0.55,
     stiffness: (16.0, 21.0),
 };

@@ -22,8 +22,8 @@ const LOST_RAD: f32 = 1.13;
 /// Strongest torque over weight times height: a push beyond it throws the vehicle over.
 const TORQUE_SHARE_MAX: f32 = 1.5;
 /// Share of the load at rest below which a rider, or electronics, hold back drive and brake.
-const FRONT_LOAD_SHARE: f32 = 0.3;
-const REAR_LOAD_SHARE: f32 = 0.25;
+const FRONT_LOAD_SHARE: f32 = 0.15;
+const REAR_LOAD_SHARE: f32 = 0.12;
 
 /// How much of drive and front brake keeps both wheels down; all of it on three wheels or more.
 #[derive(Clone, Copy, Debug)]
