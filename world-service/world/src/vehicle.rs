@@ -208,6 +208,7 @@ impl VehicleState {
             longitudinal_stiffness: own.physics.longitudinal_stiffness,
             radius_m: own.physics.radius_m,
             damping_nms: own.physics.damping_rate,
+            damping_share: fit.tyre_damping_share,
             inertia_kgm2: input.inertia_kgm2,
             drive_nm: input.drive_nm,
             brake,

@@ -4,7 +4,7 @@ use crate::vehicle::design::{Chassis, Gearbox};
 
 #[rustfmt::skip]
 pub(super) static SALOON: Chassis = Chassis {
-    clearance_m: 0.16, grip: 1.04, ride_hz: 1.35, damping_ratio: 0.38, anti_roll_per_kg: 7.8,
+    clearance_m: 0.16, grip: 1.08, ride_hz: 1.35, damping_ratio: 0.38, anti_roll_per_kg: 7.8,
     rim_kg: 11.6, brake_g: 1.39, brake_front_share: 0.68, hand_brake_g: 0.52,
     stiffness: (15.0, 20.0),
 };
@@ -96,7 +96,7 @@ pub(super) static SEVEN_PATROL: Gearbox = Gearbox {
 };
 #[rustfmt::skip]
 pub(super) static EIGHT_CHARGER: Gearbox = Gearbox {
-    forward: &[4.71, 3.14, 2.1, 1.67, 1.29, 1.0, 0.84, 0.67], reverse: 3.3, final_ratio: 2.62,
+    forward: &[4.714, 3.143, 2.1, 1.67, 1.29, 1.0, 0.84, 0.67], reverse: 3.3, final_ratio: 2.62,
     shift_secs: 0.15,
 };
 #[rustfmt::skip]

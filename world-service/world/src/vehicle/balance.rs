@@ -12,9 +12,10 @@ use super::fit::{Fit, GRAVITY_MPS2, WheelFit};
 use super::suspension::Footings;
 use super::{Chassis, Impulse};
 
-/// Natural frequency of the return to the wanted lean, and its damping.
-const LEAN_RADPS: f32 = 6.0;
-const LEAN_DAMPING: f32 = 0.8;
+/// Torque per radian from the wanted lean over weight times height: gravity alone needs 1.
+const RETURN_SHARE: f32 = 2.2;
+/// The same per radian per second.
+const DAMPING_SECS: f32 = 0.45;
 /// Greatest lean that a rider asks for (50°).
 const LEAN_RAD_MAX: f32 = 0.87;
 /// Lean from which nobody saves it (65°).
@@ -71,14 +72,8 @@ pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: 
     let wanted_rad = ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
     // Turning about the forward axis lifts the left side: the other way than leaning left.
     let leaning_radps = -chassis.angular_radps.dot(&forward);
-    let [roll_kgm2, ..] = fit.inertia_kgm2();
-    let height_m = fit.physics.centre_of_mass_m.z;
-    let mass_kg = fit.physics.mass_kg;
-    let inertia_kgm2 = roll_kgm2 + mass_kg * height_m * height_m;
-    let wanted_nm = inertia_kgm2
-        * (LEAN_RADPS * LEAN_RADPS * (wanted_rad - lean_rad)
-            - 2.0 * LEAN_DAMPING * LEAN_RADPS * leaning_radps);
-    let strongest_nm = TORQUE_SHARE_MAX * mass_kg * GRAVITY_MPS2 * height_m;
-    let torque_nm = wanted_nm.clamp(-strongest_nm, strongest_nm);
+    let share = RETURN_SHARE * (wanted_rad - lean_rad) - DAMPING_SECS * leaning_radps;
+    let weight_nm = fit.physics.mass_kg * GRAVITY_MPS2 * fit.physics.centre_of_mass_m.z;
+    let torque_nm = share.clamp(-TORQUE_SHARE_MAX, TORQUE_SHARE_MAX) * weight_nm;
     Impulse { linear_ns: Vec3::zeros(), angular_nms: forward * (-torque_nm * dt_secs) }
 }

@@ -19,6 +19,8 @@ pub(super) const WHEELS_MAX: usize = 6;
 const AIR_KG_PER_M3: f32 = 1.225;
 /// Smallest load of a wheel over the mean one, so that a strange centre of mass divides by nothing.
 const LOAD_SHARE_MIN: f32 = 0.05;
+/// How much more easily a push at the ground may move a body there than its centre, with full damping.
+const LEVER_MAX: f32 = 2.0;
 /// Sideways acceleration up to which a rider leans, over gravity and the tyres' friction.
 const RIDER_SHARE: f32 = 0.8;
 
@@ -34,6 +36,8 @@ pub(crate) struct Fit {
     pub steer_rad_max: f32,
     /// Extra angle of the steered wheels per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
+    /// Damping of a standing tyre over that of a car's: a tall light body swings on its tyres faster.
+    pub tyre_damping_share: f32,
     /// Drag of the air over the square of the speed.
     pub drag_n_per_mps2: f32,
 }
@@ -94,15 +98,26 @@ impl Fit {
                 },
             }
         });
-        Self {
+        let mut fit = Self {
             model,
             wheels: wheels.collect(),
+            tyre_damping_share: 1.0,
             wheelbase_m: front_x_m - rear_x_m,
             steer_rad_max,
             understeer_rad_per_mps2: softness / GRAVITY_MPS2,
             drag_n_per_mps2: 0.5 * AIR_KG_PER_M3 * drag_area_m2,
             physics,
-        }
+        };
+        fit.tyre_damping_share = fit.tyre_damping_share();
+        fit
+    }
+
+    /// Keeps the damping within what a substep can follow.
+    fn tyre_damping_share(&self) -> f32 {
+        let height_m = self.physics.centre_of_mass_m.z;
+        let [roll_kgm2, pitch_kgm2, _] = self.inertia_kgm2();
+        let lever = self.physics.mass_kg * height_m * height_m / roll_kgm2.min(pitch_kgm2);
+        (LEVER_MAX / (1.0 + lever)).min(1.0)
     }
 
     /// Mean angle of the steered wheels that full control reaches at a speed.

@@ -161,9 +161,8 @@ fn highest_g(id: &str) -> f32 {
     let (mut world, car) = rolling(id, along_mps);
     let (mut highest_mps2, mut held_mps2) = (0.0f32, 0.0f32);
     for tick in 0..240u16 {
-        let slow = speed_mps(&world, car) < along_mps;
         let steer = (f32::from(tick) / 200.0).min(1.0);
-        let throttle = if slow { 0.5 } else { 0.0 };
+        let throttle = (0.3 * (along_mps - speed_mps(&world, car))).clamp(0.0, 0.6);
         control(&mut world, car, VehicleControl { throttle, steer, ..Default::default() });
         run(&mut world, 1);
         let now = state(&world, car);
