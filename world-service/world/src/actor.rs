@@ -119,9 +119,10 @@ impl Actor {
         blueprint::get(self.blueprint).is_some_and(|blueprint| {
             let bodyless = matches!(blueprint.body, BodySpec::None(_));
             (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
-                && self.vehicle.as_deref().is_none_or(|vehicle| {
-                    self.rigid().is_some() && vehicle.fits(self.blueprint)
-                })
+                && self
+                    .vehicle
+                    .as_deref()
+                    .is_none_or(|vehicle| self.rigid().is_some() && vehicle.fits(self.blueprint))
                 && !(bodyless && self.rigid().is_some())
         })
     }

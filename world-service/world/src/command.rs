@@ -7,8 +7,8 @@ use schemas::{
 };
 
 use crate::actor::{Actor, Vehicle};
-use crate::check;
 use crate::body::Body;
+use crate::check;
 use crate::physics::BodyHandle;
 use crate::spawn::Wish;
 use crate::world::World;

@@ -42,14 +42,12 @@ pub(crate) fn on_ground(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -
 fn vehicle_on_ground(model: &VehicleModel, wanted: &Pose, ground: &Ground) -> Pose {
     let base_m = model.wheelbase_m / 2.0;
     let track_m = model.track_m.max(TRACK_M_MIN) / 2.0;
-    let corners =
-        [(base_m, track_m), (base_m, -track_m), (-base_m, track_m), (-base_m, -track_m)];
-    let [front_left, front_right, rear_left, rear_right] =
-        corners.map(|(x_m, y_m)| {
-            let point_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
-            let surface = ground.below(point_m + Vec3::z() * REACH_M);
-            Vec3::new(point_m.x, point_m.y, surface.height_m)
-        });
+    let corners = [(base_m, track_m), (base_m, -track_m), (-base_m, track_m), (-base_m, -track_m)];
+    let [front_left, front_right, rear_left, rear_right] = corners.map(|(x_m, y_m)| {
+        let point_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
+        let surface = ground.below(point_m + Vec3::z() * REACH_M);
+        Vec3::new(point_m.x, point_m.y, surface.height_m)
+    });
     let forward = front_left + front_right - rear_left - rear_right;
     let left = front_left + rear_left - front_right - rear_right;
     let centre_m = (front_left + front_right + rear_left + rear_right) / 4.0;

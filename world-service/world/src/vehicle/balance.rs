@@ -24,7 +24,7 @@ const LOST_RAD: f32 = 1.13;
 const TORQUE_SHARE_MAX: f32 = 1.5;
 /// Share of the load at rest below which a rider, or electronics, hold back drive and brake.
 const FRONT_LOAD_SHARE: f32 = 0.15;
-const REAR_LOAD_SHARE: f32 = 0.12;
+const REAR_LOAD_SHARE: f32 = 0.2;
 
 /// How much of drive and front brake keeps both wheels down; all of it on three wheels or more.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,13 @@ pub(super) fn pitch_guard(fit: &Fit, footings: &Footings) -> PitchGuard {
 }
 
 /// The rider's balance during one substep; nothing for what stands by itself, lies or flies.
-pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: f32) -> Impulse {
+pub(super) fn rider(
+    fit: &Fit,
+    chassis: &Chassis,
+    footings: &Footings,
+    road_wheel_rad: f32,
+    dt_secs: f32,
+) -> Impulse {
     if !fit.model.is_two_wheeler() || footings.iter().all(Option::is_none) {
         return Impulse::default();
     }
@@ -68,8 +74,13 @@ pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: 
     if lean_rad.abs() > LOST_RAD {
         return Impulse::default();
     }
-    let curve_mps2 = forward.dot(&chassis.linear_mps) * chassis.angular_radps.z;
-    let wanted_rad = ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
+    // What the steer asks and not what the yaw rate is: leaning after a slide ends in a fall.
+    let along_mps = forward.dot(&chassis.linear_mps);
+    let square = along_mps * along_mps;
+    let curve_mps2 =
+        square * road_wheel_rad / (fit.wheelbase_m + fit.understeer_rad_per_mps2 * square).max(0.1);
+    let wanted_rad =
+        ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
     // Turning about the forward axis lifts the left side: the other way than leaning left.
     let leaning_radps = -chassis.angular_radps.dot(&forward);
     let share = RETURN_SHARE * (wanted_rad - lean_rad) - DAMPING_SECS * leaning_radps;

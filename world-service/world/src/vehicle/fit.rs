@@ -67,8 +67,12 @@ impl Fit {
         let middle_m = f32::midpoint(front_x_m, rear_x_m);
         let loads_n = static_loads_n(&physics);
         let is_front = |wheel: &WheelPhysics| wheel.position_m.x > middle_m;
-        let steered: Vec<f32> =
-            physics.wheels.iter().map(|wheel| wheel.steer_rad_max).filter(|&rad| rad > 0.0).collect();
+        let steered: Vec<f32> = physics
+            .wheels
+            .iter()
+            .map(|wheel| wheel.steer_rad_max)
+            .filter(|&rad| rad > 0.0)
+            .collect();
         let steer_rad_max = mean(steered.into_iter()).unwrap_or(0.0);
         let stiffness_of = |front: bool| {
             let chosen = physics.wheels.iter().filter(|wheel| is_front(wheel) == front);
@@ -78,26 +82,27 @@ impl Fit {
         let drag_area_m2 = physics.drag_coefficient * model.frontal_area_m2;
         let driven_count =
             physics.wheels.iter().filter(|wheel| is_driven(model.driven, is_front(wheel))).count();
-        let wheels = physics.wheels.iter().zip(loads_n).enumerate().map(|(index, (wheel, load_n))| {
-            let (front, radius_m) = (is_front(wheel), wheel.radius_m);
-            let driven = is_driven(model.driven, front);
-            let rim = radius_m / model.wheel_radius_m;
-            WheelFit {
-                physics: *wheel,
-                is_front: front,
-                foot_m: wheel.position_m - Vec3::z() * radius_m,
-                inertia_kgm2: model.wheel_inertia_kgm2 * rim * rim,
-                load_n,
-                spring: Spring::new(model, load_n, front),
-                partner: partner(&physics.wheels, index),
-                drive_share: if driven { 1.0 / driven_count as f32 } else { 0.0 },
-                steer_share: if steer_rad_max > 0.0 {
-                    wheel.steer_rad_max / steer_rad_max
-                } else {
-                    0.0
-                },
-            }
-        });
+        let wheels =
+            physics.wheels.iter().zip(loads_n).enumerate().map(|(index, (wheel, load_n))| {
+                let (front, radius_m) = (is_front(wheel), wheel.radius_m);
+                let driven = is_driven(model.driven, front);
+                let rim = radius_m / model.wheel_radius_m;
+                WheelFit {
+                    physics: *wheel,
+                    is_front: front,
+                    foot_m: wheel.position_m - Vec3::z() * radius_m,
+                    inertia_kgm2: model.wheel_inertia_kgm2 * rim * rim,
+                    load_n,
+                    spring: Spring::new(model, load_n, front),
+                    partner: partner(&physics.wheels, index),
+                    drive_share: if driven { 1.0 / driven_count as f32 } else { 0.0 },
+                    steer_share: if steer_rad_max > 0.0 {
+                        wheel.steer_rad_max / steer_rad_max
+                    } else {
+                        0.0
+                    },
+                }
+            });
         let mut fit = Self {
             model,
             wheels: wheels.collect(),
@@ -291,8 +296,7 @@ mod tests {
             let fit = Fit::new(model, model.physics.clone());
             let weight_n = fit.physics.mass_kg * GRAVITY_MPS2;
             let total_n: f32 = fit.wheels.iter().map(|wheel| wheel.load_n).sum();
-            let moment_nm: f32 =
-                fit.wheels.iter().map(|wheel| wheel.load_n * wheel.foot_m.x).sum();
+            let moment_nm: f32 = fit.wheels.iter().map(|wheel| wheel.load_n * wheel.foot_m.x).sum();
             let arm_m = moment_nm / weight_n - fit.physics.centre_of_mass_m.x;
             assert!((total_n / weight_n - 1.0).abs() < 1.0e-4, "{}: {total_n} N", blueprint.id);
             assert!(arm_m.abs() < 1.0e-3, "{}: {arm_m} m", blueprint.id);

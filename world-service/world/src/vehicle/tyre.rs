@@ -124,7 +124,8 @@ impl Contact {
         let brush = (rolling_mps / BRUSH_MPS).min(1.0);
         let keep = |relaxation_m: f32| 1.0 / (1.0 + input.dt_secs * rolling_mps / relaxation_m);
         Self {
-            forward_n_per_m: input.longitudinal_stiffness * input.load_n / LONGITUDINAL_RELAXATION_M,
+            forward_n_per_m: input.longitudinal_stiffness * input.load_n
+                / LONGITUDINAL_RELAXATION_M,
             left_n_per_m: input.lateral_stiffness * stiffening_n / LATERAL_RELAXATION_M,
             friction_n: friction_n(input),
             forward_keep: keep(LONGITUDINAL_RELAXATION_M),

@@ -1,5 +1,10 @@
 //! Published figures of real vehicles, and the manoeuvres that measure ours.
-#![allow(dead_code, reason = "each test uses some of this")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unwrap_used,
+    reason = "test code; every test file uses its own part"
+)]
 
 use std::sync::{Arc, LazyLock};
 
