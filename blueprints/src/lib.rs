@@ -1,5 +1,5 @@
-//! Everything that can be in a world, as data: the blueprints of CARLA 0.9.16 with their attributes,
-//! and what each of them is made of. No behaviour, no I/O.
+//! Everything that can be in a world, as data: the blueprints of CARLA 0.9.16 with their
+//! attributes, and what each of them is made of. No behaviour, no I/O.
 //!
 //! - [`all`] is every [`Blueprint`], ordered by id; [`find`] takes old spellings too.
 //! - [`Attribute`]s are what CARLA's clients read and set; values are text that parses by its kind.

@@ -1,6 +1,6 @@
 //! Goal: vehicles drive as their makers publish, and as their parameters say.
-//! Method: a long level road; standing starts, full braking and steady circles, with bounds around the
-//! published figures that are named in docs/physics.md.
+//! Method: a long level road; standing starts, full braking and steady circles, with bounds around
+//! the published figures that are named in docs/physics.md.
 #![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
 mod common;

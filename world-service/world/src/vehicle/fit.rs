@@ -19,7 +19,8 @@ pub(super) const WHEELS_MAX: usize = 6;
 const AIR_KG_PER_M3: f32 = 1.225;
 /// Smallest load of a wheel over the mean one, so that a strange centre of mass divides by nothing.
 const LOAD_SHARE_MIN: f32 = 0.05;
-/// How much more easily a push at the ground may move a body there than its centre, with full damping.
+/// How much more easily a push at the ground may move a body there than its centre, with full
+/// damping.
 const LEVER_MAX: f32 = 2.0;
 /// Sideways acceleration up to which a rider leans, over gravity and the tyres' friction.
 const RIDER_SHARE: f32 = 0.8;
@@ -36,7 +37,7 @@ pub(crate) struct Fit {
     pub steer_rad_max: f32,
     /// Extra angle of the steered wheels per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
-    /// Damping of a standing tyre over that of a car's: a tall light body swings on its tyres faster.
+    /// Damping of a standing tyre over that of a car's: a tall body swings on its tyres faster.
     pub tyre_damping_share: f32,
     /// Drag of the air over the square of the speed.
     pub drag_n_per_mps2: f32,
@@ -142,8 +143,8 @@ impl Fit {
     ///
     /// - **Source:** radii of gyration of passenger cars as shares of the box, about 0.36 of half
     ///   the width and height diagonal in roll, 0.25 of the length in pitch and 0.26 in yaw; in roll
-    ///   of a bicycle with rider, 0.4 of the height of the centre of mass (Meijaard et al., "Linearized
-    ///   dynamics equations for the balance and steer of a bicycle", 2007).
+    ///   of a bicycle with rider, 0.4 of the height of the centre of mass (Meijaard et al.,
+    ///   "Linearized dynamics equations for the balance and steer of a bicycle", 2007).
     pub(crate) fn inertia_kgm2(&self) -> [f32; 3] {
         let roll_m = if self.model.is_two_wheeler() {
             0.4 * self.physics.centre_of_mass_m.z

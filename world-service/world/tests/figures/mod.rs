@@ -74,9 +74,11 @@ const PAD: &str = r#"<?xml version="1.0"?>
   <road name="pad" length="3000" id="1" junction="-1">
     <planView><geometry s="0" x="-1000" y="0" hdg="0" length="3000"><line/></geometry></planView>
     <lanes><laneSection s="0">
-      <left><lane id="1" type="driving" level="false"><width sOffset="0" a="200" b="0" c="0" d="0"/></lane></left>
+      <left><lane id="1" type="driving" level="false">
+        <width sOffset="0" a="200" b="0" c="0" d="0"/></lane></left>
       <center><lane id="0" type="none" level="false"/></center>
-      <right><lane id="-1" type="driving" level="false"><width sOffset="0" a="200" b="0" c="0" d="0"/></lane></right>
+      <right><lane id="-1" type="driving" level="false">
+        <width sOffset="0" a="200" b="0" c="0" d="0"/></lane></right>
     </laneSection></lanes>
   </road>
 </OpenDRIVE>"#;
