@@ -13,8 +13,8 @@
 //!
 //! **Units and frames:** SI, radians; lengths in the actor's frame, x forward, y left, z up.
 //!
-//! **Source:** ids, attributes and defaults as a running CARLA 0.9.16 lists them; dimensions, masses
-//! and drivetrains as the manufacturers publish them.
+//! **Source:** ids, attributes and defaults as a running CARLA 0.9.16 lists them; dimensions,
+//! masses and drivetrains as the manufacturers publish them.
 
 mod alias;
 mod attribute;

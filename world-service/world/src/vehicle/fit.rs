@@ -142,8 +142,8 @@ impl Fit {
     /// Principal moments of inertia about x, y, z through the centre of mass.
     ///
     /// - **Source:** radii of gyration of passenger cars as shares of the box, about 0.36 of half
-    ///   the width and height diagonal in roll, 0.25 of the length in pitch and 0.26 in yaw; in roll
-    ///   of a bicycle with rider, 0.4 of the height of the centre of mass (Meijaard et al.,
+    ///   the width and height diagonal in roll, 0.25 of the length in pitch and 0.26 in yaw; in
+    ///   roll of a bicycle with rider, 0.4 of the height of the centre of mass (Meijaard et al.,
     ///   "Linearized dynamics equations for the balance and steer of a bicycle", 2007).
     pub(crate) fn inertia_kgm2(&self) -> [f32; 3] {
         let roll_m = if self.model.is_two_wheeler() {
