@@ -1,5 +1,5 @@
-//! Everything that can be in a world, as data: the blueprints of CARLA 0.9.16 with their attributes,
-//! and what each of them is made of. No behaviour, no I/O.
+//! Everything that can be in a world, as data: the blueprints of CARLA 0.9.16 with their
+//! attributes, and what each of them is made of. No behaviour, no I/O.
 //!
 //! - [`all`] is every [`Blueprint`], ordered by id; [`find`] takes old spellings too.
 //! - [`Attribute`]s are what CARLA's clients read and set; values are text that parses by its kind.
@@ -13,8 +13,8 @@
 //!
 //! **Units and frames:** SI, radians; lengths in the actor's frame, x forward, y left, z up.
 //!
-//! **Source:** ids, attributes and defaults as a running CARLA 0.9.16 lists them; dimensions, masses
-//! and drivetrains as the manufacturers publish them.
+//! **Source:** ids, attributes and defaults as a running CARLA 0.9.16 lists them; dimensions,
+//! masses and drivetrains as the manufacturers publish them.
 
 mod alias;
 mod attribute;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use crate::attribute::{Attribute, AttributeKind, common};
 use crate::{Blueprint, Class, alias, prop, sensor, traffic, vehicle, walker};
 
-/// Every blueprint, ordered by id, built once; an index into it names a blueprint within one version.
+/// Every blueprint, ordered by id, built once; an index into it names one within one version.
 pub fn all() -> &'static [Blueprint] {
     static ALL: LazyLock<Vec<Blueprint>> = LazyLock::new(|| {
         let mut all: Vec<Blueprint> = vehicle::blueprints()

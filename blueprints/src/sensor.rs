@@ -33,19 +33,19 @@ pub enum SensorClass {
 /// A row of a table of attributes: (id, kind, recommended values).
 type Row = (&'static str, AttributeKind, &'static [&'static str]);
 
+/// A sensor: (id without `sensor.`, class, proposed roles, tables of attributes).
+type Kind = (&'static str, SensorClass, &'static [&'static str], &'static [&'static [Row]]);
+
 /// Roles that CARLA proposes for most sensors.
 const SIDES: [&str; 8] =
     ["front", "back", "left", "right", "front_left", "front_right", "back_left", "back_right"];
-
-/// A sensor without a lens: id, class, role names, groups of attributes.
-type Other<'a> = (&'a str, SensorClass, &'a [&'a str], &'a [&'a [Row]]);
 
 pub(crate) fn blueprints() -> impl Iterator<Item = Blueprint> {
     use SensorClass::{
         Collision, Gnss, Imu, LaneInvasion, Lidar, Obstacle, Radar, Rss, SemanticLidar, V2x,
         V2xCustom,
     };
-    let others: [Other<'_>; 11] = [
+    let others: [Kind; 11] = [
         ("lidar.ray_cast", Lidar, &SIDES, &[TICK, SCAN, LIDAR]),
         ("lidar.ray_cast_semantic", SemanticLidar, &SIDES, &[TICK, SCAN]),
         ("other.collision", Collision, &SIDES, &[]),

@@ -1,4 +1,4 @@
-//! Goal: a CARLA client can read the whole library, and every vehicle is one that could stand and turn.
+//! Goal: a CARLA client can read the whole library, and every vehicle could stand and turn.
 
 use blueprints::{AttributeKind, BaseType, Blueprint, Class, SensorClass, VehicleModel};
 

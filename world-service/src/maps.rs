@@ -275,6 +275,10 @@ fn warn_of_faults(map: &roads::Map) {
 mod tests {
     use super::*;
 
+    fn tenant() -> Tenant {
+        "ours".parse().unwrap()
+    }
+
     /// A folder that goes away with the test.
     struct Folder(PathBuf);
 

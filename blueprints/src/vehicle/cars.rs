@@ -10,24 +10,6 @@ use super::engine::Engine;
 use super::{BaseType, Driven};
 use parts::*;
 
-// 2.5 of 2017: 160 kW.
-#[rustfmt::skip]
-const MKZ: Design = Design {
-    id: "vehicle.lincoln.mkz",
-    look: Look {
-        paints: &["0,0,0", "16,16,16"],
-        drivers: &[], special: "", generation: 2, lights: true, doors: true,
-    },
-    base: BaseType::Car, chassis: &SALOON, size_m: [4.92, 1.86, 1.48], wheelbase_m: 2.85,
-    track_m: 1.59, tandem_m: 0.0, wheel_radius_m: 0.335, mass_kg: 1_800.0, front_share: 0.56,
-    centre_height_m: 0.53, turning_circle_m: 11.3, drag: (0.285, 2.32), driven: Driven::Front,
-    engine: Engine::Piston {
-        torque_nm: 288.0, plateau_rpm: (3_600.0, 4_200.0), power_kw: 160.0,
-        power_rpm: 6_000.0, idle_rpm: 750.0, rpm_max: 6_500.0, inertia_kgm2: 0.16,
-    },
-    gearbox: &SIX_SALOON,
-};
-
 // A table: one row a vehicle.
 #[rustfmt::skip]
 pub(super) static DESIGNS: &[Design] = &[
@@ -126,22 +108,7 @@ pub(super) static DESIGNS: &[Design] = &[
         },
         gearbox: &FIVE_COMPACT,
     },
-    // R/T 5.7 V8 of 2020: 276 kW.
-    Design {
-        id: "vehicle.dodge.charger_2020",
-        look: Look {
-            paints: &["73,0,0", "0,39,105", "0,0,0", "211,142,0"],
-            drivers: &[], special: "", generation: 2, lights: true, doors: true,
-        },
-        base: BaseType::Car, chassis: &MUSCLE, size_m: [5.04, 1.91, 1.48], wheelbase_m: 3.052,
-        track_m: 1.61, tandem_m: 0.0, wheel_radius_m: 0.363, mass_kg: 2_000.0, front_share: 0.54,
-        centre_height_m: 0.55, turning_circle_m: 11.5, drag: (0.32, 2.4), driven: Driven::Rear,
-        engine: Engine::Piston {
-            torque_nm: 534.0, plateau_rpm: (3_800.0, 4_400.0), power_kw: 276.0,
-            power_rpm: 5_250.0, idle_rpm: 650.0, rpm_max: 6_000.0, inertia_kgm2: 0.25,
-        },
-        gearbox: &EIGHT_CHARGER,
-    },
+    CHARGER,
     // 5.7 V8 of 2008: 254 kW.
     Design {
         id: "vehicle.dodge.charger_police",
@@ -165,14 +132,9 @@ pub(super) static DESIGNS: &[Design] = &[
             paints: &["0,0,0"],
             drivers: &[], special: "emergency", generation: 2, lights: true, doors: true,
         },
-        base: BaseType::Car, chassis: &MUSCLE, size_m: [5.04, 1.91, 1.5], wheelbase_m: 3.052,
-        track_m: 1.61, tandem_m: 0.0, wheel_radius_m: 0.363, mass_kg: 2_080.0, front_share: 0.54,
-        centre_height_m: 0.56, turning_circle_m: 11.5, drag: (0.33, 2.4), driven: Driven::Rear,
-        engine: Engine::Piston {
-            torque_nm: 534.0, plateau_rpm: (3_800.0, 4_400.0), power_kw: 276.0,
-            power_rpm: 5_250.0, idle_rpm: 650.0, rpm_max: 6_000.0, inertia_kgm2: 0.25,
-        },
-        gearbox: &EIGHT_CHARGER,
+        size_m: [5.04, 1.91, 1.5], mass_kg: 2_080.0, centre_height_m: 0.56,
+        drag: (0.33, 2.4),
+        ..CHARGER
     },
     // Crown Victoria 4.6 V8 of 2008, a taxi: 178 kW.
     Design {

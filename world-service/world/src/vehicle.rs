@@ -117,8 +117,11 @@ impl VehicleState {
     /// Fits wheels and gear to a speed that was set from outside.
     pub(crate) fn set_rolling(&mut self, fit: &Fit, forward_mps: f32) {
         let control = self.control;
-        *self =
-            Self { control, road_wheel_rad: self.road_wheel_rad, ..Self::rolling(fit, forward_mps) };
+        *self = Self {
+            control,
+            road_wheel_rad: self.road_wheel_rad,
+            ..Self::rolling(fit, forward_mps)
+        };
     }
 
     /// Lets go of the ground, for a vehicle that is put elsewhere.
@@ -155,11 +158,10 @@ impl VehicleState {
         let guard = balance::pitch_guard(fit, &footings);
         let drive = self.drivetrain.advance(fit, &self.control, &self.wheels, dt_secs);
         let mut impulse = chassis::air_drag(fit, chassis, dt_secs);
-        impulse += balance::rider(fit, chassis, &footings, dt_secs);
+        impulse += balance::rider(fit, chassis, &footings, self.road_wheel_rad, dt_secs);
         for (index, footing) in footings.iter().take(fit.wheels.len()).enumerate() {
             let wheel = &fit.wheels[index];
-            let mut brake =
-                brakes::wheel(wheel, self.brake_pressure, self.control.hand_brake);
+            let mut brake = brakes::wheel(wheel, self.brake_pressure, self.control.hand_brake);
             brake.torque_nm *= guard.brake_share(wheel);
             let input = WheelInput {
                 fit,
@@ -206,6 +208,7 @@ impl VehicleState {
             longitudinal_stiffness: own.physics.longitudinal_stiffness,
             radius_m: own.physics.radius_m,
             damping_nms: own.physics.damping_rate,
+            damping_share: fit.tyre_damping_share,
             inertia_kgm2: input.inertia_kgm2,
             drive_nm: input.drive_nm,
             brake,

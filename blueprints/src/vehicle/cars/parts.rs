@@ -1,10 +1,12 @@
 //! Chassis and gearboxes of passenger cars.
 
-use crate::vehicle::design::{Chassis, Gearbox};
+use crate::vehicle::design::{Chassis, Design, Gearbox, Look};
+use crate::vehicle::engine::Engine;
+use crate::vehicle::{BaseType, Driven};
 
 #[rustfmt::skip]
 pub(super) static SALOON: Chassis = Chassis {
-    clearance_m: 0.16, grip: 1.04, ride_hz: 1.35, damping_ratio: 0.38, anti_roll_per_kg: 7.8,
+    clearance_m: 0.16, grip: 1.08, ride_hz: 1.35, damping_ratio: 0.38, anti_roll_per_kg: 7.8,
     rim_kg: 11.6, brake_g: 1.39, brake_front_share: 0.68, hand_brake_g: 0.52,
     stiffness: (15.0, 20.0),
 };
@@ -16,13 +18,13 @@ pub(super) static COMPACT: Chassis = Chassis {
 };
 #[rustfmt::skip]
 pub(super) static HOT: Chassis = Chassis {
-    clearance_m: 0.13, grip: 1.07, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
+    clearance_m: 0.13, grip: 1.12, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
     rim_kg: 11.0, brake_g: 1.45, brake_front_share: 0.72, hand_brake_g: 0.45,
     stiffness: (15.5, 20.5),
 };
 #[rustfmt::skip]
 pub(super) static SPORT: Chassis = Chassis {
-    clearance_m: 0.13, grip: 1.1, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
+    clearance_m: 0.13, grip: 1.2, ride_hz: 1.6, damping_ratio: 0.42, anti_roll_per_kg: 10.0,
     rim_kg: 11.6, brake_g: 1.6, brake_front_share: 0.66, hand_brake_g: 0.55,
     stiffness: (16.0, 21.0),
 };
@@ -97,7 +99,7 @@ pub(super) static SEVEN_PATROL: Gearbox = Gearbox {
 #[allow(clippy::approx_constant, reason = "the second gear of this gearbox, not the number")]
 #[rustfmt::skip]
 pub(super) static EIGHT_CHARGER: Gearbox = Gearbox {
-    forward: &[4.71, 3.14, 2.1, 1.67, 1.29, 1.0, 0.84, 0.67], reverse: 3.3, final_ratio: 2.62,
+    forward: &[4.714, 3.143, 2.1, 1.67, 1.29, 1.0, 0.84, 0.67], reverse: 3.3, final_ratio: 2.62,
     shift_secs: 0.15,
 };
 #[rustfmt::skip]
@@ -127,4 +129,40 @@ pub(super) static SINGLE_9: Gearbox = Gearbox {
 #[rustfmt::skip]
 pub(super) static SINGLE_8_6: Gearbox = Gearbox {
     forward: &[1.0], reverse: 1.0, final_ratio: 8.6, shift_secs: 0.0,
+};
+
+/// Lincoln MKZ 2.5 of 2017: 160 kW.
+#[rustfmt::skip]
+pub(super) const MKZ: Design = Design {
+    id: "vehicle.lincoln.mkz",
+    look: Look {
+        paints: &["0,0,0", "16,16,16"],
+        drivers: &[], special: "", generation: 2, lights: true, doors: true,
+    },
+    base: BaseType::Car, chassis: &SALOON, size_m: [4.92, 1.86, 1.48], wheelbase_m: 2.85,
+    track_m: 1.59, tandem_m: 0.0, wheel_radius_m: 0.335, mass_kg: 1_800.0, front_share: 0.56,
+    centre_height_m: 0.53, turning_circle_m: 11.3, drag: (0.285, 2.32), driven: Driven::Front,
+    engine: Engine::Piston {
+        torque_nm: 288.0, plateau_rpm: (3_600.0, 4_200.0), power_kw: 160.0,
+        power_rpm: 6_000.0, idle_rpm: 750.0, rpm_max: 6_500.0, inertia_kgm2: 0.16,
+    },
+    gearbox: &SIX_SALOON,
+};
+
+/// Dodge Charger R/T 5.7 V8 of 2020: 276 kW.
+#[rustfmt::skip]
+pub(super) const CHARGER: Design = Design {
+    id: "vehicle.dodge.charger_2020",
+    look: Look {
+        paints: &["73,0,0", "0,39,105", "0,0,0", "211,142,0"],
+        drivers: &[], special: "", generation: 2, lights: true, doors: true,
+    },
+    base: BaseType::Car, chassis: &MUSCLE, size_m: [5.04, 1.91, 1.48], wheelbase_m: 3.052,
+    track_m: 1.61, tandem_m: 0.0, wheel_radius_m: 0.363, mass_kg: 2_000.0, front_share: 0.54,
+    centre_height_m: 0.55, turning_circle_m: 11.5, drag: (0.32, 2.4), driven: Driven::Rear,
+    engine: Engine::Piston {
+        torque_nm: 534.0, plateau_rpm: (3_800.0, 4_400.0), power_kw: 276.0,
+        power_rpm: 5_250.0, idle_rpm: 650.0, rpm_max: 6_000.0, inertia_kgm2: 0.25,
+    },
+    gearbox: &EIGHT_CHARGER,
 };

@@ -136,11 +136,8 @@ impl Ackermann {
     fn turn(&mut self, target: &AckermannControl, dt_secs: f32) {
         let change_rad = target.steer_rad - self.steer_rad;
         let step_rad = target.steer_radps.abs() * dt_secs;
-        self.steer_rad += if step_rad > 0.0 {
-            change_rad.clamp(-step_rad, step_rad)
-        } else {
-            change_rad
-        };
+        self.steer_rad +=
+            if step_rad > 0.0 { change_rad.clamp(-step_rad, step_rad) } else { change_rad };
     }
 
     /// Both loops, with speeds counted along the way that is wanted.
@@ -153,11 +150,8 @@ impl Ackermann {
             (ACCELERATION_MPS2_MAX, DECELERATION_MPS2_MAX)
         };
         let speed_error = target.speed_mps.abs() - along_mps;
-        let change = self.speed.step(
-            speed_error,
-            (gains.speed_kp, gains.speed_ki, gains.speed_kd),
-            dt_secs,
-        );
+        let change =
+            self.speed.step(speed_error, (gains.speed_kp, gains.speed_ki, gains.speed_kd), dt_secs);
         // Beyond what is left to gain, a wanted acceleration is only overshoot.
         let enough_mps2 = SETTLE_PER_SEC * speed_error.abs();
         let wanted_mps2 = (self.wanted_mps2 + change).clamp(-enough_mps2, enough_mps2);

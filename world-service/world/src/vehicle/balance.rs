@@ -12,9 +12,10 @@ use super::fit::{Fit, GRAVITY_MPS2, WheelFit};
 use super::suspension::Footings;
 use super::{Chassis, Impulse};
 
-/// Natural frequency of the return to the wanted lean, and its damping.
-const LEAN_RADPS: f32 = 6.0;
-const LEAN_DAMPING: f32 = 0.8;
+/// Torque per radian from the wanted lean over weight times height: gravity alone needs 1.
+const RETURN_SHARE: f32 = 2.2;
+/// The same per radian per second.
+const DAMPING_SECS: f32 = 0.45;
 /// Greatest lean that a rider asks for (50°).
 const LEAN_RAD_MAX: f32 = 0.87;
 /// Lean from which nobody saves it (65°).
@@ -22,8 +23,8 @@ const LOST_RAD: f32 = 1.13;
 /// Strongest torque over weight times height: a push beyond it throws the vehicle over.
 const TORQUE_SHARE_MAX: f32 = 1.5;
 /// Share of the load at rest below which a rider, or electronics, hold back drive and brake.
-const FRONT_LOAD_SHARE: f32 = 0.3;
-const REAR_LOAD_SHARE: f32 = 0.25;
+const FRONT_LOAD_SHARE: f32 = 0.15;
+const REAR_LOAD_SHARE: f32 = 0.2;
 
 /// How much of drive and front brake keeps both wheels down; all of it on three wheels or more.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +56,13 @@ pub(super) fn pitch_guard(fit: &Fit, footings: &Footings) -> PitchGuard {
 }
 
 /// The rider's balance during one substep; nothing for what stands by itself, lies or flies.
-pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: f32) -> Impulse {
+pub(super) fn rider(
+    fit: &Fit,
+    chassis: &Chassis,
+    footings: &Footings,
+    road_wheel_rad: f32,
+    dt_secs: f32,
+) -> Impulse {
     if !fit.model.is_two_wheeler() || footings.iter().all(Option::is_none) {
         return Impulse::default();
     }
@@ -67,18 +74,17 @@ pub(super) fn rider(fit: &Fit, chassis: &Chassis, footings: &Footings, dt_secs: 
     if lean_rad.abs() > LOST_RAD {
         return Impulse::default();
     }
-    let curve_mps2 = forward.dot(&chassis.linear_mps) * chassis.angular_radps.z;
-    let wanted_rad = ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
+    // What the steer asks and not what the yaw rate is: leaning after a slide ends in a fall.
+    let along_mps = forward.dot(&chassis.linear_mps);
+    let square = along_mps * along_mps;
+    let curve_mps2 =
+        square * road_wheel_rad / (fit.wheelbase_m + fit.understeer_rad_per_mps2 * square).max(0.1);
+    let wanted_rad =
+        ComplexField::atan(curve_mps2 / GRAVITY_MPS2).clamp(-LEAN_RAD_MAX, LEAN_RAD_MAX);
     // Turning about the forward axis lifts the left side: the other way than leaning left.
     let leaning_radps = -chassis.angular_radps.dot(&forward);
-    let [roll_kgm2, ..] = fit.inertia_kgm2();
-    let height_m = fit.physics.centre_of_mass_m.z;
-    let mass_kg = fit.physics.mass_kg;
-    let inertia_kgm2 = roll_kgm2 + mass_kg * height_m * height_m;
-    let wanted_nm = inertia_kgm2
-        * (LEAN_RADPS * LEAN_RADPS * (wanted_rad - lean_rad)
-            - 2.0 * LEAN_DAMPING * LEAN_RADPS * leaning_radps);
-    let strongest_nm = TORQUE_SHARE_MAX * mass_kg * GRAVITY_MPS2 * height_m;
-    let torque_nm = wanted_nm.clamp(-strongest_nm, strongest_nm);
+    let share = RETURN_SHARE * (wanted_rad - lean_rad) - DAMPING_SECS * leaning_radps;
+    let weight_nm = fit.physics.mass_kg * GRAVITY_MPS2 * fit.physics.centre_of_mass_m.z;
+    let torque_nm = share.clamp(-TORQUE_SHARE_MAX, TORQUE_SHARE_MAX) * weight_nm;
     Impulse { linear_ns: Vec3::zeros(), angular_nms: forward * (-torque_nm * dt_secs) }
 }

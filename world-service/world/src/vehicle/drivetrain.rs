@@ -10,8 +10,9 @@ use super::fit::Fit;
 use super::steering::interpolate;
 
 /// Share of the span from idle to the highest speed to which the clutch lets the engine rise when
-/// it starts at full throttle.
+/// it starts at full throttle: as a torque converter does, and as a motorcyclist does.
 const LAUNCH_SHARE: f32 = 0.24;
+const RIDER_LAUNCH_SHARE: f32 = 0.5;
 /// Speed of the vehicle below which it changes between forward and reverse.
 const REVERSE_MPS: f32 = 2.0;
 /// Changes of gear are at least this far apart, so that the box does not hunt.
@@ -129,7 +130,8 @@ impl Drivetrain {
         let (physics, throttle) = (&fit.physics, control.throttle);
         let rpm = rpm_at(fit, self.gear, spin_radps);
         let ratio = ratio(fit, self.gear);
-        let launch_rpm = LAUNCH_SHARE * (physics.engine_rpm_max - fit.model.idle_rpm);
+        let share = if fit.model.is_two_wheeler() { RIDER_LAUNCH_SHARE } else { LAUNCH_SHARE };
+        let launch_rpm = share * (physics.engine_rpm_max - fit.model.idle_rpm);
         self.engine_rpm = rpm.max(fit.model.idle_rpm + launch_rpm * throttle);
         let full_nm = if self.engine_rpm > physics.engine_rpm_max {
             0.0

@@ -19,6 +19,9 @@ pub(super) const WHEELS_MAX: usize = 6;
 const AIR_KG_PER_M3: f32 = 1.225;
 /// Smallest load of a wheel over the mean one, so that a strange centre of mass divides by nothing.
 const LOAD_SHARE_MIN: f32 = 0.05;
+/// How much more easily a push at the ground may move a body there than its centre, with full
+/// damping.
+const LEVER_MAX: f32 = 2.0;
 /// Sideways acceleration up to which a rider leans, over gravity and the tyres' friction.
 const RIDER_SHARE: f32 = 0.8;
 
@@ -34,6 +37,8 @@ pub(crate) struct Fit {
     pub steer_rad_max: f32,
     /// Extra angle of the steered wheels per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
+    /// Damping of a standing tyre over that of a car's: a tall body swings on its tyres faster.
+    pub tyre_damping_share: f32,
     /// Drag of the air over the square of the speed.
     pub drag_n_per_mps2: f32,
 }
@@ -63,8 +68,12 @@ impl Fit {
         let middle_m = f32::midpoint(front_x_m, rear_x_m);
         let loads_n = static_loads_n(&physics);
         let is_front = |wheel: &WheelPhysics| wheel.position_m.x > middle_m;
-        let steered: Vec<f32> =
-            physics.wheels.iter().map(|wheel| wheel.steer_rad_max).filter(|&rad| rad > 0.0).collect();
+        let steered: Vec<f32> = physics
+            .wheels
+            .iter()
+            .map(|wheel| wheel.steer_rad_max)
+            .filter(|&rad| rad > 0.0)
+            .collect();
         let steer_rad_max = mean(steered.into_iter()).unwrap_or(0.0);
         let stiffness_of = |front: bool| {
             let chosen = physics.wheels.iter().filter(|wheel| is_front(wheel) == front);
@@ -74,35 +83,47 @@ impl Fit {
         let drag_area_m2 = physics.drag_coefficient * model.frontal_area_m2;
         let driven_count =
             physics.wheels.iter().filter(|wheel| is_driven(model.driven, is_front(wheel))).count();
-        let wheels = physics.wheels.iter().zip(loads_n).enumerate().map(|(index, (wheel, load_n))| {
-            let (front, radius_m) = (is_front(wheel), wheel.radius_m);
-            let driven = is_driven(model.driven, front);
-            let rim = radius_m / model.wheel_radius_m;
-            WheelFit {
-                physics: *wheel,
-                is_front: front,
-                foot_m: wheel.position_m - Vec3::z() * radius_m,
-                inertia_kgm2: model.wheel_inertia_kgm2 * rim * rim,
-                load_n,
-                spring: Spring::new(model, load_n, front),
-                partner: partner(&physics.wheels, index),
-                drive_share: if driven { 1.0 / driven_count as f32 } else { 0.0 },
-                steer_share: if steer_rad_max > 0.0 {
-                    wheel.steer_rad_max / steer_rad_max
-                } else {
-                    0.0
-                },
-            }
-        });
-        Self {
+        let wheels =
+            physics.wheels.iter().zip(loads_n).enumerate().map(|(index, (wheel, load_n))| {
+                let (front, radius_m) = (is_front(wheel), wheel.radius_m);
+                let driven = is_driven(model.driven, front);
+                let rim = radius_m / model.wheel_radius_m;
+                WheelFit {
+                    physics: *wheel,
+                    is_front: front,
+                    foot_m: wheel.position_m - Vec3::z() * radius_m,
+                    inertia_kgm2: model.wheel_inertia_kgm2 * rim * rim,
+                    load_n,
+                    spring: Spring::new(model, load_n, front),
+                    partner: partner(&physics.wheels, index),
+                    drive_share: if driven { 1.0 / driven_count as f32 } else { 0.0 },
+                    steer_share: if steer_rad_max > 0.0 {
+                        wheel.steer_rad_max / steer_rad_max
+                    } else {
+                        0.0
+                    },
+                }
+            });
+        let mut fit = Self {
             model,
             wheels: wheels.collect(),
+            tyre_damping_share: 1.0,
             wheelbase_m: front_x_m - rear_x_m,
             steer_rad_max,
             understeer_rad_per_mps2: softness / GRAVITY_MPS2,
             drag_n_per_mps2: 0.5 * AIR_KG_PER_M3 * drag_area_m2,
             physics,
-        }
+        };
+        fit.tyre_damping_share = fit.tyre_damping_share();
+        fit
+    }
+
+    /// Keeps the damping within what a substep can follow.
+    fn tyre_damping_share(&self) -> f32 {
+        let height_m = self.physics.centre_of_mass_m.z;
+        let [roll_kgm2, pitch_kgm2, _] = self.inertia_kgm2();
+        let lever = self.physics.mass_kg * height_m * height_m / roll_kgm2.min(pitch_kgm2);
+        (LEVER_MAX / (1.0 + lever)).min(1.0)
     }
 
     /// Mean angle of the steered wheels that full control reaches at a speed.
@@ -121,9 +142,15 @@ impl Fit {
     /// Principal moments of inertia about x, y, z through the centre of mass.
     ///
     /// - **Source:** radii of gyration of passenger cars as shares of the box, about 0.36 of half
-    ///   the width and height diagonal in roll, 0.25 of the length in pitch and 0.26 in yaw.
+    ///   the width and height diagonal in roll, 0.25 of the length in pitch and 0.26 in yaw; in
+    ///   roll of a bicycle with rider, 0.4 of the height of the centre of mass (Meijaard et al.,
+    ///   "Linearized dynamics equations for the balance and steer of a bicycle", 2007).
     pub(crate) fn inertia_kgm2(&self) -> [f32; 3] {
-        let roll_m = 0.36 * self.model.width_m;
+        let roll_m = if self.model.is_two_wheeler() {
+            0.4 * self.physics.centre_of_mass_m.z
+        } else {
+            0.36 * self.model.width_m
+        };
         let pitch_m = 0.25 * self.model.length_m;
         let yaw_m = 0.26 * self.model.length_m;
         [roll_m, pitch_m, yaw_m].map(|radius_m| self.physics.mass_kg * radius_m * radius_m)
@@ -270,8 +297,7 @@ mod tests {
             let fit = Fit::new(model, model.physics.clone());
             let weight_n = fit.physics.mass_kg * GRAVITY_MPS2;
             let total_n: f32 = fit.wheels.iter().map(|wheel| wheel.load_n).sum();
-            let moment_nm: f32 =
-                fit.wheels.iter().map(|wheel| wheel.load_n * wheel.foot_m.x).sum();
+            let moment_nm: f32 = fit.wheels.iter().map(|wheel| wheel.load_n * wheel.foot_m.x).sum();
             let arm_m = moment_nm / weight_n - fit.physics.centre_of_mass_m.x;
             assert!((total_n / weight_n - 1.0).abs() < 1.0e-4, "{}: {total_n} N", blueprint.id);
             assert!(arm_m.abs() < 1.0e-3, "{}: {arm_m} m", blueprint.id);

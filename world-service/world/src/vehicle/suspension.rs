@@ -57,9 +57,8 @@ pub(super) fn footings(fit: &Fit, chassis: &Chassis, ground: &Ground) -> Footing
         let Some(footing) = slot else { continue };
         let across_m = wheel.partner.map_or(footing.compression_m, |index| compressions[index]);
         let twist_m = footing.compression_m - across_m;
-        footing.load_n = (spring_and_damper_n(wheel, chassis, footing)
-            + anti_roll_n_per_m * twist_m)
-            .max(0.0);
+        footing.load_n =
+            (spring_and_damper_n(wheel, chassis, footing) + anti_roll_n_per_m * twist_m).max(0.0);
         if footing.load_n <= 0.0 {
             *slot = None;
         }

@@ -54,7 +54,12 @@ pub(crate) fn telemetry(
         engine_rpm: state.drivetrain.engine_rpm,
         gear: state.drivetrain.gear,
         drag_n: fit.drag_n_per_mps2 * air_mps * air_mps,
-        wheels: state.wheels.iter().zip(&fit.wheels).map(|(wheel, fit)| of_wheel(wheel, fit)).collect(),
+        wheels: state
+            .wheels
+            .iter()
+            .zip(&fit.wheels)
+            .map(|(wheel, fit)| of_wheel(wheel, fit))
+            .collect(),
     }
 }
 

@@ -24,6 +24,9 @@ const PEAK: f32 = 3.0;
 const SLIDING: f32 = 5.0;
 /// Sliding friction over the highest friction.
 const SLIDING_SHARE: f32 = 0.9;
+/// Highest friction sideways over that along the wheel: road tests of one car corner at 0.85 to
+/// 0.95 of the deceleration with which they brake.
+const LATERAL_SHARE: f32 = 0.92;
 /// Loss of friction when the load doubles.
 const LOAD_SENSITIVITY: f32 = 0.08;
 /// Rolling speed from which the brush model holds entirely.
@@ -65,6 +68,8 @@ pub(super) struct TyreInput {
     pub radius_m: f32,
     /// Resistance of the bearing.
     pub damping_nms: f32,
+    /// Damping of the standing tyre over the usual one.
+    pub damping_share: f32,
     pub inertia_kgm2: f32,
     pub drive_nm: f32,
     pub brake: WheelBrake,
@@ -119,12 +124,13 @@ impl Contact {
         let brush = (rolling_mps / BRUSH_MPS).min(1.0);
         let keep = |relaxation_m: f32| 1.0 / (1.0 + input.dt_secs * rolling_mps / relaxation_m);
         Self {
-            forward_n_per_m: input.longitudinal_stiffness * input.load_n / LONGITUDINAL_RELAXATION_M,
+            forward_n_per_m: input.longitudinal_stiffness * input.load_n
+                / LONGITUDINAL_RELAXATION_M,
             left_n_per_m: input.lateral_stiffness * stiffening_n / LATERAL_RELAXATION_M,
             friction_n: friction_n(input),
             forward_keep: keep(LONGITUDINAL_RELAXATION_M),
             left_keep: keep(LATERAL_RELAXATION_M),
-            damping_secs: DAMPING_SECS * (1.0 - brush),
+            damping_secs: DAMPING_SECS * input.damping_share * (1.0 - brush),
             brush,
         }
     }
@@ -132,7 +138,7 @@ impl Contact {
     /// Normalised deflection: what the linear force would be over the highest friction.
     fn normalised(&self, tyre: Tyre) -> f32 {
         let forward = self.forward_n_per_m * tyre.forward_m;
-        let left = self.left_n_per_m * tyre.left_m;
+        let left = self.left_n_per_m * tyre.left_m / LATERAL_SHARE;
         (forward * forward + left * left).sqrt() / self.friction_n.max(1.0e-3)
     }
 
@@ -247,6 +253,7 @@ mod tests {
             lateral_load_max: 2.0,
             longitudinal_stiffness: 22.0,
             damping_nms: 0.0,
+            damping_share: 1.0,
             radius_m: 0.33,
             inertia_kgm2: 1.3,
             drive_nm: 0.0,
