@@ -1,7 +1,7 @@
 //! The CARLA gateway: lets the official client of CARLA 0.9.16 drive worlds on the bus.
 //!
 //! - `rpc` and `stream` are the two channels of CARLA's protocol, without meaning.
-//! - `dialect` is its messages as types; `snapshot` and `sensors` are the payloads of its streams.
+//! - `dialect` is its messages as types; `snapshot`, `sensors` and `pictures` are the payloads of its streams.
 //! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call does.
 //! - `site` is the world service behind the bus.
 //!
@@ -17,6 +17,7 @@ mod episode;
 mod launcher;
 mod maps;
 mod navigation;
+mod pictures;
 mod rpc;
 mod sensors;
 mod site;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use roads::nav::{NavMesh, detour};
 use tokio::sync::OnceCell;
 
 /// A file that clients fetch.
@@ -39,6 +40,13 @@ impl Navigation {
     }
 }
 
-fn make(_map: &roads::Map) -> Option<NavFile> {
-    None
+fn make(map: &roads::Map) -> Option<NavFile> {
+    let mesh = NavMesh::new(map).map_err(|error| warn(map, &error)).ok()?;
+    let bytes = detour::file(&mesh).map_err(|error| warn(map, &error)).ok()?;
+    // No file at all where nobody can walk: clients would not survive an empty one.
+    (!bytes.is_empty()).then(|| NavFile { path: detour::file_name(map.name(), &bytes), bytes })
+}
+
+fn warn(map: &roads::Map, error: &dyn std::fmt::Display) {
+    tracing::warn!(map = map.name(), %error, "walkers of clients have no way to go here");
 }

@@ -1,6 +1,6 @@
 //! What sensors tell, byte by byte as CARLA's client reads it.
 
-use schemas::{ActorId, Image, LidarPoint, Measurement, Pose, RadarDetection, Scan};
+use schemas::{ActorId, LidarPoint, Measurement, RadarDetection, Scan};
 use schemas::{SemanticLidarPoint, SensorDatum, Vec3, carla};
 use serde::Serialize;
 
@@ -10,17 +10,12 @@ use crate::snapshot::header;
 /// Numbers of the sensors in the header; positions in a list inside the client.
 mod kind {
     pub(super) const COLLISION: u64 = 0;
-    pub(super) const DEPTH: u64 = 1;
-    pub(super) const NORMALS: u64 = 2;
     pub(super) const GNSS: u64 = 4;
     pub(super) const IMU: u64 = 5;
     pub(super) const OBSTACLE: u64 = 7;
     pub(super) const RADAR: u64 = 9;
     pub(super) const SEMANTIC_LIDAR: u64 = 10;
     pub(super) const LIDAR: u64 = 11;
-    pub(super) const RGB: u64 = 13;
-    pub(super) const SEMANTIC: u64 = 14;
-    pub(super) const INSTANCE: u64 = 15;
 }
 
 /// The payload of one measurement; `None` for what clients find out for themselves. `actor_of`
@@ -117,46 +112,9 @@ fn radar(mut out: Vec<u8>, detections: &[RadarDetection]) -> Vec<u8> {
     out
 }
 
-/// A picture as a camera sent it, with the place of the camera.
-pub(crate) struct Picture<'a> {
-    pub(crate) blueprint: &'a str,
-    pub(crate) frame_number: u64,
-    pub(crate) sim_secs: f64,
-    pub(crate) world_from_camera: &'a Pose,
-    pub(crate) horizontal_fov_rad: f32,
-}
-
-/// The payload of one picture of four bytes a pixel; `None` for a camera that takes others.
-pub(crate) fn encode_picture(picture: &Picture<'_>, image: Image) -> Option<Vec<u8>> {
-    let kind = match picture.blueprint {
-        "sensor.camera.rgb" => kind::RGB,
-        "sensor.camera.depth" => kind::DEPTH,
-        "sensor.camera.normals" => kind::NORMALS,
-        "sensor.camera.semantic_segmentation" => kind::SEMANTIC,
-        "sensor.camera.instance_segmentation" => kind::INSTANCE,
-        _ => return None,
-    };
-    let pixels = image.width_px as usize * image.height_px as usize;
-    if image.data.len() != pixels * 4 {
-        return None;
-    }
-    let transform = Transform::of(picture.world_from_camera);
-    let mut out = header(kind, picture.frame_number, picture.sim_secs, &transform);
-    out.reserve_exact(12 + image.data.len());
-    out.extend_from_slice(&image.width_px.to_le_bytes());
-    out.extend_from_slice(&image.height_px.to_le_bytes());
-    out.extend_from_slice(&picture.horizontal_fov_rad.to_degrees().to_le_bytes());
-    let start = out.len();
-    out.extend_from_slice(&image.data);
-    for pixel in out[start..].chunks_exact_mut(4) {
-        pixel.swap(0, 2);
-    }
-    Some(out)
-}
-
 #[cfg(test)]
 mod tests {
-    use schemas::{ImageEncoding, ImageKind, Tick};
+    use schemas::{Pose, Tick};
 
     use super::*;
 
@@ -201,28 +159,5 @@ mod tests {
         assert_eq!(bytes.len(), 4 + 4 + 8 + 16);
         assert_eq!(bytes[4..16], [2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
         assert_eq!(bytes[20..24], (-2.0f32).to_le_bytes());
-    }
-
-    #[test]
-    fn a_picture_is_blue_green_red() {
-        let image = Image {
-            camera: 0,
-            width_px: 1,
-            height_px: 1,
-            kind: ImageKind::Rgb,
-            encoding: ImageEncoding::Rgba8,
-            data: vec![1, 2, 3, 255],
-        };
-        let picture = Picture {
-            blueprint: "sensor.camera.rgb",
-            frame_number: 5,
-            sim_secs: 0.0,
-            world_from_camera: &Pose::identity(),
-            horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
-        };
-        let bytes = encode_picture(&picture, image).unwrap();
-        assert_eq!(bytes[48..56], [1, 0, 0, 0, 1, 0, 0, 0]);
-        assert_eq!(bytes[56..60], 90.0f32.to_le_bytes());
-        assert_eq!(bytes[60..], [3, 2, 1, 255]);
     }
 }

@@ -1,7 +1,9 @@
 //! What the world observer tells: the state of every actor after a tick.
 
-use schemas::{ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure};
 use schemas::carla;
+use schemas::{
+    ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure,
+};
 
 use crate::dialect::{Transform, Vector3D, spin_deg};
 
@@ -29,7 +31,12 @@ pub(crate) struct Moment {
 }
 
 /// The 48 bytes in front of every payload.
-pub(crate) fn header(sensor_type: u64, frame: u64, sim_secs: f64, transform: &Transform) -> Vec<u8> {
+pub(crate) fn header(
+    sensor_type: u64,
+    frame: u64,
+    sim_secs: f64,
+    transform: &Transform,
+) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
     out.extend_from_slice(&sensor_type.to_le_bytes());
     out.extend_from_slice(&frame.to_le_bytes());
@@ -91,6 +98,9 @@ fn light_of<'a>(frame: &'a Frame, actor: &ActorState) -> Option<&'a TrafficLight
     frame.traffic_lights.get(at)
 }
 
+/// The limit that CARLA tells where none is posted.
+const UNPOSTED_KMH: f32 = 30.0;
+
 fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     let control = &actor.control;
     for number in [control.throttle, -control.steer, control.brake] {
@@ -98,11 +108,14 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     }
     out.extend([control.hand_brake, control.reverse, control.manual_gear].map(u8::from));
     out.extend_from_slice(&i32::from(actor.gear).to_le_bytes());
-    out.extend_from_slice(&carla::kmh(actor.speed_limit_mps).to_le_bytes());
-    let light = actor.traffic_light.and_then(|id| {
-        frame.actor(id).and_then(|light| light_of(frame, light))
-    });
-    out.push(light.map_or(colour_index(TrafficLightColour::Green), |light| colour_index(light.colour)));
+    let posted = actor.speed_limit_mps > 0.0;
+    let limit_kmh = if posted { carla::kmh(actor.speed_limit_mps) } else { UNPOSTED_KMH };
+    out.extend_from_slice(&limit_kmh.to_le_bytes());
+    let light =
+        actor.traffic_light.and_then(|id| frame.actor(id).and_then(|light| light_of(frame, light)));
+    out.push(
+        light.map_or(colour_index(TrafficLightColour::Green), |light| colour_index(light.colour)),
+    );
     out.push(u8::from(light.is_some()));
     out.extend_from_slice(&light.map_or(0, |light| light.actor.get()).to_le_bytes());
     out.push(match actor.failure {

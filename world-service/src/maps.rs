@@ -316,7 +316,8 @@ mod tests {
         let maps = folder.maps();
         assert_eq!(maps.list(&tenant()).len(), ours.list(&tenant()).len());
         let digest = blake3::hash(other.as_bytes()).to_hex().to_string();
-        let listed = maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
+        let listed =
+            maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
         assert_eq!(listed.digest, digest);
         assert_eq!(maps.asset(&digest), Ok(other.into_bytes()));
         assert!(*maps.common_town("Town10HD_Opt").unwrap() > 0);
@@ -336,8 +337,9 @@ mod tests {
     fn files_may_come_change_and_go_while_the_service_runs() {
         let folder = Folder::new("changes");
         let maps = folder.maps();
-        let digest =
-            |name: &str| maps.list(&tenant()).into_iter().find(|map| map.name == name).map(|map| map.digest);
+        let digest = |name: &str| {
+            maps.list(&tenant()).into_iter().find(|map| map.name == name).map(|map| map.digest)
+        };
         assert_eq!(digest("Mine"), None);
         let ours = digest("Town02").unwrap();
         let first = roads::town::build("Town02").unwrap();

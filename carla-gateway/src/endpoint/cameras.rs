@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
-use schemas::{ActorId, Camera, ImageEncoding, ImageKind, Pose, Reply, Request, Tick};
+use schemas::{ActorId, Camera, Pose, Reply, Request, Tick};
 
 use super::Endpoint;
 use crate::dialect::Actor;
+use crate::pictures::{Picture, encode_picture, encoding_of, image_kind};
 use crate::rpc::Refusal;
-use crate::sensors::{Picture, encode_picture};
 use crate::site::Site;
 use crate::stream::Hub;
 
@@ -33,14 +33,6 @@ struct Order {
     frame_number: u64,
     sim_secs: f64,
     waits: bool,
-}
-
-/// What a camera's pixels hold, for those that can be drawn.
-pub(crate) fn image_kind(blueprint: &str) -> Option<ImageKind> {
-    match blueprint {
-        "sensor.camera.rgb" => Some(ImageKind::Rgb),
-        _ => None,
-    }
 }
 
 impl Endpoint {
@@ -106,13 +98,12 @@ impl Order {
         }
         for (camera, image) in self.cameras.iter().zip(images.images) {
             let picture = Picture {
-                blueprint: &camera.blueprint,
                 frame_number: self.frame_number,
                 sim_secs: self.sim_secs,
                 world_from_camera: &camera.world_from_camera,
                 horizontal_fov_rad: camera.horizontal_fov_rad,
             };
-            match encode_picture(&picture, image) {
+            match encode_picture(&picture, &image) {
                 Some(payload) => self.hub.publish(camera.stream, payload, self.waits).await,
                 None => tracing::warn!(camera = camera.blueprint, "a picture of another size"),
             }
@@ -124,11 +115,7 @@ impl Order {
 ///
 /// # Errors
 /// What cannot be drawn, in words for whoever spawns it.
-pub(crate) fn camera(
-    actor: &Actor,
-    id: u32,
-    world_from_camera: &Pose,
-) -> Result<Camera, Refusal> {
+pub(crate) fn camera(actor: &Actor, id: u32, world_from_camera: &Pose) -> Result<Camera, Refusal> {
     let blueprint = &actor.description.type_id;
     let kind = image_kind(blueprint)
         .ok_or_else(|| Refusal(format!("{blueprint} cannot be drawn by this server")))?;
@@ -158,7 +145,7 @@ pub(crate) fn camera(
         height_px: side("image_size_y", 600.0)?,
         horizontal_fov_rad: fov_deg.to_radians(),
         kind,
-        encoding: ImageEncoding::Rgba8,
+        encoding: encoding_of(kind),
         jpeg_quality: JPEG_QUALITY,
     })
 }

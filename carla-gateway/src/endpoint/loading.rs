@@ -5,8 +5,8 @@ use std::sync::Arc;
 use schemas::wire::decode_frame;
 use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
 
-use super::worlds::refused;
 use super::Endpoint;
+use super::worlds::refused;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::Refusal;
@@ -45,6 +45,7 @@ impl Endpoint {
             dt_secs: DT_SECS,
             commands: Vec::new(),
             lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
+            traffic: true,
         };
         let created = self.site.ask(request).await.map_err(|error| refused(&error))?;
         let Reply::WorldCreated { world, frame, .. } = created else {

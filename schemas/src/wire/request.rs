@@ -85,12 +85,8 @@ fn body_out(
             (Body::RunCommands, fb::RunCommands::create(b, &args).as_union_value())
         }
         Request::TickWorlds(items) => (Body::TickWorlds, tick_out(b, items)),
-        Request::Capture { world, cameras } => {
-            let cameras = Some(cameras_out(b, cameras));
-            let args = fb::CaptureArgs { world: world.get(), cameras };
-            (Body::Capture, fb::Capture::create(b, &args).as_union_value())
-        }
-        Request::DescribeActors { .. }
+        Request::Capture { .. }
+        | Request::DescribeActors { .. }
         | Request::InspectVehicle { .. }
         | Request::CastRays { .. } => question_out(b, request),
         Request::PutMap { name, text } => {
@@ -107,6 +103,11 @@ fn question_out(
 ) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
     use fb::RequestBody as Body;
     match request {
+        Request::Capture { world, cameras } => {
+            let cameras = Some(cameras_out(b, cameras));
+            let args = fb::CaptureArgs { world: world.get(), cameras };
+            (Body::Capture, fb::Capture::create(b, &args).as_union_value())
+        }
         Request::DescribeActors { world, actors } => {
             let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
             let actors = Some(b.create_vector(&ids));
@@ -177,10 +178,7 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         return rays_in(&cast);
     }
     if let Some(put) = raw.body_as_put_map() {
-        return Ok(Request::PutMap {
-            name: put.name().to_owned(),
-            text: put.text().to_owned(),
-        });
+        return Ok(Request::PutMap { name: put.name().to_owned(), text: put.text().to_owned() });
     }
     match kind {
         Body::ListWorlds => Ok(Request::ListWorlds),

@@ -46,12 +46,8 @@ impl World {
             Command::SetWalkerState { actor, world_from_actor, speed_mps } => {
                 self.set_walker_state(*actor, world_from_actor, *speed_mps)
             }
-            Command::SetAckermann { actor, control } => {
-                self.set_ackermann(*actor, *control)
-            }
-            Command::SetAckermannGains { actor, gains } => {
-                self.set_gains(*actor, *gains)
-            }
+            Command::SetAckermann { actor, control } => self.set_ackermann(*actor, *control),
+            Command::SetAckermannGains { actor, gains } => self.set_gains(*actor, *gains),
             Command::SetVehiclePhysics { actor, physics } => {
                 self.set_vehicle_physics(*actor, physics)
             }

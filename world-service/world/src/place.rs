@@ -69,12 +69,11 @@ fn corners_xy_m(model: &VehicleModel) -> [(f32, f32); 4] {
 
 /// All wheels on the plane through the ground under them, heading kept.
 fn vehicle_on_ground(model: &VehicleModel, wanted: &Pose, ground: &Ground) -> Pose {
-    let [front_left, front_right, rear_left, rear_right] =
-        corners_xy_m(model).map(|(x_m, y_m)| {
-            let point_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
-            let surface = ground.below(point_m + Vec3::z() * REACH_M);
-            Vec3::new(point_m.x, point_m.y, surface.height_m)
-        });
+    let [front_left, front_right, rear_left, rear_right] = corners_xy_m(model).map(|(x_m, y_m)| {
+        let point_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
+        let surface = ground.below(point_m + Vec3::z() * REACH_M);
+        Vec3::new(point_m.x, point_m.y, surface.height_m)
+    });
     let forward = front_left + front_right - rear_left - rear_right;
     let left = front_left + rear_left - front_right - rear_right;
     let centre_m = (front_left + front_right + rear_left + rear_right) / 4.0;

@@ -96,7 +96,6 @@ pub(super) static SEVEN_PATROL: Gearbox = Gearbox {
     forward: &[4.89, 3.17, 2.03, 1.41, 1.0, 0.86, 0.77], reverse: 4.04, final_ratio: 3.36,
     shift_secs: 0.2,
 };
-#[allow(clippy::approx_constant, reason = "the second gear of this gearbox, not the number")]
 #[rustfmt::skip]
 pub(super) static EIGHT_CHARGER: Gearbox = Gearbox {
     forward: &[4.714, 3.143, 2.1, 1.67, 1.29, 1.0, 0.84, 0.67], reverse: 3.3, final_ratio: 2.62,
