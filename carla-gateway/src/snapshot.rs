@@ -15,6 +15,8 @@ const RECORD_BYTES: usize = 119;
 const STATE_BYTES: usize = 54;
 /// Bytes of the id of a signal.
 const SIGN_ID_BYTES: usize = 32;
+/// Where no sign was passed, as in CARLA; the Traffic Manager would stand still at 0.
+const SPEED_LIMIT_UNPOSTED_KMH: f32 = 30.0;
 /// `ActorState::Active`.
 const ACTIVE: u8 = 1;
 
@@ -98,7 +100,9 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     }
     out.extend([control.hand_brake, control.reverse, control.manual_gear].map(u8::from));
     out.extend_from_slice(&i32::from(actor.gear).to_le_bytes());
-    out.extend_from_slice(&carla::kmh(actor.speed_limit_mps).to_le_bytes());
+    let posted_kmh = carla::kmh(actor.speed_limit_mps);
+    let limit_kmh = if posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH };
+    out.extend_from_slice(&limit_kmh.to_le_bytes());
     let light = actor.traffic_light.and_then(|id| {
         frame.actor(id).and_then(|light| light_of(frame, light))
     });

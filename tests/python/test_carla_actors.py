@@ -58,7 +58,7 @@ def test_a_destroyed_car_is_gone(world):
     world.tick()
     assert car.destroy()
     world.tick()
-    assert world.get_actor(car.id) is None
+    assert not world.get_snapshot().has_actor(car.id)
     assert len(world.get_actors().filter("vehicle.*")) == 0
 
 
