@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use schemas::{ActorId, Collision, Command, CommandReply, Error, ErrorCode, Frame, MapRef, Reply};
+use schemas::{ActorId, Collision, Command, CommandReply, Error, Frame, MapRef, Reply};
 use schemas::{SensorDatum, Tick, WorldId};
 use world::{Town, World, WorldConfig};
 
@@ -37,8 +37,11 @@ impl Simulation for World {
         self.apply(command)
     }
 
-    fn tick(&mut self, _dt_secs: Option<f64>) -> Result<(), Error> {
-        self.tick().map_err(|cause| Error::new(ErrorCode::WorldQuarantined, cause.to_string()))
+    fn tick(&mut self, dt_secs: Option<f64>) -> Result<(), Error> {
+        match dt_secs {
+            None => self.tick(),
+            Some(dt_secs) => self.tick_by(dt_secs),
+        }
     }
 
     fn frame(&self) -> Frame {

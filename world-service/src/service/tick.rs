@@ -3,7 +3,7 @@
 use schemas::WorldId;
 use schemas::wire::encode_frame;
 use schemas::{
-    Command, CommandReply, EncodedFrame, Error, ErrorCode, Tenant, TickItem, TickOutcome,
+    Command, CommandReply, EncodedFrame, Error, ErrorCode, Tenant, TickItem, TickOutcome, limits,
 };
 
 use super::{Outlet, Simulation};
@@ -19,6 +19,7 @@ pub(super) fn tick_world<S: Simulation>(
     outlet: &impl Outlet<S>,
 ) -> Result<TickOutcome, Error> {
     check_tick(world, item)?;
+    check_dt(item)?;
     let replies = run_commands(world, &item.commands);
     let (mut collisions, mut sensors) = (Vec::new(), Vec::new());
     let mut frame = None;
@@ -72,6 +73,20 @@ fn check_tick<S: Simulation>(world: &S, item: &TickItem) -> Result<(), Error> {
     let found = world.tick_number();
     match item.expected_tick {
         Some(wanted) if wanted != found => Err(wrong_tick(item.world, wanted, found)),
+        _ => Ok(()),
+    }
+}
+
+/// Before the commands, so that a refusal leaves the world as it was.
+fn check_dt(item: &TickItem) -> Result<(), Error> {
+    let allowed = limits::DT_SECS_MIN..=limits::DT_SECS_MAX;
+    match item.dt_secs {
+        Some(dt_secs) if !allowed.contains(&dt_secs) => Err(Error::new(
+            ErrorCode::InvalidArgument,
+            "the step is out of range; nothing was done",
+        )
+        .wanted(format!("{} to {} s", limits::DT_SECS_MIN, limits::DT_SECS_MAX))
+        .found(format!("{dt_secs} s"))),
         _ => Ok(()),
     }
 }

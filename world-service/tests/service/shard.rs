@@ -260,6 +260,20 @@ fn a_repeated_tick_with_an_expected_tick_is_done_once() {
 }
 
 #[test]
+fn a_tick_may_have_its_own_length_and_a_wrong_one_changes_nothing() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    let longer = TickItem { dt_secs: Some(0.1), ..ticks(world, 2) };
+    let frame = decoded(&bench.tick(longer).unwrap().frame);
+    assert_eq!((frame.dt_secs, frame.sim_secs), (0.1, 0.2));
+    for dt_secs in [0.0, 0.5, f64::NAN] {
+        let wrong = TickItem { dt_secs: Some(dt_secs), commands: vec![car()], ..ticks(world, 1) };
+        assert_eq!(bench.tick(wrong).unwrap_err().code, ErrorCode::InvalidArgument);
+    }
+    assert_eq!(decoded(&bench.tick(ticks(world, 0)).unwrap().frame), frame);
+}
+
+#[test]
 fn a_lease_runs_from_the_owners_end_and_stops_when_it_is_back() {
     let mut bench = Bench::new();
     let owner = |bench: &mut Bench, is_up| {

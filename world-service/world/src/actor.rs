@@ -1,13 +1,14 @@
 //! One actor: what it is, what carries it, and what drives it.
 
 use agents::Pilot;
-use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3};
+use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3, VehicleFailure};
 use serde::{Deserialize, Serialize};
 
-use crate::blueprint::{self, Blueprint, BodySpec};
+use crate::blueprint::{self, Blueprint, BodySpec, WalkerSpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
 use crate::vehicle::{VehicleSpec, VehicleState};
+use crate::walker::Walker;
 
 /// Something that was spawned.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -26,8 +27,11 @@ pub(crate) struct Actor {
     pub switches: Switches,
     /// Mean over the last tick.
     pub acceleration_mps2: Vec3,
+    pub outside: Outside,
     /// `None` for everything without wheels.
     pub vehicle: Option<Box<Vehicle>>,
+    /// `None` for everything without legs.
+    pub walker: Option<Box<Walker>>,
 }
 
 /// What of a body is on.
@@ -56,6 +60,44 @@ pub(crate) struct Vehicle {
     pub state: VehicleState,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+    /// How long it has been lying on its side or roof.
+    pub tipped_secs: f32,
+}
+
+/// What clients do to a body beyond driving it.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Outside {
+    /// Held against all forces, actor frame.
+    pub held_mps: Option<Vec3>,
+    /// During the next tick, world frame.
+    pub force_n: Vec3,
+    /// During the next tick, world frame.
+    pub torque_nm: Vec3,
+    /// Velocity that a client reports of an actor that it moves by poses, world frame.
+    pub told_mps: Vec3,
+}
+
+impl Outside {
+    /// Numbers that decide how an actor goes on, in a fixed order, for the state hash.
+    pub(crate) fn values(&self) -> impl Iterator<Item = f32> + '_ {
+        let held = self.held_mps.iter().flat_map(|held| held.iter());
+        let vectors = [&self.force_n, &self.torque_nm, &self.told_mps].into_iter();
+        held.chain(vectors.flat_map(|vector| vector.iter())).copied()
+    }
+}
+
+/// Lying on its side or roof this long, a vehicle has failed.
+const ROLLOVER_SECS: f32 = 1.0;
+
+impl Vehicle {
+    pub(crate) fn new(state: VehicleState) -> Self {
+        Self { state, pilot: None, tipped_secs: 0.0 }
+    }
+
+    fn failure(&self) -> VehicleFailure {
+        let lies = self.tipped_secs > ROLLOVER_SECS;
+        if lies { VehicleFailure::Rollover } else { VehicleFailure::None }
+    }
 }
 
 impl Actor {
@@ -68,16 +110,29 @@ impl Actor {
         self.body.rigid()
     }
 
+    /// Whether other bodies can touch it.
+    pub(crate) fn is_solid(&self) -> bool {
+        self.rigid().is_some() && self.switches.collisions
+    }
+
     /// The vehicle and its data, of vehicles.
     pub(crate) fn vehicle_mut(&mut self) -> Option<(&'static VehicleSpec, &mut Vehicle)> {
         let BodySpec::Vehicle(spec) = self.blueprint().body else { return None };
         Some((spec, self.vehicle.as_deref_mut()?))
     }
 
+    /// The walker and its data, of walkers.
+    pub(crate) fn walker_mut(&mut self) -> Option<(&'static WalkerSpec, &mut Walker)> {
+        let BodySpec::Walker(spec) = self.blueprint().body else { return None };
+        Some((spec, self.walker.as_deref_mut()?))
+    }
+
     /// The public state of this actor.
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
+        let failure = self.vehicle.as_deref().map(Vehicle::failure).unwrap_or_default();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
+        let walker = self.walker.as_deref();
         let at_rest =
             ActorState::at_rest(self.id, blueprint.kind(), type_index, body.world_from_body);
         ActorState {
@@ -93,6 +148,9 @@ impl Actor {
             parent: self.body.attachment().map(|to| to.parent),
             lights: self.lights,
             doors: self.doors,
+            failure,
+            walker: walker.map(|walker| walker.control).unwrap_or_default(),
+            gait_rad: walker.map_or(0.0, |walker| walker.gait_rad),
             ..at_rest
         }
     }
@@ -102,7 +160,8 @@ impl Actor {
         blueprint::get(self.blueprint).is_some_and(|blueprint| {
             let bodyless = matches!(blueprint.body, BodySpec::None(_));
             (blueprint.kind() == ActorKind::Vehicle) == self.vehicle.is_some()
-                && (self.vehicle.is_none() || self.rigid().is_some())
+                && (blueprint.kind() == ActorKind::Walker) == self.walker.is_some()
+                && (self.vehicle.is_none() && self.walker.is_none() || self.rigid().is_some())
                 && !(bodyless && self.rigid().is_some())
         })
     }

@@ -2,6 +2,8 @@
 
 use schemas::{Attribute, Error, ErrorCode, limits};
 
+use crate::actor::Actor;
+
 /// # Errors
 /// `InvalidArgument` for too many, too long or repeated ones.
 pub(crate) fn check(attributes: &[Attribute]) -> Result<(), Error> {
@@ -48,6 +50,22 @@ pub(crate) fn colour_rgb(attributes: &[Attribute]) -> Result<Option<u32>, Error>
                 .found(text)
         })?;
     Ok(Some(u32::from_be_bytes([0, red, green, blue])))
+}
+
+/// Those given at the spawn, with the role and the paint of an actor that were not.
+pub(crate) fn complete(actor: &Actor) -> Vec<Attribute> {
+    let mut all = actor.attributes.clone();
+    let mut add = |id: &str, value: String| {
+        if self::value(&all, id).is_none() {
+            all.push(Attribute { id: id.to_owned(), value });
+        }
+    };
+    add("role_name", "default".to_owned());
+    if actor.vehicle.is_some() {
+        let [_, red, green, blue] = actor.colour_rgb.to_be_bytes();
+        add("color", format!("{red},{green},{blue}"));
+    }
+    all
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! from the ground under the box centre).
 
 mod bodyless;
+mod props;
 mod vehicles;
 mod walkers;
 
@@ -22,6 +23,7 @@ pub(crate) struct Blueprint {
 pub(crate) enum BodySpec {
     Vehicle(&'static VehicleSpec),
     Walker(&'static WalkerSpec),
+    Prop(PropSpec),
     /// Nothing that could touch or be touched.
     None(ActorKind),
 }
@@ -32,6 +34,22 @@ pub(crate) struct WalkerSpec {
     pub mass_kg: f32,
     pub height_m: f32,
     pub radius_m: f32,
+}
+
+/// A thing that stands on its origin: a box.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PropSpec {
+    pub half_m: Vec3,
+    pub mass_kg: f32,
+}
+
+impl PropSpec {
+    /// Principal moments of inertia about x, y, z through the centre, of a solid box.
+    pub(crate) fn inertia_kgm2(&self) -> [f32; 3] {
+        let square = self.half_m.component_mul(&self.half_m);
+        [square.y + square.z, square.x + square.z, square.x + square.y]
+            .map(|square_m| self.mass_kg * square_m / 3.0)
+    }
 }
 
 impl WalkerSpec {
@@ -48,6 +66,7 @@ impl Blueprint {
         match self.body {
             BodySpec::Vehicle(_) => ActorKind::Vehicle,
             BodySpec::Walker(_) => ActorKind::Walker,
+            BodySpec::Prop(_) => ActorKind::Prop,
             BodySpec::None(kind) => kind,
         }
     }
@@ -56,6 +75,7 @@ impl Blueprint {
     pub(crate) fn box_centre_m(&self) -> Vec3 {
         match self.body {
             BodySpec::Vehicle(spec) => Vec3::new(0.0, 0.0, spec.height_m / 2.0),
+            BodySpec::Prop(spec) => Vec3::new(0.0, 0.0, spec.half_m.z),
             BodySpec::Walker(_) | BodySpec::None(_) => Vec3::zeros(),
         }
     }
@@ -65,6 +85,7 @@ impl Blueprint {
         match self.body {
             BodySpec::Vehicle(spec) => Vec3::new(spec.length_m, spec.width_m, spec.height_m) / 2.0,
             BodySpec::Walker(spec) => Vec3::new(spec.radius_m, spec.radius_m, spec.height_m / 2.0),
+            BodySpec::Prop(spec) => spec.half_m,
             BodySpec::None(_) => Vec3::zeros(),
         }
     }
@@ -73,8 +94,11 @@ impl Blueprint {
 /// Every blueprint, ordered by id; an index into it names a blueprint within one version.
 pub(crate) fn all() -> &'static [Blueprint] {
     static ALL: std::sync::LazyLock<Vec<Blueprint>> = std::sync::LazyLock::new(|| {
-        let mut all: Vec<Blueprint> =
-            vehicles::all().chain(walkers::all()).chain(bodyless::all()).collect();
+        let mut all: Vec<Blueprint> = vehicles::all()
+            .chain(walkers::all())
+            .chain(props::all())
+            .chain(bodyless::all())
+            .collect();
         all.sort_by(|a, b| a.id.cmp(&b.id));
         all
     });
@@ -108,7 +132,7 @@ mod tests {
 
     #[test]
     fn every_walker_of_carla_exists() {
-        for number in 1..=51 {
+        for number in 1..=52 {
             assert!(index_of(&format!("walker.pedestrian.{number:04}")).is_some(), "{number}");
         }
     }

@@ -85,7 +85,10 @@ impl State {
     /// Pose and velocities of an actor, world frame.
     pub(crate) fn motion_of(&self, actor: &Actor) -> BodyState {
         match &actor.body {
-            Body::Rigid(handle) => self.physics.state(*handle),
+            Body::Rigid(handle) if actor.switches.physics => self.physics.state(*handle),
+            Body::Rigid(handle) => {
+                BodyState { linear_mps: actor.outside.told_mps, ..self.physics.state(*handle) }
+            }
             Body::Fixed(pose) => BodyState::still(*pose),
             Body::Attached(attached) => self.motion_of_attached(attached),
         }
@@ -99,7 +102,7 @@ impl State {
     /// How an actor moves, metres per second, world frame.
     pub(crate) fn velocity_of(&self, actor: &Actor) -> Vec3 {
         match &actor.body {
-            Body::Rigid(handle) => self.physics.linear_mps(*handle),
+            Body::Rigid(handle) if actor.switches.physics => self.physics.linear_mps(*handle),
             _ => self.motion_of(actor).linear_mps,
         }
     }

@@ -48,6 +48,18 @@ pub(crate) fn pose(pose: &Pose) -> Result<(), Error> {
 }
 
 /// # Errors
+/// `InvalidArgument` unless the length of a tick is within the limits.
+pub(crate) fn dt(dt_secs: f64) -> Result<(), Error> {
+    let allowed = limits::DT_SECS_MIN..=limits::DT_SECS_MAX;
+    if allowed.contains(&dt_secs) {
+        return Ok(());
+    }
+    Err(Error::new(ErrorCode::InvalidArgument, "the step is out of range")
+        .wanted(format!("{} to {} s", limits::DT_SECS_MIN, limits::DT_SECS_MAX))
+        .found(format!("{dt_secs} s")))
+}
+
+/// # Errors
 /// `InvalidArgument` for a pedal outside of 0 to 1 or a steer outside of -1 to 1.
 pub(crate) fn control(control: &VehicleControl) -> Result<(), Error> {
     range("throttle", control.throttle, 0.0, 1.0, "")?;

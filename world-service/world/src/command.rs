@@ -1,18 +1,16 @@
 //! Commands: checked whole before the first change, so that a refused one changes nothing.
 
-use agents::Pilot;
-use schemas::{
-    ActorId, Command, CommandReply, Error, ErrorCode, PilotMode, Pose, Vec3, VehicleControl,
-    Weather, limits,
-};
+mod body;
+mod settings;
+mod vehicle;
+mod walker;
 
-use crate::actor::{Actor, Vehicle};
-use crate::check;
-use crate::body::Body;
+use schemas::{ActorId, Command, CommandReply, Error, ErrorCode};
+
+use crate::actor::Actor;
 use crate::physics::BodyHandle;
 use crate::spawn::Wish;
 use crate::world::World;
-use crate::{place, step};
 
 impl World {
     /// Carries out one command.
@@ -20,32 +18,49 @@ impl World {
     /// # Errors
     /// Says what was wanted and what was found; the world is unchanged.
     pub fn apply(&mut self, command: &Command) -> CommandReply {
+        let Command::SpawnActor {
+            blueprint,
+            world_from_actor: pose,
+            linear_velocity_mps,
+            attributes,
+            attachment,
+        } = command
+        else {
+            return self.change(command).map(|()| None);
+        };
+        let (linear_mps, attachment) = (*linear_velocity_mps, *attachment);
+        self.spawn(&Wish { blueprint, pose, linear_mps, attributes, attachment }).map(Some)
+    }
+
+    /// Carries out a command that spawns nothing.
+    fn change(&mut self, command: &Command) -> Result<(), Error> {
         match command {
-            Command::SpawnActor {
-                blueprint,
-                world_from_actor,
-                linear_velocity_mps,
-                attributes,
-                attachment,
-            } => {
-                let (pose, linear_mps) = (world_from_actor, *linear_velocity_mps);
-                let attachment = *attachment;
-                self.spawn(&Wish { blueprint, pose, linear_mps, attributes, attachment }).map(Some)
-            }
-            Command::DestroyActor { actor } => self.destroy(*actor).map(|()| None),
-            Command::SetControl { actor, control } => {
-                self.set_control(*actor, *control).map(|()| None)
-            }
+            Command::DestroyActor { actor } => self.destroy(*actor),
+            Command::SetControl { actor, control } => self.set_control(*actor, *control),
             Command::SetPilot { actor, mode, target_speed_mps } => {
-                self.set_pilot(*actor, *mode, *target_speed_mps).map(|()| None)
+                self.set_pilot(*actor, *mode, *target_speed_mps)
+            }
+            Command::SetWalkerControl { actor, control } => {
+                self.set_walker_control(*actor, *control)
+            }
+            Command::SetWalkerState { actor, world_from_actor, speed_mps } => {
+                self.set_walker_state(*actor, world_from_actor, *speed_mps)
             }
             Command::SetVelocity { actor, linear_mps, angular_radps } => {
-                self.set_velocity(*actor, *linear_mps, *angular_radps).map(|()| None)
+                self.set_velocity(*actor, *linear_mps, *angular_radps)
             }
-            Command::SetPose { actor, world_from_actor } => {
-                self.set_pose(*actor, world_from_actor).map(|()| None)
+            Command::SetConstantVelocity { actor, velocity_mps } => {
+                self.set_constant_velocity(*actor, *velocity_mps)
             }
-            Command::SetWeather { weather } => self.set_weather(*weather).map(|()| None),
+            Command::Push { actor, kind, amount } => self.push(*actor, *kind, *amount),
+            Command::SetPose { actor, world_from_actor } => self.set_pose(*actor, world_from_actor),
+            Command::SetSwitch { actor, switch, on } => self.set_switch(*actor, *switch, *on),
+            Command::SetVehicleLights { actor, lights } => self.set_vehicle_lights(*actor, *lights),
+            Command::SetDoors { actor, doors, open } => self.set_doors(*actor, *doors, *open),
+            Command::SetWeather { weather } => self.set_weather(*weather),
+            Command::SetTimeStep { dt_secs, substep_secs_max, substeps_max } => {
+                self.set_time_step(*dt_secs, *substep_secs_max, *substeps_max)
+            }
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),
         }
@@ -60,104 +75,6 @@ impl World {
         }
         self.state.contacts.forget(id);
         Ok(())
-    }
-
-    fn set_control(&mut self, id: ActorId, control: VehicleControl) -> Result<(), Error> {
-        check::control(&control)?;
-        let (vehicle, body) = self.vehicle_mut(id)?;
-        vehicle.pilot = None;
-        let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
-        if changed {
-            // Rapier does not know of our controls and would let the body sleep on.
-            self.state.physics.wake(body);
-        }
-        Ok(())
-    }
-
-    fn set_pilot(
-        &mut self,
-        id: ActorId,
-        mode: PilotMode,
-        target_speed_mps: Option<f32>,
-    ) -> Result<(), Error> {
-        if let Some(speed_mps) = target_speed_mps {
-            check::range("target speed", speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
-        }
-        self.vehicle_mut(id)?;
-        let index = self.state.index_of(id)?;
-        let actor = &mut self.state.actors[index];
-        let Some(handle) = actor.rigid() else { return Ok(()) };
-        let body = self.state.physics.state(handle);
-        let Some((spec, vehicle)) = actor.vehicle_mut() else { return Ok(()) };
-        let forward = body.world_from_body.rotation * Vec3::x();
-        let speed_mps = target_speed_mps.unwrap_or_else(|| body.linear_mps.dot(&forward).max(0.0));
-        let view = step::view(spec, &body);
-        vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
-        Ok(())
-    }
-
-    fn set_velocity(
-        &mut self,
-        id: ActorId,
-        linear_mps: Option<Vec3>,
-        angular_radps: Option<Vec3>,
-    ) -> Result<(), Error> {
-        let index = self.state.index_of(id)?;
-        let actor = &mut self.state.actors[index];
-        let handle = rigid(actor)?;
-        let body = self.state.physics.state(handle);
-        let linear_mps = linear_mps.unwrap_or(body.linear_mps);
-        let angular_radps = angular_radps.unwrap_or(body.angular_radps);
-        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
-        check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
-        let forward = body.world_from_body.rotation * Vec3::x();
-        if let Some((spec, vehicle)) = actor.vehicle_mut() {
-            vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
-        }
-        self.state.physics.set_velocity(handle, linear_mps, angular_radps);
-        Ok(())
-    }
-
-    /// In the parent's frame for what is attached, as at its spawn.
-    fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
-        check::pose(world_from_actor)?;
-        let index = self.state.index_of(id)?;
-        let actor = &mut self.state.actors[index];
-        let placed = place::on_ground(actor.blueprint(), world_from_actor, &self.town.ground);
-        if let Some((_, vehicle)) = actor.vehicle_mut() {
-            vehicle.state.lift();
-        }
-        match &mut actor.body {
-            Body::Rigid(handle) => self.state.physics.set_pose(*handle, &placed.world_from_actor),
-            Body::Fixed(pose) => *pose = *world_from_actor,
-            Body::Attached(attached) => attached.parent_from_actor = *world_from_actor,
-        }
-        Ok(())
-    }
-
-    fn set_weather(&mut self, weather: Weather) -> Result<(), Error> {
-        check::weather(&weather)?;
-        self.state.weather = weather;
-        // A vehicle that stood on a dry slope may slide on a wet one.
-        let vehicles = self.state.actors.iter().filter(|actor| actor.vehicle.is_some());
-        for body in vehicles.filter_map(Actor::rigid) {
-            self.state.physics.wake(body);
-        }
-        Ok(())
-    }
-
-    /// # Errors
-    /// `UnknownActor`, or `InvalidArgument` for an actor without wheels.
-    fn vehicle_mut(&mut self, id: ActorId) -> Result<(&mut Vehicle, BodyHandle), Error> {
-        let index = self.state.index_of(id)?;
-        let actor = &mut self.state.actors[index];
-        let (kind, body) = (actor.blueprint().kind(), actor.rigid());
-        let vehicle = actor.vehicle.as_deref_mut().zip(body).ok_or_else(|| {
-            Error::new(ErrorCode::InvalidArgument, "the actor cannot be driven")
-                .wanted("a vehicle")
-                .found(format!("{id}, a {kind:?}"))
-        })?;
-        Ok(vehicle)
     }
 }
 

@@ -12,11 +12,12 @@ pub(crate) fn from_rapier(vector: rapier::Vector) -> Vec3 {
 }
 
 pub(crate) fn pose_to_rapier(pose: &Pose) -> rapier::Pose {
-    let q = pose.rotation.coords;
-    rapier::Pose::from_parts(
-        to_rapier(pose.translation.vector),
-        rapier::Rotation::from_xyzw(q.x, q.y, q.z, q.w),
-    )
+    rapier::Pose::from_parts(to_rapier(pose.translation.vector), rotation_to_rapier(pose.rotation))
+}
+
+pub(crate) fn rotation_to_rapier(rotation: UnitQuaternion<f32>) -> rapier::Rotation {
+    let q = rotation.coords;
+    rapier::Rotation::from_xyzw(q.x, q.y, q.z, q.w)
 }
 
 pub(crate) fn pose_from_rapier(pose: &rapier::Pose) -> Pose {

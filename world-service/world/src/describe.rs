@@ -1,8 +1,12 @@
 //! What can be asked of a world beyond its frame.
 
-use schemas::{ActorDescription, ActorId, Error, ErrorCode, RayHit, Vec3, VehicleReport};
+use schemas::{
+    ActorDescription, ActorId, ActorKind, Error, ErrorCode, RayHit, Vec3, VehicleReport,
+};
 
 use crate::actor::Actor;
+use crate::attributes;
+use crate::blueprint::{Blueprint, BodySpec};
 use crate::world::World;
 
 impl World {
@@ -40,10 +44,26 @@ fn description(actor: &Actor) -> ActorDescription {
         attachment: actor.body.attachment(),
         kind: blueprint.kind(),
         blueprint: blueprint.id.clone(),
-        attributes: actor.attributes.clone(),
+        attributes: attributes::complete(actor),
         box_centre_m: blueprint.box_centre_m(),
         box_half_extent_m: blueprint.box_half_extent_m(),
-        tag: 0,
+        tag: tag(blueprint),
         signal: None,
+    }
+}
+
+/// A prop lighter than this may be moved by hand.
+const MOVABLE_KG: f32 = 100.0;
+
+/// CARLA's semantic tag of everything of a blueprint; 0 for what cannot be seen.
+fn tag(blueprint: &Blueprint) -> u8 {
+    match (blueprint.kind(), &blueprint.body) {
+        (ActorKind::TrafficLight, _) => 7,
+        (ActorKind::TrafficSign, _) => 8,
+        (ActorKind::Walker, _) => 12,
+        (ActorKind::Vehicle, _) => 14,
+        (ActorKind::Prop, BodySpec::Prop(spec)) if spec.mass_kg < MOVABLE_KG => 21,
+        (ActorKind::Prop, _) => 20,
+        (ActorKind::Sensor | ActorKind::Marker, _) => 0,
     }
 }

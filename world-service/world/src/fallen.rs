@@ -8,7 +8,7 @@ use schemas::Vec3;
 
 use crate::ground::Ground;
 use crate::physics::{BodyState, Response};
-use crate::vehicle::{GRAVITY_MPS2, Impulse};
+use crate::vehicle::Impulse;
 
 /// Passes over the corners; eight corners settle to a millimetre.
 const PASSES: usize = 6;
@@ -41,6 +41,7 @@ pub(crate) fn ground_impulse(
     response: &Response,
     (centre_m, half_m): (Vec3, Vec3),
     ground: &Ground,
+    gravity_mps2: f32,
     dt_secs: f32,
 ) -> Impulse {
     let mut corners = touching(state, centre_m, half_m, ground);
@@ -48,7 +49,7 @@ pub(crate) fn ground_impulse(
     if corners.is_empty() {
         return total;
     }
-    let mut linear_mps = state.linear_mps - Vec3::z() * (GRAVITY_MPS2 * dt_secs);
+    let mut linear_mps = state.linear_mps - Vec3::z() * (gravity_mps2 * dt_secs);
     let mut angular_radps = state.angular_radps;
     for _ in 0..PASSES {
         for corner in &mut corners {

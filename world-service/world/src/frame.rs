@@ -34,7 +34,7 @@ impl World {
             actors,
             collisions: self.state.collisions.clone(),
             traffic_lights: Vec::new(),
-            sim_secs: self.state.tick.0 as f64 * self.state.dt_secs,
+            sim_secs: self.state.sim_secs,
         }
     }
 
@@ -47,7 +47,11 @@ impl World {
         let state = &self.state;
         let mut hasher = Hasher::new();
         hasher.integers([state.tick.0, state.seed, state.rng.state(), state.next_actor.into()]);
-        hasher.real(state.dt_secs);
+        let step = &state.step;
+        for secs in [state.dt_secs, state.sim_secs, step.dt_secs, step.substep_secs_max] {
+            hasher.real(secs);
+        }
+        hasher.integers([step.substeps_max.into()]);
         hasher.floats(weather_values(&state.weather));
         for actor in &state.actors {
             let body = state.motion_of(actor);
@@ -64,8 +68,12 @@ impl World {
             hasher.floats(body.world_from_body.translation.vector.iter().copied());
             hasher.floats(body.world_from_body.rotation.coords.iter().copied());
             hasher.floats(body.linear_mps.iter().chain(&body.angular_radps).copied());
+            hasher.floats(actor.outside.values());
+            if let Some(walker) = actor.walker.as_deref() {
+                hasher.floats(walker.values());
+            }
             if let Some(vehicle) = actor.vehicle.as_deref() {
-                hasher.floats(vehicle.state.values());
+                hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
                 hasher.value(&vehicle.pilot);
             }
         }

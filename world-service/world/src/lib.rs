@@ -27,7 +27,7 @@
 //! assert_eq!(world.frame().actors.len(), 1);
 //! ```
 //!
-//! What it does not do: traffic lights, sensors, recordings and clocks belong to others.
+//! What it does not do: recordings and wall clocks belong to others.
 
 mod actor;
 mod attributes;
@@ -45,15 +45,18 @@ mod hash;
 mod overlap;
 mod physics;
 mod place;
+mod push;
 mod rng;
 mod scenery;
 mod sensors;
 mod snapshot;
 mod spawn;
 mod step;
+mod time_step;
 mod town;
 mod traffic;
 mod vehicle;
+mod walker;
 mod world;
 
 pub use town::Town;

@@ -7,6 +7,7 @@
 //! not do, as warm starts and sleep timers differ from the first step on.
 
 mod contact;
+mod switch;
 
 use nalgebra::Matrix3;
 use rapier3d::prelude::{
@@ -18,7 +19,7 @@ use rapier3d::prelude::{
 use schemas::{ActorId, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::blueprint::WalkerSpec;
+use crate::blueprint::{PropSpec, WalkerSpec};
 use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
 use crate::vehicle::{GRAVITY_MPS2, Impulse, VehicleSpec};
 
@@ -141,6 +142,7 @@ impl Physics {
             .pose(pose_to_rapier(world_from_vehicle))
             .linvel(to_rapier(linear_mps))
             .additional_mass_properties(mass)
+            .ccd_enabled(true)
             .build();
         let waist_m =
             spec.ground_clearance_m + WAIST_SHARE * (spec.height_m - spec.ground_clearance_m);
@@ -169,11 +171,31 @@ impl Physics {
             .pose(pose_to_rapier(world_from_walker))
             .linvel(to_rapier(linear_mps))
             .additional_mass_properties(mass)
+            .ccd_enabled(true)
             .angular_damping(0.5)
             .sleeping(standing)
             .build();
         let capsule = SharedShape::capsule_z(half_segment_m, spec.radius_m);
         self.insert_body(body, [(capsule, Pose::identity())], id)
+    }
+
+    /// A box that stands on its origin; immovable until its physics is switched on.
+    pub(crate) fn insert_prop(
+        &mut self,
+        spec: &PropSpec,
+        world_from_prop: &Pose,
+        id: ActorId,
+    ) -> BodyHandle {
+        let centre_m = Vec3::new(0.0, 0.0, spec.half_m.z);
+        let inertia_kgm2 = spec.inertia_kgm2();
+        let mass = MassProperties::new(to_rapier(centre_m), spec.mass_kg, inertia_kgm2.into());
+        let body = RigidBodyBuilder::fixed()
+            .pose(pose_to_rapier(world_from_prop))
+            .additional_mass_properties(mass)
+            .ccd_enabled(true)
+            .build();
+        let shape = (box_shape(spec.half_m), Pose::translation(0.0, 0.0, spec.half_m.z));
+        self.insert_body(body, [shape], id)
     }
 
     fn insert_body(
@@ -252,13 +274,19 @@ impl Physics {
             linear_mps: from_rapier(body.linvel()),
             angular_radps: from_rapier(body.angvel()),
             centre_of_mass_m: from_rapier(body.center_of_mass()),
-            asleep: body.is_sleeping(),
+            asleep: rests(body),
         }
     }
 
-    /// Cheaper than the whole [`state`](Self::state), for the many that only stand.
+    /// Cheaper than the whole [`state`](Self::state), for the many that only stand; a body whose
+    /// physics is off always does.
     pub(crate) fn is_asleep(&self, handle: BodyHandle) -> bool {
-        self.bodies[handle].is_sleeping()
+        rests(&self.bodies[handle])
+    }
+
+    /// The body's z axis in the world.
+    pub(crate) fn up(&self, handle: BodyHandle) -> Vec3 {
+        pose_from_rapier(self.bodies[handle].position()).rotation * Vec3::z()
     }
 
     /// Velocity of the centre of mass, world frame.
@@ -318,8 +346,8 @@ impl Physics {
     pub(crate) fn step(&mut self, dt_secs: f32) -> Result<(), NotFinite> {
         let parameters = IntegrationParameters {
             dt: dt_secs,
-            // Nothing here is thin enough to be tunnelled at 150 m/s within 10 ms.
-            max_ccd_substeps: 0,
+            // Keeps fast bodies from passing through what is thinner than their way in a substep.
+            max_ccd_substeps: 1,
             ..IntegrationParameters::default()
         };
         let Workspace { pipeline, ccd, impulse_joints, multibody_joints, soft_bodies } =
@@ -341,6 +369,11 @@ impl Physics {
         );
         if pipeline.quarantine().is_empty() { Ok(()) } else { Err(NotFinite) }
     }
+}
+
+/// Whether a body is left alone by everything but a touch.
+fn rests(body: &RigidBody) -> bool {
+    body.is_sleeping() || !body.is_dynamic()
 }
 
 fn box_shape(half_m: Vec3) -> SharedShape {

@@ -9,6 +9,8 @@ use crate::vehicle::VehicleSpec;
 
 /// A thing put at most this far above or below its place on the ground is put onto it.
 const REACH_M: f32 = 1.5;
+/// A wheel this deep in the ground is still lifted by its spring alone.
+const SINK_M: f32 = 0.04;
 /// A thing tilted by more than this is meant to fall (cosine of 45°).
 const UPRIGHT: f32 = 0.7;
 
@@ -20,13 +22,33 @@ pub(crate) struct Placed {
     pub standing: bool,
 }
 
+/// The wanted pose, but for a vehicle that would sink into the ground or a walker near it: those are
+/// set onto it.
+pub(crate) fn exactly(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> Placed {
+    match blueprint.body {
+        BodySpec::Vehicle(spec) if !is_sunk(spec, wanted, ground) => {
+            Placed { world_from_actor: *wanted, standing: false }
+        }
+        _ => on_ground(blueprint, wanted, ground),
+    }
+}
+
+/// Whether a wheel is deeper in the ground than its spring forgives.
+fn is_sunk(spec: &VehicleSpec, wanted: &Pose, ground: &Ground) -> bool {
+    spec.contacts_xy_m().into_iter().any(|(x_m, y_m)| {
+        let wheel_m = wanted.transform_point(&Vec3::new(x_m, y_m, 0.0).into()).coords;
+        let surface = ground.below(wheel_m + Vec3::z() * REACH_M);
+        surface.height_m - wheel_m.z > SINK_M
+    })
+}
+
 /// The wanted pose, set onto the ground when it is near and upright.
 pub(crate) fn on_ground(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> Placed {
     let upright = (wanted.rotation * Vec3::z()).z > UPRIGHT;
     let placed = match blueprint.body {
         BodySpec::Vehicle(spec) => vehicle_on_ground(spec, wanted, ground),
         BodySpec::Walker(spec) => walker_on_ground(spec, wanted, ground),
-        BodySpec::None(_) => *wanted,
+        BodySpec::Prop(_) | BodySpec::None(_) => *wanted,
     };
     let lift_m = placed.translation.z - wanted.translation.z;
     if upright && lift_m.abs() <= REACH_M {
@@ -64,7 +86,7 @@ fn walker_on_ground(spec: &WalkerSpec, wanted: &Pose, ground: &Ground) -> Pose {
 }
 
 /// The rotation with this up axis whose x axis comes nearest to `forward`.
-fn rotation_from_axes(forward: Vec3, up: Vec3) -> Option<UnitQuaternion<f32>> {
+pub(crate) fn rotation_from_axes(forward: Vec3, up: Vec3) -> Option<UnitQuaternion<f32>> {
     let up = up.try_normalize(1.0e-6)?;
     let left = up.cross(&forward).try_normalize(1.0e-6)?;
     let axes = Matrix3::from_columns(&[left.cross(&up), left, up]);

@@ -15,7 +15,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::actor::Actor;
 use crate::check;
 use crate::town::Town;
-use crate::world::{State, World, check_dt};
+use crate::world::{State, World};
 
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
@@ -106,7 +106,8 @@ fn decode(bytes: &[u8]) -> Result<OwnedBody, Error> {
 /// # Errors
 /// `InvalidMessage` for a state that no world can have.
 fn check_state(state: &State, town: &Town) -> Result<(), Error> {
-    check_dt(state.dt_secs)?;
+    check::dt(state.dt_secs)?;
+    state.step.checked()?;
     let actors = &state.actors;
     if actors.len() > limits::ACTORS_PER_WORLD_MAX {
         return Err(damaged("it has too many actors"));
@@ -128,9 +129,16 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
         return Err(damaged("its scenery is not that of the map"));
     }
     let numbers = |actor: &Actor| {
-        actor.vehicle.as_deref().is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
+        let vehicle = actor.vehicle.as_deref();
+        let walker = actor.walker.as_deref();
+        vehicle.is_none_or(|vehicle| vehicle.state.values().all(f32::is_finite))
+            && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
+            && actor.outside.values().all(f32::is_finite)
     };
-    if check::weather(&state.weather).is_err() || !actors.iter().all(numbers) {
+    if !state.sim_secs.is_finite()
+        || check::weather(&state.weather).is_err()
+        || !actors.iter().all(numbers)
+    {
         return Err(damaged("a value is not a number"));
     }
     state.check().map_err(|_| damaged("a body is nowhere"))

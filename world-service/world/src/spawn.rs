@@ -2,7 +2,7 @@
 
 use schemas::{ActorId, ActorKind, Attachment, Attribute, Error, ErrorCode, Pose, Vec3, limits};
 
-use crate::actor::{Actor, Switches, Vehicle};
+use crate::actor::{Actor, Outside, Switches, Vehicle};
 use crate::attributes;
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::{Attached, Body};
@@ -11,6 +11,7 @@ use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
 use crate::vehicle::VehicleState;
+use crate::walker::Walker;
 use crate::world::World;
 
 /// Common paints of cars, and of clothes.
@@ -55,6 +56,9 @@ struct Request<'a> {
     colour_rgb: Option<u32>,
 }
 
+/// What carries a new actor, and its wheels or legs.
+type Embodied = (Body, Option<Box<Vehicle>>, Option<Box<Walker>>);
+
 /// Where a new actor begins.
 enum Place {
     Alone(Placed),
@@ -85,13 +89,21 @@ impl World {
         let place = match wish.attachment {
             Some(to) => Place::On(self.check_attachment(blueprint, to, wish.pose)?),
             None => {
-                let placed = place::on_ground(blueprint, wish.pose, &self.town.ground);
+                let placed = self.place(blueprint, wish.pose, wish.linear_mps);
                 self.check_free(blueprint, &placed.world_from_actor)?;
                 Place::Alone(placed)
             }
         };
         let Wish { linear_mps, attributes, .. } = *wish;
         Ok(Request { blueprint_index, blueprint, place, linear_mps, attributes, colour_rgb })
+    }
+
+    /// As CARLA: a vehicle begins where it is put and falls. One that begins under way cannot: it
+    /// begins on its wheels.
+    fn place(&self, blueprint: &Blueprint, wanted: &Pose, linear_mps: Vec3) -> Placed {
+        let under_way = linear_mps != Vec3::zeros();
+        let place = if under_way { place::on_ground } else { place::exactly };
+        place(blueprint, wanted, &self.town.ground)
     }
 
     /// # Errors
@@ -129,7 +141,7 @@ impl World {
                 .wanted("a free place")
                 .found(by)
         };
-        for actor in self.state.actors.iter().filter(|actor| actor.rigid().is_some()) {
+        for actor in self.state.actors.iter().filter(|actor| actor.is_solid()) {
             let pose = self.state.pose_of(actor);
             if wanted.overlaps(&OrientedBox::new(&pose, actor.blueprint())) {
                 return Err(blocked(format!("{}, {}", actor.id, actor.blueprint().id)));
@@ -163,7 +175,9 @@ impl World {
     fn insert(&mut self, id: ActorId, request: Request<'_>) {
         let blueprint = request.blueprint;
         let drawn_rgb = self.draw_colour(blueprint.kind());
-        let (body, vehicle) = self.embody(id, &request);
+        let (body, vehicle, walker) = self.embody(id, &request);
+        let switches =
+            Switches { physics: !matches!(blueprint.body, BodySpec::Prop(_)), ..Switches::ALL_ON };
         self.state.actors.push(Actor {
             id,
             blueprint: request.blueprint_index,
@@ -172,9 +186,11 @@ impl World {
             colour_rgb: request.colour_rgb.unwrap_or(drawn_rgb),
             lights: 0,
             doors: 0,
-            switches: Switches::ALL_ON,
+            switches,
             acceleration_mps2: Vec3::zeros(),
+            outside: Outside::default(),
             vehicle,
+            walker,
         });
     }
 
@@ -188,9 +204,9 @@ impl World {
         self.state.rng.choose(palette).copied().unwrap_or(0)
     }
 
-    fn embody(&mut self, id: ActorId, request: &Request<'_>) -> (Body, Option<Box<Vehicle>>) {
+    fn embody(&mut self, id: ActorId, request: &Request<'_>) -> Embodied {
         let placed = match &request.place {
-            Place::On(attached) => return (Body::Attached(attached.clone()), None),
+            Place::On(attached) => return (Body::Attached(attached.clone()), None, None),
             Place::Alone(placed) => placed,
         };
         let (pose, linear_mps) = (&placed.world_from_actor, request.linear_mps);
@@ -198,16 +214,17 @@ impl World {
         match request.blueprint.body {
             BodySpec::Vehicle(spec) => {
                 let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
-                let vehicle =
-                    Vehicle { state: VehicleState::rolling(spec, forward_mps), pilot: None };
+                let vehicle = Vehicle::new(VehicleState::rolling(spec, forward_mps));
                 let body = physics.insert_vehicle(spec, pose, linear_mps, id);
-                (Body::Rigid(body), Some(Box::new(vehicle)))
+                (Body::Rigid(body), Some(Box::new(vehicle)), None)
             }
             BodySpec::Walker(spec) => {
                 let still = placed.standing && linear_mps == Vec3::zeros();
-                (Body::Rigid(physics.insert_walker(spec, pose, linear_mps, still, id)), None)
+                let body = physics.insert_walker(spec, pose, linear_mps, still, id);
+                (Body::Rigid(body), None, Some(Box::new(Walker::new(linear_mps))))
             }
-            BodySpec::None(_) => (Body::Fixed(*pose), None),
+            BodySpec::Prop(spec) => (Body::Rigid(physics.insert_prop(&spec, pose, id)), None, None),
+            BodySpec::None(_) => (Body::Fixed(*pose), None, None),
         }
     }
 }

@@ -1,22 +1,22 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, ErrorCode, Pose, Tick, Vec3, Weather, limits};
+use schemas::{Error, ErrorCode, Tick, Vec3, Weather, limits};
 
-use crate::actor::Actor;
-use crate::blueprint::BodySpec;
+use crate::check;
 use crate::collision::ContactLog;
-use crate::fallen;
-use crate::physics::{BodyHandle, BodyState, NotFinite, Physics};
+use crate::physics::{BodyHandle, BodyState, NotFinite};
+use crate::push::Surroundings;
 use crate::scenery::Reach;
 use crate::town::Town;
-use crate::vehicle::{Chassis, Impulse, VehicleSpec, understeer_rad_per_mps2};
+use crate::vehicle::{VehicleSpec, understeer_rad_per_mps2};
+use crate::walker::Walker;
 use crate::world::{State, World};
 
-/// Longest substep: CARLA's default, and short enough for stiff tyres and springs.
-const SUBSTEP_SECS_MAX: f64 = 0.01;
 /// Share of grip that a road with standing water takes.
 const WET_GRIP_LOSS: f32 = 0.35;
+/// A vehicle tilted by more than this lies on its side or roof (cosine of 60°).
+const LYING: f32 = 0.5;
 /// A body faster than this has been hit by a numerical failure, not by a car.
 const SPEED_MPS_MAX: f32 = 2.0 * limits::SPEED_MPS_MAX;
 
@@ -27,28 +27,39 @@ impl World {
     /// `WorldQuarantined` when a body's state is no longer a number or left the map's coordinates.
     /// The world must then not be used further.
     pub fn tick(&mut self) -> Result<(), Error> {
+        self.tick_by(self.state.step.dt_secs)
+    }
+
+    /// Advances by one step of another length than the world's own.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a length outside of the limits, with the world unchanged; otherwise as
+    /// [`tick`](Self::tick).
+    pub fn tick_by(&mut self, dt_secs: f64) -> Result<(), Error> {
+        check::dt(dt_secs)?;
+        self.state.dt_secs = dt_secs;
+        self.state.rouse();
         self.state.drive(&self.town);
         let velocities_mps = self.state.velocities();
         self.state.bring_scenery(&self.town);
         let mut log = ContactLog::default();
-        let (count, dt_secs) = substeps(self.state.dt_secs);
-        let grip = grip(&self.state.weather);
+        let (count, substep_secs) = self.state.step.substeps(dt_secs);
+        let surroundings = Surroundings {
+            ground: &self.town.ground,
+            grip: grip(&self.state.weather),
+            dt_secs: substep_secs,
+        };
         for _ in 0..count {
-            self.state.substep(&self.town, grip, dt_secs, &mut log)?;
+            self.state.substep(surroundings, &mut log)?;
         }
-        self.state.carry_attached(self.state.dt_secs as f32);
+        self.state.carry_attached(dt_secs as f32);
+        self.state.settle(dt_secs as f32);
         self.state.measure_acceleration(&velocities_mps);
         self.state.collisions = self.state.contacts.conclude(log);
         self.state.tick = Tick(self.state.tick.0 + 1);
+        self.state.sim_secs += dt_secs;
         self.state.check()
     }
-}
-
-/// How many substeps make one tick, and their length.
-fn substeps(dt_secs: f64) -> (u32, f32) {
-    // The small term keeps 0.05 s at five substeps although 0.05 / 0.01 rounds to just above 5.
-    let count = (dt_secs / SUBSTEP_SECS_MAX - 1.0e-6).ceil().max(1.0);
-    (count as u32, (dt_secs / count) as f32)
 }
 
 /// Friction of the whole road over that of a dry one.
@@ -70,6 +81,36 @@ impl State {
             let control = pilot.control(&town.roads, &view, dt_secs);
             if std::mem::replace(&mut vehicle.state.control, control) != control {
                 self.physics.wake(body);
+            }
+        }
+    }
+
+    /// Wakes what has somewhere to go: the physics does not know of it and would let it sleep on.
+    fn rouse(&mut self) {
+        for actor in &self.actors {
+            let walks = actor.walker.as_deref().is_some_and(Walker::is_restless);
+            let held = actor.outside.held_mps.is_some_and(|held_mps| held_mps != Vec3::zeros());
+            if let Some(body) = actor.rigid().filter(|_| walks || held) {
+                self.physics.wake(body);
+            }
+        }
+    }
+
+    /// Ends the forces of a tick, and notes what lies and what walks at a client's hand.
+    fn settle(&mut self, dt_secs: f32) {
+        for actor in &mut self.actors {
+            actor.outside.force_n = Vec3::zeros();
+            actor.outside.torque_nm = Vec3::zeros();
+            let Some(body) = actor.rigid() else { continue };
+            let physics_off = !actor.switches.physics;
+            let told_mps = actor.outside.told_mps.norm();
+            if let Some((spec, walker)) = actor.walker_mut().filter(|_| physics_off) {
+                walker.stride(spec, told_mps, dt_secs);
+            }
+            if let Some(vehicle) = actor.vehicle.as_deref_mut() {
+                let up = self.physics.up(body);
+                let lies = up.z < LYING;
+                vehicle.tipped_secs = if lies { vehicle.tipped_secs + dt_secs } else { 0.0 };
             }
         }
     }
@@ -99,19 +140,17 @@ impl State {
 
     fn substep(
         &mut self,
-        town: &Town,
-        grip: f32,
-        dt_secs: f32,
+        surroundings: Surroundings<'_>,
         log: &mut ContactLog,
     ) -> Result<(), Error> {
         log.before(&self.actors, &self.physics);
         for actor in &mut self.actors {
             let awake = |body: &BodyHandle| !self.physics.is_asleep(*body);
             if let Some(body) = actor.rigid().filter(awake) {
-                push_by_ground(actor, body, &mut self.physics, town, grip, dt_secs);
+                surroundings.push(actor, body, &mut self.physics);
             }
         }
-        self.physics.step(dt_secs).map_err(|NotFinite| {
+        self.physics.step(surroundings.dt_secs).map_err(|NotFinite| {
             let message = format!("the physics diverged after {}", self.tick);
             Error::new(ErrorCode::WorldQuarantined, message)
                 .wanted("finite poses and velocities")
@@ -159,50 +198,4 @@ pub(crate) fn view(spec: &VehicleSpec, body: &BodyState) -> VehicleView {
         full_lock_rad: spec.full_lock_rad(body.linear_mps.norm()),
         understeer_rad_per_mps2: understeer_rad_per_mps2(),
     }
-}
-
-/// Wheels, air and ground on one awake actor.
-fn push_by_ground(
-    actor: &mut Actor,
-    handle: BodyHandle,
-    physics: &mut Physics,
-    town: &Town,
-    grip: f32,
-    dt_secs: f32,
-) {
-    let body = &physics.state(handle);
-    let mut total = Impulse::default();
-    if let Some((spec, vehicle)) = actor.vehicle_mut() {
-        let chassis = Chassis::new(
-            &body.world_from_body,
-            body.centre_of_mass_m,
-            body.linear_mps,
-            body.angular_radps,
-        );
-        total = vehicle.state.substep(spec, &chassis, &town.ground, grip, dt_secs);
-    }
-    if !rides_on_wheels(actor, &body.world_from_body) {
-        let response = physics.response(handle);
-        let pushed = response.pushed(body, &total);
-        let shape = ground_box(actor);
-        total += fallen::ground_impulse(&pushed, &response, shape, &town.ground, dt_secs);
-    }
-    physics.push(handle, &total, dt_secs);
-}
-
-/// Whether a vehicle stands upright enough that only its wheels can touch the ground.
-fn rides_on_wheels(actor: &Actor, world_from_actor: &Pose) -> bool {
-    let up = world_from_actor.rotation * Vec3::z();
-    actor.vehicle.as_deref().is_some_and(|vehicle| up.z > 0.9 && vehicle.state.is_carried())
-}
-
-/// The box that keeps an actor out of the ground: centre and half size in its frame.
-fn ground_box(actor: &Actor) -> (Vec3, Vec3) {
-    let blueprint = actor.blueprint();
-    let (mut centre_m, mut half_m) = (blueprint.box_centre_m(), blueprint.box_half_extent_m());
-    if let BodySpec::Vehicle(spec) = blueprint.body {
-        centre_m.z += spec.ground_clearance_m / 2.0;
-        half_m.z -= spec.ground_clearance_m / 2.0;
-    }
-    (centre_m, half_m)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use schemas::{ActorId, Collision, Error, ErrorCode, MapRef, Tick, Weather, WorldId, limits};
+use schemas::{ActorId, Collision, Error, ErrorCode, MapRef, Tick, Weather, WorldId};
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
@@ -11,6 +11,7 @@ use crate::physics::Physics;
 use crate::rng::Rng;
 use crate::scenery::NearFixtures;
 use crate::sensors::Sensors;
+use crate::time_step::TimeStep;
 use crate::town::Town;
 use crate::traffic::Traffic;
 
@@ -46,7 +47,11 @@ pub struct World {
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct State {
     pub tick: Tick,
+    /// Length of the last tick, or of the next one at tick 0.
     pub dt_secs: f64,
+    /// Since tick 0.
+    pub sim_secs: f64,
+    pub step: TimeStep,
     pub seed: u64,
     pub rng: Rng,
     pub weather: Weather,
@@ -68,7 +73,7 @@ impl World {
     /// # Errors
     /// `InvalidArgument` for a step outside of the limits.
     pub fn new(config: WorldConfig) -> Result<Self, Error> {
-        check_dt(config.dt_secs)?;
+        let step = TimeStep::new(config.dt_secs)?;
         Ok(Self {
             id: config.id,
             epoch: config.epoch,
@@ -76,6 +81,8 @@ impl World {
             state: State {
                 tick: Tick(0),
                 dt_secs: config.dt_secs,
+                sim_secs: 0.0,
+                step,
                 seed: config.seed,
                 rng: Rng::new(config.seed),
                 weather: Weather::CLEAR_NOON,
@@ -134,16 +141,4 @@ impl State {
                 .found(id)
         })
     }
-}
-
-/// # Errors
-/// `InvalidArgument` unless the step is within the limits.
-pub(crate) fn check_dt(dt_secs: f64) -> Result<(), Error> {
-    let allowed = limits::DT_SECS_MIN..=limits::DT_SECS_MAX;
-    if allowed.contains(&dt_secs) {
-        return Ok(());
-    }
-    Err(Error::new(ErrorCode::InvalidArgument, "the step is out of range")
-        .wanted(format!("{} to {} s", limits::DT_SECS_MIN, limits::DT_SECS_MAX))
-        .found(format!("{dt_secs} s")))
 }

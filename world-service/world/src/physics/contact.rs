@@ -56,7 +56,7 @@ impl Physics {
 
     fn asleep_or_fixed(&self, collider: ColliderHandle) -> bool {
         let parent = self.colliders.get(collider).and_then(|collider| collider.parent());
-        parent.and_then(|body| self.bodies.get(body)).is_none_or(|body| body.is_sleeping())
+        parent.and_then(|body| self.bodies.get(body)).is_none_or(super::rests)
     }
 
     fn actor(&self, collider: ColliderHandle) -> Option<ActorId> {

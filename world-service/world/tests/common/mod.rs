@@ -76,7 +76,7 @@ pub fn spawn_at(world: &mut World, blueprint: &str, pose: Pose, forward_mps: f32
 
 /// A saloon in the left lane at `x_m`, heading along +x.
 pub fn car(world: &mut World, x_m: f32, forward_mps: f32) -> ActorId {
-    let pose = level_pose(Vec3::new(x_m, LANE_Y_M, 0.3), 0.0);
+    let pose = level_pose(Vec3::new(x_m, LANE_Y_M, 0.0), 0.0);
     spawn_at(world, "vehicle.lincoln.mkz", pose, forward_mps)
 }
 

@@ -1,0 +1,173 @@
+//! Commands for anything with a body.
+
+use schemas::{ActorId, BodySwitch, Error, Pose, PushKind, Vec3, limits};
+
+use super::rigid;
+use crate::body::Body;
+use crate::check;
+use crate::place;
+use crate::vehicle::Impulse;
+use crate::world::World;
+
+impl World {
+    /// An actor whose physics is off keeps the velocity as what it is said to have.
+    pub(super) fn set_velocity(
+        &mut self,
+        id: ActorId,
+        linear_mps: Option<Vec3>,
+        angular_radps: Option<Vec3>,
+    ) -> Result<(), Error> {
+        let index = self.state.index_of(id)?;
+        let body = self.state.motion_of(&self.state.actors[index]);
+        let actor = &mut self.state.actors[index];
+        let handle = rigid(actor)?;
+        let linear_mps = linear_mps.unwrap_or(body.linear_mps);
+        let angular_radps = angular_radps.unwrap_or(body.angular_radps);
+        check::vector("velocity", linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        check::vector("angular velocity", angular_radps, check::SPIN_RADPS_MAX, "rad/s")?;
+        let forward = body.world_from_body.rotation * Vec3::x();
+        if let Some((spec, vehicle)) = actor.vehicle_mut() {
+            vehicle.state.set_rolling(spec, forward.dot(&linear_mps));
+        }
+        if let Some((_, walker)) = actor.walker_mut() {
+            walker.own_mps = linear_mps;
+        }
+        if actor.switches.physics {
+            self.state.physics.set_velocity(handle, linear_mps, angular_radps);
+        } else {
+            actor.outside.told_mps = linear_mps;
+        }
+        Ok(())
+    }
+
+    pub(super) fn set_constant_velocity(
+        &mut self,
+        id: ActorId,
+        velocity_mps: Option<Vec3>,
+    ) -> Result<(), Error> {
+        let wanted_mps = velocity_mps.unwrap_or_else(Vec3::zeros);
+        check::vector("velocity", wanted_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let handle = rigid(actor)?;
+        actor.outside.held_mps = velocity_mps;
+        if let (Some((spec, vehicle)), Some(held_mps)) = (actor.vehicle_mut(), velocity_mps) {
+            vehicle.state.set_rolling(spec, held_mps.x);
+        }
+        self.state.physics.wake(handle);
+        Ok(())
+    }
+
+    /// Nothing comes of it for a body whose physics is off.
+    pub(super) fn push(&mut self, id: ActorId, kind: PushKind, amount: Vec3) -> Result<(), Error> {
+        let index = self.state.index_of(id)?;
+        let actor = &mut self.state.actors[index];
+        let handle = rigid(actor)?;
+        let (mut force_n, mut torque_nm) = (actor.outside.force_n, actor.outside.torque_nm);
+        let dt_secs = self.state.step.dt_secs as f32;
+        let none = Vec3::zeros();
+        let impulse = match kind {
+            PushKind::Impulse => Impulse { linear_ns: amount, angular_nms: none },
+            PushKind::AngularImpulse => Impulse { linear_ns: none, angular_nms: amount },
+            PushKind::Force => {
+                force_n += amount;
+                Impulse { linear_ns: force_n * dt_secs, angular_nms: none }
+            }
+            PushKind::Torque => {
+                torque_nm += amount;
+                Impulse { linear_ns: none, angular_nms: torque_nm * dt_secs }
+            }
+        };
+        check::vector("push", amount, f32::MAX, "")?;
+        let response = self.state.physics.response(handle);
+        let speed_mps = impulse.linear_ns * response.inverse_mass_per_kg;
+        check::vector("speed by the push", speed_mps, limits::SPEED_MPS_MAX, "m/s")?;
+        let spin_radps = response.inverse_inertia * impulse.angular_nms;
+        check::vector("spin by the push", spin_radps, check::SPIN_RADPS_MAX, "rad/s")?;
+        if !actor.switches.physics {
+            return Ok(());
+        }
+        match kind {
+            PushKind::Force | PushKind::Torque => {
+                (actor.outside.force_n, actor.outside.torque_nm) = (force_n, torque_nm);
+                self.state.physics.wake(handle);
+            }
+            PushKind::Impulse | PushKind::AngularImpulse => {
+                let pushed = response.pushed(&self.state.physics.state(handle), &impulse);
+                let linear_mps = pushed.linear_mps.cap_magnitude(limits::SPEED_MPS_MAX);
+                let angular_radps = pushed.angular_radps.cap_magnitude(check::SPIN_RADPS_MAX);
+                self.state.physics.set_velocity(handle, linear_mps, angular_radps);
+            }
+        }
+        Ok(())
+    }
+
+    /// In the parent's frame for what is attached, as at its spawn. A walker stands up.
+    pub(super) fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
+        check::pose(world_from_actor)?;
+        let index = self.state.index_of(id)?;
+        let physics = &mut self.state.physics;
+        let actor = &mut self.state.actors[index];
+        let blueprint = actor.blueprint();
+        let at_will = actor.switches.physics;
+        let handle = match &mut actor.body {
+            Body::Rigid(handle) => *handle,
+            Body::Fixed(pose) => {
+                *pose = *world_from_actor;
+                return Ok(());
+            }
+            Body::Attached(attached) => {
+                attached.parent_from_actor = *world_from_actor;
+                return Ok(());
+            }
+        };
+        let placed = place::exactly(blueprint, world_from_actor, &self.town.ground);
+        let pose = if at_will { &placed.world_from_actor } else { world_from_actor };
+        if let Some((_, vehicle)) = actor.vehicle_mut() {
+            vehicle.state.lift();
+        }
+        if let Some((_, walker)) = actor.walker_mut() {
+            walker.place(physics.linear_mps(handle));
+        }
+        physics.set_pose(handle, pose);
+        Ok(())
+    }
+
+    pub(super) fn set_switch(
+        &mut self,
+        id: ActorId,
+        switch: BodySwitch,
+        on: bool,
+    ) -> Result<(), Error> {
+        let index = self.state.index_of(id)?;
+        let physics = &mut self.state.physics;
+        let actor = &mut self.state.actors[index];
+        let handle = rigid(actor)?;
+        let place = match switch {
+            BodySwitch::Physics => &mut actor.switches.physics,
+            BodySwitch::Gravity => &mut actor.switches.gravity,
+            BodySwitch::Collisions => &mut actor.switches.collisions,
+        };
+        if std::mem::replace(place, on) == on {
+            return Ok(());
+        }
+        match switch {
+            BodySwitch::Physics => {
+                physics.set_simulated(handle, on);
+                actor.outside.told_mps = Vec3::zeros();
+                if let Some((spec, vehicle)) = actor.vehicle_mut() {
+                    vehicle.state.set_rolling(spec, 0.0);
+                }
+                if let Some((_, walker)) = actor.walker_mut() {
+                    walker.place(Vec3::zeros());
+                }
+            }
+            BodySwitch::Gravity => physics.set_gravity(handle, on),
+            BodySwitch::Collisions => {
+                physics.set_collisions(handle, on);
+                self.state.contacts.forget(id);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! Commands for walkers.
+
+use schemas::{ActorId, Error, ErrorCode, Pose, Vec3, WalkerControl, limits};
+
+use crate::check;
+use crate::place;
+use crate::world::World;
+
+impl World {
+    pub(super) fn set_walker_control(
+        &mut self,
+        id: ActorId,
+        control: WalkerControl,
+    ) -> Result<(), Error> {
+        check::range("speed", control.speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
+        check::vector("direction", control.direction, f32::MAX, "")?;
+        let index = self.walker_index(id)?;
+        let actor = &mut self.state.actors[index];
+        actor.outside.told_mps = Vec3::zeros();
+        let body = actor.rigid();
+        if let Some((_, walker)) = actor.walker_mut() {
+            let changed = walker.control != control;
+            walker.set_control(control);
+            if let Some(body) = body.filter(|_| changed) {
+                self.state.physics.wake(body);
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a walker with its feet onto the ground under or above the place, facing and, unless its
+    /// physics is off, walking along the pose's x axis.
+    pub(super) fn set_walker_state(
+        &mut self,
+        id: ActorId,
+        world_from_actor: &Pose,
+        speed_mps: f32,
+    ) -> Result<(), Error> {
+        check::pose(world_from_actor)?;
+        check::range("speed", speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
+        let index = self.walker_index(id)?;
+        let actor = &mut self.state.actors[index];
+        let placed = place::on_ground(actor.blueprint(), world_from_actor, &self.town.ground);
+        let direction = placed.world_from_actor.rotation * Vec3::x();
+        let velocity_mps = direction * speed_mps;
+        actor.outside.told_mps = velocity_mps;
+        let body = actor.rigid();
+        if let Some((_, walker)) = actor.walker_mut() {
+            walker.set_control(WalkerControl { direction, speed_mps, jump: false });
+            walker.place(velocity_mps);
+        }
+        if let Some(body) = body {
+            self.state.physics.set_pose(body, &placed.world_from_actor);
+            self.state.physics.set_velocity(body, velocity_mps, Vec3::zeros());
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// `UnknownActor`, or `InvalidArgument` for an actor without legs.
+    fn walker_index(&self, id: ActorId) -> Result<usize, Error> {
+        let index = self.state.index_of(id)?;
+        let actor = &self.state.actors[index];
+        if actor.walker.is_some() {
+            return Ok(index);
+        }
+        Err(Error::new(ErrorCode::InvalidArgument, "the actor cannot walk")
+            .wanted("a walker")
+            .found(format!("{id}, a {:?}", actor.blueprint().kind())))
+    }
+}

@@ -1,0 +1,41 @@
+//! What clients turn on and off, and the hold of a walker's balance.
+
+use rapier3d::prelude::RigidBodyType;
+use schemas::{UnitQuaternion, Vec3};
+
+use super::{BodyHandle, Physics};
+use crate::convert::{rotation_to_rapier, to_rapier};
+
+impl Physics {
+    /// Off: the body stays where it is put and cannot be pushed.
+    pub(crate) fn set_simulated(&mut self, handle: BodyHandle, on: bool) {
+        let kind = if on { RigidBodyType::Dynamic } else { RigidBodyType::Fixed };
+        self.bodies[handle].set_body_type(kind, true);
+    }
+
+    /// Off: the body does not fall.
+    pub(crate) fn set_gravity(&mut self, handle: BodyHandle, on: bool) {
+        self.bodies[handle].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
+    }
+
+    /// Off: nothing touches the body.
+    pub(crate) fn set_collisions(&mut self, handle: BodyHandle, on: bool) {
+        for collider in self.bodies[handle].colliders() {
+            if let Some(collider) = self.colliders.get_mut(*collider) {
+                collider.set_enabled(on);
+            }
+        }
+    }
+
+    /// Keeps an awake body upright while it turns.
+    pub(crate) fn hold_upright(
+        &mut self,
+        handle: BodyHandle,
+        upright: UnitQuaternion<f32>,
+        turn_radps: f32,
+    ) {
+        let body = &mut self.bodies[handle];
+        body.set_rotation(rotation_to_rapier(upright), false);
+        body.set_angvel(to_rapier(Vec3::z() * turn_radps), false);
+    }
+}

@@ -1,0 +1,129 @@
+//! What one actor's body is given in a substep: by wheels, legs, air, ground and clients.
+
+use schemas::{Pose, Vec3, limits};
+
+use crate::actor::Actor;
+use crate::blueprint::BodySpec;
+use crate::fallen;
+use crate::ground::Ground;
+use crate::physics::{BodyHandle, BodyState, Physics};
+use crate::vehicle::{Chassis, GRAVITY_MPS2, Impulse};
+
+/// Speed at which the air carries the weight of a falling person.
+const TERMINAL_MPS: f32 = 55.0;
+
+/// What surrounds all actors of a world alike.
+#[derive(Clone, Copy)]
+pub(crate) struct Surroundings<'a> {
+    pub ground: &'a Ground,
+    /// Friction of the whole road over that of a dry one.
+    pub grip: f32,
+    pub dt_secs: f32,
+}
+
+impl Surroundings<'_> {
+    /// Pushes one awake actor.
+    pub(crate) fn push(&self, actor: &mut Actor, handle: BodyHandle, physics: &mut Physics) {
+        hold(actor, handle, physics);
+        let body = &physics.state(handle);
+        let gravity_mps2 = if actor.switches.gravity { GRAVITY_MPS2 } else { 0.0 };
+        let mut total = self.by_client(actor, body);
+        let mut carried = false;
+        if let Some((spec, vehicle)) = actor.vehicle_mut() {
+            let chassis = Chassis::new(
+                &body.world_from_body,
+                body.centre_of_mass_m,
+                body.linear_mps,
+                body.angular_radps,
+            );
+            let dt_secs = self.dt_secs;
+            total += vehicle.state.substep(spec, &chassis, self.ground, self.grip, dt_secs);
+            // Only the wheels of an upright vehicle can touch the ground.
+            let up = body.world_from_body.rotation * Vec3::z();
+            carried = up.z > 0.9 && vehicle.state.is_carried();
+        } else if let Some((spec, walker)) = actor.walker_mut()
+            && let Some(gait) = walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs)
+        {
+            physics.hold_upright(handle, gait.upright, gait.turn_radps);
+            let weight_mps = if gait.carried { gravity_mps2 * self.dt_secs } else { 0.0 };
+            let change_mps = gait.change_mps + Vec3::z() * weight_mps;
+            total += Impulse { linear_ns: change_mps * spec.mass_kg, ..Impulse::default() };
+            carried = true;
+        }
+        if !carried {
+            self.by_ground(actor, handle, physics, gravity_mps2, &mut total);
+        }
+        let total = within_hold(actor, &body.world_from_body, total);
+        physics.push(handle, &total, self.dt_secs);
+    }
+
+    /// Forces of clients; a body that is as fast as they may make it is not pushed further.
+    fn by_client(&self, actor: &Actor, body: &BodyState) -> Impulse {
+        let outside = &actor.outside;
+        let slow = body.linear_mps.norm() < limits::SPEED_MPS_MAX;
+        let share = if slow { self.dt_secs } else { 0.0 };
+        Impulse { linear_ns: outside.force_n * share, angular_nms: outside.torque_nm * share }
+    }
+
+    /// Keeps a body out of the ground, and lets the air slow what has no drag of its own.
+    fn by_ground(
+        &self,
+        actor: &Actor,
+        handle: BodyHandle,
+        physics: &Physics,
+        gravity_mps2: f32,
+        total: &mut Impulse,
+    ) {
+        let body = physics.state(handle);
+        let response = physics.response(handle);
+        if actor.vehicle.is_none() {
+            let drag_per_sec =
+                GRAVITY_MPS2 * body.linear_mps.norm() / (TERMINAL_MPS * TERMINAL_MPS);
+            let slowed_mps = body.linear_mps * (drag_per_sec * self.dt_secs).min(1.0);
+            total.linear_ns -= slowed_mps / response.inverse_mass_per_kg;
+        }
+        let pushed = response.pushed(&body, total);
+        let shape = ground_box(actor);
+        let (ground, dt_secs) = (self.ground, self.dt_secs);
+        *total += fallen::ground_impulse(&pushed, &response, shape, ground, gravity_mps2, dt_secs);
+    }
+}
+
+/// Gives a body the velocity at which a client holds it: along and across always, upwards only when
+/// asked, so that wheels and feet keep following the ground.
+fn hold(actor: &mut Actor, handle: BodyHandle, physics: &mut Physics) {
+    let Some(held_mps) = actor.outside.held_mps else { return };
+    let body = physics.state(handle);
+    let rotation = body.world_from_body.rotation;
+    let mut in_actor_mps = rotation.inverse() * body.linear_mps;
+    in_actor_mps.x = held_mps.x;
+    in_actor_mps.y = held_mps.y;
+    if held_mps.z != 0.0 {
+        in_actor_mps.z = held_mps.z;
+    }
+    let linear_mps = rotation * in_actor_mps;
+    physics.set_velocity(handle, linear_mps, body.angular_radps);
+    if let Some((_, walker)) = actor.walker_mut() {
+        walker.own_mps = linear_mps;
+    }
+}
+
+/// The part of an impulse that does not work against a held velocity.
+fn within_hold(actor: &Actor, world_from_actor: &Pose, total: Impulse) -> Impulse {
+    let Some(held_mps) = actor.outside.held_mps else { return total };
+    let in_actor_ns = world_from_actor.rotation.inverse() * total.linear_ns;
+    let upwards_ns = if held_mps.z == 0.0 { in_actor_ns.z } else { 0.0 };
+    let linear_ns = world_from_actor.rotation * Vec3::new(0.0, 0.0, upwards_ns);
+    Impulse { linear_ns, ..total }
+}
+
+/// The box that keeps an actor out of the ground: centre and half size in its frame.
+fn ground_box(actor: &Actor) -> (Vec3, Vec3) {
+    let blueprint = actor.blueprint();
+    let (mut centre_m, mut half_m) = (blueprint.box_centre_m(), blueprint.box_half_extent_m());
+    if let BodySpec::Vehicle(spec) = blueprint.body {
+        centre_m.z += spec.ground_clearance_m / 2.0;
+        half_m.z -= spec.ground_clearance_m / 2.0;
+    }
+    (centre_m, half_m)
+}

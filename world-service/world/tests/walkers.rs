@@ -1,0 +1,132 @@
+//! How people move: where they want, over kerbs, not through walls, and off their feet when hit.
+#![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
+
+mod common;
+
+use common::*;
+use schemas::{ActorId, BodySwitch, Command, Vec3, WalkerControl, level_pose};
+use world::World;
+
+fn walk(world: &mut World, actor: ActorId, direction: Vec3, speed_mps: f32) {
+    let control = WalkerControl { direction, speed_mps, jump: false };
+    world.apply(&Command::SetWalkerControl { actor, control }).unwrap();
+}
+
+fn leans(world: &World, actor: ActorId) -> f32 {
+    1.0 - (state(world, actor).world_from_actor.rotation * Vec3::z()).z
+}
+
+#[test]
+fn a_walker_goes_where_and_as_fast_as_it_is_told_and_turns_that_way() {
+    let mut world = world();
+    let walker = walker(&mut world, 0.0, 0.0);
+    let start_m = position_m(&world, walker);
+    walk(&mut world, walker, Vec3::new(0.6, 0.8, 0.0), 1.4);
+    run(&mut world, 200);
+    let way_m = position_m(&world, walker) - start_m;
+    assert!((way_m - Vec3::new(8.4, 11.2, 0.0)).norm() < 0.3, "{way_m}");
+    let heading = state(&world, walker).world_from_actor.rotation * Vec3::x();
+    assert!((heading - Vec3::new(0.6, 0.8, 0.0)).norm() < 0.02, "{heading}");
+    assert!((speed_mps(&world, walker) - 1.4).abs() < 0.02);
+    walk(&mut world, walker, Vec3::zeros(), 0.0);
+    run(&mut world, 60);
+    let rest_m = position_m(&world, walker);
+    run(&mut world, 100);
+    assert_eq!(position_m(&world, walker), rest_m, "it stands");
+}
+
+#[test]
+fn the_walk_cycle_advances_with_the_way_and_stands_still_with_the_walker() {
+    let mut world = world();
+    let walker = walker(&mut world, 0.0, 0.0);
+    run(&mut world, 10);
+    assert_eq!(state(&world, walker).gait_rad, 0.0);
+    walk(&mut world, walker, Vec3::x(), 1.4);
+    let (mut turns, mut before) = (0, 0.0);
+    for _ in 0..200 {
+        run(&mut world, 1);
+        let phase = state(&world, walker).gait_rad;
+        assert!((0.0..std::f32::consts::TAU).contains(&phase));
+        turns += u32::from(phase < before);
+        before = phase;
+    }
+    assert!((8..=11).contains(&turns), "strides of about 1.5 m on 14 m: {turns}");
+    assert_eq!(state(&world, walker).walker.speed_mps, 1.4);
+}
+
+#[test]
+fn a_wall_stops_a_walker_on_its_feet() {
+    let mut world = world();
+    let walker = walker(&mut world, 595.0, 0.0);
+    walk(&mut world, walker, Vec3::x(), 2.0);
+    run(&mut world, 200);
+    let place_m = position_m(&world, walker);
+    assert!((598.5..599.4).contains(&place_m.x), "{place_m}");
+    assert!(leans(&world, walker) < 1.0e-3);
+}
+
+#[test]
+fn a_jump_leaves_the_ground_once() {
+    let mut world = world();
+    let walker = walker(&mut world, 0.0, 0.0);
+    let floor_m = position_m(&world, walker).z;
+    let control = WalkerControl { jump: true, ..WalkerControl::default() };
+    world.apply(&Command::SetWalkerControl { actor: walker, control }).unwrap();
+    let mut heights_m = Vec::new();
+    for _ in 0..60 {
+        run(&mut world, 1);
+        heights_m.push(position_m(&world, walker).z - floor_m);
+    }
+    let highest_m = heights_m.iter().copied().fold(0.0, f32::max);
+    assert!((0.75..0.95).contains(&highest_m), "{highest_m}");
+    assert!(heights_m[30..].iter().all(|height_m| height_m.abs() < 0.02), "{heights_m:?}");
+}
+
+#[test]
+fn a_car_knocks_a_walking_person_over_and_a_touch_does_not() {
+    for (car_mps, falls) in [(10.0, true), (0.6, false)] {
+        let mut world = world();
+        car(&mut world, 0.0, car_mps);
+        let walker = walker(&mut world, 3.5, 0.0);
+        walk(&mut world, walker, Vec3::y(), 0.2);
+        let hits = run(&mut world, 40);
+        assert!(hits.iter().any(|hit| hit.other == Some(walker)), "no contact at {car_mps} m/s");
+        assert_eq!(leans(&world, walker) > 0.3, falls, "at {car_mps} m/s");
+    }
+}
+
+#[test]
+fn a_walker_steered_from_outside_stands_on_the_ground_where_it_is_put() {
+    for physics in [true, false] {
+        let mut world = world();
+        let walker = walker(&mut world, 0.0, 0.0);
+        let off = |switch| Command::SetSwitch { actor: walker, switch, on: false };
+        if !physics {
+            world.apply(&off(BodySwitch::Physics)).unwrap();
+            world.apply(&off(BodySwitch::Collisions)).unwrap();
+        }
+        for step in 0..40u8 {
+            let at_m = Vec3::new(0.07 * f32::from(step), 3.0, 0.0);
+            let world_from_actor = level_pose(at_m, 0.0);
+            let place = Command::SetWalkerState { actor: walker, world_from_actor, speed_mps: 1.4 };
+            world.apply(&place).unwrap();
+            run(&mut world, 1);
+        }
+        let end = state(&world, walker);
+        let place_m = end.world_from_actor.translation.vector;
+        let slack_m = if physics { 0.1 } else { 1.0e-5 };
+        assert!((place_m - Vec3::new(2.73, 3.0, 0.875)).norm() < slack_m, "{place_m}");
+        assert!((end.linear_velocity_mps - Vec3::x() * 1.4).norm() < 0.05);
+        assert!(end.gait_rad > 0.0);
+    }
+}
+
+#[test]
+fn children_are_shorter_than_adults() {
+    let mut world = world();
+    let pose = |y_m| level_pose(Vec3::new(0.0, y_m, 0.9), 0.0);
+    let adult = spawn_at(&mut world, "walker.pedestrian.0001", pose(0.0), 0.0);
+    let child = spawn_at(&mut world, "walker.pedestrian.0010", pose(2.0), 0.0);
+    let height_m = |actor| 2.0 * state(&world, actor).box_half_extent_m.z;
+    assert!(height_m(adult) > 1.6 && height_m(child) < 1.4);
+}
