@@ -123,6 +123,24 @@ pub enum MarkType {
 }
 
 impl MarkType {
+    /// OpenDRIVE's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Other => "other",
+            Self::Broken => "broken",
+            Self::Solid => "solid",
+            Self::SolidSolid => "solid solid",
+            Self::SolidBroken => "solid broken",
+            Self::BrokenSolid => "broken solid",
+            Self::BrokenBroken => "broken broken",
+            Self::BottsDots => "botts dots",
+            Self::Grass => "grass",
+            Self::Curb => "curb",
+            Self::None => "none",
+        }
+    }
+
     pub(crate) fn from_name(name: &str) -> Self {
         match name.to_ascii_lowercase().as_str() {
             "broken" => Self::Broken,
@@ -184,6 +202,18 @@ impl LaneChange {
             (true, false) => Self::Right,
             (false, true) => Self::Left,
             (true, true) => Self::Both,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mark_is_found_by_its_name() {
+        for mark in [MarkType::Broken, MarkType::SolidSolid, MarkType::BottsDots, MarkType::None] {
+            assert_eq!(MarkType::from_name(mark.name()), mark);
         }
     }
 }

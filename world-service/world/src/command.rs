@@ -61,6 +61,10 @@ impl World {
             Command::SetTimeStep { dt_secs, substep_secs_max, substeps_max } => {
                 self.set_time_step(*dt_secs, *substep_secs_max, *substeps_max)
             }
+            Command::Listen { sensor, on } => {
+                self.state.index_of(*sensor)?;
+                self.state.sensors.listen(*sensor, *on)
+            }
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),
         }
@@ -74,6 +78,7 @@ impl World {
             self.state.physics.remove_body(body);
         }
         self.state.contacts.forget(id);
+        self.state.sensors.remove(id);
         Ok(())
     }
 }

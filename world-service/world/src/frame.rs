@@ -77,6 +77,7 @@ impl World {
                 hasher.value(&vehicle.pilot);
             }
         }
+        state.sensors.hash(&mut hasher);
         hasher.finish()
     }
 }

@@ -8,7 +8,8 @@
 //!
 //! One tick: pilots choose controls; scenery near moving bodies enters the physics; then in substeps
 //! of at most 10 ms each vehicle's wheels push it, the ground pushes what has fallen, and Rapier
-//! solves the contacts between bodies; at the end the contacts become collisions.
+//! solves the contacts between bodies; at the end the contacts become collisions and the
+//! sensors measure.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -27,7 +28,7 @@
 //! assert_eq!(world.frame().actors.len(), 1);
 //! ```
 //!
-//! What it does not do: recordings and wall clocks belong to others.
+//! What it does not do: pictures, recordings and wall clocks belong to others.
 
 mod actor;
 mod attributes;
@@ -46,8 +47,10 @@ mod overlap;
 mod physics;
 mod place;
 mod push;
+mod rays;
 mod rng;
 mod scenery;
+mod sensor;
 mod sensors;
 mod snapshot;
 mod spawn;

@@ -7,6 +7,7 @@
 //! not do, as warm starts and sleep timers differ from the first step on.
 
 mod contact;
+mod shapes;
 mod switch;
 
 use nalgebra::Matrix3;

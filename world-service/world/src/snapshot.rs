@@ -14,13 +14,14 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use crate::actor::Actor;
 use crate::check;
+use crate::sensors::Readings;
 use crate::town::Town;
 use crate::world::{State, World};
 
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -71,7 +72,7 @@ impl World {
                 .found(format!("{} {}", map.name, map.digest))
         })?;
         check_state(&state, &town)?;
-        Ok(Self { id, epoch, town, state })
+        Ok(Self { id, epoch, town, state, readings: Readings::default() })
     }
 }
 
@@ -127,6 +128,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
+    }
+    if !state.sensors.is_consistent(state) {
+        return Err(damaged("a sensor is not that of its actor"));
     }
     let numbers = |actor: &Actor| {
         let vehicle = actor.vehicle.as_deref();

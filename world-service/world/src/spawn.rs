@@ -10,6 +10,7 @@ use crate::check;
 use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
+use crate::sensor::Sensor;
 use crate::vehicle::VehicleState;
 use crate::walker::Walker;
 use crate::world::World;
@@ -54,6 +55,7 @@ struct Request<'a> {
     linear_mps: Vec3,
     attributes: &'a [Attribute],
     colour_rgb: Option<u32>,
+    sensor: Option<Sensor>,
 }
 
 /// What carries a new actor, and its wheels or legs.
@@ -94,8 +96,32 @@ impl World {
                 Place::Alone(placed)
             }
         };
+        let sensor = self.check_sensor(blueprint, wish.attributes)?;
         let Wish { linear_mps, attributes, .. } = *wish;
-        Ok(Request { blueprint_index, blueprint, place, linear_mps, attributes, colour_rgb })
+        Ok(Request {
+            blueprint_index,
+            blueprint,
+            place,
+            linear_mps,
+            attributes,
+            colour_rgb,
+            sensor,
+        })
+    }
+
+    /// `None` for what is no sensor.
+    ///
+    /// # Errors
+    /// As [`Sensor::new`].
+    fn check_sensor(
+        &self,
+        blueprint: &Blueprint,
+        attributes: &[Attribute],
+    ) -> Result<Option<Sensor>, Error> {
+        // The id it will get; the spawn is refused where there is none left.
+        let id = ActorId::new(self.state.next_actor);
+        let id = id.filter(|_| blueprint.kind() == ActorKind::Sensor);
+        id.map(|id| Sensor::new(&blueprint.id, attributes, self.state.seed, id)).transpose()
     }
 
     /// As CARLA: a vehicle begins where it is put and falls. One that begins under way cannot: it
@@ -176,6 +202,9 @@ impl World {
         let blueprint = request.blueprint;
         let drawn_rgb = self.draw_colour(blueprint.kind());
         let (body, vehicle, walker) = self.embody(id, &request);
+        if let Some(sensor) = request.sensor {
+            self.state.sensors.insert(id, sensor);
+        }
         let switches =
             Switches { physics: !matches!(blueprint.body, BodySpec::Prop(_)), ..Switches::ALL_ON };
         self.state.actors.push(Actor {

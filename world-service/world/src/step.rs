@@ -58,7 +58,9 @@ impl World {
         self.state.collisions = self.state.contacts.conclude(log);
         self.state.tick = Tick(self.state.tick.0 + 1);
         self.state.sim_secs += dt_secs;
-        self.state.check()
+        self.state.check()?;
+        self.readings = self.state.measure(&self.town);
+        Ok(())
     }
 }
 

@@ -6,6 +6,7 @@ use roads::{Map, mesh};
 use schemas::{MapRef, Pose, Vec3};
 
 use crate::ground::Ground;
+use crate::rays::TownRays;
 use crate::scenery::Scenery;
 
 /// The static part of a map, built once and shared by every world on it.
@@ -14,6 +15,7 @@ pub struct Town {
     pub(crate) roads: Arc<Map>,
     pub(crate) ground: Ground,
     pub(crate) scenery: Scenery,
+    pub(crate) rays: TownRays,
     map: MapRef,
 }
 
@@ -29,7 +31,8 @@ impl Town {
             (pose, half_m)
         }));
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
-        Self { roads, ground, scenery, map }
+        let rays = TownRays::new(Arc::clone(&roads));
+        Self { roads, ground, scenery, rays, map }
     }
 
     /// The map's name and digest.

@@ -10,7 +10,7 @@ use crate::collision::Contacts;
 use crate::physics::Physics;
 use crate::rng::Rng;
 use crate::scenery::NearFixtures;
-use crate::sensors::Sensors;
+use crate::sensors::{Readings, Sensors};
 use crate::time_step::TimeStep;
 use crate::town::Town;
 use crate::traffic::Traffic;
@@ -41,6 +41,8 @@ pub struct World {
     pub(crate) epoch: u64,
     pub(crate) town: Arc<Town>,
     pub(crate) state: State,
+    /// Of the last tick; gone in copies and restored worlds until they tick.
+    pub(crate) readings: Readings,
 }
 
 /// Everything that decides how a world goes on; this and nothing else is in a snapshot.
@@ -95,12 +97,19 @@ impl World {
                 traffic: Traffic::default(),
                 sensors: Sensors::default(),
             },
+            readings: Readings::default(),
         })
     }
 
     /// A copy under another id that goes on bit for bit as this one would.
     pub fn fork(&self, id: WorldId) -> Self {
-        Self { id, epoch: self.epoch, town: Arc::clone(&self.town), state: self.state.clone() }
+        Self {
+            id,
+            epoch: self.epoch,
+            town: Arc::clone(&self.town),
+            state: self.state.clone(),
+            readings: Readings::default(),
+        }
     }
 
     /// Its identity.

@@ -1,0 +1,104 @@
+//! Solid shapes with places in the world: scenery, and what moves.
+
+use nalgebra::Matrix3;
+use schemas::{ActorId, Pose, Vec3};
+
+use super::bounds::Bounds;
+use super::bvh::{Bvh, Stack};
+use super::ray::{Hit, Ray};
+use super::shape::Shape;
+
+/// One solid shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solid {
+    pub shape: Shape,
+    centre_m: Vec3,
+    /// Columns: the shape's axes.
+    world_from_shape: Matrix3<f32>,
+    /// CARLA's semantic tag.
+    pub tag: u8,
+    /// `None` for scenery.
+    pub actor: Option<ActorId>,
+}
+
+/// Shapes findable by rays and places.
+#[derive(Clone, Debug)]
+pub(crate) struct Solids {
+    solids: Vec<Solid>,
+    bvh: Bvh,
+}
+
+impl Solid {
+    pub(crate) fn new(
+        shape: Shape,
+        world_from_shape: &Pose,
+        tag: u8,
+        actor: Option<ActorId>,
+    ) -> Self {
+        Self {
+            shape,
+            centre_m: world_from_shape.translation.vector,
+            world_from_shape: world_from_shape.rotation.to_rotation_matrix().into_inner(),
+            tag,
+            actor,
+        }
+    }
+
+    fn bounds(&self) -> Bounds {
+        let reach_m = self.world_from_shape.abs() * self.shape.half_extent_m();
+        Bounds { low_m: self.centre_m - reach_m, high_m: self.centre_m + reach_m }
+    }
+
+    fn cast(&self, ray: &Ray) -> Option<Hit> {
+        let origin_m = self.world_from_shape.tr_mul(&(ray.origin_m - self.centre_m));
+        let direction = self.world_from_shape.tr_mul(&ray.direction);
+        let (distance_m, normal) = self.shape.cast(origin_m, direction)?;
+        let normal = self.world_from_shape * normal;
+        Some(Hit { distance_m, normal, tag: self.tag, actor: self.actor })
+    }
+
+    /// The point of the shape nearest to a point, world frame.
+    pub(crate) fn closest_m(&self, point_m: Vec3) -> Option<Vec3> {
+        let closest_m =
+            self.shape.closest_m(self.world_from_shape.tr_mul(&(point_m - self.centre_m)))?;
+        Some(self.centre_m + self.world_from_shape * closest_m)
+    }
+}
+
+impl Solids {
+    pub(crate) fn new(solids: Vec<Solid>) -> Self {
+        let bounds: Vec<Bounds> = solids.iter().map(Solid::bounds).collect();
+        let bvh = Bvh::new(&bounds, 1, |items| items.first().copied().unwrap_or(0));
+        Self { solids, bvh }
+    }
+
+    /// The nearest shape within `reach_m`.
+    pub(crate) fn nearest(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
+            let hit = self.solids[solid as usize].cast(ray);
+            match hit.filter(|hit| hit.distance_m < reach_m) {
+                Some(hit) => {
+                    nearest = Some(hit);
+                    hit.distance_m
+                }
+                None => reach_m,
+            }
+        });
+        nearest
+    }
+
+    /// Adds every shape within `reach_m` to `hits`.
+    pub(crate) fn all(&self, ray: &Ray, reach_m: f32, stack: &mut Stack, hits: &mut Vec<Hit>) {
+        self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
+            let hit = self.solids[solid as usize].cast(ray);
+            hits.extend(hit.filter(|hit| hit.distance_m <= reach_m));
+            reach_m
+        });
+    }
+
+    /// Visits the shapes whose boxes overlap `bounds`.
+    pub(crate) fn overlapping(&self, bounds: &Bounds, mut visit: impl FnMut(&Solid)) {
+        self.bvh.overlapping(bounds, |solid| visit(&self.solids[solid as usize]));
+    }
+}

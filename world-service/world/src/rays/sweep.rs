@@ -1,0 +1,103 @@
+//! A ball that moves along a line until it touches something.
+
+use schemas::{ActorId, Vec3};
+
+use super::RayScene;
+use super::bounds::Bounds;
+use super::ray::Ray;
+use super::solids::Solid;
+
+/// The ball counts as touching when its surface is this near.
+const TOUCH_M: f32 = 1.0e-4;
+/// Steps of the search for the moment of touch; it doubles its correct digits in each.
+const STEPS_MAX: usize = 32;
+
+/// What a moving ball touched first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Touch {
+    /// How far the ball moved.
+    pub distance_m: f32,
+    /// CARLA's semantic tag.
+    pub tag: u8,
+    /// `None` for scenery.
+    pub actor: Option<ActorId>,
+}
+
+/// A ball that moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweep {
+    pub ray: Ray,
+    pub radius_m: f32,
+    pub reach_m: f32,
+}
+
+impl RayScene<'_> {
+    /// What a ball touches first, scenery only if `with_scenery`. Never the ground, which is no
+    /// obstacle, nor crowns of trees, nor the actor `except`.
+    pub(crate) fn sweep(
+        &self,
+        sweep: &Sweep,
+        with_scenery: bool,
+        except: Option<ActorId>,
+    ) -> Option<Touch> {
+        let mut nearest: Option<Touch> = None;
+        let mut consider = |solid: &Solid| {
+            if solid.actor.is_some() && solid.actor == except {
+                return;
+            }
+            let reach_m = nearest.map_or(sweep.reach_m, |touch| touch.distance_m);
+            if let Some(distance_m) = sweep.touches(solid).filter(|&at_m| at_m <= reach_m) {
+                // Of things equally far the one with the smallest id, then scenery.
+                let first = nearest.is_none_or(|touch| {
+                    distance_m < touch.distance_m || order(solid.actor) < order(touch.actor)
+                });
+                if first {
+                    nearest = Some(Touch { distance_m, tag: solid.tag, actor: solid.actor });
+                }
+            }
+        };
+        let bounds = sweep.bounds();
+        self.bodies.overlapping(&bounds, &mut consider);
+        if with_scenery {
+            self.town.scenery().overlapping(&bounds, &mut consider);
+        }
+        nearest
+    }
+}
+
+fn order(actor: Option<ActorId>) -> u32 {
+    actor.map_or(u32::MAX, ActorId::get)
+}
+
+impl Sweep {
+    fn bounds(&self) -> Bounds {
+        Bounds::around([self.ray.origin_m, self.ray.at(self.reach_m)]).grown(self.radius_m)
+    }
+
+    /// How far the ball moves until it touches a convex shape.
+    ///
+    /// The distance from a point of a line to a convex shape is a convex function along the line, so
+    /// Newton's method from the near end never steps beyond the touch, and once the distance does
+    /// not fall any more there is none.
+    fn touches(&self, solid: &Solid) -> Option<f32> {
+        let mut moved_m = 0.0;
+        for _ in 0..STEPS_MAX {
+            let centre_m = self.ray.at(moved_m);
+            let out_m: Vec3 = centre_m - solid.closest_m(centre_m)?;
+            let distance_m = out_m.norm();
+            let gap_m = distance_m - self.radius_m;
+            if gap_m <= TOUCH_M {
+                return Some(moved_m);
+            }
+            let approach = -out_m.dot(&self.ray.direction) / distance_m;
+            if approach <= 0.0 {
+                return None;
+            }
+            moved_m += gap_m / approach;
+            if moved_m > self.reach_m {
+                return None;
+            }
+        }
+        Some(moved_m)
+    }
+}

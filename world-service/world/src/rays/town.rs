@@ -1,0 +1,113 @@
+//! What rays meet of a map.
+
+use std::sync::{Arc, OnceLock};
+
+use roads::mesh::{self, GroundMesh};
+use roads::{Map, SceneryBox, SceneryKind};
+use schemas::{Pose, Vec3};
+
+use super::bounds::Bounds;
+use super::mesh::{Face, Mesh};
+use super::shape::Shape;
+use super::solids::{Solid, Solids};
+use super::tag;
+
+/// Share of its height by which a tree's crown hangs over the upper end of the trunk.
+const CROWN_OVERLAP: f32 = 0.1;
+
+/// Ground and scenery of a map, shared by all its worlds and built when first asked for.
+#[derive(Debug)]
+pub(crate) struct TownRays {
+    roads: Arc<Map>,
+    ground: OnceLock<Mesh>,
+    scenery: OnceLock<Solids>,
+}
+
+impl TownRays {
+    pub(crate) fn new(roads: Arc<Map>) -> Self {
+        Self { roads, ground: OnceLock::new(), scenery: OnceLock::new() }
+    }
+
+    /// - **Cost:** the first time n log n in the triangles; some tenths of a second for a town.
+    pub(crate) fn ground(&self) -> &Mesh {
+        self.ground.get_or_init(|| Mesh::new(&faces(&mesh::ground(&self.roads))))
+    }
+
+    pub(crate) fn scenery(&self) -> &Solids {
+        let build = || Solids::new(self.roads.scenery().iter().flat_map(solids).collect());
+        self.scenery.get_or_init(build)
+    }
+
+    /// Tag of the scenery nearest to a point within `reach_m`.
+    pub(crate) fn scenery_tag_at(&self, point_m: Vec3, reach_m: f32) -> Option<u8> {
+        let mut nearest: Option<(f32, u8)> = None;
+        let around = Bounds::around([point_m]).grown(reach_m);
+        self.scenery().overlapping(&around, |solid| {
+            let Some(closest_m) = solid.closest_m(point_m) else { return };
+            let distance_m = (closest_m - point_m).norm();
+            if nearest.is_none_or(|(nearest_m, _)| distance_m < nearest_m) {
+                nearest = Some((distance_m, solid.tag));
+            }
+        });
+        nearest.map(|(_, tag)| tag)
+    }
+}
+
+fn faces(mesh: &GroundMesh) -> Vec<Face> {
+    let corner = |index: u32| mesh.positions_m.get(index as usize).copied().map(Vec3::from);
+    let faces = mesh.indices.iter().zip(&mesh.materials).filter_map(|(&[a, b, c], &material)| {
+        let corners = [corner(a)?, corner(b)?, corner(c)?];
+        Some(Face { corners, tag: tag::of_material(material) })
+    });
+    faces.collect()
+}
+
+/// A box, and the crown above it if it is the trunk of a tree.
+fn solids(item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
+    let tag = tag::of_scenery(item.kind);
+    let world_from_box: Pose = nalgebra::convert(item.pose);
+    let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
+    let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, None);
+    let crown = (item.kind == SceneryKind::Tree && item.crown_radius_m > 0.0).then(|| {
+        let (height_m, radius_m) = (item.height_m as f32, item.crown_radius_m as f32);
+        let trunk_m = 2.0 * half_m.z;
+        let half_height_m = (height_m - trunk_m * (1.0 - CROWN_OVERLAP)) / 2.0;
+        let above_m = height_m - half_height_m - half_m.z;
+        let radii_m = Vec3::new(radius_m, radius_m, half_height_m);
+        let world_from_crown = world_from_box * Pose::translation(0.0, 0.0, above_m);
+        Solid::new(Shape::Ellipsoid { radii_m }, &world_from_crown, tag, None)
+    });
+    std::iter::once(solid).chain(crown)
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::{Attribute, Command, WorldId};
+
+    use super::*;
+    use crate::{Town, World, WorldConfig};
+
+    #[test]
+    fn nothing_is_built_for_rays_before_the_first_one_is_cast() {
+        let text = roads::town::build("Town02").expect("the town exists");
+        let map = Map::parse("Town02", &text).expect("the town is valid");
+        let map = Arc::new(Town::new(Arc::new(map)));
+        let id = WorldId::new(1).unwrap();
+        let config = WorldConfig { id, epoch: 1, seed: 1, dt_secs: 0.05, map: Arc::clone(&map) };
+        let mut world = World::new(config).unwrap();
+        let mut spawn = |blueprint: &str, attributes: Vec<Attribute>| {
+            let mut command = Command::spawn(blueprint, Pose::identity(), Vec3::zeros());
+            if let Command::SpawnActor { attributes: given, .. } = &mut command {
+                *given = attributes;
+            }
+            let sensor = world.apply(&command).unwrap().unwrap();
+            world.apply(&Command::Listen { sensor, on: true }).unwrap();
+            world.tick().unwrap();
+            map.rays.ground.get().is_some()
+        };
+        assert!(!spawn("sensor.other.imu", Vec::new()));
+        assert!(!spawn("sensor.other.gnss", Vec::new()));
+        let range = Attribute { id: "range".to_owned(), value: "20".to_owned() };
+        assert!(spawn("sensor.lidar.ray_cast", vec![range]));
+    }
+}
