@@ -73,8 +73,8 @@ pub(crate) struct Endpoint {
     clients: BTreeSet<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
-    /// Streams whose listener is on the way, with the count to come and until when it is awaited.
-    expected: BTreeMap<u32, (usize, Instant)>,
+    /// Streams whose listener is on the way: how many will have come then, until when it is awaited.
+    expected: BTreeMap<u32, (u64, Instant)>,
     pictures: Option<JoinHandle<()>>,
     started: Instant,
     last_tick: Instant,
@@ -191,18 +191,24 @@ impl Endpoint {
         /// How long a tick waits for a client that asked for a token.
         const PATIENCE: std::time::Duration = std::time::Duration::from_millis(500);
         let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
-        let Some(sensor) = sensor else { return };
-        let count = self.hub.listener_count(stream);
-        if count == 0 && !self.expected.contains_key(&stream) {
+        if let Some(sensor) = sensor
+            && self.hub.listener_count(stream) == 0
+            && !self.expected.contains_key(&stream)
+        {
             self.pending.push(Command::Listen { sensor, on: true });
         }
-        let expected = self.expected.entry(stream).or_insert((count, Instant::now()));
-        *expected = (expected.0 + 1, Instant::now() + PATIENCE);
+        if sensor.is_none() && stream != WORLD_OBSERVER {
+            return;
+        }
+        let now = Instant::now();
+        let (comings, until) =
+            self.expected.entry(stream).or_insert_with(|| (self.hub.comings(stream), now));
+        (*comings, *until) = (*comings + 1, now + PATIENCE);
     }
 
     async fn await_listeners(&mut self) {
-        for (stream, (count, until)) in std::mem::take(&mut self.expected) {
-            self.hub.wait_for(stream, count, until).await;
+        for (stream, (comings, until)) in std::mem::take(&mut self.expected) {
+            self.hub.wait_for(stream, comings, until).await;
             self.note_deserted(stream);
         }
     }

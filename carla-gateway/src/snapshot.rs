@@ -17,6 +17,8 @@ const RECORD_BYTES: usize = 119;
 const STATE_BYTES: usize = 54;
 /// Bytes of the id of a signal.
 const SIGN_ID_BYTES: usize = 32;
+/// Where no sign was passed, as in CARLA; the Traffic Manager would stand still at 0.
+const SPEED_LIMIT_UNPOSTED_KMH: f32 = 30.0;
 /// `ActorState::Active`.
 const ACTIVE: u8 = 1;
 
@@ -98,9 +100,6 @@ fn light_of<'a>(frame: &'a Frame, actor: &ActorState) -> Option<&'a TrafficLight
     frame.traffic_lights.get(at)
 }
 
-/// The limit that CARLA tells where none is posted.
-const UNPOSTED_KMH: f32 = 30.0;
-
 fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     let control = &actor.control;
     for number in [control.throttle, -control.steer, control.brake] {
@@ -108,8 +107,8 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     }
     out.extend([control.hand_brake, control.reverse, control.manual_gear].map(u8::from));
     out.extend_from_slice(&i32::from(actor.gear).to_le_bytes());
-    let posted = actor.speed_limit_mps > 0.0;
-    let limit_kmh = if posted { carla::kmh(actor.speed_limit_mps) } else { UNPOSTED_KMH };
+    let posted_kmh = carla::kmh(actor.speed_limit_mps);
+    let limit_kmh = if posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH };
     out.extend_from_slice(&limit_kmh.to_le_bytes());
     let light =
         actor.traffic_light.and_then(|id| frame.actor(id).and_then(|light| light_of(frame, light)));

@@ -205,3 +205,15 @@ impl LaneChange {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mark_is_found_by_its_name() {
+        for mark in [MarkType::Broken, MarkType::SolidSolid, MarkType::BottsDots, MarkType::None] {
+            assert_eq!(MarkType::from_name(mark.name()), mark);
+        }
+    }
+}

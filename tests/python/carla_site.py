@@ -6,11 +6,26 @@ import carla
 
 STEP_SECS = 0.05
 TIMEOUT_SECS = 20.0
+MAP = "Town10HD_Opt"
+
+
+# The client library sometimes ends the process when a client goes while its streams are open, so
+# none ever goes.
+_clients: list[carla.Client] = []
 
 
 def connect(port: int) -> carla.Client:
+    """A further client."""
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(TIMEOUT_SECS)
+    _clients.append(client)
+    return client
+
+
+def fresh(port: int) -> carla.Client:
+    """The first client, with a new world on the usual map."""
+    client = _clients[0] if _clients else connect(port)
+    client.load_world(MAP)
     return client
 
 

@@ -2,14 +2,12 @@
 
 import carla
 import pytest
-from carla_site import connect, spawn_car, synchronous, ticks
+from carla_site import fresh, spawn_car, synchronous, ticks
 
 
 @pytest.fixture
 def client(site):
-    client = connect(site.carla_port)
-    client.reload_world()
-    return client
+    return fresh(site.carla_port)
 
 
 @pytest.fixture
@@ -60,7 +58,7 @@ def test_a_destroyed_car_is_gone(world):
     world.tick()
     assert car.destroy()
     world.tick()
-    assert world.get_actor(car.id) is None
+    assert not world.get_snapshot().has_actor(car.id)
     assert len(world.get_actors().filter("vehicle.*")) == 0
 
 

@@ -2,14 +2,12 @@
 
 import carla
 import pytest
-from carla_site import connect, spawn_car, synchronous, ticks
+from carla_site import connect, fresh, spawn_car, synchronous, ticks
 
 
 @pytest.fixture
 def client(site):
-    client = connect(site.carla_port)
-    client.reload_world()
-    return client
+    return fresh(site.carla_port)
 
 
 @pytest.fixture

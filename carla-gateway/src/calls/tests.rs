@@ -63,7 +63,7 @@ impl Site for Toy {
             schemas::Request::DestroyWorld { .. } => Ok(Reply::Done),
             schemas::Request::DescribeActors { .. } => Ok(Reply::Actors(Vec::new())),
             schemas::Request::TickWorlds(items) => {
-                let replies = items[0].commands.iter().map(|_| Err(refusal)).collect();
+                let replies = items[0].commands.iter().map(|_| Err(refusal.clone())).collect();
                 let outcome = TickOutcome { replies, ..TickOutcome::new(self.frame()) };
                 Ok(Reply::Ticked(vec![TickResult { world, outcome: Ok(outcome) }]))
             }

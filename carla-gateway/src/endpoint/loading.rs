@@ -30,6 +30,8 @@ impl Endpoint {
     /// # Errors
     /// No such map, or no world service; the old episode goes on.
     pub(crate) async fn load(&mut self, name: &str) -> Result<(), Refusal> {
+        // The client library ends its process when it leaves a stream that it is still joining.
+        self.await_listeners().await;
         let name = match (name, &self.episode) {
             ("", Some(episode)) => episode.map_name.clone(),
             ("", None) => self.config.map.clone(),

@@ -34,6 +34,8 @@ struct Streams {
 #[derive(Default)]
 struct Stream {
     listeners: BTreeMap<u64, mpsc::Sender<Message>>,
+    /// How many ever came.
+    comings: u64,
     /// Sent at once to who comes later; only where that makes sense.
     last: Option<Message>,
     keeps_last: bool,
@@ -67,6 +69,11 @@ impl Hub {
         self.lock().open.get(&stream).map_or(0, |stream| stream.listeners.len())
     }
 
+    /// How many ever listened.
+    pub(crate) fn comings(&self, stream: u32) -> u64 {
+        self.lock().open.get(&stream).map_or(0, |stream| stream.comings)
+    }
+
     /// Takes a place; `None` for a stream that does not exist.
     pub(crate) fn listen(&self, stream: u32) -> Option<Listener> {
         let mut streams = self.lock();
@@ -79,6 +86,7 @@ impl Hub {
             let _ = sender.try_send(Arc::clone(last));
         }
         stream.listeners.insert(id, sender);
+        stream.comings += 1;
         drop(streams);
         self.changes.send_modify(|version| *version += 1);
         Some(Listener { id, messages })
@@ -92,10 +100,10 @@ impl Hub {
         stream.listeners.len()
     }
 
-    /// Waits until so many listen, or a moment of patience has passed.
-    pub(crate) async fn wait_for(&self, stream: u32, count: usize, until: Instant) {
+    /// Waits until so many have come, or a moment of patience has passed.
+    pub(crate) async fn wait_for(&self, stream: u32, comings: u64, until: Instant) {
         let mut changes = self.changes.subscribe();
-        while self.listener_count(stream) < count {
+        while self.comings(stream) < comings {
             if tokio::time::timeout_at(until, changes.changed()).await.is_err() {
                 return;
             }

@@ -79,3 +79,35 @@ fn solids(item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
     });
     std::iter::once(solid).chain(crown)
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::{Attribute, Command, WorldId};
+
+    use super::*;
+    use crate::{Town, World, WorldConfig};
+
+    #[test]
+    fn nothing_is_built_for_rays_before_the_first_one_is_cast() {
+        let text = roads::town::build("Town02").expect("the town exists");
+        let map = Map::parse("Town02", &text).expect("the town is valid");
+        let map = Arc::new(Town::new(Arc::new(map)));
+        let id = WorldId::new(1).unwrap();
+        let config = WorldConfig { id, epoch: 1, seed: 1, dt_secs: 0.05, map: Arc::clone(&map) };
+        let mut world = World::new(config).unwrap();
+        let mut spawn = |blueprint: &str, attributes: Vec<Attribute>| {
+            let mut command = Command::spawn(blueprint, Pose::identity(), Vec3::zeros());
+            if let Command::SpawnActor { attributes: given, .. } = &mut command {
+                *given = attributes;
+            }
+            let sensor = world.apply(&command).unwrap().unwrap();
+            world.apply(&Command::Listen { sensor, on: true }).unwrap();
+            world.tick().unwrap();
+            map.rays.ground.get().is_some()
+        };
+        assert!(!spawn("sensor.other.imu", Vec::new()));
+        assert!(!spawn("sensor.other.gnss", Vec::new()));
+        let range = Attribute { id: "range".to_owned(), value: "20".to_owned() };
+        assert!(spawn("sensor.lidar.ray_cast", vec![range]));
+    }
+}
