@@ -11,7 +11,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusConfig, Endpoint};
-use schemas::{EncodedFrame, Reply, Request, TickItem, TickOutcome, TickResult, WorldId, keys};
+use schemas::{Reply, Request, TickItem, TickOutcome, TickResult, WorldId, keys};
 use zenoh::{Config, Session, Wait};
 
 const ASK_BYTES: usize = 200;
@@ -36,12 +36,7 @@ async fn main() {
     let pair = Pair::new(&plain);
     let fast_pair = Pair::new(&fast);
     let world = WorldId::new(1).unwrap();
-    let tick = Request::TickWorlds(vec![TickItem {
-        world,
-        tick_count: 1,
-        commands: Vec::new(),
-        expected_tick: None,
-    }]);
+    let tick = Request::TickWorlds(vec![TickItem::new(world, 1)]);
     let key = keys::world(&"local".parse().unwrap(), world);
     let names = [
         "bare TCP",

@@ -13,9 +13,13 @@ mod table;
 mod vehicle;
 mod walker;
 
+use crate::dialect::Transform;
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Refusal, Request};
 use table::{Group, METHODS};
+
+/// What is told of things that have no parts.
+const NO_TRANSFORMS: [Transform; 0] = [];
 
 /// Answers one call.
 pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {

@@ -12,7 +12,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, Vec3, VehicleControl, Weather, WorldId, level_pose,
+    RenderJob, Tick, Vec3, Weather, WorldId, level_pose,
 };
 
 const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];

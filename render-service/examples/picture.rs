@@ -11,7 +11,7 @@ use std::time::Instant;
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, UnitQuaternion, Vec3, VehicleControl, Weather, WorldId, level_pose,
+    RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
 };
 use turbojpeg::{PixelFormat, Subsamp};
 
@@ -38,7 +38,7 @@ const PARADE: [(&str, [f32; 3], u32); 24] = [
     ("vehicle.mini.cooper_s_2021", [2.28, 1.05, 0.88], 0x1f5c3a),
     ("vehicle.micro.microlino", [1.1, 0.74, 0.69], 0xe0d040),
     ("vehicle.jeep.wrangler_rubicon", [1.93, 0.95, 0.94], 0x3a4a2a),
-    ("vehicle.tesla.cybertruck", [3.14, 1.2, 1.04], 0xa8acb0),
+    ("vehicle.tesla.cybertruck", [3.13, 1.2, 1.04], 0xa8acb0),
     ("vehicle.dodge.charger_police", [2.49, 1.02, 0.77], 0xe8e8e8),
     ("vehicle.ford.crown", [2.68, 0.9, 0.79], 0xd8b020),
     ("vehicle.ford.ambulance", [3.18, 1.18, 1.22], 0xf0f0f0),

@@ -1,4 +1,5 @@
 //! The file CARLA's client steers walkers with, read back by its format and held against the mesh.
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 #[path = "common/walks.rs"]
 mod walks;

@@ -1,4 +1,5 @@
 //! Ways for walkers: over crossings, along sidewalks, and over the road only when allowed.
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 #[path = "common/walks.rs"]
 mod walks;

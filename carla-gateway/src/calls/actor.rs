@@ -2,8 +2,8 @@
 
 use schemas::{ActorId, Attachment, AttachmentKind, Command, Error, ErrorCode, Vec3};
 
-use super::astray;
 use super::orders::{self, queue};
+use super::{NO_TRANSFORMS, astray};
 use crate::catalogue;
 use crate::dialect::{Actor, ActorDescription, BatchCommand as To, Location, Transform, Vector3D};
 use crate::endpoint::{Endpoint, camera, unknown_actor};
@@ -199,6 +199,6 @@ fn parts(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match method {
         "get_actor_component_names" => Payload::value(&[ROOT]),
         "get_actor_bone_names" | "get_actor_socket_names" => Payload::value(&[""; 0]),
-        _ => Payload::value(&[Transform::default(); 0]),
+        _ => Payload::value(&NO_TRANSFORMS),
     }
 }

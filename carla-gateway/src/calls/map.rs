@@ -30,30 +30,8 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             })
         }
         "get_map_data" => Payload::value(endpoint.episode()?.map.text()),
-        "get_required_files" => {
-            let (_, folder): (Meta, String) = request.args()?;
-            if folder != "Nav" {
-                return Payload::value(&[""; 0]);
-            }
-            let navigation = Arc::clone(&endpoint.episode()?.navigation);
-            let path = navigation.file().await.map(|file| &file.path);
-            Payload::value(&path.as_slice())
-        }
-        "request_file" => {
-            let (_, path): (Meta, String) = request.args()?;
-            let navigation = Arc::clone(&endpoint.episode()?.navigation);
-            match navigation.file().await.filter(|file| file.path == path) {
-                Some(file) => Payload::value(Bytes::new(&file.bytes)),
-                None => {
-                    let path: String = path.chars().take(256).collect();
-                    Err(Refusal(format!("there is no file {path:?}")))
-                }
-            }
-        }
-        "get_navigation_mesh" => {
-            let navigation = Arc::clone(&endpoint.episode()?.navigation);
-            let bytes = navigation.file().await.map_or(&[][..], |file| &file.bytes);
-            Payload::value(Bytes::new(bytes))
+        "get_required_files" | "request_file" | "get_navigation_mesh" => {
+            navigation(endpoint, request).await
         }
         "get_all_level_BBs" => {
             let (_, tag): (Meta, u8) = request.args()?;
@@ -87,6 +65,35 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Payload::value(&(nearest.is_some(), nearest.unwrap_or_default()))
         }
         _ => astray(request),
+    }
+}
+
+/// The file by which clients steer walkers.
+async fn navigation(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    let navigation = Arc::clone(&endpoint.episode()?.navigation);
+    match request.method.as_str() {
+        "get_required_files" => {
+            let (_, folder): (Meta, String) = request.args()?;
+            if folder != "Nav" {
+                return Payload::value(&[""; 0]);
+            }
+            let path = navigation.file().await.map(|file| &file.path);
+            Payload::value(&path.as_slice())
+        }
+        "request_file" => {
+            let (_, path): (Meta, String) = request.args()?;
+            match navigation.file().await.filter(|file| file.path == path) {
+                Some(file) => Payload::value(Bytes::new(&file.bytes)),
+                None => {
+                    let path: String = path.chars().take(256).collect();
+                    Err(Refusal(format!("there is no file {path:?}")))
+                }
+            }
+        }
+        _ => {
+            let bytes = navigation.file().await.map_or(&[][..], |file| &file.bytes);
+            Payload::value(Bytes::new(bytes))
+        }
     }
 }
 

@@ -23,6 +23,47 @@ pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<
         From::WalkerControl(id, control) => {
             Command::SetWalkerControl { actor: actor(*id)?, control: control.ours() }
         }
+        From::Transform(..)
+        | From::Location(..)
+        | From::WalkerState(..)
+        | From::TargetVelocity(..)
+        | From::TargetAngularVelocity(..)
+        | From::Impulse(..)
+        | From::Force(..)
+        | From::AngularImpulse(..)
+        | From::Torque(..) => motion(endpoint, command)?,
+        From::SimulatePhysics(id, on) => {
+            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Physics, on: *on }
+        }
+        From::EnableGravity(id, on) => {
+            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Gravity, on: *on }
+        }
+        From::Lights(id, lights) => {
+            if let Some(state) = endpoint.episode()?.state_mut(*id) {
+                state.lights = *lights;
+            }
+            Command::SetVehicleLights { actor: actor(*id)?, lights: *lights }
+        }
+        From::TrafficLight(id, colour) => Command::SetTrafficLight {
+            actor: actor(*id)?,
+            colour: Some(colour_of(*colour)),
+            green_secs: None,
+            yellow_secs: None,
+            red_secs: None,
+        },
+        // The autopilot is the client's own Traffic Manager.
+        From::Autopilot(..) | From::DebugTelemetry(..) => return Ok(None),
+        From::Console(_) => return Err(Refusal("there is no console".to_owned())),
+        From::Spawn(_) | From::Destroy(_) | From::Physics(..) => {
+            return Err(Refusal("this command cannot wait".to_owned()));
+        }
+    };
+    Ok(Some(order))
+}
+
+/// Only for what [`command`] sends here.
+fn motion(endpoint: &mut Endpoint, command: &From) -> Result<Command, Refusal> {
+    Ok(match command {
         From::Transform(id, transform) => {
             finite(transform.is_finite())?;
             Command::SetPose { actor: actor(*id)?, world_from_actor: transform.ours() }
@@ -59,33 +100,8 @@ pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<
         From::Force(id, amount) => push(*id, PushKind::Force, vector(*amount)?)?,
         From::AngularImpulse(id, amount) => push(*id, PushKind::AngularImpulse, twist(*amount)?)?,
         From::Torque(id, amount) => push(*id, PushKind::Torque, twist(*amount)?)?,
-        From::SimulatePhysics(id, on) => {
-            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Physics, on: *on }
-        }
-        From::EnableGravity(id, on) => {
-            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Gravity, on: *on }
-        }
-        From::Lights(id, lights) => {
-            if let Some(state) = endpoint.episode()?.state_mut(*id) {
-                state.lights = *lights;
-            }
-            Command::SetVehicleLights { actor: actor(*id)?, lights: *lights }
-        }
-        From::TrafficLight(id, colour) => Command::SetTrafficLight {
-            actor: actor(*id)?,
-            colour: Some(colour_of(*colour)),
-            green_secs: None,
-            yellow_secs: None,
-            red_secs: None,
-        },
-        // The autopilot is the client's own Traffic Manager.
-        From::Autopilot(..) | From::DebugTelemetry(..) => return Ok(None),
-        From::Console(_) => return Err(Refusal("there is no console".to_owned())),
-        From::Spawn(_) | From::Destroy(_) | From::Physics(..) => {
-            return Err(Refusal("this command cannot wait".to_owned()));
-        }
-    };
-    Ok(Some(order))
+        other => unreachable!("{other:?} moves nothing"),
+    })
 }
 
 /// Queues a command that nobody waits for.

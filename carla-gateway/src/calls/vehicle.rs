@@ -2,10 +2,10 @@
 
 use schemas::{ActorKind, ActorState, Command};
 
-use super::astray;
 use super::orders::{self, queue};
+use super::{NO_TRANSFORMS, astray};
 use crate::dialect::{
-    AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData, Transform,
+    AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData,
     VehicleControl, VehiclePhysicsControl,
 };
 use crate::endpoint::{Endpoint, unknown_actor};
@@ -52,7 +52,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "get_vehicle_bone_world_transforms" => {
             let (_, id): (Meta, u32) = request.args()?;
             vehicle(endpoint, id)?;
-            Payload::value(&[Transform::default(); 0])
+            Payload::value(&NO_TRANSFORMS)
         }
         // Without effect, and nobody waits: the compatibility page says so.
         "show_vehicle_debug_telemetry"

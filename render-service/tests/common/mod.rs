@@ -7,7 +7,7 @@ use std::sync::Arc;
 use render_service::{AdapterChoice, Material, Renderer, Surface, TownScene, WallKind};
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, UnitQuaternion, Vec3, VehicleControl, Weather, WorldId, level_pose,
+    RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
 };
 
 pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
