@@ -1,7 +1,7 @@
 //! Driving as pure functions: a road network and the state of a vehicle in, its control out.
 //!
-//! [`Pilot`] keeps a lane or changes to a neighbouring one at a target speed. Its state is plain data,
-//! so that a world carries it through snapshots and forks. No clock, no randomness, no I/O.
+//! [`Pilot`] keeps a lane or changes to a neighbouring one at a target speed. Its state is plain
+//! data, so that a world carries it through snapshots and forks. No clock, no randomness, no I/O.
 //!
 //! **Frames:** world x east, y north, z up; positive steer and angles to the left.
 

@@ -1,7 +1,8 @@
 //! How long is one question and its answer over the bus, beside a bare TCP round trip?
 //!
-//! Unit of work: 200 bytes there, 1,500 bytes back (a small tick), between two processes. Each way is
-//! measured in turn in every round; printed are medians over the rounds, and the ratio to bare TCP.
+//! Unit of work: 200 bytes there, 1,500 bytes back (a small tick), between two processes. Each way
+//! is measured in turn in every round; printed are medians over the rounds, and the ratio to bare
+//! TCP.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot run stops")]
 
 use std::io::{BufRead, BufReader, Read, Write};

@@ -36,8 +36,8 @@ const RETRY_MILLIS: (u64, u64) = (10, 500);
 pub struct BusConfig {
     /// Where others may connect; port 0 means any free one.
     pub listen: Vec<Endpoint>,
-    /// Whom to connect to, and to reconnect to for ever. Who only connects uses the first that answers;
-    /// who also listens connects to all.
+    /// Whom to connect to, and to reconnect to for ever. Who only connects uses the first that
+    /// answers; who also listens connects to all.
     pub connect: Vec<Endpoint>,
     /// How long [`Bus::open`](crate::Bus::open) waits for the first connection; `None`: for ever.
     pub connect_deadline: Option<Duration>,

@@ -32,8 +32,8 @@ pub struct PublishedFrame {
     pub frame: EncodedFrame,
 }
 
-/// Knows whether anybody subscribes to any frame, so that a tick of a world that nobody watches need
-/// not be published. Cheap to clone and to ask.
+/// Knows whether anybody subscribes to any frame, so that a tick of a world that nobody watches
+/// need not be published. Cheap to clone and to ask.
 #[derive(Clone)]
 pub struct FrameListeners {
     any: Arc<AtomicBool>,

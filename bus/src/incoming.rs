@@ -23,8 +23,8 @@ pub struct Incoming {
 impl Bus {
     /// Serves every key that matches `key_expr`.
     ///
-    /// `handler` runs on the bus's own thread and holds up all other traffic: it may route the request
-    /// into a bounded inbox or refuse it, nothing else.
+    /// `handler` runs on the bus's own thread and holds up all other traffic: it may route the
+    /// request into a bounded inbox or refuse it, nothing else.
     ///
     /// # Errors
     /// [`BusError::Declare`] when `key_expr` is no key expression.
@@ -62,7 +62,8 @@ impl Incoming {
     /// The verified request in it.
     ///
     /// # Errors
-    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to [`refuse`](Self::refuse).
+    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to
+    /// [`refuse`](Self::refuse).
     pub fn request(&self) -> Result<Request, Error> {
         self.check_size(limits::REQUEST_BYTES_MAX)?;
         wire::decode_request(&self.payload())
@@ -71,7 +72,8 @@ impl Incoming {
     /// The verified render job in it.
     ///
     /// # Errors
-    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to [`refuse`](Self::refuse).
+    /// [`ErrorCode::TooLarge`] or [`ErrorCode::InvalidMessage`], to be given to
+    /// [`refuse`](Self::refuse).
     pub fn render_job(&self) -> Result<RenderJob, Error> {
         self.check_size(limits::REPLY_BYTES_MAX)?;
         wire::decode_render_job(&self.payload())

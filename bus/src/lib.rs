@@ -1,13 +1,15 @@
-//! The bus: typed requests, publications and liveliness over Zenoh. The only crate that names zenoh.
+//! The bus: typed requests, publications and liveliness over Zenoh. The only crate that names
+//! zenoh.
 //!
-//! [`Bus`] is one process's place on it. A service [`serve`](Bus::serve)s keys and gets every request
-//! as an [`Incoming`], which it answers from any thread; a client [`request`](Bus::request)s and gets
-//! one typed reply or one typed error within its deadline. [`announce`](Bus::announce) and
+//! [`Bus`] is one process's place on it. A service [`serve`](Bus::serve)s keys and gets every
+//! request as an [`Incoming`], which it answers from any thread; a client
+//! [`request`](Bus::request)s and gets one typed reply or one typed error within its deadline.
+//! [`announce`](Bus::announce) and
 //! [`watch`](Bus::watch) tell who is up.
 //!
-//! Sizes are checked and buffers verified on both sides before anything else sees them. Endpoints are
-//! explicit; nothing is discovered. Requests and replies may block, up to a deadline; whatever fans
-//! out is dropped rather than awaited.
+//! Sizes are checked and buffers verified on both sides before anything else sees them. Endpoints
+//! are explicit; nothing is discovered. Requests and replies may block, up to a deadline; whatever
+//! fans out is dropped rather than awaited.
 //!
 //! Needs a multi-threaded tokio runtime.
 //!

@@ -30,7 +30,8 @@ pub(crate) async fn ask(
             .found(format_args!("{} bytes", payload.len())));
     }
     let (sender, receiver) = oneshot::channel();
-    // The transport drops the callback after the last answer: a dropped sender means that there is none.
+    // The transport drops the callback after the last answer: a dropped sender means that there is
+    // none.
     let sender = Mutex::new(Some(sender));
     let on_reply = move |reply: zenoh::query::Reply| {
         let first = sender.lock().ok().and_then(|mut sender| sender.take());

@@ -50,8 +50,8 @@ impl Bus {
     /// Asks whoever serves `key`.
     ///
     /// # Errors
-    /// The service's own [`Reply::Error`], or [`ErrorCode::Unreachable`] when nobody serves the key or
-    /// the service dies before it answers, [`ErrorCode::TimedOut`] at the deadline,
+    /// The service's own [`Reply::Error`], or [`ErrorCode::Unreachable`] when nobody serves the key
+    /// or the service dies before it answers, [`ErrorCode::TimedOut`] at the deadline,
     /// [`ErrorCode::TooLarge`] and [`ErrorCode::InvalidMessage`] when a message breaks a limit.
     pub async fn request(
         &self,

@@ -1,5 +1,5 @@
-//! What every call does. [`METHODS`] names all calls of CARLA's client; `docs/carla-compatibility.md`
-//! repeats it, and a test compares the two.
+//! What every call does. [`METHODS`] names all calls of CARLA's client;
+//! `docs/carla-compatibility.md` repeats it, and a test compares the two.
 
 mod actor;
 mod batch;
@@ -80,7 +80,8 @@ fn refused(request: &Request) -> Refusal {
     Refusal(format!("{}: {why}", request.method))
 }
 
-/// For a method that its group's table names and its group does not know; a test keeps it unreachable.
+/// For a method that its group's table names and its group does not know; a test keeps it
+/// unreachable.
 fn astray(request: &Request) -> Answer {
     Err(Refusal(format!("{} has no answer", request.method)))
 }

@@ -1,5 +1,5 @@
-//! CARLA's messages as types: each is a MessagePack array with its fields in this order. Conversion to
-//! and from our units and axes happens here, through [`schemas::carla`].
+//! CARLA's messages as types: each is a MessagePack array with its fields in this order. Conversion
+//! to and from our units and axes happens here, through [`schemas::carla`].
 //!
 //! **Units:** metres, degrees, seconds; left-handed, y right.
 

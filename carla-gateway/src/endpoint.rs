@@ -73,7 +73,8 @@ pub(crate) struct Endpoint {
     clients: BTreeSet<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
-    /// Streams whose listener is on the way: how many will have come then, until when it is awaited.
+    /// Streams whose listener is on the way: how many will have come then, until when it is
+    /// awaited.
     expected: BTreeMap<u32, (u64, Instant)>,
     pictures: Option<JoinHandle<()>>,
     started: Instant,

@@ -1,8 +1,10 @@
 //! The CARLA gateway: lets the official client of CARLA 0.9.16 drive worlds on the bus.
 //!
 //! - `rpc` and `stream` are the two channels of CARLA's protocol, without meaning.
-//! - `dialect` is its messages as types; `snapshot`, `sensors` and `pictures` are the payloads of its streams.
-//! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call does.
+//! - `dialect` is its messages as types; `snapshot`, `sensors` and `pictures` are the payloads of
+//!   its streams.
+//! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call
+//!   does.
 //! - `site` is the world service behind the bus.
 //!
 //! The client does not check what it receives, so every payload has one encoder and golden bytes.

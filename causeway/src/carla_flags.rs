@@ -2,8 +2,8 @@
 
 use std::ffi::OsString;
 
-/// The command line with CARLA's flags in our words; those that mean nothing here are named and left
-/// out.
+/// The command line with CARLA's flags in our words; those that mean nothing here are named and
+/// left out.
 pub(crate) fn translated(line: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let line: Vec<OsString> = line.collect();
     let port_flag = match line.get(1).and_then(|word| word.to_str()) {

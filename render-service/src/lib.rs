@@ -1,11 +1,11 @@
 //! The render service: a stateless worker that turns a frame and its cameras into pictures.
 //!
 //! A [`RenderJob`](schemas::RenderJob) holds all that is to be seen but the town, which is named by
-//! the digest of its map. [`Renderer`] draws jobs without a bus; [`run`] is the process around it, which
-//! takes jobs from the bus, draws all that wait together, tenants in turn, and answers each.
+//! the digest of its map. [`Renderer`] draws jobs without a bus; [`run`] is the process around it,
+//! which takes jobs from the bus, draws all that wait together, tenants in turn, and answers each.
 //!
-//! Equal jobs give equal bytes on one adapter. Mesa's software Vulkan is an adapter like any other and
-//! is chosen when there is no GPU. Nothing is kept between jobs but caches, each with a bound.
+//! Equal jobs give equal bytes on one adapter. Mesa's software Vulkan is an adapter like any other
+//! and is chosen when there is no GPU. Nothing is kept between jobs but caches, each with a bound.
 //!
 //! ```no_run
 //! use std::sync::Arc;

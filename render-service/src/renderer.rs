@@ -58,11 +58,13 @@ impl Renderer {
     }
 
     /// Draws all cameras of all jobs, in as few submissions as fit. Results are in the order of the
-    /// jobs; one wrong job does not touch the others. A lost device is rebuilt and all is drawn again.
+    /// jobs; one wrong job does not touch the others. A lost device is rebuilt and all is drawn
+    /// again.
     ///
     /// # Errors
-    /// Per job: [`ErrorCode::InvalidArgument`] or [`ErrorCode::UnknownActor`] for a camera that cannot
-    /// be, [`ErrorCode::TooLarge`], [`ErrorCode::UnknownMap`] for another town than the frame's,
+    /// Per job: [`ErrorCode::InvalidArgument`] or [`ErrorCode::UnknownActor`] for a camera that
+    /// cannot be, [`ErrorCode::TooLarge`], [`ErrorCode::UnknownMap`] for another town than the
+    /// frame's,
     /// [`ErrorCode::RendererUnavailable`] when the device is lost for good.
     pub fn render(&mut self, jobs: &[TownJob<'_>]) -> Vec<Result<Images, Error>> {
         let prepared: Vec<Result<Prepared<'_>, Error>> = jobs.iter().map(prepare).collect();

@@ -203,8 +203,8 @@ fn pictures_of_one_pose_are_the_same_together_in_any_order_and_alone() {
     }
 }
 
-/// Goal: ids of scenery are those of the map. Method: follow every pixel of a house to the point that
-/// its depth says; it must lie on the box of that id.
+/// Goal: ids of scenery are those of the map. Method: follow every pixel of a house to the point
+/// that its depth says; it must lie on the box of that id.
 #[test]
 fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
     let Some(mut renderer) = renderer() else { return };

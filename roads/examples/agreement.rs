@@ -1,7 +1,8 @@
 //! Prints how well every map with answers of CARLA's client agrees with them, as a table.
 //!
 //! The maps are those of the tests: `CAUSEWAY_MAPS_DIR` names their folder. A cell says how many
-//! answers were compared, and how many differ where any do; `tests/oracle/known.rs` has the reasons.
+//! answers were compared, and how many differ where any do; `tests/oracle/known.rs` has the
+//! reasons.
 #![allow(clippy::print_stdout, reason = "this is what the program is for")]
 
 #[allow(dead_code, reason = "the worst differences stand for the check of poses")]
@@ -9,6 +10,8 @@
 mod checks;
 #[path = "../tests/common/maps.rs"]
 mod maps;
+#[path = "../tests/oracle/signals.rs"]
+mod signals;
 #[path = "../tests/oracle/worst.rs"]
 mod worst;
 
@@ -23,7 +26,7 @@ const COLUMNS: [Column; 6] = [
     ("next, previous", &[checks::moving]),
     ("topology", &[checks::topology, checks::generated]),
     ("projections", &[checks::projections]),
-    ("landmarks", &[checks::landmarks, checks::landmarks_ahead, checks::landmark_groups]),
+    ("landmarks", &[signals::landmarks, signals::landmarks_ahead, signals::landmark_groups]),
     ("crosswalks, geo", &[checks::crosswalks, checks::geo]),
 ];
 

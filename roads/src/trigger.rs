@@ -56,7 +56,8 @@ pub(crate) fn driving_lanes(map: &Map, landmark: &Landmark) -> Vec<LanePlace> {
 }
 
 impl TriggerBox {
-    /// The box behind a place, `size` made from the lane's width there; its middle stays on the lane.
+    /// The box behind a place, `size` made from the lane's width there; its middle stays on the
+    /// lane.
     pub(crate) fn behind(
         map: &Map,
         place: LanePlace,

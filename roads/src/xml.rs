@@ -154,7 +154,8 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
     junctions.into_values().collect()
 }
 
-/// A junction must not list a controller of unknown signals; nobody minds one that no junction lists.
+/// A junction must not list a controller of unknown signals; nobody minds one that no junction
+/// lists.
 fn check_controllers(root: Node<'_, '_>, model: &Model, report: &mut Report) {
     let listed: BTreeSet<&str> = children(root, "junction")
         .flat_map(|junction| children(junction, "controller"))

@@ -190,7 +190,8 @@ fn signs_of_our_towns_stand_before_the_place_where_they_count() {
             for trigger in &sign.boxes {
                 assert_on_lane(&map, trigger, &sign.id);
                 let beside = trigger.pose.inverse_transform_point(&sign.pose.point);
-                // To the right of the lane, and as far along as the front of the box, but for bends.
+                // To the right of the lane, and as far along as the front of the box, but for
+                // bends.
                 assert!(beside.y < -1.0, "{}: {sign:?}", map.name());
                 let ahead_m = beside.x - trigger.half_extent_m.x;
                 assert!(ahead_m.abs() < 1.0, "{}: {ahead_m} m, {sign:?}", map.name());

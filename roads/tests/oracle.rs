@@ -11,6 +11,8 @@ mod checks;
 mod known;
 #[path = "common/maps.rs"]
 mod maps;
+#[path = "oracle/signals.rs"]
+mod signals;
 
 use checks::Outcome;
 use maps::Judged;
@@ -74,17 +76,17 @@ fn projections_find_the_same_lanes() {
 
 #[test]
 fn landmarks_are_the_same_at_the_same_places() {
-    judge("landmarks", checks::landmarks);
+    judge("landmarks", signals::landmarks);
 }
 
 #[test]
 fn landmarks_ahead_are_the_same_at_the_same_distances() {
-    judge("landmarks ahead", checks::landmarks_ahead);
+    judge("landmarks ahead", signals::landmarks_ahead);
 }
 
 #[test]
 fn signals_share_controllers_with_the_same_signals() {
-    judge("groups", checks::landmark_groups);
+    judge("groups", signals::landmark_groups);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! How fast are steps over WebSocket, for one client and for many at once?
 //!
 //! Drives a running service: `CAUSEWAY_URL=ws://127.0.0.1:8000/ws cargo bench -p scenario-service`.
-//! The unit of work is one `observe` step and its reply. A bare loopback TCP echo of messages of the
-//! same size is measured in the same run, so that results can be compared as ratios.
+//! The unit of work is one `observe` step and its reply. A bare loopback TCP echo of messages of
+//! the same size is measured in the same run, so that results can be compared as ratios.
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};

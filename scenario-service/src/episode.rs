@@ -1,7 +1,7 @@
 //! One episode: a pure state machine over frames.
 //!
-//! The caller asks for a [`Plan`], has the world carry it out, and hands back what came of it. A plan
-//! changes nothing, so a step that fails on its way leaves the episode as it was.
+//! The caller asks for a [`Plan`], has the world carry it out, and hands back what came of it. A
+//! plan changes nothing, so a step that fails on its way leaves the episode as it was.
 
 mod camera;
 mod collisions;

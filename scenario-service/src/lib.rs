@@ -2,11 +2,13 @@
 //!
 //! An episode is a pure state machine over frames: a [`scenario`] says who stands where and what a
 //! choice is worth, an [`episode`] turns actions into commands and frames into observations. A
-//! [`session`] runs one episode at a time, each in a world of its own, through the [`world_port`]; the
+//! [`session`] runs one episode at a time, each in a world of its own, through the [`world_port`];
+//! the
 //! [`ticker`] lets many sessions share a round trip. [`openenv`] translates all of it to HTTP,
 //! WebSocket and JSON.
 //!
-//! The service integrates no physics and keeps no truth: when it ends, its worlds end with their lease.
+//! The service integrates no physics and keeps no truth: when it ends, its worlds end with their
+//! lease.
 
 pub mod action;
 mod app;

@@ -1,7 +1,8 @@
 //! Scenarios: who stands where at the start, when an episode is over, and what a choice is worth.
 //!
-//! A [`Scenario`] is a pure state machine over frames. It never sees a bus, a session or JSON from a
-//! client except through [`Overrides`]. A new scenario is one file here and one line in [`registry`].
+//! A [`Scenario`] is a pure state machine over frames. It never sees a bus, a session or JSON from
+//! a client except through [`Overrides`]. A new scenario is one file here and one line in
+//! [`registry`].
 
 pub mod action_bias;
 pub mod config;
@@ -64,7 +65,8 @@ pub struct WorldSpec {
 }
 
 impl WorldSpec {
-    /// The commands that make it. The second one, [`EGO_COMMAND`](Self::EGO_COMMAND), spawns the ego.
+    /// The commands that make it. The second one, [`EGO_COMMAND`](Self::EGO_COMMAND), spawns the
+    /// ego.
     pub fn commands(&self) -> Vec<Command> {
         let spawn = |Placement { blueprint, world_from_actor, linear_velocity_mps, .. }: &_| {
             Command::spawn(blueprint, *world_from_actor, *linear_velocity_mps)

@@ -1,7 +1,7 @@
 //! Group commit for ticks: many sessions share one round trip to the world service.
 //!
-//! A step that finds no round trip under way is sent at once. Steps that come while one is under way
-//! wait for it and then go out together.
+//! A step that finds no round trip under way is sent at once. Steps that come while one is under
+//! way wait for it and then go out together.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -116,7 +116,8 @@ impl Drop for Turn<'_> {
     }
 }
 
-/// Results come in the order of their items; a waiter without one learns that by its closed channel.
+/// Results come in the order of their items; a waiter without one learns that by its closed
+/// channel.
 fn dispatch(results: Vec<TickResult>, waiters: Vec<Waiter>) {
     for (result, waiter) in results.into_iter().zip(waiters) {
         // A session that went away does not want its answer.

@@ -1,4 +1,5 @@
-//! The world side as sessions see it: a port, so that episodes run against the bus or against a toy.
+//! The world side as sessions see it: a port, so that episodes run against the bus or against a
+//! toy.
 
 use std::future::Future;
 use std::pin::Pin;

@@ -1,7 +1,8 @@
-//! The one place where CARLA's conventions exist: left-handed (x forward/east, y right/south, z up),
-//! degrees, yaw clockwise seen from above, positive steer to the right.
+//! The one place where CARLA's conventions exist: left-handed (x forward/east, y right/south, z
+//! up), degrees, yaw clockwise seen from above, positive steer to the right.
 //!
-//! **Source:** CARLA documentation, "Coordinates and transformations"; signs checked against the wheel.
+//! **Source:** CARLA documentation, "Coordinates and transformations"; signs checked against the
+//! wheel.
 
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 

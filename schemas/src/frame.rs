@@ -241,7 +241,8 @@ pub struct MapRef {
     pub digest: String,
 }
 
-/// The state of one world after one tick. Self-contained: it can be drawn, recorded and scored alone.
+/// The state of one world after one tick. Self-contained: it can be drawn, recorded and scored
+/// alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Which world.

@@ -1,8 +1,9 @@
 //! FlatBuffers in and out: bytes → size check → verifier with our limits → domain types.
 //!
 //! The only module that sees generated code. What it returns needs no further checks of form: ids
-//! are not zero, numbers are finite, quaternions are unit, counts are within [`limits`](crate::limits).
-//! What a value means (does the actor exist, is the blueprint known) is the receiver's business.
+//! are not zero, numbers are finite, quaternions are unit, counts are within
+//! [`limits`](crate::limits). What a value means (does the actor exist, is the blueprint known) is
+//! the receiver's business.
 
 mod alive;
 mod camera;

@@ -96,13 +96,20 @@ fn an_open_end_names_its_issue() {
     }
 }
 
+/// Comments alone: the formatter breaks code, but neither prose nor a literal, a table or an example.
 #[test]
-fn lines_fit_two_files_side_by_side() {
+fn comments_fit_two_files_side_by_side() {
     let columns_max = 100;
     for source in sources().iter().filter(|source| source.path.ends_with(".rs")) {
         for (index, line) in source.text.lines().enumerate() {
+            let comment = line.trim_start().trim_start_matches(['/', '!']).trim_start();
+            let is_prose = line.trim_start().starts_with("//")
+                && !comment.starts_with(['|', '#'])
+                && !comment.contains("();")
+                && !comment.contains("?;");
             let columns = line.chars().count();
-            assert!(columns <= columns_max, "{}:{}: {columns} columns", source.path, index + 1);
+            let fits = columns <= columns_max || !is_prose;
+            assert!(fits, "{}:{}: {columns} columns", source.path, index + 1);
         }
     }
 }

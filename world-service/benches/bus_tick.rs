@@ -1,8 +1,8 @@
 //! What does the bus cost a tick? One world, and 64 worlds in one round trip.
 //!
 //! Unit of work: one tick of a world with a car and three pedestrians. Client and service are two
-//! sessions of this process over loopback TCP. Printed are medians over rounds in which every way is
-//! measured in turn, and the two ratios that are promised.
+//! sessions of this process over loopback TCP. Printed are medians over rounds in which every way
+//! is measured in turn, and the two ratios that are promised.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot run stops")]
 
 use std::sync::Arc;
@@ -105,8 +105,8 @@ impl Echo {
     }
 }
 
-/// The service's side and its equal inside this process. Every measurement begins with new worlds, as
-/// one whose car has come to rest costs less.
+/// The service's side and its equal inside this process. Every measurement begins with new worlds,
+/// as one whose car has come to rest costs less.
 struct Site {
     client: Bus,
     tenant: Tenant,

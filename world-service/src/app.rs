@@ -44,7 +44,8 @@ pub enum ServiceError {
     },
 }
 
-/// A running world service. Ends in order with [`stop`](Self::stop); dropped, its threads end by themselves.
+/// A running world service. Ends in order with [`stop`](Self::stop); dropped, its threads end by
+/// themselves.
 pub struct WorldService {
     bus: Bus,
     jobs: Vec<SyncSender<Job<world::World>>>,

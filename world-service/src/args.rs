@@ -78,7 +78,8 @@ pub enum ConfigError {
 const THREADS_MAX: usize = 256;
 
 impl Config {
-    /// Checks what was typed and fills in defaults; without any endpoint it listens on the loopback.
+    /// Checks what was typed and fills in defaults; without any endpoint it listens on the
+    /// loopback.
     ///
     /// # Errors
     /// [`ConfigError`] names the first setting that cannot work.

@@ -4,7 +4,8 @@
 //! request goes from the bus straight to the shard of its world and is answered from there. Batches
 //! are split over the shards and joined. What is rare or slow (maps, pictures) has its own threads.
 //!
-//! - [`service`] is the state machine: worlds, leases, quarantine, batches; no bus, no threads, no clock.
+//! - [`service`] is the state machine: worlds, leases, quarantine, batches; no bus, no threads, no
+//!   clock.
 //! - `app` wires it to the bus and owns all threads.
 //! - The simulation itself is the crate `world`.
 //!

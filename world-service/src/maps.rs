@@ -1,5 +1,5 @@
-//! The maps a service knows: our own towns, a folder of OpenDRIVE files that win over them, and what
-//! clients brought along, which wins for their tenant.
+//! The maps a service knows: our own towns, a folder of OpenDRIVE files that win over them, and
+//! what clients brought along, which wins for their tenant.
 
 mod uploads;
 

@@ -35,11 +35,13 @@ impl Renderers {
         });
     }
 
-    /// Has one job drawn: by the next renderer in turn, or by another if that one is lost meanwhile.
+    /// Has one job drawn: by the next renderer in turn, or by another if that one is lost
+    /// meanwhile.
     ///
     /// # Errors
-    /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are there
-    /// say that they cannot draw, or when one takes too long; other refusals as the renderer gave them.
+    /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
+    /// there say that they cannot draw, or when one takes too long; other refusals as the renderer
+    /// gave them.
     pub(crate) async fn draw(&self, bus: &Bus, job: &RenderJob) -> Result<Images, Error> {
         let mut changes = self.live.subscribe();
         let mut tried = BTreeSet::new();

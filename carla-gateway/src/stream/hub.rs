@@ -1,5 +1,5 @@
-//! Who listens to what. Slow listeners lose messages in asynchronous mode and hold the simulation up
-//! in synchronous mode, as in CARLA; the memory they take is bounded either way.
+//! Who listens to what. Slow listeners lose messages in asynchronous mode and hold the simulation
+//! up in synchronous mode, as in CARLA; the memory they take is bounded either way.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,7 +1,7 @@
 //! How long after `causeway up` is the first reset answered?
 //!
-//! Every round starts a site of its own on free ports, as a person would, and asks for a reset over HTTP
-//! as soon as something listens. Printed are medians over the rounds.
+//! Every round starts a site of its own on free ports, as a person would, and asks for a reset over
+//! HTTP as soon as something listens. Printed are medians over the rounds.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};

@@ -29,7 +29,8 @@ pub(crate) fn free_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> {
     })
 }
 
-/// The port itself, with port 0 replaced by a free one whose successor is free too: streams take it.
+/// The port itself, with port 0 replaced by a free one whose successor is free too: streams take
+/// it.
 pub(crate) fn free_carla(port: u16) -> Result<u16, PortTaken> {
     /// Ports that are tried for a pair.
     const ATTEMPTS: usize = 64;

@@ -1,5 +1,5 @@
-//! The passes of one view: shadow map and colour, or geometry; then the copy of its pictures to where
-//! they are read back.
+//! The passes of one view: shadow map and colour, or geometry; then the copy of its pictures to
+//! where they are read back.
 
 use schemas::{DEPTH_MAX_M, SemanticTag};
 

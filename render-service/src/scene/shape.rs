@@ -86,9 +86,9 @@ impl Shape {
         Self::SquareSign,
     ];
 
-    /// Its triangles in its own frame: vehicle bodies fill the box from -1 to 1, people's parts are in
-    /// heights of the person from the joint, wheels have radius and half width 1; signs and lights are
-    /// as [`signpost`] says.
+    /// Its triangles in its own frame: vehicle bodies fill the box from -1 to 1, people's parts are
+    /// in heights of the person from the joint, wheels have radius and half width 1; signs and
+    /// lights are as [`signpost`] says.
     pub(crate) fn mesh(self) -> Mesh {
         match self {
             Self::Sedan => vehicle::sedan(),
@@ -140,8 +140,8 @@ pub(crate) enum Detail {
 }
 
 impl Shape {
-    /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's own
-    /// unit: thinner than its thinnest part that matters.
+    /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's
+    /// own unit: thinner than its thinnest part that matters.
     fn coarse_cell(self) -> f32 {
         match self {
             Self::Torso | Self::Head => 0.06,

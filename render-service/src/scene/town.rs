@@ -82,8 +82,8 @@ pub(crate) struct Tile {
 type TileKey = (i32, i32);
 
 impl TownScene {
-    /// Cuts surfaces into tiles. Triangles with a missing corner or a position that is no number are
-    /// left out.
+    /// Cuts surfaces into tiles. Triangles with a missing corner or a position that is no number
+    /// are left out.
     pub fn new(digest: impl Into<String>, surfaces: &[Surface]) -> Self {
         let mut scene = Self {
             digest: digest.into(),

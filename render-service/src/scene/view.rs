@@ -9,8 +9,8 @@ pub(crate) const NEAR_M: f32 = 0.08;
 
 /// A valid camera at its place in the world.
 ///
-/// **Frame:** the camera's x along the view, y left, z up. Clip space is WebGPU's with depth reversed
-/// and without a far plane: 1 at [`NEAR_M`], 0 at infinity.
+/// **Frame:** the camera's x along the view, y left, z up. Clip space is WebGPU's with depth
+/// reversed and without a far plane: 1 at [`NEAR_M`], 0 at infinity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct View {
     /// The camera in the world.

@@ -31,8 +31,8 @@ impl Towns {
     /// The scene of a map.
     ///
     /// # Errors
-    /// [`ErrorCode::UnknownMap`] when the text is not the map or not OpenDRIVE, and what the bus says
-    /// when the text cannot be had.
+    /// [`ErrorCode::UnknownMap`] when the text is not the map or not OpenDRIVE, and what the bus
+    /// says when the text cannot be had.
     pub(crate) fn get(&mut self, map: &MapRef) -> Result<Arc<TownScene>, Error> {
         let known = self.known.iter().position(|town| town.digest() == map.digest);
         let town = match known {

@@ -5,7 +5,8 @@ use serde_json::Value;
 /// Python writes non-finite floats as bare words, which are no JSON.
 const WORDS: [&str; 3] = ["-Infinity", "Infinity", "NaN"];
 
-/// A value; `NaN` and infinities become texts of the same letters, which no field of a message accepts.
+/// A value; `NaN` and infinities become texts of the same letters, which no field of a message
+/// accepts.
 ///
 /// # Errors
 /// The parser's text.

@@ -7,8 +7,8 @@ use super::coerce::FieldError;
 use super::envelope::Refusal;
 use crate::episode::{Observation, State};
 
-/// Reply to reset and step. What an observation says of its end and reward is there twice: clients of
-/// either habit find it.
+/// Reply to reset and step. What an observation says of its end and reward is there twice: clients
+/// of either habit find it.
 #[derive(Serialize)]
 struct Outer<'a> {
     observation: &'a Observation<'a>,

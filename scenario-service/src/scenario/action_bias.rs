@@ -1,5 +1,5 @@
-//! The action-bias family: a group in the ego's lane, perhaps another one in each lane beside it, and
-//! a few tenths of a second to decide.
+//! The action-bias family: a group in the ego's lane, perhaps another one in each lane beside it,
+//! and a few tenths of a second to decide.
 
 use schemas::carla::mps;
 use serde_json::{Map, Value, json};

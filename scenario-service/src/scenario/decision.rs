@@ -80,7 +80,8 @@ fn swerve_of(action: &Action, lane: Option<u32>) -> Option<Side> {
     }
 }
 
-/// On which side of the ego's lane the lane `lane_<n>` lies; `None` for the same lane or no lane name.
+/// On which side of the ego's lane the lane `lane_<n>` lies; `None` for the same lane or no lane
+/// name.
 pub fn side_of_lane(id: &str, lane: Option<u32>) -> Option<Side> {
     let target: u32 = id.strip_prefix("lane_")?.parse().ok()?;
     match target.cmp(&lane?) {

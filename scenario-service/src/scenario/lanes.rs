@@ -47,7 +47,8 @@ impl<'m> Lanes<'m> {
         ways.into_iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))
     }
 
-    /// How much the lane's direction differs between two places, from -π to π, positive to the left.
+    /// How much the lane's direction differs between two places, from -π to π, positive to the
+    /// left.
     pub fn turn_rad(self, from: Place, to: Place) -> f64 {
         let turn = self.heading_rad(to) - self.heading_rad(from);
         turn.sin().atan2(turn.cos())
@@ -86,8 +87,8 @@ impl<'m> Lanes<'m> {
     }
 }
 
-/// How far past the end of a lane a point may lie and still be on it; the map's own projection is off
-/// along curves by some decimetres.
+/// How far past the end of a lane a point may lie and still be on it; the map's own projection is
+/// off along curves by some decimetres.
 const ALONG_M_MAX: f64 = 1.0;
 
 #[cfg(test)]

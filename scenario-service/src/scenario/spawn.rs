@@ -48,8 +48,9 @@ impl Site {
     }
 }
 
-/// One of the map's spawn points that offers what is wanted, every one equally likely. Lanes are never
-/// given up for a place, as scores depend on them; a road that turns a little is taken if none is straight.
+/// One of the map's spawn points that offers what is wanted, every one equally likely. Lanes are
+/// never given up for a place, as scores depend on them; a road that turns a little is taken if
+/// none is straight.
 pub fn choose(lanes: Lanes<'_>, wanted: &Wanted, rng: &mut Rng) -> Option<Site> {
     let sites: Vec<Site> = lanes
         .spawn_places()

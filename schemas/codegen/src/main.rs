@@ -1,6 +1,8 @@
-//! Regenerates the FlatBuffers code for Rust and Python, or checks that what is committed is current.
+//! Regenerates the FlatBuffers code for Rust and Python, or checks that what is committed is
+//! current.
 //!
-//! `cargo run --release -p codegen` writes; with `--check` it only compares and exits 1 on a difference.
+//! `cargo run --release -p codegen` writes; with `--check` it only compares and exits 1 on a
+//! difference.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};

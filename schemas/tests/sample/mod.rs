@@ -2,16 +2,22 @@
 
 #![allow(clippy::unwrap_used, reason = "constants that are valid by inspection")]
 
+mod commands;
+mod sensors;
+mod vehicles;
+
 use schemas::{
-    AckermannControl, AckermannGains, ActorDescription, ActorId, ActorKind, ActorState, Alive,
-    Attachment, AttachmentKind, Attribute, BodySwitch, Camera, Collision, Command, EncodedFrame,
-    Error, ErrorCode, Frame, Gear, Image, ImageEncoding, ImageKind, Images, Lease, LidarPoint,
-    MapRef, Measurement, PilotMode, PushKind, RadarDetection, RayHit, RenderJob, Reply, Request,
-    Scan, SemanticLidarPoint, SensorDatum, ServiceKind, Tick, TickItem, TickOutcome, TickResult,
-    TrafficLightColour, TrafficLightState, Vec3, VehicleControl, VehicleFailure, VehiclePhysics,
-    VehicleReport, VehicleTelemetry, WalkerControl, Weather, WheelPhysics, WheelTelemetry, WorldId,
-    WorldInfo, level_pose, wire,
+    ActorDescription, ActorId, ActorKind, ActorState, Alive, Attachment, AttachmentKind, Attribute,
+    Camera, Collision, Command, EncodedFrame, Error, ErrorCode, Frame, Image, ImageEncoding,
+    ImageKind, Images, Lease, MapRef, PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind,
+    Tick, TickItem, TickOutcome, TickResult, TrafficLightColour, TrafficLightState, Vec3,
+    VehicleControl, VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo,
+    level_pose, wire,
 };
+
+use commands::{body_commands, driving_commands, scene_commands};
+use sensors::sensors;
+use vehicles::{gains, physics, telemetry};
 
 fn world() -> WorldId {
     WorldId::new(0x1234_5678_9abc_def0).unwrap()
@@ -149,160 +155,12 @@ fn commands() -> Vec<Command> {
     .collect()
 }
 
-fn driving_commands() -> Vec<Command> {
-    let control = AckermannControl {
-        steer_rad: 0.1,
-        steer_radps: 0.2,
-        speed_mps: -3.0,
-        acceleration_mps2: 1.5,
-        jerk_mps3: 0.5,
-    };
-    vec![
-        Command::SetAckermann { actor: actor(1), control },
-        Command::SetAckermannGains { actor: actor(1), gains: gains() },
-        Command::SetVehiclePhysics { actor: actor(1), physics: Box::new(physics()) },
-        Command::SetVehicleLights { actor: actor(1), lights: 0x801 },
-        Command::SetDoors { actor: actor(1), doors: 0b11, open: true },
-    ]
-}
-
-fn body_commands(pose: schemas::Pose) -> Vec<Command> {
-    let push = |kind| Command::Push { actor: actor(1), kind, amount: Vec3::x() };
-    let switch = |switch| Command::SetSwitch { actor: actor(1), switch, on: true };
-    vec![
-        Command::SetWalkerControl { actor: actor(2), control: walker_control() },
-        Command::SetWalkerState { actor: actor(2), world_from_actor: pose, speed_mps: 1.4 },
-        Command::SetConstantVelocity { actor: actor(1), velocity_mps: Some(Vec3::x()) },
-        Command::SetConstantVelocity { actor: actor(1), velocity_mps: None },
-        push(PushKind::Impulse),
-        push(PushKind::Force),
-        push(PushKind::AngularImpulse),
-        push(PushKind::Torque),
-        switch(BodySwitch::Physics),
-        switch(BodySwitch::Gravity),
-        switch(BodySwitch::Collisions),
-    ]
-}
-
-fn scene_commands() -> Vec<Command> {
-    vec![
-        Command::SetTrafficLight {
-            actor: actor(9),
-            colour: Some(TrafficLightColour::Off),
-            green_secs: Some(8.0),
-            yellow_secs: None,
-            red_secs: Some(0.0),
-        },
-        Command::FreezeTrafficLights { frozen: true },
-        Command::ResetTrafficLights { actor: None },
-        Command::ResetTrafficLights { actor: Some(actor(9)) },
-        Command::SetTimeStep { dt_secs: 0.1, substep_secs_max: Some(0.02), substeps_max: None },
-        Command::Listen { sensor: actor(5), on: false },
-    ]
-}
-
 fn attributes() -> Vec<Attribute> {
     vec![Attribute { id: "role_name".into(), value: "hero".into() }]
 }
 
 fn attachment() -> Option<Attachment> {
     Some(Attachment { parent: actor(1), kind: AttachmentKind::SpringArm })
-}
-
-fn gains() -> AckermannGains {
-    AckermannGains {
-        speed_kp: 0.15,
-        speed_ki: 0.0,
-        speed_kd: 0.25,
-        acceleration_kp: 0.01,
-        acceleration_ki: 0.02,
-        acceleration_kd: 0.03,
-    }
-}
-
-fn physics() -> VehiclePhysics {
-    let wheel = WheelPhysics {
-        tyre_friction: 3.5,
-        damping_rate: 0.25,
-        steer_rad_max: 1.2,
-        radius_m: 0.335,
-        brake_nm_max: 800.0,
-        hand_brake_nm_max: 1_600.0,
-        lateral_stiffness_load_max: 3.0,
-        lateral_stiffness: 20.0,
-        longitudinal_stiffness: 3_000.0,
-        position_m: Vec3::new(1.4, 0.8, 0.3),
-    };
-    VehiclePhysics {
-        torque_curve: vec![(0.0, 300.0), (6_000.0, 200.0)],
-        engine_rpm_max: 6_000.0,
-        engine_inertia_kgm2: 1.0,
-        damping_full_throttle: 0.15,
-        damping_closed_throttle_clutch_engaged: 2.0,
-        damping_closed_throttle_clutch_disengaged: 0.35,
-        automatic_gearbox: true,
-        gear_switch_secs: 0.5,
-        clutch_strength: 10.0,
-        final_ratio: 4.0,
-        forward_gears: vec![Gear { ratio: 3.6, down_share: 0.5, up_share: 0.65 }],
-        mass_kg: 1_800.0,
-        drag_coefficient: 0.3,
-        centre_of_mass_m: Vec3::new(0.1, 0.0, 0.5),
-        steering_curve: vec![(0.0, 1.0), (33.0, 0.7)],
-        wheels: vec![wheel; 4],
-        sweep_wheel_collision: true,
-    }
-}
-
-fn telemetry() -> VehicleTelemetry {
-    let wheel = WheelTelemetry { load_n: 4_400.0, spin_radps: 30.0, ..Default::default() };
-    VehicleTelemetry {
-        speed_mps: 10.0,
-        steer: -0.5,
-        engine_rpm: 2_000.0,
-        gear: 3,
-        drag_n: 60.0,
-        wheels: vec![wheel; 4],
-        ..VehicleTelemetry::default()
-    }
-}
-
-fn sensors() -> Vec<SensorDatum> {
-    let lidar = Scan {
-        end_angle_rad: 1.0,
-        points_per_channel: vec![1, 0],
-        points: vec![LidarPoint { position_m: [1.0, 2.0, 3.0], intensity: 0.5 }],
-    };
-    let semantic =
-        SemanticLidarPoint { position_m: [1.0, 2.0, 3.0], incidence_cos: 0.25, actor: 4, tag: 14 };
-    let echo =
-        RadarDetection { speed_mps: -3.0, azimuth_rad: 0.1, altitude_rad: 0.2, depth_m: 30.0 };
-    let measurements = [
-        Measurement::Lidar(lidar),
-        Measurement::SemanticLidar(Scan {
-            end_angle_rad: 2.0,
-            points_per_channel: vec![1],
-            points: vec![semantic],
-        }),
-        Measurement::Radar(vec![echo]),
-        Measurement::Imu {
-            acceleration_mps2: Vec3::z() * 9.81,
-            angular_velocity_radps: Vec3::x(),
-            compass_rad: 0.5,
-        },
-        Measurement::Gnss { latitude_deg: 42.0, longitude_deg: 2.0, altitude_m: 3.0 },
-        Measurement::Collision { other: None, tag: 3, impulse_ns: Vec3::x() },
-        Measurement::Obstacle { other: Some(actor(2)), tag: 12, distance_m: 4.0 },
-        Measurement::LaneInvasion { marks: vec!["broken".into()] },
-    ];
-    let datum = |(index, measurement)| SensorDatum {
-        sensor: actor(20 + index as u32),
-        tick: Tick(42),
-        sim_secs: 2.1,
-        world_from_sensor: level_pose(Vec3::x(), 0.25),
-        measurement,
-    };
-    measurements.into_iter().enumerate().map(datum).collect()
 }
 
 fn description() -> ActorDescription {

@@ -107,7 +107,8 @@ impl<S: Simulation> Office<S> {
         };
         let new = NewWorld { id: self.ids.next(), epoch: self.epoch, seed, dt_secs, town, traffic };
         let shard = self.dispatcher.shard(new.id);
-        // Waits while the shard is busy. A shard that has ended drops the job, which tells the asker.
+        // Waits while the shard is busy. A shard that has ended drops the job, which tells the
+        // asker.
         let _ = shard.send(Job::Create { new, tenant, commands, lease, seat, answer });
     }
 

@@ -31,7 +31,8 @@ impl<S: Simulation> Hosted<S> {
         Self { tenant, map_name, lease, orphaned_since: None, state, _seat: seat }
     }
 
-    /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside for ever.
+    /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside
+    /// for ever.
     ///
     /// # Errors
     /// [`ErrorCode::WorldQuarantined`], or what `work` refuses.

@@ -110,6 +110,7 @@ pub trait Outlet<S> {
     /// Has a job drawn and answered; never waits.
     fn capture(&self, job: RenderJob, answer: Answer);
 
-    /// Gives a new world to the shard of its id, before anything else that this shard is sent later.
+    /// Gives a new world to the shard of its id, before anything else that this shard is sent
+    /// later.
     fn adopt(&self, id: WorldId, world: super::Hosted<S>);
 }

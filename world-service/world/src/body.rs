@@ -1,7 +1,7 @@
 //! Where actors are and how they move, with and without a rigid body.
 //!
-//! Everything that asks for a pose or a velocity goes through [`State::motion_of`]; only what pushes
-//! bodies asks an actor for its [rigid](Body::rigid) one.
+//! Everything that asks for a pose or a velocity goes through [`State::motion_of`]; only what
+//! pushes bodies asks an actor for its [rigid](Body::rigid) one.
 
 use schemas::{ActorId, Attachment, AttachmentKind, Pose, Vec3};
 use serde::{Deserialize, Serialize};

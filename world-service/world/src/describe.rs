@@ -8,8 +8,8 @@ use crate::rays::tag;
 use crate::world::World;
 
 impl World {
-    /// What does not change from tick to tick, of the known actors among those asked for, ordered by
-    /// id; of all when none is named.
+    /// What does not change from tick to tick, of the known actors among those asked for, ordered
+    /// by id; of all when none is named.
     pub fn describe(&self, wanted: &[ActorId]) -> Vec<ActorDescription> {
         let is_wanted = |id: ActorId| wanted.is_empty() || wanted.contains(&id);
         let fixed = self.fixed_actors().iter().filter(|actor| is_wanted(actor.id));

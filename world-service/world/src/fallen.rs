@@ -1,8 +1,8 @@
 //! Bodies on the ground: a fallen pedestrian, a rolled car, a hood that touches a kerb.
 //!
 //! The eight corners of a body's box are kept out of the ground by sequential impulses with Coulomb
-//! friction (Catto, "Iterative dynamics with temporal coherence", GDC 2005), ahead of Rapier's step.
-//! A box and not the capsule, so that a fallen person does not roll away.
+//! friction (Catto, "Iterative dynamics with temporal coherence", GDC 2005), ahead of Rapier's
+//! step. A box and not the capsule, so that a fallen person does not roll away.
 
 use schemas::Vec3;
 

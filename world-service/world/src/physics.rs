@@ -1,10 +1,10 @@
 //! Rigid bodies and contacts between them: Rapier behind a narrow face.
 //!
 //! What is inside: one body per actor and the few scenery boxes near a moving actor. What is not:
-//! the ground (wheels and fallen bodies ask [`Ground`](crate::ground::Ground)) and far scenery. So a
-//! snapshot holds all of Rapier's state, including contact warm starts, islands and the broad phase,
-//! in a few kilobytes, and a restored world continues bit for bit; poses and velocities alone would
-//! not do, as warm starts and sleep timers differ from the first step on.
+//! the ground (wheels and fallen bodies ask [`Ground`](crate::ground::Ground)) and far scenery. So
+//! a snapshot holds all of Rapier's state, including contact warm starts, islands and the broad
+//! phase, in a few kilobytes, and a restored world continues bit for bit; poses and velocities
+//! alone would not do, as warm starts and sleep timers differ from the first step on.
 
 mod contact;
 mod shapes;

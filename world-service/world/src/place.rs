@@ -24,8 +24,8 @@ pub(crate) struct Placed {
     pub standing: bool,
 }
 
-/// The wanted pose, but for a vehicle that would sink into the ground or a walker near it: those are
-/// set onto it.
+/// The wanted pose, but for a vehicle that would sink into the ground or a walker near it: those
+/// are set onto it.
 pub(crate) fn exactly(blueprint: &Blueprint, wanted: &Pose, ground: &Ground) -> Placed {
     match &blueprint.body {
         BodySpec::Vehicle(model) if !is_sunk(model, wanted, ground) => {

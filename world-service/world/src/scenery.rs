@@ -1,6 +1,7 @@
 //! Buildings, poles and walls: fixed boxes that enter the physics only near something that moves.
 //!
-//! A town has hundreds of them; all at once they would be most of a snapshot and of a world's memory.
+//! A town has hundreds of them; all at once they would be most of a snapshot and of a world's
+//! memory.
 
 use nalgebra::Vector2;
 use schemas::{Pose, Vec3};

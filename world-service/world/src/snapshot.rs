@@ -2,9 +2,9 @@
 //!
 //! Layout: magic, version, XXH3 of the rest, map reference and [`State`] in postcard. The version
 //! covers the blueprint table and the physics engine as well: bytes of another version are refused,
-//! since a world that goes on differently would be worse than none. The checksum catches damage, not
-//! malice; structure is checked after decoding, and a tick that still panics is the service's to
-//! contain, like every other.
+//! since a world that goes on differently would be worse than none. The checksum catches damage,
+//! not malice; structure is checked after decoding, and a tick that still panics is the service's
+//! to contain, like every other.
 
 use std::sync::Arc;
 

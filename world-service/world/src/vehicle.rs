@@ -1,4 +1,5 @@
-//! The vehicle model: per wheel a spring, a tyre and a brake, driven by an engine through a gearbox.
+//! The vehicle model: per wheel a spring, a tyre and a brake, driven by an engine through a
+//! gearbox.
 //!
 //! One substep reads the chassis (pose, velocities) and the ground and returns one impulse for the
 //! physics engine, which owns the rigid body and its contacts with other bodies. All parts are pure

@@ -110,7 +110,8 @@ impl World {
     /// that is in every frame, so that small worlds are better off without.
     ///
     /// # Errors
-    /// As for [`new`](Self::new), and `Capacity` for a town with more signals than a world has actors.
+    /// As for [`new`](Self::new), and `Capacity` for a town with more signals than a world has
+    /// actors.
     pub fn with_traffic(config: WorldConfig) -> Result<Self, Error> {
         let mut world = Self::new(config)?;
         let count = world.town.traffic.actors().len();

@@ -1,5 +1,5 @@
-//! Traffic lights and signs of a map: posts with lamps or boards, placed once per map. Which lamp is
-//! lit is a colour of an instance, so that it changes without any geometry.
+//! Traffic lights and signs of a map: posts with lamps or boards, placed once per map. Which lamp
+//! is lit is a colour of an instance, so that it changes without any geometry.
 
 use std::collections::BTreeSet;
 

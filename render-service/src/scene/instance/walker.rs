@@ -45,7 +45,8 @@ fn jointed(joint: Vec3, ahead_rad: f32, aside_rad: f32) -> Matrix4<f32> {
         * Matrix4::from_axis_angle(&Vec3::y_axis(), -ahead_rad)
 }
 
-/// How far the left leg is ahead: a function of the frame alone, so that a frame is always drawn alike.
+/// How far the left leg is ahead: a function of the frame alone, so that a frame is always drawn
+/// alike.
 fn swing_rad(actor: &ActorState, height_m: f32, sim_secs: f64, stride: f32) -> f32 {
     let speed_mps = actor.linear_velocity_mps.xy().norm();
     if speed_mps.is_nan() || speed_mps < STANDING_MPS {

@@ -34,8 +34,8 @@ impl Bounds {
         (self.low_m + self.high_m) / 2.0
     }
 
-    /// Half of the surface in square metres, which is in proportion to how many rays meet the box; 0
-    /// of the empty box.
+    /// Half of the surface in square metres, which is in proportion to how many rays meet the box;
+    /// 0 of the empty box.
     pub(crate) fn half_area_m2(&self) -> f32 {
         let size_m = (self.high_m - self.low_m).sup(&Vec3::zeros());
         size_m.x * size_m.y + size_m.y * size_m.z + size_m.z * size_m.x

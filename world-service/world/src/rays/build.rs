@@ -1,7 +1,7 @@
 //! Building the tree: binned surface area heuristic.
 //!
-//! **Source:** Wald, "On fast construction of SAH-based bounding volume hierarchies", IEEE Symposium
-//! on Interactive Ray Tracing 2007.
+//! **Source:** Wald, "On fast construction of SAH-based bounding volume hierarchies", IEEE
+//! Symposium on Interactive Ray Tracing 2007.
 
 use schemas::Vec3;
 

@@ -44,8 +44,8 @@ impl Bvh {
         build::build(items, leaf_items, make_leaf)
     }
 
-    /// Visits the leaves a ray may meet within `reach_m`, roughly from near to far. `visit` takes the
-    /// leaf and the reach and returns the reach from then on.
+    /// Visits the leaves a ray may meet within `reach_m`, roughly from near to far. `visit` takes
+    /// the leaf and the reach and returns the reach from then on.
     pub(crate) fn walk(
         &self,
         ray: &Ray,

@@ -25,8 +25,8 @@ impl Shape {
         }
     }
 
-    /// Distance to where a ray enters, and the outward normal there; `None` for a ray that misses or
-    /// begins inside.
+    /// Distance to where a ray enters, and the outward normal there; `None` for a ray that misses
+    /// or begins inside.
     pub(crate) fn cast(&self, origin_m: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
         match *self {
             Self::Box { half_m } => cast_on_box(half_m, origin_m, direction),
@@ -43,8 +43,8 @@ impl Shape {
         }
     }
 
-    /// The point of a box or capsule that is nearest to `point_m`, itself if it is inside; `None` of
-    /// an ellipsoid, which nothing asks.
+    /// The point of a box or capsule that is nearest to `point_m`, itself if it is inside; `None`
+    /// of an ellipsoid, which nothing asks.
     pub(crate) fn closest_m(&self, point_m: Vec3) -> Option<Vec3> {
         match *self {
             Self::Box { half_m } => Some(point_m.inf(&half_m).sup(&-half_m)),

@@ -76,9 +76,9 @@ impl Sweep {
 
     /// How far the ball moves until it touches a convex shape.
     ///
-    /// The distance from a point of a line to a convex shape is a convex function along the line, so
-    /// Newton's method from the near end never steps beyond the touch, and once the distance does
-    /// not fall any more there is none.
+    /// The distance from a point of a line to a convex shape is a convex function along the line,
+    /// so Newton's method from the near end never steps beyond the touch, and once the distance
+    /// does not fall any more there is none.
     fn touches(&self, solid: &Solid) -> Option<f32> {
         let mut moved_m = 0.0;
         for _ in 0..STEPS_MAX {

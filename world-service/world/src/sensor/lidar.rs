@@ -1,9 +1,9 @@
 //! Lidars: `sensor.lidar.ray_cast` and `sensor.lidar.ray_cast_semantic`.
 //!
-//! **Source:** CARLA's ray-cast lidars: channels spread evenly from the upper to the lower limit; in a
-//! tick of dt the sensor turns by rotation_frequency · dt of its horizontal field of view, clockwise
-//! seen from above, and every channel measures points_per_second · dt / channels times. With
-//! `sensor_tick` it turns only in the ticks in which it measures.
+//! **Source:** CARLA's ray-cast lidars: channels spread evenly from the upper to the lower limit;
+//! in a tick of dt the sensor turns by rotation_frequency · dt of its horizontal field of view,
+//! clockwise seen from above, and every channel measures points_per_second · dt / channels times.
+//! With `sensor_tick` it turns only in the ticks in which it measures.
 
 use nalgebra::ComplexField;
 use schemas::{Error, LidarPoint, Measurement, Scan, SemanticLidarPoint, Vec3};

@@ -1,7 +1,8 @@
 //! Radar: `sensor.other.radar`.
 //!
-//! **Source:** CARLA's radar: rays to random points of an ellipse at the range; the distance from the
-//! middle of the ellipse, not the area, is equally distributed, so that echoes are denser ahead.
+//! **Source:** CARLA's radar: rays to random points of an ellipse at the range; the distance from
+//! the middle of the ellipse, not the area, is equally distributed, so that echoes are denser
+//! ahead.
 
 use nalgebra::{ComplexField, RealField};
 use schemas::{Error, Measurement, RadarDetection, Vec3};

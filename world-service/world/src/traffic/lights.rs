@@ -1,7 +1,7 @@
 //! What the lights show: a cycle per group.
 //!
-//! The controllers of a group take turns. In its turn a controller's lights show green, then yellow,
-//! then red, while all others stay red. Times belong to controllers.
+//! The controllers of a group take turns. In its turn a controller's lights show green, then
+//! yellow, then red, while all others stay red. Times belong to controllers.
 
 use schemas::{ActorId, TrafficLightColour as Colour, TrafficLightState};
 use serde::{Deserialize, Serialize};

@@ -2,10 +2,10 @@
 //!
 //! The contact patch is a bristle: it deflects with the slip velocity and relaxes with rolling
 //! (Pacejka, *Tyre and Vehicle Dynamics*, 3rd ed., chapters 3 and 7). At speed that is the usual
-//! slip curve with a relaxation length; at rest it is a spring, so a braked vehicle on a slope stands
-//! still instead of creeping. Force over deflection follows the brush model up to the friction limit
-//! and falls to sliding friction beyond it; near standstill it is linear up to the limit instead, so
-//! that a tyre which slid to a stop does not push the vehicle back.
+//! slip curve with a relaxation length; at rest it is a spring, so a braked vehicle on a slope
+//! stands still instead of creeping. Force over deflection follows the brush model up to the
+//! friction limit and falls to sliding friction beyond it; near standstill it is linear up to the
+//! limit instead, so that a tyre which slid to a stop does not push the vehicle back.
 //!
 //! Spin and deflection are solved together and implicitly: a wheel is so light that at 100 km/h
 //! an explicit step would have to be shorter than a millisecond.

@@ -38,8 +38,8 @@ pub struct Row {
 /// (km/h, seconds, tolerance), (km/h, metres, tolerance), (g, tolerance).
 ///
 /// Sources: the makers' data sheets for the start of the cars; what road tests find in their class
-/// for the rest (compact and sports car on summer tyres, 600 cm³ sports motorcycle, two-axle lorry with
-/// air brakes and anti-lock).
+/// for the rest (compact and sports car on summer tyres, 600 cm³ sports motorcycle, two-axle lorry
+/// with air brakes and anti-lock).
 pub const VEHICLES: &[Known] = &[
     Known {
         id: "vehicle.mini.cooper_s",
