@@ -77,6 +77,8 @@ pub struct LandmarkAhead<'m> {
 #[derive(Debug, Default)]
 pub(crate) struct Landmarks {
     pub(crate) all: Vec<Landmark>,
+    /// Where each signal stands, by its id; also of posts that no landmark is made of.
+    pub(crate) poses: BTreeMap<String, SignalPose>,
     /// Positions in `all`, by road, by s.
     by_road: BTreeMap<u32, Vec<usize>>,
     groups: BTreeMap<String, BTreeSet<String>>,
@@ -85,10 +87,10 @@ pub(crate) struct Landmarks {
 impl Landmarks {
     pub(crate) fn new(map: &Map) -> Self {
         let signals = &map.model.signals;
-        let poses: BTreeMap<&str, SignalPose> = signals
+        let poses: BTreeMap<String, SignalPose> = signals
             .definitions
             .iter()
-            .map(|(id, signal)| (id.as_str(), pose(map, signal)))
+            .map(|(id, signal)| (id.clone(), pose(map, signal)))
             .collect();
         let all: Vec<Landmark> = signals
             .references
@@ -96,7 +98,7 @@ impl Landmarks {
             .filter_map(|reference| {
                 let signal = signals.definitions.get(&reference.signal)?;
                 let validities = validities(&map.model, reference)?;
-                let pose = *poses.get(reference.signal.as_str())?;
+                let pose = *poses.get(&reference.signal)?;
                 Some(landmark(reference, signal, validities, pose))
             })
             .collect();
@@ -107,12 +109,13 @@ impl Landmarks {
         let mut groups: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let shown: BTreeSet<&str> = all.iter().map(|landmark| landmark.id.as_str()).collect();
         for members in &signals.controllers {
-            let members = || members.iter().filter(|member| shown.contains(member.as_str()));
+            let members =
+                || members.signals.iter().filter(|member| shown.contains(member.as_str()));
             for member in members() {
                 groups.entry(member.clone()).or_default().extend(members().cloned());
             }
         }
-        Self { all, by_road, groups }
+        Self { all, poses, by_road, groups }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::neighbours::{self, Side};
 use crate::scenery::{self, SceneryBox};
 use crate::spawn;
+use crate::speed_limits::SpeedLimits;
 use crate::topology;
 use crate::walk::{Way, walk};
 use crate::xml;
@@ -79,6 +80,7 @@ pub struct Map {
     pub(crate) links: Links,
     index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
+    pub(crate) speed_limits: SpeedLimits,
     spawn_points: Vec<Isometry3<f64>>,
     scenery: Vec<SceneryBox>,
 }
@@ -113,11 +115,13 @@ impl Map {
             links,
             index,
             landmarks: Landmarks::default(),
+            speed_limits: SpeedLimits::default(),
             spawn_points,
             scenery,
         };
         // Signals are pushed off the lanes, which takes the finished index.
         map.landmarks = Landmarks::new(&map);
+        map.speed_limits = SpeedLimits::new(&map);
         Ok(map)
     }
 

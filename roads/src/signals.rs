@@ -80,8 +80,16 @@ pub(crate) struct Signals {
     pub(crate) definitions: BTreeMap<String, Signal>,
     /// In the order of the file.
     pub(crate) references: Vec<Reference>,
-    /// Ids of the signals of each controller.
-    pub(crate) controllers: Vec<Vec<String>>,
+    /// In the order of the file.
+    pub(crate) controllers: Vec<Controller>,
+}
+
+/// One `controller` element of the map: signals that change together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Controller {
+    pub(crate) id: String,
+    /// Ids of its signals.
+    pub(crate) signals: Vec<String>,
 }
 
 /// Whether a type is one of those the client takes for traffic lights.

@@ -141,8 +141,14 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
         }
         let mut connecting_roads: Vec<u32> = connections.into_values().collect();
         connecting_roads.dedup();
-        let junction = junctions.entry(id).or_insert(Junction { id, connecting_roads: Vec::new() });
+        let junction = junctions.entry(id).or_insert(Junction {
+            id,
+            connecting_roads: Vec::new(),
+            controllers: Vec::new(),
+        });
         junction.connecting_roads.append(&mut connecting_roads);
+        let controllers = children(node, "controller").map(|c| text(c, "id").to_owned());
+        junction.controllers.extend(controllers);
     }
     junctions.into_values().collect()
 }

@@ -27,6 +27,8 @@ pub enum Request {
         commands: Vec<Command>,
         /// `None`: lives until destroyed.
         lease: Option<Lease>,
+        /// Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+        traffic: bool,
     },
     /// All worlds of the tenant.
     ListWorlds,

@@ -129,6 +129,7 @@ impl Site {
             dt_secs: 0.05,
             commands: self.cast.clone(),
             lease: None,
+            traffic: false,
         };
         match self.client.request(&keys::worlds(&self.tenant), &create, DEADLINE).await {
             Ok(Reply::WorldCreated { world, .. }) => world,

@@ -12,8 +12,9 @@ impl Simulation for World {
     type Town = Town;
 
     fn create(new: NewWorld<Town>) -> Result<Self, Error> {
-        let NewWorld { id, epoch, seed, dt_secs, town } = new;
-        Self::new(WorldConfig { id, epoch, seed, dt_secs, map: town })
+        let NewWorld { id, epoch, seed, dt_secs, town, traffic } = new;
+        let config = WorldConfig { id, epoch, seed, dt_secs, map: town };
+        if traffic { Self::with_traffic(config) } else { Self::new(config) }
     }
 
     fn restore(

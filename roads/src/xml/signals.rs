@@ -7,7 +7,7 @@ use super::number::{Numbers, id_or_zero, lane_id, text};
 use super::{child, children};
 use crate::error::{Report, shown};
 use crate::model::Road;
-use crate::signals::{Orientation, Reference, Signal, SignalPose, Signals};
+use crate::signals::{Controller, Orientation, Reference, Signal, SignalPose, Signals};
 
 /// How far before a road's end a signal beyond it is moved, in metres.
 const END_GAP_M: f64 = 1e-5;
@@ -28,8 +28,11 @@ pub(super) fn read(root: Node<'_, '_>, roads: &[Road], report: &mut Report) -> S
         }
     }
     signals.controllers = children(root, "controller")
-        .map(|controller| {
-            children(controller, "control").map(|c| text(c, "signalId").to_owned()).collect()
+        .map(|controller| Controller {
+            id: text(controller, "id").to_owned(),
+            signals: children(controller, "control")
+                .map(|control| text(control, "signalId").to_owned())
+                .collect(),
         })
         .collect();
     signals

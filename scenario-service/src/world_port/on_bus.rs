@@ -112,6 +112,7 @@ impl WorldPort for BusWorlds {
                 dt_secs: DT_SECS,
                 commands: world.commands,
                 lease: Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS }),
+                traffic: false,
             };
             match self.ask_worlds(request).await? {
                 Reply::WorldCreated { world, frame, replies } => {

@@ -31,6 +31,7 @@ impl<'a> CreateWorld<'a> {
   pub const VT_COMMANDS: flatbuffers::VOffsetT = 10;
   pub const VT_OWNER: flatbuffers::VOffsetT = 12;
   pub const VT_LEASE_MILLIS: flatbuffers::VOffsetT = 14;
+  pub const VT_TRAFFIC: flatbuffers::VOffsetT = 16;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -48,6 +49,7 @@ impl<'a> CreateWorld<'a> {
     if let Some(x) = args.owner { builder.add_owner(x); }
     if let Some(x) = args.commands { builder.add_commands(x); }
     if let Some(x) = args.map { builder.add_map(x); }
+    builder.add_traffic(args.traffic);
     builder.finish()
   }
 
@@ -97,6 +99,14 @@ impl<'a> CreateWorld<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u32>(CreateWorld::VT_LEASE_MILLIS, Some(0)).unwrap()}
   }
+  /// Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+  #[inline]
+  pub fn traffic(&self) -> bool {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<bool>(CreateWorld::VT_TRAFFIC, Some(false)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for CreateWorld<'_> {
@@ -112,6 +122,7 @@ impl flatbuffers::Verifiable for CreateWorld<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Command>>>>("commands", Self::VT_COMMANDS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("owner", Self::VT_OWNER, false)?
      .visit_field::<u32>("lease_millis", Self::VT_LEASE_MILLIS, false)?
+     .visit_field::<bool>("traffic", Self::VT_TRAFFIC, false)?
      .finish();
     Ok(())
   }
@@ -123,6 +134,7 @@ pub struct CreateWorldArgs<'a> {
     pub commands: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Command<'a>>>>>,
     pub owner: Option<flatbuffers::WIPOffset<&'a str>>,
     pub lease_millis: u32,
+    pub traffic: bool,
 }
 impl<'a> Default for CreateWorldArgs<'a> {
   #[inline]
@@ -134,6 +146,7 @@ impl<'a> Default for CreateWorldArgs<'a> {
       commands: None,
       owner: None,
       lease_millis: 0,
+      traffic: false,
     }
   }
 }
@@ -168,6 +181,10 @@ impl<'a: 'b, 'b> CreateWorldBuilder<'a, 'b> {
     self.fbb_.push_slot::<u32>(CreateWorld::VT_LEASE_MILLIS, lease_millis, 0);
   }
   #[inline]
+  pub fn add_traffic(&mut self, traffic: bool) {
+    self.fbb_.push_slot::<bool>(CreateWorld::VT_TRAFFIC, traffic, false);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> CreateWorldBuilder<'a, 'b> {
     let start = _fbb.start_table();
     CreateWorldBuilder {
@@ -192,6 +209,7 @@ impl core::fmt::Debug for CreateWorld<'_> {
       ds.field("commands", &self.commands());
       ds.field("owner", &self.owner());
       ds.field("lease_millis", &self.lease_millis());
+      ds.field("traffic", &self.traffic());
       ds.finish()
   }
 }

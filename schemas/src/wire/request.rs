@@ -39,7 +39,7 @@ fn body_out(
 ) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
     use fb::RequestBody as Body;
     match request {
-        Request::CreateWorld { map, seed, dt_secs, commands, lease } => {
+        Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } => {
             let map = b.create_string(map);
             let commands = commands_out(b, commands);
             let (owner, lease_millis) = lease_out(b, lease.as_ref());
@@ -50,6 +50,7 @@ fn body_out(
                 commands: Some(commands),
                 owner,
                 lease_millis,
+                traffic: *traffic,
             };
             (Body::CreateWorld, fb::CreateWorld::create(b, &args).as_union_value())
         }
@@ -199,6 +200,7 @@ fn create_in(raw: &fb::CreateWorld<'_>) -> Result<Request, Error> {
         dt_secs: raw.dt_secs(),
         commands: commands_in(raw.commands())?,
         lease: lease_in(raw.owner(), raw.lease_millis())?,
+        traffic: raw.traffic(),
     })
 }
 

@@ -349,6 +349,7 @@ pub(crate) fn requests() -> Vec<Request> {
             dt_secs: 0.05,
             commands: commands(),
             lease: lease(),
+            traffic: true,
         },
         Request::ListWorlds,
         Request::ListMaps,

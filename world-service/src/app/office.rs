@@ -97,7 +97,7 @@ impl<S: Simulation> Office<S> {
 
     /// Finds the map and leaves the rest to the shard of the new world.
     fn create(&self, tenant: Tenant, request: Request, answer: Answer) {
-        let Request::CreateWorld { map, seed, dt_secs, commands, lease } = request else {
+        let Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } = request else {
             return answer(Reply::Error(Error::new(ErrorCode::Internal, "a request went astray")));
         };
         let found = self.seat().and_then(|seat| Ok((seat, self.maps.town(&tenant, &map)?)));
@@ -105,7 +105,7 @@ impl<S: Simulation> Office<S> {
             Ok(found) => found,
             Err(error) => return answer(Reply::Error(error)),
         };
-        let new = NewWorld { id: self.ids.next(), epoch: self.epoch, seed, dt_secs, town };
+        let new = NewWorld { id: self.ids.next(), epoch: self.epoch, seed, dt_secs, town, traffic };
         let shard = self.dispatcher.shard(new.id);
         // Waits while the shard is busy. A shard that has ended drops the job, which tells the asker.
         let _ = shard.send(Job::Create { new, tenant, commands, lease, seat, answer });

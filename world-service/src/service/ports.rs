@@ -20,6 +20,8 @@ pub struct NewWorld<T> {
     pub dt_secs: f64,
     /// Where.
     pub town: Arc<T>,
+    /// Whether the town's traffic lights and signs are actors of the world.
+    pub traffic: bool,
 }
 
 /// What can be asked of a world beyond its frame.

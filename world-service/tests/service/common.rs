@@ -91,7 +91,14 @@ pub(crate) async fn connect(service: &WorldService) -> Bus {
 
 /// A world with a car that already drives.
 pub(crate) fn create(seed: u64, lease: Option<Lease>) -> Request {
-    Request::CreateWorld { map: MAP.to_owned(), seed, dt_secs: 0.05, commands: vec![car()], lease }
+    Request::CreateWorld {
+        map: MAP.to_owned(),
+        seed,
+        dt_secs: 0.05,
+        commands: vec![car()],
+        lease,
+        traffic: false,
+    }
 }
 
 pub(crate) fn car() -> Command {

@@ -168,6 +168,7 @@ impl Bench {
             seed,
             dt_secs: 0.05,
             town: Arc::clone(&self.town),
+            traffic: false,
         };
         let seat = self.seats.take(1).unwrap().pop().unwrap();
         let create = |answer| Job::Create {

@@ -1,15 +1,16 @@
-//! How long is one tick with N cars, and one with a car and three pedestrians?
+//! How long is one tick with N cars, one with a car and three pedestrians, and one with lights?
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use common::{car, flat, spawn_at, walker, world_on};
 use criterion::{Criterion, criterion_group, criterion_main};
-use schemas::{Command, PilotMode, Vec3, level_pose};
-use world::World;
+use schemas::{Command, PilotMode, Pose, Vec3, WorldId, level_pose};
+use world::{Town, World, WorldConfig};
 
 /// The scene of the trolley scenarios, coasting.
 fn car_and_three_walkers() -> World {
@@ -66,6 +67,29 @@ fn car_and_crowd() -> World {
     world
 }
 
+/// A car under way in a town, with or without its lights and signs.
+fn car_in_town(town: &Arc<Town>, start: &Pose, traffic: bool) -> World {
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: Arc::clone(town) };
+    let world = if traffic { World::with_traffic(config) } else { World::new(config) };
+    let mut world = world.unwrap();
+    let actor = spawn_at(&mut world, "vehicle.lincoln.mkz", *start, 8.0);
+    let mode = PilotMode::KeepLane;
+    world.apply(&Command::SetPilot { actor, mode, target_speed_mps: Some(8.0) }).unwrap();
+    world
+}
+
+fn traffic(criterion: &mut Criterion) {
+    let text = roads::town::build("Town10HD_Opt").unwrap();
+    let map = Arc::new(roads::Map::parse("Town10HD_Opt", &text).unwrap());
+    let start: Pose = nalgebra::convert(map.spawn_points()[0]);
+    let town = Arc::new(Town::new(map));
+    for (name, traffic) in [("without", false), ("with", true)] {
+        let name = format!("tick/1 car in Town10HD {name} lights and signs");
+        tick_from(criterion, &name, &car_in_town(&town, &start, traffic));
+    }
+}
+
 fn tick(criterion: &mut Criterion) {
     tick_from(criterion, "tick/1 car and 3 walkers", &car_and_three_walkers());
     tick_from(criterion, "tick/1 car and 1000 standing walkers", &car_and_crowd());
@@ -74,5 +98,5 @@ fn tick(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, tick);
+criterion_group!(benches, tick, traffic);
 criterion_main!(benches);

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::blueprint::{self, Blueprint, BodySpec, WalkerSpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
+use crate::traffic::RoadRules;
 use crate::vehicle::{VehicleSpec, VehicleState};
 use crate::walker::Walker;
 
@@ -60,6 +61,8 @@ pub(crate) struct Vehicle {
     pub state: VehicleState,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+    /// What lights and signs say to it; empty in a world without them.
+    pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
     pub tipped_secs: f32,
 }
@@ -91,7 +94,7 @@ const ROLLOVER_SECS: f32 = 1.0;
 
 impl Vehicle {
     pub(crate) fn new(state: VehicleState) -> Self {
-        Self { state, pilot: None, tipped_secs: 0.0 }
+        Self { state, pilot: None, rules: RoadRules::default(), tipped_secs: 0.0 }
     }
 
     fn failure(&self) -> VehicleFailure {
@@ -130,6 +133,7 @@ impl Actor {
     /// The public state of this actor.
     pub(crate) fn state(&self, body: &BodyState, type_index: u16) -> ActorState {
         let blueprint = self.blueprint();
+        let rules = self.vehicle.as_deref().map(|vehicle| vehicle.rules).unwrap_or_default();
         let failure = self.vehicle.as_deref().map(Vehicle::failure).unwrap_or_default();
         let vehicle = self.vehicle.as_deref().map(|vehicle| &vehicle.state);
         let walker = self.walker.as_deref();
@@ -145,6 +149,8 @@ impl Actor {
             control: vehicle.map_or_else(Default::default, |state| state.control),
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
+            speed_limit_mps: rules.speed_limit_mps,
+            traffic_light: rules.light,
             parent: self.body.attachment().map(|to| to.parent),
             lights: self.lights,
             doors: self.doors,

@@ -65,12 +65,22 @@ impl World {
                 self.state.index_of(*sensor)?;
                 self.state.sensors.listen(*sensor, *on)
             }
+            Command::SetTrafficLight { actor, colour, green_secs, yellow_secs, red_secs } => {
+                let times_secs = [*green_secs, *yellow_secs, *red_secs];
+                self.set_traffic_light(*actor, *colour, times_secs)
+            }
+            Command::FreezeTrafficLights { frozen } => {
+                self.freeze_traffic_lights(*frozen);
+                Ok(())
+            }
+            Command::ResetTrafficLights { actor } => self.reset_traffic_lights(*actor),
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),
         }
     }
 
     fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
+        self.check_spawned(id)?;
         let index = self.state.index_of(id)?;
         self.state.detach_from(id);
         let actor = self.state.actors.remove(index);

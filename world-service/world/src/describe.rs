@@ -11,8 +11,11 @@ impl World {
     /// What does not change from tick to tick, of the known actors among those asked for, ordered by
     /// id; of all when none is named.
     pub fn describe(&self, wanted: &[ActorId]) -> Vec<ActorDescription> {
-        let is_wanted = |actor: &&Actor| wanted.is_empty() || wanted.contains(&actor.id);
-        self.state.actors.iter().filter(is_wanted).map(description).collect()
+        let is_wanted = |id: ActorId| wanted.is_empty() || wanted.contains(&id);
+        let fixed = self.fixed_actors().iter().filter(|actor| is_wanted(actor.id));
+        let spawned = self.state.actors.iter().filter(|actor| is_wanted(actor.id));
+        let plan = &self.town.traffic;
+        fixed.map(|actor| plan.description(actor)).chain(spawned.map(description)).collect()
     }
 
     /// Parameters and last measurements of a vehicle.

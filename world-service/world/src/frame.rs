@@ -1,6 +1,6 @@
 //! The public picture of a world, and the number that stands for its state.
 
-use schemas::{ActorState, Frame, Weather};
+use schemas::{ActorState, Frame, TrafficLightState, Weather};
 
 use crate::blueprint;
 use crate::hash::Hasher;
@@ -9,9 +9,12 @@ use crate::world::World;
 impl World {
     /// The present state.
     pub fn frame(&self) -> Frame {
-        let mut types = Vec::new();
+        let fixed = self.fixed_actors();
+        let mut types: Vec<String> =
+            if fixed.is_empty() { Vec::new() } else { self.town.traffic.types().to_vec() };
         let mut type_of = vec![None; blueprint::all().len()];
-        let mut actors: Vec<ActorState> = Vec::with_capacity(self.state.actors.len());
+        let mut actors: Vec<ActorState> = Vec::with_capacity(self.actor_count());
+        actors.extend_from_slice(fixed);
         for actor in &self.state.actors {
             let slot = &mut type_of[usize::from(actor.blueprint)];
             let type_index = *slot.get_or_insert_with(|| {
@@ -33,15 +36,26 @@ impl World {
             types,
             actors,
             collisions: self.state.collisions.clone(),
-            traffic_lights: Vec::new(),
+            traffic_lights: self.traffic_lights(),
             sim_secs: self.state.sim_secs,
         }
     }
 
+    fn traffic_lights(&self) -> Vec<TrafficLightState> {
+        let plan = &self.town.traffic;
+        let lights = self.state.traffic.iter();
+        lights
+            .flat_map(|lights| {
+                (0..plan.light_count())
+                    .filter_map(|light| lights.state(plan, light, plan.light_id(light)?))
+            })
+            .collect()
+    }
+
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
-    /// - **Domain:** everything that moves or decides: tick, random generator, weather, bodies,
-    ///   wheels, controls, pilots. Not the world's id and epoch, so that forks agree.
+    /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
+    ///   bodies, wheels, controls, pilots. Not the world's id and epoch, so that forks agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
@@ -53,6 +67,9 @@ impl World {
         }
         hasher.integers([step.substeps_max.into()]);
         hasher.floats(weather_values(&state.weather));
+        if let Some(lights) = &state.traffic {
+            hasher.value(lights);
+        }
         for actor in &state.actors {
             let body = state.motion_of(actor);
             hasher.integers([

@@ -8,8 +8,8 @@
 //!
 //! One tick: pilots choose controls; scenery near moving bodies enters the physics; then in substeps
 //! of at most 10 ms each vehicle's wheels push it, the ground pushes what has fallen, and Rapier
-//! solves the contacts between bodies; at the end the contacts become collisions and the
-//! sensors measure.
+//! solves the contacts between bodies; at the end the contacts become collisions, the sensors
+//! measure, and in a world [with traffic](World::with_traffic) the lights take their turns.
 //!
 //! ```
 //! use std::sync::Arc;

@@ -118,6 +118,15 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !ordered || !known || state.next_actor == 0 {
         return Err(damaged("its actors are not in order"));
     }
+    let plan = &town.traffic;
+    if state.traffic.as_ref().is_some_and(|lights| !lights.is_consistent(plan)) {
+        return Err(damaged("its traffic lights are not those of the map"));
+    }
+    let fixed_count = if state.traffic.is_some() { plan.actors().len() } else { 0 };
+    let after_fixed = |actor: &Actor| actor.id.get() as usize > fixed_count;
+    if !actors.iter().all(after_fixed) || (state.next_actor as usize) <= fixed_count {
+        return Err(damaged("its actors have the ids of lights and signs"));
+    }
     let carried = |actor: &Actor| {
         let in_physics = actor.rigid().is_none_or(|body| state.physics.contains(body));
         actor.is_consistent() && in_physics && state.hangs_well(actor)

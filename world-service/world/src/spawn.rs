@@ -84,7 +84,7 @@ impl World {
         check::vector("velocity", wish.linear_mps, limits::SPEED_MPS_MAX, "m/s")?;
         attributes::check(wish.attributes)?;
         let colour_rgb = attributes::colour_rgb(wish.attributes)?;
-        if self.state.actors.len() >= limits::ACTORS_PER_WORLD_MAX {
+        if self.actor_count() >= limits::ACTORS_PER_WORLD_MAX {
             return Err(Error::new(ErrorCode::Capacity, "the world is full")
                 .wanted(format!("at most {} actors", limits::ACTORS_PER_WORLD_MAX)));
         }

@@ -5,6 +5,7 @@ use schemas::{Error, ErrorCode, Tick, Vec3, Weather, limits};
 
 use crate::check;
 use crate::collision::ContactLog;
+use crate::overlap::OrientedBox;
 use crate::physics::{BodyHandle, BodyState, NotFinite};
 use crate::push::Surroundings;
 use crate::scenery::Reach;
@@ -56,6 +57,7 @@ impl World {
         self.state.settle(dt_secs as f32);
         self.state.measure_acceleration(&velocities_mps);
         self.state.collisions = self.state.contacts.conclude(log);
+        self.state.follow_rules(&self.town);
         self.state.tick = Tick(self.state.tick.0 + 1);
         self.state.sim_secs += dt_secs;
         self.state.check()?;
@@ -160,6 +162,24 @@ impl State {
         })?;
         log.after(&self.physics);
         Ok(())
+    }
+
+    /// Lets the lights take their turns, and tells moving vehicles which rules hold for them.
+    fn follow_rules(&mut self, town: &Town) {
+        let Some(lights) = &mut self.traffic else { return };
+        lights.advance(&town.traffic, self.dt_secs);
+        let mut near = Vec::new();
+        for actor in &mut self.actors {
+            let Some(body) = actor.rigid() else { continue };
+            let (blueprint, led_by_hand) = (actor.blueprint(), !actor.switches.physics);
+            let Some((_, vehicle)) = actor.vehicle_mut() else { continue };
+            if self.physics.is_asleep(body) && !led_by_hand {
+                continue;
+            }
+            let pose = self.physics.state(body).world_from_body;
+            let outline = OrientedBox::new(&pose, blueprint);
+            vehicle.rules.update(&town.roads, &town.traffic, &pose, &outline, &mut near);
+        }
     }
 
     fn measure_acceleration(&mut self, before_mps: &[Vec3]) {

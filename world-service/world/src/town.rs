@@ -8,6 +8,7 @@ use schemas::{MapRef, Pose, Vec3};
 use crate::ground::Ground;
 use crate::rays::TownRays;
 use crate::scenery::Scenery;
+use crate::traffic::TrafficPlan;
 
 /// The static part of a map, built once and shared by every world on it.
 #[derive(Debug)]
@@ -16,6 +17,7 @@ pub struct Town {
     pub(crate) ground: Ground,
     pub(crate) scenery: Scenery,
     pub(crate) rays: TownRays,
+    pub(crate) traffic: TrafficPlan,
     map: MapRef,
 }
 
@@ -32,7 +34,8 @@ impl Town {
         }));
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let rays = TownRays::new(Arc::clone(&roads));
-        Self { roads, ground, scenery, rays, map }
+        let traffic = TrafficPlan::new(&roads);
+        Self { roads, ground, scenery, rays, traffic, map }
     }
 
     /// The map's name and digest.

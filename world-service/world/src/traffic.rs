@@ -1,7 +1,15 @@
-//! Traffic lights of a world: what they show and when they change.
+//! Traffic lights and signs: which stand in a town, what the lights show, and which of them a
+//! vehicle is at.
+//!
+//! Where they stand never changes, so it belongs to the town ([`TrafficPlan`]); only what the lights
+//! show is part of a world's state ([`Lights`]). In frames and commands they are actors, with the
+//! ids from 1 on, before all that is spawned.
 
-use serde::{Deserialize, Serialize};
+mod commands;
+mod lights;
+mod plan;
+mod sight;
 
-/// The state of all traffic lights; no light has any yet.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Traffic {}
+pub(crate) use lights::Lights;
+pub(crate) use plan::TrafficPlan;
+pub(crate) use sight::RoadRules;

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use schemas::{ActorId, Collision, Error, ErrorCode, MapRef, Tick, Weather, WorldId};
+use schemas::{
+    ActorId, ActorState, Collision, Error, ErrorCode, MapRef, Tick, Weather, WorldId, limits,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
@@ -13,7 +15,7 @@ use crate::scenery::NearFixtures;
 use crate::sensors::{Readings, Sensors};
 use crate::time_step::TimeStep;
 use crate::town::Town;
-use crate::traffic::Traffic;
+use crate::traffic::Lights;
 
 /// What a new world is made of.
 #[derive(Clone, Debug)]
@@ -65,7 +67,8 @@ pub(crate) struct State {
     pub collisions: Vec<Collision>,
     pub fixtures: NearFixtures,
     pub physics: Physics,
-    pub traffic: Traffic,
+    /// `None` in a world without the town's lights and signs.
+    pub traffic: Option<Lights>,
     pub sensors: Sensors,
 }
 
@@ -94,11 +97,31 @@ impl World {
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
                 physics: Physics::new(),
-                traffic: Traffic::default(),
+                traffic: None,
                 sensors: Sensors::default(),
             },
             readings: Readings::default(),
         })
+    }
+
+    /// As [`new`](Self::new), with the town's traffic lights and signs as its first actors.
+    ///
+    /// Lights take their turns and vehicles know their speed limit and the light they are at. All
+    /// that is in every frame, so that small worlds are better off without.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new), and `Capacity` for a town with more signals than a world has actors.
+    pub fn with_traffic(config: WorldConfig) -> Result<Self, Error> {
+        let mut world = Self::new(config)?;
+        let count = world.town.traffic.actors().len();
+        if count > limits::ACTORS_PER_WORLD_MAX {
+            return Err(Error::new(ErrorCode::Capacity, "the map has too many lights and signs")
+                .wanted(format!("at most {}", limits::ACTORS_PER_WORLD_MAX))
+                .found(count));
+        }
+        world.state.next_actor += count as u32;
+        world.state.traffic = Some(Lights::new(&world.town.traffic));
+        Ok(world)
     }
 
     /// A copy under another id that goes on bit for bit as this one would.
@@ -124,7 +147,12 @@ impl World {
 
     /// Actors in it now.
     pub fn actor_count(&self) -> usize {
-        self.state.actors.len()
+        self.fixed_actors().len() + self.state.actors.len()
+    }
+
+    /// The town's lights and signs, in a world that has them.
+    pub(crate) fn fixed_actors(&self) -> &[ActorState] {
+        if self.state.traffic.is_some() { self.town.traffic.actors() } else { &[] }
     }
 
     /// Its map.

@@ -91,8 +91,16 @@ class CreateWorld(object):
             return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
         return 0
 
+    # Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+    # CreateWorld
+    def Traffic(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
+        return False
+
 def CreateWorldStart(builder):
-    builder.StartObject(6)
+    builder.StartObject(7)
 
 def Start(builder):
     CreateWorldStart(builder)
@@ -138,6 +146,12 @@ def CreateWorldAddLeaseMillis(builder, leaseMillis):
 
 def AddLeaseMillis(builder, leaseMillis):
     CreateWorldAddLeaseMillis(builder, leaseMillis)
+
+def CreateWorldAddTraffic(builder, traffic):
+    builder.PrependBoolSlot(6, traffic, 0)
+
+def AddTraffic(builder, traffic):
+    CreateWorldAddTraffic(builder, traffic)
 
 def CreateWorldEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,124 @@
+//! Speed limits by place, worked out once for all lanes.
+//!
+//! A sign holds from its place on for the lanes it applies to, through the lanes that follow, until
+//! the next one. Where lanes join that were told different things, the road's own type says what
+//! holds, or else the lowest of them does.
+
+use std::collections::BTreeMap;
+
+use crate::lanes::LaneIndex;
+use crate::map::{Map, Waypoint};
+use crate::signs::{SignKind, sign_kind};
+use crate::trigger::driving_lanes;
+
+/// What signs have told the traffic that enters a lane. Only grows while it is worked out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Told {
+    #[default]
+    Nothing,
+    One {
+        limit_mps: f64,
+    },
+    Several {
+        lowest_mps: f64,
+    },
+}
+
+impl Told {
+    /// What traffic of two lanes that join has been told.
+    fn with(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Nothing, told) | (told, Self::Nothing) => told,
+            (Self::One { limit_mps: a }, Self::One { limit_mps: b }) if a == b => self,
+            (
+                Self::One { limit_mps: a } | Self::Several { lowest_mps: a },
+                Self::One { limit_mps: b } | Self::Several { lowest_mps: b },
+            ) => Self::Several { lowest_mps: a.min(b) },
+        }
+    }
+}
+
+/// A limit from a place on a lane on.
+#[derive(Clone, Copy, Debug)]
+struct Posted {
+    /// Way from the lane's entry, in metres.
+    after_m: f64,
+    limit_mps: f64,
+}
+
+/// The limits of all lanes.
+#[derive(Debug, Default)]
+pub(crate) struct SpeedLimits {
+    /// By lane.
+    told: Vec<Told>,
+    /// By lane with signs, in the order in which traffic meets them.
+    posted: BTreeMap<LaneIndex, Vec<Posted>>,
+}
+
+impl SpeedLimits {
+    pub(crate) fn new(map: &Map) -> Self {
+        let posted = posted(map);
+        let mut told = vec![Told::Nothing; map.table.lanes.len()];
+        let mut pending: Vec<LaneIndex> = posted.keys().copied().collect();
+        while let Some(lane) = pending.pop() {
+            let leaving = match posted.get(&lane).and_then(|signs| signs.last()) {
+                Some(last) => Told::One { limit_mps: last.limit_mps },
+                None => told.get(lane as usize).copied().unwrap_or_default(),
+            };
+            for next in map.links.next_of(lane) {
+                let Some(entering) = told.get_mut(*next as usize) else { continue };
+                let joined = entering.with(leaving);
+                if joined != *entering {
+                    *entering = joined;
+                    // What leaves a lane with signs does not depend on what enters it.
+                    if !posted.contains_key(next) {
+                        pending.push(*next);
+                    }
+                }
+            }
+        }
+        Self { told, posted }
+    }
+}
+
+fn posted(map: &Map) -> BTreeMap<LaneIndex, Vec<Posted>> {
+    let mut posted: BTreeMap<LaneIndex, Vec<Posted>> = BTreeMap::new();
+    for landmark in &map.landmarks.all {
+        let kind = sign_kind(&landmark.signal_type, &landmark.subtype, landmark.value);
+        let Some(SignKind::SpeedLimit { limit_mps }) = kind else { continue };
+        for place in driving_lanes(map, landmark) {
+            let Some(entry) = map.table.get(place.lane) else { continue };
+            let after_m = (place.s - entry.entry_s()).abs();
+            posted.entry(place.lane).or_default().push(Posted { after_m, limit_mps });
+        }
+    }
+    for signs in posted.values_mut() {
+        signs.sort_by(|a, b| a.after_m.total_cmp(&b.after_m));
+    }
+    posted
+}
+
+impl Map {
+    /// The speed limit in force at a place, in metres per second; `None` where none is posted.
+    ///
+    /// The last sign that the traffic met, and where it met none, the limit of the road's type
+    /// record. **Cost:** logarithmic in the size of the map.
+    #[must_use]
+    pub fn speed_limit_mps(&self, waypoint: &Waypoint) -> Option<f64> {
+        let lane = self.lane_index(waypoint)?;
+        let entry = self.table.get(lane)?;
+        let after_m = (waypoint.s - entry.entry_s()).abs();
+        if let Some(signs) = self.speed_limits.posted.get(&lane) {
+            let passed = signs.partition_point(|sign| sign.after_m <= after_m);
+            if let Some(last) = passed.checked_sub(1).and_then(|last| signs.get(last)) {
+                return Some(last.limit_mps);
+            }
+        }
+        let by_type = || self.model.road(waypoint.road)?.speed_limit_mps(waypoint.s);
+        match self.speed_limits.told.get(lane as usize).copied().unwrap_or_default() {
+            Told::Nothing => by_type(),
+            Told::One { limit_mps } => Some(limit_mps),
+            Told::Several { lowest_mps } => by_type().or(Some(lowest_mps)),
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! The lights and signs of a town, as actors that never move.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use roads::{Map, SignKind, SignalPose, TriggerBox};
+use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, Vec3};
+
+use crate::overlap::OrientedBox;
+use crate::scenery::{Reach, Scenery};
+
+/// Speed limits that have a blueprint, in km/h: the tens from 10 to 130.
+const LIMIT_KMH_MAX: u32 = 130;
+
+/// Everything about lights and signs that worlds of one town share.
+#[derive(Debug, Default)]
+pub(crate) struct TrafficPlan {
+    /// Lights, then signs, each in the order of the map; ids from 1.
+    actors: Vec<ActorState>,
+    /// OpenDRIVE id of the signal, by actor.
+    signals: Vec<String>,
+    /// Blueprint ids, by type index.
+    types: Vec<String>,
+    /// Positions of controllers in the order of their turns, by group.
+    pub groups: Vec<Vec<usize>>,
+    /// Positions of lights, by controller.
+    pub controllers: Vec<Vec<usize>>,
+    /// Position of the controller, by light.
+    pub controller_of: Vec<usize>,
+    /// Position of the group, by light.
+    group_of: Vec<u16>,
+    /// Where vehicles wait for lights.
+    boxes: Option<Scenery>,
+    /// Position of the light, by box.
+    light_of_box: Vec<usize>,
+}
+
+impl TrafficPlan {
+    pub(crate) fn new(map: &Map) -> Self {
+        let found = map.traffic_lights();
+        let mut plan = Self {
+            groups: found.groups.into_iter().map(|group| group.controllers).collect(),
+            ..Self::default()
+        };
+        let mut boxes: Vec<(Pose, Vec3)> = Vec::new();
+        for (light, of) in found.lights.iter().enumerate() {
+            plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
+            plan.signals.push(of.id.clone());
+            plan.controller_of.push(of.controller);
+            let group = found.controllers.get(of.controller).map_or(0, |found| found.group);
+            plan.group_of.push(u16::try_from(group).unwrap_or(u16::MAX));
+            boxes.extend(of.boxes.iter().map(|trigger| {
+                (nalgebra::convert(trigger.pose), nalgebra::convert(trigger.half_extent_m))
+            }));
+            plan.light_of_box.resize(boxes.len(), light);
+        }
+        plan.controllers = found.controllers.into_iter().map(|found| found.lights).collect();
+        plan.boxes = (!boxes.is_empty()).then(|| Scenery::new(boxes));
+        for sign in map.traffic_signs() {
+            if let Some(blueprint) = blueprint_of(sign.kind) {
+                plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
+                plan.signals.push(sign.id);
+            }
+        }
+        plan
+    }
+
+    fn add(&mut self, kind: ActorKind, blueprint: &str, pose: SignalPose, boxes: &[TriggerBox]) {
+        let known = self.types.iter().position(|known| known == blueprint);
+        let type_index = known.unwrap_or_else(|| {
+            self.types.push(blueprint.to_owned());
+            self.types.len() - 1
+        });
+        let world_from_actor = world_from_actor(&pose);
+        let (box_centre_m, box_half_extent_m) = volume(&world_from_actor, boxes);
+        let id = u32::try_from(self.actors.len() + 1).ok().and_then(ActorId::new);
+        let id = id.expect("a map has fewer signals than there are actor ids");
+        let pose: Pose = nalgebra::convert(world_from_actor);
+        // There are fewer blueprints than u16 values.
+        let at_rest = ActorState::at_rest(id, kind, type_index as u16, pose);
+        self.actors.push(ActorState { box_centre_m, box_half_extent_m, ..at_rest });
+    }
+
+    /// All of them, as every frame shows them; [`types`](Self::types) holds their blueprints.
+    pub(crate) fn actors(&self) -> &[ActorState] {
+        &self.actors
+    }
+
+    pub(crate) fn types(&self) -> &[String] {
+        &self.types
+    }
+
+    pub(crate) fn light_count(&self) -> usize {
+        self.controller_of.len()
+    }
+
+    /// Which group a light belongs to.
+    pub(crate) fn group_of(&self, light: usize) -> u16 {
+        self.group_of.get(light).copied().unwrap_or(u16::MAX)
+    }
+
+    /// The actor with this id, if it is a light or sign.
+    pub(crate) fn actor(&self, id: ActorId) -> Option<&ActorState> {
+        self.actors.get(id.get() as usize - 1)
+    }
+
+    /// The position of a light.
+    pub(crate) fn light(&self, id: ActorId) -> Option<usize> {
+        let light = id.get() as usize - 1;
+        (light < self.light_count()).then_some(light)
+    }
+
+    /// The id of a light.
+    pub(crate) fn light_id(&self, light: usize) -> Option<ActorId> {
+        self.actors.get(light).map(|actor| actor.id)
+    }
+
+    /// What a frame does not say of an actor.
+    pub(crate) fn description(&self, actor: &ActorState) -> ActorDescription {
+        let index = actor.id.get() as usize - 1;
+        ActorDescription {
+            id: actor.id,
+            attachment: None,
+            kind: actor.kind,
+            blueprint: self.types.get(usize::from(actor.type_index)).cloned().unwrap_or_default(),
+            attributes: Vec::new(),
+            box_centre_m: actor.box_centre_m,
+            box_half_extent_m: actor.box_half_extent_m,
+            tag: tag(actor.kind),
+            signal: self.signals.get(index).cloned(),
+        }
+    }
+
+    /// The light in one of whose boxes a vehicle is; of several the one with the nearest box.
+    ///
+    /// `near` is scratch space.
+    pub(crate) fn light_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
+        let boxes = self.boxes.as_ref()?;
+        near.clear();
+        boxes.find(Reach { centre_m: vehicle.centre_m(), radius_m: vehicle.radius_m() }, near);
+        let mut nearest: Option<(f32, u32)> = None;
+        for &index in near.iter() {
+            let Some(fixture) = boxes.get(index) else { continue };
+            let away_m = fixture.world_from_box.translation.vector - vehicle.centre_m();
+            let candidate = (away_m.norm_squared(), index);
+            let trigger = OrientedBox::of(&fixture.world_from_box, fixture.half_m);
+            if nearest.is_none_or(|best| candidate < best) && vehicle.overlaps(&trigger) {
+                nearest = Some(candidate);
+            }
+        }
+        self.light_of_box.get(nearest?.1 as usize).copied()
+    }
+}
+
+/// CARLA's semantic tags `TrafficLight` and `TrafficSigns`.
+const fn tag(kind: ActorKind) -> u8 {
+    match kind {
+        ActorKind::TrafficLight => 7,
+        _ => 8,
+    }
+}
+
+/// `None` for a limit that CARLA has no sign for.
+fn blueprint_of(kind: SignKind) -> Option<String> {
+    match kind {
+        SignKind::Stop => Some("traffic.stop".to_owned()),
+        SignKind::Yield => Some("traffic.yield".to_owned()),
+        SignKind::SpeedLimit { limit_mps } => {
+            let kmh = (limit_mps * 3.6).round();
+            (10..=LIMIT_KMH_MAX)
+                .step_by(10)
+                .find(|known| f64::from(*known) == kmh)
+                .map(|kmh| format!("traffic.speed_limit.{kmh}"))
+        }
+    }
+}
+
+/// Upright, with x to the right of the traffic it addresses: CARLA turns the actors of signals so,
+/// and its client looks for stop lines along that axis.
+fn world_from_actor(pose: &SignalPose) -> Isometry3<f64> {
+    let heading_rad = pose.heading_rad - std::f64::consts::FRAC_PI_2;
+    Isometry3::from_parts(
+        Translation3::from(pose.point.coords),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading_rad),
+    )
+}
+
+/// Middle and half size, in the actor's frame, of the box around all trigger boxes.
+fn volume(world_from_actor: &Isometry3<f64>, boxes: &[TriggerBox]) -> (Vec3, Vec3) {
+    const SIGNS: [f64; 2] = [-1.0, 1.0];
+    let corners = boxes.iter().flat_map(|trigger| {
+        SIGNS.iter().flat_map(move |x| {
+            SIGNS.iter().flat_map(move |y| {
+                SIGNS.iter().map(move |z| {
+                    let half = trigger.half_extent_m;
+                    let corner = Point3::new(x * half.x, y * half.y, z * half.z);
+                    world_from_actor.inverse_transform_point(&(trigger.pose * corner)).coords
+                })
+            })
+        })
+    });
+    let bounds = corners
+        .map(|corner| (corner, corner))
+        .reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)));
+    bounds.map_or((Vec3::zeros(), Vec3::zeros()), |(low, high)| {
+        (nalgebra::convert((low + high) / 2.0), nalgebra::convert((high - low) / 2.0))
+    })
+}

@@ -1,0 +1,346 @@
+//! Traffic lights and signs of a world: their turns, what vehicles know of them, what is refused.
+#![allow(clippy::unwrap_used, reason = "a test fails loudly")]
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, LazyLock};
+
+use nalgebra::Vector3;
+use roads::{LaneTypes, Map};
+use schemas::{
+    ActorId, ActorKind, Command, ErrorCode, Frame, Pose, TrafficLightColour as Colour,
+    TrafficLightState, Vec3, WorldId,
+};
+use world::{Town, World, WorldConfig};
+
+const DT_SECS: f64 = 0.05;
+
+fn roads() -> &'static Arc<Map> {
+    static MAP: LazyLock<Arc<Map>> = LazyLock::new(|| {
+        let text = roads::town::build("Town02_Opt").unwrap();
+        Arc::new(Map::parse("Town02_Opt", &text).unwrap())
+    });
+    &MAP
+}
+
+fn town() -> Arc<Town> {
+    static TOWN: LazyLock<Arc<Town>> = LazyLock::new(|| Arc::new(Town::new(Arc::clone(roads()))));
+    Arc::clone(&TOWN)
+}
+
+fn config() -> WorldConfig {
+    let id = WorldId::new(1).unwrap();
+    WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map: town() }
+}
+
+fn world() -> World {
+    World::with_traffic(config()).unwrap()
+}
+
+fn run(world: &mut World, ticks: usize) {
+    for _ in 0..ticks {
+        world.tick().unwrap();
+    }
+}
+
+fn light(world: &World, actor: ActorId) -> TrafficLightState {
+    let frame = world.frame();
+    *frame.traffic_lights.iter().find(|light| light.actor == actor).unwrap()
+}
+
+fn colour(world: &World, actor: ActorId) -> Colour {
+    light(world, actor).colour
+}
+
+/// Lights of the first group: those that begin, and those whose turn is next.
+fn first_group(world: &World) -> [Vec<ActorId>; 2] {
+    let frame = world.frame();
+    let of = |colour| {
+        let lights = frame.traffic_lights.iter().filter(|l| l.group == 0 && l.colour == colour);
+        lights.map(|light| light.actor).collect::<Vec<_>>()
+    };
+    let lights = [of(Colour::Green), of(Colour::Red)];
+    assert!(lights.iter().all(|lights| !lights.is_empty()), "{lights:?}");
+    lights
+}
+
+fn set_colour(actor: ActorId, colour: Colour) -> Command {
+    let colour = Some(colour);
+    Command::SetTrafficLight { actor, colour, green_secs: None, yellow_secs: None, red_secs: None }
+}
+
+#[test]
+fn lights_and_signs_are_the_first_actors_of_a_world_that_asks_for_them() {
+    let world = world();
+    let frame = world.frame();
+    let map = roads();
+    let (lights, signs) = (map.traffic_lights().lights, map.traffic_signs());
+    let count = lights.len() + signs.len();
+    assert!(lights.len() > 8 && signs.len() > 8);
+    assert_eq!((frame.actors.len(), world.actor_count()), (count, count));
+    assert_eq!(frame.traffic_lights.len(), lights.len());
+    let descriptions = world.describe(&[]);
+    for (index, signal) in
+        lights.iter().map(|l| &l.id).chain(signs.iter().map(|s| &s.id)).enumerate()
+    {
+        let actor = &frame.actors[index];
+        assert_eq!(actor.id.get() as usize, index + 1);
+        let is_light = index < lights.len();
+        let kind = if is_light { ActorKind::TrafficLight } else { ActorKind::TrafficSign };
+        assert_eq!(actor.kind, kind);
+        assert_eq!(descriptions[index].signal.as_ref(), Some(signal));
+        assert_eq!(frame.type_of(actor), descriptions[index].blueprint);
+        assert!(actor.box_half_extent_m.min() > 0.3, "{actor:?}");
+        assert_eq!(frame.type_of(actor) == "traffic.traffic_light", is_light);
+    }
+    assert!(frame.types.iter().any(|id| id.starts_with("traffic.speed_limit.")));
+    let empty = World::new(config()).unwrap().frame();
+    assert!(empty.actors.is_empty() && empty.traffic_lights.is_empty() && empty.types.is_empty());
+}
+
+#[test]
+fn the_volume_of_a_light_reaches_across_its_lanes_along_its_own_forward_axis() {
+    let frame = world().frame();
+    let map = roads();
+    for (light, actor) in map.traffic_lights().lights.iter().zip(&frame.actors) {
+        for trigger in &light.boxes {
+            let middle: Vec3 = nalgebra::convert(trigger.pose.translation.vector);
+            let local = actor.world_from_actor.inverse_transform_point(&middle.into()).coords;
+            let off = (local - actor.box_centre_m).abs() - actor.box_half_extent_m;
+            assert!(off.max() < 1.0e-3, "{actor:?}");
+            let across: Vector3<f64> = trigger.pose.rotation * Vector3::y();
+            let forward = actor.world_from_actor.rotation * Vec3::x();
+            assert!(nalgebra::convert::<_, Vec3>(across).dot(&forward) < -0.95, "{actor:?}");
+        }
+    }
+}
+
+#[test]
+fn a_turn_is_10_s_green_3_s_yellow_and_2_s_red_to_the_tick() {
+    let mut world = world();
+    let [first, next] = first_group(&world);
+    let mut changes = Vec::new();
+    let mut before = [colour(&world, first[0]), colour(&world, next[0])];
+    for tick in 1..=310 {
+        world.tick().unwrap();
+        let now = [colour(&world, first[0]), colour(&world, next[0])];
+        if now != before {
+            changes.push((tick, now));
+        }
+        before = now;
+        assert!(now.contains(&Colour::Red), "two turns at once at {tick}");
+    }
+    use Colour::{Green, Red, Yellow};
+    assert_eq!(changes, [(200, [Yellow, Red]), (260, [Red, Red]), (300, [Red, Green])]);
+}
+
+#[test]
+fn lights_of_one_controller_show_the_same_and_every_controller_gets_its_turn() {
+    let mut world = world();
+    let lights = roads().traffic_lights();
+    let mut green: BTreeSet<usize> = BTreeSet::new();
+    for _ in 0..60 {
+        run(&mut world, 20);
+        let frame = world.frame();
+        for (index, controller) in lights.controllers.iter().enumerate() {
+            let shown: Vec<Colour> =
+                controller.lights.iter().map(|l| frame.traffic_lights[*l].colour).collect();
+            assert!(shown.windows(2).all(|pair| pair[0] == pair[1]), "{shown:?}");
+            if shown[0] == Colour::Green {
+                green.insert(index);
+            }
+        }
+    }
+    assert_eq!(green.len(), lights.controllers.len());
+}
+
+#[test]
+fn frozen_lights_stay_and_go_on_where_they_were() {
+    let mut world = world();
+    let [first, _] = first_group(&world);
+    run(&mut world, 150);
+    world.apply(&Command::FreezeTrafficLights { frozen: true }).unwrap();
+    run(&mut world, 400);
+    let frozen = light(&world, first[0]);
+    assert!(frozen.frozen && frozen.colour == Colour::Green, "{frozen:?}");
+    assert!((frozen.elapsed_secs - 7.5).abs() < 1.0e-3, "{frozen:?}");
+    world.apply(&Command::FreezeTrafficLights { frozen: false }).unwrap();
+    run(&mut world, 49);
+    assert_eq!(colour(&world, first[0]), Colour::Green);
+    run(&mut world, 1);
+    assert_eq!(colour(&world, first[0]), Colour::Yellow);
+}
+
+#[test]
+fn a_reset_group_begins_anew_and_others_go_on() {
+    let mut world = world();
+    let [first, next] = first_group(&world);
+    let other = world.frame().traffic_lights.iter().find(|l| l.group == 1).unwrap().actor;
+    run(&mut world, 310);
+    assert_eq!(colour(&world, next[0]), Colour::Green);
+    let elsewhere = light(&world, other);
+    world.apply(&Command::ResetTrafficLights { actor: Some(next[0]) }).unwrap();
+    assert_eq!(colour(&world, first[0]), Colour::Green);
+    assert_eq!((colour(&world, next[0]), light(&world, first[0]).elapsed_secs), (Colour::Red, 0.0));
+    assert_eq!(light(&world, other), elsewhere);
+    run(&mut world, 199);
+    assert_eq!(colour(&world, first[0]), Colour::Green);
+    run(&mut world, 1);
+    assert_eq!(colour(&world, first[0]), Colour::Yellow);
+    world.apply(&Command::ResetTrafficLights { actor: None }).unwrap();
+    assert!(world.frame().traffic_lights.iter().all(|light| light.elapsed_secs == 0.0));
+}
+
+#[test]
+fn a_light_shows_what_it_is_told_until_its_turn_and_its_times_are_its_controllers() {
+    let mut world = world();
+    let [first, next] = first_group(&world);
+    world.apply(&set_colour(next[0], Colour::Off)).unwrap();
+    let times = Command::SetTrafficLight {
+        actor: first[0],
+        colour: None,
+        green_secs: Some(1.0),
+        yellow_secs: Some(0.5),
+        red_secs: Some(0.25),
+    };
+    world.apply(&times).unwrap();
+    for actor in &first {
+        let light = light(&world, *actor);
+        assert_eq!((light.green_secs, light.yellow_secs, light.red_secs), (1.0, 0.5, 0.25));
+    }
+    assert_eq!(light(&world, next[0]).green_secs, 10.0);
+    run(&mut world, 34);
+    assert_eq!((colour(&world, first[0]), colour(&world, next[0])), (Colour::Red, Colour::Off));
+    run(&mut world, 1);
+    assert_eq!(colour(&world, next[0]), Colour::Green);
+}
+
+/// A place on a lane that leads to a light, this far before the place to stop at.
+fn before_light(ahead_m: f64) -> (ActorId, Pose) {
+    let lights = roads().traffic_lights();
+    let (index, start) = lights
+        .lights
+        .iter()
+        .enumerate()
+        .find_map(|(index, light)| {
+            let place = *roads().previous(&light.boxes.first()?.front, ahead_m).first()?;
+            Some((index, place))
+        })
+        .unwrap();
+    let mut pose: Pose = nalgebra::convert(roads().pose(&start));
+    pose.translation.vector.z += 0.3;
+    (ActorId::new(index as u32 + 1).unwrap(), pose)
+}
+
+#[test]
+fn a_vehicle_knows_its_light_from_when_its_front_enters_the_box_until_it_has_left() {
+    let mut world = world();
+    let (light, start) = before_light(25.0);
+    world.apply(&set_colour(light, Colour::Red)).unwrap();
+    let speed = start.rotation * Vec3::new(8.0, 0.0, 0.0);
+    let car = world.apply(&Command::spawn("vehicle.lincoln.mkz", start, speed)).unwrap().unwrap();
+    let mut at_light_m = Vec::new();
+    for _ in 0..120 {
+        world.tick().unwrap();
+        let frame = world.frame();
+        let state = frame.actor(car).unwrap();
+        assert!(state.speed_limit_mps > 5.0, "{state:?}");
+        let travelled_m = state.world_from_actor.translation.vector - start.translation.vector;
+        if let Some(seen) = state.traffic_light {
+            assert_eq!(seen, light);
+            at_light_m.push(travelled_m.norm());
+        }
+        // A coasting car must come through to show when it forgets the light.
+        if state.linear_velocity_mps.norm() < 7.0 {
+            let linear_mps = Some(state.world_from_actor.rotation * Vec3::new(8.0, 0.0, 0.0));
+            let push = Command::SetVelocity { actor: car, linear_mps, angular_radps: None };
+            world.apply(&push).unwrap();
+        }
+    }
+    let (first, last) = (at_light_m[0], at_light_m[at_light_m.len() - 1]);
+    // The box is 3 m long and its front 25 m ahead; the car is 4.9 m long.
+    assert!((19.0..20.0).contains(&first), "{at_light_m:?}");
+    assert!((26.8..27.9).contains(&last), "{at_light_m:?}");
+}
+
+#[test]
+fn the_limit_a_vehicle_knows_is_that_of_its_lane() {
+    let mut world = world();
+    let (_, start) = before_light(30.0);
+    let car = world.apply(&Command::spawn("vehicle.lincoln.mkz", start, Vec3::zeros()));
+    let car = car.unwrap().unwrap();
+    run(&mut world, 1);
+    let at: Vector3<f64> = nalgebra::convert(start.translation.vector);
+    let place = roads().nearest(at.into(), LaneTypes::DRIVING).unwrap();
+    let limit_mps = roads().speed_limit_mps(&place).unwrap() as f32;
+    assert_eq!(world.frame().actor(car).unwrap().speed_limit_mps, limit_mps);
+}
+
+#[test]
+fn a_restored_and_a_forked_world_show_the_same_ever_after() {
+    let mut world = world();
+    let (light, start) = before_light(25.0);
+    let speed = start.rotation * Vec3::new(8.0, 0.0, 0.0);
+    world.apply(&Command::spawn("vehicle.lincoln.mkz", start, speed)).unwrap();
+    world.apply(&set_colour(light, Colour::Yellow)).unwrap();
+    run(&mut world, 57);
+    let id = WorldId::new(1).unwrap();
+    let mut restored = World::restore(&world.snapshot(), id, 1, |_| Some(town())).unwrap();
+    let mut forked = world.fork(id);
+    for _ in 0..300 {
+        let frames: Vec<Frame> = [&mut world, &mut restored, &mut forked]
+            .into_iter()
+            .map(|world| {
+                world.tick().unwrap();
+                world.frame()
+            })
+            .collect();
+        assert_eq!(frames[0], frames[1]);
+        assert_eq!(frames[0], frames[2]);
+    }
+}
+
+#[test]
+fn what_lights_show_is_part_of_the_state_hash() {
+    let [mut one, mut other] = [world(), world()];
+    let [first, _] = first_group(&one);
+    assert_eq!(one.state_hash(), other.state_hash());
+    one.apply(&set_colour(first[0], Colour::Red)).unwrap();
+    assert_ne!(one.state_hash(), other.state_hash());
+    other.apply(&set_colour(first[0], Colour::Red)).unwrap();
+    assert_eq!(one.state_hash(), other.state_hash());
+    one.apply(&Command::FreezeTrafficLights { frozen: true }).unwrap();
+    assert_ne!(one.state_hash(), other.state_hash());
+}
+
+#[test]
+fn signs_cannot_be_set_and_neither_signs_nor_lights_destroyed_and_nothing_changes() {
+    let mut world = world();
+    let before = world.state_hash();
+    let lights = world.frame().traffic_lights.len() as u32;
+    let (light, sign) = (ActorId::new(1).unwrap(), ActorId::new(lights + 1).unwrap());
+    let unknown = ActorId::new(99_999).unwrap();
+    let code = |world: &mut World, command: Command| world.apply(&command).unwrap_err().code;
+    let reset = |actor| Command::ResetTrafficLights { actor: Some(actor) };
+    for (command, expected) in [
+        (set_colour(sign, Colour::Red), ErrorCode::InvalidArgument),
+        (set_colour(unknown, Colour::Red), ErrorCode::UnknownActor),
+        (reset(sign), ErrorCode::InvalidArgument),
+        (Command::DestroyActor { actor: light }, ErrorCode::InvalidArgument),
+        (Command::DestroyActor { actor: sign }, ErrorCode::InvalidArgument),
+    ] {
+        assert_eq!(code(&mut world, command), expected);
+    }
+    for secs in [-1.0, f32::NAN, f32::INFINITY] {
+        let command = Command::SetTrafficLight {
+            actor: light,
+            colour: Some(Colour::Off),
+            green_secs: Some(secs),
+            yellow_secs: None,
+            red_secs: None,
+        };
+        assert_eq!(code(&mut world, command), ErrorCode::InvalidArgument);
+    }
+    assert_eq!(world.state_hash(), before);
+    let mut without = World::new(config()).unwrap();
+    assert_eq!(code(&mut without, set_colour(light, Colour::Red)), ErrorCode::UnknownActor);
+}
