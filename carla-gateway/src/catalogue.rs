@@ -58,9 +58,8 @@ fn uid_of(blueprint: &Blueprint) -> u32 {
 pub(crate) fn order(
     description: &ActorDescription,
 ) -> Result<(&'static Blueprint, Vec<Attribute>), Refusal> {
-    let invalid = |why: String| {
-        Refusal(format!("Spawn failed because of invalid actor description: {why}"))
-    };
+    let invalid =
+        |why: String| Refusal(format!("Spawn failed because of invalid actor description: {why}"));
     let blueprint = blueprints::find(&description.type_id)
         .ok_or_else(|| invalid(format!("there is no blueprint {:?}", description.type_id)))?;
     let mut attributes = Vec::new();
@@ -126,10 +125,35 @@ pub(crate) fn scenery(tag: u8) -> Actor {
 /// CARLA's name of a semantic tag, in lower case.
 fn tag_name(tag: u8) -> &'static str {
     const NAMES: [&str; 29] = [
-        "none", "road", "sidewalk", "building", "wall", "fence", "pole", "trafficlight",
-        "trafficsign", "vegetation", "terrain", "sky", "pedestrian", "rider", "car", "truck",
-        "bus", "train", "motorcycle", "bicycle", "static", "dynamic", "other", "water",
-        "roadline", "ground", "bridge", "railtrack", "guardrail",
+        "none",
+        "road",
+        "sidewalk",
+        "building",
+        "wall",
+        "fence",
+        "pole",
+        "trafficlight",
+        "trafficsign",
+        "vegetation",
+        "terrain",
+        "sky",
+        "pedestrian",
+        "rider",
+        "car",
+        "truck",
+        "bus",
+        "train",
+        "motorcycle",
+        "bicycle",
+        "static",
+        "dynamic",
+        "other",
+        "water",
+        "roadline",
+        "ground",
+        "bridge",
+        "railtrack",
+        "guardrail",
     ];
     NAMES.get(usize::from(tag)).copied().unwrap_or("other")
 }
@@ -148,7 +172,12 @@ mod tests {
         for definition in definitions() {
             let blueprint = blueprints::find(&definition.id).unwrap();
             for attribute in &blueprint.attributes {
-                assert!(attribute.kind.accepts(&attribute.value), "{} {}", blueprint.id, attribute.id);
+                assert!(
+                    attribute.kind.accepts(&attribute.value),
+                    "{} {}",
+                    blueprint.id,
+                    attribute.id
+                );
             }
         }
     }
@@ -158,7 +187,11 @@ mod tests {
         let with = |id: &str, value: &str| ActorDescription {
             uid: 0,
             type_id: "vehicle.lincoln.mkz".to_owned(),
-            attributes: vec![AttributeValue { id: id.to_owned(), kind: 4, value: value.to_owned() }],
+            attributes: vec![AttributeValue {
+                id: id.to_owned(),
+                kind: 4,
+                value: value.to_owned(),
+            }],
         };
         let (_, attributes) = order(&with("role_name", "hero")).unwrap();
         assert_eq!(attributes.len(), 1);

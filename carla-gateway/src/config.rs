@@ -115,7 +115,8 @@ fn check_ports(ports: &[u16]) -> Result<(), String> {
     for (index, port) in ports.iter().enumerate() {
         let stream = port.checked_add(1).filter(|_| *port > 0);
         let stream = stream.ok_or_else(|| format!("wanted 1 to 65534, found {port}"))?;
-        let clash = |other: &u16| *other == *port || *other == stream || other.wrapping_add(1) == *port;
+        let clash =
+            |other: &u16| *other == *port || *other == stream || other.wrapping_add(1) == *port;
         if ports.iter().skip(index + 1).any(clash) {
             return Err(format!("{port} and its streams on {stream} are wanted twice"));
         }

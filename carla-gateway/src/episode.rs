@@ -83,7 +83,8 @@ impl Episode {
     fn forget_the_gone(&mut self) {
         if self.actors.len() > self.frame.actors.len() + GONE_MAX {
             let frame = &self.frame;
-            self.actors.retain(|id, _| ActorId::new(*id).is_some_and(|id| frame.actor(id).is_some()));
+            self.actors
+                .retain(|id, _| ActorId::new(*id).is_some_and(|id| frame.actor(id).is_some()));
         }
     }
 

@@ -54,9 +54,8 @@ impl Maps {
     fn parsed(&self, wanted: &MapRef) -> Option<Arc<roads::Map>> {
         // Nothing panics while it holds the lock.
         let mut parsed = self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_it = |map: &Arc<roads::Map>| {
-            map.digest() == wanted.digest && map.name() == wanted.name
-        };
+        let is_it =
+            |map: &Arc<roads::Map>| map.digest() == wanted.digest && map.name() == wanted.name;
         let at = parsed.iter().position(is_it)?;
         let map = parsed.remove(at);
         parsed.push(Arc::clone(&map));
@@ -64,9 +63,8 @@ impl Maps {
     }
 
     async fn fetch(&self, wanted: MapRef) -> Result<Arc<roads::Map>, Error> {
-        let broken = |why: String| {
-            Error::new(ErrorCode::Internal, format!("the map cannot be used: {why}"))
-        };
+        let broken =
+            |why: String| Error::new(ErrorCode::Internal, format!("the map cannot be used: {why}"));
         let text = self.site.map_text(wanted.digest.clone()).await?;
         let parse = move || {
             let text = String::from_utf8(text).map_err(|_| "it is not UTF-8".to_owned())?;

@@ -1,7 +1,9 @@
 //! What the world observer tells: the state of every actor after a tick.
 
-use schemas::{ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure};
 use schemas::carla;
+use schemas::{
+    ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure,
+};
 
 use crate::dialect::{Transform, Vector3D, spin_deg};
 
@@ -31,7 +33,12 @@ pub(crate) struct Moment {
 }
 
 /// The 48 bytes in front of every payload.
-pub(crate) fn header(sensor_type: u64, frame: u64, sim_secs: f64, transform: &Transform) -> Vec<u8> {
+pub(crate) fn header(
+    sensor_type: u64,
+    frame: u64,
+    sim_secs: f64,
+    transform: &Transform,
+) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
     out.extend_from_slice(&sensor_type.to_le_bytes());
     out.extend_from_slice(&frame.to_le_bytes());
@@ -103,10 +110,11 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     let posted_kmh = carla::kmh(actor.speed_limit_mps);
     let limit_kmh = if posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH };
     out.extend_from_slice(&limit_kmh.to_le_bytes());
-    let light = actor.traffic_light.and_then(|id| {
-        frame.actor(id).and_then(|light| light_of(frame, light))
-    });
-    out.push(light.map_or(colour_index(TrafficLightColour::Green), |light| colour_index(light.colour)));
+    let light =
+        actor.traffic_light.and_then(|id| frame.actor(id).and_then(|light| light_of(frame, light)));
+    out.push(
+        light.map_or(colour_index(TrafficLightColour::Green), |light| colour_index(light.colour)),
+    );
     out.push(u8::from(light.is_some()));
     out.extend_from_slice(&light.map_or(0, |light| light.actor.get()).to_le_bytes());
     out.push(match actor.failure {

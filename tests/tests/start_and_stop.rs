@@ -95,9 +95,15 @@ fn services_end_when_the_supervisor_is_killed() {
 fn a_taken_port_is_one_line_with_the_flag_that_chooses_another() {
     let holder = TcpListener::bind("127.0.0.1:0").unwrap();
     let taken = holder.local_addr().unwrap().to_string();
-    assert_refused(&["up", "--carla", "0", "--bus", "tcp/127.0.0.1:0", "--http", &taken], &[&taken, "--http"]);
+    assert_refused(
+        &["up", "--carla", "0", "--bus", "tcp/127.0.0.1:0", "--http", &taken],
+        &[&taken, "--http"],
+    );
     let bus = format!("tcp/{taken}");
-    assert_refused(&["up", "--carla", "0", "--http", "127.0.0.1:0", "--bus", &bus], &[&bus, "--bus"]);
+    assert_refused(
+        &["up", "--carla", "0", "--http", "127.0.0.1:0", "--bus", &bus],
+        &[&bus, "--bus"],
+    );
 }
 
 #[test]

@@ -263,7 +263,8 @@ mod tests {
         let maps = folder.maps();
         assert_eq!(maps.list(&tenant()).len(), ours.list(&tenant()).len());
         let digest = blake3::hash(other.as_bytes()).to_hex().to_string();
-        let listed = maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
+        let listed =
+            maps.list(&tenant()).into_iter().find(|map| map.name == "Town10HD_Opt").unwrap();
         assert_eq!(listed.digest, digest);
         assert_eq!(maps.asset(&digest), Ok(other.into_bytes()));
         assert!(*maps.common_town("Town10HD_Opt").unwrap() > 0);

@@ -1,13 +1,11 @@
 //! Calls about any actor.
 
-use schemas::{Attachment, AttachmentKind, ActorId, Command, Error, ErrorCode, Vec3};
+use schemas::{ActorId, Attachment, AttachmentKind, Command, Error, ErrorCode, Vec3};
 
-use super::orders::{self, queue};
 use super::astray;
+use super::orders::{self, queue};
 use crate::catalogue;
-use crate::dialect::{
-    Actor, ActorDescription, BatchCommand as To, Location, Transform, Vector3D,
-};
+use crate::dialect::{Actor, ActorDescription, BatchCommand as To, Location, Transform, Vector3D};
 use crate::endpoint::{Endpoint, camera, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 

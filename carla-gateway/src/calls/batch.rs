@@ -43,8 +43,7 @@ pub(super) fn length(request: &Request) -> usize {
     args.map_or(0, |(_, commands, _)| commands.len())
 }
 
-type Running<'a> =
-    Pin<Box<dyn Future<Output = Result<Vec<BatchResponse>, Refusal>> + Send + 'a>>;
+type Running<'a> = Pin<Box<dyn Future<Output = Result<Vec<BatchResponse>, Refusal>> + Send + 'a>>;
 
 /// Runs all commands in one request to the world, then those that follow the spawned actors.
 fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Running<'_> {
@@ -111,9 +110,7 @@ async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepa
         other => {
             let id = target(&other);
             Ok(match orders::command(endpoint, &other)? {
-                Some(order) => {
-                    Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) }
-                }
+                Some(order) => Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) },
                 None => Prepared { order: None, step: Step::Done(Ok(id)) },
             })
         }

@@ -2,8 +2,8 @@
 
 use schemas::Command;
 
-use super::orders::{self, queue};
 use super::astray;
+use super::orders::{self, queue};
 use crate::dialect::{BatchCommand, BoundingBox, Location, Transform};
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
@@ -72,9 +72,8 @@ async fn set_time(endpoint: &mut Endpoint, request: &Request) -> Answer {
 fn group(endpoint: &mut Endpoint, id: u32) -> Result<Vec<u32>, Refusal> {
     let lights = &endpoint.episode()?.frame.traffic_lights;
     let own = lights.iter().find(|light| light.actor.get() == id);
-    let own = own.ok_or_else(|| {
-        Refusal(format!("Actor is not a traffic light. Actor Id: {id}"))
-    })?;
+    let own =
+        own.ok_or_else(|| Refusal(format!("Actor is not a traffic light. Actor Id: {id}")))?;
     let same = lights.iter().filter(|light| light.group == own.group);
     Ok(same.map(|light| light.actor.get()).collect())
 }
@@ -86,9 +85,5 @@ fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> 
     let Some(actor) = episode.actor(id) else { return Ok(Vec::new()) };
     let centre_m = state.world_from_actor.transform_point(&state.box_centre_m.into()).coords;
     let rotation = Transform::of(&state.world_from_actor).rotation;
-    Ok(vec![BoundingBox {
-        location: Location::of(centre_m),
-        rotation,
-        ..actor.bounding_box
-    }])
+    Ok(vec![BoundingBox { location: Location::of(centre_m), rotation, ..actor.bounding_box }])
 }

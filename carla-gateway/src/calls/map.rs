@@ -111,7 +111,8 @@ async fn ray(
 fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
     let episode = endpoint.episode()?;
     let scenery = (1..).zip(episode.map.scenery());
-    let wanted = |(_, scenery): &(u64, &SceneryBox)| tag == ANY_TAG || tag_of(scenery.kind).0 == tag;
+    let wanted =
+        |(_, scenery): &(u64, &SceneryBox)| tag == ANY_TAG || tag_of(scenery.kind).0 == tag;
     Ok(scenery.filter(wanted).map(|(number, scenery)| object(number, scenery)).collect())
 }
 

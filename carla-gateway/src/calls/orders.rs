@@ -12,10 +12,7 @@ use crate::snapshot::colour_of;
 ///
 /// # Errors
 /// What cannot be; spawning and destroying have their own ways.
-pub(super) fn command(
-    endpoint: &mut Endpoint,
-    command: &From,
-) -> Result<Option<Command>, Refusal> {
+pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<Command>, Refusal> {
     let order = match command {
         From::Control(id, control) => {
             Command::SetControl { actor: actor(*id)?, control: control.ours() }

@@ -73,7 +73,9 @@ pub(crate) static METHODS: &[Method] = {
             ..early("load_new_episode")
         },
         Method {
-            state: State::Partial("the parameters are ignored; what would end the client is refused"),
+            state: State::Partial(
+                "the parameters are ignored; what would end the client is refused",
+            ),
             ..early("copy_opendrive_to_file")
         },
         early("get_available_maps"),

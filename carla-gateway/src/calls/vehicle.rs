@@ -2,8 +2,8 @@
 
 use schemas::{ActorKind, ActorState, Command};
 
-use super::orders::{self, queue};
 use super::astray;
+use super::orders::{self, queue};
 use crate::dialect::{
     AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData, Transform,
     VehicleControl, VehiclePhysicsControl,

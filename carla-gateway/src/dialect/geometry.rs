@@ -91,10 +91,8 @@ impl Transform {
     /// Whether every number is finite: others would be refused by the bus without a reason.
     pub(crate) fn is_finite(&self) -> bool {
         let Self { location, rotation } = self;
-        let numbers = [
-            [location.x, location.y, location.z],
-            [rotation.pitch, rotation.yaw, rotation.roll],
-        ];
+        let numbers =
+            [[location.x, location.y, location.z], [rotation.pitch, rotation.yaw, rotation.roll]];
         numbers.as_flattened().iter().all(|number| number.is_finite())
     }
 }

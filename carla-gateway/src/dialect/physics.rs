@@ -81,7 +81,11 @@ impl VehiclePhysicsControl {
             drag_coefficient: physics.drag_coefficient,
             center_of_mass: Location::of(physics.centre_of_mass_m),
             steering_curve: physics.steering_curve.iter().map(steering).collect(),
-            wheels: physics.wheels.iter().map(|wheel| Wheel::of(wheel, world_from_vehicle)).collect(),
+            wheels: physics
+                .wheels
+                .iter()
+                .map(|wheel| Wheel::of(wheel, world_from_vehicle))
+                .collect(),
             use_sweep_wheel_collision: physics.sweep_wheel_collision,
         }
     }

@@ -70,7 +70,8 @@ mod tests {
 
     #[test]
     fn settings_have_the_measured_fields() {
-        let settings = EpisodeSettings { fixed_delta_seconds: Opt(Some(0.05)), ..Default::default() };
+        let settings =
+            EpisodeSettings { fixed_delta_seconds: Opt(Some(0.05)), ..Default::default() };
         let bytes = rmp_serde::to_vec(&settings).unwrap();
         assert_eq!(&bytes[..6], [0x9b, 0xc2, 0xc2, 0x92, 0xc3, 0xcb]);
         assert_eq!(rmp_serde::from_slice::<EpisodeSettings>(&bytes).unwrap(), settings);

@@ -104,7 +104,8 @@ mod tests {
 
     #[test]
     fn control_is_read_from_the_measured_bytes() {
-        let bytes = b"\x97\xca\x3f\x00\x00\x00\xca\xbe\x80\x00\x00\xca\x00\x00\x00\x00\xc2\xc2\xc2\xff";
+        let bytes =
+            b"\x97\xca\x3f\x00\x00\x00\xca\xbe\x80\x00\x00\xca\x00\x00\x00\x00\xc2\xc2\xc2\xff";
         let control: VehicleControl = rmp_serde::from_slice(bytes).unwrap();
         assert_eq!((control.throttle, control.steer, control.gear), (0.5, -0.25, -1));
         assert_eq!(control.ours().steer, 0.25);

@@ -124,11 +124,7 @@ impl Order {
 ///
 /// # Errors
 /// What cannot be drawn, in words for whoever spawns it.
-pub(crate) fn camera(
-    actor: &Actor,
-    id: u32,
-    world_from_camera: &Pose,
-) -> Result<Camera, Refusal> {
+pub(crate) fn camera(actor: &Actor, id: u32, world_from_camera: &Pose) -> Result<Camera, Refusal> {
     let blueprint = &actor.description.type_id;
     let kind = image_kind(blueprint)
         .ok_or_else(|| Refusal(format!("{blueprint} cannot be drawn by this server")))?;

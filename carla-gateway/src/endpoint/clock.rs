@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use schemas::limits::{DT_SECS_MAX, DT_SECS_MIN, SUBSTEPS_MAX};
 use schemas::Command;
+use schemas::limits::{DT_SECS_MAX, DT_SECS_MIN, SUBSTEPS_MAX};
 use tokio::time::Instant;
 
 use super::Endpoint;

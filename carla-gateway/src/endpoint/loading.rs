@@ -5,8 +5,8 @@ use std::sync::Arc;
 use schemas::wire::decode_frame;
 use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
 
-use super::worlds::refused;
 use super::Endpoint;
+use super::worlds::refused;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::Refusal;

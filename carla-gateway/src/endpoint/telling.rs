@@ -39,8 +39,7 @@ impl Endpoint {
                 known.unwrap_or_else(|| catalogue::scenery(tag))
             };
             let carrier = carrier.unwrap_or(&nobody);
-            let payload =
-                crate::sensors::encode(datum, self.frame_number, carrier, actor_of);
+            let payload = crate::sensors::encode(datum, self.frame_number, carrier, actor_of);
             if let Some(payload) = payload {
                 self.hub.publish(stream, payload, waits).await;
             }

@@ -92,8 +92,7 @@ impl Endpoint {
     /// Learns about actors and opens the streams of those that measure. No ids: all of them.
     pub(crate) async fn learn(&mut self, actors: Vec<ActorId>) -> Result<(), Refusal> {
         let world = self.episode()?.world;
-        let Reply::Actors(described) =
-            self.ask(Request::DescribeActors { world, actors }).await?
+        let Reply::Actors(described) = self.ask(Request::DescribeActors { world, actors }).await?
         else {
             return Err(unexpected());
         };

@@ -95,7 +95,8 @@ fn head(bytes: &[u8]) -> Result<Option<Head>, Malformed> {
     let Some(first) = bytes.first() else { return Ok(None) };
     let plain = |payload: usize| Ok(Some(Head { bytes: 1, payload, parts: 0 }));
     let sized = |width: usize, extra: usize| {
-        let head = |length: u64| Head { bytes: 1 + width, payload: length as usize + extra, parts: 0 };
+        let head =
+            |length: u64| Head { bytes: 1 + width, payload: length as usize + extra, parts: 0 };
         Ok(length(bytes, width).map(head))
     };
     let holding = |width: usize, factor: u64| {
@@ -108,9 +109,7 @@ fn head(bytes: &[u8]) -> Result<Option<Head>, Malformed> {
             plain(0)
         }
         Marker::U8 | Marker::I8 => plain(1),
-        Marker::U16 | Marker::I16 | Marker::FixExt1 => {
-            plain(2)
-        }
+        Marker::U16 | Marker::I16 | Marker::FixExt1 => plain(2),
         Marker::FixExt2 => plain(3),
         Marker::U32 | Marker::I32 | Marker::F32 => plain(4),
         Marker::FixExt4 => plain(5),
@@ -147,9 +146,8 @@ mod tests {
     use super::*;
 
     /// `[0, 1, "version", [[false]]]`, as every client begins.
-    const VERSION: &[u8] = &[
-        0x94, 0x00, 0x01, 0xa7, 0x76, 0x65, 0x72, 0x73, 0x69, 0x6f, 0x6e, 0x91, 0x91, 0xc2,
-    ];
+    const VERSION: &[u8] =
+        &[0x94, 0x00, 0x01, 0xa7, 0x76, 0x65, 0x72, 0x73, 0x69, 0x6f, 0x6e, 0x91, 0x91, 0xc2];
 
     #[test]
     fn requests_come_out_whole_however_they_were_cut() {

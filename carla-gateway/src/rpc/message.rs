@@ -147,14 +147,16 @@ fn push_text(out: &mut Vec<u8>, text: &str) {
 mod tests {
     use super::*;
 
-    const VERSION: &[u8] = &[
-        0x94, 0x00, 0x01, 0xa7, 0x76, 0x65, 0x72, 0x73, 0x69, 0x6f, 0x6e, 0x91, 0x91, 0xc2,
-    ];
+    const VERSION: &[u8] =
+        &[0x94, 0x00, 0x01, 0xa7, 0x76, 0x65, 0x72, 0x73, 0x69, 0x6f, 0x6e, 0x91, 0x91, 0xc2];
 
     #[test]
     fn the_first_request_of_every_client_is_understood() {
         let request = Request::parse(VERSION).unwrap();
-        assert_eq!((request.id, request.method.as_str(), request.asynchronous), (1, "version", false));
+        assert_eq!(
+            (request.id, request.method.as_str(), request.asynchronous),
+            (1, "version", false)
+        );
         request.args::<(Meta,)>().unwrap();
     }
 
@@ -172,7 +174,12 @@ mod tests {
 
     #[test]
     fn what_is_no_request_is_not_taken_for_one() {
-        for bytes in [&b"\x93\x00\x01\xa1a"[..], b"\x94\x01\x01\xa1a\x91\x91\xc2", b"\x94\x00\x01\xa1a\x90", b"\xc0"] {
+        for bytes in [
+            &b"\x93\x00\x01\xa1a"[..],
+            b"\x94\x01\x01\xa1a\x91\x91\xc2",
+            b"\x94\x00\x01\xa1a\x90",
+            b"\xc0",
+        ] {
             assert!(Request::parse(bytes).is_none(), "{bytes:?}");
         }
     }

@@ -177,10 +177,7 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         return rays_in(&cast);
     }
     if let Some(put) = raw.body_as_put_map() {
-        return Ok(Request::PutMap {
-            name: put.name().to_owned(),
-            text: put.text().to_owned(),
-        });
+        return Ok(Request::PutMap { name: put.name().to_owned(), text: put.text().to_owned() });
     }
     match kind {
         Body::ListWorlds => Ok(Request::ListWorlds),

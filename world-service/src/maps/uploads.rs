@@ -67,8 +67,7 @@ impl<T> Uploads<T> {
     pub(super) fn with_digest(&self, digest: &str) -> Option<Arc<Entry<T>>> {
         let table = self.lock();
         let mut entries = table.iter().map(|((_, name), entry)| (name, entry));
-        let has_it =
-            |(name, entry): &(&String, &Arc<Entry<T>>)| matches!(entry.text(name), Ok(text) if text.digest == digest);
+        let has_it = |(name, entry): &(&String, &Arc<Entry<T>>)| matches!(entry.text(name), Ok(text) if text.digest == digest);
         entries.find(has_it).map(|(_, entry)| Arc::clone(entry))
     }
 
