@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Point3, Vector3};
+use roads::nav::NavMesh;
 use roads::{LaneTypes, Map, Waypoint};
 
 fn texts() -> Vec<(String, String)> {
@@ -79,6 +80,29 @@ fn queries(criterion: &mut Criterion) {
     }
 }
 
+/// A walker's questions: which way to go, and what it stands on.
+fn walks(criterion: &mut Criterion) {
+    for (name, text) in texts() {
+        let Ok(map) = Map::parse(&name, &text) else { continue };
+        let Ok(mesh) = NavMesh::new(&map) else { continue };
+        let mut group = criterion.benchmark_group(&name);
+        let places: Vec<Point3<f64>> =
+            (0..400).filter_map(|draw| mesh.random_point(draw)).collect();
+        let mut pairs = places.windows(2).cycle();
+        group.bench_function("path across town", |bencher| {
+            bencher.iter(|| {
+                let pair = pairs.next().expect("the pairs repeat");
+                black_box(mesh.path(pair[0], pair[1], true))
+            });
+        });
+        let mut asked = places.iter().cycle();
+        group.bench_function("nearest polygon", |bencher| {
+            bencher.iter(|| black_box(mesh.nearest(*asked.next().expect("the places repeat"))));
+        });
+        group.finish();
+    }
+}
+
 fn loads(criterion: &mut Criterion) {
     for (name, text) in texts() {
         let Ok(map) = Map::parse(&name, &text) else { continue };
@@ -92,6 +116,9 @@ fn loads(criterion: &mut Criterion) {
         });
         group.bench_function("picture", |bencher| {
             bencher.iter(|| black_box(roads::mesh::render(&map)));
+        });
+        group.bench_function("navigation mesh", |bencher| {
+            bencher.iter(|| black_box(NavMesh::new(&map).is_ok()));
         });
         group.finish();
     }
@@ -107,5 +134,5 @@ fn loads(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, queries, loads);
+criterion_group!(benches, queries, walks, loads);
 criterion_main!(benches);

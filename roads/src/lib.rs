@@ -2,7 +2,8 @@
 //!
 //! [`Map`] reads a map the way CARLA's client library does, so that server and client agree on
 //! every waypoint. [`town::build`] writes OpenDRIVE text for a generated town, which is read back
-//! through the same parser. [`mesh`] makes the triangles that wheels stand on and cameras see.
+//! through the same parser. [`mesh`] makes the triangles that wheels stand on and cameras see;
+//! [`nav`] makes the polygons that walkers find their way on.
 //!
 //! Frame everywhere: right-handed metres, x east, y north, z up; headings counter-clockwise in
 //! radians. CARLA's mirrored frame does not occur here.
@@ -32,6 +33,7 @@ mod links;
 mod map;
 pub mod mesh;
 mod model;
+pub mod nav;
 mod neighbours;
 mod scenery;
 mod signals;

@@ -24,3 +24,9 @@ pub const WALK_RESULTS_MAX: usize = 10_000;
 pub const SPAWN_POINTS_MAX: usize = 4_096;
 /// Sub-intervals used to integrate one spiral.
 pub const SPIRAL_PANELS_MAX: usize = 4_096;
+/// Flat pieces of ground a navigation mesh may be made of.
+pub const NAV_PIECES_MAX: usize = 200_000;
+/// Flat pieces of ground that may lie at one place, within some metres.
+pub const NAV_PIECES_AT_PLACE_MAX: usize = 1_000;
+/// Polygons one search for a walker's way may look at.
+pub const NAV_SEARCH_POLYGONS_MAX: usize = 200_000;

@@ -6,12 +6,13 @@ mod markings;
 mod pavement;
 mod plants;
 mod render;
-mod strip;
+pub(crate) mod strip;
 mod terrain;
 
 use nalgebra::Point3;
 
 pub use ground::{GroundMesh, ground};
+pub(crate) use pavement::{KERB_M, convex_hull};
 pub use render::{Surface, TILE_M, TownMesh, render};
 
 /// What a triangle is made of.

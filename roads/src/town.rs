@@ -19,7 +19,7 @@ mod movement;
 mod plan;
 mod priority;
 mod profile;
-mod random;
+pub(crate) mod random;
 mod roundabout;
 mod street;
 mod style;

@@ -11,7 +11,7 @@ use crate::lanes::{lateral, lateral_point};
 use crate::model::{Lane, Object, Road, Section};
 
 /// Height of sidewalks above the road, in metres.
-const KERB_M: f64 = 0.15;
+pub(crate) const KERB_M: f64 = 0.15;
 /// Width of the stones along a sidewalk's inner edge, in metres.
 const STONE_M: f64 = 0.2;
 /// Junction areas whose heights differ by less are one level floor, in metres.
@@ -163,7 +163,7 @@ fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
 }
 
 /// Corners of the convex hull seen from above, counter-clockwise (Andrew's monotone chain).
-fn convex_hull(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+pub(crate) fn convex_hull(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let turns_left = |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>| {
         (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 1e-9

@@ -17,7 +17,7 @@ const TURN_STEP_RAD: f64 = 0.16;
 const TURN_SAMPLES: u32 = 4;
 
 /// Road coordinates at which a section is cut, both ends included.
-pub(super) fn cuts(road: &Road, section: &Section) -> Vec<f64> {
+pub(crate) fn cuts(road: &Road, section: &Section) -> Vec<f64> {
     let widths = section.lanes.iter().flat_map(|lane| &lane.width.0);
     let records = road.elevation.0.iter().chain(&road.lane_offset.0).chain(widths);
     // Straight pieces change direction or grade at their borders, so these are always cut.
@@ -70,7 +70,7 @@ fn cut_piece(road: &Road, [from_s, to_s]: [f64; 2], step_m: f64, cuts: &mut Vec<
 
 /// The stretches between cuts. Each ends just before the next begins, for at a cut the road may
 /// jump: a record of the lane offset, for example, may move all lanes where a section ends.
-pub(super) fn pieces(cuts: &[f64]) -> impl Iterator<Item = [f64; 2]> {
+pub(crate) fn pieces(cuts: &[f64]) -> impl Iterator<Item = [f64; 2]> {
     const END_GAP_M: f64 = 1e-7;
     cuts.windows(2).filter_map(|pair| Some([*pair.first()?, pair.last()? - END_GAP_M]))
 }

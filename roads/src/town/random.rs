@@ -1,22 +1,22 @@
 //! Random numbers that are the same everywhere.
 
 /// SplitMix64 (Steele, Lea and Flood 2014): small, and good enough to vary houses.
-pub(super) struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// Uniform between the two.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         // 53 bits are what a double holds exactly.
         let share = (self.next() >> 11) as f64 / (1_u64 << 53) as f64;
         low + (high - low) * share
     }
 
     /// One of the values.
-    pub(super) fn one_of<T: Copy, const N: usize>(&mut self, values: [T; N]) -> T {
+    pub(crate) fn one_of<T: Copy, const N: usize>(&mut self, values: [T; N]) -> T {
         const { assert!(N > 0, "there must be something to choose from") };
         #[allow(clippy::cast_possible_truncation, reason = "the remainder is less than N")]
         let index = (self.next() % N as u64) as usize;

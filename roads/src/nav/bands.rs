@@ -1,0 +1,179 @@
+//! Cuts lanes into flat pieces of walkable ground.
+
+use nalgebra::Point3;
+
+use super::piece::{Class, Weld};
+use crate::Map;
+use crate::kinds::LaneType;
+use crate::lanes::{lateral, lateral_point};
+use crate::limits;
+use crate::mesh::KERB_M;
+use crate::mesh::strip::{cuts, pieces};
+use crate::model::{Road, Section};
+
+/// Radius of a walker: how far the middle of one keeps from both borders of a sidewalk, in metres.
+pub(super) const WALKER_RADIUS_M: f64 = 0.3;
+/// Most of a narrow sidewalk's width that either border may take, as a share.
+const BORDER_SHARE_MAX: f64 = 0.25;
+/// How far a patch over the joint between two roads reaches to both sides, in metres.
+const PATCH_M: f64 = 0.1;
+
+/// What lanes are to someone on foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Use {
+    Walk,
+    Drive,
+    Neither,
+}
+
+fn lane_use(lane_type: LaneType) -> Use {
+    match lane_type {
+        LaneType::Sidewalk => Use::Walk,
+        LaneType::Driving
+        | LaneType::Stop
+        | LaneType::Shoulder
+        | LaneType::Biking
+        | LaneType::Restricted
+        | LaneType::Parking
+        | LaneType::Bidirectional
+        | LaneType::RoadWorks
+        | LaneType::Tram
+        | LaneType::Entry
+        | LaneType::Exit
+        | LaneType::OffRamp
+        | LaneType::OnRamp => Use::Drive,
+        _ => Use::Neither,
+    }
+}
+
+/// Neighbouring lanes of one use, as one strip.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    lane_use: Use,
+    /// The lane at its left border, seen along s.
+    left: i32,
+    /// The lane at its right border.
+    right: i32,
+}
+
+impl Band {
+    /// Lateral places of the left and the right border.
+    fn borders(self, road: &Road, section: &Section, s: f64) -> [f64; 2] {
+        let left = lateral(road, section, self.left, s);
+        let right = lateral(road, section, self.right, s);
+        [
+            if self.left > 0 { left.outer } else { left.inner },
+            if self.right > 0 { right.inner } else { right.outer },
+        ]
+    }
+}
+
+/// The bands of a section from left to right.
+fn bands(section: &Section) -> Vec<Band> {
+    let mut bands: Vec<Band> = Vec::new();
+    for lane in section.lanes.iter().rev().filter(|lane| lane.id != 0) {
+        let lane_use = lane_use(lane.lane_type);
+        match bands.last_mut() {
+            Some(last) if last.lane_use == lane_use => last.right = lane.id,
+            _ => bands.push(Band { lane_use, left: lane.id, right: lane.id }),
+        }
+    }
+    bands
+}
+
+/// Adds the ground of every road that has a sidewalk, and of those that join two such roads.
+///
+/// Stops at [`limits::NAV_PIECES_MAX`], which the caller asks about.
+pub(super) fn cut(map: &Map, weld: &mut Weld) {
+    let roads = &map.model.roads;
+    let has_sidewalk = |road: &Road| {
+        let lanes = road.sections.iter().flat_map(|section| &section.lanes);
+        lanes.into_iter().any(|lane| lane.lane_type == LaneType::Sidewalk)
+    };
+    let along_sidewalk: Vec<bool> = roads.iter().map(has_sidewalk).collect();
+    let walkable = |id: u32| {
+        map.model.road_index(id).and_then(|index| along_sidewalk.get(index)).copied() == Some(true)
+    };
+    for (index, road) in (0..).zip(roads) {
+        let joins =
+            road.junction.is_some() && (walkable(road.predecessor) || walkable(road.successor));
+        if walkable(road.id) || joins {
+            for section in &road.sections {
+                cut_section(index, road, section, weld);
+            }
+            patch_ends(index, road, weld);
+        }
+        if weld.len() > limits::NAV_PIECES_MAX {
+            return;
+        }
+    }
+}
+
+fn cut_section(index: u32, road: &Road, section: &Section, weld: &mut Weld) {
+    let bands = bands(section);
+    let cuts = cuts(road, section);
+    let use_of = |position: Option<usize>| {
+        position.and_then(|position| bands.get(position)).map(|band| band.lane_use)
+    };
+    for (position, band) in bands.iter().enumerate() {
+        let beside = [use_of(position.checked_sub(1)), use_of(Some(position + 1))];
+        for [from_s, to_s] in pieces(&cuts) {
+            let ends = [from_s, to_s].map(|s| (s, band.borders(road, section, s)));
+            let mut strip = |class, across: &dyn Fn([f64; 2]) -> [f64; 2], heights_m: [f64; 2]| {
+                let corners = ends.map(|(s, borders)| {
+                    let [left, right] = across(borders);
+                    [(s, left, heights_m[0]), (s, right, heights_m[1])]
+                });
+                let [[left0, right0], [left1, right1]] = corners;
+                let ring = [right0, right1, left1, left0];
+                weld.add(class, index, &ring.map(|(s, t, z)| lateral_point(road, s, t, z)));
+            };
+            match band.lane_use {
+                Use::Neither => {}
+                Use::Drive => strip(Class::Road, &|borders| borders, [0.0; 2]),
+                Use::Walk => {
+                    strip(Class::Sidewalk, &narrowed, [KERB_M; 2]);
+                    if beside[0] == Some(Use::Drive) {
+                        strip(Class::Kerb, &|b| [b[0], narrowed(b)[0]], [0.0, KERB_M]);
+                    }
+                    if beside[1] == Some(Use::Drive) {
+                        strip(Class::Kerb, &|b| [narrowed(b)[1], b[1]], [KERB_M, 0.0]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Where the middle of a walker may be between the borders of a sidewalk.
+fn narrowed([left, right]: [f64; 2]) -> [f64; 2] {
+    let margin_m = WALKER_RADIUS_M.min((left - right) * BORDER_SHARE_MAX);
+    [left - margin_m, right + margin_m]
+}
+
+/// Covers the joints at a road's ends: roads of different widths share no corners there, and
+/// rounding would leave slits between them.
+fn patch_ends(index: u32, road: &Road, weld: &mut Weld) {
+    let ends = [(road.sections.first(), 0.0), (road.sections.last(), road.length_m)];
+    for (section, s) in ends {
+        let Some(section) = section else { continue };
+        let (sin, cos) = road.reference(s).heading_rad.sin_cos();
+        for band in bands(section).into_iter().filter(|band| band.lane_use == Use::Drive) {
+            let [left, right] = band.borders(road, section, s);
+            let (left, right) = (left - PATCH_M / 2.0, right + PATCH_M / 2.0);
+            let corner = |t: f64, along_m: f64| {
+                let at = lateral_point(road, s, t, 0.0);
+                Point3::new(at.x + along_m * cos, at.y + along_m * sin, at.z)
+            };
+            if left > right {
+                let ring = [
+                    corner(right, -PATCH_M),
+                    corner(right, PATCH_M),
+                    corner(left, PATCH_M),
+                    corner(left, -PATCH_M),
+                ];
+                weld.add(Class::Road, index, &ring);
+            }
+        }
+    }
+}
