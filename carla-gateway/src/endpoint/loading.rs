@@ -45,7 +45,6 @@ impl Endpoint {
             map: map.name().to_owned(),
             seed: self.config.seed,
             dt_secs: DT_SECS,
-            traffic: true,
             commands: Vec::new(),
             lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
             traffic: true,
