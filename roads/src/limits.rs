@@ -28,6 +28,8 @@ pub const SPIRAL_PANELS_MAX: usize = 4_096;
 pub const NAV_PIECES_MAX: usize = 200_000;
 /// Flat pieces of ground that may lie at one place, within some metres.
 pub const NAV_PIECES_AT_PLACE_MAX: usize = 1_000;
+/// Squares of eight metres under the boxes of all pieces of a navigation mesh.
+pub const NAV_SQUARES_MAX: f64 = 4e6;
 /// Polygons one search for a walker's way may look at.
 pub const NAV_SEARCH_POLYGONS_MAX: usize = 200_000;
 /// Longest map, in metres of road, that gets generated surroundings.

@@ -62,7 +62,7 @@ pub struct Polygon {
 }
 
 /// Why a map has no navigation mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NavError {
     /// The map's lanes bend or change more often than is allowed for.
@@ -80,6 +80,14 @@ pub enum NavError {
         found: usize,
         /// [`limits::NAV_PIECES_AT_PLACE_MAX`].
         limit: usize,
+    },
+    /// The map's lanes are wider or longer than any place on earth.
+    #[error("wanted walkable ground over at most {limit} squares of land, found {found:.0}")]
+    TooWide {
+        /// Squares under the boxes of all pieces.
+        found: f64,
+        /// [`limits::NAV_SQUARES_MAX`].
+        limit: f64,
     },
 }
 
@@ -112,6 +120,10 @@ impl NavMesh {
             return Err(NavError::TooManyPieces { found, limit: limits::NAV_PIECES_MAX });
         }
         let pieces = weld.into_pieces();
+        let (found, limit) = (Cover::squares(&pieces), limits::NAV_SQUARES_MAX);
+        if found > limit {
+            return Err(NavError::TooWide { found, limit });
+        }
         let cover = Cover::new(&pieces);
         let (found, limit) = (cover.fullest(), limits::NAV_PIECES_AT_PLACE_MAX);
         if found > limit {

@@ -43,7 +43,7 @@ fn ctrl_c_ends_every_process_within_three_seconds() {
     let mut site = Site::start(&[]);
     site.session().reset(trolley());
     let children = site.process().children();
-    assert_eq!(children.len(), 3, "{children:?}");
+    assert_eq!(children.len(), 4, "{children:?}");
     site.process().signal(Signal::INT);
     let status = site.process().wait(END_WITHIN);
     assert_eq!(status.code(), Some(0), "{}", site.process().log());
@@ -83,7 +83,7 @@ fn a_second_ctrl_c_does_not_wait_for_a_service_that_hangs() {
 fn services_end_when_the_supervisor_is_killed() {
     let mut site = Site::start(&[]);
     let children = site.process().children();
-    assert_eq!(children.len(), 3, "{children:?}");
+    assert_eq!(children.len(), 4, "{children:?}");
     site.process().signal(Signal::KILL);
     eventually("end of all services", END_WITHIN, || {
         let left: Vec<_> = children.iter().filter(|(pid, _)| is_running(*pid)).collect();

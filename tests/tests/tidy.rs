@@ -96,7 +96,7 @@ fn an_open_end_names_its_issue() {
     }
 }
 
-/// Comments alone: the formatter breaks code, but neither prose nor a literal, a table or an example.
+/// Comments alone: the formatter breaks code, but no prose, and no literal needs breaking.
 #[test]
 fn comments_fit_two_files_side_by_side() {
     let columns_max = 100;

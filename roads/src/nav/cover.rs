@@ -46,6 +46,16 @@ impl<'p> Cover<'p> {
         Self { pieces, cells }
     }
 
+    /// Squares under the boxes of all pieces, before any of them is sorted.
+    pub(super) fn squares(pieces: &[Piece]) -> f64 {
+        let side = |low: f64, high: f64| (high - low) / CELL_M + 1.0;
+        let under = |piece: &Piece| {
+            let (low, high) = box_of(piece);
+            side(low[0], high[0]) * side(low[1], high[1])
+        };
+        pieces.iter().map(under).sum()
+    }
+
     /// Most pieces in one square.
     pub(super) fn fullest(&self) -> usize {
         self.groups().map(<[usize]>::len).max().unwrap_or(0)
@@ -99,6 +109,13 @@ fn cell(place: [f64; 2]) -> [i64; 2] {
 
 /// The squares a piece reaches into.
 fn cells_of(piece: &Piece) -> Vec<[i64; 2]> {
+    let (low, high) = box_of(piece);
+    let (low, high) = (cell(low), cell(high));
+    (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| [x, y])).collect()
+}
+
+/// The corners of a piece's box, and a little more.
+fn box_of(piece: &Piece) -> ([f64; 2], [f64; 2]) {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for corner in &piece.corners {
@@ -107,6 +124,5 @@ fn cells_of(piece: &Piece) -> Vec<[i64; 2]> {
             high[axis] = high[axis].max(corner[axis] + BESIDE_PIECE_M);
         }
     }
-    let (low, high) = (cell(low), cell(high));
-    (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| [x, y])).collect()
+    (low, high)
 }

@@ -100,9 +100,11 @@ pub fn rolling(id: &str, along_mps: f32) -> (World, ActorId) {
     (world, car)
 }
 
-/// A vehicle on the pad, at rest.
+/// A vehicle on the pad, at rest: what is spawned without a speed falls onto its wheels first.
 pub fn standing(id: &str) -> (World, ActorId) {
-    rolling(id, 0.0)
+    let (mut world, car) = rolling(id, 0.0);
+    run(&mut world, 40);
+    (world, car)
 }
 
 pub fn measure(known: &Known) -> [Row; 3] {
