@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use roads::nav::{NavMesh, detour};
 use tokio::sync::OnceCell;
 
 /// A file that clients fetch.
@@ -39,6 +40,11 @@ impl Navigation {
     }
 }
 
-fn make(_map: &roads::Map) -> Option<NavFile> {
-    None
+fn make(map: &roads::Map) -> Option<NavFile> {
+    let unusable = |why: &dyn std::fmt::Display| {
+        tracing::warn!(map = map.name(), %why, "walkers cannot find their way on this map");
+    };
+    let mesh = NavMesh::new(map).map_err(|error| unusable(&error)).ok()?;
+    let bytes = detour::file(&mesh).map_err(|error| unusable(&error)).ok()?;
+    (!bytes.is_empty()).then(|| NavFile { path: detour::file_name(map.name(), &bytes), bytes })
 }

@@ -75,6 +75,10 @@ impl Site for Toy {
     fn map_text(&self, _digest: String) -> Later<'_, Vec<u8>> {
         Box::pin(std::future::ready(Ok(self.xodr.clone().into_bytes())))
     }
+
+    fn can_draw(&self) -> bool {
+        false
+    }
 }
 
 fn endpoint() -> Endpoint {
