@@ -100,7 +100,7 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
         detail: format!("{}:{}", config.host, ports.join(",")),
     };
     let _announcement = bus.announce(alive).await?;
-    let site: Arc<dyn Site> = Arc::new(BusSite::new(bus, config.tenant.clone()));
+    let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()).await?);
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     for Sockets { port, calls, streams } in sockets {
         let endpoint =

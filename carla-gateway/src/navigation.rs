@@ -41,12 +41,10 @@ impl Navigation {
 }
 
 fn make(map: &roads::Map) -> Option<NavFile> {
-    let mesh = NavMesh::new(map).map_err(|error| warn(map, &error)).ok()?;
-    let bytes = detour::file(&mesh).map_err(|error| warn(map, &error)).ok()?;
-    // No file at all where nobody can walk: clients would not survive an empty one.
+    let unusable = |why: &dyn std::fmt::Display| {
+        tracing::warn!(map = map.name(), %why, "walkers cannot find their way on this map");
+    };
+    let mesh = NavMesh::new(map).map_err(|error| unusable(&error)).ok()?;
+    let bytes = detour::file(&mesh).map_err(|error| unusable(&error)).ok()?;
     (!bytes.is_empty()).then(|| NavFile { path: detour::file_name(map.name(), &bytes), bytes })
-}
-
-fn warn(map: &roads::Map, error: &dyn std::fmt::Display) {
-    tracing::warn!(map = map.name(), %error, "walkers of clients have no way to go here");
 }

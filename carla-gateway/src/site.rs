@@ -2,10 +2,12 @@
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use bus::Bus;
-use schemas::{Error, ErrorCode, Reply, Request, Tenant, keys};
+use bus::{Bus, BusError, Presence};
+use schemas::{Error, ErrorCode, Reply, Request, ServiceKind, Tenant, keys};
 
 /// How long creation waits for a world service that is still starting.
 const START_WAIT: Duration = Duration::from_secs(10);
@@ -25,18 +27,35 @@ pub(crate) trait Site: Send + Sync + 'static {
     fn ask(&self, request: Request) -> Later<'_, Reply>;
     /// The OpenDRIVE text with this digest.
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>>;
+    /// Whether a renderer is up.
+    fn can_draw(&self) -> bool;
 }
 
 /// Worlds of one tenant on the bus.
 pub(crate) struct BusSite {
     bus: Bus,
     tenant: Tenant,
+    renderers: Arc<AtomicUsize>,
 }
 
 impl BusSite {
     /// On a bus that is connected.
-    pub(crate) fn new(bus: Bus, tenant: Tenant) -> Self {
-        Self { bus, tenant }
+    ///
+    /// # Errors
+    /// When the bus does not tell who is up.
+    pub(crate) async fn start(bus: Bus, tenant: Tenant) -> Result<Self, BusError> {
+        let renderers = Arc::new(AtomicUsize::new(0));
+        let mut watch = bus.watch(Some(ServiceKind::Render)).await?;
+        let count = Arc::clone(&renderers);
+        tokio::spawn(async move {
+            loop {
+                match watch.next().await {
+                    Presence::Up(_) => count.fetch_add(1, Ordering::Relaxed),
+                    Presence::Down(..) => count.fetch_sub(1, Ordering::Relaxed),
+                };
+            }
+        });
+        Ok(Self { bus, tenant, renderers })
     }
 
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
@@ -82,5 +101,9 @@ impl Site for BusSite {
 
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>> {
         Box::pin(async move { self.bus.asset(&digest, ASK_DEADLINE).await })
+    }
+
+    fn can_draw(&self) -> bool {
+        self.renderers.load(Ordering::Relaxed) > 0
     }
 }

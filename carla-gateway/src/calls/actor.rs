@@ -101,6 +101,9 @@ async fn spawn(
     attachment: Option<Attachment>,
 ) -> Result<Actor, Refusal> {
     let command = spawn_command(description, transform, attachment)?;
+    if description.type_id.starts_with("sensor.camera.") {
+        endpoint.need_renderer().await?;
+    }
     let reply = endpoint.run_now(vec![command]).await?.pop();
     let unknown = || Refusal("Unknown error while trying to spawn actor".to_owned());
     let id = match reply {

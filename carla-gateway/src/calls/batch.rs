@@ -96,6 +96,9 @@ async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepa
             let parent = spawn.parent.0.map(orders::actor).transpose()?;
             let attachment =
                 parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid });
+            if spawn.description.type_id.starts_with("sensor.camera.") {
+                endpoint.need_renderer().await?;
+            }
             let order = actor::spawn_command(&spawn.description, &spawn.transform, attachment)?;
             Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Spawn(spawn.do_after)) })
         }

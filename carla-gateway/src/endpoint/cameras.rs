@@ -1,9 +1,11 @@
 //! Pictures of cameras that somebody listens to.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
 use schemas::{ActorId, Camera, Pose, Reply, Request, Tick};
+use tokio::time::Instant;
 
 use super::Endpoint;
 use crate::dialect::Actor;
@@ -12,6 +14,10 @@ use crate::rpc::Refusal;
 use crate::site::Site;
 use crate::stream::Hub;
 
+/// How long the spawn of a camera waits for a renderer.
+const RENDERER_WAIT: Duration = Duration::from_secs(3);
+/// Between two looks whether one is up.
+const RENDERER_POLL: Duration = Duration::from_millis(50);
 /// JPEG is never asked for, but the field needs a value in range.
 const JPEG_QUALITY: u8 = 90;
 
@@ -36,6 +42,21 @@ struct Order {
 }
 
 impl Endpoint {
+    /// Waits a moment for a renderer that is still starting.
+    ///
+    /// # Errors
+    /// None came.
+    pub(crate) async fn need_renderer(&self) -> Result<(), Refusal> {
+        let until = Instant::now() + RENDERER_WAIT;
+        while !self.site.can_draw() {
+            if Instant::now() >= until {
+                return Err(Refusal("no renderer is up: cameras cannot be drawn".to_owned()));
+            }
+            tokio::time::sleep(RENDERER_POLL).await;
+        }
+        Ok(())
+    }
+
     /// In synchronous mode, waits until the pictures of the last frame were taken.
     pub(super) async fn await_pictures(&mut self) {
         if self.settings.synchronous_mode
@@ -51,6 +72,11 @@ impl Endpoint {
     pub(super) fn take_pictures(&mut self, due: Vec<ActorId>) {
         let busy = self.pictures.as_ref().is_some_and(|pictures| !pictures.is_finished());
         if due.is_empty() || busy {
+            return;
+        }
+        if !self.site.can_draw() {
+            // The world would wait for a renderer, and clients with it.
+            tracing::debug!(port = self.port, "no renderer is up: cameras stay without pictures");
             return;
         }
         let Some(episode) = &self.episode else { return };

@@ -1,0 +1,125 @@
+"""Sensors, traffic lights and walkers through CARLA's own client."""
+
+import queue
+
+import carla
+import pytest
+from carla_site import fresh, spawn_car, synchronous, ticks
+
+WAIT_SECS = 10.0
+
+
+@pytest.fixture
+def client(site):
+    return fresh(site.carla_port)
+
+
+@pytest.fixture
+def world(client):
+    with synchronous(client.get_world()) as world:
+        yield world
+
+
+def attach(world: carla.World, car: carla.Actor, blueprint_id: str, **attributes: str):
+    """A sensor on the roof and the queue of what it measures."""
+    blueprint = world.get_blueprint_library().find(blueprint_id)
+    for name, value in attributes.items():
+        blueprint.set_attribute(name, value)
+    place = carla.Transform(carla.Location(z=2.0))
+    sensor = world.spawn_actor(blueprint, place, attach_to=car)
+    measured = queue.Queue()
+    sensor.listen(measured.put)
+    return sensor, measured
+
+
+@pytest.mark.parametrize(
+    "blueprint_id",
+    [
+        "sensor.lidar.ray_cast",
+        "sensor.lidar.ray_cast_semantic",
+        "sensor.other.radar",
+        "sensor.other.imu",
+        "sensor.other.gnss",
+    ],
+)
+def test_a_sensor_measures_once_in_every_tick_from_the_first(world, blueprint_id):
+    car = spawn_car(world)
+    world.tick()
+    sensor, measured = attach(world, car, blueprint_id)
+    frames = [world.tick() for _ in range(10)]
+    assert [measured.get(timeout=WAIT_SECS).frame for _ in frames] == frames
+    assert measured.empty()
+    sensor.stop()
+
+
+def test_gnss_tells_what_the_map_says_of_the_place(world):
+    car = spawn_car(world)
+    world.tick()
+    sensor, measured = attach(world, car, "sensor.other.gnss")
+    world.tick()
+    found = measured.get(timeout=WAIT_SECS)
+    wanted = world.get_map().transform_to_geolocation(found.transform.location)
+    assert found.latitude == pytest.approx(wanted.latitude, abs=1e-6)
+    assert found.longitude == pytest.approx(wanted.longitude, abs=1e-6)
+    sensor.stop()
+
+
+def test_an_imu_at_rest_feels_gravity_upwards(world):
+    car = spawn_car(world)
+    ticks(world, 40)
+    sensor, measured = attach(world, car, "sensor.other.imu")
+    world.tick()
+    assert measured.get(timeout=WAIT_SECS).accelerometer.z == pytest.approx(9.81, abs=0.2)
+    sensor.stop()
+
+
+def test_traffic_lights_belong_to_signals_and_obey(world):
+    world.tick()
+    lights = world.get_actors().filter("traffic.traffic_light")
+    assert len(lights) > 0
+    light = lights[0]
+    assert light.id in [other.id for other in light.get_group_traffic_lights()]
+    assert light.get_affected_lane_waypoints()
+    for wanted in (carla.TrafficLightState.Red, carla.TrafficLightState.Green):
+        light.freeze(True)
+        light.set_state(wanted)
+        world.tick()
+        assert light.state == wanted
+    light.freeze(False)
+
+
+def test_walkers_find_their_way_on_the_navigation_mesh(client, world, tmp_path):
+    client.set_files_base_folder(str(tmp_path))
+    world.tick()
+    world.set_pedestrians_seed(1)
+    library = world.get_blueprint_library()
+    places = [world.get_random_location_from_navigation() for _ in range(6)]
+    assert all(places)
+    body = library.find("walker.pedestrian.0001")
+    above = carla.Location(z=1.0)
+    spawned = [world.try_spawn_actor(body, carla.Transform(place + above)) for place in places]
+    walkers = [walker for walker in spawned if walker]
+    world.tick()
+    brain = library.find("controller.ai.walker")
+    brains = [world.spawn_actor(brain, carla.Transform(), walker) for walker in walkers]
+    world.tick()
+    for controller in brains:
+        controller.start()
+        controller.go_to_location(world.get_random_location_from_navigation())
+        controller.set_max_speed(1.4)
+    starts = [walker.get_location() for walker in walkers]
+    ticks(world, 200)
+    walked = [
+        walker.get_location().distance(start)
+        for walker, start in zip(walkers, starts, strict=True)
+    ]
+    assert len(walkers) >= 4
+    assert sum(metres > 5.0 for metres in walked) >= len(walkers) - 1, walked
+    for controller in brains:
+        controller.stop()
+
+
+def test_a_sensor_that_cannot_be_is_refused_at_its_spawn(world):
+    car = spawn_car(world)
+    with pytest.raises(RuntimeError, match=r"sensor\.camera\.dvs"):
+        attach(world, car, "sensor.camera.dvs")
