@@ -69,7 +69,7 @@ fn our_towns_pass_the_check_and_a_map_that_ends_the_client_fails_it_with_road_an
     let folder = Folder::new("check");
     let path = folder.path("Torn.xodr");
     let text = roads::town::build("Town02").unwrap();
-    let torn = text.replace("<predecessor id=\"-1\"/>", "<predecessor id=\"-9\"/>");
+    let torn = text.replace("<successor id=\"-1\"/>", "<successor id=\"-9\"/>");
     assert_ne!(torn, text);
     std::fs::write(&path, torn).unwrap();
     let torn = map(&["check", &path]);

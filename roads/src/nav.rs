@@ -1,13 +1,13 @@
 //! Where people walk: a mesh of convex polygons over sidewalks, crossings and the roads beside.
 //!
-//! [`NavMesh::new`] makes it from any map; [`detour`] writes it as the file that CARLA's client
+//! [`NavMesh::new`] makes it from any map; `detour` writes it as the file that CARLA's client
 //! library loads. Both serve the same polygons, so that walkers steered by a client and walkers of
 //! our own go the same ways.
 //!
-//! Lanes are cut into flat pieces ([`bands`]), crossings are drawn out to the sidewalks
-//! ([`crossing`]). Per storey ([`storeys`]) the borders of what is joined are triangulated
-//! ([`partition`], [`outline`]) and triangles joined to polygons ([`convex`]); heights come from
-//! the pieces ([`cover`]).
+//! Lanes are cut into flat pieces (`bands`), crossings are drawn out to the sidewalks
+//! (`crossing`). Per storey (`storeys`) the borders of what is joined are triangulated
+//! (`partition`, `outline`) and triangles joined to polygons (`convex`); heights come from
+//! the pieces (`cover`).
 
 mod bands;
 mod convex;

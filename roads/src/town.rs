@@ -1,10 +1,10 @@
 //! Towns of our own, written as OpenDRIVE text.
 //!
-//! A town is a plan of junctions and streets ([`plan`]), one file per town. Streets become roads
-//! ([`street`]), junctions become connecting roads ([`junction`], [`movement`]) with lights and
-//! signs ([`priority`]), the land between is filled ([`block`], [`lots`], [`furniture`],
-//! [`crossing`]), and all of it is written down ([`write`]). [`roundabout`] and [`motorway`] add
-//! larger parts to a plan; [`style`] draws new plans from a seed.
+//! A town is a plan of junctions and streets (`plan`), one file per town. Streets become roads
+//! (`street`), junctions become connecting roads (`junction`, `movement`) with lights and
+//! signs (`priority`), the land between is filled (`block`, `lots`, `furniture`,
+//! `crossing`), and all of it is written down (`write`). `roundabout` and `motorway` add
+//! larger parts to a plan; `style` draws new plans from a seed.
 
 mod block;
 mod clearance;

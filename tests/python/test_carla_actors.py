@@ -2,6 +2,7 @@
 
 import carla
 import pytest
+
 from carla_site import fresh, spawn_car, synchronous, ticks
 
 

@@ -4,6 +4,7 @@ import queue
 
 import carla
 import pytest
+
 from carla_site import fresh, spawn_car, synchronous, ticks
 
 WAIT_SECS = 10.0
@@ -110,8 +111,7 @@ def test_walkers_find_their_way_on_the_navigation_mesh(client, world, tmp_path):
     starts = [walker.get_location() for walker in walkers]
     ticks(world, 200)
     walked = [
-        walker.get_location().distance(start)
-        for walker, start in zip(walkers, starts, strict=True)
+        walker.get_location().distance(start) for walker, start in zip(walkers, starts, strict=True)
     ]
     assert len(walkers) >= 4
     assert sum(metres > 5.0 for metres in walked) >= len(walkers) - 1, walked

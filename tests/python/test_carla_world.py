@@ -2,6 +2,7 @@
 
 import carla
 import pytest
+
 from carla_site import connect, fresh, spawn_car, synchronous, ticks
 
 

@@ -134,4 +134,4 @@ def test_the_subscription_of_a_readme_runs(site, readme):
     with driving(site.base_url):
         result = run("-c", code.replace(endless, endless + "\n        break"))
     assert result.returncode == 0, result.stderr
-    assert re.fullmatch(r"\d+ \[.+\]\n", result.stdout), result.stdout
+    assert re.fullmatch(r"\d+ \[.*\]\n", result.stdout), result.stdout

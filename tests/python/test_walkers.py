@@ -176,7 +176,7 @@ def test_walkers_of_the_client_keep_to_sidewalks_and_crossings_and_get_on(name, 
 
 
 def test_walkers_that_may_cross_roads_do(walk):
-    seen = walk("Town02", walkers=12, ticks=1200, crossing=1.0)
+    seen = walk("Town01", walkers=12, ticks=1200, crossing=1.0)
     assert_walked(seen, 12)
     assert off_road_share(seen) < 0.995
 

@@ -1,7 +1,7 @@
 """A frame written by Rust means the same in Python.
 
-`golden/frame.bin` is written by a Rust test of `schemas`, which holds the same bytes against the same
-values.
+`golden/frame.bin` is written by a Rust test of `schemas`, which holds the same bytes against the
+same values.
 """
 
 import random
