@@ -1,16 +1,22 @@
 //! Beginning an episode: a new world on a map.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::wire::decode_frame;
 use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
+use tokio::time::Instant;
 
 use super::Endpoint;
 use super::worlds::refused;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::Refusal;
+use crate::stream::WORLD_OBSERVER;
 
+/// How long the world stands still after a load: a client that still follows the old episode would
+/// not survive a snapshot of the new one while it changes over.
+const QUIET_AFTER_LOAD: Duration = Duration::from_millis(250);
 /// Length of a tick until a client chooses one.
 const DT_SECS: f64 = 0.05;
 /// How long worlds outlive the gateway.
@@ -90,7 +96,10 @@ impl Endpoint {
         self.learn(Vec::new()).await?;
         self.queue_substeps();
         self.frame_number += 1;
-        self.show_frame(DT_SECS).await
+        let payload = self.snapshot(DT_SECS)?;
+        self.hub.keep(WORLD_OBSERVER, payload);
+        self.last_tick = Instant::now() + QUIET_AFTER_LOAD;
+        Ok(())
     }
 
     async fn end_episode(&mut self) {

@@ -12,6 +12,16 @@ use crate::stream::WORLD_OBSERVER;
 impl Endpoint {
     /// Sends the newest frame to all clients.
     pub(super) async fn show_frame(&mut self, delta_secs: f64) -> Result<(), Refusal> {
+        let payload = self.snapshot(delta_secs)?;
+        self.hub.publish(WORLD_OBSERVER, payload, self.settings.synchronous_mode).await;
+        Ok(())
+    }
+
+    /// The newest frame as clients read it.
+    ///
+    /// # Errors
+    /// There is no episode.
+    pub(super) fn snapshot(&mut self, delta_secs: f64) -> Result<Vec<u8>, Refusal> {
         let moment = Moment {
             frame_number: self.frame_number,
             episode_id: self.episodes_begun,
@@ -20,9 +30,7 @@ impl Endpoint {
             flags: if std::mem::take(&mut self.map_is_new) { MAP_CHANGED } else { 0 },
         };
         let episode = self.episode()?;
-        let payload = snapshot::encode(&episode.frame, &moment, |id| episode.signal(id));
-        self.hub.publish(WORLD_OBSERVER, payload, self.settings.synchronous_mode).await;
-        Ok(())
+        Ok(snapshot::encode(&episode.frame, &moment, |id| episode.signal(id)))
     }
 
     /// Sends measurements to those who listen to their sensors.

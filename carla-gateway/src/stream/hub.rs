@@ -110,6 +110,13 @@ impl Hub {
         }
     }
 
+    /// Keeps a message for who comes next, and sends it to nobody.
+    pub(crate) fn keep(&self, stream: u32, message: Vec<u8>) {
+        if let Some(stream) = self.lock().open.get_mut(&stream) {
+            stream.last = Some(message.into());
+        }
+    }
+
     /// Sends to all listeners: at once and with losses, or waiting for each.
     pub(crate) async fn publish(&self, stream: u32, message: Vec<u8>, waits: bool) {
         let message: Message = message.into();
