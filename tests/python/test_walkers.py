@@ -175,12 +175,6 @@ def test_walkers_of_the_client_keep_to_sidewalks_and_crossings_and_get_on(name, 
     assert off_road_share(seen) > 0.995
 
 
-def test_walkers_that_may_cross_roads_do(walk):
-    seen = walk("Town01", walkers=12, ticks=1200, crossing=1.0)
-    assert_walked(seen, 12)
-    assert off_road_share(seen) < 0.995
-
-
 def test_walkers_pass_from_tile_to_tile(walk):
     seen = walk("Town10HD", walkers=12, ticks=1200, tiles=4)
     assert_walked(seen, 12)
