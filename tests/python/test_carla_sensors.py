@@ -123,3 +123,29 @@ def test_a_sensor_that_cannot_be_is_refused_at_its_spawn(world):
     car = spawn_car(world)
     with pytest.raises(RuntimeError, match=r"sensor\.camera\.dvs"):
         attach(world, car, "sensor.camera.dvs")
+
+
+def test_cameras_that_measure_tell_depth_tags_ids_and_normals_of_the_same_tick(world):
+    car = spawn_car(world)
+    ticks(world, 20)
+    size = {"image_size_x": "64", "image_size_y": "48"}
+    kinds = ("depth", "semantic_segmentation", "instance_segmentation", "normals")
+    cameras = {kind: attach(world, car, f"sensor.camera.{kind}", **size) for kind in kinds}
+    frame = world.tick()
+    images = {kind: queued.get(timeout=WAIT_SECS) for kind, (_, queued) in cameras.items()}
+    assert {image.frame for image in images.values()} == {frame}
+
+    def below_the_middle(kind: str) -> tuple[int, int, int]:
+        """Blue, green and red of the road some metres ahead."""
+        start = 4 * (64 * 44 + 32)
+        return tuple(bytes(images[kind].raw_data)[start : start + 3])
+
+    blue, green, red = below_the_middle("depth")
+    depth_m = 1000.0 * (red + 256 * green + 65536 * blue) / 16_777_215
+    assert 1.0 < depth_m < 10.0
+    roads = {1, 14, 24}  # The road, its lines, or the car's own bonnet.
+    assert below_the_middle("semantic_segmentation")[2] in roads
+    assert below_the_middle("instance_segmentation")[2] in roads
+    assert max(below_the_middle("normals")) > 200
+    for sensor, _ in cameras.values():
+        sensor.stop()
