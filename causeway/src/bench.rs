@@ -1,5 +1,6 @@
-//! `causeway bench`: what a user waits for, measured on this machine.
+//! `causeway bench`: what a user waits for, and what a user relies on.
 
+mod dynamics;
 mod start;
 
 use crate::failure::Failure;
@@ -9,6 +10,8 @@ use crate::failure::Failure;
 pub(crate) enum Command {
     /// From `causeway up` to the first answered reset, and what that time is made of.
     Start(start::Args),
+    /// What vehicles do on a test track, with plots, beside what is published of real ones.
+    Dynamics(dynamics::Args),
 }
 
 /// # Errors
@@ -16,5 +19,6 @@ pub(crate) enum Command {
 pub(crate) fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Start(args) => start::run(args).map_err(|error| Failure::of(&error)),
+        Command::Dynamics(args) => dynamics::run(args).map_err(|error| Failure::of(&error)),
     }
 }

@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
-use crate::{bench, lifeline, logging, map, router, up};
+use crate::{bench, lifeline, logging, map, record, router, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -35,9 +35,12 @@ enum Command {
     Gateway(carla_gateway::Args),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
-    /// Measure what a user waits for.
+    /// Measure what a user waits for and relies on.
     #[command(subcommand)]
     Bench(bench::Command),
+    /// Keep and replay journals of worlds.
+    #[command(after_help = EXIT_CODES)]
+    Record(record::Args),
     /// List, check, draw, export and build maps.
     #[command(after_help = EXIT_CODES)]
     Map(map::Args),
@@ -65,6 +68,7 @@ impl Cli {
             }
             Command::Router(args) => router::run(args),
             Command::Bench(command) => bench::run(&command),
+            Command::Record(args) => record::run(args).map_err(|error| Failure::of(&error)),
             Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
         }
     }
@@ -81,6 +85,7 @@ impl Command {
             Self::Gateway(_) => "gateway",
             Self::Router(_) => "router",
             Self::Bench(_) => "bench",
+            Self::Record(_) => "record",
             Self::Map(_) => "map",
         }
     }

@@ -11,6 +11,7 @@ mod failure;
 mod lifeline;
 mod logging;
 mod map;
+mod record;
 mod router;
 mod up;
 

@@ -192,11 +192,9 @@ impl Session {
         let (episode, world) = self.running.episode()?;
         let mut plan = episode.plan(action)?;
         let item = TickItem {
-            world: world.id(),
-            tick_count: plan.tick_count,
             commands: std::mem::take(&mut plan.commands),
             expected_tick: Some(episode.frame().tick),
-            dt_secs: None,
+            ..TickItem::new(world.id(), plan.tick_count)
         };
         match self.backstage.ticker.tick(item).await {
             Ok(outcome) => {

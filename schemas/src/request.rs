@@ -97,6 +97,22 @@ pub enum Request {
         /// OpenDRIVE.
         text: String,
     },
+    /// From now on a world goes on only when all who share its clock have asked for its next tick.
+    ShareClock {
+        /// Which.
+        world: WorldId,
+        /// Who takes part from now on; any name.
+        participant: ServiceId,
+        /// How long the others wait for this one before it no longer takes part; 0: it leaves.
+        lease_millis: u32,
+    },
+    /// Keeps a journal of a world from now on, or ends it.
+    RecordWorld {
+        /// Which.
+        world: WorldId,
+        /// Begin or end.
+        on: bool,
+    },
     /// Everything that each ray meets.
     CastRays {
         /// In which world.
@@ -119,12 +135,21 @@ pub struct TickItem {
     pub expected_tick: Option<Tick>,
     /// Length of these ticks in seconds; `None`: the world's own.
     pub dt_secs: Option<f64>,
+    /// Who ticks, in a world whose [clock is shared](Request::ShareClock).
+    pub participant: Option<ServiceId>,
 }
 
 impl TickItem {
     /// `tick_count` ticks of a world and nothing else.
     pub fn new(world: WorldId, tick_count: u32) -> Self {
-        Self { world, tick_count, commands: Vec::new(), expected_tick: None, dt_secs: None }
+        Self {
+            world,
+            tick_count,
+            commands: Vec::new(),
+            expected_tick: None,
+            dt_secs: None,
+            participant: None,
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 12] = [
+const MAY_NAME: [(&str, &[&str]); 13] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
@@ -17,6 +17,7 @@ const MAY_NAME: [(&str, &[&str]); 12] = [
     ("roads", &["schemas"]),
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
+    ("manoeuvres", &["world", "roads", "schemas"]),
     ("world-service", &["world", "agents", "bus", "roads", "schemas"]),
     ("render-service", &["bus", "roads", "schemas"]),
     ("scenario-service", &["agents", "bus", "roads", "schemas"]),
@@ -24,6 +25,7 @@ const MAY_NAME: [(&str, &[&str]); 12] = [
     (
         "causeway",
         &[
+            "manoeuvres",
             "world-service",
             "render-service",
             "scenario-service",

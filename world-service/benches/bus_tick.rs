@@ -28,6 +28,7 @@ async fn main() {
         id: "world".parse().unwrap(),
         shard_count: std::thread::available_parallelism().unwrap(),
         maps: None,
+        journals: None,
         worlds_max: 256,
     })
     .await

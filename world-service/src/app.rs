@@ -112,6 +112,7 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
             mailboxes: Arc::clone(&mailboxes),
             renderers: Arc::clone(&renderers),
             runtime: tokio::runtime::Handle::current(),
+            journals: config.journals.clone(),
         };
         threads.push(shard.spawn(Arc::clone(&ids), seats.clone(), inbox)?);
     }

@@ -24,9 +24,24 @@ pub struct Args {
     /// Folder of OpenDRIVE files (.xodr); one with the name of a built-in map replaces it
     #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
     pub maps: Option<PathBuf>,
+    /// Folder for the journals of worlds that are asked to keep one
+    #[arg(long, value_name = "DIR")]
+    pub journals: Option<PathBuf>,
+    /// Size of a journal, in MiB; a longer one ends there
+    #[arg(long, value_name = "MIB", default_value_t = 1_024)]
+    pub journal_mib: u32,
     /// Worlds at once
     #[arg(long, default_value_t = limits::WORLDS_PER_SERVICE_MAX)]
     pub worlds_max: usize,
+}
+
+/// Where journals are kept.
+#[derive(Clone, Debug)]
+pub struct Journals {
+    /// A folder that is there.
+    pub folder: PathBuf,
+    /// Of one journal.
+    pub bytes_max: u64,
 }
 
 /// What the service runs with; consistent.
@@ -42,6 +57,8 @@ pub struct Config {
     pub shard_count: NonZeroUsize,
     /// Folder of OpenDRIVE files.
     pub maps: Option<PathBuf>,
+    /// Journals of worlds, if any are kept.
+    pub journals: Option<Journals>,
     /// Worlds at once.
     pub worlds_max: usize,
 }
@@ -72,6 +89,12 @@ pub enum ConfigError {
         /// As typed.
         path: PathBuf,
     },
+    /// No folder there.
+    #[error("--journals {path:?} is not a folder")]
+    Journals {
+        /// As typed.
+        path: PathBuf,
+    },
 }
 
 /// Shard threads of one service.
@@ -99,6 +122,11 @@ impl Config {
         if let Some(path) = args.maps.as_ref().filter(|path| !path.is_dir()) {
             return Err(ConfigError::Maps { path: path.clone() });
         }
+        if let Some(path) = args.journals.as_ref().filter(|path| !path.is_dir()) {
+            return Err(ConfigError::Journals { path: path.clone() });
+        }
+        let bytes_max = u64::from(args.journal_mib) << 20;
+        let journals = args.journals.map(|folder| Journals { folder, bytes_max });
         let mut listen = args.listen;
         if listen.is_empty() && args.connect.is_empty() {
             listen.push(Endpoint::loopback(7447));
@@ -109,6 +137,7 @@ impl Config {
             id: args.id,
             shard_count,
             maps: args.maps,
+            journals,
             worlds_max,
         })
     }
@@ -142,5 +171,6 @@ mod tests {
         assert!(refusal(&["--worlds-max", "0"]).contains("--worlds-max"));
         assert!(refusal(&["--threads", "100000"]).contains("--threads"));
         assert!(refusal(&["--maps", "/nowhere/at/all"]).contains("--maps"));
+        assert!(refusal(&["--journals", "/nowhere/at/all"]).contains("--journals"));
     }
 }

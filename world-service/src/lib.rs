@@ -6,6 +6,7 @@
 //!
 //! - [`service`] is the state machine: worlds, leases, quarantine, batches; no bus, no threads, no
 //!   clock.
+//! - [`journal`] writes down what was done to a world, and replays it.
 //! - `app` wires it to the bus and owns all threads.
 //! - The simulation itself is the crate `world`.
 //!
@@ -13,6 +14,7 @@
 
 mod app;
 mod args;
+pub mod journal;
 mod map_files;
 mod maps;
 mod renderers;
@@ -20,5 +22,5 @@ pub mod service;
 mod simulation;
 
 pub use app::{ServiceError, WorldService, run, start};
-pub use args::{Args, Config, ConfigError};
+pub use args::{Args, Config, ConfigError, Journals};
 pub use map_files::{map_files, read_map_file};

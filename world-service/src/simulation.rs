@@ -80,4 +80,8 @@ impl Simulation for World {
     fn map(&self) -> &MapRef {
         self.map_ref()
     }
+
+    fn map_text(&self) -> &str {
+        self.map_text()
+    }
 }

@@ -22,6 +22,9 @@ pub(crate) struct Args {
     /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
     #[arg(long, value_name = "DIR")]
     maps: Option<PathBuf>,
+    /// Folder for the journals of worlds that are asked to keep one; see `causeway record`.
+    #[arg(long, value_name = "DIR")]
+    journals: Option<PathBuf>,
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -113,6 +116,9 @@ fn world(args: &Args, bus: &Endpoint) -> Service {
     let mut arguments = flag("--listen", bus.to_string());
     if let Some(path) = &args.maps {
         arguments.extend([OsString::from("--maps"), path.clone().into_os_string()]);
+    }
+    if let Some(path) = &args.journals {
+        arguments.extend([OsString::from("--journals"), path.clone().into_os_string()]);
     }
     if let Some(threads) = args.threads {
         arguments.extend(flag("--threads", threads.to_string()));

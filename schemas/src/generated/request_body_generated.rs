@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REQUEST_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REQUEST_BODY: u8 = 14;
+pub const ENUM_MAX_REQUEST_BODY: u8 = 16;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 15] = [
+pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 17] = [
   RequestBody::NONE,
   RequestBody::CreateWorld,
   RequestBody::ListWorlds,
@@ -31,6 +31,8 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 15] = [
   RequestBody::InspectVehicle,
   RequestBody::CastRays,
   RequestBody::PutMap,
+  RequestBody::ShareClock,
+  RequestBody::RecordWorld,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -53,9 +55,11 @@ impl RequestBody {
   pub const InspectVehicle: Self = Self(12);
   pub const CastRays: Self = Self(13);
   pub const PutMap: Self = Self(14);
+  pub const ShareClock: Self = Self(15);
+  pub const RecordWorld: Self = Self(16);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 14;
+  pub const ENUM_MAX: u8 = 16;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::CreateWorld,
@@ -72,6 +76,8 @@ impl RequestBody {
     Self::InspectVehicle,
     Self::CastRays,
     Self::PutMap,
+    Self::ShareClock,
+    Self::RecordWorld,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -91,6 +97,8 @@ impl RequestBody {
       Self::InspectVehicle => Some("InspectVehicle"),
       Self::CastRays => Some("CastRays"),
       Self::PutMap => Some("PutMap"),
+      Self::ShareClock => Some("ShareClock"),
+      Self::RecordWorld => Some("RecordWorld"),
       _ => None,
     }
   }

@@ -254,6 +254,34 @@ impl<'a> Request<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_share_clock(&self) -> Option<ShareClock<'a>> {
+    if self.body_type() == RequestBody::ShareClock {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { ShareClock::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_record_world(&self) -> Option<RecordWorld<'a>> {
+    if self.body_type() == RequestBody::RecordWorld {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { RecordWorld::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Request<'_> {
@@ -279,6 +307,8 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::InspectVehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicle>>("RequestBody::InspectVehicle", pos),
           RequestBody::CastRays => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CastRays>>("RequestBody::CastRays", pos),
           RequestBody::PutMap => v.verify_union_variant::<flatbuffers::ForwardsUOffset<PutMap>>("RequestBody::PutMap", pos),
+          RequestBody::ShareClock => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ShareClock>>("RequestBody::ShareClock", pos),
+          RequestBody::RecordWorld => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RecordWorld>>("RequestBody::RecordWorld", pos),
           _ => Ok(()),
         }
      })?
@@ -427,6 +457,20 @@ impl core::fmt::Debug for Request<'_> {
         },
         RequestBody::PutMap => {
           if let Some(x) = self.body_as_put_map() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::ShareClock => {
+          if let Some(x) = self.body_as_share_clock() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::RecordWorld => {
+          if let Some(x) = self.body_as_record_world() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

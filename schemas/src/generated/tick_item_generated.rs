@@ -30,6 +30,7 @@ impl<'a> TickItem<'a> {
   pub const VT_COMMANDS: flatbuffers::VOffsetT = 8;
   pub const VT_EXPECTED_TICK: flatbuffers::VOffsetT = 10;
   pub const VT_DT_SECS: flatbuffers::VOffsetT = 12;
+  pub const VT_PARTICIPANT: flatbuffers::VOffsetT = 14;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -44,6 +45,7 @@ impl<'a> TickItem<'a> {
     if let Some(x) = args.dt_secs { builder.add_dt_secs(x); }
     if let Some(x) = args.expected_tick { builder.add_expected_tick(x); }
     builder.add_world(args.world);
+    if let Some(x) = args.participant { builder.add_participant(x); }
     if let Some(x) = args.commands { builder.add_commands(x); }
     builder.add_tick_count(args.tick_count);
     builder.finish()
@@ -89,6 +91,14 @@ impl<'a> TickItem<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<f64>(TickItem::VT_DT_SECS, None)}
   }
+  /// Who ticks, in a world whose clock is shared.
+  #[inline]
+  pub fn participant(&self) -> Option<&'a str> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(TickItem::VT_PARTICIPANT, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for TickItem<'_> {
@@ -103,6 +113,7 @@ impl flatbuffers::Verifiable for TickItem<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Command>>>>("commands", Self::VT_COMMANDS, false)?
      .visit_field::<u64>("expected_tick", Self::VT_EXPECTED_TICK, false)?
      .visit_field::<f64>("dt_secs", Self::VT_DT_SECS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<&str>>("participant", Self::VT_PARTICIPANT, false)?
      .finish();
     Ok(())
   }
@@ -113,6 +124,7 @@ pub struct TickItemArgs<'a> {
     pub commands: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Command<'a>>>>>,
     pub expected_tick: Option<u64>,
     pub dt_secs: Option<f64>,
+    pub participant: Option<flatbuffers::WIPOffset<&'a str>>,
 }
 impl<'a> Default for TickItemArgs<'a> {
   #[inline]
@@ -123,6 +135,7 @@ impl<'a> Default for TickItemArgs<'a> {
       commands: None,
       expected_tick: None,
       dt_secs: None,
+      participant: None,
     }
   }
 }
@@ -153,6 +166,10 @@ impl<'a: 'b, 'b> TickItemBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<f64>(TickItem::VT_DT_SECS, dt_secs);
   }
   #[inline]
+  pub fn add_participant(&mut self, participant: flatbuffers::WIPOffset<&'b  str>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickItem::VT_PARTICIPANT, participant);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> TickItemBuilder<'a, 'b> {
     let start = _fbb.start_table();
     TickItemBuilder {
@@ -175,6 +192,7 @@ impl core::fmt::Debug for TickItem<'_> {
       ds.field("commands", &self.commands());
       ds.field("expected_tick", &self.expected_tick());
       ds.field("dt_secs", &self.dt_secs());
+      ds.field("participant", &self.participant());
       ds.finish()
   }
 }

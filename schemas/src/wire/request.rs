@@ -10,7 +10,7 @@ use crate::generated as fb;
 use crate::limits::{
     ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, WORLDS_PER_BATCH_MAX,
 };
-use crate::{ActorId, Error, ErrorCode, Lease, Request, Tick, TickItem};
+use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem};
 
 const REQUEST: Kind =
     Kind { name: "request", identifier: fb::REQUEST_IDENTIFIER, bytes_max: REQUEST_BYTES_MAX };
@@ -92,6 +92,16 @@ fn body_out(
         Request::PutMap { name, text } => {
             let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
             (Body::PutMap, fb::PutMap::create(b, &fb::PutMapArgs { name, text }).as_union_value())
+        }
+        Request::ShareClock { world, participant, lease_millis } => {
+            let participant = Some(b.create_string(participant.as_str()));
+            let (world, lease_millis) = (world.get(), *lease_millis);
+            let args = fb::ShareClockArgs { world, participant, lease_millis };
+            (Body::ShareClock, fb::ShareClock::create(b, &args).as_union_value())
+        }
+        Request::RecordWorld { world, on } => {
+            let args = fb::RecordWorldArgs { world: world.get(), on: *on };
+            (Body::RecordWorld, fb::RecordWorld::create(b, &args).as_union_value())
         }
     }
 }
@@ -180,6 +190,13 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     if let Some(put) = raw.body_as_put_map() {
         return Ok(Request::PutMap { name: put.name().to_owned(), text: put.text().to_owned() });
     }
+    if let Some(share) = raw.body_as_share_clock() {
+        let (world, participant) = (world_in(share.world())?, name_in(share.participant())?);
+        return Ok(Request::ShareClock { world, participant, lease_millis: share.lease_millis() });
+    }
+    if let Some(record) = raw.body_as_record_world() {
+        return Ok(Request::RecordWorld { world: world_in(record.world())?, on: record.on() });
+    }
     match kind {
         Body::ListWorlds => Ok(Request::ListWorlds),
         Body::ListMaps => Ok(Request::ListMaps),
@@ -234,10 +251,11 @@ fn lease_out<'a>(
 
 fn lease_in(owner: Option<&str>, millis: u32) -> Result<Option<Lease>, Error> {
     let Some(owner) = owner else { return Ok(None) };
-    let owner = owner
-        .parse()
-        .map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("owner: {cause}")))?;
-    Ok(Some(Lease { owner, millis }))
+    Ok(Some(Lease { owner: name_in(owner)?, millis }))
+}
+
+fn name_in(name: &str) -> Result<ServiceId, Error> {
+    name.parse().map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("name: {cause}")))
 }
 
 fn tick_out(b: &mut FlatBufferBuilder<'_>, items: &[TickItem]) -> WIPOffset<UnionWIPOffset> {
@@ -245,12 +263,14 @@ fn tick_out(b: &mut FlatBufferBuilder<'_>, items: &[TickItem]) -> WIPOffset<Unio
     for item in items {
         let commands =
             if item.commands.is_empty() { None } else { Some(commands_out(b, &item.commands)) };
+        let participant = item.participant.as_ref().map(|name| b.create_string(name.as_str()));
         let args = fb::TickItemArgs {
             world: item.world.get(),
             tick_count: item.tick_count,
             commands,
             expected_tick: item.expected_tick.map(|tick| tick.0),
             dt_secs: item.dt_secs,
+            participant,
         };
         raw.push(fb::TickItem::create(b, &args));
     }
@@ -270,5 +290,6 @@ fn tick_in(raw: &fb::TickItem<'_>) -> Result<TickItem, Error> {
         commands: commands_in(raw.commands())?,
         expected_tick: raw.expected_tick().map(Tick),
         dt_secs,
+        participant: raw.participant().map(name_in).transpose()?,
     })
 }

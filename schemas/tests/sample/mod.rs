@@ -198,6 +198,7 @@ pub(crate) fn requests() -> Vec<Request> {
         commands: commands(),
         expected_tick: Some(Tick(0)),
         dt_secs: Some(0.02),
+        participant: Some("left".parse().unwrap()),
     };
     let bare = TickItem::new(world(), 1);
     vec![
@@ -221,6 +222,12 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::DescribeActors { world: world(), actors: vec![actor(1), actor(2)] },
         Request::InspectVehicle { world: world(), actor: actor(1) },
         Request::CastRays { world: world(), rays: vec![(Vec3::x(), Vec3::z())] },
+        Request::ShareClock {
+            world: world(),
+            participant: "left".parse().unwrap(),
+            lease_millis: 500,
+        },
+        Request::RecordWorld { world: world(), on: true },
     ]
 }
 

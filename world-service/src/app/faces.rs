@@ -90,6 +90,8 @@ fn is_about(request: &Request, key_world: WorldId) -> bool {
         | Request::DescribeActors { world, .. }
         | Request::InspectVehicle { world, .. }
         | Request::CastRays { world, .. }
+        | Request::ShareClock { world, .. }
+        | Request::RecordWorld { world, .. }
         | Request::Capture { world, .. } => *world == key_world,
         Request::TickWorlds(items) => items.iter().all(|item| item.world == key_world),
         _ => false,

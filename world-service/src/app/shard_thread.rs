@@ -1,5 +1,7 @@
 //! The threads that step worlds.
 
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -10,11 +12,14 @@ use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Reply, Tenant, WorldId}
 use tokio::sync::Semaphore;
 
 use super::ServiceError;
+use crate::args::Journals;
 use crate::renderers::Renderers;
 use crate::service::{Answer, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
 
 /// Pictures that may wait for renderers, per shard.
 const CAPTURES_MAX: usize = 256;
+/// Journals of one world, one after the other.
+const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
 
 type Mailbox<S> = Mutex<Vec<(WorldId, Hosted<S>)>>;
 
@@ -32,6 +37,7 @@ pub(super) struct ShardThread<S: Simulation> {
     pub(super) mailboxes: Arc<Mailboxes<S>>,
     pub(super) renderers: Arc<Renderers>,
     pub(super) runtime: tokio::runtime::Handle,
+    pub(super) journals: Option<Journals>,
 }
 
 /// Where the results of one shard's thread go.
@@ -91,7 +97,7 @@ fn run<S: Simulation>(mut shard: Shard<S>, outlet: &BusOutlet<S>, inbox: &Receiv
             Ok(job) => shard.handle(now, job, outlet),
             Err(RecvTimeoutError::Timeout) => {}
         }
-        shard.expire_leases(now);
+        shard.expire_leases(now, outlet);
     }
 }
 
@@ -103,6 +109,28 @@ impl<S: Simulation> Outlet<S> for BusOutlet<S> {
     fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame) {
         if self.thread.listeners.any() {
             self.thread.bus.publish_frame(tenant, world, frame);
+        }
+    }
+
+    fn journal(&self, world: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error> {
+        let Some(journals) = &self.thread.journals else {
+            return Err(Error::new(ErrorCode::Unsupported, "this world service keeps no journals")
+                .wanted("one started with --journals DIR"));
+        };
+        // A world may have several, one after the other.
+        let of =
+            |count: u32| journals.folder.join(format!("world-{}-{count}.journal", world.get()));
+        let made =
+            (1..=JOURNALS_PER_WORLD_MAX).find_map(|count| match File::create_new(of(count)) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => None,
+                other => Some(other),
+            });
+        match made {
+            Some(Ok(file)) => Ok((Box::new(BufWriter::new(file)), journals.bytes_max)),
+            Some(Err(cause)) => Err(Error::new(ErrorCode::Internal, "no journal can be made")
+                .found(format_args!("{}: {cause}", journals.folder.display()))),
+            None => Err(Error::new(ErrorCode::Capacity, "the world has too many journals")
+                .wanted(format_args!("at most {JOURNALS_PER_WORLD_MAX}"))),
         }
     }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use schemas::{Error, ErrorCode, Lease, Tenant, Tick, WorldId, WorldInfo};
 
-use super::{Seat, Simulation};
+use super::{Recorded, Roster, Seat, Simulation, Waiter};
 
 /// One world, whose it is, and whether it still may be touched.
 pub struct Hosted<S> {
@@ -14,12 +14,13 @@ pub struct Hosted<S> {
     map_name: String,
     lease: Option<Lease>,
     orphaned_since: Option<Instant>,
+    pub(super) roster: Roster<Waiter>,
     state: State<S>,
     _seat: Seat,
 }
 
 enum State<S> {
-    Healthy(Box<S>),
+    Healthy(Box<Recorded<S>>),
     Quarantined { reason: String, tick: Tick, actor_count: u32 },
 }
 
@@ -27,8 +28,9 @@ impl<S: Simulation> Hosted<S> {
     /// A healthy world. One with a lease counts as orphaned until its owner is known to be up.
     pub fn new(tenant: Tenant, lease: Option<Lease>, world: S, seat: Seat) -> Self {
         let map_name = world.map().name.clone();
-        let state = State::Healthy(Box::new(world));
-        Self { tenant, map_name, lease, orphaned_since: None, state, _seat: seat }
+        let state = State::Healthy(Box::new(Recorded::new(world)));
+        let roster = Roster::default();
+        Self { tenant, map_name, lease, orphaned_since: None, roster, state, _seat: seat }
     }
 
     /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside
@@ -39,7 +41,7 @@ impl<S: Simulation> Hosted<S> {
     pub fn with<T>(
         &mut self,
         id: WorldId,
-        work: impl FnOnce(&mut S) -> Result<T, Error>,
+        work: impl FnOnce(&mut Recorded<S>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let world = match &mut self.state {
             State::Healthy(world) => world,
@@ -91,6 +93,11 @@ impl<S: Simulation> Hosted<S> {
     pub fn ends_at(&self) -> Option<Instant> {
         let millis = self.lease.as_ref()?.millis;
         Some(self.orphaned_since? + Duration::from_millis(u64::from(millis)))
+    }
+
+    /// When it must be looked at again, for its own lease or those of participants.
+    pub(super) fn next_end(&self) -> Option<Instant> {
+        [self.ends_at(), self.roster.next_end()].into_iter().flatten().min()
     }
 }
 

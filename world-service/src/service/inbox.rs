@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use schemas::{Camera, Command, Error, ErrorCode, Lease, Reply, Request, ServiceId, Tenant};
 use schemas::{TickItem, TickResult, WorldId, WorldInfo};
@@ -92,6 +92,15 @@ pub enum WorldWork {
     Capture(Vec<Camera>),
     /// A look at it.
     Look(Question),
+    /// Somebody takes part in its clock; without a lease, no more.
+    Share {
+        /// Who.
+        participant: ServiceId,
+        /// How long the others wait.
+        lease: Option<Duration>,
+    },
+    /// A journal from now on, or none.
+    Record(bool),
 }
 
 /// Hands requests to shards. Never waits.
@@ -143,6 +152,12 @@ impl<S: super::Simulation> Dispatcher<S> {
                 (world, WorldWork::Look(Question::Vehicle(actor)))
             }
             Request::CastRays { world, rays } => (world, WorldWork::Look(Question::Rays(rays))),
+            Request::ShareClock { world, participant, lease_millis } => {
+                let lease = Duration::from_millis(lease_millis.into());
+                let lease = Some(lease).filter(|lease| !lease.is_zero());
+                (world, WorldWork::Share { participant, lease })
+            }
+            Request::RecordWorld { world, on } => (world, WorldWork::Record(on)),
             other @ (Request::CreateWorld { .. }
             | Request::RestoreWorld { .. }
             | Request::PutMap { .. }

@@ -1,5 +1,6 @@
 //! What the state machine needs of others.
 
+use std::io::Write;
 use std::sync::Arc;
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
@@ -97,6 +98,9 @@ pub trait Simulation: Sized + Send + 'static {
 
     /// Where it is.
     fn map(&self) -> &MapRef;
+
+    /// The OpenDRIVE text of its map.
+    fn map_text(&self) -> &str;
 }
 
 /// Where a shard's results go besides the replies.
@@ -106,6 +110,12 @@ pub trait Outlet<S> {
 
     /// Sends a frame to whoever listens; never waits.
     fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame);
+
+    /// Where the journal of a world is written, and how many bytes it may take.
+    ///
+    /// # Errors
+    /// `Unsupported` where none are kept, or the file cannot be made.
+    fn journal(&self, world: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error>;
 
     /// Has a job drawn and answered; never waits.
     fn capture(&self, job: RenderJob, answer: Answer);

@@ -11,8 +11,9 @@ use schemas::{Reply, ServiceId, Tenant, TickItem, TickOutcome, TickResult, World
 
 use super::hosted::guarded;
 use super::inbox::WorldWork;
-use super::tick::{furnish, run_commands, tick_world};
-use super::{Answer, Hosted, Ids, Job, NewWorld, Outlet, Seats, Simulation};
+use super::tick::furnish;
+use super::{Answer, Hosted, Ids, Job, NewWorld, Outlet, Recorded, Seats, Simulation, Waiter};
+use crate::journal::Journal;
 
 /// The worlds of one thread, and who of their owners is up.
 pub struct Shard<S> {
@@ -33,17 +34,17 @@ impl<S: Simulation> Shard<S> {
     /// Takes a world in.
     pub fn adopt(&mut self, now: Instant, id: WorldId, mut world: Hosted<S>) {
         world.note_owner(now, |owner| self.owners_up.contains(owner));
-        self.next_end = [self.next_end, world.ends_at()].into_iter().flatten().min();
+        self.next_end = [self.next_end, world.next_end()].into_iter().flatten().min();
         self.worlds.insert(id, world);
     }
 
-    /// When the next lease ends, if no owner comes back.
+    /// When the next lease ends, if no owner or participant comes back.
     pub fn next_end(&self) -> Option<Instant> {
         self.next_end
     }
 
-    /// Ends the worlds whose lease is over.
-    pub fn expire_leases(&mut self, now: Instant) {
+    /// Ends the worlds whose lease is over, and goes on without participants whose lease is.
+    pub fn expire_leases(&mut self, now: Instant, outlet: &impl Outlet<S>) {
         if self.next_end.is_none_or(|end| end > now) {
             return;
         }
@@ -52,27 +53,36 @@ impl<S: Simulation> Shard<S> {
             if is_over {
                 tracing::info!(world = id.get(), "a world ends with its lease: its owner is gone");
             }
+            if is_over {
+                world.dismiss();
+            }
             !is_over
         });
+        for (id, world) in &mut self.worlds {
+            world.expire_participants(now, *id, outlet);
+        }
         self.find_next_end();
     }
 
     fn find_next_end(&mut self) {
-        self.next_end = self.worlds.values().filter_map(Hosted::ends_at).min();
+        self.next_end = self.worlds.values().filter_map(Hosted::next_end).min();
     }
 
     /// Does one job; its answer is given before this returns, except for pictures.
     pub fn handle(&mut self, now: Instant, job: Job<S>, outlet: &impl Outlet<S>) {
         match job {
             Job::Tick { tenant, items, gather } => {
-                let results = items.into_iter().map(|(index, item)| {
-                    let outcome = self.tick(tenant.as_ref(), &item, outlet);
-                    (index, TickResult { world: item.world, outcome })
-                });
-                gather.give(results.collect::<Vec<_>>());
+                for (index, item) in items {
+                    self.tick(
+                        now,
+                        tenant.as_ref(),
+                        Waiter::new(index, item, Arc::clone(&gather)),
+                        outlet,
+                    );
+                }
             }
             Job::World { tenant, world, work, answer } => {
-                self.work(&tenant, world, work, answer, outlet)
+                self.work(now, (&tenant, world), work, answer, outlet)
             }
             Job::Create { new, tenant, commands, lease, seat, answer } => {
                 let world = new.id;
@@ -95,19 +105,25 @@ impl<S: Simulation> Shard<S> {
 
     fn tick(
         &mut self,
+        now: Instant,
         tenant: Option<&Tenant>,
-        item: &TickItem,
+        waiter: Waiter,
         outlet: &impl Outlet<S>,
-    ) -> Result<TickOutcome, Error> {
-        let hosted = find(&mut self.worlds, tenant, item.world)?;
-        let tenant = hosted.tenant.clone();
-        hosted.with(item.world, |world| tick_world(world, &tenant, item, outlet))
+    ) {
+        match find(&mut self.worlds, tenant, waiter.world()) {
+            Ok(hosted) => {
+                hosted.tick(now, waiter, outlet);
+                let end = hosted.roster.next_end();
+                self.next_end = [self.next_end, end].into_iter().flatten().min();
+            }
+            Err(error) => waiter.give(Err(error)),
+        }
     }
 
     fn work(
         &mut self,
-        tenant: &Tenant,
-        id: WorldId,
+        now: Instant,
+        (tenant, id): (&Tenant, WorldId),
         work: WorldWork,
         answer: Answer,
         outlet: &impl Outlet<S>,
@@ -118,22 +134,29 @@ impl<S: Simulation> Shard<S> {
         };
         let reply = match work {
             WorldWork::Destroy => {
-                let ended = self.worlds.remove(&id);
+                let mut ended = self.worlds.remove(&id);
+                ended.iter_mut().for_each(Hosted::dismiss);
                 // A world that breaks even while it ends must not take its neighbours along.
                 let _ = catch_unwind(AssertUnwindSafe(|| drop(ended)));
                 Ok(Reply::Done)
             }
             WorldWork::Snapshot => hosted.with(id, |world| Ok(Reply::Snapshot(world.snapshot()))),
             WorldWork::Commands(commands) => {
-                hosted.with(id, |world| Ok(Reply::CommandReplies(run_commands(world, &commands))))
+                hosted.with(id, |world| Ok(Reply::CommandReplies(world.run(id, &commands))))
             }
             WorldWork::Look(question) => hosted.with(id, |world| world.answer(&question)),
             WorldWork::Capture(cameras) => {
-                match hosted.with(id, |world| render_job(world, tenant, cameras)) {
+                match hosted.with(id, |world| render_job(&**world, tenant, cameras)) {
                     Ok(job) => return outlet.capture(job, answer),
                     Err(error) => Err(error),
                 }
             }
+            WorldWork::Share { participant, lease } => {
+                let shared = hosted.share(now, id, (participant, lease), outlet);
+                self.find_next_end();
+                shared
+            }
+            WorldWork::Record(on) => hosted.with(id, |world| record(world, id, on, outlet)),
             WorldWork::Fork { count, lease } => self.fork(tenant, id, count, lease, outlet),
         };
         answer(reply.unwrap_or_else(Reply::Error));
@@ -191,8 +214,28 @@ fn find<'a, S>(
         })
 }
 
+/// Begins or ends a journal.
+fn record<S: Simulation>(
+    world: &mut Recorded<S>,
+    id: WorldId,
+    on: bool,
+    outlet: &impl Outlet<S>,
+) -> Result<Reply, Error> {
+    if !on {
+        world.record(None);
+        return Ok(Reply::Done);
+    }
+    let (out, bytes_max) = outlet.journal(id)?;
+    let (map, text, snapshot) = (&world.map().name, world.map_text(), world.snapshot());
+    let journal = Journal::begin(out, bytes_max, map, text, &snapshot).map_err(|cause| {
+        Error::new(ErrorCode::Capacity, "the journal cannot be begun").found(cause)
+    })?;
+    world.record(Some(journal));
+    Ok(Reply::Done)
+}
+
 fn render_job<S: Simulation>(
-    world: &mut S,
+    world: &S,
     tenant: &Tenant,
     cameras: Vec<Camera>,
 ) -> Result<RenderJob, Error> {

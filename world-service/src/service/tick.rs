@@ -6,25 +6,24 @@ use schemas::{
     Command, CommandReply, EncodedFrame, Error, ErrorCode, Tenant, TickItem, TickOutcome, limits,
 };
 
-use super::{Outlet, Simulation};
+use super::{Outlet, Recorded, Simulation};
 
 /// Applies the commands, advances, publishes every frame, and gives the last one.
 ///
 /// # Errors
 /// [`ErrorCode::WrongTick`] before anything is changed; [`ErrorCode::WorldQuarantined`].
 pub(super) fn tick_world<S: Simulation>(
-    world: &mut S,
+    world: &mut Recorded<S>,
     tenant: &Tenant,
     item: &TickItem,
     outlet: &impl Outlet<S>,
 ) -> Result<TickOutcome, Error> {
-    check_tick(world, item)?;
-    check_dt(item)?;
-    let replies = run_commands(world, &item.commands);
+    check_item(&**world, item)?;
+    let replies = world.run(item.world, &item.commands);
     let (mut collisions, mut sensors) = (Vec::new(), Vec::new());
     let mut frame = None;
     for count in 1..=item.tick_count {
-        world.tick(item.dt_secs)?;
+        world.tick(item.world, item.dt_secs)?;
         sensors.extend_from_slice(world.sensors());
         if item.tick_count > 1 {
             collisions.extend_from_slice(world.collisions());
@@ -40,14 +39,6 @@ pub(super) fn tick_world<S: Simulation>(
     let due = item.tick_count > 0;
     let cameras_due = if due { world.cameras_due().to_vec() } else { Vec::new() };
     Ok(TickOutcome { frame, replies, collisions, sensors, cameras_due })
-}
-
-/// One reply per command, in order.
-pub(super) fn run_commands<S: Simulation>(
-    world: &mut S,
-    commands: &[Command],
-) -> Vec<CommandReply> {
-    commands.iter().map(|command| world.apply(command)).collect()
 }
 
 /// The first frame of a world, and the replies to the commands that furnished it.
@@ -67,6 +58,15 @@ pub(super) fn furnish<S: Simulation>(
         replies.push(Ok(spawned));
     }
     Ok((encode_frame(&world.frame()), replies))
+}
+
+/// Before anything is changed.
+///
+/// # Errors
+/// [`ErrorCode::WrongTick`], and [`ErrorCode::InvalidArgument`] for a step out of range.
+pub(super) fn check_item<S: Simulation>(world: &S, item: &TickItem) -> Result<(), Error> {
+    check_tick(world, item)?;
+    check_dt(item)
 }
 
 fn check_tick<S: Simulation>(world: &S, item: &TickItem) -> Result<(), Error> {

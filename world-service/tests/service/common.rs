@@ -25,6 +25,7 @@ pub(crate) fn config() -> Config {
         id: "world".parse().unwrap(),
         shard_count: 2.try_into().unwrap(),
         maps: None,
+        journals: None,
         worlds_max: 64,
     }
 }

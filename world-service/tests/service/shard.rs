@@ -1,7 +1,8 @@
 //! Shards without bus, threads or clock: quarantine, leases, harmless retries.
 
 use std::cell::RefCell;
-use std::sync::{Arc, mpsc};
+use std::io::Write;
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame};
@@ -18,7 +19,7 @@ use world_service::service::{
 use crate::common::{MAP, car, decoded, tenant, ticks};
 
 /// A real world that breaks on demand.
-struct Fragile {
+pub(crate) struct Fragile {
     world: World,
     breaks: Option<Break>,
 }
@@ -108,12 +109,31 @@ impl Simulation for Fragile {
     fn map(&self) -> &MapRef {
         self.world.map_ref()
     }
+
+    fn map_text(&self) -> &str {
+        self.world.map_text()
+    }
 }
 
-/// Nobody listens, nobody draws; forks are kept.
+/// Nobody listens, nobody draws; forks and journals are kept.
 #[derive(Default)]
-struct Nobody {
+pub(crate) struct Nobody {
     adopted: RefCell<Vec<(WorldId, Hosted<Fragile>)>>,
+    pub(crate) journal: Shared,
+}
+
+/// A file in memory.
+#[derive(Clone, Default)]
+pub(crate) struct Shared(pub(crate) Arc<Mutex<Vec<u8>>>);
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Outlet<Fragile> for Nobody {
@@ -122,6 +142,10 @@ impl Outlet<Fragile> for Nobody {
     }
 
     fn publish(&self, _: &Tenant, _: WorldId, _: &EncodedFrame) {}
+
+    fn journal(&self, _: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error> {
+        Ok((Box::new(self.journal.clone()), 1 << 30))
+    }
 
     fn capture(&self, _: RenderJob, answer: Answer) {
         answer(Reply::Done);
@@ -133,17 +157,17 @@ impl Outlet<Fragile> for Nobody {
 }
 
 /// One shard, its ids, and a clock that only moves when told.
-struct Bench {
-    shard: Shard<Fragile>,
-    outlet: Nobody,
+pub(crate) struct Bench {
+    pub(crate) shard: Shard<Fragile>,
+    pub(crate) outlet: Nobody,
     ids: Arc<Ids>,
     seats: Seats,
     town: Arc<Town>,
-    now: Instant,
+    pub(crate) now: Instant,
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let text = roads::town::build(MAP).unwrap();
         let town = Arc::new(Town::new(Arc::new(roads::Map::parse(MAP, &text).unwrap())));
         let (ids, seats) = (Arc::new(Ids::new(1)), Seats::new(16));
@@ -161,7 +185,7 @@ impl Bench {
         replies.try_recv().expect("every job is answered at once")
     }
 
-    fn create(&mut self, seed: u64, lease: Option<Lease>) -> WorldId {
+    pub(crate) fn create(&mut self, seed: u64, lease: Option<Lease>) -> WorldId {
         let new = NewWorld {
             id: self.ids.next(),
             epoch: 1,
@@ -185,7 +209,7 @@ impl Bench {
         }
     }
 
-    fn tick(&mut self, item: TickItem) -> Result<TickOutcome, Error> {
+    pub(crate) fn tick(&mut self, item: TickItem) -> Result<TickOutcome, Error> {
         let tick = |answer| Job::Tick {
             tenant: Some(tenant()),
             items: vec![(0, item)],
@@ -197,7 +221,7 @@ impl Bench {
         }
     }
 
-    fn work(&mut self, world: WorldId, work: WorldWork) -> Reply {
+    pub(crate) fn work(&mut self, world: WorldId, work: WorldWork) -> Reply {
         self.answered(|answer| Job::World { tenant: tenant(), world, work, answer })
     }
 
@@ -287,13 +311,13 @@ fn a_lease_runs_from_the_owners_end_and_stops_when_it_is_back() {
     owner(&mut bench, false);
     let end = bench.now + Duration::from_millis(1_000);
     assert_eq!(bench.shard.next_end(), Some(end));
-    bench.shard.expire_leases(end - Duration::from_millis(1));
+    bench.shard.expire_leases(end - Duration::from_millis(1), &bench.outlet);
     assert_eq!(bench.list().len(), 1);
     owner(&mut bench, true);
-    bench.shard.expire_leases(end);
+    bench.shard.expire_leases(end, &bench.outlet);
     assert_eq!(bench.list().len(), 1, "the owner came back in time");
     owner(&mut bench, false);
-    bench.shard.expire_leases(end);
+    bench.shard.expire_leases(end, &bench.outlet);
     assert!(bench.list().is_empty());
 }
 

@@ -9,6 +9,7 @@ use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
 use crate::traffic::RoadRules;
+use crate::trigger::Altered;
 use crate::vehicle::{Ackermann, Tuning, VehicleState};
 use crate::walker::Walker;
 
@@ -68,6 +69,20 @@ pub(crate) struct Vehicle {
     pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
     pub tipped_secs: f32,
+    /// The trigger it is in, and what that changed.
+    pub altered: Option<Altered>,
+    pub hold: Hold,
+}
+
+/// How long a control holds: CARLA's `sticky_control`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Hold {
+    /// Until the next one.
+    Sticky,
+    /// For the next tick; it is still to come.
+    OneTick,
+    /// Its tick is over.
+    Spent,
 }
 
 /// What clients do to a body beyond driving it.
@@ -113,12 +128,15 @@ impl Vehicle {
             pilot: None,
             rules: RoadRules::default(),
             tipped_secs: 0.0,
+            altered: None,
+            hold: Hold::Sticky,
         })
     }
 
     fn fits(&self, blueprint: u16) -> bool {
         self.tuning.blueprint() == blueprint
             && self.state.wheels.len() == self.tuning.fit().wheels.len()
+            && self.altered.as_ref().is_none_or(|altered| altered.fits(self.state.wheels.len()))
     }
 }
 

@@ -94,6 +94,8 @@ impl World {
                 hasher.value(&vehicle.pilot);
                 hasher.value(&vehicle.ackermann);
                 hasher.value(&vehicle.tuning);
+                hasher.value(&vehicle.hold);
+                hasher.value(&vehicle.altered);
             }
         }
         state.sensors.hash(&mut hasher);

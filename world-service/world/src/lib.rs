@@ -59,6 +59,7 @@ mod step;
 mod time_step;
 mod town;
 mod traffic;
+mod trigger;
 mod vehicle;
 mod walker;
 mod world;

@@ -2,7 +2,7 @@
 
 use schemas::{ActorId, ActorKind, Attachment, Attribute, Error, ErrorCode, Pose, Vec3, limits};
 
-use crate::actor::{Actor, Outside, Switches, Vehicle};
+use crate::actor::{Actor, Hold, Outside, Switches, Vehicle};
 use crate::attributes;
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::{Attached, Body};
@@ -11,6 +11,7 @@ use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
 use crate::sensor::Sensor;
+use crate::trigger;
 use crate::walker::Walker;
 use crate::world::World;
 
@@ -96,6 +97,7 @@ impl World {
             }
         };
         let sensor = self.check_sensor(blueprint, wish.attributes)?;
+        trigger::check(blueprint, wish.attributes)?;
         let Wish { linear_mps, attributes, .. } = *wish;
         Ok(Request {
             blueprint_index,
@@ -242,8 +244,11 @@ impl World {
         match &request.blueprint.body {
             BodySpec::Vehicle(_) => {
                 let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
-                let vehicle = Vehicle::rolling(request.blueprint_index, forward_mps)
+                let mut vehicle = Vehicle::rolling(request.blueprint_index, forward_mps)
                     .expect("a vehicle's blueprint has wheels");
+                if attributes::value(request.attributes, "sticky_control") == Some("false") {
+                    vehicle.hold = Hold::Spent;
+                }
                 let body = physics.insert_vehicle(vehicle.tuning.fit(), pose, linear_mps, id);
                 (Body::Rigid(body), Some(Box::new(vehicle)), None)
             }

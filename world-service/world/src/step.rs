@@ -1,9 +1,9 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, ErrorCode, Tick, Vec3, Weather, limits};
+use schemas::{Error, ErrorCode, Tick, Vec3, VehicleControl, Weather, limits};
 
-use crate::actor::Vehicle;
+use crate::actor::{Hold, Vehicle};
 use crate::check;
 use crate::collision::ContactLog;
 use crate::overlap::OrientedBox;
@@ -41,6 +41,7 @@ impl World {
         check::dt(dt_secs)?;
         self.state.dt_secs = dt_secs;
         self.state.rouse();
+        self.state.heed_triggers();
         self.state.drive(&self.town);
         let velocities_mps = self.state.velocities();
         self.state.bring_scenery(&self.town);
@@ -89,6 +90,7 @@ impl State {
                 }
                 None => ackermann.control(tuning.fit(), body_state.forward_mps(), dt_secs),
             };
+            let control = control.or_else(|| vehicle.hold.replaces());
             let Some(control) = control else { continue };
             if std::mem::replace(&mut vehicle.state.control, control) != control {
                 self.physics.wake(body);
@@ -215,6 +217,18 @@ impl State {
             }
         }
         Ok(())
+    }
+}
+
+impl Hold {
+    /// The control that takes the place of one whose tick is over.
+    fn replaces(&mut self) -> Option<VehicleControl> {
+        match *self {
+            Self::Sticky => return None,
+            Self::OneTick => *self = Self::Spent,
+            Self::Spent => return Some(VehicleControl::default()),
+        }
+        None
     }
 }
 

@@ -161,6 +161,11 @@ impl World {
         self.town.map_ref()
     }
 
+    /// The OpenDRIVE text of its map.
+    pub fn map_text(&self) -> &str {
+        self.town.roads.text()
+    }
+
     /// Contacts of the last tick, ordered by (actor, other).
     pub fn collisions(&self) -> &[Collision] {
         &self.state.collisions

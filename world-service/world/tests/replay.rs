@@ -1,16 +1,15 @@
 //! Snapshots, forks and refusals: a world goes on bit for bit.
 #![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
+mod any_command;
 mod common;
 
 use std::sync::LazyLock;
 
+use any_command::command;
 use common::*;
 use proptest::prelude::*;
-use schemas::{
-    ActorId, Attachment, AttachmentKind, Attribute, BodySwitch, Command, ErrorCode, PilotMode,
-    PushKind, Vec3, VehicleControl, WalkerControl, Weather, WorldId, level_pose,
-};
+use schemas::{ActorId, Command, ErrorCode, VehicleControl, WorldId};
 use world::World;
 
 fn other_id() -> WorldId {
@@ -124,163 +123,6 @@ fn ids_start_at_one_and_are_never_reused() {
     assert_eq!([first, second, third].map(ActorId::get), [1, 2, 3]);
     let gone = world.apply(&Command::DestroyActor { actor: second }).unwrap_err();
     assert_eq!(gone.code, ErrorCode::UnknownActor);
-}
-
-fn any_actor() -> impl Strategy<Value = ActorId> + Clone {
-    (1u32..8).prop_map(|id| ActorId::new(id).unwrap())
-}
-
-/// A vector that is mostly within `size`, and sometimes not one.
-fn any_vector(size: f32) -> impl Strategy<Value = Vec3> + Clone {
-    let part = prop_oneof![12 => -1.0f32..1.0, 4 => Just(0.0), 1 => Just(f32::NAN)];
-    [part.clone(), part.clone(), part].prop_map(move |parts| Vec3::from(parts) * size)
-}
-
-/// Sensors and props, alone or on another actor, with good and bad attributes.
-fn any_thing() -> impl Strategy<Value = Command> {
-    let blueprint = prop_oneof![
-        Just("sensor.other.imu"),
-        Just("static.prop.constructioncone"),
-        Just("spectator"),
-        Just("vehicle.audi.tt"),
-    ];
-    let kind = prop_oneof![
-        Just(AttachmentKind::Rigid),
-        Just(AttachmentKind::SpringArm),
-        Just(AttachmentKind::SpringArmGhost)
-    ];
-    let attachment = prop::option::of((any_actor(), kind));
-    let colour = prop::option::of(prop_oneof![Just("1,2,3"), Just("blue")]);
-    (blueprint, attachment, colour, 0.0f32..30.0, -6.0f32..6.0).prop_map(
-        |(blueprint, attachment, colour, x_m, y_m)| Command::SpawnActor {
-            blueprint: blueprint.to_owned(),
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.4), 0.3),
-            linear_velocity_mps: Vec3::zeros(),
-            attributes: colour
-                .map(|value| Attribute { id: "color".to_owned(), value: value.to_owned() })
-                .into_iter()
-                .collect(),
-            attachment: attachment.map(|(parent, kind)| Attachment { parent, kind }),
-        },
-    )
-}
-
-/// What is done to bodies and walkers from outside.
-fn any_handling() -> impl Strategy<Value = Command> {
-    let kind = prop_oneof![
-        Just(PushKind::Impulse),
-        Just(PushKind::Force),
-        Just(PushKind::AngularImpulse),
-        Just(PushKind::Torque)
-    ];
-    let switch = prop_oneof![
-        Just(BodySwitch::Physics),
-        Just(BodySwitch::Gravity),
-        Just(BodySwitch::Collisions)
-    ];
-    let walk = (any_actor(), any_vector(1.0), 0.0f32..4.0, any::<bool>()).prop_map(
-        |(actor, direction, speed_mps, jump)| Command::SetWalkerControl {
-            actor,
-            control: WalkerControl { direction, speed_mps, jump },
-        },
-    );
-    let place = (any_actor(), 0.0f32..30.0, -6.0f32..6.0, -1.0f32..3.0).prop_map(
-        |(actor, x_m, y_m, speed_mps)| Command::SetWalkerState {
-            actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.9), 2.0),
-            speed_mps,
-        },
-    );
-    prop_oneof![
-        3 => walk,
-        1 => place,
-        2 => (any_actor(), prop::option::of(any_vector(12.0)))
-            .prop_map(|(actor, velocity_mps)| Command::SetConstantVelocity { actor, velocity_mps }),
-        2 => (any_actor(), kind, any_vector(9_000.0))
-            .prop_map(|(actor, kind, amount)| Command::Push { actor, kind, amount }),
-        3 => (any_actor(), switch, any::<bool>())
-            .prop_map(|(actor, switch, on)| Command::SetSwitch { actor, switch, on }),
-        1 => (any_actor(), any::<u8>(), any::<bool>())
-            .prop_map(|(actor, doors, open)| Command::SetDoors { actor, doors, open }),
-        1 => (any_actor(), any::<u32>())
-            .prop_map(|(actor, lights)| Command::SetVehicleLights { actor, lights }),
-        1 => (0.0005f64..0.12, prop::option::of(0.0f64..0.05), prop::option::of(0u32..40)).prop_map(
-            |(dt_secs, substep_secs_max, substeps_max)| Command::SetTimeStep {
-                dt_secs,
-                substep_secs_max,
-                substeps_max,
-            },
-        ),
-    ]
-}
-
-fn any_pilot() -> impl Strategy<Value = Command> {
-    let mode = prop_oneof![
-        Just(PilotMode::KeepLane),
-        Just(PilotMode::ChangeLaneLeft),
-        Just(PilotMode::ChangeLaneRight)
-    ];
-    (any_actor(), mode, prop::option::of(-2.0f32..20.0)).prop_map(
-        |(actor, mode, target_speed_mps)| Command::SetPilot { actor, mode, target_speed_mps },
-    )
-}
-
-/// Any command, good or bad.
-fn command() -> impl Strategy<Value = Command> {
-    let actor = any_actor();
-    let number = prop_oneof![8 => -1.2f32..1.2, 1 => Just(f32::NAN), 1 => Just(f32::INFINITY)];
-    let blueprint = prop_oneof![
-        3 => Just("vehicle.lincoln.mkz"),
-        1 => Just("vehicle.audi.tt"),
-        3 => Just("walker.pedestrian.0007"),
-        1 => Just("vehicle.unknown"),
-    ];
-    let spawn = (blueprint, 0.0f32..40.0, -9.0f32..6.0, -3.2f32..3.2, -5.0f32..25.0).prop_map(
-        |(blueprint, x_m, y_m, yaw_rad, forward_mps)| {
-            let pose = level_pose(Vec3::new(x_m, y_m, 0.5), yaw_rad);
-            Command::spawn(blueprint, pose, pose.rotation * Vec3::new(forward_mps, 0.0, 0.0))
-        },
-    );
-    let drive = (actor.clone(), number.clone(), number.clone(), any::<bool>(), any::<bool>())
-        .prop_map(|(actor, steer, pedal, hand_brake, reverse)| Command::SetControl {
-            actor,
-            control: VehicleControl {
-                throttle: pedal.max(0.0),
-                steer,
-                brake: (-pedal).max(0.0),
-                hand_brake,
-                reverse,
-                ..VehicleControl::default()
-            },
-        });
-    let velocity = (actor.clone(), number.clone(), number).prop_map(|(actor, x, z)| {
-        let linear_mps = Vec3::new(20.0 * x, 0.0, 3.0 * z);
-        Command::SetVelocity {
-            actor,
-            linear_mps: Some(linear_mps),
-            angular_radps: Some(Vec3::zeros()),
-        }
-    });
-    let pose = (actor.clone(), 0.0f32..40.0, -9.0f32..6.0, 0.0f32..3.0).prop_map(
-        |(actor, x_m, y_m, z_m)| Command::SetPose {
-            actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), 1.0),
-        },
-    );
-    let weather = (-10.0f32..110.0).prop_map(|wetness_percent| Command::SetWeather {
-        weather: Weather { wetness_percent, ..Weather::CLEAR_NOON },
-    });
-    prop_oneof![
-        4 => spawn,
-        2 => any_thing(),
-        6 => any_handling(),
-        4 => drive,
-        2 => any_pilot(),
-        1 => velocity,
-        1 => pose,
-        1 => weather,
-        1 => actor.prop_map(|actor| Command::DestroyActor { actor }),
-    ]
 }
 
 proptest! {

@@ -3,7 +3,7 @@
 use agents::Pilot;
 use schemas::{ActorId, Error, ErrorCode, PilotMode, VehicleControl, limits};
 
-use crate::actor::Vehicle;
+use crate::actor::{Hold, Vehicle};
 use crate::check;
 use crate::physics::BodyHandle;
 use crate::step;
@@ -22,6 +22,9 @@ impl World {
         let (vehicle, body) = self.vehicle_mut(id)?;
         vehicle.pilot = None;
         vehicle.ackermann.release();
+        if vehicle.hold == Hold::Spent {
+            vehicle.hold = Hold::OneTick;
+        }
         let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
         if changed {
             // Rapier does not know of our controls and would let the body sleep on.

@@ -18,3 +18,5 @@ class RequestBody(object):
     InspectVehicle = 12
     CastRays = 13
     PutMap = 14
+    ShareClock = 15
+    RecordWorld = 16

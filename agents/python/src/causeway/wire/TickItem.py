@@ -85,8 +85,16 @@ class TickItem(object):
             return self._tab.Get(flatbuffers.number_types.Float64Flags, o + self._tab.Pos)
         return None
 
+    # Who ticks, in a world whose clock is shared.
+    # TickItem
+    def Participant(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))
+        if o != 0:
+            return self._tab.String(o + self._tab.Pos)
+        return None
+
 def TickItemStart(builder):
-    builder.StartObject(5)
+    builder.StartObject(6)
 
 def Start(builder):
     TickItemStart(builder)
@@ -126,6 +134,12 @@ def TickItemAddDtSecs(builder, dtSecs):
 
 def AddDtSecs(builder, dtSecs):
     TickItemAddDtSecs(builder, dtSecs)
+
+def TickItemAddParticipant(builder, participant):
+    builder.PrependUOffsetTRelativeSlot(5, flatbuffers.number_types.UOffsetTFlags.py_type(participant), 0)
+
+def AddParticipant(builder, participant):
+    TickItemAddParticipant(builder, participant)
 
 def TickItemEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,58 @@
+//! Goal: what happened in a world can be replayed by another process, and a replay that goes
+//! another way is noticed.
+//! Method: a session on a site that keeps journals, a killed world service, `causeway record`.
+
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use tests::{AT_LAST, Process, Service, Site};
+
+/// A folder that goes away with the test.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a command that ends by itself says, and whether it succeeded.
+fn said(arguments: &[&str]) -> (String, bool) {
+    let mut process = Process::start(arguments);
+    let status = process.wait(AT_LAST);
+    // Its last lines may still be on their way.
+    std::thread::sleep(std::time::Duration::from_millis(50));
+    (process.log(), status.success())
+}
+
+#[test]
+fn a_killed_service_leaves_a_journal_that_another_process_replays() {
+    let name = format!("causeway-journal-{}", std::process::id());
+    let folder = Folder(std::env::temp_dir().join(name));
+    std::fs::create_dir_all(&folder.0).unwrap();
+    let site = Site::start(&["--no-render", "--journals", folder.0.to_str().unwrap()]);
+    let mut session = site.session();
+    session.reset(json!({"scenario_name": "trolley_saves", "seed": 7}));
+    let bus = site.bus().to_string();
+    let (listed, _) = said(&["record", "list", "--connect", &bus]);
+    let world = listed.split_whitespace().next().unwrap().to_owned();
+    let (told, done) = said(&["record", "start", "--world", &world, "--connect", &bus]);
+    assert!(done, "{told}");
+    session.step(json!({"action_type": "control", "throttle": 0.7, "steer": 0.0}));
+    for _ in 0..20 {
+        session.step(json!({"action_type": "observe"}));
+    }
+    site.kill(Service::World);
+
+    let path = folder.0.join(format!("world-{world}-1.journal"));
+    let (told, done) = said(&["record", "verify", path.to_str().unwrap()]);
+    assert!(done && told.contains("the same to the bit"), "{told}");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let last = bytes.len() - 10;
+    bytes[last] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let (told, done) = said(&["record", "verify", path.to_str().unwrap()]);
+    assert!(!done && told.contains("digest"), "{told}");
+}

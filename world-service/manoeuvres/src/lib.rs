@@ -1,0 +1,24 @@
+//! What vehicles do on a test track, beside what real ones do: starts, stops, curves, steps of the
+//! steering wheel, slopes, kerbs.
+//!
+//! [`report`] drives all of it and gives a table and plots; `causeway bench dynamics` writes them
+//! to a folder. Everything is simulated, so that one run is like every other.
+//!
+//! Lengths in metres, angles in radians, speeds in metres per second unless a name says otherwise.
+
+mod corner;
+mod disturb;
+mod model;
+mod plot;
+mod published;
+mod report;
+mod straight;
+mod track;
+
+pub use published::{Known, Row, VEHICLES, measure};
+pub use report::{Report, report};
+
+use schemas::Error;
+
+/// What driving may end with: a refused command or a world that diverged.
+pub type Result<T> = std::result::Result<T, Error>;

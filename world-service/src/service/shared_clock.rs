@@ -1,0 +1,139 @@
+//! Ticks of a world whose clock is shared: one tick, when all have asked for it.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use schemas::{Error, ErrorCode, Reply, ServiceId, TickItem, TickOutcome, TickResult, WorldId};
+
+use super::hosted::Hosted;
+use super::tick::{check_item, tick_world};
+use super::{Gather, Outlet, Simulation};
+
+/// A participant's tick that waits for the others'.
+pub struct Waiter {
+    index: usize,
+    item: TickItem,
+    gather: Arc<Gather<TickResult>>,
+}
+
+impl Waiter {
+    /// With where the result goes.
+    pub(super) fn new(index: usize, item: TickItem, gather: Arc<Gather<TickResult>>) -> Self {
+        Self { index, item, gather }
+    }
+
+    pub(super) fn world(&self) -> WorldId {
+        self.item.world
+    }
+
+    pub(super) fn give(self, outcome: Result<TickOutcome, Error>) {
+        self.gather.give([(self.index, TickResult { world: self.item.world, outcome })]);
+    }
+}
+
+impl<S: Simulation> Hosted<S> {
+    /// A tick of a world that may be shared: done, refused, or kept until the others ask too.
+    pub(super) fn tick(&mut self, now: Instant, waiter: Waiter, outlet: &impl Outlet<S>) {
+        let item = &waiter.item;
+        let checked =
+            self.roster.check(item.participant.as_ref()).and_then(|()| check_shared(item));
+        let id = item.world;
+        let checked =
+            checked.and_then(|()| self.with(id, |world| check_item(&**world, &waiter.item)));
+        match (checked, waiter.item.participant.clone()) {
+            (Err(error), _) => waiter.give(Err(error)),
+            (Ok(()), Some(name)) => {
+                self.roster.wait(now, &name, waiter);
+                self.advance(id, outlet);
+            }
+            (Ok(()), None) => {
+                let outcome = self.tick_now(&waiter.item, outlet);
+                waiter.give(outcome);
+            }
+        }
+    }
+
+    /// A tick that waits for nobody.
+    fn tick_now(&mut self, item: &TickItem, outlet: &impl Outlet<S>) -> Result<TickOutcome, Error> {
+        let tenant = self.tenant.clone();
+        self.with(item.world, |world| tick_world(world, &tenant, item, outlet))
+    }
+
+    /// Ticks once for all participants, if none is missing.
+    fn advance(&mut self, id: WorldId, outlet: &impl Outlet<S>) {
+        let waiters = self.roster.complete();
+        if waiters.is_empty() {
+            return;
+        }
+        let commands = waiters.iter().flat_map(|waiter| waiter.item.commands.clone()).collect();
+        let together = TickItem { commands, ..TickItem::new(id, 1) };
+        let outcome = self.tick_now(&together, outlet);
+        let mut from = 0;
+        for waiter in waiters {
+            let to = from + waiter.item.commands.len();
+            let own = outcome.clone().map(|outcome| {
+                let replies = outcome.replies.get(from..to).unwrap_or_default().to_vec();
+                TickOutcome { replies, ..outcome }
+            });
+            from = to;
+            waiter.give(own);
+        }
+    }
+
+    /// Somebody takes part in the clock from now on, or, without a lease, no more.
+    ///
+    /// # Errors
+    /// `Capacity`.
+    pub(super) fn share(
+        &mut self,
+        now: Instant,
+        id: WorldId,
+        (name, lease): (ServiceId, Option<Duration>),
+        outlet: &impl Outlet<S>,
+    ) -> Result<Reply, Error> {
+        match lease {
+            Some(lease) => self.roster.join(now, name, lease)?,
+            None => {
+                if let Some(waiter) = self.roster.leave(&name) {
+                    let gone = Error::new(ErrorCode::InvalidArgument, "the participant has left");
+                    waiter.give(Err(gone));
+                }
+                self.advance(id, outlet);
+            }
+        }
+        Ok(Reply::Done)
+    }
+
+    /// Goes on without those who let the others wait for too long.
+    pub(super) fn expire_participants(
+        &mut self,
+        now: Instant,
+        id: WorldId,
+        outlet: &impl Outlet<S>,
+    ) {
+        let gone = self.roster.expire(now);
+        for name in &gone {
+            tracing::warn!(world = id.get(), %name, "a participant is gone: its lease is over");
+        }
+        if !gone.is_empty() {
+            self.advance(id, outlet);
+        }
+    }
+
+    /// Tells those who wait that the world is no more.
+    pub(super) fn dismiss(&mut self) {
+        for waiter in self.roster.drain() {
+            waiter.give(Err(Error::new(ErrorCode::UnknownWorld, "the world has ended")));
+        }
+    }
+}
+
+/// Everybody asks for the same: one tick of the world's own length.
+fn check_shared(item: &TickItem) -> Result<(), Error> {
+    if item.participant.is_none() || (item.tick_count == 1 && item.dt_secs.is_none()) {
+        return Ok(());
+    }
+    Err(Error::new(ErrorCode::InvalidArgument, "a shared clock goes on by single ticks")
+        .wanted("one tick of the world's own length")
+        .found(format_args!("{} ticks of {:?} s", item.tick_count, item.dt_secs)))
+}

@@ -1,0 +1,135 @@
+//! Several clients tick one world: it goes on once, when all have asked.
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::Duration;
+
+use schemas::{ErrorCode, Reply, Request, ServiceId, Tick, TickItem, TickOutcome, WorldId, keys};
+use world_service::service::{Gather, Job, WorldWork};
+
+use crate::common::{Site, car, config, connect, deadline, decoded, tenant, ticks};
+use crate::shard::Bench;
+
+const LEASE: Duration = Duration::from_millis(300);
+
+fn name(text: &str) -> ServiceId {
+    text.parse().unwrap()
+}
+
+fn step(world: WorldId, participant: &str) -> TickItem {
+    TickItem { participant: Some(name(participant)), ..ticks(world, 1) }
+}
+
+fn share(bench: &mut Bench, world: WorldId, participant: &str, lease: Option<Duration>) -> Reply {
+    bench.work(world, WorldWork::Share { participant: name(participant), lease })
+}
+
+/// Asks for a tick that may have to wait.
+fn ask(bench: &mut Bench, item: TickItem) -> Receiver<Reply> {
+    let (sender, replies) = sync_channel(1);
+    let answer = Box::new(move |reply| sender.send(reply).unwrap());
+    let gather = Gather::new(1, answer, Reply::Ticked);
+    let job = Job::Tick { tenant: Some(tenant()), items: vec![(0, item)], gather };
+    bench.shard.handle(bench.now, job, &bench.outlet);
+    replies
+}
+
+fn outcome(replies: &Receiver<Reply>) -> Result<TickOutcome, schemas::Error> {
+    match replies.try_recv().expect("it is answered") {
+        Reply::Ticked(mut results) => results.remove(0).outcome,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_shared_world_goes_on_once_when_all_have_asked() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    for participant in ["left", "right"] {
+        assert_eq!(share(&mut bench, world, participant, Some(LEASE)), Reply::Done);
+    }
+    let first = ask(&mut bench, TickItem { commands: vec![car()], ..step(world, "right") });
+    assert!(first.try_recv().is_err(), "left is missing");
+    let second = ask(&mut bench, step(world, "left"));
+    let (first, second) = (outcome(&first).unwrap(), outcome(&second).unwrap());
+    assert_eq!(first.frame, second.frame);
+    assert_eq!(decoded(&first.frame).tick, Tick(1));
+    assert_eq!((first.replies.len(), second.replies.len()), (1, 0), "each has its own replies");
+}
+
+#[test]
+fn who_has_no_part_in_a_shared_clock_cannot_tick() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    assert_eq!(bench.tick(step(world, "left")).unwrap_err().code, ErrorCode::InvalidArgument);
+    share(&mut bench, world, "left", Some(LEASE));
+    for item in [ticks(world, 1), step(world, "stranger")] {
+        assert_eq!(bench.tick(item).unwrap_err().code, ErrorCode::InvalidArgument);
+    }
+    let two = TickItem { tick_count: 2, ..step(world, "left") };
+    assert_eq!(bench.tick(two).unwrap_err().code, ErrorCode::InvalidArgument);
+    assert_eq!(decoded(&bench.tick(step(world, "left")).unwrap().frame).tick, Tick(1));
+    share(&mut bench, world, "left", None);
+    assert_eq!(decoded(&bench.tick(ticks(world, 1)).unwrap().frame).tick, Tick(2));
+}
+
+#[test]
+fn a_dead_participant_stops_the_world_for_its_lease_and_no_longer() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    share(&mut bench, world, "alive", Some(LEASE));
+    share(&mut bench, world, "dead", Some(LEASE));
+    let waiting = ask(&mut bench, step(world, "alive"));
+    let end = bench.now + LEASE;
+    assert_eq!(bench.shard.next_end(), Some(end));
+    bench.shard.expire_leases(end - Duration::from_millis(1), &bench.outlet);
+    assert!(waiting.try_recv().is_err(), "the lease is not over");
+    bench.shard.expire_leases(end, &bench.outlet);
+    assert_eq!(decoded(&outcome(&waiting).unwrap().frame).tick, Tick(1));
+    assert_eq!(bench.shard.next_end(), None);
+    // It goes on at full speed without it, and the dead one must ask to be taken in again.
+    assert!(bench.tick(step(world, "alive")).is_ok());
+    assert_eq!(bench.tick(step(world, "dead")).unwrap_err().code, ErrorCode::InvalidArgument);
+}
+
+#[test]
+fn who_leaves_is_waited_for_no_more_and_an_ended_world_tells_who_waits() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    share(&mut bench, world, "left", Some(LEASE));
+    share(&mut bench, world, "right", Some(LEASE));
+    let waiting = ask(&mut bench, step(world, "left"));
+    assert_eq!(share(&mut bench, world, "right", None), Reply::Done);
+    assert!(outcome(&waiting).is_ok());
+    share(&mut bench, world, "right", Some(LEASE));
+    let waiting = ask(&mut bench, step(world, "left"));
+    assert_eq!(bench.work(world, WorldWork::Destroy), Reply::Done);
+    assert_eq!(outcome(&waiting).unwrap_err().code, ErrorCode::UnknownWorld);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn over_the_bus_a_killed_client_holds_the_others_up_for_its_lease() {
+    let site = Site::open(config()).await;
+    let world = site.create(7, None).await.unwrap();
+    let key = keys::world(&tenant(), world);
+    for participant in ["alive", "dead"] {
+        let share =
+            Request::ShareClock { world, participant: name(participant), lease_millis: 300 };
+        assert_eq!(site.client.request(&key, &share, deadline()).await, Ok(Reply::Done));
+    }
+    let dying = connect(&site.service).await;
+    let request = |participant| Request::TickWorlds(vec![step(world, participant)]);
+    let (both, from_dying) = (request("alive"), request("dead"));
+    let (one, other) = tokio::join!(
+        site.client.request(&key, &both, deadline()),
+        dying.request(&key, &from_dying, deadline())
+    );
+    assert!(one.is_ok() && other.is_ok());
+    dying.close().await;
+    let asked = std::time::Instant::now();
+    let outcome = site.tick(step(world, "alive")).await.unwrap();
+    assert_eq!(decoded(&outcome.frame).tick, Tick(2));
+    assert!(asked.elapsed() >= Duration::from_millis(300), "{:?}", asked.elapsed());
+    let asked = std::time::Instant::now();
+    site.tick(step(world, "alive")).await.unwrap();
+    assert!(asked.elapsed() < Duration::from_millis(300), "{:?}", asked.elapsed());
+}
