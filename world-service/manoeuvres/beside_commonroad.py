@@ -22,7 +22,7 @@ from vehiclemodels.vehicle_dynamics_st import vehicle_dynamics_st
 
 YAW_RATE = 5
 MODELS = {
-    "single-track": (init_st, vehicle_dynamics_st),
+    "single-track": (lambda start, _: init_st(start), vehicle_dynamics_st),
     "multi-body": (init_mb, vehicle_dynamics_mb),
 }
 

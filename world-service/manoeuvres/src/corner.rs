@@ -234,16 +234,14 @@ pub(crate) fn sine_steer(rig: Rig, steer: f32) -> Result<SineAnswer> {
     let at = |secs: f32| {
         moments.iter().find(|moment| moment.secs >= secs).copied().unwrap_or(moments[0])
     };
-    // The second peak: after the steering has changed its side.
+    // The second peak: after the steering has changed its side. A vehicle that goes on turning to
+    // the first side has none, and its yaw rate counts whole.
     let turned_secs = from_secs + 0.5 / SINE_HZ;
-    let peak = moments
-        .iter()
-        .filter(|moment| moment.secs > turned_secs)
-        .map(|moment| -moment.yaw_radps)
-        .fold(1.0e-6, f32::max);
+    let later = moments.iter().filter(|moment| moment.secs > turned_secs);
+    let peak = later.map(|moment| moment.yaw_radps.abs()).fold(1.0e-6, f32::max);
     Ok(SineAnswer {
-        after_1_secs: -at(end_secs + 1.0).yaw_radps / peak,
-        after_1_75_secs: -at(end_secs + 1.75).yaw_radps / peak,
+        after_1_secs: at(end_secs + 1.0).yaw_radps.abs() / peak,
+        after_1_75_secs: at(end_secs + 1.75).yaw_radps.abs() / peak,
         beside_m: at(from_secs + 1.07).beside_m,
         moments,
     })

@@ -141,22 +141,22 @@ mod tests {
         let now = Instant::now();
         let mut roster = roster(now, &["b", "a"]);
         roster.wait(now, &name("b"), 2);
-        assert_eq!(roster.complete(), []);
+        assert!(roster.complete().is_empty());
         assert!(roster.check(Some(&name("b"))).is_err(), "it waits already");
         roster.wait(now, &name("a"), 1);
         assert_eq!(roster.complete(), [1, 2]);
-        assert_eq!((roster.complete(), roster.next_end()), (vec![], None));
+        assert!(roster.complete().is_empty() && roster.next_end().is_none());
     }
 
     #[test]
     fn who_stays_away_longer_than_its_lease_takes_part_no_more() {
         let now = Instant::now();
         let mut roster = roster(now, &["dead", "alive"]);
-        assert_eq!(roster.expire(now + Duration::from_hours(1)), [], "nobody waits");
+        assert!(roster.expire(now + Duration::from_hours(1)).is_empty(), "nobody waits");
         roster.wait(now, &name("alive"), 1);
         let end = roster.next_end().unwrap();
         assert_eq!(end, now + Duration::from_millis(100));
-        assert_eq!(roster.expire(end - Duration::from_millis(1)), []);
+        assert!(roster.expire(end - Duration::from_millis(1)).is_empty());
         assert_eq!(roster.expire(end), [name("dead")]);
         assert_eq!(roster.complete(), [1]);
         assert!(roster.check(Some(&name("dead"))).is_err());

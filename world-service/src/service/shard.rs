@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use schemas::limits::CAMERAS_PER_JOB_MAX;
 use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, ErrorCode, Lease, RenderJob};
-use schemas::{Reply, ServiceId, Tenant, TickItem, TickOutcome, TickResult, WorldId};
+use schemas::{Reply, ServiceId, Tenant, WorldId};
 
 use super::hosted::guarded;
 use super::inbox::WorldWork;

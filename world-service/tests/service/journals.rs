@@ -1,15 +1,12 @@
 //! Journals replay to the bit, and a replay that goes another way says where.
 
 use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use proptest::prelude::*;
 use schemas::wire::encode_frame;
-use schemas::{
-    Command, EncodedFrame, Request, Tick, TickItem, Vec3, VehicleControl, WorldId, keys,
-};
+use schemas::{Command, Request, Tick, TickItem, Vec3, VehicleControl, WorldId, keys};
 use world::{Town, World, WorldConfig};
 use world_service::journal::{Difference, Journal, JournalError, Replayed, verify};
 use world_service::service::{Recorded, WorldWork};
