@@ -9,14 +9,14 @@
 mod contact;
 mod shapes;
 mod switch;
+mod workspace;
 
 use blueprints::{PropModel, WalkerModel};
 use nalgebra::Matrix3;
 use rapier3d::prelude::{
-    BroadPhaseBvh, CCDSolver, ColliderBuilder, ColliderHandle, ColliderSet, ImpulseJointSet,
-    IntegrationParameters, IslandManager, MassProperties, MultibodyJointSet, NarrowPhase,
-    PhysicsPipeline, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SharedShape,
-    SoftBodySet,
+    BroadPhaseBvh, ColliderBuilder, ColliderHandle, ColliderSet, IntegrationParameters,
+    IslandManager, MassProperties, NarrowPhase, RigidBody, RigidBodyBuilder, RigidBodyHandle,
+    RigidBodySet, SharedShape,
 };
 use schemas::{ActorId, Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -46,25 +46,13 @@ const WAIST_SHARE: f32 = 0.5;
 const CABIN_SHARE: f32 = 0.55;
 
 /// All bodies of a world.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Physics {
     bodies: RigidBodySet,
     colliders: ColliderSet,
     islands: IslandManager,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
-    #[serde(skip)]
-    workspace: Workspace,
-}
-
-/// Buffers and sets that stay empty: no part of the state.
-#[derive(Default)]
-struct Workspace {
-    pipeline: PhysicsPipeline,
-    ccd: CCDSolver,
-    impulse_joints: ImpulseJointSet,
-    multibody_joints: MultibodyJointSet,
-    soft_bodies: SoftBodySet,
 }
 
 /// The physics produced a value that is not a number.
@@ -107,19 +95,6 @@ impl Response {
     }
 }
 
-impl Clone for Physics {
-    fn clone(&self) -> Self {
-        Self {
-            bodies: self.bodies.clone(),
-            colliders: self.colliders.clone(),
-            islands: self.islands.clone(),
-            broad_phase: self.broad_phase.clone(),
-            narrow_phase: self.narrow_phase.clone(),
-            workspace: Workspace::default(),
-        }
-    }
-}
-
 impl Physics {
     pub(crate) fn new() -> Self {
         Self {
@@ -128,7 +103,6 @@ impl Physics {
             islands: IslandManager::new(),
             broad_phase: BroadPhaseBvh::new(),
             narrow_phase: NarrowPhase::new(),
-            workspace: Workspace::default(),
         }
     }
 
@@ -243,21 +217,25 @@ impl Physics {
     }
 
     pub(crate) fn remove_scenery(&mut self, handle: SceneryHandle) {
-        let soft_bodies = &mut self.workspace.soft_bodies;
-        self.colliders.remove(handle, &mut self.islands, &mut self.bodies, soft_bodies, true);
+        let Self { colliders, islands, bodies, .. } = self;
+        workspace::with(|own| {
+            colliders.remove(handle, islands, bodies, &mut own.soft_bodies, true);
+        });
     }
 
     pub(crate) fn remove_body(&mut self, handle: BodyHandle) {
-        let Workspace { impulse_joints, multibody_joints, soft_bodies, .. } = &mut self.workspace;
-        self.bodies.remove(
-            handle,
-            &mut self.islands,
-            &mut self.colliders,
-            impulse_joints,
-            multibody_joints,
-            soft_bodies,
-            true,
-        );
+        let Self { colliders, islands, bodies, .. } = self;
+        workspace::with(|own| {
+            bodies.remove(
+                handle,
+                islands,
+                colliders,
+                &mut own.impulse_joints,
+                &mut own.multibody_joints,
+                &mut own.soft_bodies,
+                true,
+            );
+        });
     }
 
     /// Whether the handle names a body.
@@ -362,24 +340,25 @@ impl Physics {
             max_ccd_substeps: 1,
             ..IntegrationParameters::default()
         };
-        let Workspace { pipeline, ccd, impulse_joints, multibody_joints, soft_bodies } =
-            &mut self.workspace;
-        pipeline.step(
-            to_rapier(-Vec3::z() * GRAVITY_MPS2),
-            &parameters,
-            &mut self.islands,
-            &mut self.broad_phase,
-            &mut self.narrow_phase,
-            &mut self.bodies,
-            &mut self.colliders,
-            impulse_joints,
-            multibody_joints,
-            soft_bodies,
-            ccd,
-            &(),
-            &(),
-        );
-        if pipeline.quarantine().is_empty() { Ok(()) } else { Err(NotFinite) }
+        let gravity_mps2 = to_rapier(-Vec3::z() * GRAVITY_MPS2);
+        workspace::with(|own| {
+            own.pipeline.step(
+                gravity_mps2,
+                &parameters,
+                &mut self.islands,
+                &mut self.broad_phase,
+                &mut self.narrow_phase,
+                &mut self.bodies,
+                &mut self.colliders,
+                &mut own.impulse_joints,
+                &mut own.multibody_joints,
+                &mut own.soft_bodies,
+                &mut own.ccd,
+                &(),
+                &(),
+            );
+            if own.pipeline.quarantine().is_empty() { Ok(()) } else { Err(NotFinite) }
+        })
     }
 }
 
