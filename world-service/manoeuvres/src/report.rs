@@ -132,7 +132,7 @@ fn sines(
                 if answer.is_stable() { "stable" } else { "spins" }
             ),
         );
-        if scale == 4.5 {
+        if scale == 2.5 {
             let points = answer.moments.iter().map(|at| (at.secs, at.yaw_radps.to_degrees()));
             curves.sines.push((known.class.to_owned(), points.collect()));
         }
@@ -228,7 +228,7 @@ impl Curves {
             (
                 "sine.svg",
                 plot(
-                    "Sine with dwell, 4.5 × the steer of 0.3 g",
+                    "Sine with dwell, 2.5 × the steer of 0.3 g",
                     "seconds",
                     "yaw rate, °/s",
                     self.sines,

@@ -174,7 +174,7 @@ fn ticks() {
     println!("\n| driving cars | tick of 50 ms in 5 steps | of each car | × n log n from 10 |");
     println!("|---|---|---|---|");
     let mut first = None;
-    for count in [10usize, 30, 100, 300, 1_000] {
+    for count in [10usize, 50, 100, 200, 500, 1_000] {
         let start = cars(count, 8.0, 0.0);
         let rounds = (2_000 / count).clamp(5, 40);
         let times = (0..3).flat_map(|_| {
