@@ -73,7 +73,7 @@ fn a_journal_that_began_in_the_middle_replays_to_its_end() {
     bench.tick(ticks(world, 5)).unwrap();
     let replayed = replay(&bench.outlet.journal).unwrap();
     assert_eq!((replayed.first, replayed.last), (Tick(5), Tick(45)));
-    assert_eq!((replayed.map.as_str(), replayed.commands, replayed.ended), (MAP, 2, true));
+    assert_eq!((replayed.map.as_str(), replayed.commands, replayed.ended), (MAP, 3, true));
 }
 
 #[test]
