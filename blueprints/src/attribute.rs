@@ -33,6 +33,19 @@ pub struct Attribute {
 }
 
 impl AttributeKind {
+    /// A client's text as this kind is written: `True` is `true`, `64.0` is the whole number `64`.
+    /// Others stay as they are.
+    pub fn written(self, text: &str) -> String {
+        match self {
+            Self::Bool => text.to_ascii_lowercase(),
+            Self::Int if text.parse::<i32>().is_err() => match text.trim().parse::<f64>() {
+                Ok(number) if number.abs() < f64::from(i32::MAX) => (number as i32).to_string(),
+                _ => text.to_owned(),
+            },
+            _ => text.to_owned(),
+        }
+    }
+
     /// Whether a text is a value of this kind.
     pub fn accepts(self, text: &str) -> bool {
         match self {
@@ -106,6 +119,21 @@ mod tests {
             (Colour, "0,0,0", "0,0"),
         ] {
             assert!(kind.accepts(good) && !kind.accepts(bad), "{kind:?}: {good} {bad}");
+        }
+    }
+
+    #[test]
+    fn a_whole_number_may_be_written_with_a_point_and_a_truth_in_capitals() {
+        use AttributeKind::{Bool, Int, String};
+        for (kind, given, wanted) in [
+            (Bool, "False", "false"),
+            (Int, "64.0", "64"),
+            (Int, "-3.9", "-3"),
+            (Int, "1e30", "1e30"),
+            (Int, "many", "many"),
+            (String, "True", "True"),
+        ] {
+            assert_eq!(kind.written(given), wanted);
         }
     }
 

@@ -110,7 +110,7 @@ fn attributes(id: &str, model: &WalkerModel, generation: u8, wheelchair: bool) -
     attributes.extend([
         Attribute::open("speed", Float, &["0.0", &walk, &run]),
         Attribute::open("is_invincible", Bool, &["true"]),
-        Attribute::choice("use_wheelchair", Bool, seats),
+        Attribute::open("use_wheelchair", Bool, seats),
         Attribute::fixed("gender", String, gender),
         Attribute::fixed("generation", Int, generation),
         Attribute::fixed("age", String, age),

@@ -4,9 +4,11 @@
 mod actor;
 mod batch;
 mod content;
+mod debug;
 mod lights;
 mod map;
 mod orders;
+mod parts;
 mod sensor;
 mod session;
 mod table;

@@ -65,13 +65,14 @@ pub(crate) fn order(
     let mut attributes = Vec::new();
     for given in &description.attributes {
         let Some(known) = blueprint.attribute(&given.id) else { continue };
-        if given.value == known.value {
+        let value = known.kind.written(&given.value);
+        if value == known.value {
             continue;
         }
-        if !known.accepts(&given.value) {
+        if !known.accepts(&value) {
             return Err(invalid(format!("{} cannot be {:?}", given.id, given.value)));
         }
-        attributes.push(Attribute { id: given.id.clone(), value: given.value.clone() });
+        attributes.push(Attribute { id: given.id.clone(), value });
     }
     Ok((blueprint, attributes))
 }
@@ -197,6 +198,8 @@ mod tests {
         assert_eq!(attributes.len(), 1);
         let (_, attributes) = order(&with("sticky_control", "true")).unwrap();
         assert_eq!(attributes, []);
+        let (_, attributes) = order(&with("sticky_control", "False")).unwrap();
+        assert_eq!(attributes[0].value, "false");
         assert!(order(&with("sticky_control", "perhaps")).is_err());
         let unknown = ActorDescription { type_id: "vehicle.no".to_owned(), ..Default::default() };
         assert!(order(&unknown).unwrap_err().0.contains("invalid actor description"));

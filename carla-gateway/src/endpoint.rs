@@ -8,13 +8,13 @@ mod telling;
 mod uploads;
 mod worlds;
 
-pub(crate) use cameras::camera;
+pub(crate) use cameras::check_camera;
 pub(crate) use worlds::unknown_actor;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use schemas::Command;
+use schemas::{ActorId, Command};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
@@ -24,14 +24,18 @@ use crate::config::WorldConfig;
 use crate::dialect::{EpisodeSettings, LightState, WeatherParameters};
 use crate::episode::Episode;
 use crate::maps::Maps;
+use crate::pictures::Shape;
 use crate::rpc::{Connection, ConnectionId, Refusal, Request};
 use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
+use cameras::Darkroom;
 
 /// Events that may wait; clients that send more are read more slowly.
 pub(crate) const EVENTS_MAX: usize = 1_024;
 /// Events that are handled between two looks at the clock.
 const EVENTS_PER_LOOK: usize = 64;
+/// What gravity measures at rest, in metres per second squared.
+pub(crate) const GRAVITY_MPS2: f32 = 9.81;
 /// Commands that wait for the next tick at most.
 const PENDING_MAX: usize = 4_096;
 
@@ -70,6 +74,10 @@ pub(crate) struct Endpoint {
     pub(crate) traffic_managers: BTreeMap<u16, (String, ConnectionId)>,
     /// As the light manager of a client set them.
     pub(crate) lights: Vec<LightState>,
+    /// What clients drew into the world.
+    pub(crate) shapes: Arc<Vec<Shape>>,
+    /// What inertial sensors measure at rest.
+    pub(crate) imui_gravity_mps2: f32,
     clients: BTreeSet<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
@@ -77,6 +85,7 @@ pub(crate) struct Endpoint {
     /// awaited.
     expected: BTreeMap<u32, (u64, Instant)>,
     pictures: Option<JoinHandle<()>>,
+    darkroom: Arc<Darkroom>,
     started: Instant,
     last_tick: Instant,
     map_is_new: bool,
@@ -108,11 +117,14 @@ impl Endpoint {
             pending: Vec::new(),
             traffic_managers: BTreeMap::new(),
             lights: Vec::new(),
+            shapes: Arc::default(),
+            imui_gravity_mps2: GRAVITY_MPS2,
             clients: BTreeSet::new(),
             caller: None,
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
+            darkroom: Arc::default(),
             started: now,
             last_tick: now,
             map_is_new: false,
@@ -180,11 +192,18 @@ impl Endpoint {
     fn note_deserted(&mut self, stream: u32) {
         let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
         if let Some(sensor) = sensor
-            && !self.expected.contains_key(&stream)
-            && self.hub.listener_count(stream) == 0
+            && !self.is_wanted(sensor)
         {
             self.pending.push(Command::Listen { sensor, on: false });
         }
+    }
+
+    /// Whether anybody listens to a sensor, or is on the way.
+    fn is_wanted(&self, sensor: ActorId) -> bool {
+        let streams = self.episode.iter().flat_map(|episode| episode.streams_of(sensor.get()));
+        streams.into_iter().any(|stream| {
+            self.expected.contains_key(&stream) || self.hub.listener_count(stream) > 0
+        })
     }
 
     /// A client will listen to a stream within a moment: the next tick waits for it.

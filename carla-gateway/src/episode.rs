@@ -1,6 +1,6 @@
 //! One world as clients see it: its map, its newest frame, and what is known of its actors.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use schemas::{ActorDescription, ActorId, ActorState, Frame, WorldId};
@@ -8,6 +8,8 @@ use schemas::{ActorDescription, ActorId, ActorState, Frame, WorldId};
 use crate::catalogue;
 use crate::dialect::Actor;
 use crate::navigation::Navigation;
+use crate::pictures::Film;
+use crate::skeleton::Custom;
 use crate::stream::token;
 
 /// Descriptions of actors that are gone are kept up to this number.
@@ -28,6 +30,21 @@ pub(crate) struct Episode {
     signals: BTreeMap<u32, String>,
     stream_of_actor: BTreeMap<u32, u32>,
     actor_of_stream: BTreeMap<u32, u32>,
+    /// Of textures of cameras, by camera and CARLA's number.
+    texture_streams: BTreeMap<(u32, u32), u32>,
+    /// Cameras whose textures clients switched on.
+    textured: BTreeSet<u32>,
+    /// Poses that clients made, by walker.
+    custom_poses: BTreeMap<u32, Custom>,
+    /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
+    pub(crate) wheel_angles: BTreeMap<(u32, u8), WheelAngles>,
+}
+
+/// Angles at which a client holds a wheel, in degrees.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct WheelAngles {
+    pub(crate) steer: Option<f32>,
+    pub(crate) pitch: f32,
 }
 
 impl Episode {
@@ -50,6 +67,10 @@ impl Episode {
             signals: BTreeMap::new(),
             stream_of_actor: BTreeMap::new(),
             actor_of_stream: BTreeMap::new(),
+            texture_streams: BTreeMap::new(),
+            textured: BTreeSet::new(),
+            custom_poses: BTreeMap::new(),
+            wheel_angles: BTreeMap::new(),
         }
     }
 
@@ -88,13 +109,70 @@ impl Episode {
         }
     }
 
-    /// Forgets an actor; gives its stream, which is to be closed.
-    pub(crate) fn forget(&mut self, actor: u32) -> Option<u32> {
+    /// Forgets an actor; gives its streams, which are to be closed.
+    pub(crate) fn forget(&mut self, actor: u32) -> Vec<u32> {
+        let streams: Vec<u32> = self.streams_of(actor).collect();
         self.actors.remove(&actor);
         self.signals.remove(&actor);
-        let stream = self.stream_of_actor.remove(&actor)?;
-        self.actor_of_stream.remove(&stream);
+        self.stream_of_actor.remove(&actor);
+        self.texture_streams.retain(|(camera, _), _| *camera != actor);
+        self.textured.remove(&actor);
+        self.custom_poses.remove(&actor);
+        self.wheel_angles.retain(|(vehicle, _), _| *vehicle != actor);
+        for stream in &streams {
+            self.actor_of_stream.remove(stream);
+        }
+        streams
+    }
+
+    /// The own stream of an actor, and those of its textures.
+    pub(crate) fn streams_of(&self, actor: u32) -> impl Iterator<Item = u32> {
+        let textures = self.texture_streams.range((actor, 0)..=(actor, u32::MAX));
+        self.stream(actor).into_iter().chain(textures.map(|(_, stream)| *stream))
+    }
+
+    /// The pose that a client made for a walker.
+    pub(crate) fn custom_pose(&self, walker: u32) -> Option<&Custom> {
+        self.custom_poses.get(&walker)
+    }
+
+    /// As [`custom_pose`](Self::custom_pose), begun where there was none.
+    pub(crate) fn custom_pose_mut(&mut self, walker: u32) -> &mut Custom {
+        self.custom_poses.entry(walker).or_default()
+    }
+
+    /// The stream of a camera's texture, which is `next` if it had none yet; `None` for what is no
+    /// camera or no texture.
+    pub(crate) fn texture_stream(&mut self, camera: u32, number: u32, next: u32) -> Option<u32> {
+        Film::of_texture(number)?;
+        let is_camera =
+            self.actor(camera).is_some_and(|actor| Film::of(&actor.description.type_id).is_some());
+        if !is_camera {
+            return None;
+        }
+        let stream = *self.texture_streams.entry((camera, number)).or_insert(next);
+        self.actor_of_stream.insert(stream, camera);
         Some(stream)
+    }
+
+    /// Streams of the textures of a camera, and what they show.
+    pub(crate) fn textures(&self, camera: u32) -> impl Iterator<Item = (u32, Film)> {
+        let streams = self.texture_streams.range((camera, 0)..=(camera, u32::MAX));
+        streams.filter_map(|((_, number), stream)| Some((*stream, Film::of_texture(*number)?)))
+    }
+
+    /// Remembers that a client switched the textures of a camera on or off.
+    pub(crate) fn set_textured(&mut self, camera: u32, on: bool) {
+        if on {
+            self.textured.insert(camera);
+        } else {
+            self.textured.remove(&camera);
+        }
+    }
+
+    /// Whether a client switched the textures of a camera on.
+    pub(crate) fn is_textured(&self, camera: u32) -> bool {
+        self.textured.contains(&camera)
     }
 
     /// What is known of an actor.

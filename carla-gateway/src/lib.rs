@@ -5,6 +5,7 @@
 //!   its streams.
 //! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call
 //!   does.
+//! - `skeleton` is where the limbs of pedestrians are.
 //! - `site` is the world service behind the bus.
 //!
 //! The client does not check what it receives, so every payload has one encoder and golden bytes.
@@ -23,6 +24,7 @@ mod pictures;
 mod rpc;
 mod sensors;
 mod site;
+mod skeleton;
 mod snapshot;
 mod stream;
 

@@ -6,6 +6,19 @@ use schemas::{DEPTH_MAX_M, Image, ImageEncoding, ImageKind, Pose, TagId};
 use crate::dialect::Transform;
 use crate::snapshot::header;
 
+mod events;
+mod film;
+mod flow;
+mod sketch;
+
+pub(crate) use events::{Event as LightEvent, Memory, Reaction};
+pub(crate) use film::Film;
+pub(crate) use flow::Movement;
+pub(crate) use sketch::{Figure, Shape, Sheet, sketch};
+
+use film::{Texture, palette_rgb};
+use flow::{View, flow};
+
 /// The largest depth of CARLA's 24 bits.
 const DEPTH_STEPS: f32 = 16_777_215.0;
 
@@ -15,18 +28,6 @@ pub(crate) struct Picture<'a> {
     pub(crate) sim_secs: f64,
     pub(crate) world_from_camera: &'a Pose,
     pub(crate) horizontal_fov_rad: f32,
-}
-
-/// What a camera's pixels hold, for those that can be drawn.
-pub(crate) fn image_kind(blueprint: &str) -> Option<ImageKind> {
-    match blueprint {
-        "sensor.camera.rgb" => Some(ImageKind::Rgb),
-        "sensor.camera.depth" => Some(ImageKind::Depth),
-        "sensor.camera.semantic_segmentation" => Some(ImageKind::Semantic),
-        "sensor.camera.instance_segmentation" => Some(ImageKind::Instance),
-        "sensor.camera.normals" => Some(ImageKind::Normals),
-        _ => None,
-    }
 }
 
 /// The raw encoding of a kind of picture.
@@ -40,29 +41,17 @@ pub(crate) fn encoding_of(kind: ImageKind) -> ImageEncoding {
     }
 }
 
-/// Number of the sensor in the header: its position in a list inside the client.
-fn sensor_number(kind: ImageKind) -> u64 {
-    match kind {
-        ImageKind::Depth => 1,
-        ImageKind::Normals => 2,
-        ImageKind::Rgb => 13,
-        ImageKind::Semantic => 14,
-        ImageKind::Instance => 15,
-    }
-}
-
-/// The payload of one picture; `None` for one of another size than it says.
-pub(crate) fn encode_picture(picture: &Picture<'_>, image: &Image) -> Option<Vec<u8>> {
-    let transform = Transform::of(picture.world_from_camera);
-    let number = sensor_number(image.kind);
-    let mut out = header(number, picture.frame_number, picture.sim_secs, &transform);
+/// The payload of one picture by itself; `None` for one of another size than it says.
+pub(crate) fn encode_picture(picture: &Picture<'_>, film: Film, image: &Image) -> Option<Vec<u8>> {
+    let mut out = picture.head(film, image.width_px, image.height_px);
     let pixel_count = image.width_px as usize * image.height_px as usize;
-    out.reserve_exact(12 + 4 * pixel_count);
-    out.extend_from_slice(&image.width_px.to_le_bytes());
-    out.extend_from_slice(&image.height_px.to_le_bytes());
-    out.extend_from_slice(&picture.horizontal_fov_rad.to_degrees().to_le_bytes());
+    out.reserve_exact(4 * pixel_count);
     let start = out.len();
     match image.encoding {
+        _ if film == Film::Texture(Texture::Black) => {
+            out.extend(std::iter::repeat_n([0, 0, 0, 255], pixel_count).flatten());
+        }
+        ImageEncoding::TagU8 if film == Film::Palette => put::<1>(&mut out, &image.data, painted),
         ImageEncoding::Rgba8 => put::<4>(&mut out, &image.data, |[r, g, b, a]| [b, g, r, a]),
         ImageEncoding::DepthF32 => put::<4>(&mut out, &image.data, depth),
         ImageEncoding::TagU8 => put::<1>(&mut out, &image.data, |[tag]| [0, 0, tag, 255]),
@@ -71,6 +60,59 @@ pub(crate) fn encode_picture(picture: &Picture<'_>, image: &Image) -> Option<Vec
         ImageEncoding::Jpeg => return None,
     }
     (out.len() - start == 4 * pixel_count).then_some(out)
+}
+
+/// The payload of optical flow from depth and ids; `None` for pictures of another size.
+pub(crate) fn encode_flow(
+    picture: &Picture<'_>,
+    film: Film,
+    [depths, ids]: [&Image; 2],
+    before: &Pose,
+    movement: &Movement,
+) -> Option<Vec<u8>> {
+    let view = View {
+        world_from_camera: *picture.world_from_camera,
+        world_from_camera_before: *before,
+        width_px: depths.width_px,
+        height_px: depths.height_px,
+        horizontal_fov_rad: picture.horizontal_fov_rad,
+    };
+    let moved = flow(&view, movement, &depths.data, &ids.data);
+    let mut out = picture.head(film, depths.width_px, depths.height_px);
+    if film == Film::Flow {
+        out.extend(moved.iter().flatten().flat_map(|number| number.to_le_bytes()));
+    } else {
+        out.extend(moved.iter().flat_map(|pixel| velocity(*pixel)));
+    }
+    (moved.len() == depths.width_px as usize * depths.height_px as usize).then_some(out)
+}
+
+/// The payload of a camera of events.
+pub(crate) fn encode_events(
+    picture: &Picture<'_>,
+    image: &Image,
+    events: &[LightEvent],
+) -> Vec<u8> {
+    let mut out = picture.head(Film::Events, image.width_px, image.height_px);
+    for event in events {
+        out.extend_from_slice(&event.column.to_le_bytes());
+        out.extend_from_slice(&event.row.to_le_bytes());
+        out.extend_from_slice(&event.at_ns.to_le_bytes());
+        out.push(u8::from(event.brighter));
+    }
+    out
+}
+
+impl Picture<'_> {
+    /// Header, size and angle.
+    fn head(&self, film: Film, width_px: u32, height_px: u32) -> Vec<u8> {
+        let transform = Transform::of(self.world_from_camera);
+        let mut out = header(film.number(), self.frame_number, self.sim_secs, &transform);
+        out.extend_from_slice(&width_px.to_le_bytes());
+        out.extend_from_slice(&height_px.to_le_bytes());
+        out.extend_from_slice(&self.horizontal_fov_rad.to_degrees().to_le_bytes());
+        out
+    }
 }
 
 /// Appends one pixel of four bytes for every `N` bytes.
@@ -84,6 +126,18 @@ fn depth(metres: [u8; 4]) -> [u8; 4] {
     let share = f32::from_le_bytes(metres).clamp(0.0, DEPTH_MAX_M) / DEPTH_MAX_M;
     let [low, middle, high, _] = ((share * DEPTH_STEPS).round() as u32).to_le_bytes();
     [high, middle, low, 255]
+}
+
+/// A tag in the colours of Cityscapes.
+fn painted([tag]: [u8; 1]) -> [u8; 4] {
+    let [red, green, blue] = palette_rgb(tag);
+    [blue, green, red, 255]
+}
+
+/// Movement to the right in red and up in green; the middle is none.
+fn velocity(moved: [f32; 2]) -> [u8; 4] {
+    let [red, green] = moved.map(|share| (127.5 + 63.75 * share.clamp(-2.0, 2.0)).round() as u8);
+    [0, green, red, 255]
 }
 
 /// The tag in red and the lower 16 bits of the id in green and blue.
@@ -106,6 +160,10 @@ mod tests {
 
     /// The bytes after the header of a picture of one pixel.
     fn one_pixel(kind: ImageKind, data: Vec<u8>) -> Option<Vec<u8>> {
+        developed(Film::Plain(kind), kind, data)
+    }
+
+    fn developed(film: Film, kind: ImageKind, data: Vec<u8>) -> Option<Vec<u8>> {
         let encoding = encoding_of(kind);
         let image = Image { camera: 0, width_px: 1, height_px: 1, kind, encoding, data };
         let picture = Picture {
@@ -114,7 +172,7 @@ mod tests {
             world_from_camera: &Pose::identity(),
             horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
         };
-        encode_picture(&picture, &image).map(|bytes| bytes[48..].to_vec())
+        encode_picture(&picture, film, &image).map(|bytes| bytes[48..].to_vec())
     }
 
     #[test]
@@ -145,6 +203,15 @@ mod tests {
     fn a_normal_to_the_left_is_dark_in_the_clients_second_axis() {
         let left = one_pixel(ImageKind::Normals, vec![0, 127, 0]).unwrap();
         assert_eq!(left[12..], [128, 1, 128, 255]);
+    }
+
+    #[test]
+    fn a_palette_paints_tags_and_a_missing_texture_is_black() {
+        let road = developed(Film::Palette, ImageKind::Semantic, vec![1]).unwrap();
+        assert_eq!(road[12..], [128, 64, 128, 255]);
+        let missing = Film::of_texture(7).unwrap();
+        let black = developed(missing, ImageKind::Semantic, vec![1]).unwrap();
+        assert_eq!(black[12..], [0, 0, 0, 255]);
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! What sensors tell, byte by byte as CARLA's client reads it.
 
+mod merge;
+
+pub(crate) use merge::merge;
+
 use schemas::{ActorId, LidarPoint, Measurement, RadarDetection, Scan};
 use schemas::{SemanticLidarPoint, SensorDatum, Vec3, carla};
 use serde::Serialize;
@@ -18,16 +22,23 @@ mod kind {
     pub(super) const LIDAR: u64 = 11;
 }
 
+/// What measurements are told with.
+pub(crate) struct Told {
+    pub(crate) frame_number: u64,
+    /// What inertial sensors measure upwards besides gravity.
+    pub(crate) extra_gravity_mps2: f32,
+}
+
 /// The payload of one measurement; `None` for what clients find out for themselves. `actor_of`
 /// describes an actor that was met, or what stands in for scenery with a tag.
 pub(crate) fn encode(
     datum: &SensorDatum,
-    frame_number: u64,
+    told: &Told,
     carrier: &Actor,
     actor_of: impl Fn(Option<ActorId>, u8) -> Actor,
 ) -> Option<Vec<u8>> {
     let transform = Transform::of(&datum.world_from_sensor);
-    let head = |kind| header(kind, frame_number, datum.sim_secs, &transform);
+    let head = |kind| header(kind, told.frame_number, datum.sim_secs, &transform);
     let pack = |kind, body: &dyn Fn(&mut Vec<u8>) -> Option<()>| {
         let mut out = head(kind);
         body(&mut out)?;
@@ -40,7 +51,9 @@ pub(crate) fn encode(
         Measurement::Imu { acceleration_mps2, angular_velocity_radps, compass_rad } => {
             let spin = *angular_velocity_radps;
             let gyroscope = Vector3D { x: -spin.x, y: spin.y, z: -spin.z };
-            let body = (Vector3D::of(*acceleration_mps2), gyroscope, *compass_rad);
+            let up = datum.world_from_sensor.rotation.inverse() * Vec3::z();
+            let felt_mps2 = acceleration_mps2 + up * told.extra_gravity_mps2;
+            let body = (Vector3D::of(felt_mps2), gyroscope, *compass_rad);
             pack(kind::IMU, &|out| append(out, &body))
         }
         Measurement::Gnss { latitude_deg, longitude_deg, altitude_m } => {
@@ -130,7 +143,8 @@ mod tests {
 
     fn body(measurement: Measurement) -> Vec<u8> {
         let actor_of = |_, _| Actor::default();
-        let bytes = encode(&datum(measurement), 70, &Actor::default(), actor_of).unwrap();
+        let told = Told { frame_number: 70, extra_gravity_mps2: -2.81 };
+        let bytes = encode(&datum(measurement), &told, &Actor::default(), actor_of).unwrap();
         assert_eq!(bytes[8], 70);
         bytes[48..].to_vec()
     }
@@ -142,8 +156,9 @@ mod tests {
             angular_velocity_radps: Vec3::new(0.0, 0.0, 1.0),
             compass_rad: 3.0,
         });
-        let ([ax, ay, _], [_, _, gz], compass): ([f32; 3], [f32; 3], f32) =
+        let ([ax, ay, az], [_, _, gz], compass): ([f32; 3], [f32; 3], f32) =
             rmp_serde::from_slice(&imu).unwrap();
+        assert!((az - 7.0).abs() < 1e-5, "{az}");
         assert_eq!((ax, ay, gz, compass), (1.0, -2.0, -1.0, 3.0));
         let gnss =
             body(Measurement::Gnss { latitude_deg: 1.0, longitude_deg: 2.0, altitude_m: 3.0 });

@@ -25,10 +25,19 @@ pub fn mirror_y(vector: Vec3) -> Vec3 {
     Vec3::new(vector.x, -vector.y, vector.z)
 }
 
-/// CARLA's rotation of a pose in our world.
+/// CARLA's rotation of a pose in our world; yaw and roll are more than -180° and at most 180°.
 pub fn rotation_from_pose(pose: &Pose) -> RotationDeg {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
-    RotationDeg { pitch: -pitch.to_degrees(), yaw: -yaw.to_degrees(), roll: roll.to_degrees() }
+    let [roll, yaw] = [roll, -yaw].map(|rad| upper_half(rad.to_degrees()));
+    RotationDeg { pitch: -pitch.to_degrees(), yaw, roll }
+}
+
+/// Half a turn is always 180° and never -180°: programs compare a heading with the one they asked
+/// for. What is nearer to half a turn than physics can hold a heading counts as one.
+fn upper_half(degrees: f32) -> f32 {
+    const HALF_TURN_DEG: f32 = 180.0;
+    const NEAR_DEG: f32 = 1.0e-3;
+    if degrees <= NEAR_DEG - HALF_TURN_DEG { HALF_TURN_DEG } else { degrees }
 }
 
 /// Our pose of CARLA's transform.
@@ -71,6 +80,15 @@ mod tests {
         let right_down =
             pose_from_transform(Vec3::zeros(), RotationDeg { roll: 90.0, ..Default::default() });
         assert!((right_down * -Vec3::y() + Vec3::z()).norm() < 1e-6);
+    }
+
+    #[test]
+    fn half_a_turn_is_positive() {
+        for yaw in [180.0, -180.0, -179.9995] {
+            let pose =
+                pose_from_transform(Vec3::zeros(), RotationDeg { yaw, ..Default::default() });
+            assert_eq!(rotation_from_pose(&pose).yaw, 180.0, "{yaw}");
+        }
     }
 
     proptest! {

@@ -33,6 +33,7 @@ mod sensor;
 mod vehicle;
 
 pub mod carla;
+pub mod gait;
 pub mod keys;
 pub mod limits;
 pub mod wire;

@@ -3,10 +3,10 @@
 use schemas::{ActorId, Attachment, AttachmentKind, Command, Error, ErrorCode, Vec3};
 
 use super::orders::{self, queue};
-use super::{NO_TRANSFORMS, astray};
+use super::{astray, parts};
 use crate::catalogue;
 use crate::dialect::{Actor, ActorDescription, BatchCommand as To, Location, Transform, Vector3D};
-use crate::endpoint::{Endpoint, camera, unknown_actor};
+use crate::endpoint::{Endpoint, check_camera, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
@@ -41,7 +41,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Payload::value(&known.map(|actor| actor.bounding_box).unwrap_or_default())
         }
         "set_actor_simulate_physics" | "set_actor_collisions" => switch(endpoint, request).await,
-        method if method.starts_with("get_actor_") => parts(endpoint, request),
+        method if method.starts_with("get_actor_") => parts::answer(endpoint, request),
         _ => change(endpoint, request).await,
     }
 }
@@ -70,7 +70,7 @@ pub(super) fn spawn_command(
     }
     if blueprint.id.starts_with("sensor.camera.") {
         let actor = Actor { description: description.clone(), ..Actor::default() };
-        camera(&actor, 0, &transform.ours())?;
+        check_camera(&actor)?;
     }
     Ok(Command::SpawnActor {
         blueprint: blueprint.id.clone(),
@@ -181,27 +181,4 @@ async fn change(endpoint: &mut Endpoint, request: &Request) -> Answer {
         _ => return astray(request),
     };
     queue(endpoint, &command).await
-}
-
-/// Components, bones and sockets: an actor here is one body without named parts.
-fn parts(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    const ROOT: &str = "RootComponent";
-    let method = request.method.as_str();
-    if method.starts_with("get_actor_component_") && method.ends_with("_transform") {
-        let (_, id, name): (Meta, u32, String) = request.args()?;
-        let state = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?;
-        if name != ROOT {
-            return Err(Refusal(format!("Component not found. Component Name: {name}")));
-        }
-        let in_world = Transform::of(&state.world_from_actor);
-        let is_world = method == "get_actor_component_world_transform";
-        return Payload::value(&if is_world { in_world } else { Transform::default() });
-    }
-    let (_, id): (Meta, u32) = request.args()?;
-    endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?;
-    match method {
-        "get_actor_component_names" => Payload::value(&[ROOT]),
-        "get_actor_bone_names" | "get_actor_socket_names" => Payload::value(&[""; 0]),
-        _ => Payload::value(&NO_TRANSFORMS),
-    }
 }

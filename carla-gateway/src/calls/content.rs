@@ -1,15 +1,15 @@
 //! Blueprints, spectator, actors, weather, drawing.
 
+use std::sync::Arc;
+
 use schemas::{ActorId, Command};
 
-use super::astray;
+use super::{astray, debug};
 use crate::catalogue;
 use crate::dialect::{Actor, LightState, WeatherParameters};
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
-/// What gravity measures at rest, in metres per second squared.
-const GRAVITY_MPS2: f32 = 9.81;
 /// Lights that a client may set.
 const LIGHTS_MAX: usize = 16_384;
 
@@ -35,7 +35,20 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             endpoint.queue(Command::SetWeather { weather: weather.ours() }).await?;
             Ok(Payload::Void)
         }
-        "get_imui_gravity" => Payload::value(&GRAVITY_MPS2),
+        "get_imui_gravity" => Payload::value(&endpoint.imui_gravity_mps2),
+        "set_imui_gravity" => {
+            let (_, gravity_mps2): (Meta, f32) = request.args()?;
+            if !gravity_mps2.is_finite() {
+                return Err(Refusal("gravity is a finite number".to_owned()));
+            }
+            endpoint.imui_gravity_mps2 = gravity_mps2;
+            Ok(Payload::Void)
+        }
+        "draw_debug_shape" => debug::draw(endpoint, request),
+        "clear_debug_shape" => {
+            endpoint.shapes = Arc::default();
+            Ok(Payload::Void)
+        }
         "query_lights_state" => Payload::value(&endpoint.lights),
         "update_lights_state" => {
             let (_, _client, lights, _): (Meta, String, Vec<LightState>, bool) = request.args()?;
@@ -45,12 +58,9 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Ok(Payload::Void)
         }
         // Without effect, and nobody waits: the compatibility page says so.
-        "set_imui_gravity"
-        | "enable_environment_objects"
+        "enable_environment_objects"
         | "set_annotations_traverse_translucency"
         | "update_day_night_cycle"
-        | "draw_debug_shape"
-        | "clear_debug_shape"
         | "clear_debug_string"
         | "load_map_layer"
         | "unload_map_layer" => Ok(Payload::Void),

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use roads::{SceneryBox, SceneryKind};
 use schemas::{Pose, Translation3, Vec3};
 use serde_bytes::Bytes;
 
@@ -114,35 +113,18 @@ async fn ray(
     Ok(hits.iter().map(point).collect())
 }
 
-/// The scenery of the map with a semantic tag.
+/// What belongs to the map, with a semantic tag.
 fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
-    let episode = endpoint.episode()?;
-    let scenery = (1..).zip(episode.map.scenery());
-    let wanted =
-        |(_, scenery): &(u64, &SceneryBox)| tag == ANY_TAG || tag_of(scenery.kind).0 == tag;
-    Ok(scenery.filter(wanted).map(|(number, scenery)| object(number, scenery)).collect())
+    let objects = endpoint.episode()?.map.environment_objects().iter();
+    let wanted = objects.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
+    Ok(wanted.map(told).collect())
 }
 
-/// CARLA's semantic tag, and the word in names.
-fn tag_of(kind: SceneryKind) -> (u8, &'static str) {
-    match kind {
-        SceneryKind::Building => (3, "Building"),
-        SceneryKind::Pole => (6, "Pole"),
-        SceneryKind::Tree => (9, "Tree"),
-        SceneryKind::Barrier => (28, "GuardRail"),
-        _ => (20, "Prop"),
-    }
-}
-
-fn object(number: u64, scenery: &SceneryBox) -> EnvironmentObject {
-    let (tag, word) = tag_of(scenery.kind);
-    let pose: Pose = scenery.pose.cast();
-    let half_m: Vec3 = scenery.half_extent_m.cast();
+fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
+    let pose: Pose = object.pose.cast();
+    let half_m: Vec3 = object.half_extent_m.cast();
     let placed = Transform::of(&pose);
-    let foot = Pose::from_parts(
-        Translation3::from(pose.translation.vector - Vec3::new(0.0, 0.0, half_m.z)),
-        pose.rotation,
-    );
+    let foot = pose * Translation3::new(0.0, 0.0, -half_m.z);
     EnvironmentObject {
         transform: Transform::of(&foot),
         bounding_box: BoundingBox {
@@ -151,8 +133,8 @@ fn object(number: u64, scenery: &SceneryBox) -> EnvironmentObject {
             rotation: placed.rotation,
             actor_id: 0,
         },
-        id: number,
-        name: format!("{word}_{number}"),
-        tag,
+        id: object.id,
+        name: object.name.clone(),
+        tag: object.label as u8,
     }
 }

@@ -1,17 +1,52 @@
 //! Calls about sensors beyond their streams.
 
-use super::astray;
-use crate::endpoint::Endpoint;
-use crate::rpc::{Answer, Payload, Request};
+use serde_bytes::ByteBuf;
 
-pub(super) async fn answer(_endpoint: &mut Endpoint, request: &Request) -> Answer {
+use super::astray;
+use crate::endpoint::{Endpoint, unknown_actor};
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::stream::token;
+
+pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
-        "are_gbuffers_enabled" | "is_sensor_enabled_for_ros" => Payload::value(&false),
+        "enable_gbuffers" => {
+            let (_, camera, on): (Meta, u32, bool) = request.args()?;
+            let episode = endpoint.episode()?;
+            episode.actor(camera).ok_or_else(|| unknown_actor(camera))?;
+            episode.set_textured(camera, on);
+            Ok(Payload::Void)
+        }
+        "are_gbuffers_enabled" => {
+            let (_, camera): (Meta, u32) = request.args()?;
+            Payload::value(&endpoint.episode()?.is_textured(camera))
+        }
+        "get_gbuffer_token" => {
+            let (_, camera, number): (Meta, u32, u32) = request.args()?;
+            let stream = endpoint.open_texture(camera, number)?;
+            Payload::value(&ByteBuf::from(token(stream, endpoint.stream_port())))
+        }
+        "is_sensor_enabled_for_ros" => Payload::value(&false),
         // Without effect, and nobody waits: the compatibility page says so.
         "disable_sensor_for_ros" | "enable_sensor_for_ros" | "send" => {
             tracing::warn!(method = request.method, "this call has no effect");
             Ok(Payload::Void)
         }
         _ => astray(request),
+    }
+}
+
+impl Endpoint {
+    /// The stream of a texture of a camera, opened at the first call. A client asks once more
+    /// before it leaves, so that only one that nobody has is expected to get a listener.
+    fn open_texture(&mut self, camera: u32, number: u32) -> Result<u32, Refusal> {
+        let next = self.streams_opened() + 1;
+        let stream = self.episode()?.texture_stream(camera, number, next).ok_or_else(|| {
+            Refusal(format!("actor {camera} has no texture {number}: wanted a camera and 0 to 12"))
+        })?;
+        self.open_stream(stream);
+        if self.hub.listener_count(stream) == 0 {
+            self.expect_listener(stream);
+        }
+        Ok(stream)
     }
 }

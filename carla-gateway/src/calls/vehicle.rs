@@ -3,10 +3,10 @@
 use schemas::{ActorKind, ActorState, Command};
 
 use super::orders::{self, queue};
-use super::{NO_TRANSFORMS, astray};
+use super::{astray, parts};
 use crate::dialect::{
     AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData,
-    VehicleControl, VehiclePhysicsControl,
+    VehicleControl, VehiclePhysicsControl, counted_wheels,
 };
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
@@ -45,20 +45,19 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         }
         "get_wheel_steer_angle" | "get_wheel_pitch_angle" => {
             let (_, id, wheel): (Meta, u32, u8) = request.args()?;
-            let steers = wheel < 2 && request.method == "get_wheel_steer_angle";
-            let angle_deg = -vehicle(endpoint, id)?.road_wheel_rad.to_degrees();
-            Payload::value(&if steers { angle_deg } else { 0.0 })
+            let angles = wheel_angles(endpoint, id, wheel)?;
+            let is_steer = request.method == "get_wheel_steer_angle";
+            Payload::value(&if is_steer { angles.0 } else { angles.1 })
         }
+        "set_wheel_steer_direction" | "set_wheel_pitch_angle" => hold_wheel(endpoint, request),
         "get_vehicle_bone_world_transforms" => {
             let (_, id): (Meta, u32) = request.args()?;
             vehicle(endpoint, id)?;
-            Payload::value(&NO_TRANSFORMS)
+            parts::answer(endpoint, request)
         }
         // Without effect, and nobody waits: the compatibility page says so.
         "show_vehicle_debug_telemetry"
         | "set_actor_autopilot"
-        | "set_wheel_steer_direction"
-        | "set_wheel_pitch_angle"
         | "enable_carsim"
         | "use_carsim_road"
         | "enable_chrono_physics"
@@ -68,6 +67,34 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         }
         _ => inside(endpoint, request).await,
     }
+}
+
+/// Steering and pitch of a wheel in degrees: as a client holds it, or as it is driven.
+fn wheel_angles(endpoint: &mut Endpoint, id: u32, wheel: u8) -> Result<(f32, f32), Refusal> {
+    let mean_rad = vehicle(endpoint, id)?.road_wheel_rad;
+    let episode = endpoint.episode()?;
+    let held = episode.wheel_angles.get(&(id, wheel)).copied().unwrap_or_default();
+    let type_id = episode.state(id).map_or("", |state| episode.frame.type_of(state));
+    let driven_rad = parts::model(type_id)
+        .map_or(0.0, |model| parts::wheel_rad(model, usize::from(wheel), mean_rad));
+    Ok((held.steer.unwrap_or_else(|| -driven_rad.to_degrees()), held.pitch))
+}
+
+fn hold_wheel(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    /// Of one vehicle, far more than any has.
+    const WHEELS_MAX: u8 = 16;
+    let (_, id, wheel, degrees): (Meta, u32, u8, f32) = request.args()?;
+    vehicle(endpoint, id)?;
+    if wheel >= WHEELS_MAX || !degrees.is_finite() {
+        return Err(Refusal(format!("no vehicle holds wheel {wheel} at {degrees} degrees")));
+    }
+    let angles = endpoint.episode()?.wheel_angles.entry((id, wheel)).or_default();
+    if request.method == "set_wheel_steer_direction" {
+        angles.steer = Some(degrees);
+    } else {
+        angles.pitch = degrees;
+    }
+    Ok(Payload::Void)
 }
 
 /// What makes a vehicle drive as it does.
@@ -113,10 +140,10 @@ pub(super) async fn physics_command(
     control: &VehiclePhysicsControl,
 ) -> Result<Command, Refusal> {
     let now = endpoint.inspect(id).await?.physics;
-    if control.wheel_count() != now.wheels.len() {
+    let wanted = counted_wheels(now.wheels.len());
+    if control.wheel_count() != wanted {
         return Err(Refusal(format!(
-            "a vehicle keeps its number of wheels: wanted {}, found {}",
-            now.wheels.len(),
+            "a vehicle keeps its number of wheels: wanted {wanted}, found {}",
             control.wheel_count()
         )));
     }

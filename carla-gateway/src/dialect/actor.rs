@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::BoundingBox;
+use crate::rpc::Refusal;
 
 /// `[id, type, value]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,24 @@ pub(crate) struct Actor {
     /// Empty for whatever sends nothing: a token makes any actor a sensor.
     #[serde(with = "serde_bytes")]
     pub(crate) stream_token: Vec<u8>,
+}
+
+impl Actor {
+    /// The value of an attribute, if it is told.
+    pub(crate) fn text(&self, id: &str) -> Option<&str> {
+        let found = self.description.attributes.iter().find(|attribute| attribute.id == id)?;
+        Some(&found.value)
+    }
+
+    /// The number that an attribute is; `default` where it is not told.
+    ///
+    /// # Errors
+    /// A text that is no finite number.
+    pub(crate) fn number(&self, id: &str, default: f32) -> Result<f32, Refusal> {
+        let Some(text) = self.text(id) else { return Ok(default) };
+        let number = text.parse::<f32>().ok().filter(|number| number.is_finite());
+        number.ok_or_else(|| Refusal(format!("{id} cannot be {text:?}")))
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

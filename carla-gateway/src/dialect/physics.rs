@@ -81,17 +81,14 @@ impl VehiclePhysicsControl {
             drag_coefficient: physics.drag_coefficient,
             center_of_mass: Location::of(physics.centre_of_mass_m),
             steering_curve: physics.steering_curve.iter().map(steering).collect(),
-            wheels: physics
-                .wheels
-                .iter()
-                .map(|wheel| Wheel::of(wheel, world_from_vehicle))
-                .collect(),
+            wheels: paired(physics.wheels.iter().map(|wheel| Wheel::of(wheel, world_from_vehicle))),
             use_sweep_wheel_collision: physics.sweep_wheel_collision,
         }
     }
 
     /// In our units. Positions of wheels are the vehicle's own: CARLA takes no others either.
     pub(crate) fn ours(&self, now: &VehiclePhysics) -> VehiclePhysics {
+        let step = if self.wheels.len() == 2 * now.wheels.len() { 2 } else { 1 };
         let wheel = |(wheel, now): (&Wheel, &OurWheel)| wheel.ours(now.position_m);
         VehiclePhysics {
             torque_curve: self.torque_curve.iter().map(|point| (point.x, point.y)).collect(),
@@ -114,7 +111,7 @@ impl VehiclePhysicsControl {
                 .iter()
                 .map(|point| (carla::mps(point.x), point.y))
                 .collect(),
-            wheels: self.wheels.iter().zip(&now.wheels).map(wheel).collect(),
+            wheels: self.wheels.iter().step_by(step).zip(&now.wheels).map(wheel).collect(),
             sweep_wheel_collision: self.use_sweep_wheel_collision,
         }
     }
@@ -123,6 +120,17 @@ impl VehiclePhysicsControl {
     pub(crate) fn wheel_count(&self) -> usize {
         self.wheels.len()
     }
+}
+
+/// CARLA's physics gives two-wheelers four wheels, a pair on each axle; programs count on it.
+fn paired<T: Copy>(wheels: impl ExactSizeIterator<Item = T>) -> Vec<T> {
+    let times = if wheels.len() == 2 { 2 } else { 1 };
+    wheels.flat_map(|wheel| std::iter::repeat_n(wheel, times)).collect()
+}
+
+/// How many wheels CARLA counts on a vehicle that has this many here.
+pub(crate) fn counted(wheels: usize) -> usize {
+    if wheels == 2 { 4 } else { wheels }
 }
 
 impl Gear {
@@ -202,12 +210,28 @@ impl TelemetryData {
             engine_rpm: telemetry.engine_rpm,
             gear: i32::from(telemetry.gear),
             drag: telemetry.drag_n,
-            wheels: telemetry.wheels.iter().map(WheelTelemetry::of).collect(),
+            wheels: match &telemetry.wheels[..] {
+                wheels @ [_, _] => {
+                    paired(wheels.iter().map(|wheel| WheelTelemetry::of(wheel).half()))
+                }
+                wheels => wheels.iter().map(WheelTelemetry::of).collect(),
+            },
         }
     }
 }
 
 impl WheelTelemetry {
+    /// One of the pair that shares what this one carries.
+    fn half(self) -> Self {
+        Self {
+            tire_load: self.tire_load / 2.0,
+            torque: self.torque / 2.0,
+            long_force: self.long_force / 2.0,
+            lat_force: self.lat_force / 2.0,
+            ..self
+        }
+    }
+
     /// Slip and forces to the side are positive right.
     fn of(wheel: &OurWheelTelemetry) -> Self {
         Self {
@@ -223,5 +247,27 @@ impl WheelTelemetry {
             normalized_long_force: wheel.longitudinal_force_share,
             normalized_lat_force: -wheel.lateral_force_share,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_two_wheeler_has_a_pair_of_wheels_on_each_axle() {
+        let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
+        let blueprints::Class::Vehicle(model) = blueprint.class else { unreachable!() };
+        let mut told = VehiclePhysicsControl::of(&model.physics, &Pose::identity());
+        assert_eq!(told.wheel_count(), 4);
+        assert_eq!(told.wheels[0], told.wheels[1]);
+        assert_ne!(told.wheels[1].position, told.wheels[2].position);
+        for wheel in &mut told.wheels[2..] {
+            wheel.tire_friction = 0.5;
+        }
+        let ours = told.ours(&model.physics);
+        assert_eq!(ours.wheels.len(), 2);
+        assert_eq!(ours.wheels[1].tyre_friction, 0.5);
+        assert_eq!(ours.wheels[0], model.physics.wheels[0]);
     }
 }

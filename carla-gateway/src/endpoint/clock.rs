@@ -1,5 +1,6 @@
 //! When and how far the world advances.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use schemas::Command;
@@ -7,7 +8,10 @@ use schemas::limits::{DT_SECS_MAX, DT_SECS_MIN, SUBSTEPS_MAX};
 use tokio::time::Instant;
 
 use super::Endpoint;
+use super::cameras::Poses;
+use crate::pictures::Shape;
 use crate::rpc::Refusal;
+use crate::sensors::merge;
 
 /// Pause after a tick that failed, before the next one of its own accord.
 const PAUSE_AFTER_FAILURE: Duration = Duration::from_millis(500);
@@ -55,14 +59,26 @@ impl Endpoint {
         let ticks = (delta_secs / DT_SECS_MAX).ceil().clamp(1.0, 100.0);
         let dt_secs = (delta_secs / ticks).clamp(DT_SECS_MIN, DT_SECS_MAX);
         self.last_tick = now;
+        let before = Poses::in_frame(&self.episode()?.frame);
         let outcome = self.tick_world(ticks as u32, Some(dt_secs)).await?;
         self.frame_number += 1;
         let frame_dt_secs = self.episode()?.frame.dt_secs;
         let is_exact = (frame_dt_secs - dt_secs).abs() < 1e-9;
         self.show_frame(if is_exact { delta_secs } else { frame_dt_secs * ticks }).await?;
-        self.tell_sensors(&outcome.sensors).await;
-        self.take_pictures(outcome.cameras_due);
+        self.drop_old_shapes();
+        self.tell_sensors(&merge(outcome.sensors)).await;
+        self.take_pictures(outcome.cameras_due, &before);
         Ok(self.frame_number)
+    }
+
+    /// Takes out what clients drew for a time that is over.
+    fn drop_old_shapes(&mut self) {
+        let Some(episode) = &self.episode else { return };
+        let now_secs = episode.frame.sim_secs;
+        let is_over = |shape: &Shape| shape.until_secs.is_some_and(|until| until < now_secs);
+        if self.shapes.iter().any(is_over) {
+            Arc::make_mut(&mut self.shapes).retain(|shape| !is_over(shape));
+        }
     }
 
     /// Tells the world how to cut ticks into physics steps.

@@ -73,14 +73,10 @@ impl Endpoint {
         self.furnish().await
     }
 
-    /// Settings of a new server, as `load_world` wants them by default.
+    /// Settings of a new server, as `load_world` wants them by default: asynchronous again.
     pub(crate) fn reset_settings(&mut self) {
-        self.settings = EpisodeSettings {
-            // CARLA keeps what would make a waiting client hang.
-            synchronous_mode: self.settings.synchronous_mode,
-            fixed_delta_seconds: self.settings.fixed_delta_seconds,
-            ..EpisodeSettings::default()
-        };
+        self.settings = EpisodeSettings::default();
+        self.queue_substeps();
     }
 
     /// Puts the spectator into the new world, learns about all actors, and shows the first frame.
@@ -107,12 +103,14 @@ impl Endpoint {
         self.pending.clear();
         self.expected.clear();
         self.lights.clear();
+        self.shapes = Arc::default();
         if let Some(pictures) = self.pictures.take() {
             pictures.abort();
         }
         let Some(old) = self.episode.take() else { return };
         for stream in old.streams() {
             self.hub.close(stream);
+            self.darkroom.forget(stream);
         }
         if let Err(error) = self.site.ask(Request::DestroyWorld { world: old.world }).await {
             tracing::debug!(%error, "the old world could not be destroyed");

@@ -2,7 +2,7 @@
 
 use schemas::{ActorId, SensorDatum};
 
-use super::Endpoint;
+use super::{Endpoint, GRAVITY_MPS2};
 use crate::catalogue;
 use crate::dialect::Actor;
 use crate::rpc::Refusal;
@@ -47,7 +47,11 @@ impl Endpoint {
                 known.unwrap_or_else(|| catalogue::scenery(tag))
             };
             let carrier = carrier.unwrap_or(&nobody);
-            let payload = crate::sensors::encode(datum, self.frame_number, carrier, actor_of);
+            let told = crate::sensors::Told {
+                frame_number: self.frame_number,
+                extra_gravity_mps2: self.imui_gravity_mps2 - GRAVITY_MPS2,
+            };
+            let payload = crate::sensors::encode(datum, &told, carrier, actor_of);
             if let Some(payload) = payload {
                 self.hub.publish(stream, payload, waits).await;
             }

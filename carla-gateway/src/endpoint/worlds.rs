@@ -110,12 +110,24 @@ impl Endpoint {
         Ok(())
     }
 
-    /// Forgets an actor that is gone, and ends its stream.
+    /// How many streams were ever opened: the number of the last one.
+    pub(crate) fn streams_opened(&self) -> u32 {
+        self.streams_opened
+    }
+
+    /// Opens a stream beside those of [`learn`](Self::learn).
+    pub(crate) fn open_stream(&mut self, stream: u32) {
+        self.streams_opened = self.streams_opened.max(stream);
+        self.hub.open(stream, false);
+    }
+
+    /// Forgets an actor that is gone, and ends its streams.
     pub(crate) fn forget(&mut self, actor: u32) {
-        let stream = self.episode.as_mut().and_then(|episode| episode.forget(actor));
-        if let Some(stream) = stream {
+        let streams = self.episode.as_mut().map(|episode| episode.forget(actor));
+        for stream in streams.into_iter().flatten() {
             self.expected.remove(&stream);
             self.hub.close(stream);
+            self.darkroom.forget(stream);
         }
     }
 

@@ -70,7 +70,7 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
     };
     match actor.kind {
         ActorKind::Vehicle => wheeled::place(&mut placer, actor, type_id, night),
-        ActorKind::Walker => walker::place(&mut placer, actor, frame.sim_secs),
+        ActorKind::Walker => walker::place(&mut placer, actor),
         ActorKind::Prop => prop::place(&mut placer, actor, type_id),
         // The map's lights and signs belong to the town; the rest has no body.
         ActorKind::TrafficLight

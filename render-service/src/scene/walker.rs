@@ -8,15 +8,6 @@ use schemas::Vec3;
 use super::material::Material;
 use super::mesh::{Mesh, MeshBuilder};
 
-/// Height of the hip joints.
-pub(crate) const HIP_Z: f32 = 0.50;
-/// Height of the shoulder joints.
-pub(crate) const SHOULDER_Z: f32 = 0.805;
-/// Distance of a hip joint from the middle.
-pub(crate) const HIP_Y: f32 = 0.048;
-/// Distance of a shoulder joint from the middle.
-pub(crate) const SHOULDER_Y: f32 = 0.125;
-
 /// (height, half depth, half width, middle's offset ahead)
 type Ring = (f32, f32, f32, f32);
 

@@ -279,3 +279,66 @@ fn a_small_fast_thing_does_not_pass_through_a_thin_one() {
         assert!(position_m(&world, cone).x < 20.0, "{}", position_m(&world, cone));
     }
 }
+
+fn given(world: &mut World, blueprint: &str, at_m: Vec3, attributes: &[(&str, &str)]) -> ActorId {
+    let attribute =
+        |&(id, value): &(&str, &str)| Attribute { id: id.to_owned(), value: value.to_owned() };
+    let command = Command::SpawnActor {
+        blueprint: blueprint.to_owned(),
+        world_from_actor: level_pose(at_m, 0.0),
+        linear_velocity_mps: Vec3::zeros(),
+        attributes: attributes.iter().map(attribute).collect(),
+        attachment: None,
+    };
+    world.apply(&command).unwrap().unwrap()
+}
+
+fn friction(world: &World, car: ActorId) -> f32 {
+    world.vehicle_report(car).unwrap().physics.wheels[0].tyre_friction
+}
+
+#[test]
+fn tyres_have_the_friction_of_the_trigger_they_are_in() {
+    let mut world = world();
+    let extents =
+        [("friction", "0.25"), ("extent_x", "500"), ("extent_y", "2000"), ("extent_z", "300")];
+    let trigger = given(&mut world, "static.trigger.friction", Vec3::new(30.0, 0.0, 0.0), &extents);
+    let car = car(&mut world, 0.0, 10.0);
+    let own = friction(&world, car);
+    run(&mut world, 20);
+    assert_eq!(friction(&world, car), own, "not yet there");
+    run(&mut world, 40);
+    assert_eq!(friction(&world, car), 0.25);
+    world.apply(&Command::DestroyActor { actor: trigger }).unwrap();
+    run(&mut world, 1);
+    assert_eq!(friction(&world, car), own, "the trigger is gone");
+}
+
+#[test]
+fn a_trigger_needs_numbers() {
+    let mut world = world();
+    let wrong = Attribute { id: "friction".to_owned(), value: "slippery".to_owned() };
+    let command = Command::SpawnActor {
+        blueprint: "static.trigger.friction".to_owned(),
+        world_from_actor: Pose::identity(),
+        linear_velocity_mps: Vec3::zeros(),
+        attributes: vec![wrong],
+        attachment: None,
+    };
+    assert_eq!(world.apply(&command).unwrap_err().code, ErrorCode::InvalidArgument);
+}
+
+#[test]
+fn a_control_that_does_not_stick_holds_for_one_tick() {
+    let mut world = world();
+    let fleeting = [("sticky_control", "false")];
+    let car = given(&mut world, "vehicle.lincoln.mkz", Vec3::new(0.0, LANE_Y_M, 0.0), &fleeting);
+    let sent = VehicleControl { throttle: 1.0, ..Default::default() };
+    for _ in 0..2 {
+        control(&mut world, car, sent);
+        run(&mut world, 1);
+        assert_eq!(state(&world, car).control, sent);
+        run(&mut world, 1);
+        assert_eq!(state(&world, car).control, VehicleControl::default());
+    }
+}

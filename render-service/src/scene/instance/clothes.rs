@@ -19,8 +19,6 @@ pub(super) struct Clothes {
     pub(super) tints: [[u8; 4]; 4],
     pub(super) long_hair: bool,
     pub(super) backpack: bool,
-    /// Part of a stride by which this person is ahead of others, in turns.
-    pub(super) stride: f32,
 }
 
 impl Clothes {
@@ -39,12 +37,7 @@ impl Clothes {
         };
         let shirt = colour(&SHIRTS);
         let tints = [colour(&SKINS), colour(&HAIRS), shirt, colour(&TROUSERS)];
-        Self {
-            tints,
-            long_hair: choose(5) < 2,
-            backpack: choose(4) == 0,
-            stride: choose(64) as f32 / 64.0,
-        }
+        Self { tints, long_hair: choose(5) < 2, backpack: choose(4) == 0 }
     }
 }
 

@@ -1,0 +1,70 @@
+//! Shapes that clients draw into the world. They last in simulated time.
+
+use std::sync::Arc;
+
+use schemas::Vec3;
+
+use crate::dialect::{DebugShape, Line, Primitive, Transform};
+use crate::endpoint::Endpoint;
+use crate::pictures::{Figure, Shape};
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+
+/// Shapes of one endpoint; the oldest go first.
+const SHAPES_MAX: usize = 16_384;
+/// How long a shape stays whose client does not say.
+const LIFE_SECS: f64 = 1.0;
+
+pub(super) fn draw(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    let (_, shape): (Meta, DebugShape) = request.args()?;
+    let life_secs = match f64::from(shape.life_secs) {
+        // As CARLA says it: permanent.
+        0.0 => None,
+        secs if secs > 0.0 => Some(secs),
+        _ => Some(LIFE_SECS),
+    };
+    let Some(figure) = figure(&shape.primitive)? else { return Ok(Payload::Void) };
+    let now_secs = endpoint.episode()?.frame.sim_secs;
+    let (red, green, blue) = shape.colour;
+    let until_secs = life_secs.map(|secs| now_secs + secs);
+    let shapes = Arc::make_mut(&mut endpoint.shapes);
+    if shapes.len() >= SHAPES_MAX {
+        shapes.remove(0);
+    }
+    shapes.push(Shape { figure, rgb: [red, green, blue], until_secs });
+    Ok(Payload::Void)
+}
+
+/// What cameras see of a shape; `None` for what only the screen of a server shows.
+fn figure(primitive: &Primitive) -> Result<Option<Figure>, Refusal> {
+    let ends = |line: &Line| (line.begin.ours(), line.end.ours());
+    let figure = match primitive {
+        Primitive::Point(at, size) => Figure::Point(at.ours(), *size),
+        Primitive::Line(line) => {
+            let (begin, end) = ends(line);
+            Figure::line(begin, end, line.thickness)
+        }
+        Primitive::Arrow(line, tip) => {
+            let (begin, end) = ends(line);
+            Figure::arrow(begin, end, *tip, line.thickness)
+        }
+        Primitive::Box(bounds, rotation, thickness) => {
+            let placed = Transform { location: bounds.location, rotation: *rotation };
+            let extent = bounds.extent;
+            let half_m = Vec3::new(extent.x, extent.y, extent.z);
+            Figure::cuboid(&placed.ours(), half_m, *thickness)
+        }
+        Primitive::Overlay => return Ok(None),
+    };
+    let is_finite = match &figure {
+        Figure::Point(at_m, size) => {
+            at_m.iter().all(|number| number.is_finite()) && size.is_finite()
+        }
+        Figure::Strokes(strokes, thickness_m) => {
+            thickness_m.is_finite()
+                && strokes
+                    .iter()
+                    .all(|(from, to)| from.iter().chain(to).all(|number| number.is_finite()))
+        }
+    };
+    if is_finite { Ok(Some(figure)) } else { Err(Refusal("shapes need finite numbers".to_owned())) }
+}

@@ -1,0 +1,191 @@
+//! A camera of events: what changed its brightness, and when.
+//!
+//! - **Source:** Rebecq, Gehrig, Scaramuzza, "ESIM: an open event camera simulator", CoRL 2018, as
+//!   CARLA uses it: every pixel remembers the brightness of its last event, and between two frames
+//!   the brightness runs straight.
+
+use crate::dialect::Actor;
+use crate::rpc::Refusal;
+
+/// Brightness that changes by less in one frame does not change.
+const TOLERANCE: f32 = 1.0e-6;
+/// Events of one pixel in one frame.
+const EVENTS_PER_PIXEL_MAX: usize = 64;
+const NANOS_PER_SEC: f64 = 1.0e9;
+
+/// How a camera of events reacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reaction {
+    /// Rise of the brightness that makes an event.
+    pub(crate) rise: f32,
+    /// Fall that makes one.
+    pub(crate) fall: f32,
+    /// A pixel is blind for so long after an event.
+    pub(crate) refractory_ns: i64,
+    /// Added to the brightness before its logarithm is taken; none: it is not taken.
+    pub(crate) log_eps: Option<f32>,
+}
+
+/// One change of brightness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Event {
+    pub(crate) column: u16,
+    pub(crate) row: u16,
+    /// Simulated time.
+    pub(crate) at_ns: i64,
+    pub(crate) brighter: bool,
+}
+
+/// What a camera of events remembers between frames.
+#[derive(Debug, Default)]
+pub(crate) struct Memory {
+    sim_secs: f64,
+    width_px: u32,
+    brightness: Vec<f32>,
+    /// At the last event of each pixel.
+    reference: Vec<f32>,
+    last_ns: Vec<i64>,
+}
+
+impl Reaction {
+    /// As a camera's attributes ask for it.
+    ///
+    /// # Errors
+    /// Thresholds that are not positive, or what is no number.
+    pub(crate) fn of(actor: &Actor) -> Result<Self, Refusal> {
+        let threshold = |id| match actor.number(id, 0.3)? {
+            value if value > 0.0 => Ok(value),
+            value => Err(Refusal(format!("{id} must be more than 0, not {value}"))),
+        };
+        let eps = actor.number("log_eps", 1.0e-3)?.max(f32::MIN_POSITIVE);
+        Ok(Self {
+            rise: threshold("positive_threshold")?,
+            fall: threshold("negative_threshold")?,
+            refractory_ns: actor.number("refractory_period_ns", 0.0)?.max(0.0) as i64,
+            log_eps: (actor.text("use_log") != Some("false")).then_some(eps),
+        })
+    }
+
+    fn brightness(self, [red, green, blue, _]: [u8; 4]) -> f32 {
+        let [red, green, blue] = [red, green, blue].map(f32::from);
+        let grey = (0.299 * red + 0.587 * green + 0.114 * blue) / 255.0;
+        self.log_eps.map_or(grey, |eps| (eps + grey).ln())
+    }
+}
+
+impl Memory {
+    /// What happened since the last picture, ordered by time; nothing at the first one.
+    ///
+    /// - **Domain:** `pixels` are rows of red, green, blue and a fourth byte.
+    pub(crate) fn look(
+        &mut self,
+        reaction: Reaction,
+        width_px: u32,
+        pixels: &[u8],
+        sim_secs: f64,
+    ) -> Vec<Event> {
+        let (pixels, _) = pixels.as_chunks::<4>();
+        let now: Vec<f32> = pixels.iter().map(|pixel| reaction.brightness(*pixel)).collect();
+        let is_first = self.width_px != width_px || self.brightness.len() != now.len();
+        if is_first || sim_secs <= self.sim_secs {
+            *self = Self {
+                sim_secs,
+                width_px,
+                reference: now.clone(),
+                last_ns: vec![i64::MIN; now.len()],
+                brightness: now,
+            };
+            return Vec::new();
+        }
+        let mut events = Vec::new();
+        for (at, after) in now.iter().enumerate() {
+            if (after - self.brightness[at]).abs() > TOLERANCE {
+                self.cross(reaction, at, *after, sim_secs, &mut events);
+            }
+        }
+        (self.brightness, self.sim_secs) = (now, sim_secs);
+        events.sort_by_key(|event| event.at_ns);
+        events
+    }
+
+    /// The thresholds that one pixel crosses on its way to a new brightness.
+    fn cross(
+        &mut self,
+        reaction: Reaction,
+        at: usize,
+        after: f32,
+        sim_secs: f64,
+        events: &mut Vec<Event>,
+    ) {
+        let before = self.brightness[at];
+        let brighter = after > before;
+        let step = if brighter { reaction.rise } else { -reaction.fall };
+        for _ in 0..EVENTS_PER_PIXEL_MAX {
+            let next = self.reference[at] + step;
+            let passed = if brighter {
+                before < next && next <= after
+            } else {
+                after <= next && next < before
+            };
+            if !passed {
+                return;
+            }
+            self.reference[at] = next;
+            let share = f64::from((next - before) / (after - before));
+            let at_secs = self.sim_secs + share * (sim_secs - self.sim_secs);
+            let at_ns = (at_secs * NANOS_PER_SEC) as i64;
+            if at_ns.saturating_sub(self.last_ns[at]) < reaction.refractory_ns {
+                continue;
+            }
+            self.last_ns[at] = at_ns;
+            let column = (at as u32 % self.width_px) as u16;
+            let row = (at as u32 / self.width_px) as u16;
+            events.push(Event { column, row, at_ns, brighter });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REACTION: Reaction = Reaction { rise: 0.3, fall: 0.3, refractory_ns: 0, log_eps: None };
+
+    fn grey(levels: &[u8]) -> Vec<u8> {
+        levels.iter().flat_map(|level| [*level, *level, *level, 255]).collect()
+    }
+
+    #[test]
+    fn a_still_picture_has_no_events() {
+        let mut memory = Memory::default();
+        for frame in 1..5 {
+            let seen = memory.look(REACTION, 2, &grey(&[10, 200, 30, 40]), f64::from(frame));
+            assert_eq!(seen, []);
+        }
+    }
+
+    #[test]
+    fn brightness_crosses_thresholds_in_the_order_of_time() {
+        let mut memory = Memory::default();
+        memory.look(REACTION, 2, &grey(&[0, 255]), 1.0);
+        let seen = memory.look(REACTION, 2, &grey(&[255, 128]), 2.0);
+        let told: Vec<_> = seen.iter().map(|event| (event.column, event.brighter)).collect();
+        assert_eq!(told, [(0, true), (0, true), (1, false), (0, true)]);
+        assert!(seen.windows(2).all(|pair| pair[0].at_ns <= pair[1].at_ns));
+        assert!(seen.iter().all(|event| (1_000_000_000..=2_000_000_000).contains(&event.at_ns)));
+    }
+
+    #[test]
+    fn small_changes_add_up_and_a_pixel_rests_after_an_event() {
+        let mut memory = Memory::default();
+        let mut count = 0;
+        for (frame, level) in (0..=5u8).map(|step| (f64::from(step), 40 * step)) {
+            count += memory.look(REACTION, 1, &grey(&[level]), frame + 1.0).len();
+        }
+        assert_eq!(count, 2);
+        let tired = Reaction { refractory_ns: 10_000_000_000, ..REACTION };
+        let mut memory = Memory::default();
+        memory.look(tired, 1, &grey(&[0]), 1.0);
+        assert_eq!(memory.look(tired, 1, &grey(&[255]), 2.0).len(), 1);
+    }
+}
