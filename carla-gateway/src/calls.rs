@@ -5,6 +5,7 @@ mod actor;
 mod batch;
 mod content;
 mod debug;
+mod lamps;
 mod lights;
 mod map;
 mod orders;
@@ -18,6 +19,7 @@ mod walker;
 use crate::dialect::Transform;
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Refusal, Request};
+pub(crate) use lamps::of_map as street_lights;
 use table::{Group, METHODS};
 
 /// What is told of things that have no parts.

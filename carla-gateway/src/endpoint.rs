@@ -72,8 +72,12 @@ pub(crate) struct Endpoint {
     pub(crate) pending: Vec<Command>,
     /// Ports of Traffic Managers, with their hosts and the clients they run in.
     pub(crate) traffic_managers: BTreeMap<u16, (String, ConnectionId)>,
-    /// As the light manager of a client set them.
+    /// Street lights of the map, as clients set them.
     pub(crate) lights: Vec<LightState>,
+    /// Whether clients have to ask for the lights again.
+    pub(crate) lights_are_new: bool,
+    /// Whether the lights burn by night only.
+    pub(crate) lights_follow_the_sun: bool,
     /// What clients drew into the world.
     pub(crate) shapes: Arc<Vec<Shape>>,
     /// What inertial sensors measure at rest.
@@ -117,6 +121,8 @@ impl Endpoint {
             pending: Vec::new(),
             traffic_managers: BTreeMap::new(),
             lights: Vec::new(),
+            lights_are_new: false,
+            lights_follow_the_sun: true,
             shapes: Arc::default(),
             imui_gravity_mps2: GRAVITY_MPS2,
             clients: BTreeSet::new(),

@@ -11,6 +11,8 @@ use crate::dialect::{Transform, Vector3D, spin_deg};
 const WORLD_OBSERVER_TYPE: u64 = 17;
 /// The next `get_map` asks again.
 pub(crate) const MAP_CHANGED: u32 = 1;
+/// Clients ask for the lights again.
+pub(crate) const LIGHTS_CHANGED: u32 = 2;
 /// Bytes of one actor.
 const RECORD_BYTES: usize = 119;
 /// Bytes of the part that depends on the kind of actor.

@@ -4,14 +4,11 @@ use std::sync::Arc;
 
 use schemas::{ActorId, Command};
 
-use super::{astray, debug};
+use super::{astray, debug, lamps};
 use crate::catalogue;
-use crate::dialect::{Actor, LightState, WeatherParameters};
+use crate::dialect::{Actor, WeatherParameters};
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
-
-/// Lights that a client may set.
-const LIGHTS_MAX: usize = 16_384;
 
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
@@ -32,6 +29,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "set_weather_parameters" => {
             let (_, weather): (Meta, WeatherParameters) = request.args()?;
             endpoint.weather = weather;
+            endpoint.switch_lights();
             endpoint.queue(Command::SetWeather { weather: weather.ours() }).await?;
             Ok(Payload::Void)
         }
@@ -49,18 +47,12 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             endpoint.shapes = Arc::default();
             Ok(Payload::Void)
         }
-        "query_lights_state" => Payload::value(&endpoint.lights),
-        "update_lights_state" => {
-            let (_, _client, lights, _): (Meta, String, Vec<LightState>, bool) = request.args()?;
-            if lights.len() <= LIGHTS_MAX {
-                endpoint.lights = lights;
-            }
-            Ok(Payload::Void)
+        "query_lights_state" | "update_lights_state" | "update_day_night_cycle" => {
+            lamps::answer(endpoint, request)
         }
         // Without effect, and nobody waits: the compatibility page says so.
         "enable_environment_objects"
         | "set_annotations_traverse_translucency"
-        | "update_day_night_cycle"
         | "clear_debug_string"
         | "load_map_layer"
         | "unload_map_layer" => Ok(Payload::Void),

@@ -11,7 +11,7 @@ pub(crate) struct DebugShape {
     pub(crate) primitive: Primitive,
     pub(crate) colour: (u8, u8, u8),
     pub(crate) life_secs: f32,
-    pub(crate) persistent: bool,
+    _persistent: bool,
 }
 
 /// Sizes and thicknesses in metres, but for the size of a point.

@@ -9,6 +9,7 @@ use tokio::time::Instant;
 
 use super::Endpoint;
 use super::worlds::refused;
+use crate::calls::street_lights;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::Refusal;
@@ -64,6 +65,9 @@ impl Endpoint {
         self.episodes_begun += 1;
         tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
         self.weather = WeatherParameters::of(&frame.weather);
+        self.lights = street_lights(&map);
+        self.lights_follow_the_sun = true;
+        self.switch_lights();
         let episode = Episode::new(world, map, told, frame);
         let navigation = Arc::clone(&episode.navigation);
         // Made before the first client wants it.

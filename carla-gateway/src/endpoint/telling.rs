@@ -6,7 +6,7 @@ use super::{Endpoint, GRAVITY_MPS2};
 use crate::catalogue;
 use crate::dialect::Actor;
 use crate::rpc::Refusal;
-use crate::snapshot::{self, MAP_CHANGED, Moment};
+use crate::snapshot::{self, LIGHTS_CHANGED, MAP_CHANGED, Moment};
 use crate::stream::WORLD_OBSERVER;
 
 impl Endpoint {
@@ -27,10 +27,17 @@ impl Endpoint {
             episode_id: self.episodes_begun,
             delta_secs,
             platform_secs: self.started.elapsed().as_secs_f64(),
-            flags: if std::mem::take(&mut self.map_is_new) { MAP_CHANGED } else { 0 },
+            flags: self.flags(),
         };
         let episode = self.episode()?;
         Ok(snapshot::encode(&episode.frame, &moment, |id| episode.signal(id)))
+    }
+
+    /// What clients have to ask for again, each told once.
+    fn flags(&mut self) -> u32 {
+        let map = if std::mem::take(&mut self.map_is_new) { MAP_CHANGED } else { 0 };
+        let lights = if std::mem::take(&mut self.lights_are_new) { LIGHTS_CHANGED } else { 0 };
+        map | lights
     }
 
     /// Sends measurements to those who listen to their sensors.
