@@ -121,8 +121,10 @@ def test_walkers_find_their_way_on_the_navigation_mesh(client, world, tmp_path):
 
 def test_a_sensor_that_cannot_be_is_refused_at_its_spawn(world):
     car = spawn_car(world)
-    with pytest.raises(RuntimeError, match=r"sensor\.camera\.dvs"):
-        attach(world, car, "sensor.camera.dvs")
+    with pytest.raises(RuntimeError, match="positive_threshold"):
+        attach(world, car, "sensor.camera.dvs", positive_threshold="-1.0")
+    with pytest.raises(RuntimeError, match="image_size_x"):
+        attach(world, car, "sensor.camera.rgb", image_size_x="100000")
 
 
 def test_cameras_that_measure_tell_depth_tags_ids_and_normals_of_the_same_tick(world):
