@@ -140,10 +140,14 @@ fn velocity(moved: [f32; 2]) -> [u8; 4] {
     [0, green, red, 255]
 }
 
-/// The tag in red and the lower 16 bits of the id in green and blue.
+/// The tag in red and 16 bits of the id in green and blue: those of things of the map begin where
+/// those of actors end, so that programs which look for an actor's id find nothing else.
 fn instance(pixel: [u8; 4]) -> [u8; 4] {
+    const HALF: u32 = 1 << 15;
     let [tag, ..] = pixel;
-    let [low, high, ..] = TagId::unpack(pixel).id.to_le_bytes();
+    let id = TagId::unpack(pixel).id;
+    let of_map = if id >= TagId::SCENERY { HALF } else { 0 };
+    let [low, high, ..] = (of_map | id % HALF).to_le_bytes();
     [high, low, tag, 255]
 }
 
@@ -156,6 +160,8 @@ fn normal(axes: [u8; 3]) -> [u8; 4] {
 
 #[cfg(test)]
 mod tests {
+    use schemas::{ActorId, SemanticTag};
+
     use super::*;
 
     /// The bytes after the header of a picture of one pixel.
@@ -197,6 +203,18 @@ mod tests {
         assert_eq!(one_pixel(ImageKind::Semantic, vec![14]).unwrap()[12..], [0, 0, 14, 255]);
         let packed = (0x0201u32 << 8 | 14).to_le_bytes().to_vec();
         assert_eq!(one_pixel(ImageKind::Instance, packed).unwrap()[12..], [2, 1, 14, 255]);
+    }
+
+    #[test]
+    fn a_thing_of_the_map_never_has_the_id_of_an_actor() {
+        let actor = TagId::of_actor(SemanticTag::Car, ActorId::new(50).unwrap());
+        let house = TagId::of_scenery(SemanticTag::Buildings, 50);
+        let [actor, house] = [actor, house].map(|packed| {
+            let pixel = one_pixel(ImageKind::Instance, packed.to_le_bytes().to_vec()).unwrap();
+            (pixel[13], pixel[12])
+        });
+        assert_eq!(actor, (50, 0));
+        assert_eq!(house, (50, 0x80));
     }
 
     #[test]
