@@ -1,14 +1,33 @@
 //! Driving as pure functions: a road network and the state of a vehicle in, its control out.
 //!
-//! [`Pilot`] keeps a lane or changes to a neighbouring one at a target speed. Its state is plain
-//! data, so that a world carries it through snapshots and forks. No clock, no randomness, no I/O.
+//! - [`Pilot`] keeps a lane or changes to a neighbouring one at a target speed.
+//! - [`Agent`] drives to a destination or along given places, or wanders: CARLA's basic agent and
+//!   its behaviour agents, with their controllers and options. A world gives a vehicle an agent with
+//!   [`SetAgent`](schemas::Command::SetAgent), a route with
+//!   [`SetAgentRoute`](schemas::Command::SetAgentRoute), and the wheel with
+//!   [`DriveAgent`](schemas::Command::DriveAgent); every frame tells of it in
+//!   [`Frame::agents`](schemas::Frame::agents). Any other command that drives the vehicle takes the
+//!   wheel from the agent, which keeps its route.
+//! - [`Network`] is the map as agents use it, [`Scene`] what they see of others.
+//!
+//! The state of each is plain data, so that a world carries it through snapshots and forks. No
+//! clock, no I/O; random choices are made with numbers that the caller draws.
 //!
 //! **Frames:** world x east, y north, z up; positive steer and angles to the left.
 
+mod agent;
 mod lane_change;
+mod network;
+mod path;
+mod pid;
 mod pilot;
+mod route;
+mod scene;
 mod speed;
 mod steering;
 mod track;
 
+pub use agent::{Agent, Senses, Unreachable};
+pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
+pub use scene::{Body, Scene};

@@ -246,6 +246,7 @@ fn frame() -> schemas::Frame {
         actors: Vec::new(),
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
+        agents: Vec::new(),
         sim_secs: 0.05,
     }
 }

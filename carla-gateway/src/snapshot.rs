@@ -203,6 +203,7 @@ mod tests {
             actors,
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
+            agents: Vec::new(),
         }
     }
 

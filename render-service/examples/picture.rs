@@ -189,6 +189,7 @@ fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Fram
         actors: Vec::new(),
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
+        agents: Vec::new(),
         sim_secs: 1.0,
     };
     let ego = (start, [2.4, 1.0, 0.74], 0x303030);

@@ -171,6 +171,7 @@ mod tests {
             actors: Vec::new(),
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
+            agents: Vec::new(),
             sim_secs: 0.05,
         };
         let camera = Camera {

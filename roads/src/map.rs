@@ -265,6 +265,15 @@ impl Map {
         topology::topology(self)
     }
 
+    /// Every driving lane of every section: where its traffic enters it and where it leaves it, both
+    /// at the very ends.
+    ///
+    /// **Order:** by road, section and lane.
+    #[must_use]
+    pub fn driving_lanes(&self) -> Vec<(Waypoint, Waypoint)> {
+        topology::driving_lanes(&self.model, &self.table)
+    }
+
     /// Every place where one lane leads into another: the end of the one and the start of the
     /// other, both at the joint itself.
     #[must_use]

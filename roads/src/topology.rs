@@ -60,6 +60,20 @@ fn waypoint(model: &Model, entry: &LaneEntry, s: f64) -> Option<Waypoint> {
     Some(Waypoint { road, section: entry.section, lane: entry.lane_id, s })
 }
 
+/// Every driving lane of every section: where its traffic enters it and where it leaves it.
+pub(crate) fn driving_lanes(model: &Model, table: &LaneTable) -> Vec<(Waypoint, Waypoint)> {
+    let driving = table.lanes.iter().filter(|entry| {
+        parts(model, entry)
+            .is_some_and(|(_, _, lane)| lane.id != 0 && lane.lane_type == LaneType::Driving)
+    });
+    driving
+        .filter_map(|entry| {
+            let enters = waypoint(model, entry, entry.entry_s())?;
+            Some((enters, waypoint(model, entry, entry.exit_s())?))
+        })
+        .collect()
+}
+
 pub(crate) fn joints(model: &Model, table: &LaneTable, links: &Links) -> Vec<(Waypoint, Waypoint)> {
     let mut joints = Vec::new();
     for (from, followers) in table.lanes.iter().zip(&links.next) {

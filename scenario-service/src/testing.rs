@@ -105,6 +105,7 @@ impl Toy {
             actors: Vec::new(),
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
+            agents: Vec::new(),
             sim_secs: 0.0,
         };
         Self { frame, lane_shift_m: 0.0 }

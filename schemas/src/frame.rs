@@ -175,6 +175,33 @@ impl ActorState {
     }
 }
 
+/// What a navigation agent is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum AgentStatus {
+    /// It has no route and takes any way.
+    #[default]
+    Wandering,
+    /// On its way to a place.
+    OnRoute,
+    /// It stands at the end of its route.
+    Arrived,
+}
+
+/// A vehicle's navigation agent at the end of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AgentState {
+    /// Whose.
+    pub actor: ActorId,
+    /// What it is about.
+    pub status: AgentStatus,
+    /// Whether it drives now.
+    pub driving: bool,
+    /// To the end of its route; 0 without one.
+    pub distance_left_m: f32,
+    /// What it steers for, world frame.
+    pub target_m: Vec3,
+}
+
 /// A contact that pushed during this tick, once per pair of actors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
@@ -271,6 +298,8 @@ pub struct Frame {
     pub collisions: Vec<Collision>,
     /// Ordered by actor.
     pub traffic_lights: Vec<TrafficLightState>,
+    /// Navigation agents of vehicles, ordered by actor.
+    pub agents: Vec<AgentState>,
 }
 
 impl Frame {

@@ -41,13 +41,14 @@ pub mod wire;
 pub use alive::{Alive, ServiceKind};
 pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
 pub use command::{
-    Attachment, AttachmentKind, Attribute, BodySwitch, Command, PilotMode, PushKind,
+    AgentBehaviour, AgentOptions, Attachment, AttachmentKind, Attribute, BodySwitch, Command,
+    PilotMode, PushKind,
 };
 pub use description::{ActorDescription, RayHit, VehicleReport};
 pub use error::{Error, ErrorCode};
 pub use frame::{
-    ActorKind, ActorState, Collision, Frame, MapRef, TrafficLightColour, TrafficLightState,
-    VehicleControl, VehicleFailure, WalkerControl, Weather,
+    ActorKind, ActorState, AgentState, AgentStatus, Collision, Frame, MapRef, TrafficLightColour,
+    TrafficLightState, VehicleControl, VehicleFailure, WalkerControl, Weather,
 };
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
 pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};

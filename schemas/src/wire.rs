@@ -5,6 +5,7 @@
 //! [`limits`](crate::limits). What a value means (does the actor exist, is the blueprint known) is
 //! the receiver's business.
 
+mod agent;
 mod alive;
 mod camera;
 mod command;

@@ -44,6 +44,7 @@ impl Toy {
             actors: Vec::new(),
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
+            agents: Vec::new(),
         })
     }
 }

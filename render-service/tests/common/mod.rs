@@ -69,6 +69,7 @@ pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
         actors,
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
+        agents: Vec::new(),
         sim_secs: 1.0,
     }
 }

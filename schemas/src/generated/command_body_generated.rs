@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 22;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 25;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 23] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 26] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -39,6 +39,9 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 23] = [
   CommandBody::ResetTrafficLights,
   CommandBody::SetTimeStep,
   CommandBody::Listen,
+  CommandBody::SetAgent,
+  CommandBody::SetAgentRoute,
+  CommandBody::DriveAgent,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -69,9 +72,12 @@ impl CommandBody {
   pub const ResetTrafficLights: Self = Self(20);
   pub const SetTimeStep: Self = Self(21);
   pub const Listen: Self = Self(22);
+  pub const SetAgent: Self = Self(23);
+  pub const SetAgentRoute: Self = Self(24);
+  pub const DriveAgent: Self = Self(25);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 22;
+  pub const ENUM_MAX: u8 = 25;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -96,6 +102,9 @@ impl CommandBody {
     Self::ResetTrafficLights,
     Self::SetTimeStep,
     Self::Listen,
+    Self::SetAgent,
+    Self::SetAgentRoute,
+    Self::DriveAgent,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -123,6 +132,9 @@ impl CommandBody {
       Self::ResetTrafficLights => Some("ResetTrafficLights"),
       Self::SetTimeStep => Some("SetTimeStep"),
       Self::Listen => Some("Listen"),
+      Self::SetAgent => Some("SetAgent"),
+      Self::SetAgentRoute => Some("SetAgentRoute"),
+      Self::DriveAgent => Some("DriveAgent"),
       _ => None,
     }
   }

@@ -366,6 +366,48 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_agent(&self) -> Option<SetAgent<'a>> {
+    if self.body_type() == CommandBody::SetAgent {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetAgent::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_agent_route(&self) -> Option<SetAgentRoute<'a>> {
+    if self.body_type() == CommandBody::SetAgentRoute {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetAgentRoute::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_drive_agent(&self) -> Option<DriveAgent<'a>> {
+    if self.body_type() == CommandBody::DriveAgent {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { DriveAgent::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -399,6 +441,9 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::ResetTrafficLights => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ResetTrafficLights>>("CommandBody::ResetTrafficLights", pos),
           CommandBody::SetTimeStep => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetTimeStep>>("CommandBody::SetTimeStep", pos),
           CommandBody::Listen => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Listen>>("CommandBody::Listen", pos),
+          CommandBody::SetAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAgent>>("CommandBody::SetAgent", pos),
+          CommandBody::SetAgentRoute => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAgentRoute>>("CommandBody::SetAgentRoute", pos),
+          CommandBody::DriveAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DriveAgent>>("CommandBody::DriveAgent", pos),
           _ => Ok(()),
         }
      })?
@@ -603,6 +648,27 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::Listen => {
           if let Some(x) = self.body_as_listen() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetAgent => {
+          if let Some(x) = self.body_as_set_agent() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetAgentRoute => {
+          if let Some(x) = self.body_as_set_agent_route() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::DriveAgent => {
+          if let Some(x) = self.body_as_drive_agent() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

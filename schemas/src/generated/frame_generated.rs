@@ -39,6 +39,7 @@ impl<'a> Frame<'a> {
   pub const VT_COLLISIONS: flatbuffers::VOffsetT = 24;
   pub const VT_TRAFFIC_LIGHTS: flatbuffers::VOffsetT = 26;
   pub const VT_SIM_SECS: flatbuffers::VOffsetT = 28;
+  pub const VT_AGENTS: flatbuffers::VOffsetT = 30;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -57,6 +58,7 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.agents { builder.add_agents(x); }
     if let Some(x) = args.traffic_lights { builder.add_traffic_lights(x); }
     if let Some(x) = args.collisions { builder.add_collisions(x); }
     if let Some(x) = args.actors { builder.add_actors(x); }
@@ -165,6 +167,14 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<f64>(Frame::VT_SIM_SECS, Some(0.0)).unwrap()}
   }
+  /// Ordered by actor.
+  #[inline]
+  pub fn agents(&self) -> Option<flatbuffers::Vector<'a, AgentState>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, AgentState>>>(Frame::VT_AGENTS, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -187,6 +197,7 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Collision>>>("collisions", Self::VT_COLLISIONS, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, TrafficLightState>>>("traffic_lights", Self::VT_TRAFFIC_LIGHTS, true)?
      .visit_field::<f64>("sim_secs", Self::VT_SIM_SECS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, AgentState>>>("agents", Self::VT_AGENTS, false)?
      .finish();
     Ok(())
   }
@@ -205,6 +216,7 @@ pub struct FrameArgs<'a> {
     pub collisions: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Collision>>>,
     pub traffic_lights: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, TrafficLightState>>>,
     pub sim_secs: f64,
+    pub agents: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, AgentState>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -223,6 +235,7 @@ impl<'a> Default for FrameArgs<'a> {
       collisions: None, // required field
       traffic_lights: None, // required field
       sim_secs: 0.0,
+      agents: None,
     }
   }
 }
@@ -285,6 +298,10 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot::<f64>(Frame::VT_SIM_SECS, sim_secs, 0.0);
   }
   #[inline]
+  pub fn add_agents(&mut self, agents: flatbuffers::WIPOffset<flatbuffers::Vector<'b , AgentState>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_AGENTS, agents);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -321,6 +338,7 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("collisions", &self.collisions());
       ds.field("traffic_lights", &self.traffic_lights());
       ds.field("sim_secs", &self.sim_secs());
+      ds.field("agents", &self.agents());
       ds.finish()
   }
 }

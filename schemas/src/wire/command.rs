@@ -9,7 +9,7 @@ use super::parts::{
     switch_out, vec3_in, vec3_out,
 };
 use super::vehicle::{ackermann_in, ackermann_out, gains_in, gains_out, physics_in, physics_out};
-use super::{check_count, needed};
+use super::{agent, check_count, needed};
 use crate::generated as fb;
 use crate::limits::COMMANDS_PER_REQUEST_MAX;
 use crate::{ActorId, Attachment, Attribute, Command, Error, Pose, Vec3};
@@ -63,6 +63,11 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
         | Command::SetVehiclePhysics { .. }
         | Command::SetVehicleLights { .. }
         | Command::SetDoors { .. } => vehicle_command_out(b, command),
+        Command::SetAgent { actor, options, keep_route } => {
+            agent::set_out(b, *actor, options, *keep_route)
+        }
+        Command::SetAgentRoute { actor, places_m } => agent::route_out(b, *actor, places_m),
+        Command::DriveAgent { actor, on } => agent::drive_out(b, *actor, *on),
         Command::SetWalkerControl { actor, control } => {
             let control = walker_out(control);
             let args = fb::SetWalkerControlArgs { actor: actor.get(), control: Some(&control) };
@@ -250,6 +255,7 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::SetVehiclePhysics
         | Body::SetVehicleLights
         | Body::SetDoors => vehicle_command_in(raw),
+        Body::SetAgent | Body::SetAgentRoute | Body::DriveAgent => agent::command_in(raw),
         Body::SetWalkerControl => {
             let set = needed(raw.body_as_set_walker_control(), "a walker's control")?;
             let control = walker_in(set.control())?;

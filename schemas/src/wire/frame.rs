@@ -6,7 +6,7 @@ use super::parts::{
     actor_in, actor_kind_in, actor_kind_out, colour_in, colour_out, failure_in, failure_out,
     finite, finite_double, pose_in, pose_out, vec3_in, vec3_out, world_in,
 };
-use super::{Kind, check_count, root};
+use super::{Kind, agent, check_count, root};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
@@ -36,6 +36,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let collisions = collisions_out(&mut builder, &frame.collisions);
     let lights: Vec<fb::TrafficLightState> = frame.traffic_lights.iter().map(light_out).collect();
     let traffic_lights = builder.create_vector(&lights);
+    let agents: Vec<fb::AgentState> = frame.agents.iter().map(agent::state_out).collect();
+    let agents = (!agents.is_empty()).then(|| builder.create_vector(&agents));
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -53,6 +55,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             collisions: Some(collisions),
             traffic_lights: Some(traffic_lights),
             sim_secs: frame.sim_secs,
+            agents,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -73,6 +76,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         .map(|actor| actor_state_in(actor, types.len()))
         .collect::<Result<Vec<_>, Error>>()?;
     check_count("traffic lights", raw.traffic_lights().len(), ACTORS_PER_WORLD_MAX)?;
+    check_count("agents", raw.agents().map_or(0, |agents| agents.len()), ACTORS_PER_WORLD_MAX)?;
     Ok(Frame {
         world: world_in(raw.world())?,
         tick: Tick(raw.tick()),
@@ -87,6 +91,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         actors,
         collisions: collisions_in(raw.collisions())?,
         traffic_lights: raw.traffic_lights().iter().map(light_in).collect::<Result<_, _>>()?,
+        agents: raw.agents().iter().flatten().map(agent::state_in).collect::<Result<_, _>>()?,
     })
 }
 

@@ -152,6 +152,22 @@ twin!(
     [KeepLane, ChangeLaneLeft, ChangeLaneRight]
 );
 twin!(
+    behaviour_out,
+    behaviour_in,
+    crate::AgentBehaviour,
+    fb::AgentBehaviour,
+    "agent behaviour",
+    [Basic, Cautious, Normal, Aggressive]
+);
+twin!(
+    status_out,
+    status_in,
+    crate::AgentStatus,
+    fb::AgentStatus,
+    "agent status",
+    [Wandering, OnRoute, Arrived]
+);
+twin!(
     service_kind_out,
     service_kind_in,
     crate::ServiceKind,

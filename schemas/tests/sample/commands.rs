@@ -1,6 +1,9 @@
 //! Commands for driving, for bodies, and for what surrounds them.
 
-use schemas::{AckermannControl, BodySwitch, Command, PushKind, TrafficLightColour, Vec3};
+use schemas::{
+    AckermannControl, AgentBehaviour, AgentOptions, BodySwitch, Command, PushKind,
+    TrafficLightColour, Vec3,
+};
 
 use super::vehicles::{gains, physics};
 use super::{actor, walker_control};
@@ -19,7 +22,25 @@ pub(crate) fn driving_commands() -> Vec<Command> {
         Command::SetVehiclePhysics { actor: actor(1), physics: Box::new(physics()) },
         Command::SetVehicleLights { actor: actor(1), lights: 0x801 },
         Command::SetDoors { actor: actor(1), doors: 0b11, open: true },
+        Command::SetAgent { actor: actor(1), options: agent_options(), keep_route: true },
+        Command::SetAgent { actor: actor(1), options: AgentOptions::default(), keep_route: false },
+        Command::SetAgentRoute { actor: actor(1), places_m: vec![Vec3::x(), Vec3::y()] },
+        Command::SetAgentRoute { actor: actor(1), places_m: Vec::new() },
+        Command::DriveAgent { actor: actor(1), on: true },
     ]
+}
+
+fn agent_options() -> AgentOptions {
+    AgentOptions {
+        behaviour: AgentBehaviour::Cautious,
+        target_speed_mps: Some(12.5),
+        follow_speed_limits: true,
+        ignore_lights: true,
+        ignore_stop_signs: true,
+        ignore_vehicles: true,
+        light_distance_m: Some(4.0),
+        vehicle_distance_m: Some(6.0),
+    }
 }
 
 pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {

@@ -7,12 +7,12 @@ mod sensors;
 mod vehicles;
 
 use schemas::{
-    ActorDescription, ActorId, ActorKind, ActorState, Alive, Attachment, AttachmentKind, Attribute,
-    Camera, Collision, Command, EncodedFrame, Error, ErrorCode, Frame, Image, ImageEncoding,
-    ImageKind, Images, Lease, MapRef, PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind,
-    Tick, TickItem, TickOutcome, TickResult, TrafficLightColour, TrafficLightState, Vec3,
-    VehicleControl, VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo,
-    level_pose, wire,
+    ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
+    AttachmentKind, Attribute, Camera, Collision, Command, EncodedFrame, Error, ErrorCode, Frame,
+    Image, ImageEncoding, ImageKind, Images, Lease, MapRef, PilotMode, RayHit, RenderJob, Reply,
+    Request, ServiceKind, Tick, TickItem, TickOutcome, TickResult, TrafficLightColour,
+    TrafficLightState, Vec3, VehicleControl, VehicleFailure, VehicleReport, WalkerControl, Weather,
+    WorldId, WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -108,6 +108,16 @@ fn collision() -> Collision {
     }
 }
 
+fn agent() -> AgentState {
+    AgentState {
+        actor: actor(1),
+        status: AgentStatus::OnRoute,
+        driving: true,
+        distance_left_m: 120.5,
+        target_m: Vec3::new(5.0, -2.0, 0.25),
+    }
+}
+
 pub(crate) fn frame() -> Frame {
     Frame {
         world: world(),
@@ -122,6 +132,7 @@ pub(crate) fn frame() -> Frame {
         actors: vec![vehicle(), walker()],
         collisions: vec![collision(), Collision { other: None, started: false, ..collision() }],
         traffic_lights: vec![traffic_light()],
+        agents: vec![agent()],
         sim_secs: 2.1,
     }
 }

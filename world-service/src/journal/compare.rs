@@ -76,7 +76,8 @@ pub(super) fn difference(recorded: &Frame, replayed: &Frame) -> Option<Differenc
         return Some(found(Some(new.id), values("actor", &"not there", &"there")));
     }
     let whole: Option<Values> = first_of!(recorded, replayed;
-        tick, dt_secs, sim_secs, seed, map, weather, types, collisions, traffic_lights, state_hash);
+        tick, dt_secs, sim_secs, seed, map, weather, types, collisions, traffic_lights, agents,
+        state_hash);
     let whole = whole.unwrap_or_else(|| values("frame", recorded, replayed));
     Some(found(None, whole))
 }

@@ -1,6 +1,6 @@
 //! One actor: what it is, what carries it, and what drives it.
 
-use agents::Pilot;
+use agents::{Agent, Pilot};
 use blueprints::WalkerModel;
 use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3, VehicleFailure};
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,8 @@ pub(crate) struct Vehicle {
     pub ackermann: Ackermann,
     /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
     pub pilot: Option<Pilot>,
+    /// Its navigation agent, whether it drives or not.
+    pub agent: Option<Box<Agent>>,
     /// What lights and signs say to it; empty in a world without them.
     pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
@@ -126,11 +128,21 @@ impl Vehicle {
             tuning,
             ackermann,
             pilot: None,
+            agent: None,
             rules: RoadRules::default(),
             tipped_secs: 0.0,
             altered: None,
             hold: Hold::Sticky,
         })
+    }
+
+    /// Takes the wheel from whoever drives; an agent keeps its route.
+    pub(crate) fn hand_over(&mut self) {
+        self.pilot = None;
+        self.ackermann.release();
+        if let Some(agent) = &mut self.agent {
+            agent.drive(false);
+        }
     }
 
     fn fits(&self, blueprint: u16) -> bool {

@@ -40,6 +40,11 @@ impl World {
             Command::SetPilot { actor, mode, target_speed_mps } => {
                 self.set_pilot(*actor, *mode, *target_speed_mps)
             }
+            Command::SetAgent { actor, options, keep_route } => {
+                self.set_agent(*actor, *options, *keep_route)
+            }
+            Command::SetAgentRoute { actor, places_m } => self.set_agent_route(*actor, places_m),
+            Command::DriveAgent { actor, on } => self.drive_agent(*actor, *on),
             Command::SetWalkerControl { actor, control } => {
                 self.set_walker_control(*actor, *control)
             }

@@ -17,7 +17,7 @@ impl World {
         let (_, body) = self.vehicle_mut(id)?;
         let speed_mps = self.state.physics.state(body).forward_mps();
         let (vehicle, _) = self.vehicle_mut(id)?;
-        vehicle.pilot = None;
+        vehicle.hand_over();
         let road_wheel_rad = vehicle.state.road_wheel_rad;
         vehicle.ackermann.aim(target, speed_mps, road_wheel_rad);
         Ok(())

@@ -37,6 +37,7 @@ impl World {
             actors,
             collisions: self.state.collisions.clone(),
             traffic_lights: self.traffic_lights(),
+            agents: self.state.agents(),
             sim_secs: self.state.sim_secs,
         }
     }
@@ -55,7 +56,7 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   bodies, wheels, controls, pilots. Not the world's id and epoch, so that forks agree.
+    ///   bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so that forks agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
@@ -92,6 +93,9 @@ impl World {
             if let Some(vehicle) = actor.vehicle.as_deref() {
                 hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
                 hasher.value(&vehicle.pilot);
+                if let Some(agent) = &vehicle.agent {
+                    hasher.value(agent);
+                }
                 hasher.value(&vehicle.ackermann);
                 hasher.value(&vehicle.tuning);
                 hasher.value(&vehicle.hold);

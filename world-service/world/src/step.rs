@@ -43,6 +43,7 @@ impl World {
         self.state.rouse();
         self.state.heed_triggers();
         self.state.drive(&self.town);
+        self.state.navigate(&self.town);
         let velocities_mps = self.state.velocities();
         self.state.bring_scenery(&self.town);
         let mut log = ContactLog::default();

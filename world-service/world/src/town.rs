@@ -1,7 +1,8 @@
 //! What all worlds of one map share: the road network, the ground and the scenery.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
+use agents::Network;
 use roads::{Map, mesh};
 use schemas::{MapRef, Pose, Vec3};
 
@@ -18,6 +19,7 @@ pub struct Town {
     pub(crate) scenery: Scenery,
     pub(crate) traffic: TrafficPlan,
     pub(crate) rays: TownRays,
+    network: OnceLock<Network>,
     map: MapRef,
 }
 
@@ -35,7 +37,13 @@ impl Town {
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
         let rays = TownRays::new(Arc::clone(&roads));
-        Self { roads, ground, scenery, traffic, rays, map }
+        let network = OnceLock::new();
+        Self { roads, ground, scenery, traffic, rays, network, map }
+    }
+
+    /// The lanes for drivers inside the tick; made when the first of them asks.
+    pub(crate) fn network(&self) -> &Network {
+        self.network.get_or_init(|| Network::new(&self.roads))
     }
 
     /// The map's name and digest.

@@ -20,8 +20,7 @@ impl World {
     ) -> Result<(), Error> {
         check::control(&control)?;
         let (vehicle, body) = self.vehicle_mut(id)?;
-        vehicle.pilot = None;
-        vehicle.ackermann.release();
+        vehicle.hand_over();
         if vehicle.hold == Hold::Spent {
             vehicle.hold = Hold::OneTick;
         }
@@ -50,7 +49,7 @@ impl World {
         let Some(vehicle) = actor.vehicle_mut() else { return Ok(()) };
         let speed_mps = target_speed_mps.unwrap_or_else(|| body.forward_mps().max(0.0));
         let view = step::view(vehicle.tuning.fit(), &body);
-        vehicle.ackermann.release();
+        vehicle.hand_over();
         vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
         Ok(())
     }

@@ -131,6 +131,11 @@ impl Lights {
         }
     }
 
+    /// What a light shows.
+    pub(crate) fn colour(&self, light: usize) -> Option<Colour> {
+        self.shown.get(light).map(|shown| shown.colour)
+    }
+
     /// The times of a light's controller.
     pub(crate) fn times_mut(&mut self, plan: &TrafficPlan, light: usize) -> Option<&mut Times> {
         self.times.get_mut(*plan.controller_of.get(light)?)

@@ -3,8 +3,8 @@
 
 use proptest::prelude::*;
 use schemas::{
-    ActorId, Attachment, AttachmentKind, Attribute, BodySwitch, Command, PilotMode, PushKind, Vec3,
-    VehicleControl, WalkerControl, Weather, level_pose,
+    ActorId, AgentBehaviour, AgentOptions, Attachment, AttachmentKind, Attribute, BodySwitch,
+    Command, PilotMode, PushKind, Vec3, VehicleControl, WalkerControl, Weather, level_pose,
 };
 
 fn any_actor() -> impl Strategy<Value = ActorId> + Clone {
@@ -106,6 +106,23 @@ fn any_pilot() -> impl Strategy<Value = Command> {
     )
 }
 
+fn any_agent() -> impl Strategy<Value = Command> {
+    let behaviour = prop_oneof![Just(AgentBehaviour::Basic), Just(AgentBehaviour::Aggressive)];
+    let set = (any_actor(), behaviour, prop::option::of(-2.0f32..20.0), any::<bool>()).prop_map(
+        |(actor, behaviour, target_speed_mps, keep_route)| Command::SetAgent {
+            actor,
+            options: AgentOptions { behaviour, target_speed_mps, ..AgentOptions::default() },
+            keep_route,
+        },
+    );
+    let place = (-20.0f32..200.0, -9.0f32..9.0).prop_map(|(x_m, y_m)| Vec3::new(x_m, y_m, 0.0));
+    let route = (any_actor(), prop::collection::vec(place, 0..3))
+        .prop_map(|(actor, places_m)| Command::SetAgentRoute { actor, places_m });
+    let drive = (any_actor(), prop::bool::weighted(0.8))
+        .prop_map(|(actor, on)| Command::DriveAgent { actor, on });
+    prop_oneof![set, route, drive]
+}
+
 /// Any command, good or bad.
 pub fn command() -> impl Strategy<Value = Command> {
     let actor = any_actor();
@@ -157,6 +174,7 @@ pub fn command() -> impl Strategy<Value = Command> {
         6 => any_handling(),
         4 => drive,
         2 => any_pilot(),
+        3 => any_agent(),
         1 => velocity,
         1 => pose,
         1 => weather,

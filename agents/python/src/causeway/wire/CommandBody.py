@@ -26,3 +26,6 @@ class CommandBody(object):
     ResetTrafficLights = 20
     SetTimeStep = 21
     Listen = 22
+    SetAgent = 23
+    SetAgentRoute = 24
+    DriveAgent = 25

@@ -199,8 +199,33 @@ class Frame(object):
             return self._tab.Get(flatbuffers.number_types.Float64Flags, o + self._tab.Pos)
         return 0.0
 
+    # Ordered by actor.
+    # Frame
+    def Agents(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(30))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 24
+            from causeway.wire.AgentState import AgentState
+            obj = AgentState()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def AgentsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(30))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def AgentsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(30))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(13)
+    builder.StartObject(14)
 
 def Start(builder):
     FrameStart(builder)
@@ -306,6 +331,18 @@ def FrameAddSimSecs(builder, simSecs):
 
 def AddSimSecs(builder, simSecs):
     FrameAddSimSecs(builder, simSecs)
+
+def FrameAddAgents(builder, agents):
+    builder.PrependUOffsetTRelativeSlot(13, flatbuffers.number_types.UOffsetTFlags.py_type(agents), 0)
+
+def AddAgents(builder, agents):
+    FrameAddAgents(builder, agents)
+
+def FrameStartAgentsVector(builder, numElems):
+    return builder.StartVector(24, numElems, 4)
+
+def StartAgentsVector(builder, numElems: int) -> int:
+    return FrameStartAgentsVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,356 @@
+//! Navigation agents: CARLA's basic and behaviour agents inside the tick.
+
+mod traits;
+
+use roads::Map;
+use schemas::{AgentOptions, AgentStatus, TrafficLightColour, Vec3, VehicleControl, yaw_rad};
+use serde::{Deserialize, Serialize};
+
+use crate::network::{LaneId, Network, Place, Stop, nearest_place};
+use crate::path::{Leg, Path, PathPoint};
+use crate::pid::{Lateral, Longitudinal};
+use crate::pilot::VehicleView;
+use crate::route;
+use crate::scene::{Ahead, Room, Scene};
+use traits::Traits;
+
+/// A vehicle's lane is at most this far from it.
+const LANE_M: f32 = 5.0;
+/// The path of an agent without a destination is kept this long, and per metre per second longer.
+const WANDER_M: f32 = 30.0;
+const WANDER_SECS: f32 = 4.0;
+/// Most lanes that are added to it in one tick.
+const WANDER_LANES_MAX: usize = 64;
+/// A target counts as reached from here, and per metre per second of speed from farther away.
+const TARGET_M: f32 = 3.0;
+const TARGET_SECS: f32 = 0.5;
+/// Spacing of the places steered for.
+const SPACING_M: f32 = 2.0;
+/// The end of a route counts as reached from here.
+const END_M: f32 = 1.0;
+/// Sideways acceleration in curves, and braking for curves and the end of the route.
+const CURVE_MPS2: f32 = 3.5;
+const EASY_MPS2: f32 = 3.0;
+/// Slower than this nobody approaches the end of a route.
+const END_MPS: f32 = 2.0;
+/// Braking that calls for the whole brake.
+const HARD_MPS2: f32 = 4.0;
+/// Slower than this a vehicle stands.
+const STANDING_MPS: f32 = 0.2;
+/// How long a vehicle stands at a stop sign.
+const STOP_SECS: f32 = 1.0;
+/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
+const AT_LINE_M: f32 = 4.0;
+
+/// A driver with a destination or without.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Agent {
+    options: AgentOptions,
+    path: Path,
+    status: AgentStatus,
+    driving: bool,
+    target_m: Vec3,
+    longitudinal: Longitudinal,
+    lateral: Lateral,
+    /// How long it has been standing at a stop sign.
+    stood_secs: f32,
+    /// The stop sign it may pass: its lane.
+    passed: Option<LaneId>,
+}
+
+/// What an agent knows besides the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Senses<'a> {
+    /// Lanes of the map.
+    pub network: &'a Network,
+    /// Everybody.
+    pub scene: &'a Scene,
+    /// The own vehicle.
+    pub view: &'a VehicleView,
+    /// The own box.
+    pub body: &'a crate::scene::Body,
+    /// Length of the tick.
+    pub dt_secs: f32,
+}
+
+/// No way leads from one place to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no way leads to place {index}")]
+pub struct Unreachable {
+    /// Position of the place in the route.
+    pub index: usize,
+}
+
+impl Agent {
+    /// An agent that does not drive yet and has nowhere to go.
+    #[must_use]
+    pub fn new(options: AgentOptions) -> Self {
+        Self {
+            options,
+            path: Path::default(),
+            status: AgentStatus::Wandering,
+            driving: false,
+            target_m: Vec3::zeros(),
+            longitudinal: Longitudinal::default(),
+            lateral: Lateral::default(),
+            stood_secs: 0.0,
+            passed: None,
+        }
+    }
+
+    /// The same agent with other options.
+    #[must_use]
+    pub fn with(self, options: AgentOptions) -> Self {
+        Self { options, ..self }
+    }
+
+    /// Whether it drives.
+    #[must_use]
+    pub fn is_driving(&self) -> bool {
+        self.driving
+    }
+
+    /// Lets it drive, or stops it from driving. Its route stays.
+    pub fn drive(&mut self, on: bool) {
+        self.driving = on;
+    }
+
+    /// What it is about.
+    #[must_use]
+    pub fn status(&self) -> AgentStatus {
+        self.status
+    }
+
+    /// To the end of its route in metres; 0 without one.
+    #[must_use]
+    pub fn distance_left_m(&self) -> f32 {
+        if self.status == AgentStatus::OnRoute { self.path.length_m() } else { 0.0 }
+    }
+
+    /// What it steers for, world frame.
+    #[must_use]
+    pub fn target_m(&self) -> Vec3 {
+        self.target_m
+    }
+
+    /// Whether it can be an agent on this network; what a snapshot may get wrong.
+    #[must_use]
+    pub fn is_consistent(&self, network: &Network) -> bool {
+        self.path.is_consistent(network) && self.target_m.iter().all(|value| value.is_finite())
+    }
+
+    /// Gives it places to pass in order, the last one to stop at; none: it takes any way.
+    ///
+    /// The way is the shortest over lanes and allowed lane changes. Of lanes that cross at a place
+    /// the one with the shortest way counts.
+    ///
+    /// # Errors
+    /// [`Unreachable`]; the route stays as it was.
+    pub fn set_route(
+        &mut self,
+        network: &Network,
+        map: &Map,
+        view: &VehicleView,
+        places_m: &[Vec3],
+    ) -> Result<(), Unreachable> {
+        let mut path = Path::default();
+        let mut from = start(network, map, view).ok_or(Unreachable { index: 0 })?;
+        for (index, place_m) in places_m.iter().enumerate() {
+            let ways = candidates(network, map, place_m).into_iter();
+            let ways = ways.filter_map(|to| Some((route::plan(network, from, to)?, to)));
+            let best = ways.min_by(|((a, _), _), ((b, _), _)| a.total_cmp(b));
+            let ((_, legs), to) = best.ok_or(Unreachable { index })?;
+            for leg in legs {
+                path.push(leg);
+            }
+            from = to;
+        }
+        self.path = path;
+        self.status =
+            if places_m.is_empty() { AgentStatus::Wandering } else { AgentStatus::OnRoute };
+        (self.stood_secs, self.passed) = (0.0, None);
+        self.target_m = view.world_from_vehicle.translation.vector;
+        Ok(())
+    }
+
+    /// The control for the next tick. `draw` gives numbers for the choice of ways.
+    pub fn control(
+        &mut self,
+        senses: &Senses<'_>,
+        map: &Map,
+        draw: &mut dyn FnMut() -> u64,
+    ) -> VehicleControl {
+        let view = senses.view;
+        let position_m = view.world_from_vehicle.translation.vector;
+        let forward = view.world_from_vehicle.rotation * Vec3::x();
+        let speed_mps = view.velocity_mps.dot(&forward);
+        if self.status == AgentStatus::Wandering {
+            self.wander(senses.network, map, view, speed_mps, draw);
+        }
+        self.path.follow(senses.network, &position_m);
+        let left_m = self.path.length_m();
+        if self.status == AgentStatus::OnRoute && left_m < END_M {
+            self.status = AgentStatus::Arrived;
+        }
+        if self.status == AgentStatus::Arrived || self.path.is_empty() {
+            return self.brake(1.0);
+        }
+        let traits = Traits::of(&self.options);
+        let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(left_m);
+        let reach_m = (reach_m / SPACING_M).ceil() * SPACING_M;
+        if let Some(target) = self.path.at(senses.network, reach_m) {
+            self.target_m = target.point.point_m;
+        }
+        let to_target = self.target_m - position_m;
+        let steer = self.lateral.steer(&forward, &to_target, senses.dt_secs);
+        let mut points = Vec::new();
+        self.path.sample(senses.network, traits.horizon_m(speed_mps), SPACING_M, &mut points);
+        if self.must_stop(senses, &traits, speed_mps) {
+            return VehicleControl { steer, ..self.brake(traits.brake) };
+        }
+        let free_mps = self.free_speed(&points, &traits, speed_mps);
+        let ahead = self.first_ahead(senses, &points);
+        let target_mps = match ahead {
+            Some(ahead) => match traits.follow(&self.options, speed_mps, &ahead) {
+                Some(mps) => mps.min(free_mps),
+                None => {
+                    let closing_mps = (speed_mps - ahead.along_mps.max(0.0)).max(0.0);
+                    let needed = closing_mps * closing_mps / (2.0 * ahead.gap_m.max(0.1));
+                    let brake = if needed > HARD_MPS2 { 1.0 } else { traits.brake };
+                    return VehicleControl { steer, ..self.brake(brake) };
+                }
+            },
+            None => free_mps,
+        };
+        let (throttle, brake) = self.longitudinal.pedals(target_mps - speed_mps, senses.dt_secs);
+        VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
+    }
+
+    fn brake(&self, brake: f32) -> VehicleControl {
+        VehicleControl { brake, steer: self.lateral.held(), ..VehicleControl::default() }
+    }
+
+    /// Keeps some way ahead, any of those that go on.
+    fn wander(
+        &mut self,
+        network: &Network,
+        map: &Map,
+        view: &VehicleView,
+        speed_mps: f32,
+        draw: &mut dyn FnMut() -> u64,
+    ) {
+        if self.path.is_empty() {
+            let place = start(network, map, view);
+            let lane = place.and_then(|place| network.lane(place.lane).zip(Some(place)));
+            if let Some((lane, Place { lane: id, at_m })) = lane {
+                self.path.push(Leg { lane: id, from_m: at_m, to_m: lane.length_m(), onto: None });
+            }
+        }
+        let wanted_m = WANDER_M + WANDER_SECS * speed_mps.max(0.0);
+        for _ in 0..WANDER_LANES_MAX {
+            let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
+            let Some(leg) = last.and_then(|last| any_next(network, last, draw)) else { return };
+            self.path.push(leg);
+        }
+    }
+
+    /// Whether a red light or a stop sign is near.
+    fn must_stop(&mut self, senses: &Senses<'_>, traits: &Traits, speed_mps: f32) -> bool {
+        let front_m = senses.body.half_m.x;
+        let stopping_m = speed_mps * speed_mps / (2.0 * HARD_MPS2);
+        let from_m = (traits.light_m + speed_mps.max(0.0)).max(stopping_m + 1.0);
+        let lines = self.path.stops(senses.network, 0.0, from_m + front_m);
+        let red = |light: u32| senses.scene.light(light) == TrafficLightColour::Red;
+        let at_red = lines.iter().any(|line| match line.why {
+            Stop::Light(light) => !self.options.ignore_lights && red(light),
+            _ => false,
+        });
+        let sign = lines.iter().find(|line| line.why == Stop::Sign);
+        let sign = sign.filter(|_| !self.options.ignore_stop_signs);
+        let Some(sign) = sign else {
+            (self.stood_secs, self.passed) = (0.0, None);
+            return at_red;
+        };
+        let gap_m = sign.ahead_m - front_m;
+        if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
+            self.stood_secs += senses.dt_secs;
+        }
+        if self.stood_secs >= STOP_SECS {
+            self.passed = Some(sign.lane);
+        }
+        let stops_here = self.passed != Some(sign.lane) && gap_m < stopping_m + 1.5;
+        at_red || stops_here
+    }
+
+    /// As fast as the options, limits, curves and the end of the route allow.
+    fn free_speed(&self, points: &[PathPoint], traits: &Traits, speed_mps: f32) -> f32 {
+        let limit_mps = points.first().map_or(0.0, |here| here.point.limit_mps);
+        let mut free_mps = traits.speed_mps(&self.options, limit_mps);
+        for at in points {
+            let curve_mps2 = CURVE_MPS2 / at.point.curvature_per_m.abs().max(1.0e-4);
+            free_mps = free_mps.min((curve_mps2 + 2.0 * EASY_MPS2 * at.ahead_m).sqrt());
+        }
+        if self.status == AgentStatus::OnRoute {
+            let braked = (2.0 * EASY_MPS2 * self.path.length_m()).sqrt().max(END_MPS);
+            free_mps = free_mps.min(braked);
+        }
+        // A sudden limit is met by rolling, not by a full stop of the integral part.
+        free_mps.max(0.0).min(speed_mps + 20.0)
+    }
+
+    fn first_ahead(&self, senses: &Senses<'_>, points: &[PathPoint]) -> Option<Ahead> {
+        if self.options.ignore_vehicles {
+            return None;
+        }
+        let room = Room {
+            id: senses.body.id,
+            front_m: senses.body.half_m.x,
+            half_width_m: senses.body.half_m.y,
+            beside_m: 0.3,
+            beside_walkers_m: 0.8,
+        };
+        senses.scene.ahead(points, &room)
+    }
+}
+
+/// The next lane of a path, by choice among those that go on.
+pub(crate) fn any_next(
+    network: &Network,
+    last: &Leg,
+    draw: &mut dyn FnMut() -> u64,
+) -> Option<Leg> {
+    let all = &network.lane(last.last_lane())?.next;
+    let endless = |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.goes_on);
+    let good: Vec<LaneId> = all.iter().filter(endless).copied().collect();
+    let choice = if good.is_empty() { all } else { &good };
+    let index = match choice.len() {
+        0 => return None,
+        1 => 0,
+        count => (draw() % count as u64) as usize,
+    };
+    let lane = *choice.get(index)?;
+    Some(Leg { lane, from_m: 0.0, to_m: network.lane(lane)?.length_m(), onto: None })
+}
+
+/// The lane that a vehicle is on and looks along; else the nearest one.
+fn start(network: &Network, map: &Map, view: &VehicleView) -> Option<Place> {
+    let position_m = view.world_from_vehicle.translation.vector;
+    let heading_rad = yaw_rad(&view.world_from_vehicle);
+    let along = network.along(&position_m, heading_rad, LANE_M).map(|near| near.place);
+    along.or_else(|| nearest_place(network, map, &position_m))
+}
+
+/// Places on lanes that a point may mean: the nearest, and those hardly farther away.
+fn candidates(network: &Network, map: &Map, point_m: &Vec3) -> Vec<Place> {
+    /// Half a lane's width, beyond which lanes lie side by side.
+    const SAME_M: f32 = 1.0;
+    let near = network.near(point_m, LANE_M);
+    let least_m = near.iter().map(|near| near.away_m).fold(f32::INFINITY, f32::min);
+    let places: Vec<Place> =
+        near.iter().filter(|near| near.away_m < least_m + SAME_M).map(|near| near.place).collect();
+    if places.is_empty() {
+        nearest_place(network, map, point_m).into_iter().collect()
+    } else {
+        places
+    }
+}

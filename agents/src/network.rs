@@ -1,0 +1,239 @@
+//! The driving lanes of a map as drivers inside the tick use them: measured along their middle,
+//! linked, with the lines to stop at.
+//!
+//! Built once per map and shared by all its worlds. Lanes are named by position, which is the same
+//! for the same map, so that a snapshot can hold lanes.
+
+mod build;
+mod grid;
+mod stops;
+
+use std::collections::BTreeMap;
+
+use nalgebra::ComplexField;
+use roads::{Map, Waypoint};
+use schemas::Vec3;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use build::nearest_place;
+use grid::Grid;
+
+/// Position of a lane in its [`Network`].
+pub type LaneId = u32;
+
+/// The driving lanes of a map.
+#[derive(Debug, Default)]
+pub struct Network {
+    lanes: Vec<Lane>,
+    /// By road, section and lane of the map.
+    by_key: BTreeMap<(u32, u32, i32), LaneId>,
+    grid: Grid,
+}
+
+/// One lane of one section.
+#[derive(Debug, Default)]
+pub(crate) struct Lane {
+    /// Where its traffic enters and leaves it, as road coordinates.
+    entry_s: f64,
+    exit_s: f64,
+    /// The middle of the lane from its entry to its exit; at least two.
+    points: Vec<LanePoint>,
+    pub next: Vec<LaneId>,
+    pub previous: Vec<LaneId>,
+    pub left: Option<Beside>,
+    pub right: Option<Beside>,
+    /// Where its traffic may have to stop, in order.
+    pub stops: Vec<StopLine>,
+    /// Whether some way on never ends.
+    pub goes_on: bool,
+}
+
+/// A neighbouring lane of the same direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Beside {
+    pub lane: LaneId,
+    /// Where the markings allow to change over; empty when nowhere.
+    pub from_m: f32,
+    pub to_m: f32,
+}
+
+/// The middle of a lane at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LanePoint {
+    /// From the lane's entry.
+    pub at_m: f32,
+    pub point_m: Vec3,
+    pub heading_rad: f32,
+    /// Positive to the left.
+    pub curvature_per_m: f32,
+    /// 0 where none is known.
+    pub limit_mps: f32,
+}
+
+/// Where vehicles stop for a light or sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StopLine {
+    pub at_m: f32,
+    pub why: Stop,
+}
+
+/// What a stop line belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stop {
+    /// Position of the light among [`Map::traffic_lights`].
+    Light(u32),
+    Sign,
+    Yield,
+}
+
+/// A place on a lane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Place {
+    pub lane: LaneId,
+    /// From the lane's entry.
+    pub at_m: f32,
+}
+
+/// A place on a lane near a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Near {
+    pub place: Place,
+    /// From the lane's middle, seen from above.
+    pub away_m: f32,
+    pub heading_rad: f32,
+}
+
+impl Network {
+    /// Measures the driving lanes of a map.
+    ///
+    /// **Cost:** linear in the length of the lanes; some ten milliseconds for a town.
+    #[must_use]
+    pub fn new(map: &Map) -> Self {
+        build::network(map)
+    }
+
+    pub(crate) fn lane(&self, id: LaneId) -> Option<&Lane> {
+        self.lanes.get(id as usize)
+    }
+
+    /// Lanes of the map.
+    #[must_use]
+    pub fn lane_count(&self) -> usize {
+        self.lanes.len()
+    }
+
+    /// The place of a waypoint of the map; `None` beside driving lanes.
+    pub(crate) fn place(&self, at: &Waypoint) -> Option<Place> {
+        let lane = *self.by_key.get(&(at.road, at.section, at.lane))?;
+        Some(Place { lane, at_m: self.lane(lane)?.at_s(at.s) })
+    }
+
+    /// Lanes whose middle is at most `radius_m` away, each at its nearest place; by lane.
+    pub(crate) fn near(&self, point_m: &Vec3, radius_m: f32) -> Vec<Near> {
+        let mut found = Vec::new();
+        self.grid.lanes(point_m, radius_m, &mut found);
+        found.sort_unstable();
+        found.dedup();
+        let near = found.into_iter().filter_map(|id| {
+            let (place, away_m) = self.lane(id)?.nearest(id, point_m)?;
+            let heading_rad = self.lane(id)?.at(place.at_m).heading_rad;
+            (away_m <= radius_m).then_some(Near { place, away_m, heading_rad })
+        });
+        near.collect()
+    }
+
+    /// The nearest place on a lane that leads about this way.
+    pub(crate) fn along(&self, point_m: &Vec3, heading_rad: f32, radius_m: f32) -> Option<Near> {
+        let turn = |near: &Near| (1.0 - ComplexField::cos(near.heading_rad - heading_rad)).max(0.0);
+        self.near(point_m, radius_m)
+            .into_iter()
+            .filter(|near| turn(near) < 1.0)
+            .min_by(|a, b| (a.away_m + 3.0 * turn(a)).total_cmp(&(b.away_m + 3.0 * turn(b))))
+    }
+}
+
+impl Lane {
+    pub(crate) fn length_m(&self) -> f32 {
+        self.points.last().map_or(0.0, |point| point.at_m)
+    }
+
+    /// The middle at a distance from the entry, kept within the lane.
+    pub(crate) fn at(&self, at_m: f32) -> LanePoint {
+        let after = self.points.partition_point(|point| point.at_m <= at_m);
+        let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
+        let (Some(from), Some(to)) = (self.points.get(index - 1), self.points.get(index)) else {
+            return LanePoint {
+                at_m: 0.0,
+                point_m: Vec3::zeros(),
+                heading_rad: 0.0,
+                curvature_per_m: 0.0,
+                limit_mps: 0.0,
+            };
+        };
+        let span_m = (to.at_m - from.at_m).max(1.0e-6);
+        let share = ((at_m - from.at_m) / span_m).clamp(0.0, 1.0);
+        let turn_rad = wrapped(to.heading_rad - from.heading_rad);
+        LanePoint {
+            at_m: from.at_m + span_m * share,
+            point_m: from.point_m.lerp(&to.point_m, share),
+            heading_rad: from.heading_rad + turn_rad * share,
+            curvature_per_m: from.curvature_per_m
+                + (to.curvature_per_m - from.curvature_per_m) * share,
+            limit_mps: from.limit_mps,
+        }
+    }
+
+    /// The place abreast on the lane beside, which is of the same section.
+    pub(crate) fn abreast_m(&self, at_m: f32, beside: &Self) -> f32 {
+        beside.at_s(self.s_at(at_m))
+    }
+
+    /// Points are evenly spaced in road coordinates.
+    fn at_s(&self, s: f64) -> f32 {
+        let last = self.points.len().saturating_sub(1);
+        let share = ((s - self.entry_s) / (self.exit_s - self.entry_s)).clamp(0.0, 1.0);
+        let position = if share.is_finite() { share * last as f64 } else { 0.0 };
+        let index = (position as usize).min(last.saturating_sub(1));
+        let (Some(from), Some(to)) = (self.points.get(index), self.points.get(index + 1)) else {
+            return 0.0;
+        };
+        from.at_m + (to.at_m - from.at_m) * (position - index as f64) as f32
+    }
+
+    fn s_at(&self, at_m: f32) -> f64 {
+        let last = self.points.len().saturating_sub(1).max(1);
+        let after = self.points.partition_point(|point| point.at_m <= at_m).clamp(1, last);
+        let (Some(from), Some(to)) = (self.points.get(after - 1), self.points.get(after)) else {
+            return self.entry_s;
+        };
+        let within = ((at_m - from.at_m) / (to.at_m - from.at_m).max(1.0e-6)).clamp(0.0, 1.0);
+        let share = ((after - 1) as f64 + f64::from(within)) / last as f64;
+        self.entry_s + (self.exit_s - self.entry_s) * share
+    }
+
+    /// The nearest place to a point on the same storey, and how far it is, seen from above.
+    fn nearest(&self, id: LaneId, point_m: &Vec3) -> Option<(Place, f32)> {
+        /// Lanes higher or lower than this are another road's.
+        const STOREY_M: f32 = 3.0;
+        let mut best: Option<(f32, f32)> = None;
+        for pair in self.points.windows(2) {
+            let [from, to] = pair else { continue };
+            let way = (to.point_m - from.point_m).xy();
+            let beside = (point_m - from.point_m).xy();
+            let share = (beside.dot(&way) / way.norm_squared().max(1.0e-9)).clamp(0.0, 1.0);
+            let away_m = (beside - way * share).norm();
+            let height_m = from.point_m.z + (to.point_m.z - from.point_m.z) * share;
+            let same_storey = (height_m - point_m.z).abs() < STOREY_M;
+            if same_storey && best.is_none_or(|(least_m, _)| away_m < least_m) {
+                best = Some((away_m, from.at_m + (to.at_m - from.at_m) * share));
+            }
+        }
+        best.map(|(away_m, at_m)| (Place { lane: id, at_m }, away_m))
+    }
+}
+
+/// An angle between -π and π.
+pub(crate) fn wrapped(angle_rad: f32) -> f32 {
+    use std::f32::consts::{PI, TAU};
+    angle_rad - ((angle_rad + PI) / TAU).floor() * TAU
+}

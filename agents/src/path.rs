@@ -1,0 +1,233 @@
+//! A way over lanes, from where a vehicle is.
+
+use std::collections::VecDeque;
+
+use nalgebra::ComplexField;
+use schemas::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::network::{Lane, LaneId, LanePoint, Network, Stop};
+
+/// One lane of the way, or the change from it to the lane beside.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Leg {
+    pub lane: LaneId,
+    pub from_m: f32,
+    pub to_m: f32,
+    /// The lane beside on which the leg ends.
+    pub onto: Option<LaneId>,
+}
+
+/// Legs ahead of a vehicle, the first of them under it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Path {
+    legs: VecDeque<Leg>,
+    /// Where on the first leg the vehicle is, from the entry of the leg's lane.
+    at_m: f32,
+}
+
+/// A place on a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PathPoint {
+    pub point: LanePoint,
+    /// From the vehicle.
+    pub ahead_m: f32,
+}
+
+/// A stop line on a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StopAhead {
+    pub lane: LaneId,
+    /// From the vehicle's origin; a little below zero for a line just passed.
+    pub ahead_m: f32,
+    pub why: Stop,
+}
+
+impl Leg {
+    pub(crate) fn length_m(&self) -> f32 {
+        self.to_m - self.from_m
+    }
+
+    /// The lane it ends on.
+    pub(crate) fn last_lane(&self) -> LaneId {
+        self.onto.unwrap_or(self.lane)
+    }
+
+    fn point(&self, network: &Network, at_m: f32) -> Option<LanePoint> {
+        let lane = network.lane(self.lane)?;
+        let own = lane.at(at_m);
+        let Some(onto) = self.onto.and_then(|onto| network.lane(onto)) else { return Some(own) };
+        let length_m = self.length_m().max(1.0e-3);
+        let share = ((at_m - self.from_m) / length_m).clamp(0.0, 1.0);
+        let other = onto.at(lane.abreast_m(at_m, onto));
+        Some(blend(&own, &other, share, length_m))
+    }
+}
+
+/// Between two lanes: a quintic from one to the other, which begins and ends without course or bend.
+fn blend(own: &LanePoint, other: &LanePoint, u: f32, length_m: f32) -> LanePoint {
+    let way = u * u * u * (10.0 + u * (-15.0 + 6.0 * u));
+    let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / length_m;
+    let bend = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (length_m * length_m);
+    let across = other.point_m - own.point_m;
+    let (sin, cos) = (ComplexField::sin(own.heading_rad), ComplexField::cos(own.heading_rad));
+    let left_m = -across.x * sin + across.y * cos;
+    LanePoint {
+        point_m: own.point_m + across * way,
+        heading_rad: own.heading_rad + ComplexField::atan(left_m * slope),
+        curvature_per_m: own.curvature_per_m + left_m * bend,
+        ..*own
+    }
+}
+
+impl Path {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.legs.is_empty()
+    }
+
+    /// Whether all that it names exists; what a snapshot may get wrong.
+    pub(crate) fn is_consistent(&self, network: &Network) -> bool {
+        let exists = |leg: &Leg| {
+            network.lane(leg.lane).is_some()
+                && leg.onto.is_none_or(|onto| network.lane(onto).is_some())
+                && leg.from_m.is_finite()
+                && leg.to_m.is_finite()
+        };
+        self.at_m.is_finite() && self.legs.iter().all(exists)
+    }
+
+    pub(crate) fn length_m(&self) -> f32 {
+        let whole: f32 = self.legs.iter().map(Leg::length_m).sum();
+        let driven_m = self.legs.front().map_or(0.0, |leg| self.at_m - leg.from_m);
+        (whole - driven_m).max(0.0)
+    }
+
+    pub(crate) fn push(&mut self, leg: Leg) {
+        if self.legs.is_empty() {
+            self.at_m = leg.from_m;
+        }
+        self.legs.push_back(leg);
+    }
+
+    pub(crate) fn last(&self) -> Option<&Leg> {
+        self.legs.back()
+    }
+
+    /// Moves along by a distance; legs that were driven fall away.
+    pub(crate) fn go(&mut self, distance_m: f32) {
+        self.at_m += distance_m;
+        while let Some(leg) = self.legs.front()
+            && self.at_m > leg.to_m
+        {
+            let over_m = self.at_m - leg.to_m;
+            if self.legs.len() == 1 {
+                self.at_m = leg.to_m;
+                break;
+            }
+            self.legs.pop_front();
+            self.at_m = self.legs.front().map_or(0.0, |leg| leg.from_m) + over_m;
+        }
+    }
+
+    /// Moves the place abreast of the vehicle; never back.
+    pub(crate) fn follow(&mut self, network: &Network, position_m: &Vec3) {
+        for _ in 0..3 {
+            let Some(here) = self.at(network, 0.0) else { return };
+            let away = position_m - here.point.point_m;
+            let heading = heading(&here.point);
+            let ahead_m = away.x * heading.x + away.y * heading.y;
+            if ahead_m < 0.01 {
+                return;
+            }
+            self.go(ahead_m);
+        }
+    }
+
+    /// The path some metres ahead; at its end for more than is left.
+    pub(crate) fn at(&self, network: &Network, ahead_m: f32) -> Option<PathPoint> {
+        let mut at_m = self.at_m + ahead_m;
+        let mut legs = self.legs.iter().peekable();
+        while let Some(leg) = legs.next() {
+            if at_m <= leg.to_m || legs.peek().is_none() {
+                let over_m = (at_m - leg.to_m).max(0.0);
+                let point = leg.point(network, at_m.min(leg.to_m))?;
+                return Some(PathPoint { point, ahead_m: ahead_m - over_m });
+            }
+            at_m = at_m - leg.to_m + legs.peek().map_or(0.0, |next| next.from_m);
+        }
+        None
+    }
+
+    /// Points of the path from the vehicle to a distance, every `step_m` and at the end.
+    pub(crate) fn sample(
+        &self,
+        network: &Network,
+        horizon_m: f32,
+        step_m: f32,
+        points: &mut Vec<PathPoint>,
+    ) {
+        points.clear();
+        let mut ahead_m = 0.0;
+        let mut done_m = 0.0;
+        for (index, leg) in self.legs.iter().enumerate() {
+            let start_m = if index == 0 { self.at_m } else { leg.from_m };
+            let length_m = (leg.to_m - start_m).max(0.0);
+            while ahead_m <= done_m + length_m && ahead_m <= horizon_m {
+                if let Some(point) = leg.point(network, start_m + ahead_m - done_m) {
+                    points.push(PathPoint { point, ahead_m });
+                }
+                ahead_m += step_m;
+            }
+            done_m += length_m;
+            if done_m >= horizon_m {
+                return;
+            }
+        }
+        if let Some(end) = self.at(network, done_m) {
+            points.push(end);
+        }
+    }
+
+    /// Legs with the distance from the vehicle at which each begins; the first begins behind it.
+    pub(crate) fn ahead(&self) -> impl Iterator<Item = (f32, &Leg)> {
+        let mut begins_m = self.legs.front().map_or(0.0, |leg| leg.from_m - self.at_m);
+        self.legs.iter().map(move |leg| {
+            let at_m = begins_m;
+            begins_m += leg.length_m();
+            (at_m, leg)
+        })
+    }
+
+    /// Stop lines up to a distance, nearest first, from `behind_m` behind the vehicle's origin on.
+    pub(crate) fn stops(&self, network: &Network, behind_m: f32, horizon_m: f32) -> Vec<StopAhead> {
+        let mut found = Vec::new();
+        for (begins_m, leg) in self.ahead().take_while(|(begins_m, _)| *begins_m <= horizon_m) {
+            let Some(lane) = network.lane(leg.last_lane()) else { continue };
+            let offset_m = begins_m - own_from_m(network, leg, lane);
+            let lines = lane.stops.iter().map(|line| StopAhead {
+                lane: leg.last_lane(),
+                ahead_m: line.at_m + offset_m,
+                why: line.why,
+            });
+            found.extend(lines.filter(|line| {
+                (-behind_m..=horizon_m).contains(&line.ahead_m)
+                    && line.ahead_m >= begins_m - 0.01
+                    && line.ahead_m <= begins_m + leg.length_m() + 0.01
+            }));
+        }
+        found
+    }
+}
+
+/// Where a leg begins, on the lane that it ends on.
+fn own_from_m(network: &Network, leg: &Leg, lane: &Lane) -> f32 {
+    match (leg.onto, network.lane(leg.lane)) {
+        (Some(_), Some(own)) => own.abreast_m(leg.from_m, lane),
+        _ => leg.from_m,
+    }
+}
+
+/// Unit vector along a lane, seen from above.
+pub(crate) fn heading(point: &LanePoint) -> Vec3 {
+    Vec3::new(ComplexField::cos(point.heading_rad), ComplexField::sin(point.heading_rad), 0.0)
+}

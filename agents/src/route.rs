@@ -1,0 +1,160 @@
+//! The shortest way from place to place over lanes and lane changes (A*).
+//!
+//! **Source:** Hart, Nilsson, Raphael, "A formal basis for the heuristic determination of minimum
+//! cost paths", 1968; the estimate is the straight distance to the goal.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use schemas::Vec3;
+
+use crate::network::{Beside, LaneId, Network, Place};
+use crate::path::Leg;
+
+/// What a lane change counts, in metres of way.
+const CHANGE_COST_M: f32 = 10.0;
+/// Stretches shorter than this are too short to change on...
+const CHANGE_M_MIN: f32 = 8.0;
+/// ...and those shorter than this count more, per metre that they lack.
+const CHANGE_M_EASY: f32 = 30.0;
+const HURRY_COST: f32 = 3.0;
+/// A change takes at most this way.
+const CHANGE_M_MAX: f32 = 40.0;
+
+/// A lane, and whether it is entered beside the start and not at its entry.
+type Node = (LaneId, bool);
+
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    cost_m: f32,
+    from: Option<Node>,
+    /// Beside the node before, and not beyond it.
+    by_change: bool,
+    is_done: bool,
+}
+
+/// The legs of the shortest way, with its cost in metres; `None` where no way leads there.
+pub(crate) fn plan(network: &Network, from: Place, to: Place) -> Option<(f32, Vec<Leg>)> {
+    let goal_m = network.lane(to.lane)?.at(to.at_m).point_m;
+    let mut reached: BTreeMap<Node, Reached> = BTreeMap::new();
+    let mut open: BinaryHeap<Reverse<(u64, Node)>> = BinaryHeap::new();
+    let start = (from.lane, true);
+    reached.insert(start, Reached { cost_m: 0.0, from: None, by_change: false, is_done: false });
+    open.push(Reverse((0, start)));
+    while let Some(Reverse((_, node))) = open.pop() {
+        let Some(state) = reached.get_mut(&node) else { continue };
+        if std::mem::replace(&mut state.is_done, true) {
+            continue;
+        }
+        let cost_m = state.cost_m;
+        let begins_m = begin(network, from, node);
+        if node.0 == to.lane && begins_m <= to.at_m {
+            let legs = legs(network, &reached, from, to, node);
+            return Some((cost_m + to.at_m - begins_m, legs));
+        }
+        for (next, step_m, by_change) in ways_on(network, node, begins_m) {
+            let cost_m = cost_m + step_m;
+            if reached.get(&next).is_some_and(|known| known.cost_m <= cost_m) {
+                continue;
+            }
+            let known = Reached { cost_m, from: Some(node), by_change, is_done: false };
+            reached.insert(next, known);
+            open.push(Reverse((millimetres(cost_m + left_m(network, next, goal_m)), next)));
+        }
+    }
+    None
+}
+
+/// Where on its lane a node begins.
+fn begin(network: &Network, from: Place, (lane, beside_start): Node) -> f32 {
+    let own = network.lane(from.lane).zip(network.lane(lane)).filter(|_| beside_start);
+    own.map_or(0.0, |(own, lane)| own.abreast_m(from.at_m, lane))
+}
+
+/// Nodes after one: which, the cost to there, and whether by a lane change.
+fn ways_on(network: &Network, node: Node, begins_m: f32) -> Vec<(Node, f32, bool)> {
+    let Some(lane) = network.lane(node.0) else { return Vec::new() };
+    let rest_m = (lane.length_m() - begins_m).max(0.0);
+    let mut ways: Vec<_> = lane.next.iter().map(|next| ((*next, false), rest_m, false)).collect();
+    for beside in [lane.left, lane.right].into_iter().flatten() {
+        let stretch_m = beside.to_m - beside.from_m.max(begins_m);
+        if stretch_m >= CHANGE_M_MIN {
+            let hurry_m = (CHANGE_M_EASY - stretch_m).max(0.0);
+            ways.push(((beside.lane, node.1), CHANGE_COST_M + HURRY_COST * hurry_m, true));
+        }
+    }
+    ways
+}
+
+/// At least this far: entries of lanes lie at most a lane's length from where their cost counts.
+fn left_m(network: &Network, (lane, beside_start): Node, goal_m: Vec3) -> f32 {
+    let lane = network.lane(lane).filter(|_| !beside_start);
+    lane.map_or(0.0, |lane| (lane.at(0.0).point_m - goal_m).norm())
+}
+
+fn millimetres(metres: f32) -> u64 {
+    (f64::from(metres) * 1000.0) as u64
+}
+
+fn legs(
+    network: &Network,
+    reached: &BTreeMap<Node, Reached>,
+    from: Place,
+    to: Place,
+    goal: Node,
+) -> Vec<Leg> {
+    let mut nodes = vec![];
+    let mut at = Some(goal);
+    while let Some(node) = at {
+        let state = reached.get(&node);
+        nodes.push((node, state.is_some_and(|state| state.by_change)));
+        at = state.and_then(|state| state.from);
+    }
+    nodes.reverse();
+    let mut legs = Vec::new();
+    let mut first = 0;
+    while first < nodes.len() {
+        let count = nodes[first + 1..].iter().take_while(|(_, by_change)| *by_change).count();
+        let run: Vec<LaneId> =
+            nodes[first..=first + count].iter().map(|(node, _)| node.0).collect();
+        let begins_m = begin(network, from, nodes[first].0);
+        let is_last = first + count + 1 == nodes.len();
+        across(network, &run, (begins_m, is_last.then_some(to.at_m)), &mut legs);
+        first += count + 1;
+    }
+    legs
+}
+
+/// The legs over lanes that lie side by side: changes as early as markings allow, then the rest, to
+/// the end of the last lane if no place on it is given.
+fn across(
+    network: &Network,
+    run: &[LaneId],
+    (begins_m, ends_m): (f32, Option<f32>),
+    legs: &mut Vec<Leg>,
+) {
+    let mut at_m = begins_m;
+    for (index, pair) in run.windows(2).enumerate() {
+        let &[own, onto] = pair else { continue };
+        let (Some(lane), Some(target)) = (network.lane(own), network.lane(onto)) else { continue };
+        let mut sides = [lane.left, lane.right].into_iter().flatten();
+        let beside = sides.find(|beside| beside.lane == onto);
+        let (from_m, to_m) = beside.map_or((at_m, lane.length_m()), |b: Beside| (b.from_m, b.to_m));
+        let changes = (run.len() - 1 - index) as f32;
+        let begin_m = at_m.max(from_m).min(lane.length_m());
+        let room_m = ((to_m - begin_m) / changes).max(0.0);
+        let to_goal_m = ends_m.map_or(f32::INFINITY, |ends_m| ends_m - begin_m).max(CHANGE_M_MIN);
+        let way_m = room_m.min(CHANGE_M_MAX).min(to_goal_m);
+        let end_m = (begin_m + way_m).min(lane.length_m());
+        if begin_m > at_m {
+            legs.push(Leg { lane: own, from_m: at_m, to_m: begin_m, onto: None });
+        }
+        legs.push(Leg { lane: own, from_m: begin_m, to_m: end_m, onto: Some(onto) });
+        at_m = lane.abreast_m(end_m, target);
+    }
+    if let Some(lane) = run.last() {
+        let length_m = network.lane(*lane).map_or(0.0, |lane| lane.length_m());
+        let to_m = ends_m.unwrap_or(length_m).max(at_m);
+        legs.push(Leg { lane: *lane, from_m: at_m, to_m, onto: None });
+    }
+}

@@ -1,0 +1,161 @@
+//! What drivers see of the world around them.
+
+use schemas::{ActorId, TrafficLightColour, Vec3};
+
+use crate::path::{PathPoint, heading};
+
+/// Side of a cell of the scene's grid.
+const CELL_M: f32 = 16.0;
+/// Bodies higher or lower than this are on another storey.
+const STOREY_M: f32 = 2.5;
+
+/// A body on the road: a box seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Whose.
+    pub id: ActorId,
+    /// Whether it is a person on foot.
+    pub is_walker: bool,
+    /// Middle of the box, world frame.
+    pub centre_m: Vec3,
+    /// Unit vector along its length, world frame.
+    pub forward: Vec3,
+    /// Half its length, width and height.
+    pub half_m: Vec3,
+    /// World frame.
+    pub velocity_mps: Vec3,
+}
+
+/// All bodies and lights at one moment.
+#[derive(Debug, Default)]
+pub struct Scene {
+    bodies: Vec<Body>,
+    /// Ordered by cell, then by position of the body.
+    cells: Vec<([i32; 2], u32)>,
+    lights: Vec<TrafficLightColour>,
+}
+
+/// The first body on a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ahead {
+    /// From front bumper to body, along the path; below zero for an overlap.
+    pub gap_m: f32,
+    /// Speed of the body along the path.
+    pub along_mps: f32,
+    pub is_walker: bool,
+}
+
+/// The room that a vehicle needs on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Room {
+    pub id: ActorId,
+    /// From the vehicle's origin to its front bumper.
+    pub front_m: f32,
+    pub half_width_m: f32,
+    /// Room on each side, towards vehicles and towards people.
+    pub beside_m: f32,
+    pub beside_walkers_m: f32,
+}
+
+impl Scene {
+    /// A scene of these bodies; `lights` by position among the map's traffic lights, none in a world
+    /// without lights.
+    #[must_use]
+    pub fn new(bodies: Vec<Body>, lights: Vec<TrafficLightColour>) -> Self {
+        let mut cells: Vec<_> =
+            (0..).zip(&bodies).map(|(index, body)| (cell(&body.centre_m), index)).collect();
+        cells.sort_unstable();
+        Self { bodies, cells, lights }
+    }
+
+    /// What a light shows; unknown in a world without lights.
+    pub(crate) fn light(&self, light: u32) -> TrafficLightColour {
+        self.lights.get(light as usize).copied().unwrap_or(TrafficLightColour::Unknown)
+    }
+
+    /// Calls for every body whose middle is within about `radius_m`, in a fixed order.
+    fn near(&self, centre_m: &Vec3, radius_m: f32, mut tell: impl FnMut(&Body)) {
+        let reach = Vec3::new(radius_m, radius_m, 0.0);
+        let (low, high) = (cell(&(centre_m - reach)), cell(&(centre_m + reach)));
+        for x in low[0]..=high[0] {
+            let first = self.cells.partition_point(|(cell, _)| *cell < [x, low[1]]);
+            for (cell, index) in self.cells.get(first..).unwrap_or_default() {
+                if *cell > [x, high[1]] {
+                    break;
+                }
+                if let Some(body) = self.bodies.get(*index as usize) {
+                    tell(body);
+                }
+            }
+        }
+    }
+
+    /// The first body in the way of a vehicle on a path; `points` begin at the vehicle.
+    pub(crate) fn ahead(&self, points: &[PathPoint], room: &Room) -> Option<Ahead> {
+        let (first, last) = (points.first()?, points.last()?);
+        let middle_m = (first.point.point_m + last.point.point_m) / 2.0;
+        let radius_m = last.ahead_m / 2.0 + 10.0;
+        let mut nearest: Option<Ahead> = None;
+        self.near(&middle_m, radius_m, |body| {
+            if body.id == room.id {
+                return;
+            }
+            if let Some(ahead) = in_the_way(points, room, body)
+                && nearest.is_none_or(|nearest| ahead.gap_m < nearest.gap_m)
+            {
+                nearest = Some(ahead);
+            }
+        });
+        nearest
+    }
+}
+
+fn cell(point_m: &Vec3) -> [i32; 2] {
+    [(point_m.x / CELL_M).floor() as i32, (point_m.y / CELL_M).floor() as i32]
+}
+
+/// A body as circles along its length, each held against the path.
+fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
+    let radius_m = body.half_m.y.min(body.half_m.x);
+    let beside_m = if body.is_walker { room.beside_walkers_m } else { room.beside_m };
+    let within_m = room.half_width_m + radius_m + beside_m;
+    let reach_m = (body.half_m.x - radius_m).max(0.0);
+    let count = (reach_m / radius_m.max(0.2)).ceil().min(8.0) as i32;
+    let mut nearest: Option<(f32, usize)> = None;
+    for circle in -count..=count {
+        let offset_m = if count == 0 { 0.0 } else { reach_m * circle as f32 / count as f32 };
+        let centre_m = body.centre_m + body.forward * offset_m;
+        if let Some((along_m, segment)) = meet(points, &centre_m, within_m)
+            && nearest.is_none_or(|(least_m, _)| along_m < least_m)
+        {
+            nearest = Some((along_m, segment));
+        }
+    }
+    let (along_m, segment) = nearest?;
+    let along_mps =
+        points.get(segment).map_or(0.0, |at| heading(&at.point).dot(&body.velocity_mps));
+    let gap_m = along_m - radius_m - room.front_m;
+    Some(Ahead { gap_m, along_mps, is_walker: body.is_walker })
+}
+
+/// Where along the path a point comes within a distance of it first, and on which segment.
+fn meet(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
+    let mut index = 0;
+    while let Some([from, to]) = points.get(index..index + 2) {
+        let way = (to.point.point_m - from.point.point_m).xy();
+        let beside = (centre_m - from.point.point_m).xy();
+        let length_m = way.norm().max(1.0e-3);
+        let along = beside.dot(&way) / length_m;
+        let nearest = beside - way * (along / length_m).clamp(0.0, 1.0);
+        let away_m = nearest.norm();
+        let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
+        let behind = index == 0 && along < 0.0;
+        if away_m < within_m && same_storey && !behind {
+            return Some((from.ahead_m + along.clamp(0.0, length_m), index));
+        }
+        // No point of the path nearer than the distance left can be within reach.
+        let left_m = (away_m - within_m).max(0.0);
+        index += ((left_m / length_m) as usize).max(1);
+    }
+    None
+}

@@ -1,0 +1,174 @@
+//! Navigation agents of vehicles, and what drivers inside the tick see.
+
+use std::sync::Arc;
+
+use agents::{Agent, Body, Network, Scene, Senses};
+use schemas::{
+    ActorId, ActorKind, AgentOptions, AgentState, Error, ErrorCode, TrafficLightColour, Vec3,
+    VehicleControl, limits,
+};
+
+use crate::actor::Actor;
+use crate::check;
+use crate::step;
+use crate::town::Town;
+use crate::world::{State, World};
+
+/// Farthest that a light or vehicle may be told to count from, in metres.
+const DISTANCE_M_MAX: f32 = 200.0;
+
+impl World {
+    pub(crate) fn set_agent(
+        &mut self,
+        id: ActorId,
+        options: AgentOptions,
+        keep_route: bool,
+    ) -> Result<(), Error> {
+        if let Some(speed_mps) = options.target_speed_mps {
+            check::range("target speed", speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
+        }
+        for distance_m in [options.light_distance_m, options.vehicle_distance_m].iter().flatten() {
+            check::range("distance", *distance_m, 0.0, DISTANCE_M_MAX, "m")?;
+        }
+        let (vehicle, _) = self.vehicle_mut(id)?;
+        let kept = vehicle.agent.take().filter(|_| keep_route);
+        let agent = kept.map_or_else(|| Agent::new(options), |agent| agent.with(options));
+        vehicle.agent = Some(Box::new(agent));
+        Ok(())
+    }
+
+    pub(crate) fn set_agent_route(&mut self, id: ActorId, places_m: &[Vec3]) -> Result<(), Error> {
+        if places_m.len() > limits::ROUTE_PLACES_MAX {
+            return Err(Error::new(ErrorCode::InvalidArgument, "too many places in a route")
+                .wanted(format!("at most {}", limits::ROUTE_PLACES_MAX))
+                .found(places_m.len()));
+        }
+        for place_m in places_m {
+            check::vector("place", *place_m, limits::COORDINATE_M_MAX, "m")?;
+        }
+        self.agent_mut(id)?;
+        let town = Arc::clone(&self.town);
+        let index = self.state.index_of(id)?;
+        let body = self.state.motion_of(&self.state.actors[index]);
+        let Some(vehicle) = self.state.actors[index].vehicle_mut() else { return Ok(()) };
+        let view = step::view(vehicle.tuning.fit(), &body);
+        let Some(agent) = &mut vehicle.agent else { return Ok(()) };
+        agent.set_route(town.network(), &town.roads, &view, places_m).map_err(|unreachable| {
+            Error::new(ErrorCode::InvalidArgument, unreachable.to_string())
+                .wanted("a place that lanes lead to from the vehicle and the places before")
+                .found(places_m.get(unreachable.index).map_or_else(
+                    || "no driving lanes".to_owned(),
+                    |place_m| format!("{:.1}, {:.1}, {:.1}", place_m.x, place_m.y, place_m.z),
+                ))
+        })
+    }
+
+    pub(crate) fn drive_agent(&mut self, id: ActorId, on: bool) -> Result<(), Error> {
+        self.agent_mut(id)?;
+        let (vehicle, body) = self.vehicle_mut(id)?;
+        if on {
+            vehicle.hand_over();
+        }
+        if let Some(agent) = &mut vehicle.agent {
+            agent.drive(on);
+        }
+        self.state.physics.wake(body);
+        Ok(())
+    }
+
+    fn agent_mut(&mut self, id: ActorId) -> Result<&mut Agent, Error> {
+        let (vehicle, _) = self.vehicle_mut(id)?;
+        vehicle.agent.as_deref_mut().ok_or_else(|| {
+            Error::new(ErrorCode::InvalidArgument, "the vehicle has no navigation agent")
+                .wanted("a vehicle that SetAgent gave one to")
+                .found(id)
+        })
+    }
+}
+
+impl State {
+    /// What frames tell of agents.
+    pub(crate) fn agents(&self) -> Vec<AgentState> {
+        let agent_of = |actor: &Actor| {
+            let agent = actor.vehicle.as_deref()?.agent.as_deref()?;
+            Some(AgentState {
+                actor: actor.id,
+                status: agent.status(),
+                driving: agent.is_driving(),
+                distance_left_m: agent.distance_left_m(),
+                target_m: agent.target_m(),
+            })
+        };
+        self.actors.iter().filter_map(agent_of).collect()
+    }
+
+    /// Whether somebody drives who looks around.
+    fn has_lookers(&self) -> bool {
+        let looks = |actor: &Actor| {
+            let agent = actor.vehicle.as_deref().and_then(|vehicle| vehicle.agent.as_deref());
+            agent.is_some_and(Agent::is_driving)
+        };
+        self.actors.iter().any(looks)
+    }
+
+    /// Everybody on the road and every light, as drivers see them.
+    pub(crate) fn scene(&self, town: &Town) -> Scene {
+        let solid = self.actors.iter().filter(|actor| actor.is_solid());
+        let bodies = solid.map(|actor| self.seen(actor));
+        let plan = &town.traffic;
+        let lights = self.traffic.iter().flat_map(|lights| {
+            (0..plan.light_count())
+                .map(move |light| lights.colour(light).unwrap_or(TrafficLightColour::Unknown))
+        });
+        Scene::new(bodies.collect(), lights.collect())
+    }
+
+    fn seen(&self, actor: &Actor) -> Body {
+        let (blueprint, motion) = (actor.blueprint(), self.motion_of(actor));
+        let centre = motion.world_from_body.transform_point(&blueprint.box_centre_m().into());
+        Body {
+            id: actor.id,
+            is_walker: blueprint.kind() == ActorKind::Walker,
+            centre_m: centre.coords,
+            forward: motion.world_from_body.rotation * Vec3::x(),
+            half_m: blueprint.box_half_extent_m(),
+            velocity_mps: motion.linear_mps,
+        }
+    }
+
+    /// Lets agents choose this tick's controls.
+    pub(crate) fn navigate(&mut self, town: &Town) {
+        if !self.has_lookers() {
+            return;
+        }
+        let scene = self.scene(town);
+        let network = town.network();
+        for index in 0..self.actors.len() {
+            let Some(control) = self.agent_control(index, town, network, &scene) else { continue };
+            let actor = &mut self.actors[index];
+            let body = actor.rigid();
+            let Some((vehicle, body)) = actor.vehicle_mut().zip(body) else { continue };
+            if std::mem::replace(&mut vehicle.state.control, control) != control {
+                self.physics.wake(body);
+            }
+        }
+    }
+
+    fn agent_control(
+        &mut self,
+        index: usize,
+        town: &Town,
+        network: &Network,
+        scene: &Scene,
+    ) -> Option<VehicleControl> {
+        let body = self.seen(&self.actors[index]);
+        let motion = self.motion_of(&self.actors[index]);
+        let dt_secs = self.dt_secs as f32;
+        let rng = &mut self.rng;
+        let vehicle = self.actors[index].vehicle_mut()?;
+        let view = step::view(vehicle.tuning.fit(), &motion);
+        let agent = vehicle.agent.as_deref_mut().filter(|agent| agent.is_driving())?;
+        let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
+        Some(agent.control(&senses, &town.roads, &mut || rng.next_u64()))
+    }
+}
