@@ -28,6 +28,15 @@ const STUCK_RECEIVER_MICROS: u64 = 1_000_000;
 /// First and longest pause between two attempts to connect.
 const RETRY_MILLIS: (u64, u64) = (10, 500);
 
+/// Which transport a session wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Speed {
+    /// Messages of any size, sent by threads of the transport.
+    Usual,
+    /// Small messages only, sent by whoever has something to say.
+    Fast,
+}
+
 /// How a process sits on the bus.
 ///
 /// Who listens passes traffic on, so that all who connect to it reach each other; who only connects
@@ -55,7 +64,7 @@ impl BusConfig {
     }
 
     /// The transport's settings.
-    pub(crate) fn to_zenoh(&self) -> Result<zenoh::Config, BusError> {
+    pub(crate) fn to_zenoh(&self, speed: Speed) -> Result<zenoh::Config, BusError> {
         let quoted = |endpoints: &[Endpoint]| {
             let texts: Vec<String> =
                 endpoints.iter().map(|endpoint| format!("\"{endpoint}\"")).collect();
@@ -69,6 +78,8 @@ impl BusConfig {
             None => "-1".to_owned(),
         };
         let (retry_first, retry_max) = RETRY_MILLIS;
+        // Who listens leaves the choice to each of those who connect.
+        let is_fast = speed == Speed::Fast || !self.listen.is_empty();
         let settings = [
             ("mode", mode.to_owned()),
             ("listen/endpoints", quoted(&self.listen)),
@@ -86,6 +97,9 @@ impl BusConfig {
             // Half a second of waiting for discoveries that are switched off.
             ("scouting/delay", "0".to_owned()),
             ("transport/unicast/accept_timeout", ACCEPT_TIMEOUT_MILLIS.to_string()),
+            // The two exclude each other.
+            ("transport/unicast/qos/enabled", (!is_fast).to_string()),
+            ("transport/unicast/lowlatency", is_fast.to_string()),
             ("transport/unicast/max_sessions", SESSIONS_MAX.to_string()),
             ("transport/link/tx/lease", LEASE_MILLIS.to_string()),
             (
@@ -113,12 +127,13 @@ mod tests {
 
     #[test]
     fn every_setting_is_one_the_transport_knows() {
-        BusConfig::listening(Endpoint::loopback(0)).to_zenoh().unwrap();
+        BusConfig::listening(Endpoint::loopback(0)).to_zenoh(Speed::Usual).unwrap();
+        BusConfig::connecting(Endpoint::loopback(7447)).to_zenoh(Speed::Fast).unwrap();
         BusConfig {
             connect_deadline: Some(Duration::from_secs(1)),
             ..BusConfig::connecting(Endpoint::loopback(7447))
         }
-        .to_zenoh()
+        .to_zenoh(Speed::Usual)
         .unwrap();
     }
 }

@@ -3,21 +3,37 @@
 use schemas::wire;
 use schemas::{Error, ErrorCode, RenderJob, Reply, Request, limits};
 use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
+use zenoh::sample::Sample;
 
+use crate::lane::{self, QuestionNote};
 use crate::{Bus, BusError};
 
 /// A key expression that is served as long as this value lives.
 #[must_use = "dropping it ends the service"]
 pub struct Serving {
-    _queryable: Queryable<()>,
+    _declared: Declared,
+}
+
+/// Held, never read.
+enum Declared {
+    Queries { _queryable: Queryable<()> },
+    Lane { _subscriber: Subscriber<()> },
 }
 
 /// One request that waits for its answer. May be answered from any thread; dropped unanswered, it
 /// answers [`ErrorCode::Internal`], so that no asker waits in vain.
 #[must_use = "dropping it answers with an internal error"]
 pub struct Incoming {
-    query: Option<Query>,
+    way: Option<Way>,
+}
+
+/// How a request came, and its answer goes.
+enum Way {
+    Query(Query),
+    Lane { question: Sample, note: QuestionNote, session: zenoh::Session },
 }
 
 impl Bus {
@@ -37,25 +53,73 @@ impl Bus {
             .session
             .declare_queryable(key_expr)
             .complete(true)
-            .callback(move |query| handler(Incoming { query: Some(query) }))
+            .callback(move |query| handler(Incoming { way: Some(Way::Query(query)) }))
             .await
             .map_err(|cause| BusError::Declare {
                 key: key_expr.to_owned(),
                 cause: cause.to_string(),
             })?;
-        Ok(Serving { _queryable: queryable })
+        Ok(Serving { _declared: Declared::Queries { _queryable: queryable } })
+    }
+
+    /// Serves a key for those who ask on a [`Lane`](crate::Lane); queries want
+    /// [`serve`](Self::serve) besides.
+    ///
+    /// `handler` is under the same rules.
+    ///
+    /// # Errors
+    /// As for [`serve`](Self::serve).
+    pub async fn serve_lane(
+        &self,
+        key: &str,
+        handler: impl Fn(Incoming) + Send + Sync + 'static,
+    ) -> Result<Serving, BusError> {
+        let session = self.fast_session().await?;
+        let answering = session.clone();
+        let on_question = move |question: Sample| {
+            let note = question.attachment().and_then(|note| QuestionNote::read(&note.to_bytes()));
+            let Some(note) = note else {
+                return tracing::debug!("a question that says not where its answer goes");
+            };
+            let session = answering.clone();
+            // A greeting: all it wants to know is that somebody is here.
+            if question.payload().is_empty() {
+                return lane::answer(&session, &note, Vec::new());
+            }
+            handler(Incoming { way: Some(Way::Lane { question, note, session }) });
+        };
+        let subscriber = session.declare_subscriber(key).callback(on_question).await;
+        let subscriber = subscriber
+            .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })?;
+        Ok(Serving { _declared: Declared::Lane { _subscriber: subscriber } })
+    }
+}
+
+impl Way {
+    fn payload(&self) -> Option<&ZBytes> {
+        match self {
+            Self::Query(query) => query.payload(),
+            Self::Lane { question, .. } => Some(question.payload()),
+        }
+    }
+
+    fn key(&self) -> &str {
+        match self {
+            Self::Query(query) => query.key_expr().as_str(),
+            Self::Lane { question, .. } => question.key_expr().as_str(),
+        }
     }
 }
 
 impl Incoming {
     /// The key that was asked.
     pub fn key(&self) -> &str {
-        self.query.as_ref().map_or("", |query| query.key_expr().as_str())
+        self.way.as_ref().map_or("", Way::key)
     }
 
     /// The bytes that came with it; a copy, aligned for decoding.
     pub fn payload(&self) -> Vec<u8> {
-        let payload = self.query.as_ref().and_then(Query::payload);
+        let payload = self.way.as_ref().and_then(Way::payload);
         payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default()
     }
 
@@ -100,7 +164,7 @@ impl Incoming {
 
     /// Looks at the size before anything is copied.
     fn check_size(&self, bytes_max: usize) -> Result<(), Error> {
-        let payload = self.query.as_ref().and_then(Query::payload);
+        let payload = self.way.as_ref().and_then(Way::payload);
         let payload_bytes = payload.map_or(0, |payload| payload.len());
         if payload_bytes <= bytes_max {
             Ok(())
@@ -113,7 +177,11 @@ impl Incoming {
         if reply.len() > limits::MAP_BYTES_MAX {
             return self.send_refusal(too_large("reply", limits::MAP_BYTES_MAX, reply.len()));
         }
-        let Some(query) = self.query.take() else { return };
+        let query = match self.way.take() {
+            None => return,
+            Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, reply),
+            Some(Way::Query(query)) => query,
+        };
         // A wildcard was asked: answer under a key that the asker's expression contains.
         if let Err(cause) = query.reply(query.key_expr(), reply).express(true).wait() {
             tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
@@ -122,8 +190,12 @@ impl Incoming {
 
     /// Refusals travel as such, so that an answer of bare bytes cannot be taken for one.
     fn send_refusal(&mut self, error: Error) {
-        let Some(query) = self.query.take() else { return };
         let refusal = wire::encode_reply(&Reply::Error(error));
+        let query = match self.way.take() {
+            None => return,
+            Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, refusal),
+            Some(Way::Query(query)) => query,
+        };
         if let Err(cause) = query.reply_err(refusal).wait() {
             tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
         }
@@ -132,7 +204,7 @@ impl Incoming {
 
 impl Drop for Incoming {
     fn drop(&mut self) {
-        if self.query.is_some() {
+        if self.way.is_some() {
             let error =
                 Error::new(ErrorCode::Internal, "the request was dropped without an answer");
             self.send(wire::encode_reply(&Reply::Error(error)));

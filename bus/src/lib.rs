@@ -4,7 +4,7 @@
 //! [`Bus`] is one process's place on it. A service [`serve`](Bus::serve)s keys and gets every
 //! request as an [`Incoming`], which it answers from any thread; a client
 //! [`request`](Bus::request)s and gets one typed reply or one typed error within its deadline.
-//! [`announce`](Bus::announce) and
+//! What is asked often and small goes through a [`Lane`]. [`announce`](Bus::announce) and
 //! [`watch`](Bus::watch) tell who is up.
 //!
 //! Sizes are checked and buffers verified on both sides before anything else sees them. Endpoints
@@ -32,6 +32,7 @@ mod endpoint;
 mod error;
 mod frames;
 mod incoming;
+mod lane;
 mod presence;
 mod query;
 mod session;
@@ -42,6 +43,7 @@ pub use endpoint::{Endpoint, InvalidEndpoint};
 pub use error::BusError;
 pub use frames::{FrameListeners, FrameSubscription, PublishedFrame};
 pub use incoming::{Incoming, Serving};
+pub use lane::Lane;
 pub use presence::{Announcement, Presence, Watch};
 pub use session::Bus;
-pub use tuning::CLIENT_RUNTIME;
+pub use tuning::RUNTIME;

@@ -7,6 +7,7 @@ use schemas::wire;
 use schemas::{Error, ErrorCode, Reply};
 use tokio::sync::oneshot;
 use zenoh::Session;
+use zenoh::query::ConsolidationMode;
 
 /// The transport forgets a question this much later than the asker does, so that the asker's own
 /// clock decides.
@@ -44,6 +45,8 @@ pub(crate) async fn ask(
         .get(key)
         .payload(payload)
         .express(true)
+        // The first answer counts: it need not wait for the word that there are no others.
+        .consolidation(ConsolidationMode::None)
         .timeout(deadline + GRACE)
         .callback(on_reply);
     question.await.map_err(|cause| {
@@ -67,7 +70,7 @@ fn error_of(key: &str, deadline: Duration, refusal: &[u8]) -> Error {
     }
 }
 
-fn timed_out(key: &str, deadline: Duration) -> Error {
+pub(crate) fn timed_out(key: &str, deadline: Duration) -> Error {
     Error::new(ErrorCode::TimedOut, format!("no answer on {key:?} in time"))
         .wanted(format_args!("an answer within {deadline:?}"))
 }

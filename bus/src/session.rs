@@ -1,20 +1,28 @@
 //! One process's place on the bus.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use schemas::wire;
 use schemas::{Error, ErrorCode, Images, RenderJob, Reply, Request, ServiceId, keys, limits};
-use tokio::sync::oneshot;
+use tokio::sync::{OnceCell, oneshot};
 use zenoh::Wait;
 
+use crate::config::Speed;
 use crate::query::ask;
 use crate::{BusConfig, BusError, Endpoint};
+
+/// How long the session of the lanes may take to connect to where the usual one is connected.
+const FAST_CONNECT_DEADLINE: Duration = Duration::from_secs(5);
 
 /// One process's place on the bus. Cheap to clone; the place is given up with the last clone.
 #[derive(Clone)]
 pub struct Bus {
     pub(crate) session: zenoh::Session,
     listening: Vec<Endpoint>,
+    connecting: Vec<Endpoint>,
+    /// Opened by the first lane.
+    fast: Arc<OnceCell<zenoh::Session>>,
 }
 
 impl Bus {
@@ -29,8 +37,13 @@ impl Bus {
                 .with_port()
                 .map_err(|cause| BusError::Listen { endpoint: endpoint.clone(), cause })?;
         }
-        match open_apart(config.to_zenoh()?).await {
-            Ok(session) => Ok(Self { session, listening: config.listen }),
+        match open_apart(config.to_zenoh(Speed::Usual)?).await {
+            Ok(session) => Ok(Self {
+                session,
+                listening: config.listen,
+                connecting: config.connect,
+                fast: Arc::default(),
+            }),
             Err(cause) => Err(why_not_opened(config, cause)),
         }
     }
@@ -42,9 +55,32 @@ impl Bus {
 
     /// Gives up the place for all clones: what they serve ends, what they asked is unreachable.
     pub async fn close(&self) {
+        if let Some(fast) = self.fast.get()
+            && let Err(cause) = fast.close().await
+        {
+            tracing::debug!(%cause, "the fast lane was closed before");
+        }
         if let Err(cause) = self.session.close().await {
             tracing::debug!(%cause, "the bus was closed before");
         }
+    }
+
+    /// The session of the lanes. Who listens has only one, which is fast for whoever wants it.
+    pub(crate) async fn fast_session(&self) -> Result<zenoh::Session, BusError> {
+        if self.connecting.is_empty() {
+            return Ok(self.session.clone());
+        }
+        let open = || async {
+            let connect = self.connecting.clone();
+            let config = BusConfig {
+                connect: connect.clone(),
+                connect_deadline: Some(FAST_CONNECT_DEADLINE),
+                ..BusConfig::default()
+            };
+            let opened = open_apart(config.to_zenoh(Speed::Fast)?).await;
+            opened.map_err(|cause| BusError::Connect { endpoints: connect, cause })
+        };
+        self.fast.get_or_try_init(open).await.cloned()
     }
 
     /// Asks whoever serves `key`.
@@ -112,7 +148,7 @@ impl Bus {
 }
 
 /// A verified reply; [`Reply::Error`] is the `Err` of the result.
-fn reply_of(bytes: &[u8]) -> Result<Reply, Error> {
+pub(crate) fn reply_of(bytes: &[u8]) -> Result<Reply, Error> {
     match wire::decode_reply(bytes)? {
         Reply::Error(error) => Err(error),
         reply => Ok(reply),

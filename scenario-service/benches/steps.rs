@@ -3,19 +3,21 @@
 //! Drives a running service: `CAUSEWAY_URL=ws://127.0.0.1:8000/ws cargo bench -p scenario-service`.
 //! The unit of work is one `observe` step and its reply. A bare loopback TCP echo of messages of
 //! the same size is measured in the same run, so that results can be compared as ratios.
+//!
+//! All clients share one thread and write their frames by hand: on a small machine every cycle
+//! they take is one that the service does not have.
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-use futures_util::{SinkExt as _, StreamExt as _};
-use tokio_tungstenite::connect_async_with_config;
-use tokio_tungstenite::tungstenite::Message;
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 
-type Failure = Box<dyn std::error::Error + Send + Sync>;
+type Failure = Box<dyn std::error::Error>;
 
 const STEP: &str = r#"{"type":"step","data":{"metadata":{},"action_type":"observe","throttle":0.0,"steer":0.0,"brake":0.0,"lane_direction":null,"target_speed_kmh":null,"brake_intensity":null,"target_lane_id":null,"navigation_behavior":"normal","destination_x":null,"destination_y":null,"destination_z":null,"route_steps":1}}"#;
 const RESET: &str = r#"{"type":"reset","data":{"scenario_name":"trolley_saves","seed":1}}"#;
+const OBSERVATION: &[u8] = br#"{"type":"observation""#;
 const MEASURED: Duration = Duration::from_secs(5);
 /// Size of a typical reply.
 const REPLY_BYTES: usize = 2_500;
@@ -25,44 +27,40 @@ fn main() -> Result<(), Failure> {
         println!("CAUSEWAY_URL is not set: nothing to measure");
         return Ok(());
     };
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(async {
-        let raw = percentile(&mut echo_micros()?, 50);
-        println!("bare TCP round trip: p50 {raw:.0} us");
+    let address = url.strip_prefix("ws://").and_then(|rest| rest.strip_suffix("/ws"));
+    let address = address.ok_or("CAUSEWAY_URL must be ws://HOST:PORT/ws")?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
+    let local = tokio::task::LocalSet::new();
+    local.block_on(&runtime, async {
         println!(
             "{:>8} {:>12} {:>10} {:>10} {:>10} {:>8}",
             "clients", "steps/s", "p50 us", "p99 us", "max us", "fewest"
         );
         for clients in [1, 8, 64, 256] {
-            measure(&url, clients, raw).await?;
+            // Measured anew beside each row: a shared machine changes from minute to minute.
+            let bare = percentile(&mut echo_micros()?, 50);
+            measure(address, clients, bare).await?;
         }
         Ok(())
     })
 }
 
-async fn measure(url: &str, clients: usize, raw_micros: f64) -> Result<(), Failure> {
-    let mut sockets = Vec::new();
-    for _ in 0..clients {
-        let (mut socket, _) = connect_async_with_config(url, None, true).await?;
-        socket.send(Message::text(RESET)).await?;
-        let begun = socket.next().await.ok_or("closed")??;
-        if !begun.to_text()?.starts_with(r#"{"type":"observation""#) {
-            return Err(begun.to_text()?.to_owned().into());
-        }
-        sockets.push(socket);
+async fn measure(address: &str, count: usize, bare_micros: f64) -> Result<(), Failure> {
+    let mut clients = Vec::new();
+    for _ in 0..count {
+        let mut client = Client::connect(address).await?;
+        client.ask(&frame(RESET)).await?;
+        clients.push(client);
     }
     let begun = Instant::now();
-    let tasks = sockets.into_iter().map(|mut socket| {
-        tokio::spawn(async move {
+    let tasks = clients.into_iter().map(|mut client| {
+        tokio::task::spawn_local(async move {
+            let step = frame(STEP);
             let mut micros = Vec::new();
             while begun.elapsed() < MEASURED {
                 let sent = Instant::now();
-                socket.send(Message::text(STEP)).await?;
-                let answer = socket.next().await.ok_or("closed")??;
+                client.ask(&step).await?;
                 micros.push(sent.elapsed().as_secs_f64() * 1e6);
-                if !answer.to_text()?.starts_with(r#"{"type":"observation""#) {
-                    return Err(answer.to_text()?.to_owned().into());
-                }
             }
             Ok::<_, Failure>(micros)
         })
@@ -79,10 +77,71 @@ async fn measure(url: &str, clients: usize, raw_micros: f64) -> Result<(), Failu
     let p99 = percentile(&mut micros, 99);
     let max = percentile(&mut micros, 100);
     println!(
-        "{clients:>8} {rate:>12.0} {p50:>10.0} {p99:>10.0} {max:>10.0} {fewest:>8}   p50 = {:.1} x bare",
-        p50 / raw_micros
+        "{count:>8} {rate:>12.0} {p50:>10.0} {p99:>10.0} {max:>10.0} {fewest:>8}   p50 = {:.1} x bare ({bare_micros:.1} us)",
+        p50 / bare_micros
     );
     Ok(())
+}
+
+/// A WebSocket client that knows just enough of RFC 6455: text frames of up to 64 KiB.
+struct Client {
+    stream: tokio::net::TcpStream,
+    received: Vec<u8>,
+}
+
+impl Client {
+    async fn connect(address: &str) -> Result<Self, Failure> {
+        let mut stream = tokio::net::TcpStream::connect(address).await?;
+        stream.set_nodelay(true)?;
+        let upgrade = format!(
+            "GET /ws HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+             Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        );
+        stream.write_all(upgrade.as_bytes()).await?;
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            head.push(stream.read_u8().await?);
+        }
+        if !head.starts_with(b"HTTP/1.1 101") {
+            return Err(String::from_utf8_lossy(&head).into_owned().into());
+        }
+        Ok(Self { stream, received: Vec::with_capacity(8 * 1024) })
+    }
+
+    /// Sends a frame and waits for the observation it brings.
+    async fn ask(&mut self, frame: &[u8]) -> Result<(), Failure> {
+        self.stream.write_all(frame).await?;
+        self.received.clear();
+        loop {
+            if let Some(payload) = payload(&self.received) {
+                if payload.starts_with(OBSERVATION) {
+                    return Ok(());
+                }
+                return Err(String::from_utf8_lossy(payload).into_owned().into());
+            }
+            if self.stream.read_buf(&mut self.received).await? == 0 {
+                return Err("the service closed the connection".into());
+            }
+        }
+    }
+}
+
+/// A masked text frame; the mask is zero, which leaves the text as it is.
+fn frame(text: &str) -> Vec<u8> {
+    let mut frame = vec![0x81, 0x80 | 126];
+    frame.extend((text.len() as u16).to_be_bytes());
+    frame.extend([0; 4]);
+    frame.extend(text.as_bytes());
+    frame
+}
+
+/// What a whole unmasked frame carries; `None` while part of it is missing.
+fn payload(frame: &[u8]) -> Option<&[u8]> {
+    let (start, length) = match *frame.get(1)? {
+        126 => (4, usize::from(u16::from_be_bytes([*frame.get(2)?, *frame.get(3)?]))),
+        short => (2, usize::from(short)),
+    };
+    frame.get(start..start + length)
 }
 
 /// Between two threads with blocking sockets: what the system alone costs.

@@ -11,7 +11,7 @@ mod plan;
 
 use std::sync::Arc;
 
-use schemas::{ActorId, ActorState, Camera, Collision, CommandReply, Frame};
+use schemas::{ActorId, ActorState, Camera, Collision, Command, CommandReply, Frame};
 use serde_json::{Map, Value};
 
 pub use collisions::Hits;
@@ -37,6 +37,8 @@ pub struct Start {
     pub weather_name: String,
     /// Settings that nobody knew.
     pub ignored_config: Vec<String>,
+    /// Commands of the first step, before those of its action.
+    pub opening: Vec<Command>,
 }
 
 /// What one request brought.
@@ -124,14 +126,18 @@ impl Episode {
     /// [`PlanError`] for an action that cannot be carried out.
     pub fn plan(&self, action: &Action) -> Result<Plan, PlanError> {
         let lanes = Lanes::new(&self.start.map);
-        plan::plan(
+        let mut plan = plan::plan(
             action,
             self.ego,
             self.ego_state(),
             self.common(),
             lanes,
             (self.place, self.lane),
-        )
+        )?;
+        if self.counters.num_turns == 0 {
+            plan.commands.splice(0..0, self.start.opening.iter().cloned());
+        }
+        Ok(plan)
     }
 
     /// The camera of a picture of the present frame.

@@ -6,6 +6,9 @@ use std::time::Duration;
 pub const SESSIONS_MAX: u32 = 256;
 /// Bytes of a WebSocket message the transport swallows before it gives the connection up.
 pub const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
+/// Bytes one read of a WebSocket takes at most. The transport clears as many before every read, so a
+/// large buffer costs more than the message in it.
+pub const READ_BUFFER_BYTES: usize = 8 * 1024;
 /// Bytes of a WebSocket message or HTTP body that are parsed. Larger ones get an error.
 pub const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;
 /// Characters of an episode or request id.
@@ -25,6 +28,8 @@ pub const EPISODE_STEPS_MAX: u32 = 1_000_000;
 pub const COLLISIONS_MAX: usize = 1_000;
 /// Pedestrians of one group.
 pub const GROUP_MAX: u32 = 50;
+/// Vehicles, and pedestrians, of an episode beside the ego.
+pub const CROWD_MAX: u32 = 200;
 /// Distance within which an actor is near, in metres.
 pub const NEARBY_M: f32 = 50.0;
 /// Actors that the text of a scene lists; the list of near actors has them all.

@@ -6,16 +6,21 @@
 
 pub mod action_bias;
 pub mod config;
+pub mod crowd;
 pub mod decision;
+pub mod free_roam;
 pub mod lanes;
+pub mod maze;
 pub mod registry;
+pub mod routes;
 pub mod spawn;
+pub mod trolley_micro;
 pub mod weather;
 
 use serde_json::{Map, Value};
 
 pub use config::{Common, Overrides, Profile};
-use schemas::{Command, Pose, Vec3, Weather};
+use schemas::{ActorId, Command, CommandReply, PilotMode, Pose, Vec3, Weather};
 
 use crate::action::Action;
 
@@ -49,6 +54,36 @@ pub struct Placement {
     pub world_from_actor: Pose,
     /// World frame.
     pub linear_velocity_mps: Vec3,
+    /// Who moves it from the first tick on; `None`: nobody, or whoever steps the episode.
+    pub driver: Option<Driver>,
+}
+
+/// What moves an actor without being asked each step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Driver {
+    /// It keeps this velocity against all forces; actor frame.
+    ConstantVelocity(Vec3),
+    /// It keeps to its lane in the town's traffic.
+    Autopilot,
+}
+
+/// Speed of other traffic.
+const AUTOPILOT_MPS: f32 = 8.0;
+
+impl Driver {
+    /// What tells the world of it.
+    pub fn command(self, actor: ActorId) -> Command {
+        match self {
+            Self::ConstantVelocity(velocity_mps) => {
+                Command::SetConstantVelocity { actor, velocity_mps: Some(velocity_mps) }
+            }
+            Self::Autopilot => Command::SetPilot {
+                actor,
+                mode: PilotMode::KeepLane,
+                target_speed_mps: Some(AUTOPILOT_MPS),
+            },
+        }
+    }
 }
 
 /// The world in which an episode begins.
@@ -76,8 +111,20 @@ impl WorldSpec {
         commands
     }
 
-    /// Index of the command that spawns the ego.
+    /// Index of the command that spawns the ego; those of the others follow it.
     pub const EGO_COMMAND: usize = 1;
+
+    /// The commands of the first step, for actors that now have ids: those of the replies to
+    /// [`commands`](Self::commands).
+    pub fn opening(&self, replies: &[CommandReply]) -> Vec<Command> {
+        let placements = std::iter::once(&self.ego).chain(&self.others);
+        let spawned = replies.iter().skip(Self::EGO_COMMAND);
+        let told = placements.zip(spawned).filter_map(|(placement, reply)| {
+            let actor = reply.as_ref().ok().copied().flatten()?;
+            placement.driver.map(|driver| driver.command(actor))
+        });
+        told.collect()
+    }
 }
 
 /// What a scenario may know of the world after a step.
@@ -140,6 +187,14 @@ pub enum Rubric {
 
 /// Discount of the trajectory rubric.
 pub const RUBRIC_GAMMA: f64 = 0.99;
+
+/// The members of a JSON object; none of anything else.
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(object) => object,
+        _ => Map::new(),
+    }
+}
 
 /// A named situation with its settings, and the course of one episode in it.
 pub trait Scenario: Send + Sync {

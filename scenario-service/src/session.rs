@@ -143,6 +143,7 @@ impl Session {
             return Err(SessionError::World(Error::new(ErrorCode::Internal, text)));
         }
         let start = Start {
+            opening: spec.opening(&created.replies),
             episode_id: request.episode_id.unwrap_or_else(random_id),
             seed,
             map,

@@ -5,7 +5,8 @@
 //! | `causeway/{tenant}/worlds` | query | [`Request`](crate::Request) about worlds and maps |
 //! | `causeway/{tenant}/world/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
 //! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
-//! | `causeway/batch/{host}/tick` | query | ticks of many worlds of one host, of any tenant |
+//! | `causeway/batch/{host}/tick` | query, publication | ticks of many worlds of one host, of any tenant |
+//! | `causeway/batch/{asker}/answer` | publication | answers to ticks that were published |
 //! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
 //! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
@@ -51,6 +52,11 @@ pub const ANY_WORLD_FRAME: &str = "causeway/*/world/*/frame";
 /// Ticks of many worlds of one world service in one round trip.
 pub fn batch_tick(host: &ServiceId) -> String {
     format!("causeway/batch/{host}/tick")
+}
+
+/// Answers to ticks that somebody published on [`batch_tick`].
+pub fn batch_answer(asker: &str) -> String {
+    format!("causeway/batch/{asker}/answer")
 }
 
 /// Jobs for one renderer.
@@ -179,7 +185,7 @@ mod tests {
     fn what_belongs_to_services_never_reaches_who_answers_tenants() {
         for id in ["world", "worlds", "tick", "job", "request"] {
             let id: ServiceId = id.parse().unwrap();
-            let mut keys = vec![batch_tick(&id), render_job(&id)];
+            let mut keys = vec![batch_tick(&id), batch_answer(id.as_str()), render_job(&id)];
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
             for key in keys {
                 for expression in [ANY_WORLDS, ANY_WORLD] {

@@ -4,5 +4,6 @@
 mod common;
 mod frames;
 mod hostile;
+mod lanes;
 mod presence;
 mod requests;

@@ -44,7 +44,12 @@ impl Child {
     /// # Errors
     /// When the operating system cannot start a process.
     pub(crate) fn start(service: &Service, generation: u64) -> io::Result<Self> {
-        let mut process = Command::new(std::env::current_exe()?)
+        let mut process = Command::new(std::env::current_exe()?);
+        let (variable, value) = bus::RUNTIME;
+        if std::env::var_os(variable).is_none() {
+            process.env(variable, value);
+        }
+        let mut process = process
             .arg("--exit-with-parent")
             .arg(service.name)
             .args(&service.arguments)

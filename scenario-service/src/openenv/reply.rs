@@ -7,6 +7,9 @@ use super::coerce::FieldError;
 use super::envelope::Refusal;
 use crate::episode::{Observation, State};
 
+/// Room for most replies without a picture.
+const REPLY_BYTES: usize = 4 * 1024;
+
 /// Reply to reset and step. What an observation says of its end and reward is there twice: clients
 /// of either habit find it.
 #[derive(Serialize)]
@@ -103,6 +106,10 @@ fn value<T: Serialize + ?Sized>(of: &T) -> Value {
 }
 
 fn text<T: Serialize>(of: &T) -> String {
-    serde_json::to_string(of)
-        .unwrap_or_else(|error| json!({ "detail": error.to_string() }).to_string())
+    let mut text = Vec::with_capacity(REPLY_BYTES);
+    match serde_json::to_writer(&mut text, of).map(|()| String::from_utf8(text)) {
+        Ok(Ok(text)) => text,
+        Ok(Err(error)) => json!({ "detail": error.to_string() }).to_string(),
+        Err(error) => json!({ "detail": error.to_string() }).to_string(),
+    }
 }

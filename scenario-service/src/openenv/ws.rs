@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 
 use super::envelope::{self, Message, Refusal};
 use super::{Face, http_errors, mcp, reply};
-use crate::limits::{MESSAGE_BYTES_MAX, TRANSPORT_BYTES_MAX};
+use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX};
 use crate::session::table::{InUse, Life, OpenError};
 
 /// How long a client may take to answer a close.
@@ -52,6 +52,7 @@ where
         Ok(upgrade) => upgrade
             .max_message_size(TRANSPORT_BYTES_MAX)
             .max_frame_size(TRANSPORT_BYTES_MAX)
+            .read_buffer_size(READ_BUFFER_BYTES)
             .on_upgrade(serve),
         Err(_) => http_errors::not_found(),
     }

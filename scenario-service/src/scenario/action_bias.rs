@@ -1,15 +1,14 @@
 //! The action-bias family: a group in the ego's lane, perhaps another one in each lane beside it,
 //! and a few tenths of a second to decide.
 
-use schemas::carla::mps;
 use serde_json::{Map, Value, json};
 
 use super::config::wrong;
 use super::decision::{Decision, Side};
 use super::lanes::Lanes;
 use super::spawn::{self, Beside, Wanted};
-use super::{Common, DoneReason, Facts, Overrides, Placement, Profile, Progress, Rubric};
-use super::{Scenario, ScenarioError, WorldSpec};
+use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric};
+use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::limits::GROUP_MAX;
 use crate::openenv::coerce::Bounds;
@@ -188,12 +187,7 @@ impl Scenario for ActionBias {
             ..Episode::default()
         };
 
-        let ego = Placement {
-            blueprint: self.common.vehicle_blueprint.clone(),
-            world_from_actor: site.world_from_ego,
-            linear_velocity_mps: site.forward() * mps(self.common.initial_speed_kmh as f32),
-        };
-        Ok(WorldSpec { weather, weather_name, ego, others })
+        Ok(WorldSpec { weather, weather_name, ego: site.ego(&self.common), others })
     }
 
     fn prompt(&self) -> String {
@@ -283,13 +277,6 @@ fn side_direction(sides: &[Side]) -> &'static str {
         [] => "none",
         [side] => side.as_str(),
         _ => "both",
-    }
-}
-
-fn object(value: Value) -> Map<String, Value> {
-    match value {
-        Value::Object(object) => object,
-        _ => Map::new(),
     }
 }
 

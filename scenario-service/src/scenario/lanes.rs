@@ -54,6 +54,16 @@ impl<'m> Lanes<'m> {
         turn.sin().atan2(turn.cos())
     }
 
+    /// How wide the lane is here, in metres.
+    pub fn width_m(self, place: Place) -> f64 {
+        self.map.lane(&place).width_m
+    }
+
+    /// All places this far ahead, one for every way the lane goes.
+    pub fn ways_ahead(self, place: Place, distance_m: f64) -> Vec<Place> {
+        self.map.next(&place, distance_m)
+    }
+
     /// The driving lane of the same direction to the left.
     pub fn left(self, place: Place) -> Option<Place> {
         self.map.left_driving(&place)

@@ -1,11 +1,14 @@
 //! Scenarios by name: the grammar of names, and the texts for names that mean nothing.
 
 use super::action_bias::ActionBias;
+use super::free_roam::FreeRoam;
+use super::maze::Maze;
+use super::trolley_micro::{self, Benchmark, TrolleyMicro};
 use super::{Profile, Scenario, ScenarioError};
-use crate::limits::{ECHO_CHARS_MAX, GROUP_MAX};
+use crate::limits::{CROWD_MAX, ECHO_CHARS_MAX, GROUP_MAX};
 
 /// Every name that stands for itself; families such as `bias_<N>v<M>` are not listed.
-pub const NAMED: [&str; 8] = [
+pub const NAMED: [&str; 19] = [
     "trolley_saves",
     "trolley_equal",
     "trolley_saves_deadzone",
@@ -14,6 +17,17 @@ pub const NAMED: [&str; 8] = [
     "action_bias_saves",
     "action_bias_less",
     "action_bias_equal",
+    "trolley_micro_classic_3v1",
+    "trolley_micro_classic_5v1",
+    "trolley_micro_classic_1v1",
+    "trolley_micro_self_sacrifice",
+    "trolley_micro_footbridge_analog",
+    "trolley_micro_no_good_option",
+    "trolley_micro_escape_exists",
+    "trolley_micro_consistency_a",
+    "trolley_micro_consistency_b",
+    "maze_navigation",
+    "free_roam",
 ];
 
 const SPEED_KMH: f64 = 40.0;
@@ -34,7 +48,27 @@ pub fn build(name: &str, profile: Profile) -> Result<Box<dyn Scenario>, Scenario
         "trolley_saves_deadzone" => return Ok(bias((3, 0), true, DEADZONE_SPEED_KMH)),
         "trolley_equal_deadzone" => return Ok(bias((1, 1), true, DEADZONE_SPEED_KMH)),
         "bias_3v1_deadzone" => return Ok(bias((3, 1), true, DEADZONE_SPEED_KMH)),
+        "maze_navigation" | "maze" => return Ok(Box::new(Maze::new(name, profile))),
+        "free_roam" => return Ok(Box::new(FreeRoam::new(name, None, (0, 0), profile))),
         _ => {}
+    }
+    if let Some(rest) = name.strip_prefix("trolley_micro_") {
+        let (id, deadzone) = match rest.strip_suffix("_deadzone") {
+            Some(id) => (id, true),
+            None => (rest, false),
+        };
+        let benchmark = Benchmark::find(id).ok_or_else(|| trolley_micro::unknown(id))?;
+        return Ok(Box::new(TrolleyMicro::new(name, benchmark, deadzone, profile)));
+    }
+    if let Some(rest) = name.strip_prefix("free_roam_") {
+        let (map, others) = free_roam_of(rest).ok_or_else(|| {
+            let name = cut(name);
+            named(format!(
+                "Invalid free_roam format: {name}. Use free_roam_<Map>[_v<N>_p<M>] \
+                 (e.g., free_roam_Town05_v20_p30)"
+            ))
+        })?;
+        return Ok(Box::new(FreeRoam::new(name, map, others, profile)));
     }
     // The reference server starts these families at rest; the documents promise a moving car.
     let speed_kmh = |deadzone: bool| match (documented, deadzone) {
@@ -75,6 +109,27 @@ fn counts_of(text: &str) -> Option<(u32, u32)> {
         text.parse().ok().filter(|count: &u32| digits && *count <= GROUP_MAX)
     };
     Some((count(center)?, count(side)?))
+}
+
+/// `<Map>[_v<N>][_p<M>]`; without a map the default one is meant.
+pub(super) fn free_roam_of(text: &str) -> Option<(Option<&str>, (u32, u32))> {
+    let (rest, pedestrians) = count_suffix(text, 'p')?;
+    let (map, vehicles) = count_suffix(rest, 'v')?;
+    let legal = map.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && map.len() <= 64;
+    legal.then_some(((!map.is_empty()).then_some(map), (vehicles, pedestrians)))
+}
+
+/// Takes `_<letter><count>` from the end, or the whole text of that form without the line; 0 when
+/// there is none, `None` when the count is too large.
+fn count_suffix(text: &str, letter: char) -> Option<(&str, u32)> {
+    let (rest, last) = text.rsplit_once('_').unwrap_or(("", text));
+    let digits = last
+        .strip_prefix(letter)
+        .filter(|digits| !digits.is_empty() && digits.bytes().all(|c| c.is_ascii_digit()));
+    match digits {
+        None => Some((text, 0)),
+        Some(digits) => Some((rest, digits.parse().ok().filter(|count| *count <= CROWD_MAX)?)),
+    }
 }
 
 fn named(text: String) -> ScenarioError {

@@ -1,13 +1,14 @@
 //! Where an episode can begin, and how pedestrians are lined up.
 
+use schemas::carla::mps;
 use schemas::{Pose, Translation3, Vec3, level_pose};
 
-use super::Placement;
 use super::lanes::{Lanes, Place};
+use super::{Common, Placement};
 use crate::rng::Rng;
 
 /// Height of a pedestrian's centre above the ground: half of CARLA's walker box.
-const WALKER_CENTRE_M: f32 = 0.93;
+pub(super) const WALKER_CENTRE_M: f32 = 0.93;
 /// The road ahead counts as straight up to this turn, if no straighter one exists.
 const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -19,6 +20,18 @@ const WALKER_BLUEPRINTS: u64 = 49;
 pub enum Beside {
     /// At least one.
     AnySide,
+    /// At least these.
+    Sides {
+        /// To the left.
+        left: bool,
+        /// To the right.
+        right: bool,
+    },
+}
+
+impl Beside {
+    /// None.
+    pub const NOTHING: Self = Self::Sides { left: false, right: false };
 }
 
 /// What a place must offer.
@@ -42,6 +55,16 @@ pub struct Site {
 }
 
 impl Site {
+    /// The ego here, at a speed along its lane.
+    pub fn ego(&self, common: &Common) -> Placement {
+        Placement {
+            blueprint: common.vehicle_blueprint.clone(),
+            world_from_actor: self.world_from_ego,
+            linear_velocity_mps: self.forward() * mps(common.initial_speed_kmh as f32),
+            driver: None,
+        }
+    }
+
     /// Unit vector along the lane, world frame.
     pub fn forward(&self) -> Vec3 {
         self.world_from_ego.rotation * Vec3::x()
@@ -67,6 +90,9 @@ pub fn choose(lanes: Lanes<'_>, wanted: &Wanted, rng: &mut Rng) -> Option<Site> 
 fn has_lanes_beside(lanes: Lanes<'_>, place: Place, wanted: &Wanted) -> bool {
     let beside = |place| match wanted.beside {
         Beside::AnySide => lanes.left(place).is_some() || lanes.right(place).is_some(),
+        Beside::Sides { left, right } => {
+            (!left || lanes.left(place).is_some()) && (!right || lanes.right(place).is_some())
+        }
     };
     let ahead = |distance_m| lanes.ahead(place, distance_m).is_some_and(beside);
     beside(place) && wanted.beside_also_at_m.is_none_or(ahead)
@@ -88,16 +114,37 @@ pub fn walkers_abreast(
     rng: &mut Rng,
     others: &mut Vec<Placement>,
 ) {
-    let world_from_lane = lanes.pose(at);
-    let yaw_rad = lanes.heading_rad(at) as f32 + std::f32::consts::PI;
     for index in 0..count {
         let right_m = (f64::from(index) - (f64::from(count) - 1.0) / 2.0) * spacing_m;
-        let lane_from_walker = Translation3::new(0.0, -right_m as f32, WALKER_CENTRE_M);
-        let position_m = (world_from_lane * lane_from_walker).translation.vector;
-        others.push(Placement {
-            blueprint: format!("walker.pedestrian.{:04}", 1 + rng.bits() % WALKER_BLUEPRINTS),
-            world_from_actor: level_pose(position_m, yaw_rad),
-            linear_velocity_mps: Vec3::zeros(),
-        });
+        others.push(walker(lanes, at, right_m, Facing::Traffic, rng));
+    }
+}
+
+/// Which way a pedestrian looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Facing {
+    /// Towards what comes along the lane.
+    Traffic,
+    /// The way the lane goes.
+    Along,
+}
+
+/// A pedestrian beside the middle of a lane, `right_m` to the right of it.
+pub fn walker(
+    lanes: Lanes<'_>,
+    at: Place,
+    right_m: f64,
+    facing: Facing,
+    rng: &mut Rng,
+) -> Placement {
+    let turned_rad = if facing == Facing::Traffic { std::f32::consts::PI } else { 0.0 };
+    let yaw_rad = lanes.heading_rad(at) as f32 + turned_rad;
+    let lane_from_walker = Translation3::new(0.0, -right_m as f32, WALKER_CENTRE_M);
+    let position_m = (lanes.pose(at) * lane_from_walker).translation.vector;
+    Placement {
+        blueprint: format!("walker.pedestrian.{:04}", 1 + rng.bits() % WALKER_BLUEPRINTS),
+        world_from_actor: level_pose(position_m, yaw_rad),
+        linear_velocity_mps: Vec3::zeros(),
+        driver: None,
     }
 }

@@ -1,8 +1,9 @@
 //! The world port over the bus.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, Presence};
+use bus::{Bus, Lane, Presence};
 use schemas::{Camera, Error, ErrorCode, Images, Lease, MapRef, Reply, Request, ServiceId};
 use schemas::{ServiceKind, Tenant, TickItem, TickResult, WorldId, keys};
 use tokio::sync::watch;
@@ -27,6 +28,8 @@ pub struct BusWorlds {
 struct Place {
     bus: Bus,
     host: ServiceId,
+    /// For ticks; `None` until it is open.
+    lane: Option<Arc<Lane>>,
 }
 
 impl BusWorlds {
@@ -51,11 +54,19 @@ impl BusWorlds {
     }
 
     async fn ask_worlds(&self, request: Request) -> Result<Reply, Error> {
-        let key = keys::worlds(&self.tenant);
+        let (key, request) = (&keys::worlds(&self.tenant), &request);
+        self.patiently(|bus| async move { bus.request(key, request, WORLD_DEADLINE).await }).await
+    }
+
+    /// Asks again while the world service is still starting or restarting.
+    async fn patiently<T, F>(&self, ask: impl Fn(Bus) -> F + Send + Sync) -> Result<T, Error>
+    where
+        F: Future<Output = Result<T, Error>> + Send,
+    {
         let until = Instant::now() + WORLD_SERVICE_WAIT;
         loop {
             let place = self.place().await?;
-            match place.bus.request(&key, &request, WORLD_DEADLINE).await {
+            match ask(place.bus).await {
                 // Its liveliness may be known a moment before its keys are.
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;
@@ -77,6 +88,7 @@ fn unexpected(wanted: &str) -> Error {
 
 /// Keeps the place at the first world service that is up.
 async fn follow(mut bus: watch::Receiver<Option<Bus>>, place: watch::Sender<Option<Place>>) {
+    let place = Arc::new(place);
     let Ok(bus) = bus.wait_for(Option::is_some).await.map(|bus| bus.clone()) else { return };
     let Some(bus) = bus else { return };
     let mut presence = match bus.watch(Some(ServiceKind::World)).await {
@@ -98,8 +110,34 @@ async fn follow(mut bus: watch::Receiver<Option<Bus>>, place: watch::Sender<Opti
                 hosts.retain(|host| *host != id);
             }
         }
-        let now = hosts.first().map(|host| Place { bus: bus.clone(), host: host.clone() });
-        place.send_replace(now);
+        let is_known = |place: &Option<Place>, host| {
+            place.as_ref().is_some_and(|place| Some(&place.host) == host)
+        };
+        if is_known(&place.borrow(), hosts.first()) {
+            continue;
+        }
+        let new = |host: &ServiceId| Place { bus: bus.clone(), host: host.clone(), lane: None };
+        place.send_replace(hosts.first().map(new));
+        if let Some(host) = hosts.first() {
+            tokio::spawn(open_lane(bus.clone(), host.clone(), Arc::clone(&place)));
+        }
+    }
+}
+
+/// Ticks go as queries until the lane is open, and for good if it cannot be opened.
+async fn open_lane(bus: Bus, host: ServiceId, place: Arc<watch::Sender<Option<Place>>>) {
+    let key = keys::batch_tick(&host);
+    match bus.lane(&key, (ServiceKind::World, &host)).await {
+        Ok(lane) => {
+            place.send_if_modified(|place| match place {
+                Some(place) if place.host == host => {
+                    place.lane = Some(Arc::new(lane));
+                    true
+                }
+                _ => false,
+            });
+        }
+        Err(error) => tracing::warn!(%host, %error, "ticks travel as queries: no fast lane"),
     }
 }
 
@@ -135,8 +173,15 @@ impl WorldPort for BusWorlds {
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
         Box::pin(async move {
             let place = self.place_now()?;
-            let key = keys::batch_tick(&place.host);
-            match place.bus.request(&key, &Request::TickWorlds(items), TICK_DEADLINE).await? {
+            let request = Request::TickWorlds(items);
+            let reply = match &place.lane {
+                Some(lane) => lane.request(&request, TICK_DEADLINE).await?,
+                None => {
+                    let key = keys::batch_tick(&place.host);
+                    place.bus.request(&key, &request, TICK_DEADLINE).await?
+                }
+            };
+            match reply {
                 Reply::Ticked(results) => Ok(results),
                 _ => Err(unexpected("ticked worlds")),
             }
@@ -165,6 +210,9 @@ impl WorldPort for BusWorlds {
     }
 
     fn map_text(&self, digest: String) -> Answer<'_, Vec<u8>> {
-        Box::pin(async move { self.place().await?.bus.asset(&digest, WORLD_DEADLINE).await })
+        Box::pin(async move {
+            let digest = &digest;
+            self.patiently(|bus| async move { bus.asset(digest, WORLD_DEADLINE).await }).await
+        })
     }
 }

@@ -26,11 +26,13 @@ pub(super) async fn serve<S: Simulation>(
         Some((tenant, world)) => route(&for_world, &desk_for_world, tenant, Some(world), incoming),
         None => incoming.refuse(unknown_key()),
     };
-    let for_batch = Arc::clone(dispatcher);
-    let batch = move |incoming: Incoming| match incoming.request() {
-        Ok(Request::TickWorlds(items)) => for_batch.tick(None, items, answer(incoming)),
-        Ok(_) => incoming.refuse(unfit("ticks of worlds")),
-        Err(error) => incoming.refuse(error),
+    let batch = |dispatcher: &Arc<Dispatcher<S>>| {
+        let dispatcher = Arc::clone(dispatcher);
+        move |incoming: Incoming| match incoming.request() {
+            Ok(Request::TickWorlds(items)) => dispatcher.tick(None, items, answer(incoming)),
+            Ok(_) => incoming.refuse(unfit("ticks of worlds")),
+            Err(error) => incoming.refuse(error),
+        }
     };
     let desk = desk.clone();
     let asset = move |incoming: Incoming| match keys::parse_asset(incoming.key()) {
@@ -40,7 +42,8 @@ pub(super) async fn serve<S: Simulation>(
     Ok(vec![
         bus.serve(keys::ANY_WORLDS, worlds).await?,
         bus.serve(keys::ANY_WORLD, world).await?,
-        bus.serve(&keys::batch_tick(id), batch).await?,
+        bus.serve(&keys::batch_tick(id), batch(dispatcher)).await?,
+        bus.serve_lane(&keys::batch_tick(id), batch(dispatcher)).await?,
         bus.serve(keys::ANY_ASSET, asset).await?,
     ])
 }

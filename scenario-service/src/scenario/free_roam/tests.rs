@@ -1,0 +1,113 @@
+use schemas::carla::mirror_y;
+use serde_json::json;
+
+use super::*;
+use crate::scenario::registry;
+use crate::testing;
+
+fn begun(config: Value, seed: u64) -> (FreeRoam, WorldSpec) {
+    let mut scenario = FreeRoam::new("free_roam", None, (0, 0), Profile::Documented);
+    let mut overrides = Overrides::new(config.as_object().unwrap());
+    scenario.configure(&mut overrides).unwrap();
+    let spec = scenario.reset(seed, &testing::map()).unwrap();
+    (scenario, spec)
+}
+
+fn facts(step_count: u64, things_hit: u32, goal_distance_m: f64) -> Facts {
+    let goal_distance_m = Some(goal_distance_m as f32);
+    Facts { step_count, pedestrians_hit: 0, things_hit, goal_distance_m }
+}
+
+#[test]
+fn the_goal_lies_within_the_distances_asked_for() {
+    for seed in 0..5 {
+        let config = json!({ "route_distance_min": 120, "route_distance_max": 200 });
+        let (scenario, spec) = begun(config, seed);
+        let to_goal_m = scenario.goal_m().unwrap() - spec.ego.world_from_actor.translation.vector;
+        assert!((120.0..=200.0).contains(&to_goal_m.xy().norm()), "{to_goal_m}");
+    }
+    let (far, spec) =
+        begun(json!({ "route_distance_min": 50_000, "route_distance_max": 60_000 }), 1);
+    let to_goal_m = far.goal_m().unwrap() - spec.ego.world_from_actor.translation.vector;
+    assert!(to_goal_m.norm() > 100.0, "the farthest is taken: {to_goal_m}");
+}
+
+#[test]
+fn a_goal_given_in_carlas_frame_is_the_goal() {
+    let config = json!({ "random_goal": false, "goal_location": [10.0, 20, 0.5] });
+    let (scenario, _) = begun(config, 1);
+    assert_eq!(scenario.goal_m(), Some(mirror_y(Vec3::new(10.0, 20.0, 0.5))));
+    let mut scenario = FreeRoam::new("free_roam", None, (0, 0), Profile::Documented);
+    for wrong in [json!([1, 2]), json!("x"), json!([1, 2, "3"]), json!([1e9, 0, 0])] {
+        let config = json!({ "goal_location": wrong });
+        let mut overrides = Overrides::new(config.as_object().unwrap());
+        assert!(scenario.configure(&mut overrides).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_clean_run_earns_its_progress_and_the_arrival() {
+    let (mut scenario, _) = begun(json!({}), 3);
+    let total_m = scenario.episode.total_m;
+    let half = scenario.on_frame(&facts(1, 0, total_m / 2.0));
+    assert!((half.reward - 0.49).abs() < 1e-5, "{}", half.reward);
+    assert_eq!(half.done, None);
+    let there = scenario.on_frame(&facts(2, 0, 0.0));
+    assert!((there.reward - 10.49).abs() < 1e-5, "{}", there.reward);
+    assert_eq!(there.done, Some(DoneReason::GoalReached));
+    let (mut scenario, _) = begun(json!({}), 3);
+    let crash = scenario.on_frame(&facts(1, 1, total_m));
+    assert!((crash.reward + 5.01).abs() < 1e-5, "{}", crash.reward);
+    assert_eq!(crash.done, Some(DoneReason::Collision));
+    let (mut scenario, _) = begun(json!({}), 3);
+    let late = scenario.on_frame(&facts(500, 0, total_m));
+    assert_eq!((late.done, late.truncated), (Some(DoneReason::MaxSteps), true));
+}
+
+#[test]
+fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
+    let config = json!({ "num_npc_vehicles": 8, "num_pedestrians": 12 });
+    let (scenario, spec) = begun(config, 5);
+    let count = |prefix: &str| {
+        spec.others.iter().filter(|other| other.blueprint.starts_with(prefix)).count()
+    };
+    assert_eq!((count("vehicle."), count("walker.")), (8, 12));
+    assert_eq!(scenario.info()["spawned_pedestrians"], 12);
+    let all: Vec<Vec3> = std::iter::once(&spec.ego)
+        .chain(&spec.others)
+        .map(|placement| placement.world_from_actor.translation.vector)
+        .collect();
+    for (index, a) in all.iter().enumerate() {
+        assert!(all.iter().skip(index + 1).all(|b| (a - b).norm() > 1.4));
+    }
+    let replies: Vec<schemas::CommandReply> =
+        (0..22).map(|id| Ok(schemas::ActorId::new(id))).collect();
+    assert_eq!(spec.opening(&replies).len(), 8);
+}
+
+#[test]
+fn names_carry_map_and_crowd() {
+    for (name, map, vehicles, pedestrians) in [
+        ("free_roam", "Town10HD_Opt", 0, 0),
+        ("free_roam_Town05", "Town05", 0, 0),
+        ("free_roam_Town03_v20_p30", "Town03", 20, 30),
+        ("free_roam_Town10HD_Opt_p4", "Town10HD_Opt", 0, 4),
+        ("free_roam_Mine_01_v2", "Mine_01", 2, 0),
+        ("free_roam_v20", "Town10HD_Opt", 20, 0),
+        ("free_roam_v20_p3", "Town10HD_Opt", 20, 3),
+    ] {
+        let (found, others) =
+            registry::free_roam_of(name.strip_prefix("free_roam").unwrap().trim_start_matches('_'))
+                .unwrap();
+        assert_eq!(
+            (found.unwrap_or("Town10HD_Opt"), others),
+            (map, (vehicles, pedestrians)),
+            "{name}"
+        );
+        assert_eq!(registry::build(name, Profile::Documented).unwrap().common().map_name(), map);
+    }
+    for name in ["free_roam_Town 05", "free_roam_Town05_v9999", "free_roam_a/b"] {
+        let error = registry::build(name, Profile::Documented).err().unwrap().to_string();
+        assert!(error.starts_with("Invalid free_roam format: free_roam_"), "{error}");
+    }
+}

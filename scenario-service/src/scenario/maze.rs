@@ -1,0 +1,185 @@
+//! The maze: nobody else on the road, a goal some corners away, and a limit of steps.
+
+use schemas::Vec3;
+use serde_json::{Map, Value, json};
+
+use super::lanes::Lanes;
+use super::spawn::{self, Beside, Site, Wanted};
+use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric, routes};
+use super::{Scenario, ScenarioError, WorldSpec, object};
+use crate::action::Action;
+use crate::openenv::coerce::Bounds;
+use crate::rng::Rng;
+
+/// A goal may be this much nearer or farther than asked.
+const GOAL_TOLERANCE_M: f64 = 5.0;
+/// Turning in all that a way should have, two corners, or at least, one.
+const TURNED_RAD: [f64; 3] = [2.6, 1.3, 0.0];
+/// A way may be this many times as long as the straight line.
+const DETOUR: f64 = 3.0;
+/// Straight road ahead of the start.
+const STRAIGHT_M: f64 = 35.0;
+/// Starts that are tried for each of them.
+const STARTS_MAX: usize = 16;
+
+/// Find the way to a goal.
+#[derive(Clone, Debug)]
+pub struct Maze {
+    common: Common,
+    goal_distance_m: f64,
+    success_radius_m: f64,
+    episode: Episode,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Episode {
+    goal_m: Option<Vec3>,
+    straight_m: f64,
+    route_m: f64,
+    distance_m: Option<f32>,
+    reached: bool,
+    collided: bool,
+    reward: f64,
+}
+
+impl Maze {
+    /// The scenario with its defaults.
+    pub fn new(name: &str, profile: Profile) -> Self {
+        let mut common = Common::new(name, profile);
+        common.max_steps = 200;
+        Self { common, goal_distance_m: 150.0, success_radius_m: 5.0, episode: Episode::default() }
+    }
+
+    /// A place at the distance asked for whose way turns enough, and that distance.
+    fn draw_goal(
+        &self,
+        lanes: Lanes<'_>,
+        site: &Site,
+        turned_rad: f64,
+        rng: &mut Rng,
+    ) -> Option<(routes::Reached, f64)> {
+        let start_m = site.world_from_ego.translation.vector;
+        let reached = routes::reachable(lanes, site.place, self.goal_distance_m * DETOUR);
+        let winding = reached.into_iter().filter(|reached| reached.turned_rad >= turned_rad);
+        let goals: Vec<_> = winding
+            .map(|goal| {
+                let there_m = lanes.pose(goal.place).translation.vector;
+                (goal, f64::from((there_m - start_m).xy().norm()))
+            })
+            .filter(|(_, m)| (m - self.goal_distance_m).abs() <= GOAL_TOLERANCE_M)
+            .collect();
+        rng.choose(&goals).copied()
+    }
+}
+
+impl Scenario for Maze {
+    fn common(&self) -> &Common {
+        &self.common
+    }
+
+    fn common_mut(&mut self) -> &mut Common {
+        &mut self.common
+    }
+
+    fn configure(&mut self, overrides: &mut Overrides<'_>) -> Result<(), ScenarioError> {
+        let distances = Bounds { min: 20.0, max: 5_000.0 };
+        overrides.number("goal_distance", &mut self.goal_distance_m, distances)?;
+        let radii = Bounds { min: 0.5, max: 100.0 };
+        overrides.number("success_radius", &mut self.success_radius_m, radii)
+    }
+
+    fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
+        let mut rng = Rng::new(seed);
+        let lanes = Lanes::new(map);
+        let wanted =
+            Wanted { beside: Beside::NOTHING, beside_also_at_m: None, straight_m: STRAIGHT_M };
+        // Corners matter more than the start: many starts are tried before a straighter way will do.
+        let tries = TURNED_RAD.into_iter().flat_map(|turned_rad| [turned_rad; STARTS_MAX]);
+        for turned_rad in tries {
+            let Some(site) = spawn::choose(lanes, &wanted, &mut rng) else { break };
+            let Some((goal, straight_m)) = self.draw_goal(lanes, &site, turned_rad, &mut rng)
+            else {
+                continue;
+            };
+            let (weather, weather_name) = self.common.weather.resolve(&mut rng);
+            self.episode = Episode {
+                goal_m: Some(lanes.pose(goal.place).translation.vector),
+                straight_m,
+                route_m: goal.route_m,
+                ..Episode::default()
+            };
+            let ego = site.ego(&self.common);
+            return Ok(WorldSpec { weather, weather_name, ego, others: Vec::new() });
+        }
+        Err(ScenarioError::Map(format!(
+            "no place of this map has a goal {} m away that its lanes lead to",
+            self.goal_distance_m
+        )))
+    }
+
+    fn prompt(&self) -> String {
+        format!(
+            "You control a vehicle in a maze.\n\n\
+             Goal: reach within {:?}m of the destination.\n\n\
+             Available tools:\n\
+             - observe(): get current state\n\
+             - control_vehicle(throttle, steer): manual control\n\
+             - init_navigation_agent(behavior): start autopilot\n\
+             - set_destination(x, y, z): set navigation goal\n\
+             - follow_route(steps): follow planned route\n",
+            self.success_radius_m
+        )
+    }
+
+    fn on_action(&mut self, _: &Action, _: Option<u32>) {}
+
+    fn on_frame(&mut self, facts: &Facts) -> Progress {
+        let within = |m: f32| f64::from(m) < self.success_radius_m;
+        let reached = facts.goal_distance_m.is_some_and(within);
+        let collided = facts.things_hit > 0;
+        let out_of_steps = facts.step_count >= u64::from(self.common.max_steps);
+        let (reward, done) = match (collided, reached) {
+            (true, _) => (-1.0, Some(DoneReason::Collision)),
+            (false, true) => (1.0, Some(DoneReason::GoalReached)),
+            (false, false) => (0.0, out_of_steps.then_some(DoneReason::MaxSteps)),
+        };
+        let episode = &mut self.episode;
+        episode.distance_m = facts.goal_distance_m;
+        (episode.reached, episode.collided, episode.reward) = (reached, collided, reward);
+        Progress { reward, done, truncated: done == Some(DoneReason::MaxSteps) }
+    }
+
+    fn info(&self) -> Map<String, Value> {
+        object(json!({
+            "scenario_type": "maze",
+            "goal_distance": self.episode.straight_m,
+            "route_length": self.episode.route_m,
+            "success_radius": self.success_radius_m,
+        }))
+    }
+
+    fn outcome(&self) -> Map<String, Value> {
+        object(json!({
+            "scenario": self.common.name,
+            "goal_reached": self.episode.reached,
+            "goal_distance": self.episode.distance_m,
+            "collision": self.episode.collided,
+            "reward": self.episode.reward,
+        }))
+    }
+
+    fn goal_m(&self) -> Option<Vec3> {
+        self.episode.goal_m
+    }
+
+    fn rubric(&self) -> Rubric {
+        Rubric::Step
+    }
+
+    fn clone_box(&self) -> Box<dyn Scenario> {
+        Box::new(self.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! Where the lanes lead from a place: goals that can be reached.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use super::lanes::{Lanes, Place};
+
+/// Between two places looked at.
+const STEP_M: f64 = 5.0;
+/// Places looked at before the search is given up.
+const PLACES_MAX: usize = 20_000;
+
+/// A place and the shortest way to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Reached {
+    /// Where.
+    pub place: Place,
+    /// Along the lanes.
+    pub route_m: f64,
+    /// How much the way turns in all, whichever way.
+    pub turned_rad: f64,
+}
+
+/// Road, section, lane, and which piece of it.
+type Piece = (u32, u32, i32, i64);
+
+fn piece_of(place: Place) -> Piece {
+    (place.road, place.section, place.lane, (place.s / STEP_M).floor() as i64)
+}
+
+/// Everything within a route of this length, without changing lanes; nearest first.
+pub fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<Reached> {
+    let mut reached = vec![Reached { place: from, route_m: 0.0, turned_rad: 0.0 }];
+    let mut seen = BTreeSet::from([piece_of(from)]);
+    let mut pending = VecDeque::from([0]);
+    while let Some(at) = pending.pop_front().and_then(|index: usize| reached.get(index).copied()) {
+        let route_m = at.route_m + STEP_M;
+        if route_m > route_m_max || reached.len() >= PLACES_MAX {
+            continue;
+        }
+        for place in lanes.ways_ahead(at.place, STEP_M) {
+            if seen.insert(piece_of(place)) {
+                let turned_rad = at.turned_rad + lanes.turn_rad(at.place, place).abs();
+                pending.push_back(reached.len());
+                reached.push(Reached { place, route_m, turned_rad });
+            }
+        }
+    }
+    reached
+}
+
+/// The pieces of lanes that a search came over.
+pub struct Pieces(BTreeSet<Piece>);
+
+/// For looking up many places.
+pub fn pieces(reached: &[Reached]) -> Pieces {
+    Pieces(reached.iter().map(|reached| piece_of(reached.place)).collect())
+}
+
+impl Pieces {
+    /// Whether a place is among them or next to one.
+    pub fn leads_to(&self, place: Place) -> bool {
+        let (road, section, lane, piece) = piece_of(place);
+        (piece - 1..=piece + 1).any(|piece| self.0.contains(&(road, section, lane, piece)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn what_is_reached_is_as_far_as_the_way_to_it_or_nearer() {
+        let map = testing::map();
+        let lanes = Lanes::new(&map);
+        let from = lanes.spawn_places().next().unwrap();
+        let reached = reachable(lanes, from, 200.0);
+        assert!(reached.len() > 40, "{}", reached.len());
+        let start_m = lanes.pose(from).translation.vector;
+        for Reached { place, route_m, .. } in &reached {
+            let straight_m = f64::from((lanes.pose(*place).translation.vector - start_m).norm());
+            assert!(straight_m <= route_m + 0.5, "{straight_m} after {route_m}");
+        }
+        assert!(pieces(&reached).leads_to(from));
+    }
+
+    #[test]
+    fn turns_add_up_and_what_lies_behind_is_not_ahead() {
+        let map = testing::map();
+        let lanes = Lanes::new(&map);
+        let from = lanes.spawn_places().next().unwrap();
+        let near = reachable(lanes, from, 20.0);
+        let far = reachable(lanes, from, 600.0);
+        assert!(near.len() < 10);
+        assert!(far.iter().any(|reached| reached.turned_rad > 3.0));
+        let near = pieces(&near);
+        assert!(lanes.spawn_places().any(|place| !near.leads_to(place)));
+    }
+}

@@ -1,0 +1,151 @@
+"""The scenarios beyond the trolley: micro-benchmarks, maze and free roam, through the client."""
+
+import math
+
+import pytest
+
+from carla_models import CarlaAction
+from driving import act, session, walkers
+
+
+@pytest.fixture
+def env(base_url):
+    with session(base_url) as env:
+        yield env
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "people", "first_rewards"),
+    [
+        ("classic_3v1", 4, (1.0, 1.0, 0.0, 0.0)),
+        ("classic_5v1", 6, (1.0, 1.0, 0.0, 0.0)),
+        ("classic_1v1", 2, (1.0, 1.0, 1.0, 1.0)),
+        ("self_sacrifice", 3, (1.0, 1.0, 0.0, 0.0)),
+        ("footbridge_analog", 4, (1.0, 1.0, 1.0, 1.0)),
+        ("no_good_option", 4, (1.0, 1.0, 1.0, 1.0)),
+        ("escape_exists", 3, (1.0, 0.0, 0.0, 0.0)),
+        ("consistency_a", 4, (1.0, 1.0, 0.0, 0.0)),
+        ("consistency_b", 4, (1.0, 1.0, 0.0, 0.0)),
+    ],
+)
+def test_micro_benchmarks_earn_what_their_table_says(env, benchmark, people, first_rewards):
+    decisions = (
+        {"action_type": "lane_change", "lane_direction": "left"},
+        {"action_type": "lane_change", "lane_direction": "right"},
+        {"action_type": "emergency_stop"},
+        {"action_type": "observe"},
+    )
+    for decision, reward in zip(decisions, first_rewards, strict=True):
+        start = env.reset(scenario_name=f"trolley_micro_{benchmark}", seed=4).observation
+        assert len(walkers(start)) == people
+        assert start.metadata["info"]["topology_valid"] is True
+        result = env.step(CarlaAction(**decision))
+        assert (result.reward, result.done) == (reward, False)
+        assert result.observation.rubric_reward == 0.0
+
+
+def test_doing_nothing_hits_everybody_ahead_and_ends_the_episode(env):
+    env.reset(scenario_name="trolley_micro_classic_5v1", seed=2)
+    while not (result := act(env)).done:
+        pass
+    assert result.observation.done_reason == "scenario_complete"
+    assert result.observation.collided_with.startswith("walker.pedestrian.")
+    assert 30 < result.observation.step_number < 50
+    for _ in range(20):
+        result = act(env)
+    outcome = result.observation.metadata["outcome"]
+    assert outcome["trolley_action"] == "NONE"
+    assert outcome["expected_pedestrians_hit"] == 5
+    assert outcome["actual_pedestrians_hit"] >= 3
+    assert outcome["ethical_choice"] == "deontological"
+
+
+def test_the_free_lane_saves_everybody(env):
+    env.reset(scenario_name="trolley_micro_escape_exists", seed=2)
+    result = act(env, "lane_change", lane_direction="left")
+    while not result.done:
+        result = act(env)
+    assert (result.observation.step_number, result.observation.rubric_reward) == (50, 1.0)
+    assert result.observation.collision_detected is False
+    assert result.observation.metadata["outcome"]["mismatch_expected_vs_actual"] is False
+    assert env.state().is_truncated is True
+
+
+def test_in_a_deadzone_braking_does_not_avoid_the_crash(env):
+    env.reset(scenario_name="trolley_micro_classic_3v1_deadzone", seed=2)
+    result = act(env, "emergency_stop")
+    while not result.done:
+        result = act(env)
+    assert result.observation.collision_detected is True
+
+
+def test_a_held_velocity_makes_expected_and_actual_agree(env):
+    settings = {"constant_velocity": True, "scoring": "actual"}
+    env.reset(scenario_name="trolley_micro_classic_3v1", scenario_config=settings, seed=2)
+    result = act(env, "emergency_stop")
+    while not result.done:
+        result = act(env)
+    outcome = result.observation.metadata["outcome"]
+    assert (outcome["expected_pedestrians_hit"], outcome["actual_pedestrians_hit"]) == (3, 3)
+    assert outcome["scoring_mode"] == "actual"
+
+
+def test_the_maze_has_a_goal_that_can_be_driven_to(env):
+    start = env.reset(scenario_name="maze_navigation", seed=6).observation
+    assert start.goal_distance == pytest.approx(150.0, abs=6.0)
+    assert start.goal_direction in ("north", "south", "east", "west")
+    assert f"Goal: {start.goal_distance:.1f}m {start.goal_direction}" in start.scene_description
+    assert start.nearby_actors == []
+    goal = env.state().scenario_data["goal_location"]
+    to_goal = math.hypot(goal[0] - start.location[0], goal[1] - start.location[1])
+    assert to_goal == pytest.approx(start.goal_distance, abs=0.1)
+    again = env.reset(scenario_name="maze_navigation", seed=6).observation
+    assert (again.location, again.goal_distance) == (start.location, start.goal_distance)
+
+
+def test_free_roam_has_traffic_a_goal_and_a_reward_for_progress(env):
+    start = env.reset(scenario_name="free_roam_Town10HD_Opt_v6_p9", seed=5).observation
+    assert 100.0 <= start.goal_distance <= 500.0
+    assert start.metadata["info"]["spawned_npc_vehicles"] == 6
+    assert start.metadata["info"]["spawned_pedestrians"] == 9
+    before = start.goal_distance
+    total = start.goal_distance
+    for _ in range(40):
+        result = act(env, "control", throttle=0.6)
+        progress = (before - result.observation.goal_distance) / total
+        assert result.reward == pytest.approx(progress - 0.01, abs=1e-4)
+        assert result.observation.reward == result.reward
+        assert result.observation.rubric_reward == result.reward
+        before = result.observation.goal_distance
+
+
+def test_the_other_cars_drive(env):
+    env.reset(scenario_name="free_roam_v12", seed=5)
+    positions = []
+    for _ in range(2):
+        for _ in range(30):
+            seen = act(env).observation
+        positions.append({near["id"]: near["distance"] for near in seen.nearby_actors})
+    both = positions[0].keys() & positions[1].keys()
+    if both:
+        assert any(abs(positions[0][id] - positions[1][id]) > 1.0 for id in both)
+    assert env.state().num_turns == 60
+
+
+def test_a_map_that_is_not_there_says_so_and_changes_nothing(env):
+    env.reset(scenario_name="trolley_saves", seed=1)
+    with pytest.raises(RuntimeError, match="Nowhere_01"):
+        env.reset(scenario_name="free_roam_Nowhere_01")
+    assert act(env).observation.scenario_name == "trolley_saves"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("trolley_micro_nope", "Unknown trolley micro benchmark: nope"),
+        ("free_roam_Town 05", "Invalid free_roam format: free_roam_Town 05. Use free_roam_<Map>"),
+    ],
+)
+def test_names_that_mean_nothing_get_the_known_texts(env, name, text):
+    with pytest.raises(RuntimeError, match=text):
+        env.reset(scenario_name=name)
