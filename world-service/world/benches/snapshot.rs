@@ -1,5 +1,4 @@
-//! What do a snapshot, a restore, eight forks and a new world cost, and how much memory does a world
-//! take?
+//! What do a snapshot, a restore, eight forks and a new world cost?
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 #[path = "../tests/common/mod.rs"]
@@ -23,26 +22,7 @@ fn busy() -> World {
     world
 }
 
-/// What the system says this process holds in memory.
-fn resident_bytes() -> usize {
-    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: usize = statm.split_whitespace().nth(1).unwrap().parse().unwrap();
-    pages * 4096
-}
-
-/// Mean over many worlds on one map, each after its first ticks.
-fn print_memory() {
-    const WORLDS: usize = 2_000;
-    let first = busy();
-    let before = resident_bytes();
-    let worlds: Vec<World> = (0..WORLDS).map(|_| busy()).collect();
-    let per_world = resident_bytes().saturating_sub(before) / WORLDS;
-    println!("memory: {} KiB per world, {} worlds", per_world / 1024, worlds.len());
-    drop(first);
-}
-
 fn snapshot(criterion: &mut Criterion) {
-    print_memory();
     let world = busy();
     let id = WorldId::new(2).unwrap();
     let bytes = world.snapshot();
