@@ -107,7 +107,8 @@ def test_free_roam_has_traffic_a_goal_and_a_reward_for_progress(env):
     start = env.reset(scenario_name="free_roam_Town10HD_Opt_v6_p9", seed=5).observation
     assert 100.0 <= start.goal_distance <= 500.0
     assert start.metadata["info"]["spawned_npc_vehicles"] == 6
-    assert start.metadata["info"]["spawned_pedestrians"] == 9
+    # One that finds no free place in ten tries is left out.
+    assert 6 <= start.metadata["info"]["spawned_pedestrians"] <= 9
     before = start.goal_distance
     total = start.goal_distance
     for _ in range(40):

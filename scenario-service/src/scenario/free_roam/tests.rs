@@ -71,8 +71,10 @@ fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
     let count = |prefix: &str| {
         spec.others.iter().filter(|other| other.blueprint.starts_with(prefix)).count()
     };
-    assert_eq!((count("vehicle."), count("walker.")), (8, 12));
-    assert_eq!(scenario.info()["spawned_pedestrians"], 12);
+    assert_eq!(count("vehicle."), 8);
+    // One that finds no free place in ten tries is left out.
+    assert!((9..=12).contains(&count("walker.")), "{}", count("walker."));
+    assert_eq!(scenario.info()["spawned_pedestrians"], count("walker."));
     let all: Vec<Vec3> = std::iter::once(&spec.ego)
         .chain(&spec.others)
         .map(|placement| placement.world_from_actor.translation.vector)
@@ -81,7 +83,7 @@ fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
         assert!(all.iter().skip(index + 1).all(|b| (a - b).norm() > 1.4));
     }
     let replies: Vec<schemas::CommandReply> =
-        (0..22).map(|id| Ok(schemas::ActorId::new(id))).collect();
+        (0..22).map(|id| Ok(schemas::ActorId::new(100 + id))).collect();
     assert_eq!(spec.opening(&replies).len(), 8);
 }
 
