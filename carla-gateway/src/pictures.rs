@@ -147,7 +147,7 @@ fn instance(pixel: [u8; 4]) -> [u8; 4] {
     let [tag, ..] = pixel;
     let id = TagId::unpack(pixel).id;
     let of_map = if id >= TagId::SCENERY { HALF } else { 0 };
-    let [low, high, ..] = (of_map | id % HALF).to_le_bytes();
+    let [low, high, ..] = (of_map | (id % HALF)).to_le_bytes();
     [high, low, tag, 255]
 }
 
