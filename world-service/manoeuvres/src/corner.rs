@@ -221,7 +221,7 @@ pub(crate) fn sine_with_dwell(secs: f32) -> f32 {
     } else {
         secs - DWELL_SECS
     };
-    if phase_secs < 0.0 || phase_secs > 1.0 / SINE_HZ {
+    if !(0.0..=1.0 / SINE_HZ).contains(&phase_secs) {
         return 0.0;
     }
     (TAU * SINE_HZ * phase_secs).sin()

@@ -116,14 +116,9 @@ fn a_full_journal_ends_and_its_world_goes_on() {
     let out = Shared::default();
     let mut world = Recorded::new(world());
     world.run(id(), &[car()]);
-    let start = begun(&world, &Shared::default(), 1 << 30);
-    drop(start);
-    let head_bytes = {
-        let probe = Shared::default();
-        drop(begun(&world, &probe, 1 << 30));
-        let bytes = probe.0.lock().unwrap().len() as u64;
-        bytes
-    };
+    let probe = Shared::default();
+    drop(begun(&world, &probe, 1 << 30));
+    let head_bytes = probe.0.lock().unwrap().len() as u64;
     let journal = begun(&world, &out, head_bytes + 4_000);
     world.record(Some(journal));
     for _ in 0..20 {

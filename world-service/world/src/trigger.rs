@@ -74,7 +74,11 @@ impl State {
             }
             let pose = self.physics.state(body).world_from_body;
             let bounds = OrientedBox::new(&pose, blueprint);
-            vehicle.heed(triggers.iter().find(|trigger| trigger.bounds.overlaps(&bounds)));
+            let inside = triggers.iter().find(|trigger| trigger.bounds.overlaps(&bounds));
+            if vehicle.heed(inside) {
+                // What stood on a slope may slide now.
+                self.physics.wake(body);
+            }
         }
     }
 
@@ -90,9 +94,10 @@ impl State {
 }
 
 impl Vehicle {
-    fn heed(&mut self, trigger: Option<&Trigger>) {
+    /// Whether anything changed.
+    fn heed(&mut self, trigger: Option<&Trigger>) -> bool {
         if self.altered.as_ref().map(|altered| altered.by) == trigger.map(|trigger| trigger.id) {
-            return;
+            return false;
         }
         let mut physics = self.tuning.fit().physics.clone();
         if let Some(altered) = self.altered.take() {
@@ -108,5 +113,6 @@ impl Vehicle {
             }
         }
         self.tuning = self.tuning.with(physics);
+        true
     }
 }

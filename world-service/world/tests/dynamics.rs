@@ -137,6 +137,26 @@ fn slippery_tyres_lengthen_braking_by_as_much() {
 }
 
 #[test]
+fn stiffer_tyres_never_start_slower() {
+    let vehicles = blueprints::all().iter().filter(|one| one.id.starts_with("vehicle."));
+    for blueprint in vehicles {
+        let metres = |stiffness: f32| {
+            let (mut world, car) = changed(&blueprint.id, |physics| {
+                let wheels = physics.wheels.iter_mut();
+                wheels.for_each(|wheel| wheel.longitudinal_stiffness = stiffness);
+            });
+            let start_m = position_m(&world, car).x;
+            control(&mut world, car, VehicleControl { throttle: 1.0, ..Default::default() });
+            run(&mut world, 100);
+            position_m(&world, car).x - start_m
+        };
+        let (soft_m, stiff_m) = (metres(100.0), metres(2_000.0));
+        // A gear may be changed a tick later.
+        assert!(stiff_m >= 0.999 * soft_m, "{}: {soft_m} and {stiff_m} m", blueprint.id);
+    }
+}
+
+#[test]
 fn a_manual_gear_holds_and_neutral_drives_nowhere() {
     let (mut world, car) = standing("vehicle.ford.mustang");
     let manual =

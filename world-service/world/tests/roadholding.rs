@@ -76,6 +76,31 @@ fn braking_in_a_zone_of_ice_takes_as_much_longer() {
 }
 
 #[test]
+fn a_zone_acts_on_who_stands_in_it_and_ends_with_its_actor() {
+    let mut world = world_on(slope_of_ten_percent(), 0.05);
+    let pose = level_pose(Vec3::new(0.0, LANE_Y_M, 100.0), 0.0);
+    let car = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 0.0);
+    brake(&mut world, car);
+    run(&mut world, 100);
+    let start_m = position_m(&world, car).x;
+    let place = Pose::translation(0.0, LANE_Y_M, 100.0);
+    let given = [("extent_x", "3000"), ("extent_y", "400"), ("extent_z", "900")];
+    let ice = spawn_with(
+        &mut world,
+        "static.trigger.friction",
+        place,
+        &[&given[..], &[("friction", "0.02")]].concat(),
+    );
+    run(&mut world, 40);
+    assert!(position_m(&world, car).x < start_m - 0.5, "it slides down");
+    world.apply(&Command::DestroyActor { actor: ice }).unwrap();
+    run(&mut world, 100);
+    let stopped_m = position_m(&world, car).x;
+    run(&mut world, 40);
+    assert!((position_m(&world, car).x - stopped_m).abs() < 1.0e-3);
+}
+
+#[test]
 fn parameters_that_were_read_and_written_in_a_zone_end_with_it() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);

@@ -35,12 +35,15 @@ const BRUSH_MPS: f32 = 3.0;
 const DAMPING_SECS: f32 = 0.04;
 /// Resistance of rolling over load.
 const ROLLING_RESISTANCE: f32 = 0.011;
-/// Slip at which anti-lock brakes and traction control hold the wheel, near the peak of friction.
+/// Slip at which anti-lock brakes and traction control hold the wheel at most...
 const CONTROLLED_SLIP: f32 = 0.11;
+/// ...and the most of it over that of the highest friction, which a slippery road or a stiff tyre
+/// brings sooner.
+const CONTROLLED_SHARE: f32 = 0.85;
 /// Below this speed anti-lock lets the wheel lock, so that the vehicle comes to a stand.
 const ANTI_LOCK_MPS: f32 = 1.5;
-/// Slip velocity that traction control allows at a standstill.
-const LAUNCH_SLIP_MPS: f32 = 0.5;
+/// Speed below which traction control allows the slip velocity of this speed.
+const LAUNCH_MPS: f32 = 4.5;
 
 /// Deflection of the contact patch in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -210,6 +213,12 @@ fn brush_softening(deflection: f32) -> f32 {
     }
 }
 
+/// Slip at which a wheel is held, near the peak of friction.
+fn controlled_slip(input: &TyreInput) -> f32 {
+    let peak = PEAK * input.friction / input.longitudinal_stiffness;
+    CONTROLLED_SLIP.min(CONTROLLED_SHARE * peak)
+}
+
 /// Holds a driven wheel at the slip of the highest friction.
 fn traction(free_radps: f32, input: &TyreInput) -> f32 {
     if !input.traction_control || input.drive_nm == 0.0 {
@@ -217,7 +226,7 @@ fn traction(free_radps: f32, input: &TyreInput) -> f32 {
     }
     let direction = input.drive_nm.signum();
     let along_mps = (input.forward_mps * direction).max(0.0);
-    let limit_mps = along_mps + (CONTROLLED_SLIP * along_mps).max(LAUNCH_SLIP_MPS);
+    let limit_mps = along_mps + controlled_slip(input) * along_mps.max(LAUNCH_MPS);
     (free_radps * direction).min(limit_mps / input.radius_m) * direction
 }
 
@@ -233,7 +242,7 @@ fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
         return spin_radps;
     }
     let direction = input.forward_mps.signum();
-    let slowest_radps = rolling_mps * (1.0 - CONTROLLED_SLIP) / input.radius_m;
+    let slowest_radps = rolling_mps * (1.0 - controlled_slip(input)) / input.radius_m;
     let wanted_radps = slowest_radps.min((free_radps * direction).max(0.0));
     (spin_radps * direction).max(wanted_radps) * direction
 }
