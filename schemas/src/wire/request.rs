@@ -39,21 +39,7 @@ fn body_out(
 ) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
     use fb::RequestBody as Body;
     match request {
-        Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } => {
-            let map = b.create_string(map);
-            let commands = commands_out(b, commands);
-            let (owner, lease_millis) = lease_out(b, lease.as_ref());
-            let args = fb::CreateWorldArgs {
-                map: Some(map),
-                seed: *seed,
-                dt_secs: *dt_secs,
-                commands: Some(commands),
-                owner,
-                lease_millis,
-                traffic: *traffic,
-            };
-            (Body::CreateWorld, fb::CreateWorld::create(b, &args).as_union_value())
-        }
+        Request::CreateWorld { .. } => create_out(b, request),
         Request::ListWorlds => {
             (Body::ListWorlds, fb::ListWorlds::create(b, &fb::ListWorldsArgs {}).as_union_value())
         }
@@ -104,6 +90,29 @@ fn body_out(
             (Body::RecordWorld, fb::RecordWorld::create(b, &args).as_union_value())
         }
     }
+}
+
+/// Only for [`Request::CreateWorld`].
+fn create_out(
+    b: &mut FlatBufferBuilder<'_>,
+    request: &Request,
+) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
+    let Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } = request else {
+        unreachable!("{request:?} makes no world")
+    };
+    let map = b.create_string(map);
+    let commands = commands_out(b, commands);
+    let (owner, lease_millis) = lease_out(b, lease.as_ref());
+    let args = fb::CreateWorldArgs {
+        map: Some(map),
+        seed: *seed,
+        dt_secs: *dt_secs,
+        commands: Some(commands),
+        owner,
+        lease_millis,
+        traffic: *traffic,
+    };
+    (fb::RequestBody::CreateWorld, fb::CreateWorld::create(b, &args).as_union_value())
 }
 
 /// Only for what [`body_out`] sends here.
@@ -163,9 +172,7 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         return Ok(Request::RunCommands { world: world_in(run.world())?, commands });
     }
     if let Some(ticks) = raw.body_as_tick_worlds() {
-        check_count("worlds in one batch", ticks.items().len(), WORLDS_PER_BATCH_MAX)?;
-        let items = ticks.items().iter().map(|item| tick_in(&item));
-        return Ok(Request::TickWorlds(items.collect::<Result<_, _>>()?));
+        return ticks_in(&ticks);
     }
     if let Some(capture) = raw.body_as_capture() {
         let cameras = cameras_in(capture.cameras())?;
@@ -202,6 +209,12 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         Body::ListMaps => Ok(Request::ListMaps),
         other => Err(super::parts::unknown_variant("request", other.0)),
     }
+}
+
+fn ticks_in(raw: &fb::TickWorlds<'_>) -> Result<Request, Error> {
+    check_count("worlds in one batch", raw.items().len(), WORLDS_PER_BATCH_MAX)?;
+    let items = raw.items().iter().map(|item| tick_in(&item));
+    Ok(Request::TickWorlds(items.collect::<Result<_, _>>()?))
 }
 
 fn create_in(raw: &fb::CreateWorld<'_>) -> Result<Request, Error> {
