@@ -6,8 +6,8 @@ use super::plan::{Beside, Block, Control, EAST, LandUse, Loose, NORTH, Plan, SOU
 use super::profile::{Edge, Extra, Profile};
 use super::roundabout;
 
-const STREET: Profile = Profile::street(2, 40);
-const AVENUE: Profile = Profile::street(3, 60);
+const STREET: Profile = Profile::street(2, 30);
+const AVENUE: Profile = Profile::street(3, 30);
 const HILL_ROAD: Profile = Profile::two_way(1, Edge::Verge, 60);
 const COLUMNS: [f64; 4] = [-200.0, 0.0, 200.0, 400.0];
 const ROWS: [f64; 3] = [-200.0, -30.0, 160.0];

@@ -4,8 +4,8 @@ use super::course::Bend;
 use super::plan::{Beside, Control, Plan};
 use super::profile::{Edge, Extra, Profile};
 
-const STREET: Profile = Profile::street(2, 50);
-const AVENUE: Profile = Profile::street(3, 60);
+const STREET: Profile = Profile::street(2, 30);
+const AVENUE: Profile = Profile::street(3, 30);
 const VIADUCT: Profile = Profile::two_way(2, Edge::HardShoulder, 80);
 const WEST: f64 = -230.0;
 const EAST: f64 = 165.0;

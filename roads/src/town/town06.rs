@@ -6,7 +6,7 @@ use super::plan::{Beside, Control, EAST, Plan, WEST};
 use super::profile::{Extra, Profile};
 
 const MOTORWAY: Motorway = Motorway { lanes: 4, limit_kmh: 100 };
-const STREET: Profile = Profile::street(2, 50);
+const STREET: Profile = Profile::street(2, 30);
 /// Distance of the two motorways from the centre, in metres.
 const AWAY: f64 = 220.0;
 /// Half of the length of the motorways, in metres.

@@ -14,7 +14,7 @@ const SOUTH: f64 = -200.0;
 const ROWS: [f64; 3] = [-100.0, 0.0, 100.0];
 
 const STREET: Profile = Profile::street(2, 30);
-const AVENUE: Profile = Profile::street(3, 50);
+const AVENUE: Profile = Profile::street(3, 30);
 /// Radius of the middle line where the ring street turns, in metres. The block inside keeps its
 /// corner, for the sidewalk turns with 7.5 m there.
 const CORNER_RADIUS_M: f64 = 18.0;
