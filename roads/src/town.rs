@@ -8,6 +8,7 @@
 
 mod block;
 mod clearance;
+mod corner;
 mod course;
 mod crossing;
 mod draft;

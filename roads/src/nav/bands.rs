@@ -15,6 +15,11 @@ use crate::model::{Road, Section};
 pub(super) const WALKER_RADIUS_M: f64 = 0.3;
 /// Most of a narrow sidewalk's width that either border may take, as a share.
 const BORDER_SHARE_MAX: f64 = 0.25;
+/// Longest piece along a road, in metres. Searches go over the middles of edges: with long pieces the
+/// short way over a street would look long.
+const PIECE_MAX_M: f64 = 6.0;
+/// Large maps are cut into about so many pieces of this length and more.
+const FINE_PIECES_MAX: f64 = 20_000.0;
 /// How far a patch over the joint between two roads reaches to both sides, in metres.
 const PATCH_M: f64 = 0.1;
 
@@ -94,12 +99,14 @@ pub(super) fn cut(map: &Map, weld: &mut Weld) {
     let walkable = |id: u32| {
         map.model.road_index(id).and_then(|index| along_sidewalk.get(index)).copied() == Some(true)
     };
+    let length_m = roads.iter().map(|road| road.length_m).sum::<f64>();
+    let piece_max_m = PIECE_MAX_M.max(length_m / FINE_PIECES_MAX);
     for (index, road) in (0..).zip(roads) {
         let joins =
             road.junction.is_some() && (walkable(road.predecessor) || walkable(road.successor));
         if walkable(road.id) || joins {
             for section in &road.sections {
-                cut_section(index, road, section, weld);
+                cut_section(index, road, section, piece_max_m, weld);
             }
             patch_ends(index, road, weld);
         }
@@ -109,9 +116,9 @@ pub(super) fn cut(map: &Map, weld: &mut Weld) {
     }
 }
 
-fn cut_section(index: u32, road: &Road, section: &Section, weld: &mut Weld) {
+fn cut_section(index: u32, road: &Road, section: &Section, piece_max_m: f64, weld: &mut Weld) {
     let bands = bands(section);
-    let cuts = cuts(road, section);
+    let cuts = refined(&cuts(road, section), piece_max_m);
     let use_of = |position: Option<usize>| {
         position.and_then(|position| bands.get(position)).map(|band| band.lane_use)
     };
@@ -143,6 +150,19 @@ fn cut_section(index: u32, road: &Road, section: &Section, weld: &mut Weld) {
             }
         }
     }
+}
+
+/// The same cuts and as many more as pieces of this length need.
+fn refined(cuts: &[f64], piece_max_m: f64) -> Vec<f64> {
+    let mut refined = Vec::with_capacity(cuts.len());
+    for pair in cuts.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let count = ((to - from) / piece_max_m).ceil().max(1.0);
+        let steps = std::iter::successors(Some(0.0), |k| Some(k + 1.0));
+        refined.extend(steps.take_while(|k| *k < count).map(|k| from + (to - from) * k / count));
+    }
+    refined.extend(cuts.last());
+    refined
 }
 
 /// Where the middle of a walker may be between the borders of a sidewalk.

@@ -1,5 +1,6 @@
 //! Junctions: one connecting road per approach and exit, crosswalks and stop lines.
 
+use super::corner::Corner;
 use super::course::join;
 use super::draft::{
     ConnectionDraft, JunctionDraft, LaneDraft, LaneKind, LineKind, LinkTo, ObjectDraft, Piece,
@@ -8,7 +9,7 @@ use super::draft::{
 use super::movement::{Movement, movements};
 use super::plan::{Arm, Control, Plan};
 use super::priority;
-use super::profile::{Edge, LANE_M};
+use super::profile::{LANE_M, Side};
 
 /// Ids of junctions start here, above those of all streets and connecting roads.
 const JUNCTION_ID_FIRST: u32 = 10_000;
@@ -29,22 +30,18 @@ pub(super) fn junction_id(node: usize) -> u32 {
 /// Adds the roads, crosswalks, lights and signs of one junction.
 pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
     let arms = plan.arms(node);
-    let streets = plan.streets.len();
+    let corners = Corner::all(&arms);
     let mut connections = Vec::new();
-    for index in 0..arms.len() {
-        for movement in movements(&arms, index) {
-            let connecting_before = u32::try_from(draft.roads.len() - streets).unwrap_or(0);
-            let id = CONNECTING_ID_FIRST + connecting_before;
-            let road = connecting_road(plan, node, &movement, id);
-            let lanes = road.sections.iter().flat_map(|section| &section.lanes);
-            connections.push(ConnectionDraft {
-                incoming: movement.from.street,
-                connecting: id,
-                lanes: lanes
-                    .filter_map(|lane| lane.predecessor.map(|incoming| (incoming, lane.id)))
-                    .collect(),
-            });
-            draft.roads.push(road);
+    for (index, corner) in corners.iter().enumerate() {
+        let movements = movements(&arms, index);
+        let is_driven_around = movements.iter().any(|movement| movement.at_kerb);
+        let mut ways: Vec<Way> =
+            movements.iter().map(|movement| driving_way(corner, movement)).collect();
+        if !is_driven_around && corner.has_sidewalk() {
+            ways.push(Way { to: corner.to, pieces: corner.pieces(), lanes: corner.lanes(1) });
+        }
+        for way in ways {
+            connections.push(connect(plan, node, corner.from, way, draft));
         }
     }
     draft.junctions.push(JunctionDraft {
@@ -54,54 +51,72 @@ pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
     });
     let control = plan.nodes.get(node).map_or(Control::Free, |node| node.control);
     let waiting = priority::waiting(control, &arms);
-    for arm in &arms {
+    let corners_before = corners.iter().cycle().skip(corners.len().saturating_sub(1));
+    for ((arm, after), before) in arms.iter().zip(&corners).zip(corners_before) {
+        if before.has_sidewalk() && after.has_sidewalk() {
+            paint_crosswalk(arm, draft);
+        }
         let waits = waiting.iter().any(|(other, _)| other.street == arm.street);
-        paint(arm, waits, draft);
+        if waits {
+            paint_stop_line(arm, draft);
+        }
     }
     priority::rule(control, node, &arms, draft);
 }
 
-fn connecting_road(plan: &Plan, node: usize, movement: &Movement, id: u32) -> RoadDraft {
-    let Movement { from, to, .. } = *movement;
-    let (from_sign, to_sign) = (from.inbound_sign(), -to.inbound_sign());
-    let lane = |number: i32, kind, width_m, line| LaneDraft {
+/// A way through a junction, as it will be written.
+struct Way {
+    to: Arm,
+    pieces: Vec<Piece>,
+    lanes: Vec<LaneDraft>,
+}
+
+/// Lanes of one movement, with shoulder and sidewalk where it leads around the corner.
+fn driving_way(corner: &Corner, movement: &Movement) -> Way {
+    let (from_sign, to_sign) = (movement.from.inbound_sign(), -movement.to.inbound_sign());
+    let driving = (1..=movement.lanes).map(|number| LaneDraft {
         id: -number,
-        kind,
-        width_m,
-        line,
+        kind: LaneKind::Driving,
+        width_m: [LANE_M; 2],
+        line: LineKind::None,
         predecessor: Some(from_sign * (movement.from_lane + number - 1)),
         successor: Some(to_sign * (movement.to_lane + number - 1)),
-    };
-    let mut lanes: Vec<LaneDraft> = (1..=movement.lanes)
-        .map(|number| lane(number, LaneKind::Driving, [LANE_M; 2], LineKind::None))
-        .collect();
-    let edges = [from.inbound(), to.outbound()].map(|side| side.map(|side| side.edge));
-    if let ([Some(before), Some(after)], true) = (edges, movement.at_kerb) {
-        let both = [before, after];
-        let line = if both == [Edge::Sidewalk; 2] { LineKind::Kerb } else { LineKind::None };
-        let next = movement.lanes + 1;
-        lanes.push(lane(next, LaneKind::Shoulder, both.map(Edge::shoulder_m), line));
-        if both == [Edge::Sidewalk; 2] {
-            let width_m = both.map(Edge::sidewalk_m);
-            lanes.push(lane(next + 1, LaneKind::Sidewalk, width_m, LineKind::None));
-        }
+    });
+    let mut lanes: Vec<LaneDraft> = driving.collect();
+    if movement.at_kerb {
+        lanes.extend(corner.lanes(movement.lanes + 1));
     }
-    let pieces = pieces(movement);
-    let length_m = pieces.iter().map(|piece| piece.length_m).sum();
-    RoadDraft {
+    Way { to: movement.to, pieces: pieces(movement), lanes }
+}
+
+/// Adds the connecting road of a way.
+fn connect(
+    plan: &Plan,
+    node: usize,
+    from: Arm,
+    way: Way,
+    draft: &mut TownDraft,
+) -> ConnectionDraft {
+    let connecting_before = u32::try_from(draft.roads.len() - plan.streets.len()).unwrap_or(0);
+    let id = CONNECTING_ID_FIRST + connecting_before;
+    let linked = |lane: &LaneDraft| lane.predecessor.map(|incoming| (incoming, lane.id));
+    let lanes = way.lanes.iter().filter_map(linked).collect();
+    let length_m = way.pieces.iter().map(|piece| piece.length_m).sum();
+    draft.roads.push(RoadDraft {
         id,
         junction: Some(junction_id(node)),
         limit_kmh: from.profile.limit_kmh,
         predecessor: LinkTo::Road { id: from.street, at_end: from.ends_here },
-        successor: LinkTo::Road { id: to.street, at_end: to.ends_here },
-        pieces,
+        successor: LinkTo::Road { id: way.to.street, at_end: way.to.ends_here },
+        pieces: way.pieces,
         rises: vec![Rise { start_s: 0.0, abcd: [plan.height_m(node), 0.0, 0.0, 0.0] }],
         centre_line: false,
-        sections: vec![SectionDraft { start_s: 0.0, length_m, lanes }],
+        sections: vec![SectionDraft { start_s: 0.0, length_m, lanes: way.lanes }],
         objects: Vec::new(),
         signals: Vec::new(),
         held_by: None,
-    }
+    });
+    ConnectionDraft { incoming: from.street, connecting: id, lanes }
 }
 
 /// The left border of the movement's first lane.
@@ -112,24 +127,22 @@ fn pieces(movement: &Movement) -> Vec<Piece> {
     join(start, end)
 }
 
-/// Crosswalk of an arm, where there are sidewalks to cross between, and its stop line.
-fn paint(arm: &Arm, waits: bool, draft: &mut TownDraft) {
+/// The crosswalk over an arm, from the sidewalk of one corner to that of the other.
+fn paint_crosswalk(arm: &Arm, draft: &mut TownDraft) {
     let Some(street) = draft.road_mut(arm.street) else { return };
+    let reach_m = |side: Option<Side>| side.map_or(0.0, Side::kerb_m) + CROSSWALK_OVERLAP_M;
+    let across = [-reach_m(Some(arm.profile.right)), reach_m(arm.profile.left)];
     let length_m = street.length_m();
-    if let (Some(left), right) = (arm.profile.left, arm.profile.right)
-        && left.edge == Edge::Sidewalk
-        && right.edge == Edge::Sidewalk
-    {
-        let across = [-right.kerb_m() - CROSSWALK_OVERLAP_M, left.kerb_m() + CROSSWALK_OVERLAP_M];
-        let crosswalk = flat(arm, length_m, "crosswalk", "SimpleCrosswalk", CROSSWALK_M, across);
-        street.objects.push(crosswalk);
-    }
-    if waits {
-        let across_m = f64::from(arm.inbound_sign() * arm.lanes_in()) * LANE_M;
-        let across = [across_m.min(0.0), across_m.max(0.0)];
-        let along = [-1.0 - STOP_LINE_M, -1.0];
-        street.objects.push(flat(arm, length_m, "roadMark", "StopLine", along, across));
-    }
+    let crosswalk = flat(arm, length_m, "crosswalk", "SimpleCrosswalk", CROSSWALK_M, across);
+    street.objects.push(crosswalk);
+}
+
+fn paint_stop_line(arm: &Arm, draft: &mut TownDraft) {
+    let Some(street) = draft.road_mut(arm.street) else { return };
+    let across_m = f64::from(arm.inbound_sign() * arm.lanes_in()) * LANE_M;
+    let across = [across_m.min(0.0), across_m.max(0.0)];
+    let along = [-1.0 - STOP_LINE_M, -1.0];
+    street.objects.push(flat(arm, street.length_m(), "roadMark", "StopLine", along, across));
 }
 
 /// A rectangle on the ground at a street's end; `along` counts into the junction.

@@ -76,7 +76,9 @@ fn lights(node: usize, phases: &[Vec<Arm>], draft: &mut TownDraft) {
             .filter_map(|arm| {
                 let light = post(arm, SignalKind::Light, draft)?;
                 let connecting = |road: &&mut RoadDraft| {
-                    road.junction == Some(junction_id(node)) && comes_from(road, arm)
+                    road.junction == Some(junction_id(node))
+                        && comes_from(road, arm)
+                        && road.driving_right() > 0
                 };
                 for road in draft.roads.iter_mut().filter(connecting) {
                     road.held_by = Some(light);

@@ -6,6 +6,8 @@ use super::draft::{LaneKind, LineKind};
 pub(super) const LANE_M: f64 = 3.5;
 /// Width of sidewalks, in metres.
 pub(super) const SIDEWALK_M: f64 = 3.0;
+/// Width of footpaths along country roads, in metres.
+const FOOTPATH_M: f64 = 1.5;
 /// Width of a lane for parked cars, in metres.
 const PARKING_M: f64 = 2.3;
 /// Width of a lane for bicycles, in metres.
@@ -16,6 +18,8 @@ const BIKING_M: f64 = 1.8;
 pub(super) enum Edge {
     /// A gutter, a kerb, a sidewalk.
     Sidewalk,
+    /// A strip of asphalt, a kerb, a path for people on foot.
+    Footpath,
     /// A narrow strip of asphalt before the grass.
     Verge,
     /// A lane for broken-down cars.
@@ -26,13 +30,21 @@ impl Edge {
     pub(super) fn shoulder_m(self) -> f64 {
         match self {
             Self::Sidewalk => 0.5,
-            Self::Verge => 1.0,
+            Self::Verge | Self::Footpath => 1.0,
             Self::HardShoulder => 2.5,
         }
     }
 
     pub(super) fn sidewalk_m(self) -> f64 {
-        if self == Self::Sidewalk { SIDEWALK_M } else { 0.0 }
+        match self {
+            Self::Sidewalk => SIDEWALK_M,
+            Self::Footpath => FOOTPATH_M,
+            Self::Verge | Self::HardShoulder => 0.0,
+        }
+    }
+
+    pub(super) fn has_sidewalk(self) -> bool {
+        matches!(self, Self::Sidewalk | Self::Footpath)
     }
 }
 
@@ -90,10 +102,10 @@ impl Side {
         if let Some(extra) = self.extra.filter(|_| with_extra) {
             lanes.push((extra.kind(), extra.width_m(), LineKind::Solid));
         }
-        let kerb = if self.edge == Edge::Sidewalk { LineKind::Kerb } else { LineKind::None };
+        let kerb = if self.edge.has_sidewalk() { LineKind::Kerb } else { LineKind::None };
         lanes.push((LaneKind::Shoulder, self.edge.shoulder_m(), kerb));
-        if self.edge == Edge::Sidewalk {
-            lanes.push((LaneKind::Sidewalk, SIDEWALK_M, LineKind::None));
+        if self.edge.has_sidewalk() {
+            lanes.push((LaneKind::Sidewalk, self.edge.sidewalk_m(), LineKind::None));
         }
         lanes
     }
@@ -129,6 +141,15 @@ impl Profile {
             None => None,
         };
         Self { left, right: Side { extra: Some(extra), ..self.right }, ..self }
+    }
+
+    /// With other edges.
+    pub(super) const fn edged(self, left: Edge, right: Edge) -> Self {
+        let left = match self.left {
+            Some(side) => Some(Side { edge: left, ..side }),
+            None => None,
+        };
+        Self { left, right: Side { edge: right, ..self.right }, ..self }
     }
 
     /// The lanes with this sign.

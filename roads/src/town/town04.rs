@@ -9,6 +9,9 @@ use super::profile::{Edge, Profile};
 const MOTORWAY: Motorway = Motorway { lanes: 3, limit_kmh: 100 };
 const STREET: Profile = Profile::street(1, 40);
 const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 80);
+/// With a footpath on one side, so that people can walk from village to village.
+const PATH_LEFT: Profile = COUNTRY.edged(Edge::Footpath, Edge::Verge);
+const PATH_RIGHT: Profile = COUNTRY.edged(Edge::Verge, Edge::Footpath);
 /// Distance of the interchanges from the crossing of the eight, in metres.
 const SIDE: f64 = 450.0;
 /// Where the diagonals of the eight begin.
@@ -69,11 +72,12 @@ fn add_country_road(plan: &mut Plan) {
         );
         let leaving = if sign > 0.0 { NORTH } else { SOUTH };
         let around = [bend(OUT - 40.0, sign * FAR), bend(40.0 - OUT, sign * FAR)];
-        plan.connect((east, leaving), (west, leaving), &around, COUNTRY).heights =
+        let profile = if sign > 0.0 { PATH_LEFT } else { COUNTRY };
+        plan.connect((east, leaving), (west, leaving), &around, profile).heights =
             vec![[0.2, 3.0], [0.4, 0.0], [0.6, 5.0], [0.8, 0.0]];
         if sign > 0.0 {
-            plan.connect((from, EAST), (east, WEST), &[], COUNTRY);
-            plan.connect((to, WEST), (west, EAST), &[], COUNTRY);
+            plan.connect((from, EAST), (east, WEST), &[], PATH_LEFT);
+            plan.connect((to, WEST), (west, EAST), &[], PATH_RIGHT);
         }
     }
 }
