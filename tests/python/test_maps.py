@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from running_site import CACHE
+from faulty_maps import MAPS
+from running_site import CACHE, binary
 
 pytest.importorskip("carla", reason="the client is not installed")
 
@@ -125,3 +126,42 @@ def same_angle(one_deg: float, other_deg: float) -> bool:
 def test_the_client_reads_a_town_under_its_second_name(name, print_town, tmp_path):
     seen = read_by_client(f"{name}_Opt", print_town(f"{name}_Opt"), tmp_path / "graph")
     assert seen["dead_ends"] == []
+
+
+# Reads a map from standard input and asks what scripts ask; ends in words only when all went well.
+SURVIVOR = """
+import math, sys, carla
+
+town = carla.Map("map", sys.stdin.read())
+places = town.generate_waypoints(2.0)
+for place in places:
+    place.next(2.0), place.previous(2.0), place.get_left_lane(), place.get_right_lane()
+    place.get_landmarks(50.0)
+    assert math.isfinite(place.transform.location.x)
+town.get_topology(), town.get_all_landmarks(), town.get_crosswalks()
+town.get_waypoint(carla.Location(1.0, 1.0, 0.0))
+town.cook_in_memory_map(sys.argv[1])
+print("survived")
+"""
+
+
+@pytest.mark.parametrize("fault", MAPS)
+def test_a_map_is_said_to_break_the_client_exactly_if_it_does(fault, tmp_path):
+    path = tmp_path / "Map.xodr"
+    path.write_text(MAPS[fault])
+    checked = subprocess.run(
+        [binary(), "map", "check", path], capture_output=True, text=True, timeout=60
+    )
+    said = "does not survive" not in checked.stdout
+    assert (checked.returncode == 0) == said, checked.stdout + checked.stderr
+    asked = subprocess.run(
+        [sys.executable, "-c", SURVIVOR, str(tmp_path / "graph")],
+        input=MAPS[fault],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    survived = asked.returncode == 0 and "survived" in asked.stdout
+    assert said == survived, (
+        f"{checked.stdout}; the client: {asked.returncode} {asked.stderr[-300:]}"
+    )

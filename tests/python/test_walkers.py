@@ -29,11 +29,12 @@ SPEED_MPS = 1.4
 SAMPLE_SECS = 5 * STEP_SECS
 
 # Draws places, starts walkers and prints where they are every five ticks. Arguments: port, folder
-# for files, walkers, ticks, share of walkers that may cross roads.
+# for files, walkers, ticks, share of walkers that may cross roads, and where they are sent:
+# anywhere, or over the street, as near to a crossing or as far from any as can be.
 CLIENT = """
 import json, sys, carla
 
-port, folder, walkers, ticks, crossing = sys.argv[1:]
+port, folder, walkers, ticks, crossing, sent = sys.argv[1:]
 client = carla.Client("127.0.0.1", int(port))
 client.set_timeout(20.0)
 client.set_files_base_folder(folder)
@@ -51,18 +52,37 @@ def beside(at):
 
 draws = [world.get_random_location_from_navigation() for _ in range(300)]
 places = [None if at is None else beside(at) for at in draws]
+corners = town.get_crosswalks()
+
+def over_the_street():
+    # Pairs of places with nothing but a street between them, and how far from any crossing.
+    for start in draws:
+        for goal in draws:
+            middle = (start + goal) / 2.0
+            if not 8.0 < start.distance(goal) < 20.0 or start.x + start.y > goal.x + goal.y:
+                continue
+            if town.get_waypoint(middle, project_to_road=False) and town.get_waypoint(
+                middle + (goal - start) / 8.0, project_to_road=False
+            ):
+                yield min(middle.distance(corner) for corner in corners), start, goal
+
+if sent == "anywhere":
+    ways = list(zip(draws, reversed(draws)))
+else:
+    order = -1.0 if sent == "far" else 1.0
+    ways = [way[1:] for way in sorted(over_the_street(), key=lambda way: order * way[0])]
 library = world.get_blueprint_library()
 tracks, goals, controllers = [], [], []
-for number in range(int(walkers)):
-    start = carla.Transform(draws[number] + carla.Location(z=0.9))
+for start, goal in ways[:int(walkers)]:
+    start = carla.Transform(start + carla.Location(z=0.9))
     walker = world.spawn_actor(library.find("walker.pedestrian.0001"), start)
     world.tick()
     brain = world.spawn_actor(library.find("controller.ai.walker"), carla.Transform(), walker)
     world.tick()
     brain.start()
-    brain.go_to_location(draws[-1 - number])
+    brain.go_to_location(goal)
     brain.set_max_speed(1.4)
-    goals.append([draws[-1 - number].x, draws[-1 - number].y])
+    goals.append([goal.x, goal.y])
     controllers.append((walker, brain))
     tracks.append([])
 for tick in range(int(ticks)):
@@ -72,7 +92,7 @@ for tick in range(int(ticks)):
     for track, (walker, _) in zip(tracks, controllers):
         at = walker.get_location()
         track.append(beside(carla.Location(at.x, at.y, at.z - 0.9)))
-corners = [[corner.x, corner.y] for corner in town.get_crosswalks()]
+corners = [[corner.x, corner.y] for corner in corners]
 print(json.dumps({"places": places, "tracks": tracks, "goals": goals, "crosswalks": corners}))
 """
 
@@ -102,7 +122,7 @@ def example():
 def walk(example, tmp_path):
     """Lets the client walk in a town; `tiles` cuts the file into that many along each side."""
 
-    def run(name: str, *, walkers=0, ticks=0, crossing=0.0, tiles=None) -> dict:
+    def run(name, *, walkers=0, ticks=0, crossing=0.0, tiles=None, sent="anywhere") -> dict:
         served = tmp_path / "served"
         words = [name, str(served)] + ([] if tiles is None else [str(tiles)])
         path = example("nav", *words).strip()
@@ -115,7 +135,7 @@ def walk(example, tmp_path):
         options = [str(server.port), str(tmp_path / "files"), str(walkers), str(ticks)]
         try:
             finished = subprocess.run(
-                [sys.executable, "-c", CLIENT, *options, str(crossing)],
+                [sys.executable, "-c", CLIENT, *options, str(crossing), sent],
                 capture_output=True,
                 text=True,
                 timeout=300,
@@ -175,9 +195,35 @@ def test_walkers_of_the_client_keep_to_sidewalks_and_crossings_and_get_on(name, 
     assert off_road_share(seen) > 0.995
 
 
+def test_walkers_of_the_client_cross_streets_at_crossings(walk):
+    seen = walk("Town02", walkers=8, ticks=900, sent="near")
+    assert off_road_share(seen) > 0.995
+    assert arrived(seen) == 8
+    outlines = crosswalks(seen)
+    for track in seen["tracks"]:
+        assert any(is_inside(line, *place[:2], 0.0) for place in track for line in outlines)
+
+
+@pytest.mark.parametrize("name", ["Town01", "Town02"])
+def test_walkers_cross_streets_anywhere_only_if_they_may(name, walk):
+    there = walk(name, walkers=8, ticks=900, crossing=1.0, sent="far")
+    around = walk(name, walkers=8, ticks=400, sent="far")
+    # On the road the client's steering may lead past the goal.
+    assert arrived(there) >= 4
+    assert off_road_share(there) < 0.95
+    assert arrived(around) == 0
+    assert off_road_share(around) > 0.995
+
+
 def test_walkers_pass_from_tile_to_tile(walk):
     seen = walk("Town10HD", walkers=12, ticks=1200, tiles=4)
     assert_walked(seen, 12)
+
+
+def arrived(seen: dict) -> int:
+    """How many walkers were at their goals; the client then sends them elsewhere."""
+    tracks = zip(seen["tracks"], seen["goals"], strict=True)
+    return sum(min(math.dist(place[:2], goal) for place in track) < 2.0 for track, goal in tracks)
 
 
 def off_road_share(seen: dict) -> float:
