@@ -8,6 +8,8 @@ pub const XML_DEPTH_MAX: u32 = 64;
 pub const XML_NODES_MAX: u32 = 2_000_000;
 /// Largest absolute coordinate, length or other number of a map, in its own unit.
 pub const NUMBER_ABS_MAX: f64 = 1e6;
+/// Largest absolute factor of a polynomial.
+pub const COEFFICIENT_ABS_MAX: f64 = 1e15;
 /// Most diagnostics collected for one map; the rest is only counted.
 pub const DIAGNOSTICS_MAX: usize = 100;
 /// Longest piece of a user's text repeated in a diagnostic, in characters.

@@ -5,15 +5,15 @@ mod number;
 mod objects;
 mod road;
 mod signals;
+mod tree;
 
 use std::collections::{BTreeMap, BTreeSet};
-
-use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::{Report, shown};
 use crate::limits;
 use crate::model::{Junction, Model, Road};
 use number::{id_or_zero, text};
+use tree::{Document, Node};
 
 /// Reads a map. Faults go to the report; what is returned is usable when the report is empty.
 pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
@@ -24,26 +24,16 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
         report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
         return model;
     }
-    let options = ParsingOptions {
-        allow_dtd: false,
-        nodes_limit: limits::XML_NODES_MAX,
-        ..Default::default()
-    };
-    let document = match Document::parse_with_options(xodr, options) {
+    let document = match Document::parse(xodr) {
         Ok(document) => document,
-        Err(error) => {
-            report.add(None, None, "well-formed XML without DTD", error.to_string());
+        Err(refusal) => {
+            report.add(None, None, refusal.wanted, refusal.found);
             return model;
         }
     };
-    if is_too_deep(&document) {
-        let wanted = format!("at most {} nested elements", limits::XML_DEPTH_MAX);
-        report.add(None, None, wanted, "deeper nesting");
-        return model;
-    }
-    let root = document.root_element();
-    if root.tag_name().name() != "OpenDRIVE" {
-        report.add(None, None, "a root element OpenDRIVE", shown(root.tag_name().name()));
+    let root = document.root();
+    if root.name() != "OpenDRIVE" {
+        report.add(None, None, "a root element OpenDRIVE", shown(root.name()));
         return model;
     }
     read_geo_reference(root, &mut model);
@@ -59,27 +49,11 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
 
 /// Elements with this name directly below `node`, whatever their namespace.
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+    node.children().filter(move |child| child.name() == name)
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
     children(node, name).next()
-}
-
-fn is_too_deep(document: &Document<'_>) -> bool {
-    // Parents come before their children in document order.
-    let mut depths: Vec<u32> = Vec::new();
-    for node in document.descendants() {
-        let depth = node
-            .parent()
-            .and_then(|parent| depths.get(parent.id().get_usize()))
-            .map_or(0, |parent_depth| parent_depth + 1);
-        if depth > limits::XML_DEPTH_MAX {
-            return true;
-        }
-        depths.push(depth);
-    }
-    false
 }
 
 fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
@@ -87,8 +61,7 @@ fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
     else {
         return;
     };
-    let texts = reference.descendants().filter(Node::is_text);
-    let words: String = texts.filter_map(|node| node.text()).collect();
+    let words = reference.text();
     let value = |key: &str| {
         words
             .split_whitespace()

@@ -1,10 +1,9 @@
 //! Lane sections, widths and road marks.
 
-use roxmltree::Node;
-
 use super::children;
 use super::number::{Numbers, lane_id, text};
 use super::road::cubic;
+use super::tree::Node;
 use crate::error::shown;
 use crate::geometry::{Cubic, Profile};
 use crate::kinds::{LaneType, MarkColor, MarkType};

@@ -1,7 +1,6 @@
 //! Attributes as checked numbers.
 
-use roxmltree::Node;
-
+use super::tree::Node;
 use crate::error::{Report, shown};
 use crate::limits;
 
@@ -28,6 +27,25 @@ pub(super) fn leading_integer(text: &str) -> Option<i64> {
     text.get(..digits_from + digits)?.parse().ok()
 }
 
+/// A number, or the number a row of digits and signs starts with.
+fn leading_number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let is_part = |byte: u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E');
+    text.parse().ok().or_else(|| {
+        let is_near = text.len() <= NUMBER_CHARS_MAX && text.bytes().all(is_part);
+        let ends = (1..text.len()).rev().filter(|_| is_near);
+        ends.filter_map(|end| text.get(..end)).find_map(|start| start.parse().ok())
+    })
+}
+
+/// No number is written with more characters.
+const NUMBER_CHARS_MAX: usize = 64;
+
+/// A number that may be anything: text that is no number is 0.
+pub(super) fn number_or_zero(node: Node<'_, '_>, name: &str) -> f64 {
+    leading_number(text(node, name)).filter(|number| number.is_finite()).unwrap_or(0.0)
+}
+
 /// Reads numbers of one road and reports what is no number within the limits.
 pub(super) struct Numbers<'r> {
     pub(super) road: u32,
@@ -40,7 +58,7 @@ impl Numbers<'_> {
         match node.attribute(name) {
             Some(value) => self.checked(node, name, value),
             None => {
-                let wanted = format!("an attribute {name:?} of {}", node.tag_name().name());
+                let wanted = format!("an attribute {name:?} of {}", node.name());
                 self.report.add(Some(self.road), None, wanted, "none");
                 0.0
             }
@@ -52,15 +70,21 @@ impl Numbers<'_> {
         node.attribute(name).map_or(0.0, |value| self.checked(node, name, value))
     }
 
+    /// A factor of a polynomial, 0 when absent. Over a road of centimetres it may be very large.
+    pub(super) fn coefficient(&mut self, node: Node<'_, '_>, name: &str) -> f64 {
+        const LIMIT: f64 = limits::COEFFICIENT_ABS_MAX;
+        node.attribute(name).map_or(0.0, |value| self.within(node, name, value, LIMIT))
+    }
+
     fn checked(&mut self, node: Node<'_, '_>, name: &str, value: &str) -> f64 {
-        match value.trim().parse::<f64>() {
-            Ok(number) if number.abs() <= limits::NUMBER_ABS_MAX => number,
+        self.within(node, name, value, limits::NUMBER_ABS_MAX)
+    }
+
+    fn within(&mut self, node: Node<'_, '_>, name: &str, value: &str, limit: f64) -> f64 {
+        match leading_number(value) {
+            Some(number) if number.abs() <= limit => number,
             _ => {
-                let wanted = format!(
-                    "{name:?} of {} to be a number within ±{}",
-                    node.tag_name().name(),
-                    limits::NUMBER_ABS_MAX
-                );
+                let wanted = format!("{name:?} of {} to be a number within ±{limit}", node.name(),);
                 self.report.add(Some(self.road), None, wanted, shown(value));
                 0.0
             }

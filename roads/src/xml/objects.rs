@@ -1,8 +1,7 @@
 //! `object` elements.
 
-use roxmltree::Node;
-
 use super::number::{Numbers, text};
+use super::tree::Node;
 use super::{child, children};
 use crate::model::Object;
 

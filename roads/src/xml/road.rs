@@ -1,11 +1,10 @@
 //! One `road` element: links, reference line and profiles.
 
-use roxmltree::Node;
-
 use super::number::{Numbers, id_or_zero, leading_integer, text};
+use super::tree::Node;
 use super::{child, children, lanes, objects};
 use crate::error::{Report, shown};
-use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table};
+use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table, unit};
 use crate::limits;
 use crate::model::{Road, SpeedLimit};
 
@@ -73,10 +72,10 @@ fn profile(parent: Node<'_, '_>, name: &'static str, numbers: &mut Numbers<'_>) 
 pub(super) fn cubic(node: Node<'_, '_>, start_s: f64, numbers: &mut Numbers<'_>) -> Cubic {
     Cubic {
         start_s,
-        a: numbers.optional(node, "a"),
-        b: numbers.optional(node, "b"),
-        c: numbers.optional(node, "c"),
-        d: numbers.optional(node, "d"),
+        a: numbers.coefficient(node, "a"),
+        b: numbers.coefficient(node, "b"),
+        c: numbers.coefficient(node, "c"),
+        d: numbers.coefficient(node, "d"),
     }
 }
 
@@ -114,8 +113,8 @@ fn geometry(
         numbers.report.add(Some(numbers.road), Some(start_s), "a geometry longer than 0 m", found);
         return None;
     }
-    let shape_node = node.children().find(Node::is_element)?;
-    let shape = match shape_node.tag_name().name() {
+    let shape_node = node.children().next()?;
+    let shape = match shape_node.name() {
         "line" => Shape::Line,
         "arc" => Shape::Arc { curvature: numbers.required(shape_node, "curvature") },
         "spiral" => Shape::Spiral {
@@ -134,7 +133,7 @@ fn geometry(
         }
         _ => return None,
     };
-    Some(Geometry { start_s, length_m, start, shape })
+    Some(Geometry { start_s, length_m, start, start_unit: unit(start.heading_rad), shape })
 }
 
 fn polynomial(
@@ -144,10 +143,10 @@ fn polynomial(
     numbers: &mut Numbers<'_>,
 ) -> Table {
     if is_poly3 {
-        return Table::poly3(["a", "b", "c", "d"].map(|n| numbers.optional(node, n)), length_m);
+        return Table::poly3(["a", "b", "c", "d"].map(|n| numbers.coefficient(node, n)), length_m);
     }
-    let u = ["aU", "bU", "cU", "dU"].map(|n| numbers.optional(node, n));
-    let v = ["aV", "bV", "cV", "dV"].map(|n| numbers.optional(node, n));
+    let u = ["aU", "bU", "cU", "dU"].map(|n| numbers.coefficient(node, n));
+    let v = ["aV", "bV", "cV", "dV"].map(|n| numbers.coefficient(node, n));
     let p_max = if text(node, "pRange") == "arcLength" { length_m } else { 1.0 };
     Table::param_poly3(u, v, p_max, length_m)
 }

@@ -1,13 +1,12 @@
 //! `signal`, `signalReference` and `controller` elements, and objects that stand for signals.
 
-use nalgebra::Point3;
-use roxmltree::Node;
-
-use super::number::{Numbers, id_or_zero, lane_id, text};
+use super::number::{Numbers, id_or_zero, lane_id, number_or_zero, text};
+use super::tree::Node;
 use super::{child, children};
 use crate::error::{Report, shown};
 use crate::model::Road;
 use crate::signals::{Controller, Orientation, Reference, Signal, SignalPose, Signals};
+use nalgebra::Point3;
 
 /// How far before a road's end a signal beyond it is moved, in metres.
 const END_GAP_M: f64 = 1e-5;
@@ -51,8 +50,8 @@ fn known_roads<'a, 'i, 'r>(
 fn signals_of_road(road: &Road, node: Node<'_, '_>, signals: &mut Signals, report: &mut Report) {
     let mut numbers = Numbers { road: road.id, report };
     let elements = children(node, "signals").flat_map(|parent| parent.children());
-    for element in elements.filter(Node::is_element) {
-        match element.tag_name().name() {
+    for element in elements {
+        match element.name() {
             "signal" => {
                 let reference = reference(element, "id", road, &mut numbers);
                 let signal = signal(element, &reference, &mut numbers);
@@ -103,7 +102,7 @@ fn signal(node: Node<'_, '_>, place: &Reference, numbers: &mut Numbers<'_>) -> S
         country: text(node, "country").to_owned(),
         unit: text(node, "unit").to_owned(),
         text: text(node, "text").to_owned(),
-        value: numbers.optional(node, "value"),
+        value: number_or_zero(node, "value"),
         dynamic: text(node, "dynamic") == "yes",
         road: place.road,
         s: place.s,
