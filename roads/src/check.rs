@@ -61,6 +61,27 @@ fn geometry(road: &Road, report: &mut Report) {
             ));
         }
     }
+    let late = road.geometries.first().filter(|first| first.start_s > 0.0);
+    if let Some(first) = late {
+        let found = format!("s = {}", first.start_s);
+        report.push(fault(
+            Severity::BreaksClient,
+            road,
+            None,
+            "the first geometry at s = 0",
+            found,
+        ));
+    }
+    let beyond = road.sections.iter().find(|section| section.start_s > road.length_m);
+    if let Some(section) = beyond {
+        report.push(fault(
+            Severity::BreaksClient,
+            road,
+            Some(section.start_s),
+            "lane sections that begin on the road",
+            format!("one beyond its length of {} m", road.length_m),
+        ));
+    }
     let sum_m: f64 = road.geometries.iter().map(|geometry| geometry.length_m).sum();
     if (sum_m - road.length_m).abs() > LENGTH_OFF_MAX_M {
         let wanted = format!("geometries of {} m, the length of the road", road.length_m);
@@ -80,7 +101,8 @@ fn ids(map: &Map, road: &Road, report: &mut Report) {
     }
 }
 
-/// A lane that names a lane which the next road does not have.
+/// A lane that names a lane which the sections beyond or the next road do not have. Only the link in
+/// travel direction is followed.
 fn missing_target(map: &Map, entry: &LaneEntry, report: &mut Report) {
     let Some((road, _, lane)) = parts(&map.model, entry) else { return };
     let (link_id, next_road) = if entry.forward {
@@ -88,16 +110,21 @@ fn missing_target(map: &Map, entry: &LaneEntry, report: &mut Report) {
     } else {
         (lane.predecessor, road.predecessor)
     };
-    let last = road.sections.len().saturating_sub(1);
-    let at_end = entry.section as usize == if entry.forward { last } else { 0 };
-    let Some(target) = map.model.road(next_road).filter(|_| at_end && link_id != 0) else { return };
-    if !target.sections.iter().any(|section| section.lane(link_id).is_some()) {
+    let section = entry.section as usize;
+    let beyond =
+        if entry.forward { road.sections.get(section + 1..) } else { road.sections.get(..section) };
+    let beyond = beyond.filter(|sections| !sections.is_empty());
+    let next = || map.model.road(next_road).map(|road| (next_road, road.sections.as_slice()));
+    let Some((target, sections)) = beyond.map(|sections| (road.id, sections)).or_else(next) else {
+        return;
+    };
+    if link_id != 0 && !sections.iter().any(|section| section.lane(link_id).is_some()) {
         report.push(fault(
             Severity::BreaksClient,
             road,
             Some(entry.exit_s()),
-            format!("lane {} to lead to a lane of road {next_road}", lane.id),
-            format!("lane {link_id}, which that road does not have"),
+            format!("lane {} to lead to a lane of road {target}", lane.id),
+            format!("lane {link_id}, which that road does not have there"),
         ));
     }
 }

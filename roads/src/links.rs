@@ -128,7 +128,8 @@ fn push_matching(
         return;
     };
     for lane in lanes.lanes.iter().filter(|lane| lane.id != 0 && matches(lane)) {
-        if let Some(index) = table.find(model, road, section, lane.id)
+        // The end that is looked at says which lane; the lane says at which end it is entered.
+        if let Some(index) = first_section_with(model, table, road, lane.id)
             && !found.contains(&index)
         {
             found.push(index);
