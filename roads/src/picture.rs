@@ -28,7 +28,8 @@ impl Pixel {
 }
 
 /// Draws a map: lanes by type with their lines and directions, junctions with their ids,
-/// crosswalks, scenery, signals, spawn points with their index, a grid of 100 m and a scale bar.
+/// crosswalks, scenery, signals, spawn points with their index where there is room for it, a grid of
+/// 100 m and a scale bar.
 ///
 /// - **Frame:** east is right, north is up. The numbers at the grid are the map's coordinates;
 ///   CARLA's y has the other sign.
@@ -40,9 +41,9 @@ pub fn draw(map: &Map, width_px: u32) -> String {
     let bounds = map.bounds().map_or([[0.0; 2]; 2], |(min, max)| [min, max].map(|p| [p.x, p.y]));
     let [min, max] = [bounds[0].map(|v| v - MARGIN_M), bounds[1].map(|v| v + MARGIN_M)];
     let pixel = Pixel((max[0] - min[0]) / f64::from(width_px));
-    let foot_m = pixel.metres(frame::FOOT_PX);
+    let foot_m = pixel.metres(frame::foot_px(map.name(), width_px));
     let mut canvas = Canvas::new([min[0], min[1] - foot_m], max, width_px);
-    frame::land(&mut canvas, [min, max], pixel);
+    frame::land(&mut canvas, [min, max], pixel, foot_m);
     things::on_the_ground(map, &mut canvas);
     roads::draw(map, &mut canvas, pixel);
     things::standing(map, &mut canvas, pixel);

@@ -3,8 +3,12 @@
 use super::canvas::{Canvas, Paint, Shapes};
 use super::{Pixel, lettering, roads, signs, things};
 
-/// Height of the strip below the map in pixels.
-pub(super) const FOOT_PX: f64 = 64.0;
+/// Height of the strip below the map in pixels, at least.
+const FOOT_MIN_PX: f64 = 64.0;
+/// Width of the title's column in pixels, at least.
+const TITLE_WIDTH_PX: f64 = 240.0;
+/// Distance between the rows of the key in pixels.
+const ROW_PX: f64 = 16.0;
 /// Distance of the lines of the grid in metres; more on maps where they would be too close.
 const GRID_M: f64 = 100.0;
 /// Lines of the grid are further apart, in pixels.
@@ -14,14 +18,39 @@ const TITLE_PX: f64 = 16.0;
 const LABEL_PX: f64 = 7.0;
 const INK: &str = "#202020";
 
+fn key() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    roads::KEY.iter().chain(things::KEY).chain(signs::KEY)
+}
+
+/// Where the entries of the key begin: pixels from the left, and rows from the top.
+fn key_places(name: &str, width_px: f64) -> Vec<[f64; 2]> {
+    let left = 36.0 + lettering::width(name, TITLE_PX).max(TITLE_WIDTH_PX);
+    let mut at = [left, 0.0];
+    let mut places = Vec::new();
+    for (label, _) in key() {
+        let own_px = 18.0 + lettering::width(label, LABEL_PX) + 12.0;
+        if at[0] + own_px > width_px && at[0] > left {
+            at = [left, at[1] + 1.0];
+        }
+        places.push(at);
+        at[0] += own_px;
+    }
+    places
+}
+
+/// Height of the strip below the map in pixels.
+pub(super) fn foot_px(name: &str, width_px: u32) -> f64 {
+    let rows = key_places(name, f64::from(width_px)).last().map_or(1.0, |[_, row]| row + 1.0);
+    FOOT_MIN_PX.max(22.0 + rows * ROW_PX)
+}
+
 /// Lawn with a grid and its coordinates.
-pub(super) fn land(canvas: &mut Canvas, [min, max]: [[f64; 2]; 2], pixel: Pixel) {
+pub(super) fn land(canvas: &mut Canvas, [min, max]: [[f64; 2]; 2], pixel: Pixel, foot_m: f64) {
     let rectangle = |low: [f64; 2], high: [f64; 2]| {
         let mut shapes = Shapes::default();
         shapes.polygon(&[low, [high[0], low[1]], high, [low[0], high[1]]]);
         shapes
     };
-    let foot_m = pixel.metres(FOOT_PX);
     canvas.paint(&rectangle([min[0], min[1] - foot_m], max), Paint::fill("#ffffff"));
     canvas.paint(&rectangle(min, max), Paint::fill("#dde5d0"));
     let mut step_m = GRID_M;
@@ -56,22 +85,16 @@ pub(super) fn caption(name: &str, canvas: &mut Canvas, [min, max]: [[f64; 2]; 2]
     title.text(name, [min[0] + px(12.0), top - px(27.0)], px(TITLE_PX));
     canvas.paint(&title, Paint::line(INK, px(2.0)));
     scale_bar(canvas, [min[0] + px(12.0), top - px(44.0)], max[0] - min[0], pixel);
-    let after_title = px(36.0) + lettering::width(name, px(TITLE_PX)).max(px(240.0));
-    let mut at = [min[0] + after_title, top - px(22.0)];
-    for (label, paint) in roads::KEY.iter().chain(things::KEY).chain(signs::KEY) {
-        let width = px(18.0) + lettering::width(label, px(LABEL_PX)) + px(12.0);
-        if at[0] + width > max[0] {
-            at = [min[0] + after_title, at[1] - px(16.0)];
-        }
+    let places = key_places(name, (max[0] - min[0]) / px(1.0));
+    for ((label, paint), [left, row]) in key().zip(places) {
         let mut swatch = Shapes::default();
-        let [x, y] = at;
+        let (x, y) = (min[0] + px(left), top - px(22.0 + row * ROW_PX));
         let (right, high) = (x + px(12.0), y + px(LABEL_PX));
         swatch.polygon(&[[x, y], [right, y], [right, high], [x, high]]);
         canvas.paint(&swatch, Paint { stroke: INK, width_m: px(0.5), ..Paint::fill(paint) });
         let mut text = Shapes::default();
         text.text(label, [x + px(17.0), y], px(LABEL_PX));
         canvas.paint(&text, Paint::line(INK, px(0.9)));
-        at[0] += width;
     }
 }
 

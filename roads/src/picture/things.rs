@@ -1,9 +1,11 @@
 //! Scenery, paved land, crosswalks and spawn points.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Isometry3, Point3};
 
-use super::Pixel;
 use super::canvas::{Canvas, Paint, Shapes};
+use super::{Pixel, lettering};
 use crate::Map;
 use crate::lanes::lateral_point;
 use crate::scenery::{SceneryBox, SceneryKind};
@@ -28,6 +30,8 @@ const PROP: &str = "#d18a1c";
 const SPAWN: &str = "#1b4fd6";
 const PAVING: &str = "#d9d2c4";
 const LAWN: &str = "#c3d6ab";
+/// Arrow heads of spawn points reach no further, in metres, so that they stay in their lanes.
+const HEAD_MAX_M: f64 = 2.2;
 
 fn xy(point: Point3<f64>) -> [f64; 2] {
     [point.x, point.y]
@@ -88,20 +92,35 @@ pub(super) fn standing(map: &Map, canvas: &mut Canvas, pixel: Pixel) {
     spawn_points(map, canvas, pixel);
 }
 
+/// Squares as high as the letters that a text takes up.
+fn cells([x, y]: [f64; 2], width_m: f64, letters_m: f64) -> Vec<[i64; 2]> {
+    #[allow(clippy::cast_possible_truncation, reason = "places are some kilometres away")]
+    let cell = |m: f64| (m / letters_m).floor() as i64;
+    let rows = cell(y)..=cell(y + letters_m);
+    rows.flat_map(|row| (cell(x)..=cell(x + width_m)).map(move |column| [column, row])).collect()
+}
+
 fn place(thing: &SceneryBox) -> [f64; 2] {
     [thing.pose.translation.x, thing.pose.translation.y]
 }
 
-/// An arrow head at every spawn point, with its index beside it.
+/// An arrow head at every spawn point, with its index beside it where no other stands.
 fn spawn_points(map: &Map, canvas: &mut Canvas, pixel: Pixel) {
-    let (reach_m, half_m) = (pixel.metres(3.0), pixel.metres(1.8));
+    let reach_m = pixel.metres(3.0).min(HEAD_MAX_M).max(pixel.metres(1.5));
+    let half_m = 0.6 * reach_m;
     let letters_m = pixel.metres(4.5);
     let (mut heads, mut numbers) = (Shapes::default(), Shapes::default());
+    let mut taken: BTreeSet<[i64; 2]> = BTreeSet::new();
     for (index, spawn) in map.spawn_points().iter().enumerate() {
         let at = |x: f64, y: f64| xy(spawn * Point3::new(x, y, 0.0));
         heads.polygon(&[at(reach_m, 0.0), at(-reach_m, half_m), at(-reach_m, -half_m)]);
         let [x, y] = at(0.0, 0.0);
-        numbers.text(&index.to_string(), [x + half_m, y + half_m], letters_m);
+        let text = index.to_string();
+        let cells = cells([x, y], lettering::width(&text, letters_m), letters_m);
+        if cells.iter().all(|cell| !taken.contains(cell)) {
+            taken.extend(cells);
+            numbers.text(&text, [x + half_m, y + half_m], letters_m);
+        }
     }
     canvas.paint(&heads, Paint::fill(SPAWN));
     canvas.paint(&numbers, Paint::line("#0d2a78", pixel.metres(0.6)));
