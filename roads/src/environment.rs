@@ -57,9 +57,9 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
 pub(crate) fn list(map: &Map) -> Vec<EnvironmentObject> {
     let mut found = Vec::new();
     let mut scenery_count = 0;
-    for road in &map.model.roads {
+    for (road, objects) in map.roads_with_objects() {
         found.push(road_object(road));
-        for (position, object) in road.objects.iter().enumerate() {
+        for (position, object) in objects.enumerate() {
             let scenery = scenery_box(road, object).map(|_| scenery_count);
             scenery_count += usize::from(scenery.is_some());
             found.extend(thing(road, object, position, scenery));

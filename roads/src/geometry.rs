@@ -13,14 +13,37 @@ pub(crate) struct Cubic {
 }
 
 impl Cubic {
-    fn value(&self, s: f64) -> f64 {
+    pub(crate) fn value(&self, s: f64) -> f64 {
         let t = s - self.start_s;
         self.a + t * (self.b + t * (self.c + t * self.d))
     }
 
-    fn slope(&self, s: f64) -> f64 {
+    pub(crate) fn slope(&self, s: f64) -> f64 {
         let t = s - self.start_s;
         self.b + t * (2.0 * self.c + t * 3.0 * self.d)
+    }
+
+    /// The same curve, counted from another start.
+    fn from(&self, start_s: f64) -> Self {
+        let t = start_s - self.start_s;
+        Self {
+            start_s,
+            a: self.value(start_s),
+            b: self.slope(start_s),
+            c: self.c + 3.0 * self.d * t,
+            d: self.d,
+        }
+    }
+
+    /// The sum with a share of another curve that counts from the same start.
+    pub(crate) fn plus(&self, other: &Self, share: f64) -> Self {
+        Self {
+            start_s: self.start_s,
+            a: self.a + share * other.a,
+            b: self.b + share * other.b,
+            c: self.c + share * other.c,
+            d: self.d + share * other.d,
+        }
     }
 }
 
@@ -37,6 +60,13 @@ impl Profile {
 
     pub(crate) fn value(&self, s: f64) -> f64 {
         self.at(s).0
+    }
+
+    /// The record in force at `s`, counted from there.
+    pub(crate) fn cubic_at(&self, s: f64) -> Cubic {
+        let index = self.0.partition_point(|record| record.start_s <= s).saturating_sub(1);
+        let none = Cubic { start_s: s, a: 0.0, b: 0.0, c: 0.0, d: 0.0 };
+        self.0.get(index).map_or(none, |record| record.from(s))
     }
 
     /// Whether no record bends, so that the profile is made of straight pieces.
@@ -59,6 +89,8 @@ pub(crate) struct Geometry {
     pub(crate) start_s: f64,
     pub(crate) length_m: f64,
     pub(crate) start: PlanPose,
+    /// Sine and cosine of the heading at the start.
+    pub(crate) start_unit: [f64; 2],
     pub(crate) shape: Shape,
 }
 
@@ -73,42 +105,54 @@ pub(crate) enum Shape {
 impl Geometry {
     /// The pose `distance_m` after the start, kept within the geometry.
     pub(crate) fn at(&self, distance_m: f64) -> PlanPose {
+        self.at_with_direction(distance_m).0
+    }
+
+    /// As [`Geometry::at`], with sine and cosine of the heading there.
+    pub(crate) fn at_with_direction(&self, distance_m: f64) -> (PlanPose, [f64; 2]) {
         let d = distance_m.clamp(0.0, self.length_m);
         let PlanPose { x, y, heading_rad } = self.start;
-        match &self.shape {
+        let [sin, cos] = self.start_unit;
+        let pose = match &self.shape {
             Shape::Line => {
-                let (sin, cos) = heading_rad.sin_cos();
-                PlanPose { x: x + d * cos, y: y + d * sin, heading_rad }
+                return (PlanPose { x: x + d * cos, y: y + d * sin, heading_rad }, [sin, cos]);
             }
-            Shape::Arc { curvature } => arc(self.start, *curvature, d),
+            Shape::Arc { curvature } => return arc(self.start, self.start_unit, *curvature, d),
             Shape::Spiral { curvature_start, curvature_end } => {
                 spiral(self.start, *curvature_start, *curvature_end, self.length_m, d)
             }
             Shape::Polynomial(table) => {
                 let (u, v, turn_rad) = table.at(d);
-                let (sin, cos) = heading_rad.sin_cos();
                 PlanPose {
                     x: x + u * cos - v * sin,
                     y: y + u * sin + v * cos,
                     heading_rad: heading_rad + turn_rad,
                 }
             }
-        }
+        };
+        (pose, unit(pose.heading_rad))
     }
 }
 
-fn arc(start: PlanPose, curvature: f64, d: f64) -> PlanPose {
-    let (sin, cos) = start.heading_rad.sin_cos();
+/// Sine and cosine.
+pub(crate) fn unit(heading_rad: f64) -> [f64; 2] {
+    let (sin, cos) = heading_rad.sin_cos();
+    [sin, cos]
+}
+
+fn arc(start: PlanPose, [sin, cos]: [f64; 2], curvature: f64, d: f64) -> (PlanPose, [f64; 2]) {
     if (curvature * d).abs() < 1e-9 {
-        return PlanPose { x: start.x + d * cos, y: start.y + d * sin, ..start };
+        let end = PlanPose { x: start.x + d * cos, y: start.y + d * sin, ..start };
+        return (end, [sin, cos]);
     }
     let heading_rad = start.heading_rad + curvature * d;
-    let (sin_end, cos_end) = heading_rad.sin_cos();
-    PlanPose {
+    let [sin_end, cos_end] = unit(heading_rad);
+    let end = PlanPose {
         x: start.x + (sin_end - sin) / curvature,
         y: start.y - (cos_end - cos) / curvature,
         heading_rad,
-    }
+    };
+    (end, [sin_end, cos_end])
 }
 
 /// Integrates the direction of a clothoid with five Gauss points per panel; a panel turns by at
@@ -239,14 +283,14 @@ mod tests {
 
     #[test]
     fn a_quarter_arc_ends_where_its_circle_does() {
-        let end = arc(origin(), 0.1, std::f64::consts::FRAC_PI_2 / 0.1);
+        let (end, _) = arc(origin(), [0.0, 1.0], 0.1, std::f64::consts::FRAC_PI_2 / 0.1);
         assert!((end.x - 10.0).abs() < 1e-12 && (end.y - 10.0).abs() < 1e-12, "{end:?}");
     }
 
     #[test]
     fn a_spiral_without_change_of_curvature_is_an_arc() {
         let as_spiral = spiral(origin(), 0.02, 0.02, 80.0, 60.0);
-        let as_arc = arc(origin(), 0.02, 60.0);
+        let (as_arc, _) = arc(origin(), [0.0, 1.0], 0.02, 60.0);
         assert!((as_spiral.x - as_arc.x).abs() < 1e-9, "{as_spiral:?} {as_arc:?}");
         assert!((as_spiral.y - as_arc.y).abs() < 1e-9);
     }

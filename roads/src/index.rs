@@ -4,8 +4,9 @@ use nalgebra::Point3;
 
 use crate::geometry::Shape;
 use crate::kinds::LaneTypes;
-use crate::lanes::{LaneIndex, LaneTable, lane_pose, parts};
+use crate::lanes::{LaneIndex, LanePose, LaneTable, lane_pose, parts};
 use crate::model::{Lane, Model, Road, Section};
+use crate::shapes::Shapes;
 
 /// A straight piece of a lane's middle line.
 #[derive(Clone, Copy, Debug)]
@@ -39,14 +40,18 @@ pub(crate) struct ProjectionIndex {
 const LEAF_CHORDS: usize = 4;
 
 impl ProjectionIndex {
-    pub(crate) fn new(model: &Model, table: &LaneTable) -> Self {
+    pub(crate) fn new(model: &Model, table: &LaneTable, shapes: &Shapes) -> Self {
         let mut chords = Vec::new();
         for (index, entry) in (0..).zip(&table.lanes) {
             if entry.lane_id == 0 || entry.length_m() <= 0.0 {
                 continue;
             }
             if let Some((road, section, lane)) = parts(model, entry) {
-                push_chords(&mut chords, index, road, section, lane);
+                let pose = |s: f64| {
+                    let known = shapes.pose(road, entry, index, s);
+                    known.unwrap_or_else(|| lane_pose(road, section, lane.id, s))
+                };
+                push_chords(&mut chords, index, (road, section, lane), pose);
             }
         }
         // A place that is no number has no nearest lane; the map check reports such lanes.
@@ -66,7 +71,7 @@ impl ProjectionIndex {
         types: LaneTypes,
     ) -> Option<(LaneIndex, f64)> {
         let mask = types.bits();
-        let mut best: Option<(f64, usize, f64)> = None;
+        let mut best: Option<(f64, &Chord)> = None;
         let mut stack: Vec<(usize, f64)> = vec![(0, 0.0)];
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
@@ -81,18 +86,18 @@ impl ProjectionIndex {
                 continue;
             }
             let range = node.first as usize..(node.first + node.count) as usize;
-            for (index, chord) in self.chords.iter().enumerate().take(range.end).skip(range.start) {
+            for chord in self.chords.get(range).into_iter().flatten() {
                 if chord.type_bits & mask == 0 {
                     continue;
                 }
-                let (distance2, along_m) = chord.project(point);
-                if best.is_none_or(|(d2, ..)| distance2 < d2) {
-                    best = Some((distance2, index, along_m));
+                let distance2 = chord.distance2(point);
+                if best.is_none_or(|(d2, _)| distance2 < d2) {
+                    best = Some((distance2, chord));
                 }
             }
         }
-        let (_, index, along_m) = best?;
-        self.chords.get(index).map(|chord| (chord.lane, chord.s_after(along_m)))
+        let (_, chord) = best?;
+        Some((chord.lane, chord.s_after(chord.along_m(point))))
     }
 
     /// The box around all chords.
@@ -143,8 +148,8 @@ impl ProjectionIndex {
 }
 
 impl Chord {
-    /// Squared distance of `point`, and how far along the chord its foot lies.
-    fn project(&self, point: &Point3<f64>) -> (f64, f64) {
+    /// Squared distance of `point`.
+    fn distance2(&self, point: &Point3<f64>) -> f64 {
         let along = self.to - self.from;
         let length2 = along.norm_squared();
         let rate = if length2 > 0.0 {
@@ -152,7 +157,19 @@ impl Chord {
         } else {
             0.0
         };
-        ((point - (self.from + along * rate)).norm_squared(), rate * length2.sqrt())
+        (point - (self.from + along * rate)).norm_squared()
+    }
+
+    /// How far along the chord the foot of `point` lies, both seen from above: the client looks
+    /// for the nearest chord in space, and for the place on it in the plane.
+    fn along_m(&self, point: &Point3<f64>) -> f64 {
+        let along = (self.to - self.from).xy();
+        let length2 = along.norm_squared();
+        if length2 > 0.0 {
+            ((point - self.from).xy().dot(&along) / length2).clamp(0.0, 1.0) * length2.sqrt()
+        } else {
+            0.0
+        }
     }
 
     /// The road coordinate `along_m` after the chord's start in travel direction.
@@ -190,9 +207,8 @@ fn is_straight(road: &Road, section: &Section) -> bool {
 fn push_chords(
     chords: &mut Vec<Chord>,
     index: LaneIndex,
-    road: &Road,
-    section: &Section,
-    lane: &Lane,
+    (road, section, lane): (&Road, &Section, &Lane),
+    pose_at: impl Fn(f64) -> LanePose,
 ) {
     /// Places at the very end of a lane belong to the next one.
     const END_GAP_M: f64 = 1e-6;
@@ -204,7 +220,7 @@ fn push_chords(
     let end_m = (length_m - END_GAP_M).max(0.0);
     let forward = road.runs_forward(lane.id);
     let s_at = |m: f64| if forward { section.start_s + m } else { section.end_s - m };
-    let pose = |m: f64| lane_pose(road, section, lane.id, s_at(m));
+    let pose = |m: f64| pose_at(s_at(m));
     let mut push = |from_m: f64, from: Point3<f64>, to_m: f64, to: Point3<f64>| {
         let type_bits = lane.lane_type as u32;
         let (from_s, to_s) = (s_at(from_m), s_at(to_m));
@@ -230,7 +246,7 @@ fn push_chords(
     push(from_m, from.point, end_m, pose(end_m).point);
 }
 
-fn direction(pose: &crate::lanes::LanePose) -> nalgebra::Vector3<f64> {
+fn direction(pose: &LanePose) -> nalgebra::Vector3<f64> {
     let (sin, cos) = pose.heading_rad.sin_cos();
     let (sin_pitch, cos_pitch) = pose.pitch_rad.sin_cos();
     nalgebra::Vector3::new(cos * cos_pitch, sin * cos_pitch, sin_pitch)

@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
+use crate::geometry::{PlanPose, unit};
 use crate::model::{Lane, Model, Road, Section};
 
 /// Position of one lane of one section in the [`LaneTable`].
@@ -42,8 +43,12 @@ impl LaneEntry {
 pub(crate) struct LaneTable {
     /// By road, section, lane id.
     pub(crate) lanes: Vec<LaneEntry>,
-    /// For every road, for every section: where its lanes start in `lanes`.
-    first_of_section: Vec<Vec<u32>>,
+    /// For every section of every road: where its lanes start in `lanes`.
+    first_of_section: Vec<u32>,
+    /// For every road: where its sections start in `first_of_section`.
+    first_of_road: Vec<u32>,
+    /// For every road id up to the largest, if that is not too large: the road's position.
+    position_of_id: Vec<u32>,
 }
 
 impl LaneTable {
@@ -52,11 +57,11 @@ impl LaneTable {
         reason = "the reader accepts fewer XML nodes than fit into 32 bits"
     )]
     pub(crate) fn new(model: &Model) -> Self {
-        let mut table = Self::default();
+        let mut table = Self { position_of_id: positions(model), ..Self::default() };
         for (road_index, road) in model.roads.iter().enumerate() {
-            let mut firsts = Vec::with_capacity(road.sections.len());
+            table.first_of_road.push(table.first_of_section.len() as u32);
             for (section_index, section) in road.sections.iter().enumerate() {
-                firsts.push(table.lanes.len() as u32);
+                table.first_of_section.push(table.lanes.len() as u32);
                 table.lanes.extend(section.lanes.iter().enumerate().map(|(lane_index, lane)| {
                     LaneEntry {
                         road: road_index as u32,
@@ -69,7 +74,6 @@ impl LaneTable {
                     }
                 }));
             }
-            table.first_of_section.push(firsts);
         }
         table
     }
@@ -86,11 +90,37 @@ impl LaneTable {
         section: usize,
         lane_id: i32,
     ) -> Option<LaneIndex> {
-        let lanes = &model.roads.get(road)?.sections.get(section)?.lanes;
-        let position = lanes.binary_search_by_key(&lane_id, |lane| lane.id).ok()?;
-        let first = self.first_of_section.get(road)?.get(section)?;
+        let position = model.roads.get(road)?.sections.get(section)?.position(lane_id)?;
+        let first = self.first_of_section.get(*self.first_of_road.get(road)? as usize + section)?;
         Some(first + u32::try_from(position).ok()?)
     }
+
+    /// Position of a road in [`Model::roads`].
+    pub(crate) fn road_position(&self, model: &Model, id: u32) -> Option<usize> {
+        if self.position_of_id.is_empty() {
+            return model.road_index(id);
+        }
+        let position = *self.position_of_id.get(id as usize)?;
+        (position != NO_ROAD).then_some(position as usize)
+    }
+}
+
+const NO_ROAD: u32 = u32::MAX;
+
+/// The position of the road of every id; nothing where ids are so large that a search is better.
+fn positions(model: &Model) -> Vec<u32> {
+    const SPARSE_MAX: usize = 64;
+    let largest = model.roads.last().map_or(0, |road| road.id as usize);
+    if largest > model.roads.len() * SPARSE_MAX {
+        return Vec::new();
+    }
+    let mut positions = vec![NO_ROAD; largest + 1];
+    for (position, road) in (0..).zip(&model.roads) {
+        if let Some(known) = positions.get_mut(road.id as usize) {
+            *known = position;
+        }
+    }
+    positions
 }
 
 /// The parts of the model one lane entry stands for.
@@ -167,17 +197,34 @@ pub(crate) fn lateral(road: &Road, section: &Section, lane_id: i32, s: f64) -> L
 pub(crate) fn lane_pose(road: &Road, section: &Section, lane_id: i32, s: f64) -> LanePose {
     let reference = road.reference(s);
     let lateral = lateral(road, section, lane_id, s);
-    let (z, slope) = road.elevation.at(s);
-    let (sin, cos) = reference.heading_rad.sin_cos();
-    let point =
-        Point3::new(reference.x - lateral.middle * sin, reference.y + lateral.middle * cos, z);
-    // The client library adds slopes as if they were angles; so do we, to agree with it.
-    let heading_rad = reference.heading_rad + lateral.middle_slope;
-    if road.runs_forward(lane_id) {
-        LanePose { point, heading_rad, pitch_rad: slope }
-    } else {
-        LanePose { point, heading_rad: heading_rad + std::f64::consts::PI, pitch_rad: -slope }
+    let middle = (lateral.middle, lateral.middle_slope);
+    let pose = placed(reference, unit(reference.heading_rad), middle, road.elevation.at(s));
+    direction(pose, road.runs_forward(lane_id))
+}
+
+/// A place beside the reference line, looking along s. `unit` is sine and cosine of the line's
+/// heading; lateral place and height come with their slopes.
+pub(crate) fn placed(
+    reference: PlanPose,
+    [sin, cos]: [f64; 2],
+    (middle, middle_slope): (f64, f64),
+    (z, slope): (f64, f64),
+) -> LanePose {
+    LanePose {
+        point: Point3::new(reference.x - middle * sin, reference.y + middle * cos, z),
+        // The client library adds slopes as if they were angles; so do we, to agree with it.
+        heading_rad: reference.heading_rad + middle_slope,
+        pitch_rad: slope,
     }
+}
+
+/// The same place, looking the way its traffic runs.
+pub(crate) fn direction(pose: LanePose, forward: bool) -> LanePose {
+    if forward {
+        return pose;
+    }
+    let heading_rad = pose.heading_rad + std::f64::consts::PI;
+    LanePose { heading_rad, pitch_rad: -pose.pitch_rad, ..pose }
 }
 
 /// A point at lateral place `t` beside the reference line.

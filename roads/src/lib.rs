@@ -38,6 +38,7 @@ pub mod nav;
 mod neighbours;
 pub mod picture;
 mod scenery;
+mod shapes;
 mod signals;
 mod signs;
 mod spawn;

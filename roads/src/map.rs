@@ -12,9 +12,10 @@ use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
 use crate::landmarks::Landmarks;
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
 use crate::links::Links;
-use crate::model::Model;
+use crate::model::{Model, Object, Road};
 use crate::neighbours::{self, Side};
 use crate::scenery::{self, SceneryBox};
+use crate::shapes::Shapes;
 use crate::spawn;
 use crate::speed_limits::SpeedLimits;
 use crate::surroundings;
@@ -81,12 +82,14 @@ pub struct Map {
     digest: String,
     pub(crate) model: Model,
     pub(crate) table: LaneTable,
+    shapes: Shapes,
     pub(crate) links: Links,
     index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
     pub(crate) speed_limits: SpeedLimits,
     spawn_points: Vec<Isometry3<f64>>,
-    scenery: Vec<SceneryBox>,
+    surroundings: OnceLock<Vec<Vec<Object>>>,
+    scenery: OnceLock<Vec<SceneryBox>>,
     environment: OnceLock<Vec<EnvironmentObject>>,
 }
 
@@ -97,7 +100,7 @@ impl Map {
     /// [`MapError`] with the faults of a text that cannot be used.
     pub fn parse(name: &str, xodr: &str) -> Result<Self, MapError> {
         let mut report = Report::default();
-        let mut model = xml::read(xodr, &mut report);
+        let model = xml::read(xodr, &mut report);
         if !report.is_empty() {
             return Err(MapError {
                 name: name.to_owned(),
@@ -105,12 +108,11 @@ impl Map {
                 count: report.count,
             });
         }
-        surroundings::add(&mut model);
         let table = LaneTable::new(&model);
+        let shapes = Shapes::new(&model, &table);
         let links = Links::new(&model, &table);
-        let index = ProjectionIndex::new(&model, &table);
+        let index = ProjectionIndex::new(&model, &table, &shapes);
         let spawn_points = spawn::spawn_points(&model, &table);
-        let scenery = scenery::boxes(&model);
         let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
         let mut map = Self {
             name: name.to_owned(),
@@ -118,12 +120,14 @@ impl Map {
             digest,
             model,
             table,
+            shapes,
             links,
             index,
             landmarks: Landmarks::default(),
             speed_limits: SpeedLimits::default(),
             spawn_points,
-            scenery,
+            surroundings: OnceLock::new(),
+            scenery: OnceLock::new(),
             environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
@@ -177,7 +181,7 @@ impl Map {
     pub fn waypoint(&self, road: u32, lane: i32, s: f64) -> Option<Waypoint> {
         #[allow(clippy::cast_possible_truncation, reason = "the client library rounds s so")]
         let s = f64::from(s as f32);
-        let road_index = self.model.road_index(road)?;
+        let road_index = self.table.road_position(&self.model, road)?;
         let found = self.model.roads.get(road_index)?;
         if !(s >= 0.0 && s < found.length_m) {
             return None;
@@ -198,10 +202,13 @@ impl Map {
     /// As [`Map::pose`], with the angles unmixed; `None` for a waypoint of another map.
     #[must_use]
     pub fn lane_pose(&self, waypoint: &Waypoint) -> Option<LanePose> {
-        let road = self.model.road(waypoint.road)?;
-        let section = road.sections.get(waypoint.section as usize)?;
-        section.lane(waypoint.lane)?;
-        Some(lane_pose(road, section, waypoint.lane, waypoint.s))
+        let lane = self.lane_index(waypoint)?;
+        let entry = self.table.get(lane)?;
+        let road = self.model.roads.get(entry.road as usize)?;
+        self.shapes.pose(road, entry, lane, waypoint.s).or_else(|| {
+            let section = road.sections.get(entry.section as usize)?;
+            Some(lane_pose(road, section, waypoint.lane, waypoint.s))
+        })
     }
 
     /// What is known about the lane at a waypoint.
@@ -290,9 +297,21 @@ impl Map {
     }
 
     /// The solid things beside the roads: from the map's objects, or generated surroundings.
+    ///
+    /// **Cost:** made on the first call.
     #[must_use]
     pub fn scenery(&self) -> &[SceneryBox] {
-        &self.scenery
+        self.scenery.get_or_init(|| scenery::boxes(self))
+    }
+
+    /// Every road with its objects and what was generated to stand beside it.
+    pub(crate) fn roads_with_objects(
+        &self,
+    ) -> impl Iterator<Item = (&Road, impl Iterator<Item = &Object>)> {
+        let generated = self.surroundings.get_or_init(|| surroundings::around(&self.model));
+        self.model.roads.iter().enumerate().map(move |(position, road)| {
+            (road, road.objects.iter().chain(generated.get(position).into_iter().flatten()))
+        })
     }
 
     /// Everything that is part of the map and not an actor: scenery, signals, ground and paint,
@@ -321,7 +340,7 @@ impl Map {
     }
 
     pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
-        let road = self.model.road_index(waypoint.road)?;
+        let road = self.table.road_position(&self.model, waypoint.road)?;
         self.table.find(&self.model, road, waypoint.section as usize, waypoint.lane)
     }
 

@@ -158,8 +158,17 @@ impl Road {
 
 impl Section {
     pub(crate) fn lane(&self, id: i32) -> Option<&Lane> {
-        let index = self.lanes.binary_search_by_key(&id, |lane| lane.id).ok()?;
-        self.lanes.get(index)
+        self.position(id).and_then(|position| self.lanes.get(position))
+    }
+
+    /// Position of a lane in `lanes`, which mostly have no gaps between their ids.
+    pub(crate) fn position(&self, id: i32) -> Option<usize> {
+        let first = self.lanes.first()?.id;
+        let guess = usize::try_from(i64::from(id) - i64::from(first)).ok()?;
+        if self.lanes.get(guess).is_some_and(|lane| lane.id == id) {
+            return Some(guess);
+        }
+        self.lanes.binary_search_by_key(&id, |lane| lane.id).ok()
     }
 }
 

@@ -4,7 +4,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::lanes::lateral_point;
-use crate::model::{Model, Object, Road};
+use crate::map::Map;
+use crate::model::{Object, Road};
 
 /// What a scenery box is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,11 +43,9 @@ const TRUNK_HALF_M: f64 = 0.2;
 /// Share of a tree's height that is bare trunk.
 const TRUNK_SHARE: f64 = 0.4;
 
-pub(crate) fn boxes(model: &Model) -> Vec<SceneryBox> {
-    model
-        .roads
-        .iter()
-        .flat_map(|road| road.objects.iter().filter_map(move |object| scenery_box(road, object)))
+pub(crate) fn boxes(map: &Map) -> Vec<SceneryBox> {
+    map.roads_with_objects()
+        .flat_map(|(road, objects)| objects.filter_map(move |object| scenery_box(road, object)))
         .collect()
 }
 

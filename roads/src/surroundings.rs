@@ -1,7 +1,7 @@
 //! Surroundings for maps that bring none: houses, trees and lamps beside the roads.
 //!
-//! What is generated joins the objects of the nearest road, so that meshes, physics, pictures and
-//! the list of environment objects treat it like any other object.
+//! What is generated stands beside the objects of the nearest road, so that meshes, physics, pictures
+//! and the list of environment objects treat it like any other object.
 
 mod footing;
 
@@ -35,25 +35,26 @@ const TREE_GAP_M: [f64; 2] = [3.0, 14.0];
 /// Share of the places along a road without sidewalks that get a tree.
 const TREE_SHARE: f64 = 0.6;
 
-/// Adds surroundings to a map without houses and trees of its own.
+/// Surroundings of a map without houses and trees of its own, by road.
 ///
 /// **Determinism:** the same map gets the same. **Cost:** linear in the length of all lanes; maps
 /// longer than [`limits::SURROUNDINGS_LENGTH_MAX_M`] get none.
-pub(crate) fn add(model: &mut Model) {
+pub(crate) fn around(model: &Model) -> Vec<Vec<Object>> {
     let length_m: f64 = model.roads.iter().map(|road| road.length_m).sum();
     if has_surroundings(model) || length_m > limits::SURROUNDINGS_LENGTH_MAX_M {
-        return;
+        return Vec::new();
     }
-    let Some(mut footing) = Footing::new(model) else { return };
+    let Some(mut footing) = Footing::new(model) else { return Vec::new() };
     let mut count = 0;
-    for road in &mut model.roads {
+    let along = |road: &Road| {
         if road.junction.is_some() || count > limits::SURROUNDINGS_MAX {
-            continue;
+            return Vec::new();
         }
-        let mut things = beside(road, &mut footing);
+        let things = beside(road, &mut footing);
         count += things.len();
-        road.objects.append(&mut things);
-    }
+        things
+    };
+    model.roads.iter().map(along).collect()
 }
 
 fn has_surroundings(model: &Model) -> bool {

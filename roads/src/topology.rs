@@ -17,9 +17,13 @@ pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
         return places;
     }
     for road in &model.roads {
-        let mut s = FIRST_S;
+        let (mut s, mut section_index) = (FIRST_S, 0);
         while s < road.length_m {
-            let section_index = road.section_index(s);
+            let begins =
+                |index: usize| road.sections.get(index).is_some_and(|one| one.start_s <= s);
+            while begins(section_index + 1) {
+                section_index += 1;
+            }
             let lanes = road.sections.get(section_index).map_or(&[][..], |s| &s.lanes);
             // Some maps call their centre lanes driving lanes; nobody drives there.
             let driving =

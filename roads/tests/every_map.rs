@@ -18,6 +18,8 @@ struct Squares<'m> {
 }
 
 const SQUARE_M: f64 = 20.0;
+/// Most triangles of Town03, the real one and ours: of its ground, and to draw.
+const TOWN03_MAX: [usize; 2] = [60_000, 120_000];
 
 #[allow(clippy::cast_possible_truncation, reason = "maps are smaller than a million metres")]
 fn square(v: f64) -> i64 {
@@ -87,7 +89,8 @@ fn there_is_ground_under_every_driving_lane() {
     each(|name, map| {
         let mesh = ground(map);
         println!("{name}: {} triangles of ground", mesh.indices.len());
-        assert!(mesh.indices.len() < 400_000, "{name}: {}", mesh.indices.len());
+        let limit = if name == "Town03" { TOWN03_MAX[0] } else { 400_000 };
+        assert!(mesh.indices.len() < limit, "{name}: {}", mesh.indices.len());
         let squares = Squares::new(&mesh);
         for place in map.generate_waypoints(3.7) {
             // At the very ends of a road that bends, beside the lane is beyond the road.
@@ -113,7 +116,8 @@ fn pictures_of_all_maps_stay_within_a_budget() {
     each(|name, map| {
         let triangles: usize = render(map).surfaces.iter().map(|part| part.indices.len()).sum();
         println!("{name}: {triangles} triangles to draw");
-        assert!(triangles < 600_000, "{name}: {triangles}");
+        let limit = if name == "Town03" { TOWN03_MAX[1] } else { 600_000 };
+        assert!(triangles < limit, "{name}: {triangles}");
     });
 }
 

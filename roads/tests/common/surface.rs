@@ -31,8 +31,9 @@ impl Surface {
                 let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
                 cell(low)..=cell(high)
             };
-            // Land is asked for by nobody and lies in very large triangles.
-            if *material == Material::Grass {
+            // Land on the flat is asked for by nobody and lies in very large triangles.
+            let is_large = [range(0), range(1)].iter().all(|cells| cells.clone().count() > 7);
+            if *material == Material::Grass && is_large {
                 continue;
             }
             for x in range(0) {
