@@ -233,14 +233,16 @@ fn push_chords(
     }
     let mut from_m = start_m;
     let mut from = pose(from_m);
+    let mut from_direction = direction(&from);
     let mut at_m = from_m;
     while at_m + STEP_M < end_m {
         at_m += STEP_M;
         let here = pose(at_m);
-        let cos = direction(&from).dot(&direction(&here));
+        let here_direction = direction(&here);
+        let cos = from_direction.dot(&here_direction);
         if cos < TURN_MAX_RAD.cos() || at_m - from_m > CHORD_LENGTH_MAX_M {
             push(from_m, from.point, at_m, here.point);
-            (from_m, from) = (at_m, here);
+            (from_m, from, from_direction) = (at_m, here, here_direction);
         }
     }
     push(from_m, from.point, end_m, pose(end_m).point);
@@ -248,6 +250,7 @@ fn push_chords(
 
 fn direction(pose: &LanePose) -> nalgebra::Vector3<f64> {
     let (sin, cos) = pose.heading_rad.sin_cos();
-    let (sin_pitch, cos_pitch) = pose.pitch_rad.sin_cos();
+    let level = pose.pitch_rad == 0.0;
+    let (sin_pitch, cos_pitch) = if level { (0.0, 1.0) } else { pose.pitch_rad.sin_cos() };
     nalgebra::Vector3::new(cos * cos_pitch, sin * cos_pitch, sin_pitch)
 }
