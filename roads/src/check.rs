@@ -61,6 +61,11 @@ fn geometry(road: &Road, report: &mut Report) {
             ));
         }
     }
+    let flat = road.geometries.iter().find(|one| one.shape == Shape::Arc { curvature: 0.0 });
+    if let Some(geometry) = flat {
+        let (wanted, found) = ("an arc that bends, or a line", "the curvature 0");
+        report.push(fault(Severity::BreaksClient, road, Some(geometry.start_s), wanted, found));
+    }
     let late = road.geometries.first().filter(|first| first.start_s > 0.0);
     if let Some(first) = late {
         let found = format!("s = {}", first.start_s);

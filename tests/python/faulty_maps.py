@@ -177,6 +177,7 @@ MAPS = {
     "a spiral that is none": document(
         road(geometry=LINE.replace("<line/>", '<spiral curvStart="0.01" curvEnd="0.01"/>'))
     ),
+    "an arc that is none": document(road(geometry=LINE.replace("<line/>", '<arc curvature="0"/>'))),
     "a road in a ring with itself": document(
         road(
             links=link("predecessor", "road", 1) + link("successor", "road", 1),
