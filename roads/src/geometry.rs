@@ -24,7 +24,7 @@ impl Cubic {
     }
 
     /// The same curve, counted from another start.
-    fn from(&self, start_s: f64) -> Self {
+    fn counted_from(&self, start_s: f64) -> Self {
         let t = start_s - self.start_s;
         Self {
             start_s,
@@ -66,7 +66,7 @@ impl Profile {
     pub(crate) fn cubic_at(&self, s: f64) -> Cubic {
         let index = self.0.partition_point(|record| record.start_s <= s).saturating_sub(1);
         let none = Cubic { start_s: s, a: 0.0, b: 0.0, c: 0.0, d: 0.0 };
-        self.0.get(index).map_or(none, |record| record.from(s))
+        self.0.get(index).map_or(none, |record| record.counted_from(s))
     }
 
     /// Whether no record bends, so that the profile is made of straight pieces.

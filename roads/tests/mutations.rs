@@ -5,6 +5,7 @@
 //! attributes are left out, doubled or exchanged. Every text is a pure function of its number, so
 //! that what fails can be repeated: `CAUSEWAY_MUTATIONS_FROM` is the first number, and
 //! `CAUSEWAY_MUTATION_SECS` how long to go on instead of a fixed count.
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 use std::time::{Duration, Instant};
 

@@ -346,8 +346,10 @@ fn character(entity: &str) -> Option<char> {
 mod tests {
     use super::*;
 
-    /// The names and attributes of a document, as another reader and this one see them.
-    fn by_another(text: &str) -> Option<Vec<(String, Vec<(String, String)>)>> {
+    /// Names of elements, each with its attributes.
+    type Seen = Vec<(String, Vec<(String, String)>)>;
+
+    fn by_another(text: &str) -> Option<Seen> {
         let document = roxmltree::Document::parse(text).ok()?;
         let own = |node: roxmltree::Node<'_, '_>| {
             let pairs = node.attributes();
@@ -357,7 +359,7 @@ mod tests {
         Some(elements.map(|node| (node.tag_name().name().to_owned(), own(node))).collect())
     }
 
-    fn by_this(text: &str) -> Option<Vec<(String, Vec<(String, String)>)>> {
+    fn by_this(text: &str) -> Option<Seen> {
         let document = Document::parse(text).ok()?;
         let all = |element: &Element<'_>| {
             let first = element.first_attribute as usize;
