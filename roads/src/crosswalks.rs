@@ -14,9 +14,11 @@ pub(crate) fn corners(
     outline: &[[f64; 3]],
     z_offset_m: f64,
 ) -> Vec<Point3<f64>> {
-    let heading_rad = road.reference(object.s).heading_rad + object.heading_rad;
+    // The client adds the slope of the lane offset to the heading, as it does for lanes.
+    let (offset_m, offset_slope) = road.lane_offset.at(object.s);
+    let heading_rad = road.reference(object.s).heading_rad + offset_slope + object.heading_rad;
     let slope_rad = road.elevation.at(object.s).1;
-    let lateral_m = road.lane_offset.value(object.s) + object.t;
+    let lateral_m = offset_m + object.t;
     let climb_m = object.t * slope_rad.sin();
     let origin = lateral_point(road, object.s, lateral_m, z_offset_m + climb_m);
     let world_from_object = Isometry3::from_parts(

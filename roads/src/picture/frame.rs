@@ -13,6 +13,8 @@ const ROW_PX: f64 = 16.0;
 const GRID_M: f64 = 100.0;
 /// Lines of the grid are further apart, in pixels.
 const GRID_PX: f64 = 40.0;
+/// Most lines of the grid along either axis.
+const LINES_MAX: f64 = 400.0;
 /// Height of the letters of the title and of the others in pixels.
 const TITLE_PX: f64 = 16.0;
 const LABEL_PX: f64 = 7.0;
@@ -54,14 +56,16 @@ pub(super) fn land(canvas: &mut Canvas, [min, max]: [[f64; 2]; 2], pixel: Pixel,
     canvas.paint(&rectangle([min[0], min[1] - foot_m], max), Paint::fill("#ffffff"));
     canvas.paint(&rectangle(min, max), Paint::fill("#dde5d0"));
     let mut step_m = GRID_M;
-    while step_m < pixel.metres(GRID_PX) {
+    let longest_m = (max[0] - min[0]).max(max[1] - min[1]);
+    while step_m < pixel.metres(GRID_PX) || step_m < longest_m / LINES_MAX {
         step_m *= 2.0;
     }
     let (mut lines, mut numbers) = (Shapes::default(), Shapes::default());
     let label_m = pixel.metres(LABEL_PX);
     for axis in 0..2 {
         let mut at_m = (min[axis] / step_m).ceil() * step_m;
-        while at_m < max[axis] {
+        // Where numbers are so large that a step is lost in them, there is no grid.
+        while at_m < max[axis] && at_m + step_m > at_m {
             let label = format!("{at_m:.0}");
             if axis == 0 {
                 lines.polyline(&[[at_m, min[1]], [at_m, max[1]]]);
