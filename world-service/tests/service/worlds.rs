@@ -45,6 +45,33 @@ async fn equal_worlds_give_equal_frames_however_their_ticks_are_interleaved() {
     assert_eq!(hash, hash_of_30_at_once);
 }
 
+/// State hashes of twelve worlds that a service with so many threads ticks together.
+async fn hashes_with_threads(threads: usize) -> Vec<u64> {
+    let shard_count = threads.try_into().unwrap();
+    let site = Site::open(world_service::Config { shard_count, ..config() }).await;
+    let mut worlds = Vec::new();
+    for seed in 0..12 {
+        worlds.push(site.create(seed % 4, None).await.unwrap());
+    }
+    let key = keys::batch_tick(&config().id);
+    for _ in 0..5 {
+        let items = worlds.iter().map(|world| ticks(*world, 4)).collect();
+        site.client.request(&key, &Request::TickWorlds(items), deadline()).await.unwrap();
+    }
+    let mut hashes = Vec::new();
+    for world in worlds {
+        hashes.push(decoded(&site.tick(ticks(world, 0)).await.unwrap().frame).state_hash);
+    }
+    hashes
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_and_eight_threads_give_the_same_worlds() {
+    let one = hashes_with_threads(1).await;
+    assert_eq!(one, hashes_with_threads(8).await);
+    assert!(one[0] == one[4] && one[0] != one[1], "seeds decide, and nothing else: {one:?}");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_batch_ticks_many_worlds_and_reports_each() {
     let site = Site::open(config()).await;
