@@ -42,8 +42,12 @@ def yaw_rates(model, run, dt_secs, p):
     change_mps2 = np.diff(speed_mps, prepend=speed_mps[0]) / dt_secs
     x = np.array(init([0.0, 0.0, wheel_rad[0], speed_mps[0], 0.0, 0.0, 0.0], p))
     told = []
-    for rate, change in zip(rate_radps, change_mps2):
-        x = odeint(lambda x, _: dynamics(x, [rate, change], p), x, [0.0, dt_secs])[-1]
+
+    def slope(state, _, rate, change):
+        return dynamics(state, [rate, change], p)
+
+    for inputs in zip(rate_radps, change_mps2):
+        x = odeint(slope, x, [0.0, dt_secs], args=inputs)[-1]
         told.append(x[YAW_RATE])
     return np.array(told)
 
