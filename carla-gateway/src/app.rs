@@ -7,6 +7,7 @@ use std::time::Duration;
 use bus::{Bus, BusConfig, BusError};
 use schemas::{Alive, ServiceKind};
 use tokio::net::TcpListener;
+use tokio::runtime;
 use tokio::sync::mpsc;
 
 use crate::config::{Args, Config, ConfigError};
@@ -54,7 +55,7 @@ struct Sockets {
 /// [`RunError`] when it cannot start or go on.
 pub fn run(args: &Args) -> Result<(), RunError> {
     let config = Config::resolve(args)?;
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    let runtime = runtime::Builder::new_multi_thread().enable_all().build()?;
     let result = runtime.block_on(serve(config));
     runtime.shutdown_timeout(Duration::from_millis(500));
     result
@@ -102,13 +103,38 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
     let _announcement = bus.announce(alive).await?;
     let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()).await?);
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
-    for Sockets { port, calls, streams } in sockets {
-        let endpoint =
-            Endpoint::new(Arc::clone(&site), Arc::clone(&maps), config.world.clone(), port);
+    for sockets in sockets {
+        let endpoint = Endpoint::new(
+            Arc::clone(&site),
+            Arc::clone(&maps),
+            config.world.clone(),
+            sockets.port,
+            runtime::Handle::current(),
+        );
+        attend(endpoint, sockets)?;
+    }
+    std::future::pending().await
+}
+
+/// Gives an endpoint a thread of its own, with all its sockets: on its way through a call would
+/// otherwise wait for four threads to wake.
+fn attend(endpoint: Endpoint, sockets: Sockets) -> Result<(), RunError> {
+    let Sockets { port, calls, streams } = sockets;
+    let (calls, streams) = (calls.into_std()?, streams.into_std()?);
+    let runtime = runtime::Builder::new_current_thread().enable_all().build()?;
+    let serve = async move {
+        let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
         let (events, heard) = mpsc::channel(EVENTS_MAX);
         tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
         tokio::spawn(rpc::serve(calls, events));
-        tokio::spawn(endpoint.run(heard));
-    }
-    std::future::pending().await
+        endpoint.run(heard).await;
+        Ok::<(), std::io::Error>(())
+    };
+    let work = move || {
+        if let Err(error) = runtime.block_on(serve) {
+            tracing::error!(port, %error, "an endpoint has no sockets");
+        }
+    };
+    std::thread::Builder::new().name(format!("carla-{port}")).spawn(work)?;
+    Ok(())
 }

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use schemas::{ActorId, Command};
+use tokio::runtime;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
@@ -51,6 +52,14 @@ pub(crate) enum Event {
     Deserted(u32),
 }
 
+/// A world that is gone.
+pub(crate) struct Loss {
+    /// What became of it.
+    pub(crate) why: String,
+    /// The last client that could know it; who comes later finds a new world.
+    newest_witness: Option<ConnectionId>,
+}
+
 /// The state of one CARLA server.
 pub(crate) struct Endpoint {
     pub(crate) site: Arc<dyn Site>,
@@ -63,8 +72,8 @@ pub(crate) struct Endpoint {
     pub(crate) weather: WeatherParameters,
     /// Made at the first call that needs it.
     pub(crate) episode: Option<Episode>,
-    /// Why the last episode ended by itself.
-    pub(crate) lost: Option<String>,
+    /// Set when the world of the episode is gone.
+    pub(crate) lost: Option<Loss>,
     pub(crate) episodes_begun: u64,
     /// Of the newest snapshot; never goes back.
     pub(crate) frame_number: u64,
@@ -83,6 +92,7 @@ pub(crate) struct Endpoint {
     /// What inertial sensors measure at rest.
     pub(crate) imui_gravity_mps2: f32,
     clients: BTreeSet<ConnectionId>,
+    newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
     /// Streams whose listener is on the way: how many will have come then, until when it is
@@ -90,6 +100,8 @@ pub(crate) struct Endpoint {
     expected: BTreeMap<u32, (u64, Instant)>,
     pictures: Option<JoinHandle<()>>,
     darkroom: Arc<Darkroom>,
+    /// Where pictures are made ready, away from the calls.
+    workers: runtime::Handle,
     started: Instant,
     last_tick: Instant,
     map_is_new: bool,
@@ -102,6 +114,7 @@ impl Endpoint {
         maps: Arc<Maps>,
         config: WorldConfig,
         port: u16,
+        workers: runtime::Handle,
     ) -> Self {
         let hub = Arc::new(Hub::new());
         hub.open(WORLD_OBSERVER, true);
@@ -126,11 +139,13 @@ impl Endpoint {
             shapes: Arc::default(),
             imui_gravity_mps2: GRAVITY_MPS2,
             clients: BTreeSet::new(),
+            newest_client: None,
             caller: None,
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
             darkroom: Arc::default(),
+            workers,
             started: now,
             last_tick: now,
             map_is_new: false,
@@ -177,6 +192,7 @@ impl Endpoint {
                     self.last_tick = Instant::now();
                 }
                 self.clients.insert(client);
+                self.newest_client = self.newest_client.max(Some(client));
             }
             Event::Disconnected(client) => {
                 self.clients.remove(&client);
@@ -244,22 +260,37 @@ impl Endpoint {
     /// # Errors
     /// Why there is none; a client gets one with `reload_world` or `load_world`.
     pub(crate) fn episode(&mut self) -> Result<&mut Episode, Refusal> {
-        if let Some(why) = &self.lost {
+        if let Some(Loss { why, .. }) = &self.lost {
             return Err(Refusal(format!("{why}; reload_world() begins anew")));
         }
+        self.known_episode()
+    }
+
+    /// The episode, even one whose world is gone: its map is still what clients were told.
+    ///
+    /// # Errors
+    /// None has begun yet.
+    pub(crate) fn known_episode(&mut self) -> Result<&mut Episode, Refusal> {
         self.episode.as_mut().ok_or_else(|| Refusal("episode not ready".to_owned()))
     }
 
-    /// Begins the first episode, unless there is one.
+    /// Begins an episode if there is none yet, or if its world was gone before the caller came.
     ///
     /// # Errors
     /// As for [`load`](Self::load).
     pub(crate) async fn ensure_episode(&mut self) -> Result<(), Refusal> {
-        if self.episode.is_some() {
+        let is_late = |loss: &Loss| self.caller.is_some() && self.caller > loss.newest_witness;
+        if self.episode.is_some() && !self.lost.as_ref().is_some_and(is_late) {
             return Ok(());
         }
-        let map = self.config.map.clone();
-        self.load(&map).await
+        self.load("").await
+    }
+
+    /// Notes that the world of the episode is gone.
+    pub(crate) fn note_loss(&mut self, why: impl std::fmt::Display) {
+        let why = format!("the world is gone: {why}");
+        tracing::warn!(port = self.port, why, "episode ended");
+        self.lost = Some(Loss { why, newest_witness: self.newest_client });
     }
 
     /// Queues a command for the next tick or flush.

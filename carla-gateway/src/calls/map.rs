@@ -19,7 +19,7 @@ const ANY_TAG: u8 = 255;
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
         "get_map_info" => {
-            let episode = endpoint.episode()?;
+            let episode = endpoint.known_episode()?;
             let points = episode.map.spawn_points().iter();
             Payload::value(&MapInfo {
                 name: maps::told_name(&episode.map_name),
@@ -28,7 +28,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
                     .collect(),
             })
         }
-        "get_map_data" => Payload::value(endpoint.episode()?.map.text()),
+        "get_map_data" => Payload::value(endpoint.known_episode()?.map.text()),
         "get_required_files" | "request_file" | "get_navigation_mesh" => {
             navigation(endpoint, request).await
         }
@@ -69,7 +69,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
 
 /// The file by which clients steer walkers.
 async fn navigation(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let navigation = Arc::clone(&endpoint.episode()?.navigation);
+    let navigation = Arc::clone(&endpoint.known_episode()?.navigation);
     match request.method.as_str() {
         "get_required_files" => {
             let (_, folder): (Meta, String) = request.args()?;
@@ -115,7 +115,7 @@ async fn ray(
 
 /// What belongs to the map, with a semantic tag.
 fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
-    let objects = endpoint.episode()?.map.environment_objects().iter();
+    let objects = endpoint.known_episode()?.map.environment_objects().iter();
     let wanted = objects.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
     Ok(wanted.map(told).collect())
 }

@@ -88,7 +88,8 @@ fn endpoint() -> Endpoint {
         sync_lease: None,
         owner: "toy".parse().unwrap(),
     };
-    Endpoint::new(Arc::clone(&site), Arc::new(Maps::new(site)), config, 2000)
+    let maps = Arc::new(Maps::new(Arc::clone(&site)));
+    Endpoint::new(site, maps, config, 2000, runtime().handle().clone())
 }
 
 /// `[0, 1, method, params]` with params as given.
@@ -127,7 +128,7 @@ fn what_the_traffic_manager_calls_never_fails() {
     runtime().block_on(async {
         let mut endpoint = endpoint();
         endpoint.ensure_episode().await.unwrap();
-        endpoint.lost = Some("the world is gone".to_owned());
+        endpoint.note_loss("for a test");
         // Actor 77 exists nowhere.
         for (method, params) in [
             ("get_actor_bounding_box", &[0x92, 0x91, 0xc2, 77][..]),

@@ -126,7 +126,7 @@ impl Endpoint {
             sim_secs: episode.frame.sim_secs,
             waits: self.settings.synchronous_mode,
         };
-        self.pictures = Some(tokio::spawn(order.deliver()));
+        self.pictures = Some(self.workers.spawn(order.deliver()));
     }
 
     /// What one camera has to take, appended to what is wanted already; `None` for what is no

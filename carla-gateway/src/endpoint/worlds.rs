@@ -26,8 +26,7 @@ impl Endpoint {
                 ErrorCode::Unreachable | ErrorCode::UnknownWorld | ErrorCode::WorldQuarantined
             );
             if is_gone {
-                tracing::warn!(port = self.port, %error, "the world is gone");
-                self.lost = Some(format!("the world is gone: {error}"));
+                self.note_loss(&error);
             }
             refused(&error)
         })
@@ -49,7 +48,7 @@ impl Endpoint {
         let outcome = match result.outcome {
             Ok(outcome) => outcome,
             Err(error) => {
-                self.lost = Some(format!("the world is gone: {error}"));
+                self.note_loss(&error);
                 return Err(refused(&error));
             }
         };

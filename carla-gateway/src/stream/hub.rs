@@ -16,7 +16,7 @@ const LISTENER_WAIT: Duration = Duration::from_secs(30);
 const LOSSES_PER_WARNING: u64 = 1_000;
 
 /// One message, shared by all listeners.
-pub(crate) type Message = Arc<[u8]>;
+pub(crate) type Message = Arc<Vec<u8>>;
 
 /// All streams of an endpoint and their listeners.
 pub(crate) struct Hub {
@@ -113,13 +113,13 @@ impl Hub {
     /// Keeps a message for who comes next, and sends it to nobody.
     pub(crate) fn keep(&self, stream: u32, message: Vec<u8>) {
         if let Some(stream) = self.lock().open.get_mut(&stream) {
-            stream.last = Some(message.into());
+            stream.last = Some(Arc::new(message));
         }
     }
 
     /// Sends to all listeners: at once and with losses, or waiting for each.
     pub(crate) async fn publish(&self, stream: u32, message: Vec<u8>, waits: bool) {
-        let message: Message = message.into();
+        let message = Arc::new(message);
         let behind = self.offer(stream, &message);
         if !waits {
             return self.note_losses(behind.len() as u64);

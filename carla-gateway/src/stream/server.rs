@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bytes::Buf;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc};
@@ -64,7 +65,8 @@ async fn deliver(socket: TcpStream, mut listener: Listener) {
         };
         let Some(message) = message else { return };
         let length = (message.len() as u32).to_le_bytes();
-        if writer.write_all(&length).await.is_err() || writer.write_all(&message).await.is_err() {
+        let mut framed = Buf::chain(&length[..], &message[..]);
+        if writer.write_all_buf(&mut framed).await.is_err() {
             return;
         }
     }

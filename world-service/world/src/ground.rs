@@ -15,6 +15,9 @@ const EDGE_M: f32 = 1.0e-3;
 /// Friction coefficient of a dry tyre where there is no mesh: that of grass.
 const OPEN_LAND_FRICTION: f32 = 0.5;
 
+/// Depth under the lowest surface from which nothing comes up by itself.
+const BURIED_M: f32 = 2.0;
+
 /// The ground under a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Surface {
@@ -90,6 +93,12 @@ impl Ground {
             }
         }
         best.unwrap_or(self.open_land)
+    }
+
+    /// Whether a point lies so deep that there is no ground for it. Programs wait with actors down
+    /// there until they put them on the road.
+    pub(crate) fn buries(&self, point: Vec3) -> bool {
+        point.z < self.open_land.height_m - BURIED_M
     }
 
     fn cell_at(&self, point: Vec3) -> &[u32] {

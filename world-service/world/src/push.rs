@@ -27,6 +27,9 @@ impl Surroundings<'_> {
         hold(actor, handle, physics);
         let body = &physics.state(handle);
         let gravity_mps2 = if actor.switches.gravity { GRAVITY_MPS2 } else { 0.0 };
+        if self.ground.buries(body.centre_of_mass_m) {
+            return self.rest(handle, gravity_mps2, physics);
+        }
         let mut total = self.by_client(actor, body);
         let mut carried = false;
         if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {
@@ -54,6 +57,14 @@ impl Surroundings<'_> {
         }
         let total = within_hold(actor, &body.world_from_body, total);
         physics.push(handle, &total, self.dt_secs);
+    }
+
+    /// Keeps a body where it is.
+    fn rest(&self, handle: BodyHandle, gravity_mps2: f32, physics: &mut Physics) {
+        let weight_mps = Vec3::z() * (gravity_mps2 * self.dt_secs);
+        let linear_ns = weight_mps / physics.response(handle).inverse_mass_per_kg;
+        physics.set_velocity(handle, Vec3::zeros(), Vec3::zeros());
+        physics.push(handle, &Impulse { linear_ns, ..Impulse::default() }, self.dt_secs);
     }
 
     /// Forces of clients; a body that is as fast as they may make it is not pushed further.

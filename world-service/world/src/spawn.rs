@@ -157,9 +157,10 @@ impl World {
     }
 
     /// # Errors
-    /// `SpawnBlocked` when an actor or scenery is where the box would be.
+    /// `SpawnBlocked` when an actor or scenery is where the box of a vehicle or walker would be.
     fn check_free(&self, blueprint: &Blueprint, world_from_actor: &Pose) -> Result<(), Error> {
-        if matches!(blueprint.body, BodySpec::None(_)) {
+        // As in CARLA, props stand wherever they are put.
+        if matches!(blueprint.body, BodySpec::None(_) | BodySpec::Prop(_)) {
             return Ok(());
         }
         let wanted = OrientedBox::new(world_from_actor, blueprint);

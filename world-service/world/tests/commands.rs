@@ -75,6 +75,40 @@ fn a_force_lasts_for_one_tick() {
 }
 
 #[test]
+fn what_waits_deep_under_the_road_stays_there_until_it_is_put_on_it() {
+    let mut world = world();
+    let deep = level_pose(Vec3::new(0.0, LANE_Y_M, -500.0), 0.0);
+    let types = ["vehicle.lincoln.mkz", "vehicle.diamondback.century", "walker.pedestrian.0001"];
+    let waiting = types.map(|blueprint| spawn_at(&mut world, blueprint, deep, 0.0));
+    run(&mut world, 40);
+    for actor in waiting {
+        assert!((position_m(&world, actor) - deep.translation.vector).norm() < 0.01, "{actor}");
+    }
+    let [car, ..] = waiting;
+    let road = level_pose(Vec3::new(0.0, LANE_Y_M, 0.5), 0.0);
+    world.apply(&Command::SetPose { actor: car, world_from_actor: road }).unwrap();
+    control(&mut world, car, VehicleControl { throttle: 0.7, ..Default::default() });
+    run(&mut world, 60);
+    assert!(speed_mps(&world, car) > 3.0);
+    assert!(position_m(&world, car).z.abs() < 0.3);
+}
+
+#[test]
+fn a_body_put_into_the_ground_comes_up_without_a_leap() {
+    for depth_m in [0.3, 0.8, 1.3, 1.8] {
+        let mut world = world();
+        let pose = level_pose(Vec3::new(0.0, LANE_Y_M, -depth_m), 0.0);
+        let car = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 0.0);
+        let mut highest_m = f32::MIN;
+        for _ in 0..100 {
+            run(&mut world, 1);
+            highest_m = highest_m.max(position_m(&world, car).z);
+        }
+        assert!(highest_m < 3.0, "{depth_m} m deep: {highest_m}");
+    }
+}
+
+#[test]
 fn without_physics_a_body_stays_where_it_is_put_and_still_stops_others() {
     let mut world = world();
     let parked = car(&mut world, 20.0, 0.0);
