@@ -12,6 +12,7 @@ MAP = "Town10HD_Opt"
 # The client library sometimes ends the process when a client goes while its streams are open, so
 # none ever goes.
 _clients: list[carla.Client] = []
+_first_of_port: dict[int, carla.Client] = {}
 
 
 def connect(port: int) -> carla.Client:
@@ -23,8 +24,10 @@ def connect(port: int) -> carla.Client:
 
 
 def fresh(port: int) -> carla.Client:
-    """The first client, with a new world on the usual map."""
-    client = _clients[0] if _clients else connect(port)
+    """The first client of a site, with a new world on the usual map."""
+    if port not in _first_of_port:
+        _first_of_port[port] = connect(port)
+    client = _first_of_port[port]
     client.load_world(MAP)
     return client
 

@@ -155,24 +155,56 @@ fn an_unknown_call_is_named_in_the_refusal() {
     });
 }
 
-#[test]
-fn no_arguments_break_the_dispatcher() {
+/// MessagePack of any shape.
+fn shape() -> impl Strategy<Value = Vec<u8>> {
+    fn headed(head: &[u8], body: &[u8]) -> Vec<u8> {
+        [head, body].concat()
+    }
+    let leaf = prop_oneof![
+        proptest::sample::select(vec![0xc0, 0xc2, 0xc3, 0x00, 0x01, 0x7f, 0xff])
+            .prop_map(|byte| vec![byte]),
+        any::<u32>().prop_map(|number| headed(&[0xce], &number.to_be_bytes())),
+        any::<i64>().prop_map(|number| headed(&[0xd3], &number.to_be_bytes())),
+        any::<f32>().prop_map(|number| headed(&[0xca], &number.to_be_bytes())),
+        any::<f64>().prop_map(|number| headed(&[0xcb], &number.to_be_bytes())),
+        "[a-z.*]{0,20}".prop_map(|text| headed(&[0xd9, text.len() as u8], text.as_bytes())),
+        proptest::collection::vec(any::<u8>(), 0..20)
+            .prop_map(|bytes| headed(&[0xc4, bytes.len() as u8], &bytes)),
+    ];
+    leaf.prop_recursive(4, 48, 6, |part| {
+        proptest::collection::vec(part, 0..7)
+            .prop_map(|parts| headed(&[0x90 | parts.len() as u8], &parts.concat()))
+    })
+}
+
+/// Any answer will do; what counts is that there is one.
+fn every_call_is_answered(arguments: impl Strategy<Value = Vec<u8>>, cases: u32) {
     let (runtime, shared) = (runtime(), RefCell::new(endpoint()));
-    let arguments = proptest::collection::vec(any::<u8>(), 0..64);
-    let mut runner = TestRunner::new(ProptestConfig::with_cases(64));
-    let outcome = runner.run(&arguments, |noise| {
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(cases));
+    let outcome = runner.run(&arguments, |params| {
         let mut endpoint = shared.borrow_mut();
-        let mut params = vec![0x94, 0x91, 0xc2];
-        params.extend_from_slice(&noise);
         for method in METHODS {
             if let Some(request) = request(method.name, &params) {
-                // Any answer will do; what counts is that there is one.
                 let _ = runtime.block_on(answer(&mut endpoint, &request));
             }
         }
         Ok(())
     });
     outcome.unwrap();
+}
+
+#[test]
+fn no_arguments_break_the_dispatcher() {
+    let noise = proptest::collection::vec(any::<u8>(), 0..64);
+    every_call_is_answered(noise.prop_map(|noise| [&[0x94, 0x91, 0xc2], &noise[..]].concat()), 64);
+}
+
+#[test]
+fn arguments_of_any_shape_are_answered() {
+    let shapes = proptest::collection::vec(shape(), 0..7);
+    let params = shapes
+        .prop_map(|parts| [&[0x91 + parts.len() as u8, 0x91, 0xc2], &parts.concat()[..]].concat());
+    every_call_is_answered(params, 128);
 }
 
 const TABLE_BEGINS: &str = "<!-- calls -->\n";

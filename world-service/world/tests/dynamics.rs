@@ -105,10 +105,9 @@ fn no_car_spins_under_full_throttle_or_full_brakes_in_a_curve() {
     for car in cars {
         for (steer, along_mps) in [(0.45, 9.0), (0.3, 14.0)] {
             let held = VehicleControl { steer, ..Default::default() };
-            for pedals in [
-                VehicleControl { throttle: 0.85, ..held },
-                VehicleControl { brake: 1.0, ..held },
-            ] {
+            for pedals in
+                [VehicleControl { throttle: 0.85, ..held }, VehicleControl { brake: 1.0, ..held }]
+            {
                 let slide_deg = widest_slide_deg(&car.id, along_mps, pedals);
                 assert!(slide_deg < 20.0, "{} at {along_mps} m/s: {slide_deg}, {pedals:?}", car.id);
             }

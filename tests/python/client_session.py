@@ -1,0 +1,76 @@
+"""A client of CARLA in a process of its own, to be killed in mid-work.
+
+Usage: client_session.py PORT PHASE. Says "ready" once it is in the phase, and stays in it.
+"""
+
+import sys
+import time
+
+import carla
+
+STEP_SECS = 0.05
+
+
+def connected(client: carla.Client) -> None:
+    client.get_world()
+    say_ready()
+    time.sleep(600.0)
+
+
+def spawning(client: carla.Client) -> None:
+    world = client.get_world()
+    blueprint = world.get_blueprint_library().find("vehicle.audi.tt")
+    places = world.get_map().get_spawn_points()
+    say_ready()
+    while True:
+        command = carla.command
+        spawn = [command.SpawnActor(blueprint, place) for place in places[:20]]
+        cars = [one.actor_id for one in client.apply_batch_sync(spawn) if not one.error]
+        client.apply_batch_sync([command.DestroyActor(car) for car in cars])
+
+
+def ticking(client: carla.Client) -> None:
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode = True
+    settings.fixed_delta_seconds = STEP_SECS
+    world.apply_settings(settings)
+    world.tick()
+    say_ready()
+    while True:
+        world.tick()
+
+
+def standing(client: carla.Client) -> None:
+    """Leaves the world in synchronous mode and ticks no more."""
+    world = client.get_world()
+    settings = world.get_settings()
+    settings.synchronous_mode = True
+    world.apply_settings(settings)
+    say_ready()
+    time.sleep(600.0)
+
+
+def streaming(client: carla.Client) -> None:
+    world = client.get_world()
+    library = world.get_blueprint_library()
+    car = world.spawn_actor(library.find("vehicle.audi.tt"), world.get_map().get_spawn_points()[30])
+    lidar = library.find("sensor.lidar.ray_cast")
+    sensor = world.spawn_actor(lidar, carla.Transform(carla.Location(z=2.0)), attach_to=car)
+    sensor.listen(lambda _: None)
+    world.wait_for_tick()
+    say_ready()
+    while True:
+        world.wait_for_tick()
+
+
+def say_ready() -> None:
+    print("ready", flush=True)
+
+
+PHASES = {phase.__name__: phase for phase in (connected, spawning, ticking, standing, streaming)}
+
+if __name__ == "__main__":
+    own = carla.Client("127.0.0.1", int(sys.argv[1]))
+    own.set_timeout(20.0)
+    PHASES[sys.argv[2]](own)

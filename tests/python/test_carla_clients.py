@@ -1,0 +1,214 @@
+"""Many clients of CARLA at once, clients that die, and worlds that die."""
+
+import contextlib
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import carla
+import pytest
+
+from carla_site import connect, fresh, spawn_car, synchronous, ticks
+from running_site import binary
+
+SESSION = Path(__file__).parent / "client_session.py"
+CLIENTS = 32
+FRAMES = 100
+SOON_SECS = 20.0
+
+
+@contextlib.contextmanager
+def another_client(port: int, phase: str):
+    """A client in a process of its own, in the phase it says; killed at the end."""
+    process = subprocess.Popen(
+        [sys.executable, SESSION, str(port), phase], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout.readline() == "ready\n", phase
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def child(site, service: str) -> int:
+    """The process of a service of a site."""
+    parent = site.process.pid
+    for entry in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            status = (entry / "status").read_text()
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            if f"PPid:\t{parent}\n" in status and service.encode() in words:
+                return int(entry.name)
+    raise AssertionError(f"no {service} runs: {site.said()}")
+
+
+def two_free_ports() -> int:
+    """A port that is free, as is the next one."""
+    while True:
+        with socket.socket() as first, socket.socket() as second:
+            first.bind(("127.0.0.1", 0))
+            port = first.getsockname()[1]
+            with contextlib.suppress(OSError, OverflowError):
+                second.bind(("127.0.0.1", port + 1))
+                return port
+
+
+def eventually(act):
+    """What `act` returns once it no longer raises."""
+    deadline = time.monotonic() + SOON_SECS
+    while True:
+        try:
+            return act()
+        except (RuntimeError, ConnectionError):
+            if time.monotonic() > deadline:
+                raise
+            time.sleep(0.1)
+
+
+def test_thirty_two_clients_see_every_tick(site):
+    with synchronous(fresh(site.carla_port).get_world()) as world:
+        others = [connect(site.carla_port).get_world() for _ in range(CLIENTS - 1)]
+        seen = [[] for _ in others]
+        callbacks = [
+            other.on_tick(lambda snapshot, frames=frames: frames.append(snapshot.frame))
+            for other, frames in zip(others, seen, strict=True)
+        ]
+        first = world.tick()
+        last = ticks(world, FRAMES)
+        wanted = list(range(first, last + 1))
+        deadline = time.monotonic() + SOON_SECS
+        while time.monotonic() < deadline and not all(frames[-1:] == [last] for frames in seen):
+            time.sleep(0.05)
+        for other, callback in zip(others, callbacks, strict=True):
+            other.remove_on_tick(callback)
+        assert [[frame for frame in frames if frame >= first] for frames in seen] == [
+            wanted for _ in others
+        ]
+
+
+@pytest.mark.parametrize("phase", ["connected", "spawning", "ticking", "streaming"])
+def test_a_client_that_is_killed_harms_nobody(site, phase):
+    client = fresh(site.carla_port)
+    with another_client(site.carla_port, phase):
+        time.sleep(0.3)
+    with synchronous(client.get_world()) as world:
+        before = world.tick()
+        assert ticks(world, 20) == before + 20
+        for car in world.get_actors().filter("vehicle.*"):
+            assert car.destroy()
+        car = spawn_car(world)
+        ticks(world, 2)
+        assert car.is_alive
+
+
+def test_two_clients_tick_one_world(site):
+    with synchronous(fresh(site.carla_port).get_world()) as world:
+        with another_client(site.carla_port, "ticking"):
+            frames = [world.tick() for _ in range(200)]
+        assert frames == sorted(set(frames)), "a frame came twice or went back"
+        assert frames[-1] - frames[0] > 199, "the other client did not tick"
+
+
+def test_a_world_waits_for_a_client_that_is_gone(site):
+    world = fresh(site.carla_port).get_world()
+    with another_client(site.carla_port, "standing"):
+        pass
+    before = world.get_snapshot().frame
+    time.sleep(1.0)
+    assert world.get_snapshot().frame == before
+    with synchronous(world):
+        assert world.tick() > before
+    assert world.wait_for_tick().frame > before
+
+
+def test_a_lease_ends_the_waiting(start_site, tmp_path):
+    site = start_site("--no-render")
+    port = two_free_ports()
+    flags = ["--connect", site.endpoint, "--port", str(port), "--sync-lease", "1", "--id", "leased"]
+    with (tmp_path / "gateway").open("wb") as log:
+        gateway = subprocess.Popen([binary(), "gateway", *flags], stdout=log, stderr=log)
+        try:
+            eventually(lambda: socket.create_connection(("127.0.0.1", port)).close())
+            world = connect(port).get_world()
+            with another_client(port, "standing"):
+                assert world.get_settings().synchronous_mode
+            deadline = time.monotonic() + SOON_SECS
+            while world.get_settings().synchronous_mode and time.monotonic() < deadline:
+                time.sleep(0.1)
+            first = world.wait_for_tick().frame
+            assert world.wait_for_tick().frame > first
+        finally:
+            gateway.send_signal(signal.SIGTERM)
+            assert gateway.wait(SOON_SECS) == 0
+
+
+def test_a_lost_world_raises_and_comes_back(start_site):
+    site = start_site("--no-render")
+    client = connect(site.carla_port)
+    world = client.get_world()
+    with synchronous(world):
+        car = spawn_car(world)
+        world.tick()
+        subprocess.run(["kill", "-9", str(child(site, "world"))], check=True)
+        with pytest.raises(RuntimeError) as error:
+            for _ in range(100):
+                world.tick()
+                car.get_physics_control()
+        assert re.search("world is gone|time-out|no answer|nobody", str(error.value))
+        fresh_world = eventually(client.reload_world)
+        assert fresh_world.id != world.id
+        before = fresh_world.tick()
+        assert ticks(fresh_world, 5) == before + 5
+        assert spawn_car(fresh_world).is_alive
+
+
+def test_who_comes_after_the_loss_finds_a_new_world(start_site):
+    site = start_site("--no-render")
+    old = connect(site.carla_port).get_world()
+    old.wait_for_tick()
+    subprocess.run(["kill", "-9", str(child(site, "world"))], check=True)
+    time.sleep(0.5)
+    world = eventually(lambda: connect(site.carla_port).get_world())
+    assert world.id != old.id
+    frame = world.wait_for_tick().frame
+    assert world.wait_for_tick().frame > frame
+
+
+def test_twenty_walkers_walk_at_the_clients_hand(site):
+    client = fresh(site.carla_port)
+    with synchronous(client.get_world()) as world:
+        world.set_pedestrians_seed(7)
+        library = world.get_blueprint_library()
+        walkers, brains = [], []
+        while len(walkers) < 20:
+            at = world.get_random_location_from_navigation()
+            blueprint = library.filter("walker.pedestrian.*")[len(walkers)]
+            walker = world.try_spawn_actor(blueprint, carla.Transform(at))
+            if walker is not None:
+                walkers.append(walker)
+        world.tick()
+        for walker in walkers:
+            brain = world.spawn_actor(
+                library.find("controller.ai.walker"), carla.Transform(), walker
+            )
+            brains.append(brain)
+        world.tick()
+        for brain in brains:
+            brain.start()
+            brain.go_to_location(world.get_random_location_from_navigation())
+            brain.set_max_speed(1.4)
+        ways_m, last = [0.0] * 20, [walker.get_location() for walker in walkers]
+        for tick in range(500):
+            world.tick()
+            if tick % 10 == 9:
+                now = [walker.get_location() for walker in walkers]
+                ways_m = [way + a.distance(b) for way, a, b in zip(ways_m, last, now, strict=True)]
+                last = now
+        for brain in brains:
+            brain.stop()
+        assert min(ways_m) > 10.0, sorted(ways_m)

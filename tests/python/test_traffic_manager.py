@@ -1,0 +1,47 @@
+"""CARLA's own Traffic Manager drives fifty cars, each run in a process of its own."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("carla", reason="the client is not installed")
+
+SESSION = Path(__file__).parent / "traffic_session.py"
+#: What a car may stand over the edge of its lane in a curve: the client looks at its middle.
+OVER_THE_EDGE_M = 1.5
+#: The Traffic Manager brakes behind the sign, not before it.
+SLOWING_DOWN_SECS = 4.0
+
+
+def drive(site, tm_port: int, name: str, *, vehicles: int, ticks: int) -> dict:
+    arguments = [str(site.carla_port), str(tm_port), name, str(vehicles), str(ticks)]
+    run = subprocess.run(
+        [sys.executable, SESSION, *arguments], capture_output=True, text=True, timeout=240
+    )
+    assert run.returncode == 0, run.stderr[-2000:]
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+@pytest.mark.parametrize("name", ["Town03", "Town10HD"])
+def test_fifty_cars_keep_to_the_road_the_limits_and_the_lights(site, name):
+    cars = drive(site, 8140, name, vehicles=50, ticks=700)["cars"]
+    assert len(cars) == 50
+    standing = [car for car in cars if car["way_m"] < 5.0]
+    assert not standing, standing
+    astray = [car for car in cars if car["off_road_m"] > OVER_THE_EDGE_M]
+    assert not astray, astray
+    fast = [car for car in cars if car["too_fast_secs"] > SLOWING_DOWN_SECS]
+    assert not fast, fast
+    assert not [car for car in cars if car["reds_run"]]
+    hurt = [car for car in cars if any(hit.startswith("static.") for hit in car["hits"])]
+    assert not hurt, hurt
+
+
+def test_the_same_seed_drives_the_same_way(site):
+    first, second = (
+        drive(site, 8150 + run, "Town10HD", vehicles=20, ticks=200)["trace"] for run in range(2)
+    )
+    assert first == second
