@@ -1,6 +1,7 @@
 """Traffic of CARLA's own Traffic Manager, run in a process of its own.
 
-Usage: traffic_session.py PORT TM_PORT MAP VEHICLES TICKS. Prints what it saw as one line of JSON.
+Usage: traffic_session.py PORT TM_PORT MAP VEHICLES TICKS MODE. Prints what it saw as one line of
+JSON. Modes are those of MODES.
 """
 
 import hashlib
@@ -21,6 +22,12 @@ RED = carla.TrafficLightState.Red
 LANES = carla.LaneType.Driving | carla.LaneType.Bidirectional
 
 
+#: Everything simulated; only what is near the first car; at the world's own pace.
+MODES = ("synchronous", "hybrid", "asynchronous")
+#: Around the first car, in hybrid mode.
+NEAR_M = 50.0
+
+
 def synchronous(world: carla.World) -> None:
     settings = world.get_settings()
     settings.synchronous_mode = True
@@ -36,13 +43,13 @@ def spawn(client: carla.Client, world: carla.World, count: int, tm_port: int) ->
     places = world.get_map().get_spawn_points()
     random.Random(SEED).shuffle(places)
     command = carla.command
-    batch = [
-        command.SpawnActor(cars[index % len(cars)], place).then(
-            command.SetAutopilot(command.FutureActor, True, tm_port)
-        )
-        for index, place in enumerate(places[:count])
-    ]
-    responses = client.apply_batch_sync(batch, True)
+    batch = []
+    for index, place in enumerate(places[:count]):
+        car = cars[index % len(cars)]
+        car.set_attribute("role_name", "autopilot" if index else "hero")
+        drive = command.SetAutopilot(command.FutureActor, True, tm_port)
+        batch.append(command.SpawnActor(car, place).then(drive))
+    responses = client.apply_batch_sync(batch)
     return list(world.get_actors([one.actor_id for one in responses if not one.error]))
 
 
@@ -91,29 +98,43 @@ class Watch:
         }
 
 
-def main(port: str, tm_port: str, name: str, vehicles: str, ticks: str) -> None:
+def start_manager(client: carla.Client, tm_port: int, mode: str) -> None:
+    manager = client.get_trafficmanager(tm_port)
+    manager.set_random_device_seed(SEED)
+    if mode != "asynchronous":
+        manager.set_synchronous_mode(True)
+    if mode == "hybrid":
+        manager.set_hybrid_physics_mode(True)
+        manager.set_hybrid_physics_radius(NEAR_M)
+
+
+def main(port: str, tm_port: str, name: str, vehicles: str, ticks: str, mode: str) -> None:
+    assert mode in MODES, MODES
     client = carla.Client("127.0.0.1", int(port))
     client.set_timeout(30.0)
     world = client.load_world(name)
-    synchronous(world)
+    advance = world.wait_for_tick if mode == "asynchronous" else world.tick
+    if mode != "asynchronous":
+        synchronous(world)
     town = world.get_map()
-    manager = client.get_trafficmanager(int(tm_port))
-    manager.set_synchronous_mode(True)
-    manager.set_random_device_seed(SEED)
-    watches = [Watch(car, world) for car in spawn(client, world, int(vehicles), int(tm_port))]
+    start_manager(client, int(tm_port), mode)
+    cars = spawn(client, world, int(vehicles), int(tm_port))
+    advance()
+    watches = [Watch(car, world) for car in cars]
     trace = hashlib.sha256()
     for tick in range(int(ticks)):
-        world.tick()
+        advance()
         snapshot = world.get_snapshot()
         for watch in watches:
             state = snapshot.find(watch.car.id)
             at = state.get_transform()
             trace.update(f"{at.location} {at.rotation}".encode())
             watch.see(state, town, tick % LOOK_TICKS == 0)
-    settings = world.get_settings()
-    settings.synchronous_mode = False
-    settings.fixed_delta_seconds = None
-    world.apply_settings(settings)
+    if mode != "asynchronous":
+        settings = world.get_settings()
+        settings.synchronous_mode = False
+        settings.fixed_delta_seconds = None
+        world.apply_settings(settings)
     told = {"cars": [watch.told() for watch in watches], "trace": trace.hexdigest()}
     print(json.dumps(told), flush=True)
     # The client library may end the process when it is taken down in order.
