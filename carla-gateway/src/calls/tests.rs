@@ -79,6 +79,9 @@ impl Site for Toy {
     }
 }
 
+/// Never dropped, as a runtime may not be inside another.
+static WORKERS: LazyLock<tokio::runtime::Runtime> = LazyLock::new(runtime);
+
 fn endpoint() -> Endpoint {
     let site: Arc<dyn Site> = Arc::new(Toy);
     let config = WorldConfig {
@@ -89,7 +92,7 @@ fn endpoint() -> Endpoint {
         owner: "toy".parse().unwrap(),
     };
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
-    Endpoint::new(site, maps, config, 2000, runtime().handle().clone())
+    Endpoint::new(site, maps, config, 2000, WORKERS.handle().clone())
 }
 
 /// `[0, 1, method, params]` with params as given.

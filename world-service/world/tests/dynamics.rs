@@ -75,46 +75,6 @@ fn every_vehicle_starts_steers_and_stops_on_its_wheels() {
     }
 }
 
-/// Largest angle between where a vehicle points and where it goes, in degrees.
-fn widest_slide_deg(id: &str, along_mps: f32, held: VehicleControl) -> f32 {
-    let (mut world, car) = rolling(id, along_mps);
-    control(&mut world, car, VehicleControl { steer: held.steer, ..Default::default() });
-    run(&mut world, 20);
-    control(&mut world, car, held);
-    let mut widest_deg = 0.0f32;
-    for _ in 0..100 {
-        run(&mut world, 1);
-        let now = state(&world, car);
-        let heading = now.world_from_actor.rotation * Vec3::x();
-        if now.linear_velocity_mps.norm() > 2.0 {
-            widest_deg = widest_deg.max(heading.angle(&now.linear_velocity_mps).to_degrees());
-        }
-    }
-    widest_deg
-}
-
-#[test]
-fn no_car_spins_under_full_throttle_or_full_brakes_in_a_curve() {
-    let cars = blueprints::all().iter().filter(|one| {
-        let wheels = match &one.class {
-            blueprints::Class::Vehicle(model) => model.physics.wheels.len(),
-            _ => 0,
-        };
-        wheels >= 4
-    });
-    for car in cars {
-        for (steer, along_mps) in [(0.45, 9.0), (0.3, 14.0)] {
-            let held = VehicleControl { steer, ..Default::default() };
-            for pedals in
-                [VehicleControl { throttle: 0.85, ..held }, VehicleControl { brake: 1.0, ..held }]
-            {
-                let slide_deg = widest_slide_deg(&car.id, along_mps, pedals);
-                assert!(slide_deg < 20.0, "{} at {along_mps} m/s: {slide_deg}, {pedals:?}", car.id);
-            }
-        }
-    }
-}
-
 #[test]
 fn parameters_come_back_as_they_were_set() {
     for id in ["vehicle.mini.cooper_s", "vehicle.carlamotors.european_hgv", "vehicle.bh.crossbike"]

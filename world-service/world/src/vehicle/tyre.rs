@@ -40,10 +40,6 @@ const CONTROLLED_SLIP: f32 = 0.11;
 /// ...and the most of it over that of the highest friction, which a slippery road or a stiff tyre
 /// brings sooner.
 const CONTROLLED_SHARE: f32 = 0.85;
-/// Normalised deflection to the side at which they leave the tyre all its grip for the side...
-const CORNERING: f32 = 1.5;
-/// ...but for this share of that slip, which holds the speed in a curve.
-const CORNERING_SLIP_SHARE: f32 = 0.2;
 /// Below this speed anti-lock lets the wheel lock, so that the vehicle comes to a stand.
 const ANTI_LOCK_MPS: f32 = 1.5;
 /// Speed below which traction control allows the slip velocity of this speed.
@@ -149,12 +145,6 @@ impl Contact {
         (forward * forward + left * left).sqrt() / self.friction_n.max(1.0e-3)
     }
 
-    /// How much of the controlled slip a tyre can take that already holds the vehicle in a curve.
-    fn slip_share(&self, tyre: Tyre) -> f32 {
-        let left = self.normalised(Tyre { forward_m: 0.0, ..tyre });
-        (1.0 - left / CORNERING).max(CORNERING_SLIP_SHARE)
-    }
-
     /// Force at this deflection over the linear one.
     fn softening(&self, tyre: Tyre) -> f32 {
         softening(self.normalised(tyre), self.brush)
@@ -173,8 +163,7 @@ impl Contact {
         let torque_nm = input.inertia_kgm2 / dt * wheel.spin_radps + input.drive_nm
             - radius * stiffness * (rest_m - gain_secs * input.forward_mps);
         let free_radps = torque_nm / resistance;
-        let slip = controlled_slip(input) * self.slip_share(wheel.tyre);
-        let spin_radps = brake(traction(free_radps, slip, input), slip, resistance, input);
+        let spin_radps = brake(traction(free_radps, input), resistance, input);
 
         let slip_mps = spin_radps * radius - input.forward_mps;
         Wheel {
@@ -230,19 +219,19 @@ fn controlled_slip(input: &TyreInput) -> f32 {
     CONTROLLED_SLIP.min(CONTROLLED_SHARE * peak)
 }
 
-/// Holds a driven wheel at a slip.
-fn traction(free_radps: f32, slip: f32, input: &TyreInput) -> f32 {
+/// Holds a driven wheel at the slip of the highest friction.
+fn traction(free_radps: f32, input: &TyreInput) -> f32 {
     if !input.traction_control || input.drive_nm == 0.0 {
         return free_radps;
     }
     let direction = input.drive_nm.signum();
     let along_mps = (input.forward_mps * direction).max(0.0);
-    let limit_mps = along_mps + slip * along_mps.max(LAUNCH_MPS);
+    let limit_mps = along_mps + controlled_slip(input) * along_mps.max(LAUNCH_MPS);
     (free_radps * direction).min(limit_mps / input.radius_m) * direction
 }
 
 /// Spin after brake and rolling resistance, which can stop the wheel but not turn it.
-fn brake(free_radps: f32, slip: f32, resistance: f32, input: &TyreInput) -> f32 {
+fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
     let friction_nm = input.brake.torque_nm
         + ROLLING_RESISTANCE * input.load_n * input.radius_m
         + input.damping_nms * free_radps.abs();
@@ -253,7 +242,7 @@ fn brake(free_radps: f32, slip: f32, resistance: f32, input: &TyreInput) -> f32 
         return spin_radps;
     }
     let direction = input.forward_mps.signum();
-    let slowest_radps = rolling_mps * (1.0 - slip) / input.radius_m;
+    let slowest_radps = rolling_mps * (1.0 - controlled_slip(input)) / input.radius_m;
     let wanted_radps = slowest_radps.min((free_radps * direction).max(0.0));
     (spin_radps * direction).max(wanted_radps) * direction
 }
