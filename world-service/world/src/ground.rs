@@ -16,7 +16,7 @@ const EDGE_M: f32 = 1.0e-3;
 const OPEN_LAND_FRICTION: f32 = 0.5;
 
 /// Depth under the lowest surface from which nothing comes up by itself.
-const BURIED_M: f32 = 2.0;
+const BURIED_M: f32 = 1.0;
 
 /// The ground under a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
