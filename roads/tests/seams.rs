@@ -18,6 +18,9 @@ const STEP_M: f64 = 0.004;
 const REACH_M: f64 = 0.05;
 /// Widest crack.
 const CRACK_MAX_M: f64 = 0.01;
+/// Roads of Town03 that are a centimetre long or less: rows of places across the end of one leave it
+/// at its other end, where not all of its lanes lead on.
+const SHORT_IN_TOWN03: [u32; 4] = [13, 29, 62, 84];
 /// Height of sidewalks.
 const KERB_M: f64 = 0.15;
 
@@ -25,7 +28,8 @@ const KERB_M: f64 = 0.15;
 #[derive(Default)]
 struct Seams {
     rows: usize,
-    cracks: Vec<String>,
+    /// Each with the road that ends there.
+    cracks: Vec<(u32, String)>,
     torn_by_the_map: usize,
 }
 
@@ -56,7 +60,8 @@ fn seams(map: &Map) -> Seams {
             seams.rows += 1;
             let crack_m = widest_miss_m(&surface, &middle, &ahead, end.pitch_rad.tan());
             if crack_m > CRACK_MAX_M {
-                seams.cracks.push(format!("{crack_m:.3} m at {share} of {from:?} to {to:?}"));
+                let place = format!("{crack_m:.3} m at {share} of {from:?} to {to:?}");
+                seams.cracks.push((from.road, place));
             }
         }
     }
@@ -81,8 +86,10 @@ fn widest_miss_m(surface: &Surface, middle: &Point3<f64>, ahead: &Vector3<f64>, 
     widest_m
 }
 
-fn judge(map: &Map) -> Vec<String> {
-    let seams = seams(map);
+/// Cracks but those where one of the `short` roads ends.
+fn judge(map: &Map, short: &[u32]) -> Vec<String> {
+    let mut seams = seams(map);
+    seams.cracks.retain(|(road, _)| !short.contains(road));
     println!(
         "{}: {} rows, {} cracks; {} joints torn by the map",
         map.name(),
@@ -90,7 +97,7 @@ fn judge(map: &Map) -> Vec<String> {
         seams.cracks.len(),
         seams.torn_by_the_map
     );
-    seams.cracks.into_iter().take(5).map(|crack| format!("{}: {crack}", map.name())).collect()
+    seams.cracks.into_iter().take(5).map(|(_, crack)| format!("{}: {crack}", map.name())).collect()
 }
 
 #[test]
@@ -100,7 +107,7 @@ fn no_town_of_ours_has_cracks_wider_than_a_centimetre() {
         let text = roads::town::build(name).expect("the name is listed");
         let map = Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"));
         assert!(!map.lane_joints().is_empty(), "{name}");
-        cracks.extend(judge(&map));
+        cracks.extend(judge(&map, &[]));
     }
     assert!(cracks.is_empty(), "{cracks:#?}");
 }
@@ -108,8 +115,8 @@ fn no_town_of_ours_has_cracks_wider_than_a_centimetre() {
 #[test]
 fn no_real_map_has_cracks_wider_than_a_centimetre_but_where_its_own_lanes_are_torn() {
     for judged in maps::all() {
-        let cracks = judge(&judged.map);
-        // Town03 has roads of some micrometres; the rows across their ends leave them again.
-        assert!(cracks.is_empty() || judged.name == "Town03", "{cracks:#?}");
+        let short = if judged.name == "Town03" { &SHORT_IN_TOWN03[..] } else { &[] };
+        let cracks = judge(&judged.map, short);
+        assert!(cracks.is_empty(), "{cracks:#?}");
     }
 }
