@@ -12,9 +12,7 @@
 pub(crate) fn allowed(map: &str, check: &str) -> usize {
     match (map, check) {
         // Between chords.
-        ("cloverleaf", "projection") => 3,
         ("sumo-roundabout", "projection") => 4,
-        ("straight_500_superelevation_elevation_curve", "projection") => 2,
         // Between lanes.
         ("cloverleaf", "landmarks") => 25,
         ("multi_intersections", "landmarks") => 13,
