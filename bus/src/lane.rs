@@ -4,7 +4,8 @@
 //! come; the usual transport hands every message to a thread that sends. A lane has neither: whoever
 //! asks or answers writes to the socket himself. In return it carries only small messages
 //! (larger answers travel in parts, larger questions as queries), and it must notice itself when the
-//! service is gone.
+//! service is gone. Who answers an asker that takes nothing waits once the system's buffers are
+//! full: lanes are for services that read, with few questions under way.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -6,6 +6,7 @@
 mod camera;
 mod collisions;
 mod counters;
+mod navigation;
 mod observation;
 mod plan;
 
@@ -16,8 +17,9 @@ use serde_json::{Map, Value};
 
 pub use collisions::Hits;
 pub use counters::{Counters, State, idle_state};
+use navigation::Navigation;
 pub use observation::{Metadata, Observation};
-pub use plan::{Plan, PlanError};
+pub use plan::Plan;
 
 use crate::action::{Action, ActionKind};
 use crate::scenario::lanes::{Lanes, Place};
@@ -121,10 +123,7 @@ impl Episode {
     }
 
     /// What an action asks of the world; changes nothing.
-    ///
-    /// # Errors
-    /// [`PlanError`] for an action that cannot be carried out.
-    pub fn plan(&self, action: &Action) -> Result<Plan, PlanError> {
+    pub fn plan(&self, action: &Action) -> Plan {
         let lanes = Lanes::new(&self.start.map);
         let mut plan = plan::plan(
             action,
@@ -133,11 +132,14 @@ impl Episode {
             self.common(),
             lanes,
             (self.place, self.lane),
-        )?;
+        );
+        let agent = self.frame.agents.iter().find(|agent| agent.actor == self.ego);
+        let goal_m = self.start.scenario.goal_m();
+        Navigation { ego: self.ego, agent, goal_m }.plan(action, &mut plan);
         if self.counters.num_turns == 0 {
             plan.commands.splice(0..0, self.start.opening.iter().cloned());
         }
-        Ok(plan)
+        plan
     }
 
     /// The camera of a picture of the present frame.

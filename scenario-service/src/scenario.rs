@@ -20,7 +20,7 @@ pub mod weather;
 use serde_json::{Map, Value};
 
 pub use config::{Common, Overrides, Profile};
-use schemas::{ActorId, Command, CommandReply, PilotMode, Pose, Vec3, Weather};
+use schemas::{ActorId, AgentBehaviour, AgentOptions, Command, CommandReply, Pose, Vec3, Weather};
 
 use crate::action::Action;
 
@@ -63,25 +63,25 @@ pub struct Placement {
 pub enum Driver {
     /// It keeps this velocity against all forces; actor frame.
     ConstantVelocity(Vec3),
-    /// It keeps to its lane in the town's traffic.
+    /// A navigation agent without a destination.
     Autopilot,
 }
 
-/// Speed of other traffic.
-const AUTOPILOT_MPS: f32 = 8.0;
-
 impl Driver {
     /// What tells the world of it.
-    pub fn command(self, actor: ActorId) -> Command {
+    pub fn commands(self, actor: ActorId) -> Vec<Command> {
         match self {
             Self::ConstantVelocity(velocity_mps) => {
-                Command::SetConstantVelocity { actor, velocity_mps: Some(velocity_mps) }
+                vec![Command::SetConstantVelocity { actor, velocity_mps: Some(velocity_mps) }]
             }
-            Self::Autopilot => Command::SetPilot {
-                actor,
-                mode: PilotMode::KeepLane,
-                target_speed_mps: Some(AUTOPILOT_MPS),
-            },
+            Self::Autopilot => {
+                let behaviour = AgentBehaviour::Normal;
+                let options = AgentOptions { behaviour, ..AgentOptions::default() };
+                vec![
+                    Command::SetAgent { actor, options, keep_route: false },
+                    Command::DriveAgent { actor, on: true },
+                ]
+            }
         }
     }
 }
@@ -121,9 +121,9 @@ impl WorldSpec {
         let spawned = replies.iter().skip(Self::EGO_COMMAND);
         let told = placements.zip(spawned).filter_map(|(placement, reply)| {
             let actor = reply.as_ref().ok().copied().flatten()?;
-            placement.driver.map(|driver| driver.command(actor))
+            placement.driver.map(|driver| driver.commands(actor))
         });
-        told.collect()
+        told.flatten().collect()
     }
 }
 

@@ -8,7 +8,7 @@ use schemas::{EncodedFrame, Error, ErrorCode, Frame, Images, TickItem, wire};
 use serde_json::{Map, Value};
 
 use crate::action::{Action, ActionKind};
-use crate::episode::{Episode, Observation, PlanError, Report, Start, State, idle_state};
+use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
 use crate::maps::Maps;
 use crate::scenario::{Overrides, Profile, Scenario, ScenarioError, WorldSpec, registry};
 use crate::ticker::Ticker;
@@ -59,9 +59,9 @@ pub enum SessionError {
     /// No such scenario, or not so, or not there.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The action cannot be carried out.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
+    /// The world refused what the action asks for; the step counts.
+    #[error("{0}")]
+    Refused(Error),
     /// The world service refused or is not there.
     #[error("{0}")]
     World(Error),
@@ -74,7 +74,7 @@ impl SessionError {
     /// Whether the caller can do better.
     pub fn is_callers_fault(&self) -> bool {
         match self {
-            Self::Scenario(_) | Self::Plan(_) => true,
+            Self::Scenario(_) | Self::Refused(_) => true,
             Self::World(error) => {
                 matches!(error.code, ErrorCode::UnknownMap | ErrorCode::UnknownBlueprint)
             }
@@ -191,7 +191,7 @@ impl Session {
 
     async fn advance(&mut self, action: &Action) -> Result<Report, SessionError> {
         let (episode, world) = self.running.episode()?;
-        let mut plan = episode.plan(action)?;
+        let mut plan = episode.plan(action);
         let item = TickItem {
             commands: std::mem::take(&mut plan.commands),
             expected_tick: Some(episode.frame().tick),
@@ -200,7 +200,14 @@ impl Session {
         match self.backstage.ticker.tick(item).await {
             Ok(outcome) => {
                 let frame = decode(&outcome.frame)?;
-                Ok(episode.advance(action, plan, frame, &outcome.replies, &outcome.collisions))
+                let report =
+                    episode.advance(action, plan, frame, &outcome.replies, &outcome.collisions);
+                // Clients know a place that no road leads to as an error.
+                let refusal = outcome.replies.into_iter().find_map(Result::err);
+                match refusal.filter(|_| action.kind == ActionKind::SetDestination) {
+                    Some(refusal) => Err(SessionError::Refused(refusal)),
+                    None => Ok(report),
+                }
             }
             Err(error) => Err(self.lost_or(error)),
         }

@@ -150,3 +150,37 @@ def test_a_map_that_is_not_there_says_so_and_changes_nothing(env):
 def test_names_that_mean_nothing_get_the_known_texts(env, name, text):
     with pytest.raises(RuntimeError, match=text):
         env.reset(scenario_name=name)
+
+
+@pytest.mark.parametrize("scenario", ["maze_navigation", "free_roam"])
+def test_an_agent_that_is_told_nothing_drives_to_the_goal(env, scenario):
+    settings = {"max_steps": 1000, "route_distance_max": 250}
+    env.reset(scenario_name=scenario, scenario_config=settings, seed=3)
+    assert act(env, "init_navigation_agent").observation.simulation_time == 0.05
+    for _ in range(1000):
+        result = act(env, "follow_route", route_steps=10)
+        if result.done:
+            break
+    assert result.observation.done_reason == "goal_reached", result.observation
+    assert result.reward > 0
+    assert result.observation.rubric_reward == result.reward
+
+
+def test_an_agent_drives_only_while_it_is_asked_to(env):
+    env.reset(scenario_name="free_roam", seed=3)
+    act(env, "init_navigation_agent", navigation_behavior="cautious")
+    moving = act(env, "follow_route", route_steps=60).observation
+    assert moving.speed_kmh > 5
+    assert moving.simulation_time == pytest.approx(61 * 0.05)
+    stopped = act(env, "emergency_stop").observation
+    for _ in range(80):
+        stopped = act(env).observation
+    assert stopped.speed_kmh < 0.5
+
+
+def test_a_destination_needs_two_coordinates(env):
+    env.reset(scenario_name="trolley_saves", seed=1)
+    env.step(CarlaAction(action_type="init_navigation_agent"))
+    nothing = act(env, "set_destination").observation
+    assert nothing.metadata["events"][0].startswith("set_destination: destination_x")
+    assert act(env).observation.step_number == 3

@@ -19,20 +19,6 @@ pub struct Plan {
     pub events: Vec<String>,
 }
 
-/// Why an action cannot be carried out; nothing has changed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PlanError {
-    /// This service has no navigation agent.
-    #[error(
-        "{action} is not available yet: this server has no navigation agents; use control, \
-             maintain_speed and lane_change"
-    )]
-    NoNavigation {
-        /// The verb.
-        action: &'static str,
-    },
-}
-
 /// The speed that `maintain_speed` means without one.
 const DEFAULT_SPEED_KMH: f64 = 30.0;
 
@@ -44,7 +30,7 @@ pub(super) fn plan(
     common: &Common,
     lanes: Lanes<'_>,
     at: (Option<Place>, Option<u32>),
-) -> Result<Plan, PlanError> {
+) -> Plan {
     let mut plan = Plan { tick_count: common.ticks_per_step, ..Plan::default() };
     match action.kind {
         ActionKind::Observe | ActionKind::CaptureImage => {}
@@ -69,11 +55,10 @@ pub(super) fn plan(
             plan.commands.push(control(ego, 0.3, raw_lane_change_steer(action, at.1), 0.0));
         }
         ActionKind::LaneChange => lane_change(action, ego, lanes, at, &mut plan),
-        ActionKind::InitNavigationAgent | ActionKind::SetDestination | ActionKind::FollowRoute => {
-            return Err(PlanError::NoNavigation { action: action.kind.as_str() });
-        }
+        // Those of the agent.
+        ActionKind::InitNavigationAgent | ActionKind::SetDestination | ActionKind::FollowRoute => {}
     }
-    Ok(plan)
+    plan
 }
 
 /// Manual driving with CARLA's sign of steering: positive turns right.

@@ -271,12 +271,14 @@ async fn a_step_before_any_reset_begins_the_default_scenario() {
 }
 
 #[tokio::test]
-async fn navigation_is_refused_clearly_and_counts_nothing() {
+async fn following_a_route_without_an_agent_takes_no_time_and_says_why() {
     let (_, mut session) = session();
     session.reset(ResetRequest::default()).await.unwrap();
-    let error = session.step(&Action::of(ActionKind::FollowRoute)).await.unwrap_err();
-    assert!(error.to_string().starts_with("follow_route is not available yet"), "{error}");
-    assert_eq!(state(&session)["step_count"], 0);
+    let report = session.step(&Action::of(ActionKind::FollowRoute)).await.unwrap();
+    let seen = seen(&session, &report);
+    assert_eq!((&seen["simulation_time"], &seen["step_number"]), (&json!(0.0), &json!(1)));
+    let event = seen["metadata"]["events"][0].as_str().unwrap();
+    assert!(event.starts_with("follow_route: there is no agent"), "{event}");
 }
 
 #[tokio::test]

@@ -84,7 +84,7 @@ fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
     }
     let replies: Vec<schemas::CommandReply> =
         (0..22).map(|id| Ok(schemas::ActorId::new(100 + id))).collect();
-    assert_eq!(spec.opening(&replies).len(), 8);
+    assert_eq!(spec.opening(&replies).len(), 2 * 8);
 }
 
 #[test]
