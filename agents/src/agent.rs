@@ -136,7 +136,10 @@ impl Agent {
     /// Whether it can be an agent on this network; what a snapshot may get wrong.
     #[must_use]
     pub fn is_consistent(&self, network: &Network) -> bool {
-        self.path.is_consistent(network) && self.target_m.iter().all(|value| value.is_finite())
+        self.path.is_consistent(network)
+            && self.target_m.iter().all(|value| value.is_finite())
+            && self.lateral.is_finite()
+            && self.longitudinal.is_finite()
     }
 
     /// Gives it places to pass in order, the last one to stop at; none: it takes any way.

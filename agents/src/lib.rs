@@ -8,6 +8,12 @@
 //!   [`DriveAgent`](schemas::Command::DriveAgent); every frame tells of it in
 //!   [`Frame::agents`](schemas::Frame::agents). Any other command that drives the vehicle takes the
 //!   wheel from the agent, which keeps its route.
+//! - [`Driver`] drives a vehicle of the world's own traffic, which a world gets with
+//!   [`SpawnTraffic`](schemas::Command::SpawnTraffic) and
+//!   [`SetTraffic`](schemas::Command::SetTraffic). Drivers look one after the other, then decide one
+//!   after the other; [`Claims`] is what they agree on in between.
+//! - [`Stroller`] walks on the navigation mesh:
+//!   [`SetWalkerAgent`](schemas::Command::SetWalkerAgent).
 //! - [`Network`] is the map as agents use it, [`Scene`] what they see of others.
 //!
 //! The state of each is plain data, so that a world carries it through snapshots and forks. No
@@ -25,9 +31,13 @@ mod route;
 mod scene;
 mod speed;
 mod steering;
+mod stroller;
 mod track;
+mod traffic;
 
 pub use agent::{Agent, Senses, Unreachable};
 pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};
+pub use stroller::Stroller;
+pub use traffic::{Claims, Driver, Glide};

@@ -5,6 +5,7 @@
 //! for the same map, so that a snapshot can hold lanes.
 
 mod build;
+mod conflicts;
 mod grid;
 mod stops;
 
@@ -12,7 +13,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::ComplexField;
 use roads::{Map, Waypoint};
-use schemas::Vec3;
+use schemas::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use build::nearest_place;
@@ -42,6 +43,10 @@ pub(crate) struct Lane {
     pub previous: Vec<LaneId>,
     pub left: Option<Beside>,
     pub right: Option<Beside>,
+    /// The junction it leads through.
+    pub junction: Option<u32>,
+    /// Lanes of the junction that come near it, in order.
+    pub conflicts: Vec<LaneId>,
     /// Where its traffic may have to stop, in order.
     pub stops: Vec<StopLine>,
     /// Whether some way on never ends.
@@ -120,6 +125,22 @@ impl Network {
     #[must_use]
     pub fn lane_count(&self) -> usize {
         self.lanes.len()
+    }
+
+    /// Places outside of junctions, on lanes that go on, at least `apart_m` from each other along a
+    /// lane: x along the lane, at ground level.
+    #[must_use]
+    pub fn places(&self, apart_m: f32) -> Vec<Pose> {
+        let mut places = Vec::new();
+        for lane in self.lanes.iter().filter(|lane| lane.junction.is_none() && lane.goes_on) {
+            let mut at_m = apart_m / 2.0;
+            while at_m + apart_m / 2.0 <= lane.length_m() {
+                let at = lane.at(at_m);
+                places.push(schemas::level_pose(at.point_m, at.heading_rad));
+                at_m += apart_m.max(1.0);
+            }
+        }
+        places
     }
 
     /// The place of a waypoint of the map; `None` beside driving lanes.

@@ -6,7 +6,7 @@ use nalgebra::ComplexField;
 use schemas::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::network::{Lane, LaneId, LanePoint, Network, Stop};
+use crate::network::{Lane, LaneId, LanePoint, Network, Place, Stop};
 
 /// One lane of the way, or the change from it to the lane beside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,6 +94,51 @@ impl Path {
                 && leg.to_m.is_finite()
         };
         self.at_m.is_finite() && self.legs.iter().all(exists)
+    }
+
+    /// Where the vehicle is: the lane it is on or, in the second half of a change, going to.
+    pub(crate) fn place(&self, network: &Network) -> Option<Place> {
+        let leg = self.legs.front()?;
+        let at = Place { lane: leg.lane, at_m: self.at_m };
+        let Some(onto) = leg.onto.filter(|_| self.at_m > f32::midpoint(leg.from_m, leg.to_m))
+        else {
+            return Some(at);
+        };
+        let (from, to) = (network.lane(leg.lane)?, network.lane(onto)?);
+        Some(Place { lane: onto, at_m: from.abreast_m(self.at_m, to) })
+    }
+
+    /// Whether the first leg leads to the lane beside.
+    pub(crate) fn is_changing(&self) -> bool {
+        self.legs.front().is_some_and(|leg| leg.onto.is_some())
+    }
+
+    /// The lane of the first leg.
+    pub(crate) fn own<'n>(&self, network: &'n Network) -> Option<(LaneId, &'n Lane)> {
+        let leg = self.legs.front()?;
+        Some((leg.lane, network.lane(leg.lane)?))
+    }
+
+    /// The same way as if the change of the first leg were done.
+    pub(crate) fn changed(&self, network: &Network) -> Option<Self> {
+        let leg = self.legs.front()?;
+        let (lane, onto) = (network.lane(leg.lane)?, network.lane(leg.onto?)?);
+        let mut path = Self::default();
+        path.push(Leg {
+            lane: leg.onto?,
+            from_m: lane.abreast_m(self.at_m, onto),
+            to_m: lane.abreast_m(leg.to_m, onto),
+            onto: None,
+        });
+        self.legs.iter().skip(1).for_each(|leg| path.push(*leg));
+        Some(path)
+    }
+
+    /// The lane that the first leg changes to, abreast of the vehicle.
+    pub(crate) fn beside_point(&self, network: &Network) -> Option<LanePoint> {
+        let leg = self.legs.front()?;
+        let (lane, onto) = (network.lane(leg.lane)?, network.lane(leg.onto?)?);
+        Some(onto.at(lane.abreast_m(self.at_m, onto)))
     }
 
     pub(crate) fn length_m(&self) -> f32 {

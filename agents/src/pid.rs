@@ -40,6 +40,10 @@ impl Pid {
 pub(crate) struct Longitudinal(Pid);
 
 impl Longitudinal {
+    pub(crate) fn is_finite(&self) -> bool {
+        self.0.errors.iter().all(|error| error.is_finite())
+    }
+
     /// Throttle and brake for an error in metres per second.
     pub(crate) fn pedals(&mut self, error_mps: f32, dt_secs: f32) -> (f32, f32) {
         // The gains are for kilometres per hour.
@@ -60,6 +64,10 @@ pub(crate) struct Lateral {
 }
 
 impl Lateral {
+    pub(crate) fn is_finite(&self) -> bool {
+        self.steer.is_finite() && self.pid.errors.iter().all(|error| error.is_finite())
+    }
+
     /// Steer, positive left, towards a point seen from a vehicle that looks along `forward`.
     pub(crate) fn steer(&mut self, forward: &Vec3, to_point: &Vec3, dt_secs: f32) -> f32 {
         let cross = forward.x * to_point.y - forward.y * to_point.x;

@@ -74,7 +74,7 @@ impl Scene {
     }
 
     /// Calls for every body whose middle is within about `radius_m`, in a fixed order.
-    fn near(&self, centre_m: &Vec3, radius_m: f32, mut tell: impl FnMut(&Body)) {
+    pub(crate) fn near(&self, centre_m: &Vec3, radius_m: f32, mut tell: impl FnMut(&Body)) {
         let reach = Vec3::new(radius_m, radius_m, 0.0);
         let (low, high) = (cell(&(centre_m - reach)), cell(&(centre_m + reach)));
         for x in low[0]..=high[0] {

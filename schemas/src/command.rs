@@ -110,12 +110,42 @@ pub enum Command {
         /// Drive or leave.
         on: bool,
     },
+    /// Hands a vehicle to a driver of the world's own traffic.
+    SetTraffic {
+        /// Which vehicle.
+        actor: ActorId,
+        /// How it drives.
+        behaviour: AgentBehaviour,
+    },
+    /// Spawns cars on free places of the lanes and hands them to drivers of traffic; all or none.
+    SpawnTraffic {
+        /// How many.
+        count: u32,
+        /// `None`: a mixture of cautious and normal drivers.
+        behaviour: Option<AgentBehaviour>,
+    },
+    /// Lets traffic far from all other vehicles move along its way without dynamics.
+    SetHybridTraffic {
+        /// From where on, in metres; `None`: all traffic has dynamics.
+        radius_m: Option<f32>,
+    },
     /// How a walker moves, until replaced.
     SetWalkerControl {
         /// Which walker.
         actor: ActorId,
         /// How.
         control: WalkerControl,
+    },
+    /// Lets a walker find its own way on the navigation mesh, until it is steered otherwise.
+    SetWalkerAgent {
+        /// Which walker.
+        actor: ActorId,
+        /// Where to; `None`: from place to place for ever. World frame.
+        goal_m: Option<Vec3>,
+        /// How fast; `None`: 1.4 m/s.
+        speed_mps: Option<f32>,
+        /// Share of ways, 0 to 1, that may lead over roads beside crossings.
+        crossing_share: f32,
     },
     /// Places a walker that is steered from outside.
     SetWalkerState {

@@ -4,7 +4,7 @@ use roads::{LaneChange, LaneTypes, Map, Waypoint};
 use schemas::{Vec3, yaw_rad};
 
 use super::grid::Grid;
-use super::{Beside, Lane, LaneId, LanePoint, Network, stops, wrapped};
+use super::{Beside, Lane, LaneId, LanePoint, Network, conflicts, stops, wrapped};
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
 const SPACING_M: f64 = 2.0;
@@ -29,12 +29,14 @@ pub(super) fn network(map: &Map) -> Network {
         }
     }
     mark_endless(&mut network);
+    conflicts::find(&mut network);
     stops::mark(&mut network, map);
     network.grid = Grid::new(&network.lanes);
     network
 }
 
 fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
+    let info = map.lane(&between(entry, exit, 0.5));
     let count = (((exit.s - entry.s).abs() / SPACING_M).ceil() as usize).clamp(1, POINTS_MAX);
     let mut points: Vec<LanePoint> = Vec::with_capacity(count + 1);
     for index in 0..=count {
@@ -51,7 +53,13 @@ fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
         });
     }
     bend(&mut points);
-    Lane { entry_s: entry.s, exit_s: exit.s, points, ..Lane::default() }
+    Lane {
+        entry_s: entry.s,
+        exit_s: exit.s,
+        points,
+        junction: info.is_junction.then_some(info.junction_id.unwrap_or(u32::MAX)),
+        ..Lane::default()
+    }
 }
 
 fn between(entry: &Waypoint, exit: &Waypoint, share: f64) -> Waypoint {

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 25;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 29;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 26] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 30] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -42,6 +42,10 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 26] = [
   CommandBody::SetAgent,
   CommandBody::SetAgentRoute,
   CommandBody::DriveAgent,
+  CommandBody::SetTraffic,
+  CommandBody::SpawnTraffic,
+  CommandBody::SetWalkerAgent,
+  CommandBody::SetHybridTraffic,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -75,9 +79,13 @@ impl CommandBody {
   pub const SetAgent: Self = Self(23);
   pub const SetAgentRoute: Self = Self(24);
   pub const DriveAgent: Self = Self(25);
+  pub const SetTraffic: Self = Self(26);
+  pub const SpawnTraffic: Self = Self(27);
+  pub const SetWalkerAgent: Self = Self(28);
+  pub const SetHybridTraffic: Self = Self(29);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 25;
+  pub const ENUM_MAX: u8 = 29;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -105,6 +113,10 @@ impl CommandBody {
     Self::SetAgent,
     Self::SetAgentRoute,
     Self::DriveAgent,
+    Self::SetTraffic,
+    Self::SpawnTraffic,
+    Self::SetWalkerAgent,
+    Self::SetHybridTraffic,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -135,6 +147,10 @@ impl CommandBody {
       Self::SetAgent => Some("SetAgent"),
       Self::SetAgentRoute => Some("SetAgentRoute"),
       Self::DriveAgent => Some("DriveAgent"),
+      Self::SetTraffic => Some("SetTraffic"),
+      Self::SpawnTraffic => Some("SpawnTraffic"),
+      Self::SetWalkerAgent => Some("SetWalkerAgent"),
+      Self::SetHybridTraffic => Some("SetHybridTraffic"),
       _ => None,
     }
   }

@@ -408,6 +408,62 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_traffic(&self) -> Option<SetTraffic<'a>> {
+    if self.body_type() == CommandBody::SetTraffic {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetTraffic::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_spawn_traffic(&self) -> Option<SpawnTraffic<'a>> {
+    if self.body_type() == CommandBody::SpawnTraffic {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SpawnTraffic::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_walker_agent(&self) -> Option<SetWalkerAgent<'a>> {
+    if self.body_type() == CommandBody::SetWalkerAgent {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetWalkerAgent::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_hybrid_traffic(&self) -> Option<SetHybridTraffic<'a>> {
+    if self.body_type() == CommandBody::SetHybridTraffic {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetHybridTraffic::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -444,6 +500,10 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SetAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAgent>>("CommandBody::SetAgent", pos),
           CommandBody::SetAgentRoute => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetAgentRoute>>("CommandBody::SetAgentRoute", pos),
           CommandBody::DriveAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DriveAgent>>("CommandBody::DriveAgent", pos),
+          CommandBody::SetTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetTraffic>>("CommandBody::SetTraffic", pos),
+          CommandBody::SpawnTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SpawnTraffic>>("CommandBody::SpawnTraffic", pos),
+          CommandBody::SetWalkerAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerAgent>>("CommandBody::SetWalkerAgent", pos),
+          CommandBody::SetHybridTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetHybridTraffic>>("CommandBody::SetHybridTraffic", pos),
           _ => Ok(()),
         }
      })?
@@ -669,6 +729,34 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::DriveAgent => {
           if let Some(x) = self.body_as_drive_agent() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetTraffic => {
+          if let Some(x) = self.body_as_set_traffic() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SpawnTraffic => {
+          if let Some(x) = self.body_as_spawn_traffic() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetWalkerAgent => {
+          if let Some(x) = self.body_as_set_walker_agent() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetHybridTraffic => {
+          if let Some(x) = self.body_as_set_hybrid_traffic() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -1,4 +1,4 @@
-//! Navigation agents: their commands and what frames tell of them.
+//! Drivers and walkers inside the tick: their commands and what frames tell of them.
 
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
@@ -8,11 +8,29 @@ use super::parts::{
 use super::{check_count, needed};
 use crate::generated as fb;
 use crate::limits::ROUTE_PLACES_MAX;
-use crate::{ActorId, AgentOptions, AgentState, Command, Error, Vec3};
+use crate::{ActorId, AgentBehaviour, AgentOptions, AgentState, Command, Error, Vec3};
 
 type Body = (fb::CommandBody, WIPOffset<UnionWIPOffset>);
 
-pub(super) fn set_out(
+/// Only for what the command module sends here.
+pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
+    match command {
+        Command::SetAgent { actor, options, keep_route } => {
+            set_out(b, *actor, options, *keep_route)
+        }
+        Command::SetAgentRoute { actor, places_m } => route_out(b, *actor, places_m),
+        Command::DriveAgent { actor, on } => drive_out(b, *actor, *on),
+        Command::SetTraffic { actor, behaviour } => traffic_out(b, *actor, *behaviour),
+        Command::SpawnTraffic { count, behaviour } => spawn_out(b, *count, *behaviour),
+        Command::SetHybridTraffic { radius_m } => hybrid_out(b, *radius_m),
+        Command::SetWalkerAgent { actor, goal_m, speed_mps, crossing_share } => {
+            walker_out(b, *actor, goal_m.as_ref(), *speed_mps, *crossing_share)
+        }
+        other => unreachable!("{other:?} is for nobody who finds a way"),
+    }
+}
+
+fn set_out(
     b: &mut FlatBufferBuilder<'_>,
     actor: ActorId,
     options: &AgentOptions,
@@ -33,16 +51,48 @@ pub(super) fn set_out(
     (fb::CommandBody::SetAgent, fb::SetAgent::create(b, &args).as_union_value())
 }
 
-pub(super) fn route_out(b: &mut FlatBufferBuilder<'_>, actor: ActorId, places_m: &[Vec3]) -> Body {
+fn route_out(b: &mut FlatBufferBuilder<'_>, actor: ActorId, places_m: &[Vec3]) -> Body {
     let places: Vec<fb::Vec3> = places_m.iter().map(vec3_out).collect();
     let places = Some(b.create_vector(&places));
     let args = fb::SetAgentRouteArgs { actor: actor.get(), places_in_world_m: places };
     (fb::CommandBody::SetAgentRoute, fb::SetAgentRoute::create(b, &args).as_union_value())
 }
 
-pub(super) fn drive_out(b: &mut FlatBufferBuilder<'_>, actor: ActorId, on: bool) -> Body {
+fn drive_out(b: &mut FlatBufferBuilder<'_>, actor: ActorId, on: bool) -> Body {
     let args = fb::DriveAgentArgs { actor: actor.get(), on };
     (fb::CommandBody::DriveAgent, fb::DriveAgent::create(b, &args).as_union_value())
+}
+
+fn traffic_out(b: &mut FlatBufferBuilder<'_>, actor: ActorId, behaviour: AgentBehaviour) -> Body {
+    let args = fb::SetTrafficArgs { actor: actor.get(), behaviour: behaviour_out(behaviour) };
+    (fb::CommandBody::SetTraffic, fb::SetTraffic::create(b, &args).as_union_value())
+}
+
+fn spawn_out(b: &mut FlatBufferBuilder<'_>, count: u32, behaviour: Option<AgentBehaviour>) -> Body {
+    let args = fb::SpawnTrafficArgs { count, behaviour: behaviour.map(behaviour_out) };
+    (fb::CommandBody::SpawnTraffic, fb::SpawnTraffic::create(b, &args).as_union_value())
+}
+
+fn hybrid_out(b: &mut FlatBufferBuilder<'_>, radius_m: Option<f32>) -> Body {
+    let args = fb::SetHybridTrafficArgs { radius_m };
+    (fb::CommandBody::SetHybridTraffic, fb::SetHybridTraffic::create(b, &args).as_union_value())
+}
+
+fn walker_out(
+    b: &mut FlatBufferBuilder<'_>,
+    actor: ActorId,
+    goal_m: Option<&Vec3>,
+    speed_mps: Option<f32>,
+    crossing_share: f32,
+) -> Body {
+    let goal = goal_m.map(vec3_out);
+    let args = fb::SetWalkerAgentArgs {
+        actor: actor.get(),
+        goal_in_world_m: goal.as_ref(),
+        speed_mps,
+        crossing_share,
+    };
+    (fb::CommandBody::SetWalkerAgent, fb::SetWalkerAgent::create(b, &args).as_union_value())
 }
 
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
@@ -67,6 +117,26 @@ pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         let places = places.iter().flatten().map(|place| vec3_in(place, "place"));
         let (actor, places_m) = (actor_in(set.actor())?, places.collect::<Result<_, _>>()?);
         return Ok(Command::SetAgentRoute { actor, places_m });
+    }
+    if let Some(set) = raw.body_as_set_traffic() {
+        let behaviour = behaviour_in(set.behaviour())?;
+        return Ok(Command::SetTraffic { actor: actor_in(set.actor())?, behaviour });
+    }
+    if let Some(set) = raw.body_as_set_hybrid_traffic() {
+        return Ok(Command::SetHybridTraffic { radius_m: metres(set.radius_m(), "radius")? });
+    }
+    if let Some(spawn) = raw.body_as_spawn_traffic() {
+        let behaviour = spawn.behaviour().map(behaviour_in).transpose()?;
+        return Ok(Command::SpawnTraffic { count: spawn.count(), behaviour });
+    }
+    if let Some(set) = raw.body_as_set_walker_agent() {
+        let goal = set.goal_in_world_m();
+        return Ok(Command::SetWalkerAgent {
+            actor: actor_in(set.actor())?,
+            goal_m: goal.map(|goal| vec3_in(goal, "goal")).transpose()?,
+            speed_mps: metres(set.speed_mps(), "speed")?,
+            crossing_share: finite(set.crossing_share(), "crossing share")?,
+        });
     }
     let set = needed(raw.body_as_drive_agent(), "a known command")?;
     Ok(Command::DriveAgent { actor: actor_in(set.actor())?, on: set.on() })

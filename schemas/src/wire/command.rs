@@ -63,11 +63,13 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
         | Command::SetVehiclePhysics { .. }
         | Command::SetVehicleLights { .. }
         | Command::SetDoors { .. } => vehicle_command_out(b, command),
-        Command::SetAgent { actor, options, keep_route } => {
-            agent::set_out(b, *actor, options, *keep_route)
-        }
-        Command::SetAgentRoute { actor, places_m } => agent::route_out(b, *actor, places_m),
-        Command::DriveAgent { actor, on } => agent::drive_out(b, *actor, *on),
+        Command::SetAgent { .. }
+        | Command::SetAgentRoute { .. }
+        | Command::DriveAgent { .. }
+        | Command::SetTraffic { .. }
+        | Command::SpawnTraffic { .. }
+        | Command::SetHybridTraffic { .. }
+        | Command::SetWalkerAgent { .. } => agent::command_out(b, command),
         Command::SetWalkerControl { actor, control } => {
             let control = walker_out(control);
             let args = fb::SetWalkerControlArgs { actor: actor.get(), control: Some(&control) };
@@ -255,7 +257,13 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::SetVehiclePhysics
         | Body::SetVehicleLights
         | Body::SetDoors => vehicle_command_in(raw),
-        Body::SetAgent | Body::SetAgentRoute | Body::DriveAgent => agent::command_in(raw),
+        Body::SetAgent
+        | Body::SetAgentRoute
+        | Body::DriveAgent
+        | Body::SetTraffic
+        | Body::SpawnTraffic
+        | Body::SetHybridTraffic
+        | Body::SetWalkerAgent => agent::command_in(raw),
         Body::SetWalkerControl => {
             let set = needed(raw.body_as_set_walker_control(), "a walker's control")?;
             let control = walker_in(set.control())?;

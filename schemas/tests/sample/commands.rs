@@ -27,6 +27,11 @@ pub(crate) fn driving_commands() -> Vec<Command> {
         Command::SetAgentRoute { actor: actor(1), places_m: vec![Vec3::x(), Vec3::y()] },
         Command::SetAgentRoute { actor: actor(1), places_m: Vec::new() },
         Command::DriveAgent { actor: actor(1), on: true },
+        Command::SetTraffic { actor: actor(1), behaviour: AgentBehaviour::Aggressive },
+        Command::SpawnTraffic { count: 9, behaviour: None },
+        Command::SetHybridTraffic { radius_m: Some(70.0) },
+        Command::SetHybridTraffic { radius_m: None },
+        Command::SpawnTraffic { count: 9, behaviour: Some(AgentBehaviour::Normal) },
     ]
 }
 
@@ -48,6 +53,18 @@ pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {
     let switch = |switch| Command::SetSwitch { actor: actor(1), switch, on: true };
     vec![
         Command::SetWalkerControl { actor: actor(2), control: walker_control() },
+        Command::SetWalkerAgent {
+            actor: actor(2),
+            goal_m: Some(Vec3::y()),
+            speed_mps: Some(1.5),
+            crossing_share: 0.25,
+        },
+        Command::SetWalkerAgent {
+            actor: actor(2),
+            goal_m: None,
+            speed_mps: None,
+            crossing_share: 0.0,
+        },
         Command::SetWalkerState { actor: actor(2), world_from_actor: pose, speed_mps: 1.4 },
         Command::SetConstantVelocity { actor: actor(1), velocity_mps: Some(Vec3::x()) },
         Command::SetConstantVelocity { actor: actor(1), velocity_mps: None },

@@ -1,6 +1,6 @@
 //! One actor: what it is, what carries it, and what drives it.
 
-use agents::{Agent, Pilot};
+use agents::{Agent, Driver, Pilot};
 use blueprints::WalkerModel;
 use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3, VehicleFailure};
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,10 @@ pub(crate) struct Vehicle {
     pub pilot: Option<Pilot>,
     /// Its navigation agent, whether it drives or not.
     pub agent: Option<Box<Agent>>,
+    /// Its driver while it belongs to the world's traffic.
+    pub traffic: Option<Box<Driver>>,
+    /// Whether it moves without dynamics, as far traffic does.
+    pub rails: bool,
     /// What lights and signs say to it; empty in a world without them.
     pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
@@ -129,6 +133,8 @@ impl Vehicle {
             ackermann,
             pilot: None,
             agent: None,
+            traffic: None,
+            rails: false,
             rules: RoadRules::default(),
             tipped_secs: 0.0,
             altered: None,
@@ -139,6 +145,7 @@ impl Vehicle {
     /// Takes the wheel from whoever drives; an agent keeps its route.
     pub(crate) fn hand_over(&mut self) {
         self.pilot = None;
+        self.traffic = None;
         self.ackermann.release();
         if let Some(agent) = &mut self.agent {
             agent.drive(false);

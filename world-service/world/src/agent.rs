@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use agents::{Agent, Body, Network, Scene, Senses};
+use agents::{Agent, Body, Network, Scene, Senses, Stroller};
 use schemas::{
     ActorId, ActorKind, AgentOptions, AgentState, Error, ErrorCode, TrafficLightColour, Vec3,
     VehicleControl, limits,
@@ -102,11 +102,32 @@ impl State {
         self.actors.iter().filter_map(agent_of).collect()
     }
 
+    /// Whether all drivers are on lanes of the town; what a snapshot may get wrong.
+    pub(crate) fn drivers_fit(&self, town: &Town) -> bool {
+        let mut strollers =
+            self.actors.iter().filter_map(|actor| actor.walker.as_deref()?.stroller.as_deref());
+        if !strollers.all(Stroller::is_consistent) {
+            return false;
+        }
+        self.actors.iter().filter_map(|actor| actor.vehicle.as_deref()).all(|vehicle| {
+            let agent = vehicle.agent.as_deref();
+            let driver = vehicle.traffic.as_deref();
+            agent.is_none_or(|agent| agent.is_consistent(town.network()))
+                && driver.is_none_or(|driver| driver.is_consistent(town.network()))
+        })
+    }
+
     /// Whether somebody drives who looks around.
     fn has_lookers(&self) -> bool {
+        let strolls =
+            |actor: &Actor| actor.walker.as_deref().is_some_and(|walker| walker.stroller.is_some());
         let looks = |actor: &Actor| {
-            let agent = actor.vehicle.as_deref().and_then(|vehicle| vehicle.agent.as_deref());
-            agent.is_some_and(Agent::is_driving)
+            let vehicle = actor.vehicle.as_deref();
+            vehicle.is_some_and(|vehicle| {
+                vehicle.traffic.is_some()
+                    || vehicle.rails
+                    || vehicle.agent.as_deref().is_some_and(Agent::is_driving)
+            }) || strolls(actor)
         };
         self.actors.iter().any(looks)
     }
@@ -123,7 +144,7 @@ impl State {
         Scene::new(bodies.collect(), lights.collect())
     }
 
-    fn seen(&self, actor: &Actor) -> Body {
+    pub(crate) fn seen(&self, actor: &Actor) -> Body {
         let (blueprint, motion) = (actor.blueprint(), self.motion_of(actor));
         let centre = motion.world_from_body.transform_point(&blueprint.box_centre_m().into());
         Body {
@@ -136,13 +157,15 @@ impl State {
         }
     }
 
-    /// Lets agents choose this tick's controls.
+    /// Lets agents and drivers of traffic choose this tick's controls.
     pub(crate) fn navigate(&mut self, town: &Town) {
         if !self.has_lookers() {
             return;
         }
         let scene = self.scene(town);
         let network = town.network();
+        self.stroll(town, &scene);
+        self.flow(town, &scene);
         for index in 0..self.actors.len() {
             let Some(control) = self.agent_control(index, town, network, &scene) else { continue };
             let actor = &mut self.actors[index];

@@ -45,6 +45,12 @@ impl World {
             }
             Command::SetAgentRoute { actor, places_m } => self.set_agent_route(*actor, places_m),
             Command::DriveAgent { actor, on } => self.drive_agent(*actor, *on),
+            Command::SetTraffic { actor, behaviour } => self.set_traffic(*actor, *behaviour),
+            Command::SetHybridTraffic { radius_m } => self.set_hybrid_traffic(*radius_m),
+            Command::SpawnTraffic { count, behaviour } => self.spawn_traffic(*count, *behaviour),
+            Command::SetWalkerAgent { actor, goal_m, speed_mps, crossing_share } => {
+                self.set_walker_agent(*actor, *goal_m, *speed_mps, *crossing_share)
+            }
             Command::SetWalkerControl { actor, control } => {
                 self.set_walker_control(*actor, *control)
             }

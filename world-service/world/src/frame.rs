@@ -68,6 +68,9 @@ impl World {
         }
         hasher.integers([step.substeps_max.into()]);
         hasher.floats(weather_values(&state.weather));
+        if let Some(radius_m) = state.hybrid_m {
+            hasher.floats([radius_m]);
+        }
         if let Some(lights) = &state.traffic {
             hasher.value(lights);
         }
@@ -89,12 +92,18 @@ impl World {
             hasher.floats(actor.outside.values());
             if let Some(walker) = actor.walker.as_deref() {
                 hasher.floats(walker.values());
+                if let Some(stroller) = &walker.stroller {
+                    hasher.value(stroller);
+                }
             }
             if let Some(vehicle) = actor.vehicle.as_deref() {
                 hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
                 hasher.value(&vehicle.pilot);
                 if let Some(agent) = &vehicle.agent {
                     hasher.value(agent);
+                }
+                if let Some(driver) = &vehicle.traffic {
+                    hasher.value(driver);
                 }
                 hasher.value(&vehicle.ackermann);
                 hasher.value(&vehicle.tuning);

@@ -21,7 +21,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -138,12 +138,8 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
     }
-    let lost = |actor: &Actor| {
-        let agent = actor.vehicle.as_deref().and_then(|vehicle| vehicle.agent.as_deref());
-        agent.is_some_and(|agent| !agent.is_consistent(town.network()))
-    };
-    if actors.iter().any(lost) {
-        return Err(damaged("an agent is not on the map's lanes"));
+    if !state.drivers_fit(town) {
+        return Err(damaged("a driver is not on the map's lanes"));
     }
     if !state.sensors.is_consistent(state) {
         return Err(damaged("a sensor is not that of its actor"));

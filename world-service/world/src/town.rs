@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use agents::Network;
+use roads::nav::NavMesh;
 use roads::{Map, mesh};
 use schemas::{MapRef, Pose, Vec3};
 
@@ -20,6 +21,7 @@ pub struct Town {
     pub(crate) traffic: TrafficPlan,
     pub(crate) rays: TownRays,
     network: OnceLock<Network>,
+    nav: OnceLock<Option<NavMesh>>,
     map: MapRef,
 }
 
@@ -37,8 +39,14 @@ impl Town {
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
         let rays = TownRays::new(Arc::clone(&roads));
-        let network = OnceLock::new();
-        Self { roads, ground, scenery, traffic, rays, network, map }
+        let (network, nav) = (OnceLock::new(), OnceLock::new());
+        Self { roads, ground, scenery, traffic, rays, network, nav, map }
+    }
+
+    /// Where people walk, made when the first of them asks; `None` on maps without sidewalks.
+    pub(crate) fn nav(&self) -> Option<&NavMesh> {
+        let mesh = || NavMesh::new(&self.roads).ok().filter(|mesh| !mesh.is_empty());
+        self.nav.get_or_init(mesh).as_ref()
     }
 
     /// The lanes for drivers inside the tick; made when the first of them asks.

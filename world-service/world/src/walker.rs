@@ -4,6 +4,7 @@
 
 use std::f32::consts::TAU;
 
+use agents::Stroller;
 use blueprints::WalkerModel;
 use nalgebra::{RealField, Vector2};
 use schemas::{UnitQuaternion, Vec3, WalkerControl};
@@ -48,6 +49,8 @@ pub(crate) struct Walker {
     pub gait_rad: f32,
     /// Whether the control's jump is still to be made.
     pub jump_waits: bool,
+    /// Who finds its way, if not the last command for it.
+    pub stroller: Option<Box<Stroller>>,
     /// The velocity it gave itself; a body that has quite another one was hit.
     pub own_mps: Vec3,
 }
@@ -78,6 +81,7 @@ impl Walker {
             stance: Stance::Feet,
             gait_rad: 0.0,
             jump_waits: false,
+            stroller: None,
             own_mps: linear_mps,
         }
     }

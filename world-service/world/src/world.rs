@@ -70,6 +70,8 @@ pub(crate) struct State {
     /// `None` in a world without the town's lights and signs.
     pub traffic: Option<Lights>,
     pub sensors: Sensors,
+    /// Distance from other vehicles within which traffic has dynamics; `None`: everywhere.
+    pub hybrid_m: Option<f32>,
 }
 
 impl World {
@@ -99,6 +101,7 @@ impl World {
                 physics: Physics::new(),
                 traffic: None,
                 sensors: Sensors::default(),
+                hybrid_m: None,
             },
             readings: Readings::default(),
         })

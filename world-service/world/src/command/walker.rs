@@ -19,6 +19,7 @@ impl World {
         actor.outside.told_mps = Vec3::zeros();
         let body = actor.rigid();
         if let Some((_, walker)) = actor.walker_mut() {
+            walker.stroller = None;
             let changed = walker.control != control;
             walker.set_control(control);
             if let Some(body) = body.filter(|_| changed) {
@@ -46,6 +47,7 @@ impl World {
         actor.outside.told_mps = velocity_mps;
         let body = actor.rigid();
         if let Some((_, walker)) = actor.walker_mut() {
+            walker.stroller = None;
             walker.set_control(WalkerControl { direction, speed_mps, jump: false });
             walker.place(velocity_mps);
         }
@@ -58,7 +60,7 @@ impl World {
 
     /// # Errors
     /// `UnknownActor`, or `InvalidArgument` for an actor without legs.
-    fn walker_index(&self, id: ActorId) -> Result<usize, Error> {
+    pub(crate) fn walker_index(&self, id: ActorId) -> Result<usize, Error> {
         let index = self.state.index_of(id)?;
         let actor = &self.state.actors[index];
         if actor.walker.is_some() {

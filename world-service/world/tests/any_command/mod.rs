@@ -123,6 +123,16 @@ fn any_agent() -> impl Strategy<Value = Command> {
     prop_oneof![set, route, drive]
 }
 
+fn any_traffic() -> impl Strategy<Value = Command> {
+    let behaviour = AgentBehaviour::Normal;
+    prop_oneof![
+        3 => any_actor().prop_map(move |actor| Command::SetTraffic { actor, behaviour }),
+        1 => (0u32..3).prop_map(|count| Command::SpawnTraffic { count, behaviour: None }),
+        1 => prop::option::of(-5.0f32..30.0)
+            .prop_map(|radius_m| Command::SetHybridTraffic { radius_m }),
+    ]
+}
+
 /// Any command, good or bad.
 pub fn command() -> impl Strategy<Value = Command> {
     let actor = any_actor();
@@ -175,6 +185,7 @@ pub fn command() -> impl Strategy<Value = Command> {
         4 => drive,
         2 => any_pilot(),
         3 => any_agent(),
+        3 => any_traffic(),
         1 => velocity,
         1 => pose,
         1 => weather,

@@ -29,3 +29,7 @@ class CommandBody(object):
     SetAgent = 23
     SetAgentRoute = 24
     DriveAgent = 25
+    SetTraffic = 26
+    SpawnTraffic = 27
+    SetWalkerAgent = 28
+    SetHybridTraffic = 29

@@ -1,0 +1,183 @@
+//! People who walk to places on the navigation mesh.
+
+use nalgebra::Point3;
+use roads::nav::{Area, NavMesh};
+use schemas::{Vec3, WalkerControl};
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{Body, Scene};
+
+/// A corner of the way counts as passed from here.
+const CORNER_M: f32 = 0.6;
+/// How far ahead the ground counts: nobody steps off a kerb without a look.
+const LOOK_M: f32 = 1.2;
+/// Vehicles farther away than this do not count.
+const VEHICLES_M: f32 = 45.0;
+/// A vehicle that would be nearer than this at the walker's way...
+const CLEAR_M: f32 = 2.5;
+/// ...within this time is let through.
+const GAP_SECS: f32 = 5.0;
+/// A slower vehicle counts as standing.
+const STANDING_MPS: f32 = 0.3;
+/// People make room for those ahead within this distance, and for the width of two.
+const PEOPLE_M: f32 = 2.5;
+const PERSON_M: f32 = 0.8;
+/// Nobody waits longer than this before the choice of another way.
+const PATIENCE_SECS: f32 = 40.0;
+/// Ordinary walking speed.
+const WALK_MPS: f32 = 1.4;
+/// Most corners of a way.
+const CORNERS_MAX: usize = 512;
+
+/// A person with somewhere to go.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stroller {
+    /// `None`: any place, and then another.
+    goal_m: Option<Vec3>,
+    speed_mps: f32,
+    /// Share of ways that may lead over roads beside crossings.
+    crossing_share: f32,
+    /// Corners still to pass.
+    corners: Vec<Vec3>,
+    waited_secs: f32,
+    arrived: bool,
+}
+
+impl Stroller {
+    /// Someone who walks to a place, or without one from place to place for ever.
+    ///
+    /// - **Domain:** a `crossing_share` from 0 to 1; a speed that is not negative, 1.4 m/s if none.
+    #[must_use]
+    pub fn new(goal_m: Option<Vec3>, speed_mps: Option<f32>, crossing_share: f32) -> Self {
+        Self {
+            goal_m,
+            speed_mps: speed_mps.unwrap_or(WALK_MPS),
+            crossing_share,
+            corners: Vec::new(),
+            waited_secs: 0.0,
+            arrived: false,
+        }
+    }
+
+    /// Whether all its numbers are numbers; what a snapshot may get wrong.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
+        let places = self.goal_m.iter().chain(&self.corners).flat_map(|place_m| place_m.iter());
+        let numbers = [self.speed_mps, self.crossing_share, self.waited_secs];
+        places.chain(&numbers).all(|value| value.is_finite())
+    }
+
+    /// How it walks during the next tick. `draw` gives numbers for the choice of places.
+    pub fn control(
+        &mut self,
+        mesh: &NavMesh,
+        scene: &Scene,
+        body: &Body,
+        dt_secs: f32,
+        draw: &mut dyn FnMut() -> u64,
+    ) -> WalkerControl {
+        let foot_m = body.centre_m - Vec3::z() * body.half_m.z;
+        self.pass_corners(&foot_m);
+        if self.corners.is_empty() && !self.arrived {
+            self.choose(mesh, &foot_m, draw);
+        }
+        let Some(corner_m) = self.corners.first() else { return WalkerControl::default() };
+        let way = corner_m - foot_m;
+        let Some(direction) = Vec3::new(way.x, way.y, 0.0).try_normalize(1.0e-3) else {
+            return WalkerControl::default();
+        };
+        if steps_down(mesh, &foot_m, &direction) && is_coming(scene, &foot_m, &direction) {
+            self.waited_secs += dt_secs;
+            if self.waited_secs > PATIENCE_SECS && self.goal_m.is_none() {
+                self.corners.clear();
+                self.waited_secs = 0.0;
+            }
+            return WalkerControl { direction, speed_mps: 0.0, jump: false };
+        }
+        self.waited_secs = 0.0;
+        let (direction, share) = around(scene, body, &direction);
+        WalkerControl { direction, speed_mps: self.speed_mps * share, jump: false }
+    }
+
+    fn pass_corners(&mut self, foot_m: &Vec3) {
+        while let Some(corner_m) = self.corners.first()
+            && (corner_m - foot_m).xy().norm() < CORNER_M
+        {
+            self.corners.remove(0);
+            self.arrived = self.corners.is_empty() && self.goal_m.is_some();
+        }
+    }
+
+    fn choose(&mut self, mesh: &NavMesh, foot_m: &Vec3, draw: &mut dyn FnMut() -> u64) {
+        let from: Point3<f64> = nalgebra::convert(Point3::from(*foot_m));
+        let goal = match self.goal_m {
+            Some(goal_m) => Some(nalgebra::convert(Point3::from(goal_m))),
+            None => mesh.random_point(draw()),
+        };
+        let Some(goal) = goal else { return };
+        let share = (draw() % 1_000) as f32 / 1_000.0;
+        let corners = mesh.path(from, goal, share < self.crossing_share);
+        let corners = corners.into_iter().skip(1).take(CORNERS_MAX);
+        self.corners = corners.map(|corner| nalgebra::convert(corner.coords)).collect();
+        if self.corners.is_empty() {
+            // Nobody tries again every tick for a goal that no way leads to.
+            self.arrived = self.goal_m.is_some();
+        }
+    }
+}
+
+/// Whether the next step leads from where no vehicle drives to where one may.
+fn steps_down(mesh: &NavMesh, foot_m: &Vec3, direction: &Vec3) -> bool {
+    let area = |point_m: Vec3| {
+        let point: Point3<f64> = nalgebra::convert(Point3::from(point_m));
+        let (polygon, _) = mesh.nearest(point)?;
+        Some(mesh.polygons().get(polygon as usize)?.area)
+    };
+    let here = area(*foot_m);
+    let next = area(foot_m + direction * LOOK_M);
+    here == Some(Area::Sidewalk) && next.is_some_and(|area| area != Area::Sidewalk)
+}
+
+/// Whether a vehicle would come near the way across within the time it takes.
+fn is_coming(scene: &Scene, foot_m: &Vec3, direction: &Vec3) -> bool {
+    let mut coming = false;
+    let across_m = foot_m + direction * 4.0;
+    scene.near(&across_m, VEHICLES_M, |body| {
+        let speed_mps = body.velocity_mps.xy().norm();
+        if body.is_walker || speed_mps < STANDING_MPS || (body.centre_m.z - foot_m.z).abs() > 4.0 {
+            return;
+        }
+        // Closest approach of the vehicle to the middle of the way across.
+        let away = (across_m - body.centre_m).xy();
+        let velocity = body.velocity_mps.xy();
+        let secs = (away.dot(&velocity) / (speed_mps * speed_mps)).clamp(0.0, GAP_SECS);
+        let nearest_m = (away - velocity * secs).norm();
+        if nearest_m < CLEAR_M + body.half_m.x + 2.0 {
+            coming = true;
+        }
+    });
+    coming
+}
+
+/// The direction and share of speed that keep clear of people and bodies ahead.
+fn around(scene: &Scene, own: &Body, direction: &Vec3) -> (Vec3, f32) {
+    let left = Vec3::new(-direction.y, direction.x, 0.0);
+    let (mut aside, mut share) = (0.0f32, 1.0f32);
+    scene.near(&own.centre_m, PEOPLE_M + 4.0, |body| {
+        let away = body.centre_m - own.centre_m;
+        let size_m = if body.is_walker { PERSON_M } else { body.half_m.x.min(2.5) + 0.5 };
+        let (ahead_m, beside_m) = (away.dot(direction), away.dot(&left));
+        let reach_m = PEOPLE_M + size_m - PERSON_M;
+        if body.id == own.id || !(0.0..reach_m).contains(&ahead_m) || beside_m.abs() > size_m {
+            return;
+        }
+        // To the right of whoever comes straight on, else away from them.
+        let side = if beside_m >= -0.05 { -1.0 } else { 1.0 };
+        aside += side * (1.0 - ahead_m / reach_m);
+        if ahead_m < size_m {
+            share = share.min(0.3);
+        }
+    });
+    let bent = direction + left * aside.clamp(-1.0, 1.0);
+    (bent.try_normalize(1.0e-3).unwrap_or(*direction), share)
+}

@@ -1,0 +1,363 @@
+//! Drivers of traffic: vehicles that go on for ever, each on its own way.
+//!
+//! A driver follows what is ahead by the intelligent driver model (Treiber, Hennecke, Helbing,
+//! "Congested traffic states in empirical observations and microscopic simulations", 2000), changes
+//! lanes by MOBIL (Kesting, Treiber, Helbing, "General lane-changing model MOBIL", 2007), and enters
+//! a junction only with a claim on its way through ([`Claims`]).
+
+mod change;
+mod claims;
+mod manner;
+
+use roads::Map;
+use schemas::{
+    AgentBehaviour, Pose, TrafficLightColour, UnitQuaternion, Vec3, VehicleControl, yaw_rad,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::agent::{Senses, any_next};
+use crate::lane_change::Reference;
+use crate::network::{LaneId, Network, Stop};
+use crate::path::{Leg, Path, heading};
+use crate::scene::{Ahead, Room};
+use crate::{steering, track};
+pub use claims::Claims;
+use claims::{Grants, Way};
+use manner::Manner;
+
+/// A vehicle's lane is at most this far from it.
+const LANE_M: f32 = 5.0;
+/// Way ahead that is kept, at rest and per second of driving.
+const WAY_M: f32 = 40.0;
+const WAY_SECS: f32 = 6.0;
+/// Most lanes that are added to the way in one tick.
+const LANES_MAX: usize = 64;
+/// Spacing of the places on the way that count.
+const SPACING_M: f32 = 2.0;
+/// How far before a line or an entry a vehicle stops.
+const BEFORE_LINE_M: f32 = 1.0;
+/// Slower than this a vehicle stands.
+const STANDING_MPS: f32 = 0.2;
+/// How long a vehicle stands at a stop sign.
+const STOP_SECS: f32 = 1.0;
+/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
+const AT_LINE_M: f32 = 4.0;
+/// Lines this far inside a junction belong to its entry.
+const INSIDE_M: f32 = 4.0;
+/// Braking from which a light that turned is run rather than obeyed.
+const LIGHT_MPS2: f32 = 5.0;
+/// How much earlier curvature is steered for.
+const LEAD_SECS: f32 = 0.12;
+/// Whoever is faster than this leaves a junction before those behind arrive there.
+const CLEARING_MPS: f32 = 5.0;
+/// Way over which the climb of the road is taken.
+const CLIMB_M: f32 = 2.0;
+/// Full brake stands for this.
+const BRAKE_MPS2: f32 = 9.0;
+
+/// A driver of traffic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Driver {
+    behaviour: AgentBehaviour,
+    path: Path,
+    grants: Grants,
+    /// Whether nothing but others' claims kept it from the next junction in the last tick.
+    ready: bool,
+    /// Standing at a stop sign.
+    stood_secs: f32,
+    /// The stop sign it may pass: its lane.
+    passed: Option<LaneId>,
+    /// Since it last thought about changing lanes.
+    settled_secs: f32,
+    /// What the pedals are to reach.
+    wanted_mps: f32,
+}
+
+/// Where a vehicle without dynamics is, and how it moves, world frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glide {
+    /// Origin at the box centre on the ground.
+    pub world_from_vehicle: Pose,
+    /// Along the way.
+    pub velocity_mps: Vec3,
+}
+
+impl Driver {
+    /// A driver who takes over a vehicle on a lane.
+    #[must_use]
+    pub fn new(behaviour: AgentBehaviour) -> Self {
+        Self {
+            behaviour,
+            path: Path::default(),
+            grants: Grants::default(),
+            ready: false,
+            stood_secs: 0.0,
+            passed: None,
+            settled_secs: 0.0,
+            wanted_mps: 0.0,
+        }
+    }
+
+    /// Whether it can be a driver on this network; what a snapshot may get wrong.
+    #[must_use]
+    pub fn is_consistent(&self, network: &Network) -> bool {
+        let numbers = [self.stood_secs, self.settled_secs, self.wanted_mps];
+        self.path.is_consistent(network) && numbers.iter().all(|value| value.is_finite())
+    }
+
+    /// Goes on to where the vehicle is, keeps enough way ahead, and says what is claimed.
+    pub fn look(
+        &mut self,
+        senses: &Senses<'_>,
+        map: &Map,
+        claims: &mut Claims,
+        draw: &mut dyn FnMut() -> u64,
+    ) {
+        let (network, view) = (senses.network, senses.view);
+        let position_m = view.world_from_vehicle.translation.vector;
+        if self.path.is_empty() {
+            let heading_rad = yaw_rad(&view.world_from_vehicle);
+            let near = network.along(&position_m, heading_rad, LANE_M);
+            let place = near
+                .map(|near| near.place)
+                .or_else(|| crate::network::nearest_place(network, map, &position_m));
+            if let Some((place, lane)) = place.and_then(|at| Some((at, network.lane(at.lane)?))) {
+                let to_m = lane.length_m();
+                self.path.push(Leg { lane: place.lane, from_m: place.at_m, to_m, onto: None });
+            }
+        }
+        let before_m = self.path.length_m();
+        self.path.follow(network, &position_m);
+        let driven_m = (before_m - self.path.length_m()).max(0.0);
+        let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
+        for _ in 0..LANES_MAX {
+            let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
+            let Some(leg) = last.and_then(|last| any_next(network, last, draw)) else { break };
+            self.path.push(leg);
+        }
+        self.grants.drive_on(&self.path, driven_m, senses.body.half_m.x);
+        self.grants.tell(senses.body.id, claims);
+        let way = Way::next(network, &self.path, &self.grants);
+        let wishes = |way: &Way| self.ready && !self.waits_at_light(senses, way.entry_m);
+        if let Some(way) = way.filter(wishes) {
+            let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
+            claims.wish(&way, senses.body.id, eta_secs, self.rank(senses, way.entry_m));
+        }
+        self.grants.wait(senses.dt_secs, view.velocity_mps.norm());
+    }
+
+    /// The control for the next tick, after everybody has looked.
+    pub fn control(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> VehicleControl {
+        let acceleration_mps2 = self.accelerate(senses, claims);
+        let view = senses.view;
+        let forward = view.world_from_vehicle.rotation * Vec3::x();
+        let speed_mps = view.velocity_mps.dot(&forward);
+        let (throttle, brake) = self.pedals(acceleration_mps2, speed_mps, senses.dt_secs);
+        let steer = self.steer(senses);
+        VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
+    }
+
+    /// Moves on without dynamics, after everybody has looked; where the vehicle is at the end of the
+    /// tick.
+    pub fn glide(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> Option<Glide> {
+        let acceleration_mps2 = self.accelerate(senses, claims);
+        let before_mps = senses.view.velocity_mps.norm();
+        let speed_mps = (before_mps + acceleration_mps2 * senses.dt_secs).max(0.0);
+        self.path.go(f32::midpoint(before_mps, speed_mps) * senses.dt_secs);
+        let here = self.path.at(senses.network, 0.0)?.point;
+        let next = self.path.at(senses.network, CLIMB_M)?;
+        let climb_m = next.point.point_m.z - here.point_m.z;
+        let slope = if next.ahead_m > 0.5 { climb_m / next.ahead_m } else { 0.0 };
+        let nose_up_rad = nalgebra::ComplexField::atan(slope);
+        // A positive turn about y (left) tips the nose down.
+        let rotation = UnitQuaternion::from_euler_angles(0.0, -nose_up_rad, here.heading_rad);
+        let world_from_vehicle = Pose::from_parts(here.point_m.into(), rotation);
+        self.wanted_mps = speed_mps;
+        Some(Glide { world_from_vehicle, velocity_mps: rotation * Vec3::x() * speed_mps })
+    }
+
+    fn steer(&self, senses: &Senses<'_>) -> f32 {
+        let view = senses.view;
+        let Some(here) = self.path.at(senses.network, 0.0) else { return 0.0 };
+        let along = heading(&here.point);
+        let left = Vec3::new(-along.y, along.x, 0.0);
+        let along_mps = along.dot(&view.velocity_mps);
+        let ahead_m = along_mps.max(0.0) * LEAD_SECS;
+        let bend = self.path.at(senses.network, ahead_m).unwrap_or(here);
+        let place = track::Place {
+            left_m: left.dot(&(view.world_from_vehicle.translation.vector - here.point.point_m)),
+            along_mps,
+            left_mps: left.dot(&view.velocity_mps),
+            curvature_per_m: bend.point.curvature_per_m,
+        };
+        steering::steer(&place, &Reference::default(), view)
+    }
+
+    fn pedals(&mut self, acceleration_mps2: f32, speed_mps: f32, dt_secs: f32) -> (f32, f32) {
+        let wanted_mps = self.wanted_mps + acceleration_mps2 * dt_secs;
+        self.wanted_mps = wanted_mps.max(speed_mps - 1.0).min(speed_mps + 1.5).max(0.0);
+        if speed_mps < STANDING_MPS && acceleration_mps2 <= 0.0 {
+            return (0.0, 0.5);
+        }
+        let error_mps = self.wanted_mps - speed_mps;
+        let effort = 0.12 * acceleration_mps2 + 0.3 * error_mps;
+        if acceleration_mps2 < -0.4 {
+            (0.0, (-acceleration_mps2 / BRAKE_MPS2 - 0.1 * error_mps).clamp(0.0, 1.0))
+        } else {
+            (effort.clamp(0.0, 1.0), 0.0)
+        }
+    }
+
+    /// The acceleration that way, lights, junctions and others allow.
+    fn accelerate(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> f32 {
+        let manner = Manner::of(self.behaviour);
+        let view = senses.view;
+        let forward = view.world_from_vehicle.rotation * Vec3::x();
+        let speed_mps = view.velocity_mps.dot(&forward).max(0.0);
+        let mut points = Vec::new();
+        let horizon_m = manner.horizon_m(speed_mps);
+        self.path.sample(senses.network, horizon_m, SPACING_M, &mut points);
+        let free_mps = manner.free_mps(&points, self.path.length_m());
+        let ahead = senses.scene.ahead(&points, &room(senses));
+        let mut least = manner.free(speed_mps, free_mps);
+        if let Some(ahead) = &ahead {
+            least = least.min(manner.behind(speed_mps, free_mps, ahead));
+        }
+        // Until a change is done, those on the other lane count as well as those in the way.
+        if let Some(changed) = self.path.changed(senses.network) {
+            changed.sample(senses.network, horizon_m, SPACING_M, &mut points);
+            if let Some(beside) = senses.scene.ahead(&points, &room(senses)) {
+                least = least.min(manner.behind(speed_mps, free_mps, &beside));
+            }
+        }
+        if let Some(line_m) = self.stops_at(senses, &manner, ahead.as_ref(), claims, speed_mps) {
+            least = least.min(manner.before(speed_mps, free_mps, line_m));
+        }
+        self.settled_secs += senses.dt_secs;
+        let asked = change::Asked { speed_mps, free_mps, present_mps2: least, ahead };
+        if self.settled_secs > change::THINK_SECS && self.grants.is_empty() {
+            self.settled_secs = 0.0;
+            if let Some(path) = change::better(senses, &manner, &self.path, &asked) {
+                self.path = path;
+            }
+        }
+        least
+    }
+
+    /// Free way to the next place to stop at: a light, a sign, a junction that others claim.
+    fn stops_at(
+        &mut self,
+        senses: &Senses<'_>,
+        manner: &Manner,
+        ahead: Option<&Ahead>,
+        claims: &mut Claims,
+        speed_mps: f32,
+    ) -> Option<f32> {
+        let front_m = senses.body.half_m.x;
+        let look_m = manner.horizon_m(speed_mps);
+        let line_m = self.line(senses, look_m, speed_mps).map(|line_m| line_m - front_m);
+        // Whoever is held before a junction lets others through.
+        if let Some(line_m) = line_m {
+            self.grants.give_up(&self.path, line_m + front_m);
+        }
+        let way = Way::next(senses.network, &self.path, &self.grants);
+        let way = way.filter(|way| way.entry_m <= look_m);
+        let Some(way) = way else {
+            self.ready = false;
+            return line_m.map(|line_m| line_m - BEFORE_LINE_M);
+        };
+        let entry_m = way.entry_m - front_m;
+        let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
+        let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
+        let room_beyond = ahead.is_none_or(|ahead| {
+            let needed_m = way.exit_m + front_m + manner.gap_m;
+            ahead.gap_m > needed_m || ahead.along_mps > CLEARING_MPS && ahead.gap_m > entry_m + 2.0
+        });
+        let near = to_entry_m < manner.stopping_m(speed_mps) + 6.0 + speed_mps;
+        let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
+        let rank = self.rank(senses, way.entry_m);
+        let yields_far = rank == 0 && to_entry_m > 8.0;
+        self.ready = near && open && first && room_beyond;
+        if self.ready && !yields_far && claims.grant(senses.network, &way, senses.body.id, rank) {
+            self.grants.add(&way);
+            return None;
+        }
+        Some(to_entry_m - BEFORE_LINE_M)
+    }
+
+    /// Distance to the next line that holds this vehicle.
+    fn line(&mut self, senses: &Senses<'_>, look_m: f32, speed_mps: f32) -> Option<f32> {
+        let front_m = senses.body.half_m.x;
+        let lines = self.path.stops(senses.network, 0.0, look_m + front_m);
+        let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
+            TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
+            TrafficLightColour::Yellow => {
+                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
+            }
+            _ => false,
+        };
+        let mut held = None;
+        let mut at_sign = false;
+        for line in lines {
+            let gap_m = line.ahead_m - front_m;
+            let holds = match line.why {
+                Stop::Light(light) => closed(light, gap_m),
+                Stop::Sign if self.passed == Some(line.lane) => {
+                    at_sign = true;
+                    false
+                }
+                Stop::Sign => {
+                    at_sign = true;
+                    if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
+                        self.stood_secs += senses.dt_secs;
+                    }
+                    if self.stood_secs >= STOP_SECS {
+                        self.passed = Some(line.lane);
+                    }
+                    self.passed != Some(line.lane)
+                }
+                Stop::Yield => false,
+            };
+            if holds && held.is_none() {
+                held = Some(line.ahead_m);
+            }
+        }
+        if !at_sign {
+            (self.stood_secs, self.passed) = (0.0, None);
+        }
+        held
+    }
+
+    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long wait.
+    fn rank(&self, senses: &Senses<'_>, entry_m: f32) -> u8 {
+        if self.grants.waited_long() {
+            return 2;
+        }
+        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
+        let yields = lines.iter().any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
+        u8::from(!yields)
+    }
+
+    /// Whether a light before a junction does not show green.
+    fn waits_at_light(&self, senses: &Senses<'_>, entry_m: f32) -> bool {
+        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
+        lines.iter().any(|line| match line.why {
+            Stop::Light(light) => matches!(
+                senses.scene.light(light),
+                TrafficLightColour::Red | TrafficLightColour::Yellow
+            ),
+            _ => false,
+        })
+    }
+}
+
+/// The room that a vehicle needs on its way.
+fn room(senses: &Senses<'_>) -> Room {
+    Room {
+        id: senses.body.id,
+        front_m: senses.body.half_m.x,
+        half_width_m: senses.body.half_m.y,
+        beside_m: 0.35,
+        beside_walkers_m: 0.6,
+    }
+}

@@ -1,0 +1,162 @@
+//! How hard a driver drives, and the intelligent driver model.
+
+use schemas::AgentBehaviour;
+
+use crate::path::PathPoint;
+use crate::scene::Ahead;
+
+/// No driver brakes harder, in metres per second squared.
+const BRAKING_MAX: f32 = 8.0;
+
+/// A driver in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Manner {
+    /// Of the speed limit.
+    share: f32,
+    /// Where no limit is posted.
+    speed_mps: f32,
+    /// To the vehicle ahead, in seconds and at rest.
+    headway_secs: f32,
+    pub gap_m: f32,
+    /// Comfortable acceleration, braking, and sideways in curves.
+    speed_up_mps2: f32,
+    braking_mps2: f32,
+    curve_mps2: f32,
+    /// What a lane change must gain, and how much the others' loss counts.
+    pub gain_mps2: f32,
+    pub politeness: f32,
+}
+
+impl Manner {
+    pub(super) fn of(behaviour: AgentBehaviour) -> Self {
+        let normal = Self {
+            share: 1.0,
+            speed_mps: 50.0 / 3.6,
+            headway_secs: 1.4,
+            gap_m: 2.0,
+            speed_up_mps2: 1.8,
+            braking_mps2: 2.0,
+            curve_mps2: 2.2,
+            gain_mps2: 0.3,
+            politeness: 0.3,
+        };
+        match behaviour {
+            AgentBehaviour::Basic | AgentBehaviour::Normal => normal,
+            AgentBehaviour::Cautious => Self {
+                share: 0.85,
+                headway_secs: 1.9,
+                gap_m: 2.5,
+                speed_up_mps2: 1.2,
+                curve_mps2: 1.8,
+                gain_mps2: 0.6,
+                politeness: 0.6,
+                ..normal
+            },
+            AgentBehaviour::Aggressive => Self {
+                share: 1.15,
+                headway_secs: 1.0,
+                gap_m: 1.6,
+                speed_up_mps2: 2.5,
+                braking_mps2: 2.8,
+                curve_mps2: 2.8,
+                gain_mps2: 0.15,
+                politeness: 0.0,
+                ..normal
+            },
+        }
+    }
+
+    /// How far ahead counts.
+    pub(super) fn horizon_m(&self, speed_mps: f32) -> f32 {
+        45.0 + 1.5 * self.headway_secs * speed_mps + self.stopping_m(speed_mps)
+    }
+
+    pub(super) fn stopping_m(&self, speed_mps: f32) -> f32 {
+        speed_mps * speed_mps / (2.0 * self.braking_mps2)
+    }
+
+    /// As fast as limits and curves on the way allow here, and its end after `left_m`.
+    pub(super) fn free_mps(&self, points: &[PathPoint], left_m: f32) -> f32 {
+        let mut least_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
+        for at in points {
+            let limit_mps = at.point.limit_mps;
+            let posted = if limit_mps > 0.0 { self.share * limit_mps } else { self.speed_mps };
+            let curve = self.curve_mps2 / at.point.curvature_per_m.abs().max(1.0e-4);
+            let there = (posted * posted).min(curve);
+            least_mps = least_mps.min((there + 2.0 * self.braking_mps2 * at.ahead_m).sqrt());
+        }
+        least_mps
+    }
+
+    /// Acceleration with nobody ahead.
+    pub(super) fn free(&self, speed_mps: f32, free_mps: f32) -> f32 {
+        let share = speed_mps / free_mps.max(0.1);
+        let wanted = self.speed_up_mps2 * (1.0 - share.powi(4));
+        wanted.max(-self.braking_mps2 * 1.5)
+    }
+
+    /// Acceleration behind somebody.
+    pub(super) fn behind(&self, speed_mps: f32, free_mps: f32, ahead: &Ahead) -> f32 {
+        let leader_mps = ahead.along_mps.max(0.0);
+        self.follow(speed_mps, free_mps, (ahead.gap_m, leader_mps), self.gap_m)
+    }
+
+    /// Acceleration before a place to stop at.
+    pub(super) fn before(&self, speed_mps: f32, free_mps: f32, line_m: f32) -> f32 {
+        self.follow(speed_mps, free_mps, (line_m, 0.0), 0.3)
+    }
+
+    fn follow(
+        &self,
+        speed_mps: f32,
+        free_mps: f32,
+        (gap_m, leader_mps): (f32, f32),
+        rest_m: f32,
+    ) -> f32 {
+        let closing = speed_mps * (speed_mps - leader_mps);
+        let hasty = 2.0 * (self.speed_up_mps2 * self.braking_mps2).sqrt();
+        let moving_m = speed_mps * self.headway_secs * if rest_m < 1.0 { 0.4 } else { 1.0 };
+        let wanted_m = rest_m + (moving_m + closing / hasty).max(0.0);
+        let share = wanted_m / gap_m.max(0.1);
+        let free = self.speed_up_mps2 * (1.0 - (speed_mps / free_mps.max(0.1)).powi(4));
+        let held = free - self.speed_up_mps2 * share * share;
+        // Standing close behind is no reason to roll on.
+        let held = if gap_m < rest_m && speed_mps < 0.5 { held.min(-1.0) } else { held };
+        held.max(-BRAKING_MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_settles_behind_a_leader_at_its_speed_and_distance() {
+        let manner = Manner::of(AgentBehaviour::Normal);
+        let (mut gap_m, mut speed_mps) = (60.0, 14.0);
+        let mut least_m: f32 = gap_m;
+        for _ in 0..2_000 {
+            let ahead = Ahead { gap_m, along_mps: 8.0, is_walker: false };
+            speed_mps += manner.behind(speed_mps, 14.0, &ahead) * 0.05;
+            gap_m += (8.0 - speed_mps) * 0.05;
+            least_m = least_m.min(gap_m);
+        }
+        assert!((speed_mps - 8.0).abs() < 0.05, "{speed_mps}");
+        assert!((11.0..18.0).contains(&gap_m) && least_m > 8.0, "{gap_m}, {least_m}");
+    }
+
+    #[test]
+    fn a_driver_stops_before_a_line_and_not_beyond() {
+        for behaviour in
+            [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Aggressive]
+        {
+            let manner = Manner::of(behaviour);
+            let (mut line_m, mut speed_mps) = (60.0f32, 14.0f32);
+            for _ in 0..1_200 {
+                speed_mps = (speed_mps + manner.before(speed_mps, 14.0, line_m) * 0.05).max(0.0);
+                line_m -= speed_mps * 0.05;
+            }
+            assert!((0.0..2.0).contains(&line_m) && speed_mps < 0.1, "{line_m}, {speed_mps}");
+        }
+    }
+}

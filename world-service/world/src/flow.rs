@@ -1,0 +1,173 @@
+//! Traffic of the world's own: who belongs to it, and how it drives.
+
+use std::sync::Arc;
+
+use agents::{Claims, Driver, Scene, Senses};
+use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, Vec3, VehicleControl, limits};
+
+use crate::blueprint::{self, BodySpec};
+use crate::rng::Rng;
+use crate::spawn::Wish;
+use crate::step;
+use crate::town::Town;
+use crate::world::{State, World};
+
+/// Way between places at which a vehicle may begin, in metres.
+const PLACES_M: f32 = 20.0;
+
+impl World {
+    /// Hands a vehicle to a driver of traffic.
+    pub(crate) fn set_traffic(
+        &mut self,
+        id: ActorId,
+        behaviour: AgentBehaviour,
+    ) -> Result<(), Error> {
+        let (vehicle, body) = self.vehicle_mut(id)?;
+        vehicle.hand_over();
+        vehicle.traffic = Some(Box::new(Driver::new(behaviour)));
+        self.state.physics.wake(body);
+        Ok(())
+    }
+
+    /// Spawns cars on free places of the lanes and hands them to drivers of traffic; all or none.
+    pub(crate) fn spawn_traffic(
+        &mut self,
+        count: u32,
+        behaviour: Option<AgentBehaviour>,
+    ) -> Result<(), Error> {
+        if self.actor_count() + count as usize > limits::ACTORS_PER_WORLD_MAX {
+            return Err(Error::new(ErrorCode::Capacity, "the world is full")
+                .wanted(format!("at most {} actors", limits::ACTORS_PER_WORLD_MAX)));
+        }
+        let before = self.state.clone();
+        let spawned = self.try_spawn_traffic(count, behaviour);
+        if spawned.is_err() {
+            self.state = before;
+        }
+        spawned
+    }
+
+    fn try_spawn_traffic(
+        &mut self,
+        count: u32,
+        behaviour: Option<AgentBehaviour>,
+    ) -> Result<(), Error> {
+        let town = Arc::clone(&self.town);
+        let mut places: Vec<Pose> = town.network().places(PLACES_M);
+        shuffle(&mut places, &mut self.state.rng);
+        let mut left = count;
+        for pose in places {
+            if left == 0 {
+                break;
+            }
+            let cars = cars();
+            let rng = &mut self.state.rng;
+            let Some(blueprint) = rng.choose(&cars).copied() else { break };
+            let mixed = [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Normal];
+            let drawn = rng.choose(&mixed).copied().unwrap_or(AgentBehaviour::Normal);
+            let linear_mps = Vec3::zeros();
+            let wish =
+                Wish { blueprint, pose: &pose, linear_mps, attributes: &[], attachment: None };
+            match self.spawn(&wish) {
+                Ok(id) => self.set_traffic(id, behaviour.unwrap_or(drawn))?,
+                Err(error) if error.code == ErrorCode::SpawnBlocked => continue,
+                Err(error) => return Err(error),
+            }
+            left -= 1;
+        }
+        if left == 0 {
+            return Ok(());
+        }
+        Err(Error::new(ErrorCode::SpawnBlocked, "the lanes have no room for so many vehicles")
+            .wanted(format!("at most {} vehicles", count - left))
+            .found(count))
+    }
+}
+
+/// Blueprints of cars with four wheels, in the order of the library.
+fn cars() -> Vec<&'static str> {
+    let all = blueprint::all().iter();
+    let car = all.filter(|blueprint| match &blueprint.body {
+        BodySpec::Vehicle(model) => model.length_m < 5.6 && model.width_m > 1.4,
+        _ => false,
+    });
+    car.map(|blueprint| blueprint.id.as_str()).collect()
+}
+
+/// **Source:** Fisher and Yates; Durstenfeld, "Algorithm 235: Random permutation", 1964.
+fn shuffle(places: &mut [Pose], rng: &mut Rng) {
+    for last in (1..places.len()).rev() {
+        let other = (rng.next_u64() % (last as u64 + 1)) as usize;
+        places.swap(last, other);
+    }
+}
+
+impl State {
+    /// Lets drivers of traffic choose this tick's controls: all look, then all decide.
+    pub(crate) fn flow(&mut self, town: &Town, scene: &Scene) {
+        let network = town.network();
+        let mut claims = Claims::default();
+        for actor in &self.actors {
+            let vehicle = actor.vehicle.as_deref();
+            if vehicle.is_some_and(|vehicle| vehicle.traffic.is_none()) && actor.is_solid() {
+                claims.occupy(network, &self.seen(actor));
+            }
+        }
+        for index in 0..self.actors.len() {
+            self.with_driver(index, town, scene, |driver, senses, rng| {
+                driver.look(senses, &town.roads, &mut claims, &mut || rng.next_u64());
+            });
+        }
+        let witnesses = self.witnesses();
+        for index in 0..self.actors.len() {
+            let Some(vehicle) = self.actors[index].vehicle.as_deref() else { continue };
+            let rails = self.belongs_on_rails(&self.actors[index], &witnesses);
+            if rails != vehicle.rails {
+                self.set_rails(index, rails);
+            }
+            if rails {
+                let glide = self.with_driver(index, town, scene, |driver, senses, _| {
+                    driver.glide(senses, &mut claims)
+                });
+                if let Some(glide) = glide.flatten() {
+                    self.glide(index, &glide);
+                }
+                continue;
+            }
+            let control = self.with_driver(index, town, scene, |driver, senses, _| {
+                driver.control(senses, &mut claims)
+            });
+            self.steer(index, control);
+        }
+    }
+
+    fn steer(&mut self, index: usize, control: Option<VehicleControl>) {
+        let actor = &mut self.actors[index];
+        let body = actor.rigid();
+        let Some(((vehicle, body), control)) = actor.vehicle_mut().zip(body).zip(control) else {
+            return;
+        };
+        if std::mem::replace(&mut vehicle.state.control, control) != control {
+            self.physics.wake(body);
+        }
+    }
+
+    fn with_driver<T>(
+        &mut self,
+        index: usize,
+        town: &Town,
+        scene: &Scene,
+        act: impl FnOnce(&mut Driver, &Senses<'_>, &mut Rng) -> T,
+    ) -> Option<T> {
+        self.actors[index].vehicle.as_deref()?.traffic.as_ref()?;
+        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let dt_secs = self.dt_secs as f32;
+        let rng = &mut self.rng;
+        let vehicle = self.actors[index].vehicle_mut()?;
+        let view = step::view(vehicle.tuning.fit(), &motion);
+        let driver = vehicle.traffic.as_deref_mut()?;
+        let network = town.network();
+        let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
+        Some(act(driver, &senses, rng))
+    }
+}
