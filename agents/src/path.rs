@@ -64,7 +64,8 @@ impl Leg {
     }
 }
 
-/// Between two lanes: a quintic from one to the other, which begins and ends without course or bend.
+/// Between two lanes: a quintic from one to the other, which begins and ends without course or
+/// bend.
 fn blend(own: &LanePoint, other: &LanePoint, u: f32, length_m: f32) -> LanePoint {
     let way = u * u * u * (10.0 + u * (-15.0 + 6.0 * u));
     let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / length_m;

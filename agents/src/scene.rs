@@ -58,8 +58,8 @@ pub(crate) struct Room {
 }
 
 impl Scene {
-    /// A scene of these bodies; `lights` by position among the map's traffic lights, none in a world
-    /// without lights.
+    /// A scene of these bodies; `lights` by position among the map's traffic lights, none in a
+    /// world without lights.
     #[must_use]
     pub fn new(bodies: Vec<Body>, lights: Vec<TrafficLightColour>) -> Self {
         let mut cells: Vec<_> =

@@ -2,8 +2,8 @@
 //!
 //! A driver follows what is ahead by the intelligent driver model (Treiber, Hennecke, Helbing,
 //! "Congested traffic states in empirical observations and microscopic simulations", 2000), changes
-//! lanes by MOBIL (Kesting, Treiber, Helbing, "General lane-changing model MOBIL", 2007), and enters
-//! a junction only with a claim on its way through ([`Claims`]).
+//! lanes by MOBIL (Kesting, Treiber, Helbing, "General lane-changing model MOBIL", 2007), and
+//! enters a junction only with a claim on its way through ([`Claims`]).
 
 mod change;
 mod claims;
@@ -157,8 +157,8 @@ impl Driver {
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 
-    /// Moves on without dynamics, after everybody has looked; where the vehicle is at the end of the
-    /// tick.
+    /// Moves on without dynamics, after everybody has looked; where the vehicle is at the end of
+    /// the tick.
     pub fn glide(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> Option<Glide> {
         let acceleration_mps2 = self.accelerate(senses, claims);
         let before_mps = senses.view.velocity_mps.norm();
@@ -328,7 +328,8 @@ impl Driver {
         held
     }
 
-    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long wait.
+    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long
+    /// wait.
     fn rank(&self, senses: &Senses<'_>, entry_m: f32) -> u8 {
         if self.grants.waited_long() {
             return 2;

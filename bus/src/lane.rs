@@ -1,10 +1,10 @@
 //! The fast lane: questions and answers as pairs of publications over a low-latency transport.
 //!
 //! A query of the transport costs three timers and a second message that says that no more answers
-//! come; the usual transport hands every message to a thread that sends. A lane has neither: whoever
-//! asks or answers writes to the socket himself. In return it carries only small messages
-//! (larger answers travel in parts, larger questions as queries), and it must notice itself when the
-//! service is gone. Who answers an asker that takes nothing waits once the system's buffers are
+//! come; the usual transport hands every message to a thread that sends. A lane has neither:
+//! whoever asks or answers writes to the socket himself. In return it carries only small messages
+//! (larger answers travel in parts, larger questions as queries), and it must notice itself when
+//! the service is gone. Who answers an asker that takes nothing waits once the system's buffers are
 //! full: lanes are for services that read, with few questions under way.
 
 use std::collections::BTreeMap;

@@ -106,8 +106,8 @@ fn ids(map: &Map, road: &Road, report: &mut Report) {
     }
 }
 
-/// A lane that names a lane which the sections beyond or the next road do not have. Only the link in
-/// travel direction is followed.
+/// A lane that names a lane which the sections beyond or the next road do not have. Only the link
+/// in travel direction is followed.
 fn missing_target(map: &Map, entry: &LaneEntry, report: &mut Report) {
     let Some((road, _, lane)) = parts(&map.model, entry) else { return };
     let (link_id, next_road) = if entry.forward {

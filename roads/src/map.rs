@@ -272,8 +272,8 @@ impl Map {
         topology::topology(self)
     }
 
-    /// Every driving lane of every section: where its traffic enters it and where it leaves it, both
-    /// at the very ends.
+    /// Every driving lane of every section: where its traffic enters it and where it leaves it,
+    /// both at the very ends.
     ///
     /// **Order:** by road, section and lane.
     #[must_use]

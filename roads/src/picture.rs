@@ -28,8 +28,8 @@ impl Pixel {
 }
 
 /// Draws a map: lanes by type with their lines and directions, junctions with their ids,
-/// crosswalks, scenery, signals, spawn points with their index where there is room for it, a grid of
-/// 100 m and a scale bar.
+/// crosswalks, scenery, signals, spawn points with their index where there is room for it, a grid
+/// of 100 m and a scale bar.
 ///
 /// - **Frame:** east is right, north is up. The numbers at the grid are the map's coordinates;
 ///   CARLA's y has the other sign.

@@ -1,7 +1,7 @@
 //! Surroundings for maps that bring none: houses, trees and lamps beside the roads.
 //!
-//! What is generated stands beside the objects of the nearest road, so that meshes, physics, pictures
-//! and the list of environment objects treat it like any other object.
+//! What is generated stands beside the objects of the nearest road, so that meshes, physics,
+//! pictures and the list of environment objects treat it like any other object.
 
 mod footing;
 

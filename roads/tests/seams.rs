@@ -18,8 +18,8 @@ const STEP_M: f64 = 0.004;
 const REACH_M: f64 = 0.05;
 /// Widest crack.
 const CRACK_MAX_M: f64 = 0.01;
-/// Roads of Town03 that are a centimetre long or less: rows of places across the end of one leave it
-/// at its other end, where not all of its lanes lead on.
+/// Roads of Town03 that are a centimetre long or less: rows of places across the end of one leave
+/// it at its other end, where not all of its lanes lead on.
 const SHORT_IN_TOWN03: [u32; 4] = [13, 29, 62, 84];
 /// Height of sidewalks.
 const KERB_M: f64 = 0.15;

@@ -6,8 +6,8 @@ use std::time::Duration;
 pub const SESSIONS_MAX: u32 = 256;
 /// Bytes of a WebSocket message the transport swallows before it gives the connection up.
 pub const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
-/// Bytes one read of a WebSocket takes at most. The transport clears as many before every read, so a
-/// large buffer costs more than the message in it.
+/// Bytes one read of a WebSocket takes at most. The transport clears as many before every read, so
+/// a large buffer costs more than the message in it.
 pub const READ_BUFFER_BYTES: usize = 8 * 1024;
 /// Bytes of a WebSocket message or HTTP body that are parsed. Larger ones get an error.
 pub const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;

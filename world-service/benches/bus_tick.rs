@@ -2,8 +2,8 @@
 //!
 //! Unit of work: one tick of a world with a car and three pedestrians. Client and service are two
 //! sessions of this process over loopback TCP; ticks take the fast lane. Run it with the runtime
-//! settings of `causeway up`: ZENOH_RUNTIME as in `bus::RUNTIME`. Printed are medians over rounds in which every way
-//! is measured in turn, and the two ratios that are promised.
+//! settings of `causeway up`: ZENOH_RUNTIME as in `bus::RUNTIME`. Printed are medians over rounds
+//! in which every way is measured in turn, and the two ratios that are promised.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot run stops")]
 
 use std::sync::Arc;

@@ -15,8 +15,8 @@ use crate::model::{Road, Section};
 pub(super) const WALKER_RADIUS_M: f64 = 0.3;
 /// Most of a narrow sidewalk's width that either border may take, as a share.
 const BORDER_SHARE_MAX: f64 = 0.25;
-/// Longest piece along a road, in metres. Searches go over the middles of edges: with long pieces the
-/// short way over a street would look long.
+/// Longest piece along a road, in metres. Searches go over the middles of edges: with long pieces
+/// the short way over a street would look long.
 const PIECE_MAX_M: f64 = 6.0;
 /// Large maps are cut into about so many pieces of this length and more.
 const FINE_PIECES_MAX: f64 = 20_000.0;

@@ -93,7 +93,8 @@ impl Scenario for Maze {
         let lanes = Lanes::new(map);
         let wanted =
             Wanted { beside: Beside::NOTHING, beside_also_at_m: None, straight_m: STRAIGHT_M };
-        // Corners matter more than the start: many starts are tried before a straighter way will do.
+        // Corners matter more than the start: many starts are tried before a straighter way will
+        // do.
         let tries = TURNED_RAD.into_iter().flat_map(|turned_rad| [turned_rad; STARTS_MAX]);
         for turned_rad in tries {
             let Some(site) = spawn::choose(lanes, &wanted, &mut rng) else { break };

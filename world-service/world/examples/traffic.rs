@@ -1,8 +1,8 @@
 //! Traffic of our own in a town: what it hits, how fast it flows, how long it takes.
 //!
 //! `cargo run --release -p world --example traffic -- Town02_Opt 100 600` drives 100 vehicles for
-//! 600 simulated seconds and prints a row per minute; a fourth word `hybrid` takes the dynamics away
-//! from vehicles that nobody is near.
+//! 600 simulated seconds and prints a row per minute; a fourth word `hybrid` takes the dynamics
+//! away from vehicles that nobody is near.
 #![allow(clippy::unwrap_used, reason = "an example stops at the first surprise")]
 
 use std::collections::BTreeMap;

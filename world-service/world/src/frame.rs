@@ -56,7 +56,8 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so that forks agree.
+    ///   bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so that forks
+    ///   agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;

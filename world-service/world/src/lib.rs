@@ -6,10 +6,11 @@
 //!   [`frame`](World::frame), [`snapshot`](World::snapshot), [`restore`](World::restore),
 //!   [`fork`](World::fork), [`state_hash`](World::state_hash).
 //!
-//! One tick: pilots and navigation agents choose controls; scenery near moving bodies enters the physics; then in
-//! substeps of at most 10 ms each vehicle's wheels push it, the ground pushes what has fallen, and
-//! Rapier solves the contacts between bodies; at the end the contacts become collisions, in a world
-//! [with traffic](World::with_traffic) the lights take their turns, and the sensors measure.
+//! One tick: pilots and navigation agents choose controls; scenery near moving bodies enters the
+//! physics; then in substeps of at most 10 ms each vehicle's wheels push it, the ground pushes what
+//! has fallen, and Rapier solves the contacts between bodies; at the end the contacts become
+//! collisions, in a world [with traffic](World::with_traffic) the lights take their turns, and the
+//! sensors measure.
 //!
 //! ```
 //! use std::sync::Arc;

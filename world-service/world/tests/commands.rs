@@ -77,14 +77,20 @@ fn a_force_lasts_for_one_tick() {
 #[test]
 fn what_waits_deep_under_the_road_stays_there_until_it_is_put_on_it() {
     let mut world = world();
-    let deep = level_pose(Vec3::new(0.0, LANE_Y_M, -500.0), 0.0);
-    let types = ["vehicle.lincoln.mkz", "vehicle.diamondback.century", "walker.pedestrian.0001"];
-    let waiting = types.map(|blueprint| spawn_at(&mut world, blueprint, deep, 0.0));
+    let types = [
+        ("vehicle.lincoln.mkz", 0.0),
+        ("vehicle.diamondback.century", 10.0),
+        ("walker.pedestrian.0001", 20.0),
+    ];
+    let waiting = types.map(|(blueprint, x_m)| {
+        let deep = level_pose(Vec3::new(x_m, LANE_Y_M, -500.0), 0.0);
+        (spawn_at(&mut world, blueprint, deep, 0.0), deep)
+    });
     run(&mut world, 40);
-    for actor in waiting {
+    for (actor, deep) in waiting {
         assert!((position_m(&world, actor) - deep.translation.vector).norm() < 0.01, "{actor}");
     }
-    let [car, ..] = waiting;
+    let [(car, _), ..] = waiting;
     let road = level_pose(Vec3::new(0.0, LANE_Y_M, 0.5), 0.0);
     world.apply(&Command::SetPose { actor: car, world_from_actor: road }).unwrap();
     control(&mut world, car, VehicleControl { throttle: 0.7, ..Default::default() });
