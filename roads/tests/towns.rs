@@ -214,11 +214,21 @@ fn the_places_that_scripts_for_these_towns_expect_are_level_and_free() {
         assert_eq!(avenue.lane(&place).lane_type, LaneType::Driving, "{x} {y}");
         assert!(avenue.pose(&place).translation.z.abs() < 1e-9);
     }
-    let hit = square.scenery().iter().any(|thing| {
-        let local = thing.pose.inverse_transform_point(&Point3::new(30.0, 6.0, 0.5));
-        (local.coords.abs() - thing.half_extent_m).max() < 0.0
-    });
-    assert!(hit, "nothing stands at 30 6");
+    let stands_at = |x: f64, y: f64| {
+        square.scenery().iter().any(|thing| {
+            let local = thing.pose.inverse_transform_point(&Point3::new(x, y, 0.5));
+            (local.coords.abs() - thing.half_extent_m).max() < 0.0
+        })
+    };
+    for [x, y] in grid([28.0, 32.0], [0.0, 12.0]) {
+        assert!(!stands_at(x, y), "no room for a car at {x} {y}");
+    }
+    assert!(stands_at(30.0, 18.0), "nothing to run into north of 30 6");
+    let middle = square.nearest(Point3::new(235.0, 1.0, 0.0), LaneTypes::ANY).unwrap();
+    assert_eq!(square.lane(&middle).lane_type, LaneType::Driving);
+    for [x, y] in grid([234.0, 236.0], [-110.0, 1.0]) {
+        assert!(!stands_at(x, y), "something stands in the avenue at {x} {y}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::roundabout;
 const STREET: Profile = Profile::street(2, 30);
 const AVENUE: Profile = Profile::street(3, 30);
 const HILL_ROAD: Profile = Profile::two_way(1, Edge::Verge, 30);
-const COLUMNS: [f64; 4] = [-200.0, 0.0, 200.0, 400.0];
+const COLUMNS: [f64; 4] = [-200.0, 0.0, 235.0, 430.0];
 const ROWS: [f64; 3] = [-200.0, -30.0, 160.0];
 /// Junction in the hills, and its height in metres.
 const HILLTOP: [f64; 2] = [-430.0, 40.0];
@@ -70,7 +70,8 @@ fn add_hills(plan: &mut Plan) {
     }
 }
 
-/// A level square with room to drive in all directions, and something to run into elsewhere.
+/// A level square with room to drive in all directions, and elsewhere something to run into, 10 m
+/// ahead of a car at 30 6 that looks north.
 fn add_square(plan: &mut Plan) {
     plan.blocks.push(Block {
         min: [20.0, 196.0],
@@ -78,7 +79,7 @@ fn add_square(plan: &mut Plan) {
         use_of_land: LandUse::Square,
     });
     plan.loose.push(Loose {
-        at: [30.0, 6.0],
+        at: [30.0, 18.0],
         heading_rad: 0.0,
         object: thing("obstacle", "Container", [6.0, 2.5, 3.0], -0.4),
     });
