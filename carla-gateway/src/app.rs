@@ -126,7 +126,8 @@ fn attend(endpoint: Endpoint, sockets: Sockets) -> Result<(), RunError> {
         let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
         let (events, heard) = mpsc::channel(EVENTS_MAX);
         tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
-        tokio::spawn(rpc::serve(calls, events));
+        let desk = rpc::Desk { events, settings: endpoint.posted_settings() };
+        tokio::spawn(rpc::serve(calls, desk));
         endpoint.run(heard).await;
         Ok::<(), std::io::Error>(())
     };

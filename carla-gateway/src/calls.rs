@@ -16,17 +16,26 @@ mod table;
 mod vehicle;
 mod walker;
 
-use crate::dialect::Transform;
+use crate::dialect::{EpisodeSettings, Transform};
 use crate::endpoint::Endpoint;
-use crate::rpc::{Answer, Refusal, Request};
+use crate::rpc::{Answer, Payload, Refusal, Request};
 pub(crate) use lamps::of_map as street_lights;
 use table::{Group, METHODS};
 
 /// What is told of things that have no parts.
 const NO_TRANSFORMS: [Transform; 0] = [];
 
+/// Answers what needs no endpoint, even while it ticks: a Traffic Manager reads the settings between
+/// two frames, on a thread of its own, and must have them before the next frame comes.
+pub(crate) fn at_once(request: &Request, settings: &EpisodeSettings) -> Option<Answer> {
+    (request.method == "get_episode_settings").then(|| Payload::value(settings))
+}
+
 /// Answers one call.
 pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    if let Some(answer) = at_once(request, endpoint.settings()) {
+        return answer;
+    }
     let method = METHODS.iter().find(|method| method.name == request.method);
     let Some(method) = method else {
         return Err(Refusal(format!("this server knows no call {:?}", request.method)));
@@ -58,7 +67,6 @@ pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
 /// them on a thread where nothing catches exceptions.
 fn without_world(request: &Request, refusal: Refusal) -> Answer {
     use crate::dialect::{BatchResponse, BoundingBox};
-    use crate::rpc::Payload;
     match request.method.as_str() {
         "get_actor_bounding_box" => Payload::value(&BoundingBox::default()),
         "get_vehicle_light_states" => Payload::value(&[(); 0]),

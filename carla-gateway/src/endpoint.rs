@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use schemas::{ActorId, Command};
 use tokio::runtime;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
@@ -68,7 +68,6 @@ pub(crate) struct Endpoint {
     pub(crate) config: WorldConfig,
     /// Of calls; streams have the next one.
     pub(crate) port: u16,
-    pub(crate) settings: EpisodeSettings,
     pub(crate) weather: WeatherParameters,
     /// Made at the first call that needs it.
     pub(crate) episode: Option<Episode>,
@@ -91,6 +90,10 @@ pub(crate) struct Endpoint {
     pub(crate) shapes: Arc<Vec<Shape>>,
     /// What inertial sensors measure at rest.
     pub(crate) imui_gravity_mps2: f32,
+    /// How the episode runs.
+    settings: EpisodeSettings,
+    /// The same, for those who read them while the endpoint is busy.
+    posted_settings: watch::Sender<EpisodeSettings>,
     clients: BTreeSet<ConnectionId>,
     newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
@@ -125,7 +128,6 @@ impl Endpoint {
             hub,
             config,
             port,
-            settings: EpisodeSettings::default(),
             weather: WeatherParameters::of(&schemas::Weather::CLEAR_NOON),
             episode: None,
             lost: None,
@@ -138,6 +140,8 @@ impl Endpoint {
             lights_follow_the_sun: true,
             shapes: Arc::default(),
             imui_gravity_mps2: GRAVITY_MPS2,
+            settings: EpisodeSettings::default(),
+            posted_settings: watch::Sender::new(EpisodeSettings::default()),
             clients: BTreeSet::new(),
             newest_client: None,
             caller: None,
@@ -155,6 +159,23 @@ impl Endpoint {
     /// The port of the streams.
     pub(crate) fn stream_port(&self) -> u16 {
         self.port.wrapping_add(1)
+    }
+
+    /// How the episode runs.
+    pub(crate) fn settings(&self) -> &EpisodeSettings {
+        &self.settings
+    }
+
+    /// Takes over settings; others see them at once.
+    pub(crate) fn settle(&mut self, settings: EpisodeSettings) {
+        self.posted_settings.send_replace(settings.clone());
+        self.settings = settings;
+        self.queue_substeps();
+    }
+
+    /// Where the settings can be read without the endpoint.
+    pub(crate) fn posted_settings(&self) -> watch::Receiver<EpisodeSettings> {
+        self.posted_settings.subscribe()
     }
 
     /// The client whose call is being answered.
@@ -200,15 +221,23 @@ impl Endpoint {
             }
             Event::Call(connection, request) => {
                 self.caller = Some(connection.id);
-                let answer = calls::answer(self, &request).await;
-                self.caller = None;
-                if let (Err(refusal), true) = (&answer, request.asynchronous) {
-                    tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
+                if request.method == "tick_cue" && self.is_traffic_managed() {
+                    self.answer_and_tick(&connection, &request).await;
+                } else {
+                    self.answer(&connection, &request).await;
                 }
-                connection.outbox.answer(&request, &answer);
+                self.caller = None;
             }
             Event::Deserted(stream) => self.note_deserted(stream),
         }
+    }
+
+    async fn answer(&mut self, connection: &Connection, request: &Request) {
+        let answer = calls::answer(self, request).await;
+        if let (Err(refusal), true) = (&answer, request.asynchronous) {
+            tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
+        }
+        connection.outbox.answer(request, &answer);
     }
 
     fn note_deserted(&mut self, stream: u32) {

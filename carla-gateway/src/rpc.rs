@@ -5,4 +5,4 @@ mod message;
 mod server;
 
 pub(crate) use message::{Answer, Meta, Payload, Refusal, Request};
-pub(crate) use server::{Connection, ConnectionId, serve};
+pub(crate) use server::{Connection, ConnectionId, Desk, serve};

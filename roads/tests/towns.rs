@@ -224,6 +224,11 @@ fn the_places_that_scripts_for_these_towns_expect_are_level_and_free() {
         assert!(!stands_at(x, y), "no room for a car at {x} {y}");
     }
     assert!(stands_at(30.0, 18.0), "nothing to run into north of 30 6");
+    let middle = square.nearest(Point3::new(235.0, 1.0, 0.0), LaneTypes::ANY).unwrap();
+    assert_eq!(square.lane(&middle).lane_type, LaneType::Driving);
+    for [x, y] in grid([234.0, 236.0], [-110.0, 1.0]) {
+        assert!(!stands_at(x, y), "something stands in the avenue at {x} {y}");
+    }
 }
 
 #[test]

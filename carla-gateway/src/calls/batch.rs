@@ -31,7 +31,7 @@ enum Sent {
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     let (_, commands, tick): (Meta, Vec<BatchCommand>, bool) = request.args()?;
     let responses = run(endpoint, commands, 0).await?;
-    if tick && endpoint.settings.synchronous_mode {
+    if tick && endpoint.settings().synchronous_mode {
         endpoint.tick().await?;
     }
     Payload::bare(&responses)

@@ -26,13 +26,14 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             endpoint.expect_listener(stream);
             Payload::value(&token_of(stream, endpoint))
         }
-        "get_episode_settings" => Payload::value(&endpoint.settings),
         "set_episode_settings" => {
             let (_, settings): (Meta, EpisodeSettings) = request.args()?;
             change_settings(endpoint, settings)?;
             Payload::value(&endpoint.frame_number)
         }
-        "tick_cue" if endpoint.settings.synchronous_mode => Payload::value(&endpoint.tick().await?),
+        "tick_cue" if endpoint.settings().synchronous_mode => {
+            Payload::value(&endpoint.tick().await?)
+        }
         "tick_cue" => {
             endpoint.episode()?;
             Payload::value(&(endpoint.frame_number + 1))
@@ -75,8 +76,7 @@ fn change_settings(endpoint: &mut Endpoint, settings: EpisodeSettings) -> Result
             fixed.unwrap_or_default()
         )));
     }
-    endpoint.settings = EpisodeSettings { fixed_delta_seconds: Opt(fixed), ..settings };
-    endpoint.queue_substeps();
+    endpoint.settle(EpisodeSettings { fixed_delta_seconds: Opt(fixed), ..settings });
     Ok(())
 }
 

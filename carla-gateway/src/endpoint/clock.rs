@@ -9,8 +9,9 @@ use tokio::time::Instant;
 
 use super::Endpoint;
 use super::cameras::Poses;
+use crate::dialect::EpisodeSettings;
 use crate::pictures::Shape;
-use crate::rpc::Refusal;
+use crate::rpc::{Connection, Payload, Refusal, Request};
 use crate::sensors::merge;
 
 /// Pause after a tick that failed, before the next one of its own accord.
@@ -33,11 +34,31 @@ impl Endpoint {
     pub(super) async fn tick_by_itself(&mut self) {
         if self.settings.synchronous_mode {
             tracing::warn!(port = self.port, "nobody ticks any more: asynchronous mode again");
-            self.settings.synchronous_mode = false;
+            self.settle(EpisodeSettings { synchronous_mode: false, ..self.settings.clone() });
         }
         if let Err(error) = self.tick().await {
             tracing::warn!(port = self.port, %error, "the world does not tick");
             self.last_tick = Instant::now() + PAUSE_AFTER_FAILURE;
+        }
+    }
+
+    /// Whether a Traffic Manager steps with the ticks of clients.
+    pub(super) fn is_traffic_managed(&self) -> bool {
+        self.settings.synchronous_mode
+            && !self.traffic_managers.is_empty()
+            && self.episode.is_some()
+            && self.lost.is_none()
+    }
+
+    /// Answers "tick" with the number of the frame to come, as CARLA does, and then ticks.
+    ///
+    /// A Traffic Manager reads the settings after each of its steps, and is woken for the next one
+    /// by the frame. It sleeps for ever when the frame comes while it falls asleep, so the frame
+    /// must not come together with answers. When the tick fails, its client waits out its time.
+    pub(super) async fn answer_and_tick(&mut self, connection: &Connection, request: &Request) {
+        connection.outbox.answer(request, &Payload::value(&(self.frame_number + 1)));
+        if let Err(error) = self.tick().await {
+            tracing::warn!(port = self.port, %error, "the world does not tick");
         }
     }
 

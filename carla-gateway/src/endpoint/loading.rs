@@ -79,8 +79,7 @@ impl Endpoint {
 
     /// Settings of a new server, as `load_world` wants them by default: asynchronous again.
     pub(crate) fn reset_settings(&mut self) {
-        self.settings = EpisodeSettings::default();
-        self.queue_substeps();
+        self.settle(EpisodeSettings::default());
     }
 
     /// Puts the spectator into the new world, learns about all actors, and shows the first frame.

@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Notify, Semaphore, mpsc};
+use tokio::sync::{Notify, Semaphore, mpsc, watch};
 
 use super::framing::Framer;
 use super::message::{Answer, Payload, Request, encode_reply};
+use crate::calls;
+use crate::dialect::EpisodeSettings;
 use crate::endpoint::Event;
 
 /// Connections of one endpoint at once.
@@ -64,8 +66,17 @@ impl Outbox {
     }
 }
 
+/// The way from a connection to its endpoint.
+#[derive(Clone)]
+pub(crate) struct Desk {
+    /// Calls, in the order of arrival.
+    pub(crate) events: mpsc::Sender<Event>,
+    /// What can be told without the endpoint.
+    pub(crate) settings: watch::Receiver<EpisodeSettings>,
+}
+
 /// Accepts clients for ever and hands their calls to the endpoint in the order of arrival.
-pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
+pub(crate) async fn serve(listener: TcpListener, desk: Desk) {
     let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let ids = AtomicU64::new(1);
     loop {
@@ -80,15 +91,15 @@ pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
         };
         let id = ConnectionId(ids.fetch_add(1, Ordering::Relaxed));
         tracing::debug!(%address, connection = id.0, "a CARLA client connects");
-        let events = events.clone();
+        let desk = desk.clone();
         tokio::spawn(async move {
-            converse(socket, id, events).await;
+            converse(socket, id, desk).await;
             drop(seat);
         });
     }
 }
 
-async fn converse(socket: TcpStream, id: ConnectionId, events: mpsc::Sender<Event>) {
+async fn converse(socket: TcpStream, id: ConnectionId, desk: Desk) {
     if let Err(error) = socket.set_nodelay(true) {
         tracing::debug!(%error, "a connection stays with Nagle's algorithm");
     }
@@ -100,11 +111,11 @@ async fn converse(socket: TcpStream, id: ConnectionId, events: mpsc::Sender<Even
         overrun: Arc::new(Notify::new()),
     };
     let writing = tokio::spawn(write(writer, outgoing, Arc::clone(&outbox.waiting_bytes)));
-    if events.send(Event::Connected(id)).await.is_ok() {
+    if desk.events.send(Event::Connected(id)).await.is_ok() {
         let overrun = Arc::clone(&outbox.overrun);
         let connection = Connection { id, outbox };
         tokio::select! {
-            reason = read(reader, &connection, &events) => {
+            reason = read(reader, &connection, &desk) => {
                 if let Some(reason) = reason {
                     tracing::warn!(connection = id.0, reason, "a client is disconnected");
                 }
@@ -116,15 +127,11 @@ async fn converse(socket: TcpStream, id: ConnectionId, events: mpsc::Sender<Even
     }
     writing.abort();
     // An endpoint that has ended needs no telling.
-    let _ = events.send(Event::Disconnected(id)).await;
+    let _ = desk.events.send(Event::Disconnected(id)).await;
 }
 
 /// Reads until the client closes, or sends what cannot be understood: then says what.
-async fn read(
-    mut reader: OwnedReadHalf,
-    connection: &Connection,
-    events: &mpsc::Sender<Event>,
-) -> Option<String> {
+async fn read(mut reader: OwnedReadHalf, connection: &Connection, desk: &Desk) -> Option<String> {
     let mut framer = Framer::default();
     let mut buffer = vec![0; READ_BYTES];
     loop {
@@ -144,8 +151,12 @@ async fn read(
                     if request.asynchronous {
                         connection.outbox.acknowledge(request.id);
                     }
+                    if let Some(answer) = calls::at_once(&request, &desk.settings.borrow()) {
+                        connection.outbox.answer(&request, &answer);
+                        continue;
+                    }
                     let event = Event::Call(connection.clone(), request);
-                    if events.send(event).await.is_err() {
+                    if desk.events.send(event).await.is_err() {
                         return None;
                     }
                 }
@@ -164,5 +175,31 @@ async fn write(
             return;
         }
         waiting_bytes.fetch_sub(reply.len(), Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn settings_are_told_while_the_endpoint_is_busy() {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let (events, _nobody_takes_them) = mpsc::channel(8);
+        let settings = EpisodeSettings { synchronous_mode: true, ..EpisodeSettings::default() };
+        let (_posted, settings) = watch::channel(settings);
+        tokio::spawn(serve(listener, Desk { events, settings }));
+        let mut client = TcpStream::connect(address).await.unwrap();
+        for (id, method) in [(1, "tick_cue"), (2, "get_episode_settings")] {
+            let call = rmp_serde::to_vec(&(0, id, method, ((false,),))).unwrap();
+            client.write_all(&call).await.unwrap();
+        }
+        let mut start = [0; 11];
+        client.read_exact(&mut start).await.unwrap();
+        // The second request's reply, without an error, with a value in its envelope.
+        assert_eq!(start, [0x94, 1, 0xce, 0, 0, 0, 2, 0xc0, 0x91, 0x92, 0x01]);
     }
 }

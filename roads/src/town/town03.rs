@@ -9,7 +9,7 @@ use super::roundabout;
 const STREET: Profile = Profile::street(2, 30);
 const AVENUE: Profile = Profile::street(3, 30);
 const HILL_ROAD: Profile = Profile::two_way(1, Edge::Verge, 30);
-const COLUMNS: [f64; 4] = [-200.0, 0.0, 200.0, 400.0];
+const COLUMNS: [f64; 4] = [-200.0, 0.0, 235.0, 430.0];
 const ROWS: [f64; 3] = [-200.0, -30.0, 160.0];
 /// Junction in the hills, and its height in metres.
 const HILLTOP: [f64; 2] = [-430.0, 40.0];
