@@ -7,8 +7,9 @@ use std::time::Duration;
 use bus::{Bus, BusConfig, BusError};
 use schemas::{Alive, ServiceKind};
 use tokio::net::TcpListener;
-use tokio::runtime;
+use tokio::runtime::{self, Runtime};
 use tokio::sync::mpsc;
+use tokio::task::JoinSet;
 
 use crate::config::{Args, Config, ConfigError};
 use crate::endpoint::{EVENTS_MAX, Endpoint};
@@ -37,6 +38,9 @@ pub enum RunError {
     /// The bus refused.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// A defect ended an endpoint.
+    #[error("an endpoint ended: {0}")]
+    Endpoint(tokio::task::JoinError),
     /// The system refused threads or signals.
     #[error("the system refused: {0}")]
     System(#[from] std::io::Error),
@@ -103,6 +107,8 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
     let _announcement = bus.announce(alive).await?;
     let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()).await?);
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
+    let mut endpoints = JoinSet::new();
+    let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
     for sockets in sockets {
         let endpoint = Endpoint::new(
             Arc::clone(&site),
@@ -111,31 +117,47 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
             sockets.port,
             runtime::Handle::current(),
         );
-        attend(endpoint, sockets)?;
+        let (calls, streams) = (sockets.calls.into_std()?, sockets.streams.into_std()?);
+        let own = threads_of(sockets.port)?;
+        endpoints.spawn_on(attend(endpoint, calls, streams), own.handle());
+        threads.push(Threads(Some(own)));
     }
-    std::future::pending().await
+    // None ends unless something is wrong; whoever watches over this process starts it again.
+    match endpoints.join_next().await {
+        Some(Ok(ended)) => Ok(ended?),
+        Some(Err(cause)) => Err(RunError::Endpoint(cause)),
+        None => Ok(()),
+    }
 }
 
-/// Gives an endpoint a thread of its own, with all its sockets: on its way through a call would
-/// otherwise wait for four threads to wake.
-fn attend(endpoint: Endpoint, sockets: Sockets) -> Result<(), RunError> {
-    let Sockets { port, calls, streams } = sockets;
-    let (calls, streams) = (calls.into_std()?, streams.into_std()?);
-    let runtime = runtime::Builder::new_current_thread().enable_all().build()?;
-    let serve = async move {
-        let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
-        let (events, heard) = mpsc::channel(EVENTS_MAX);
-        tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
-        let desk = rpc::Desk { events, settings: endpoint.posted_settings() };
-        tokio::spawn(rpc::serve(calls, desk));
-        endpoint.run(heard).await;
-        Ok::<(), std::io::Error>(())
-    };
-    let work = move || {
-        if let Err(error) = runtime.block_on(serve) {
-            tracing::error!(port, %error, "an endpoint has no sockets");
+/// An endpoint's own threads, which nobody waits for at the end.
+struct Threads(Option<Runtime>);
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.0.take() {
+            runtime.shutdown_background();
         }
-    };
-    std::thread::Builder::new().name(format!("carla-{port}")).spawn(work)?;
+    }
+}
+
+/// One thread that works: on its way through many a call would wait for four of them to wake.
+fn threads_of(port: u16) -> Result<Runtime, std::io::Error> {
+    let mut threads = runtime::Builder::new_multi_thread();
+    threads.worker_threads(1).thread_name(format!("carla-{port}")).enable_all().build()
+}
+
+/// Serves an endpoint with all its sockets.
+async fn attend(
+    endpoint: Endpoint,
+    calls: std::net::TcpListener,
+    streams: std::net::TcpListener,
+) -> Result<(), std::io::Error> {
+    let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
+    let (events, heard) = mpsc::channel(EVENTS_MAX);
+    tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
+    let desk = rpc::Desk { events, settings: endpoint.posted_settings() };
+    tokio::spawn(rpc::serve(calls, desk));
+    endpoint.run(heard).await;
     Ok(())
 }

@@ -221,7 +221,7 @@ impl Endpoint {
             }
             Event::Call(connection, request) => {
                 self.caller = Some(connection.id);
-                if request.method == "tick_cue" && self.is_traffic_managed() {
+                if request.method == "tick_cue" && self.settings.synchronous_mode {
                     self.answer_and_tick(&connection, &request).await;
                 } else {
                     self.answer(&connection, &request).await;

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusError, Presence};
-use schemas::{Error, ErrorCode, Reply, Request, ServiceKind, Tenant, keys};
+use bus::{Bus, BusError, Host, Lane, Presence, follow_hosts};
+use schemas::{Error, ErrorCode, Reply, Request, ServiceKind, Tenant, WorldId, keys};
+use tokio::sync::watch;
 
 /// How long creation waits for a world service that is still starting.
 const START_WAIT: Duration = Duration::from_secs(10);
@@ -35,6 +36,7 @@ pub(crate) trait Site: Send + Sync + 'static {
 pub(crate) struct BusSite {
     bus: Bus,
     tenant: Tenant,
+    host: watch::Receiver<Option<Host>>,
     renderers: Arc<AtomicUsize>,
 }
 
@@ -55,7 +57,23 @@ impl BusSite {
                 };
             }
         });
-        Ok(Self { bus, tenant, renderers })
+        let connected = watch::Sender::new(Some(bus.clone())).subscribe();
+        let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
+        Ok(Self { bus, tenant, host, renderers })
+    }
+
+    /// Over the fast lane, if it leads to where the world must be.
+    async fn tick(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
+        match self.lane() {
+            Some(lane) => lane.request(request, ASK_DEADLINE).await,
+            None => {
+                self.bus.request(&keys::world(&self.tenant, world), request, ASK_DEADLINE).await
+            }
+        }
+    }
+
+    fn lane(&self) -> Option<Arc<Lane>> {
+        self.host.borrow().as_ref().filter(|host| host.is_alone)?.lane.clone()
     }
 
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
@@ -81,10 +99,10 @@ impl Site for BusSite {
                 | Request::DescribeActors { world, .. }
                 | Request::InspectVehicle { world, .. }
                 | Request::CastRays { world, .. } => *world,
-                Request::TickWorlds(items) => match items.first() {
-                    Some(item) => item.world,
-                    None => return Ok(Reply::Ticked(Vec::new())),
-                },
+                Request::TickWorlds(items) => {
+                    let Some(item) = items.first() else { return Ok(Reply::Ticked(Vec::new())) };
+                    return self.tick(item.world, &request).await;
+                }
                 Request::DestroyWorld { .. } => {
                     return self
                         .bus

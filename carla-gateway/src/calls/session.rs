@@ -31,9 +31,6 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             change_settings(endpoint, settings)?;
             Payload::value(&endpoint.frame_number)
         }
-        "tick_cue" if endpoint.settings().synchronous_mode => {
-            Payload::value(&endpoint.tick().await?)
-        }
         "tick_cue" => {
             endpoint.episode()?;
             Payload::value(&(endpoint.frame_number + 1))

@@ -42,23 +42,18 @@ impl Endpoint {
         }
     }
 
-    /// Whether a Traffic Manager steps with the ticks of clients.
-    pub(super) fn is_traffic_managed(&self) -> bool {
-        self.settings.synchronous_mode
-            && !self.traffic_managers.is_empty()
-            && self.episode.is_some()
-            && self.lost.is_none()
-    }
-
-    /// Answers "tick" with the number of the frame to come, as CARLA does, and then ticks.
+    /// Answers "tick" with the number of the frame to come, as CARLA does, and then ticks: the
+    /// client reads the answer while the world advances.
     ///
-    /// A Traffic Manager reads the settings after each of its steps, and is woken for the next one
-    /// by the frame. It sleeps for ever when the frame comes while it falls asleep, so the frame
-    /// must not come together with answers. When the tick fails, its client waits out its time.
+    /// A Traffic Manager needs that too. It reads the settings after each of its steps, on a thread
+    /// of its own, and is woken for the next one by the frame; it sleeps for ever when the frame
+    /// comes while it falls asleep. So the frame must not come together with answers.
     pub(super) async fn answer_and_tick(&mut self, connection: &Connection, request: &Request) {
-        connection.outbox.answer(request, &Payload::value(&(self.frame_number + 1)));
-        if let Err(error) = self.tick().await {
-            tracing::warn!(port = self.port, %error, "the world does not tick");
+        let ready = self.get_ready().await;
+        let answer = ready.and_then(|()| Payload::value(&(self.frame_number + 1)));
+        connection.outbox.answer(request, &answer);
+        if answer.is_ok() && self.advance().await.is_err() {
+            self.show_standstill().await;
         }
     }
 
@@ -67,9 +62,20 @@ impl Endpoint {
     /// # Errors
     /// Those of the world.
     pub(crate) async fn tick(&mut self) -> Result<u64, Refusal> {
+        self.get_ready().await?;
+        self.advance().await
+    }
+
+    /// Waits for what is still under way to clients.
+    async fn get_ready(&mut self) -> Result<(), Refusal> {
+        self.ensure_episode().await?;
         self.episode()?;
         self.await_listeners().await;
         self.await_pictures().await;
+        Ok(())
+    }
+
+    async fn advance(&mut self) -> Result<u64, Refusal> {
         let now = Instant::now();
         let elapsed_secs = (now - self.last_tick).as_secs_f64();
         let delta_secs = match self.settings.fixed_delta_seconds.0 {
@@ -90,6 +96,15 @@ impl Endpoint {
         self.tell_sensors(&merge(outcome.sensors)).await;
         self.take_pictures(outcome.cameras_due, &before);
         Ok(self.frame_number)
+    }
+
+    /// Keeps the promise of a frame when the world is gone: clients see the last one once more, and
+    /// their next call says why.
+    async fn show_standstill(&mut self) {
+        self.frame_number += 1;
+        if let Err(error) = self.show_frame(0.0).await {
+            tracing::warn!(port = self.port, %error, "the world does not tick");
+        }
     }
 
     /// Takes out what clients drew for a time that is over.

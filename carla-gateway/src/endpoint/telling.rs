@@ -29,7 +29,7 @@ impl Endpoint {
             platform_secs: self.started.elapsed().as_secs_f64(),
             flags: self.flags(),
         };
-        let episode = self.episode()?;
+        let episode = self.known_episode()?;
         Ok(snapshot::encode(&episode.frame, &moment, |id| episode.signal(id)))
     }
 

@@ -1,9 +1,8 @@
 //! The world port over the bus.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, Lane, Presence};
+use bus::{Bus, Host, follow_hosts};
 use schemas::{Camera, Error, ErrorCode, Images, Lease, MapRef, Reply, Request, ServiceId};
 use schemas::{ServiceKind, Tenant, TickItem, TickResult, WorldId, keys};
 use tokio::sync::watch;
@@ -18,39 +17,29 @@ const RETRY_PAUSE: Duration = Duration::from_millis(5);
 
 /// Worlds of one tenant on the bus.
 pub struct BusWorlds {
-    place: watch::Receiver<Option<Place>>,
+    host: watch::Receiver<Option<Host>>,
     tenant: Tenant,
     owner: ServiceId,
-}
-
-/// The bus and the world service on it.
-#[derive(Clone)]
-struct Place {
-    bus: Bus,
-    host: ServiceId,
-    /// For ticks; `None` until it is open.
-    lane: Option<Arc<Lane>>,
 }
 
 impl BusWorlds {
     /// Follows the world services of a bus that may still be connecting.
     pub fn start(bus: watch::Receiver<Option<Bus>>, tenant: Tenant, owner: ServiceId) -> Self {
-        let (sender, place) = watch::channel(None);
-        tokio::spawn(follow(bus, sender));
-        Self { place, tenant, owner }
+        let host = follow_hosts(bus, ServiceKind::World, keys::batch_tick);
+        Self { host, tenant, owner }
     }
 
     /// The world service, waiting for one that is still starting or restarting.
-    async fn place(&self) -> Result<Place, Error> {
-        let mut receiver = self.place.clone();
+    async fn host(&self) -> Result<Host, Error> {
+        let mut receiver = self.host.clone();
         let up = receiver.wait_for(Option::is_some);
         let up = tokio::time::timeout(WORLD_SERVICE_WAIT, up).await;
-        up.ok().and_then(Result::ok).and_then(|place| place.clone()).ok_or_else(nobody)
+        up.ok().and_then(Result::ok).and_then(|host| host.clone()).ok_or_else(nobody)
     }
 
     /// The world service as it is now.
-    fn place_now(&self) -> Result<Place, Error> {
-        self.place.borrow().clone().ok_or_else(nobody)
+    fn host_now(&self) -> Result<Host, Error> {
+        self.host.borrow().clone().ok_or_else(nobody)
     }
 
     async fn ask_worlds(&self, request: Request) -> Result<Reply, Error> {
@@ -65,8 +54,8 @@ impl BusWorlds {
     {
         let until = Instant::now() + WORLD_SERVICE_WAIT;
         loop {
-            let place = self.place().await?;
-            match ask(place.bus).await {
+            let host = self.host().await?;
+            match ask(host.bus).await {
                 // Its liveliness may be known a moment before its keys are.
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;
@@ -84,61 +73,6 @@ fn nobody() -> Error {
 fn unexpected(wanted: &str) -> Error {
     Error::new(ErrorCode::InvalidMessage, "the world service answered something else")
         .wanted(wanted)
-}
-
-/// Keeps the place at the first world service that is up.
-async fn follow(mut bus: watch::Receiver<Option<Bus>>, place: watch::Sender<Option<Place>>) {
-    let place = Arc::new(place);
-    let Ok(bus) = bus.wait_for(Option::is_some).await.map(|bus| bus.clone()) else { return };
-    let Some(bus) = bus else { return };
-    let mut presence = match bus.watch(Some(ServiceKind::World)).await {
-        Ok(presence) => presence,
-        Err(error) => {
-            tracing::error!(%error, "world services cannot be followed");
-            return;
-        }
-    };
-    let mut hosts: Vec<ServiceId> = Vec::new();
-    loop {
-        match presence.next().await {
-            Presence::Up(alive) => {
-                tracing::info!(host = %alive.id, "world service up");
-                hosts.push(alive.id);
-            }
-            Presence::Down(_, id) => {
-                tracing::warn!(host = %id, "world service down");
-                hosts.retain(|host| *host != id);
-            }
-        }
-        let is_known = |place: &Option<Place>, host| {
-            place.as_ref().is_some_and(|place| Some(&place.host) == host)
-        };
-        if is_known(&place.borrow(), hosts.first()) {
-            continue;
-        }
-        let new = |host: &ServiceId| Place { bus: bus.clone(), host: host.clone(), lane: None };
-        place.send_replace(hosts.first().map(new));
-        if let Some(host) = hosts.first() {
-            tokio::spawn(open_lane(bus.clone(), host.clone(), Arc::clone(&place)));
-        }
-    }
-}
-
-/// Ticks go as queries until the lane is open, and for good if it cannot be opened.
-async fn open_lane(bus: Bus, host: ServiceId, place: Arc<watch::Sender<Option<Place>>>) {
-    let key = keys::batch_tick(&host);
-    match bus.lane(&key, (ServiceKind::World, &host)).await {
-        Ok(lane) => {
-            place.send_if_modified(|place| match place {
-                Some(place) if place.host == host => {
-                    place.lane = Some(Arc::new(lane));
-                    true
-                }
-                _ => false,
-            });
-        }
-        Err(error) => tracing::warn!(%host, %error, "ticks travel as queries: no fast lane"),
-    }
 }
 
 impl WorldPort for BusWorlds {
@@ -163,22 +97,22 @@ impl WorldPort for BusWorlds {
 
     fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
         Box::pin(async move {
-            let place = self.place_now()?;
+            let host = self.host_now()?;
             let key = keys::worlds(&self.tenant);
             let request = Request::DestroyWorld { world };
-            place.bus.request(&key, &request, WORLD_DEADLINE).await.map(drop)
+            host.bus.request(&key, &request, WORLD_DEADLINE).await.map(drop)
         })
     }
 
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
         Box::pin(async move {
-            let place = self.place_now()?;
+            let host = self.host_now()?;
             let request = Request::TickWorlds(items);
-            let reply = match &place.lane {
+            let reply = match &host.lane {
                 Some(lane) => lane.request(&request, TICK_DEADLINE).await?,
                 None => {
-                    let key = keys::batch_tick(&place.host);
-                    place.bus.request(&key, &request, TICK_DEADLINE).await?
+                    let key = keys::batch_tick(&host.id);
+                    host.bus.request(&key, &request, TICK_DEADLINE).await?
                 }
             };
             match reply {
@@ -190,10 +124,10 @@ impl WorldPort for BusWorlds {
 
     fn capture(&self, world: WorldId, cameras: Vec<Camera>) -> Answer<'_, Images> {
         Box::pin(async move {
-            let place = self.place_now()?;
+            let host = self.host_now()?;
             let key = keys::world(&self.tenant, world);
             let request = Request::Capture { world, cameras };
-            match place.bus.request(&key, &request, CAPTURE_DEADLINE).await? {
+            match host.bus.request(&key, &request, CAPTURE_DEADLINE).await? {
                 Reply::Images(images) => Ok(images),
                 _ => Err(unexpected("images")),
             }
