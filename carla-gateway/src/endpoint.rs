@@ -5,13 +5,15 @@ mod cameras;
 mod clock;
 mod loading;
 mod telling;
+mod traffic;
 mod uploads;
 mod worlds;
 
 pub(crate) use cameras::check_camera;
 pub(crate) use worlds::unknown_actor;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::net::IpAddr;
 use std::sync::Arc;
 
 use schemas::{ActorId, Command};
@@ -30,6 +32,7 @@ use crate::rpc::{Connection, ConnectionId, Refusal, Request};
 use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
 use cameras::Darkroom;
+use traffic::TrafficManagers;
 
 /// Events that may wait; clients that send more are read more slowly.
 pub(crate) const EVENTS_MAX: usize = 1_024;
@@ -42,12 +45,14 @@ const PENDING_MAX: usize = 4_096;
 
 /// What an endpoint hears.
 pub(crate) enum Event {
-    /// A client connected.
-    Connected(ConnectionId),
+    /// A client connected, from this address.
+    Connected(ConnectionId, IpAddr),
     /// A client is gone.
     Disconnected(ConnectionId),
     /// A client calls.
     Call(Connection, Request),
+    /// A client has read the settings.
+    SettingsRead(ConnectionId),
     /// A stream has lost its last listener.
     Deserted(u32),
 }
@@ -78,8 +83,8 @@ pub(crate) struct Endpoint {
     pub(crate) frame_number: u64,
     /// Wait for the next tick or flush.
     pub(crate) pending: Vec<Command>,
-    /// Ports of Traffic Managers, with their hosts and the clients they run in.
-    pub(crate) traffic_managers: BTreeMap<u16, (String, ConnectionId)>,
+    /// Those that run in clients.
+    pub(crate) traffic_managers: TrafficManagers,
     /// Street lights of the map, as clients set them.
     pub(crate) lights: Vec<LightState>,
     /// Whether clients have to ask for the lights again.
@@ -94,7 +99,7 @@ pub(crate) struct Endpoint {
     settings: EpisodeSettings,
     /// The same, for those who read them while the endpoint is busy.
     posted_settings: watch::Sender<EpisodeSettings>,
-    clients: BTreeSet<ConnectionId>,
+    clients: BTreeMap<ConnectionId, IpAddr>,
     newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
@@ -134,7 +139,7 @@ impl Endpoint {
             episodes_begun: 0,
             frame_number: 0,
             pending: Vec::new(),
-            traffic_managers: BTreeMap::new(),
+            traffic_managers: TrafficManagers::default(),
             lights: Vec::new(),
             lights_are_new: false,
             lights_follow_the_sun: true,
@@ -142,7 +147,7 @@ impl Endpoint {
             imui_gravity_mps2: GRAVITY_MPS2,
             settings: EpisodeSettings::default(),
             posted_settings: watch::Sender::new(EpisodeSettings::default()),
-            clients: BTreeSet::new(),
+            clients: BTreeMap::new(),
             newest_client: None,
             caller: None,
             streams_opened: WORLD_OBSERVER,
@@ -186,11 +191,15 @@ impl Endpoint {
     /// Serves until nobody can send events any more.
     pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
         loop {
-            let event = match self.next_tick_at() {
-                Some(at) if at <= Instant::now() => {
-                    self.tick_by_itself().await;
-                    continue;
-                }
+            if self.next_tick_at().is_some_and(|at| at <= Instant::now()) {
+                self.tick_by_itself().await;
+                continue;
+            }
+            if events.is_empty() {
+                self.wake_late_managers();
+            }
+            let look_at = self.next_tick_at().into_iter().chain(self.traffic_managers.next_due());
+            let event = match look_at.min() {
                 Some(at) => tokio::select! {
                     event = events.recv() => event,
                     () = tokio::time::sleep_until(at) => continue,
@@ -208,19 +217,23 @@ impl Endpoint {
 
     async fn handle(&mut self, event: Event) {
         match event {
-            Event::Connected(client) => {
+            Event::Connected(client, address) => {
                 if self.clients.is_empty() {
                     self.last_tick = Instant::now();
                 }
-                self.clients.insert(client);
+                self.clients.insert(client, address);
                 self.newest_client = self.newest_client.max(Some(client));
             }
             Event::Disconnected(client) => {
                 self.clients.remove(&client);
-                self.traffic_managers.retain(|_, (_, owner)| *owner != client);
+                self.traffic_managers.forget(client);
             }
             Event::Call(connection, request) => {
                 self.caller = Some(connection.id);
+                match request.method.as_str() {
+                    "apply_batch" => self.traffic_managers.note_batch(connection.id),
+                    _ => self.traffic_managers.note_call(connection.id, Instant::now()),
+                }
                 if request.method == "tick_cue" && self.settings.synchronous_mode {
                     self.answer_and_tick(&connection, &request).await;
                 } else {
@@ -228,7 +241,16 @@ impl Endpoint {
                 }
                 self.caller = None;
             }
+            Event::SettingsRead(client) => self.traffic_managers.note_call(client, Instant::now()),
             Event::Deserted(stream) => self.note_deserted(stream),
+        }
+    }
+
+    fn wake_late_managers(&mut self) {
+        for (port, client) in self.traffic_managers.take_late(Instant::now()) {
+            if let Some(host) = self.clients.get(&client) {
+                tokio::spawn(traffic::wake(*host, port));
+            }
         }
     }
 

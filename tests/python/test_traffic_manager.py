@@ -1,6 +1,7 @@
 """CARLA's own Traffic Manager drives fifty cars, each run in a process of its own."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -17,13 +18,21 @@ SLOWING_DOWN_SECS = 4.0
 
 
 def drive(
-    site, tm_port: int, name: str, *, vehicles: int, ticks: int, mode: str = "synchronous"
+    site,
+    tm_port: int,
+    name: str,
+    *,
+    vehicles: int,
+    ticks: int,
+    mode: str = "synchronous",
+    environment: dict | None = None,
 ) -> dict:
     arguments = [str(site.carla_port), str(tm_port), name, str(vehicles), str(ticks), mode]
     command = [sys.executable, SESSION, *arguments]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=240)
+    environment = os.environ | (environment or {})
+    run = subprocess.run(command, capture_output=True, text=True, timeout=240, env=environment)
     assert run.returncode == 0, run.stderr[-2000:]
-    return json.loads(run.stdout.splitlines()[-1])
+    return json.loads(run.stdout.splitlines()[-1]) | {"said": run.stderr}
 
 
 @pytest.mark.parametrize("name", ["Town03", "Town10HD"])
@@ -46,6 +55,16 @@ def test_the_same_seed_drives_the_same_way(site):
         drive(site, 8150 + run, "Town10HD", vehicles=20, ticks=200)["trace"] for run in range(2)
     )
     assert first == second
+
+
+def test_a_signal_that_the_client_loses_stops_nobody(site, tmp_path):
+    source, library = SESSION.with_name("lose_signals.c"), tmp_path / "lose_signals.so"
+    subprocess.run(["cc", "-shared", "-fPIC", source, "-o", library, "-ldl"], check=True)
+    losing = {"LD_PRELOAD": str(library), "LOSE_EVERY": "60"}
+    town = {"name": "Town10HD", "vehicles": 10, "ticks": 150}
+    disturbed = drive(site, 8155, **town, environment=losing)
+    assert disturbed["said"].count("lost signal") >= 2
+    assert disturbed["trace"] == drive(site, 8156, **town)["trace"]
 
 
 def test_far_cars_are_led_and_keep_to_the_road(site):

@@ -11,8 +11,6 @@ use crate::stream::{WORLD_OBSERVER, token};
 
 /// The client whose protocol this is.
 const VERSION: &str = "0.9.16";
-/// Traffic Managers of one endpoint.
-const TRAFFIC_MANAGERS_MAX: usize = 1_024;
 
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
@@ -81,12 +79,12 @@ fn traffic_managers(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
         "is_traffic_manager_running" => {
             let (_, port): (Meta, u16) = request.args()?;
-            Payload::value(&endpoint.traffic_managers.contains_key(&port))
+            Payload::value(&endpoint.traffic_managers.host(port).is_some())
         }
         "get_traffic_manager_running" => {
             let (_, port): (Meta, u16) = request.args()?;
-            match endpoint.traffic_managers.get(&port) {
-                Some((host, _)) => Payload::value(&(host, port)),
+            match endpoint.traffic_managers.host(port) {
+                Some(host) => Payload::value(&(host, port)),
                 None => Payload::value(&("", 0u16)),
             }
         }
@@ -94,17 +92,11 @@ fn traffic_managers(endpoint: &mut Endpoint, request: &Request) -> Answer {
             let (_, (host, port)): (Meta, (String, u16)) = request.args()?;
             let owner = endpoint.caller();
             let managers = &mut endpoint.traffic_managers;
-            let is_free = !managers.contains_key(&port)
-                && managers.len() < TRAFFIC_MANAGERS_MAX
-                && host.len() <= 255;
-            if let (true, Some(owner)) = (is_free, owner) {
-                managers.insert(port, (host, owner));
-            }
-            Payload::value(&is_free)
+            Payload::value(&owner.is_some_and(|owner| managers.add(port, host, owner)))
         }
         "destroy_traffic_manager" => {
             let (_, port): (Meta, u16) = request.args()?;
-            Payload::value(&endpoint.traffic_managers.remove(&port).is_some())
+            Payload::value(&endpoint.traffic_managers.remove(port))
         }
         _ => astray(request),
     }

@@ -45,9 +45,8 @@ impl Endpoint {
     /// Answers "tick" with the number of the frame to come, as CARLA does, and then ticks: the
     /// client reads the answer while the world advances.
     ///
-    /// A Traffic Manager needs that too. It reads the settings after each of its steps, on a thread
-    /// of its own, and is woken for the next one by the frame; it sleeps for ever when the frame
-    /// comes while it falls asleep. So the frame must not come together with answers.
+    /// Traffic Managers need that too: they are about to fall asleep when they have got an answer,
+    /// and must not be woken at that moment ([`traffic`](super::traffic)).
     pub(super) async fn answer_and_tick(&mut self, connection: &Connection, request: &Request) {
         let ready = self.get_ready().await;
         let answer = ready.and_then(|()| Payload::value(&(self.frame_number + 1)));
@@ -55,6 +54,7 @@ impl Endpoint {
         if answer.is_ok() && self.advance().await.is_err() {
             self.show_standstill().await;
         }
+        self.traffic_managers.note_frame(connection.id, Instant::now());
     }
 
     /// Advances the world by one frame and shows it.

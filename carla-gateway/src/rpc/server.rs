@@ -1,5 +1,6 @@
 //! Connections: one task that reads and one that writes each.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -93,13 +94,13 @@ pub(crate) async fn serve(listener: TcpListener, desk: Desk) {
         tracing::debug!(%address, connection = id.0, "a CARLA client connects");
         let desk = desk.clone();
         tokio::spawn(async move {
-            converse(socket, id, desk).await;
+            converse(socket, address.ip(), id, desk).await;
             drop(seat);
         });
     }
 }
 
-async fn converse(socket: TcpStream, id: ConnectionId, desk: Desk) {
+async fn converse(socket: TcpStream, address: IpAddr, id: ConnectionId, desk: Desk) {
     if let Err(error) = socket.set_nodelay(true) {
         tracing::debug!(%error, "a connection stays with Nagle's algorithm");
     }
@@ -111,7 +112,7 @@ async fn converse(socket: TcpStream, id: ConnectionId, desk: Desk) {
         overrun: Arc::new(Notify::new()),
     };
     let writing = tokio::spawn(write(writer, outgoing, Arc::clone(&outbox.waiting_bytes)));
-    if desk.events.send(Event::Connected(id)).await.is_ok() {
+    if desk.events.send(Event::Connected(id, address)).await.is_ok() {
         let overrun = Arc::clone(&outbox.overrun);
         let connection = Connection { id, outbox };
         tokio::select! {
@@ -151,11 +152,13 @@ async fn read(mut reader: OwnedReadHalf, connection: &Connection, desk: &Desk) -
                     if request.asynchronous {
                         connection.outbox.acknowledge(request.id);
                     }
-                    if let Some(answer) = calls::at_once(&request, &desk.settings.borrow()) {
-                        connection.outbox.answer(&request, &answer);
-                        continue;
-                    }
-                    let event = Event::Call(connection.clone(), request);
+                    let event =
+                        if let Some(answer) = calls::at_once(&request, &desk.settings.borrow()) {
+                            connection.outbox.answer(&request, &answer);
+                            Event::SettingsRead(connection.id)
+                        } else {
+                            Event::Call(connection.clone(), request)
+                        };
                     if desk.events.send(event).await.is_err() {
                         return None;
                     }
