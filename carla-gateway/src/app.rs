@@ -105,7 +105,8 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
         detail: format!("{}:{}", config.host, ports.join(",")),
     };
     let _announcement = bus.announce(alive).await?;
-    let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()).await?);
+    let site: Arc<dyn Site> =
+        Arc::new(BusSite::start(bus, config.tenant.clone(), config.id.clone()).await?);
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());

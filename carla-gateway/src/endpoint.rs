@@ -45,8 +45,8 @@ const PENDING_MAX: usize = 4_096;
 
 /// What an endpoint hears.
 pub(crate) enum Event {
-    /// A client connected, from this address.
-    Connected(ConnectionId, IpAddr),
+    /// A client connected.
+    Connected(ConnectionId, Whereabouts),
     /// A client is gone.
     Disconnected(ConnectionId),
     /// A client calls.
@@ -55,6 +55,14 @@ pub(crate) enum Event {
     SettingsRead(ConnectionId),
     /// A stream has lost its last listener.
     Deserted(u32),
+}
+
+/// Where a client runs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Whereabouts {
+    pub(crate) address: IpAddr,
+    /// Whether that is this machine.
+    pub(crate) is_here: bool,
 }
 
 /// A world that is gone.
@@ -99,7 +107,7 @@ pub(crate) struct Endpoint {
     settings: EpisodeSettings,
     /// The same, for those who read them while the endpoint is busy.
     posted_settings: watch::Sender<EpisodeSettings>,
-    clients: BTreeMap<ConnectionId, IpAddr>,
+    clients: BTreeMap<ConnectionId, Whereabouts>,
     newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
     streams_opened: u32,
@@ -188,6 +196,12 @@ impl Endpoint {
         self.caller
     }
 
+    /// Whether the client whose call is being answered runs on this machine.
+    pub(crate) fn is_caller_here(&self) -> bool {
+        let caller = self.caller.and_then(|caller| self.clients.get(&caller));
+        caller.is_some_and(|client| client.is_here)
+    }
+
     /// Serves until nobody can send events any more.
     pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
         loop {
@@ -217,11 +231,11 @@ impl Endpoint {
 
     async fn handle(&mut self, event: Event) {
         match event {
-            Event::Connected(client, address) => {
+            Event::Connected(client, whereabouts) => {
                 if self.clients.is_empty() {
                     self.last_tick = Instant::now();
                 }
-                self.clients.insert(client, address);
+                self.clients.insert(client, whereabouts);
                 self.newest_client = self.newest_client.max(Some(client));
             }
             Event::Disconnected(client) => {
@@ -249,7 +263,7 @@ impl Endpoint {
     fn wake_late_managers(&mut self) {
         for (port, client) in self.traffic_managers.take_late(Instant::now()) {
             if let Some(host) = self.clients.get(&client) {
-                tokio::spawn(traffic::wake(*host, port));
+                tokio::spawn(traffic::wake(host.address, port));
             }
         }
     }

@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusError, Host, Lane, Presence, follow_hosts};
-use schemas::{Error, ErrorCode, Reply, Request, ServiceKind, Tenant, WorldId, keys};
+use schemas::{
+    Alive, Error, ErrorCode, Reply, Request, ServiceId, ServiceKind, Tenant, WorldId, keys,
+};
 use tokio::sync::watch;
 
 /// How long creation waits for a world service that is still starting.
@@ -18,6 +20,9 @@ const RETRY_PAUSE: Duration = Duration::from_millis(50);
 const ASK_DEADLINE: Duration = Duration::from_secs(30);
 /// Deadline of a picture.
 const CAPTURE_DEADLINE: Duration = Duration::from_secs(40);
+
+/// How long a Traffic Manager may take to open its port.
+const TRAFFIC_MANAGER_START: Duration = Duration::from_secs(12);
 
 /// An answer, some time later.
 pub(crate) type Later<'a, T> = Pin<Box<dyn Future<Output = Result<T, Error>> + Send + 'a>>;
@@ -30,6 +35,8 @@ pub(crate) trait Site: Send + Sync + 'static {
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>>;
     /// Whether a renderer is up.
     fn can_draw(&self) -> bool;
+    /// Tells others on this machine that a Traffic Manager is about to take a port.
+    fn announce_traffic_manager(&self, port: u16);
 }
 
 /// Worlds of one tenant on the bus.
@@ -38,6 +45,22 @@ pub(crate) struct BusSite {
     tenant: Tenant,
     host: watch::Receiver<Option<Host>>,
     renderers: Arc<AtomicUsize>,
+    gateway: ServiceId,
+}
+
+/// Tells of a Traffic Manager for as long as it may take to open its port.
+async fn announce_traffic_manager(bus: &Bus, id: ServiceId, port: u16) -> Result<(), BusError> {
+    let alive = Alive {
+        kind: ServiceKind::TrafficManager,
+        id,
+        version: String::new(),
+        pid: 0,
+        capacity: 0,
+        detail: port.to_string(),
+    };
+    let _announcement = bus.announce(alive).await?;
+    tokio::time::sleep(TRAFFIC_MANAGER_START).await;
+    Ok(())
 }
 
 impl BusSite {
@@ -45,7 +68,11 @@ impl BusSite {
     ///
     /// # Errors
     /// When the bus does not tell who is up.
-    pub(crate) async fn start(bus: Bus, tenant: Tenant) -> Result<Self, BusError> {
+    pub(crate) async fn start(
+        bus: Bus,
+        tenant: Tenant,
+        gateway: ServiceId,
+    ) -> Result<Self, BusError> {
         let renderers = Arc::new(AtomicUsize::new(0));
         let mut watch = bus.watch(Some(ServiceKind::Render)).await?;
         let count = Arc::clone(&renderers);
@@ -59,7 +86,7 @@ impl BusSite {
         });
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
         let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
-        Ok(Self { bus, tenant, host, renderers })
+        Ok(Self { bus, tenant, host, renderers, gateway })
     }
 
     /// Over the fast lane, if it leads to where the world must be.
@@ -119,6 +146,17 @@ impl Site for BusSite {
 
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>> {
         Box::pin(async move { self.bus.asset(&digest, ASK_DEADLINE).await })
+    }
+
+    fn announce_traffic_manager(&self, port: u16) {
+        let id = format!("{}-{port}", self.gateway).parse();
+        let bus = self.bus.clone();
+        tokio::spawn(async move {
+            let Ok(id) = id else { return tracing::warn!(port, "the gateway's name is too long") };
+            if let Err(error) = announce_traffic_manager(&bus, id, port).await {
+                tracing::warn!(%error, port, "nobody hears of a Traffic Manager");
+            }
+        });
     }
 
     fn can_draw(&self) -> bool {

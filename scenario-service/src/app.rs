@@ -1,15 +1,16 @@
 //! Wires everything together; the only place that starts a runtime and opens sockets.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::serve::ListenerExt as _;
+use axum::serve::{Listener as _, ListenerExt as _};
 use bus::{Bus, BusConfig};
 use schemas::{Alive, ServiceKind};
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 use crate::config::{Args, Config, ConfigError};
+use crate::door::{self, Door};
 use crate::limits::REAP_EVERY;
 use crate::openenv::{self, Face};
 use crate::session::Backstage;
@@ -26,7 +27,7 @@ pub enum RunError {
     #[error("cannot listen on {address}: {cause}")]
     Listen {
         /// As configured.
-        address: std::net::SocketAddr,
+        address: SocketAddr,
         /// The system's reason.
         #[source]
         cause: std::io::Error,
@@ -55,8 +56,9 @@ async fn serve(config: Config) -> Result<(), RunError> {
     // The port opens before the bus is there: a client that comes at once waits instead of failing.
     let address = config.http;
     let listen_error = |cause| RunError::Listen { address, cause };
-    let listener = TcpListener::bind(address).await.map_err(listen_error)?;
-    let address = listener.local_addr().map_err(listen_error)?;
+    let (wishes, is_wanted) = watch::channel(false);
+    let door = Door::open(address, is_wanted).await.map_err(listen_error)?;
+    let address = door.local_addr().map_err(listen_error)?;
 
     let (bus_sender, bus) = watch::channel(None);
     let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
@@ -69,15 +71,15 @@ async fn serve(config: Config) -> Result<(), RunError> {
     tokio::spawn(warm_up(backstage));
     tracing::info!(%address, "OpenEnv face listens");
 
-    let on_bus = join_bus(&config, address.to_string(), bus_sender);
+    let on_bus = join_bus(&config, address, bus_sender, wishes);
     // Small answers must not wait for the acknowledgement of earlier ones.
-    let listener = listener.tap_io(|stream| {
+    let door = door.tap_io(|stream| {
         if let Err(error) = stream.set_nodelay(true) {
             tracing::debug!(%error, "a connection stays with delayed sending");
         }
     });
     tokio::select! {
-        served = axum::serve(listener, router).into_future() => served.map_err(RunError::System),
+        served = axum::serve(door, router).into_future() => served.map_err(RunError::System),
         joined = on_bus => joined.map(|never| match never {}),
         () = told_to_end() => Ok(()),
     }
@@ -86,8 +88,9 @@ async fn serve(config: Config) -> Result<(), RunError> {
 /// Connects, says that this service is up, and stays.
 async fn join_bus(
     config: &Config,
-    address: String,
+    address: SocketAddr,
     bus_sender: watch::Sender<Option<Bus>>,
+    wishes: watch::Sender<bool>,
 ) -> Result<std::convert::Infallible, RunError> {
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
@@ -100,8 +103,8 @@ async fn join_bus(
         detail: format!("http://{address}"),
     };
     let _announcement = bus.announce(alive).await?;
-    bus_sender.send_replace(Some(bus));
-    std::future::pending().await
+    bus_sender.send_replace(Some(bus.clone()));
+    Ok(door::follow_wishes(&bus, address.port(), wishes).await?)
 }
 
 /// Has the default map ready before the first client asks for it.

@@ -13,6 +13,7 @@
 pub mod action;
 mod app;
 mod config;
+mod door;
 pub mod episode;
 pub mod limits;
 pub mod maps;

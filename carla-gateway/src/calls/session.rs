@@ -79,7 +79,12 @@ fn traffic_managers(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
         "is_traffic_manager_running" => {
             let (_, port): (Meta, u16) = request.args()?;
-            Payload::value(&endpoint.traffic_managers.host(port).is_some())
+            let is_running = endpoint.traffic_managers.host(port).is_some();
+            if !is_running && endpoint.is_caller_here() {
+                // The client starts its own next.
+                endpoint.site.announce_traffic_manager(port);
+            }
+            Payload::value(&is_running)
         }
         "get_traffic_manager_running" => {
             let (_, port): (Meta, u16) = request.args()?;

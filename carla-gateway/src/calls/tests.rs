@@ -50,6 +50,8 @@ impl Toy {
 }
 
 impl Site for Toy {
+    fn announce_traffic_manager(&self, _: u16) {}
+
     fn ask(&self, request: schemas::Request) -> Later<'_, Reply> {
         let refusal = Error::new(ErrorCode::Unsupported, "a toy cannot do this");
         let world = WorldId::new(1).unwrap();

@@ -1,6 +1,5 @@
 //! Connections: one task that reads and one that writes each.
 
-use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -13,7 +12,7 @@ use super::framing::Framer;
 use super::message::{Answer, Payload, Request, encode_reply};
 use crate::calls;
 use crate::dialect::EpisodeSettings;
-use crate::endpoint::Event;
+use crate::endpoint::{Event, Whereabouts};
 
 /// Connections of one endpoint at once.
 const CONNECTIONS_MAX: usize = 256;
@@ -94,13 +93,15 @@ pub(crate) async fn serve(listener: TcpListener, desk: Desk) {
         tracing::debug!(%address, connection = id.0, "a CARLA client connects");
         let desk = desk.clone();
         tokio::spawn(async move {
-            converse(socket, address.ip(), id, desk).await;
+            converse(socket, id, desk).await;
             drop(seat);
         });
     }
 }
 
-async fn converse(socket: TcpStream, address: IpAddr, id: ConnectionId, desk: Desk) {
+async fn converse(socket: TcpStream, id: ConnectionId, desk: Desk) {
+    let (Ok(here), Ok(there)) = (socket.local_addr(), socket.peer_addr()) else { return };
+    let whereabouts = Whereabouts { address: there.ip(), is_here: here.ip() == there.ip() };
     if let Err(error) = socket.set_nodelay(true) {
         tracing::debug!(%error, "a connection stays with Nagle's algorithm");
     }
@@ -112,7 +113,7 @@ async fn converse(socket: TcpStream, address: IpAddr, id: ConnectionId, desk: De
         overrun: Arc::new(Notify::new()),
     };
     let writing = tokio::spawn(write(writer, outgoing, Arc::clone(&outbox.waiting_bytes)));
-    if desk.events.send(Event::Connected(id, address)).await.is_ok() {
+    if desk.events.send(Event::Connected(id, whereabouts)).await.is_ok() {
         let overrun = Arc::clone(&outbox.overrun);
         let connection = Connection { id, outbox };
         tokio::select! {

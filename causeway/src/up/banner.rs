@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use bus::{Bus, BusConfig, BusError, Endpoint, Presence};
-use schemas::ServiceKind;
+use schemas::{Alive, ServiceKind};
 use tokio::sync::watch;
 
 use super::plan::Plan;
@@ -33,6 +33,9 @@ async fn follow(endpoint: Endpoint) -> Result<std::convert::Infallible, BusError
     let mut watch = bus.watch(None).await?;
     loop {
         match watch.next().await {
+            // Of interest to the owner of its port alone.
+            Presence::Up(Alive { kind: ServiceKind::TrafficManager, .. })
+            | Presence::Down(ServiceKind::TrafficManager, _) => {}
             Presence::Up(alive) => {
                 let noun = noun(alive.kind);
                 let millis = started.elapsed().as_millis();
@@ -49,5 +52,6 @@ fn noun(kind: ServiceKind) -> &'static str {
         ServiceKind::Render => "renderer",
         ServiceKind::Scenario => "scenarios",
         ServiceKind::Gateway => "CARLA",
+        ServiceKind::TrafficManager => "traffic",
     }
 }

@@ -173,7 +173,7 @@ twin!(
     crate::ServiceKind,
     fb::ServiceKind,
     "service kind",
-    [World, Render, Scenario, Gateway]
+    [World, Render, Scenario, Gateway, TrafficManager]
 );
 twin!(
     error_code_out,

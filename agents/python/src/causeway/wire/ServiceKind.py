@@ -7,3 +7,4 @@ class ServiceKind(object):
     Render = 1
     Scenario = 2
     Gateway = 3
+    TrafficManager = 4
