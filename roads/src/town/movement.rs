@@ -20,7 +20,8 @@ pub(super) struct Movement {
 /// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
 /// here sends all but its outer lane left; a street that begins here takes all but its outer lane
 /// from the left turn, so that each of its lanes can be reached. What joins from the right takes
-/// the outer lanes.
+/// the outer lanes. On the ring of a roundabout all lanes lead out and only the inner one on, so
+/// that nobody goes around for ever and nobody leaves across another's way.
 pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
     let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
     let count = from.lanes_in();
@@ -51,6 +52,7 @@ pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
     let left = exits.iter().find(|(_, turn_rad)| *turn_rad > middle_rad).map(|(to, _)| *to);
     let right = exits.iter().rfind(|(_, turn_rad)| *turn_rad < middle_rad).map(|(to, _)| *to);
     let straight = straight.map(|(to, _)| *to);
+    let goes_around = left.is_none() && goes_around(from, straight, right);
 
     let left = left.map(|to| {
         let wanted = match straight {
@@ -63,14 +65,24 @@ pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
     let straight = straight.map(|to| {
         let first = left.as_ref().map_or(1, |left| left.lanes);
         let to_lane = first.min(to.lanes_out());
-        way(to, first, to_lane, (count - first + 1).min(to.lanes_out() - to_lane + 1))
+        let lanes = (count - first + 1).min(to.lanes_out() - to_lane + 1);
+        way(to, first, to_lane, if goes_around { 1 } else { lanes })
     });
     let right = right.map(|to| {
         let served = straight.or(left).map_or(0, |other| other.from_lane + other.lanes - 1);
-        let lanes = (count - served).max(1).min(to.lanes_out());
+        let lanes = if goes_around { count } else { (count - served).max(1) };
+        let lanes = lanes.min(to.lanes_out());
         way(to, count - lanes + 1, to.lanes_out() - lanes + 1, lanes)
     });
     [left, straight, right].into_iter().flatten().collect()
+}
+
+/// Whether an approach is part of a roundabout's ring: one way, as what goes on straight, with a
+/// street of both directions to the right.
+fn goes_around(from: &Arm, straight: Option<&Arm>, right: Option<&Arm>) -> bool {
+    straight
+        .zip(right)
+        .is_some_and(|(straight, right)| from.one_way() && straight.one_way() && !right.one_way())
 }
 
 /// Whether no traffic comes straight into this exit.
