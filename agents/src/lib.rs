@@ -40,4 +40,4 @@ pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};
 pub use stroller::Stroller;
-pub use traffic::{Claims, Driver, Glide};
+pub use traffic::{Claims, Driver, Glide, Held};

@@ -45,8 +45,8 @@ pub(crate) struct Lane {
     pub right: Option<Beside>,
     /// The junction it leads through.
     pub junction: Option<u32>,
-    /// Lanes of the junction that come near it, in order.
-    pub conflicts: Vec<LaneId>,
+    /// Lanes of the junction that come near it, in order of lanes.
+    pub conflicts: Vec<Conflict>,
     /// Where its traffic may have to stop, in order.
     pub stops: Vec<StopLine>,
     /// Whether some way on never ends.
@@ -60,6 +60,14 @@ pub(crate) struct Beside {
     /// Where the markings allow to change over; empty when nowhere.
     pub from_m: f32,
     pub to_m: f32,
+}
+
+/// Another lane of the junction that comes near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Conflict {
+    pub lane: LaneId,
+    /// Where on the own lane the other one is left behind.
+    pub until_m: f32,
 }
 
 /// The middle of a lane at one place.
@@ -202,6 +210,12 @@ impl Lane {
                 + (to.curvature_per_m - from.curvature_per_m) * share,
             limit_mps: from.limit_mps,
         }
+    }
+
+    /// Where on this lane one of the junction's other lanes is left behind, if it comes near.
+    pub(crate) fn crosses_until_m(&self, other: LaneId) -> Option<f32> {
+        let at = self.conflicts.binary_search_by_key(&other, |conflict| conflict.lane).ok()?;
+        self.conflicts.get(at).map(|conflict| conflict.until_m)
     }
 
     /// The place abreast on the lane beside, which is of the same section.

@@ -159,6 +159,21 @@ impl Path {
         self.legs.back()
     }
 
+    /// Ends a change on the lane that the vehicle is nearer to; the way ends with that lane.
+    pub(crate) fn settle(&mut self, network: &Network) {
+        let Some(here) = self.place(network) else { return };
+        let Some(lane) = network.lane(here.lane) else { return };
+        *self = Self::default();
+        let (from_m, to_m) = (here.at_m, lane.length_m());
+        self.push(Leg { lane: here.lane, from_m, to_m, onto: None });
+    }
+
+    /// Drops the legs that begin at a distance or beyond, but never the one under the vehicle.
+    pub(crate) fn cut(&mut self, from_m: f32) {
+        let kept = self.ahead().take_while(|(begins_m, _)| *begins_m + 0.01 < from_m).count();
+        self.legs.truncate(kept.max(1));
+    }
+
     /// Moves along by a distance; legs that were driven fall away.
     pub(crate) fn go(&mut self, distance_m: f32) {
         self.at_m += distance_m;
@@ -276,4 +291,53 @@ fn own_from_m(network: &Network, leg: &Leg, lane: &Lane) -> f32 {
 /// Unit vector along a lane, seen from above.
 pub(crate) fn heading(point: &LanePoint) -> Vec3 {
     Vec3::new(ComplexField::cos(point.heading_rad), ComplexField::sin(point.heading_rad), 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn network() -> Network {
+        let text = roads::town::build("Town03_Opt").unwrap();
+        Network::new(&roads::Map::parse("Town03_Opt", &text).unwrap())
+    }
+
+    /// A change to the lane beside that takes 20 m, and the lanes it leads from and to.
+    fn change(network: &Network) -> (Path, LaneId, LaneId) {
+        let ids = 0..network.lane_count() as LaneId;
+        let lanes = ids.filter_map(|id| Some((id, network.lane(id)?)));
+        let beside = |(id, lane): (LaneId, &Lane)| {
+            Some((id, lane.left.filter(|_| lane.length_m() > 60.0)?.lane))
+        };
+        let (lane, onto) = lanes.filter_map(beside).next().unwrap();
+        let mut path = Path::default();
+        path.push(Leg { lane, from_m: 10.0, to_m: 30.0, onto: Some(onto) });
+        path.push(Leg { lane: onto, from_m: 30.0, to_m: 60.0, onto: None });
+        (path, lane, onto)
+    }
+
+    #[test]
+    fn who_stops_in_a_change_settles_on_the_nearer_lane() {
+        let network = network();
+        let (begun, lane, onto) = change(&network);
+        for (driven_m, nearer) in [(5.0, lane), (15.0, onto)] {
+            let mut path = begun.clone();
+            path.go(driven_m);
+            path.settle(&network);
+            assert!(!path.is_changing());
+            assert_eq!(path.own(&network).unwrap().0, nearer, "{driven_m} m");
+        }
+    }
+
+    #[test]
+    fn a_cut_keeps_what_begins_before_it_and_the_leg_under_the_vehicle() {
+        let network = network();
+        let (begun, lane, onto) = change(&network);
+        for (from_m, last) in [(25.0, (onto, 50.0)), (20.0, (onto, 20.0)), (-1.0, (onto, 20.0))] {
+            let mut path = begun.clone();
+            path.cut(from_m);
+            assert_eq!((path.last().unwrap().last_lane(), path.length_m()), last, "{from_m} m");
+            assert_eq!(path.own(&network).unwrap().0, lane);
+        }
+    }
 }

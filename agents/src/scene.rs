@@ -38,11 +38,23 @@ pub struct Scene {
 /// The first body on a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ahead {
+    /// Whose body.
+    pub id: ActorId,
     /// From front bumper to body, along the path; below zero for an overlap.
     pub gap_m: f32,
+    pub length_m: f32,
     /// Speed of the body along the path.
     pub along_mps: f32,
+    /// In any direction.
+    pub speed_mps: f32,
     pub is_walker: bool,
+}
+
+impl Ahead {
+    /// Its gap and speed.
+    pub(crate) fn leader(&self) -> (f32, f32) {
+        (self.gap_m, self.along_mps)
+    }
 }
 
 /// The room that a vehicle needs on its way.
@@ -92,21 +104,22 @@ impl Scene {
 
     /// The first body in the way of a vehicle on a path; `points` begin at the vehicle.
     pub(crate) fn ahead(&self, points: &[PathPoint], room: &Room) -> Option<Ahead> {
-        let (first, last) = (points.first()?, points.last()?);
+        self.queue(points, room).into_iter().next()
+    }
+
+    /// All bodies in the way of a vehicle on a path, the first one first.
+    pub(crate) fn queue(&self, points: &[PathPoint], room: &Room) -> Vec<Ahead> {
+        let mut queue = Vec::new();
+        let (Some(first), Some(last)) = (points.first(), points.last()) else { return queue };
         let middle_m = (first.point.point_m + last.point.point_m) / 2.0;
         let radius_m = last.ahead_m / 2.0 + 10.0;
-        let mut nearest: Option<Ahead> = None;
         self.near(&middle_m, radius_m, |body| {
-            if body.id == room.id {
-                return;
-            }
-            if let Some(ahead) = in_the_way(points, room, body)
-                && nearest.is_none_or(|nearest| ahead.gap_m < nearest.gap_m)
-            {
-                nearest = Some(ahead);
+            if body.id != room.id {
+                queue.extend(in_the_way(points, room, body));
             }
         });
-        nearest
+        queue.sort_by(|a, b| a.gap_m.total_cmp(&b.gap_m));
+        queue
     }
 }
 
@@ -135,7 +148,14 @@ fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
     let along_mps =
         points.get(segment).map_or(0.0, |at| heading(&at.point).dot(&body.velocity_mps));
     let gap_m = along_m - radius_m - room.front_m;
-    Some(Ahead { gap_m, along_mps, is_walker: body.is_walker })
+    Some(Ahead {
+        id: body.id,
+        gap_m,
+        length_m: 2.0 * body.half_m.x,
+        along_mps,
+        speed_mps: body.velocity_mps.norm(),
+        is_walker: body.is_walker,
+    })
 }
 
 /// Where along the path a point comes within a distance of it first, and on which segment.

@@ -8,22 +8,22 @@
 mod change;
 mod claims;
 mod manner;
+mod stops;
 
 use roads::Map;
-use schemas::{
-    AgentBehaviour, Pose, TrafficLightColour, UnitQuaternion, Vec3, VehicleControl, yaw_rad,
-};
+use schemas::{AgentBehaviour, Pose, UnitQuaternion, Vec3, VehicleControl, yaw_rad};
 use serde::{Deserialize, Serialize};
 
 use crate::agent::{Senses, any_next};
 use crate::lane_change::Reference;
-use crate::network::{LaneId, Network, Stop};
+use crate::network::{LaneId, Network};
 use crate::path::{Leg, Path, heading};
-use crate::scene::{Ahead, Room};
+use crate::scene::Room;
 use crate::{steering, track};
 pub use claims::Claims;
 use claims::{Grants, Way};
 use manner::Manner;
+pub use stops::Held;
 
 /// A vehicle's lane is at most this far from it.
 const LANE_M: f32 = 5.0;
@@ -38,18 +38,10 @@ const SPACING_M: f32 = 2.0;
 const BEFORE_LINE_M: f32 = 1.0;
 /// Slower than this a vehicle stands.
 const STANDING_MPS: f32 = 0.2;
-/// How long a vehicle stands at a stop sign.
-const STOP_SECS: f32 = 1.0;
-/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
-const AT_LINE_M: f32 = 4.0;
-/// Lines this far inside a junction belong to its entry.
-const INSIDE_M: f32 = 4.0;
-/// Braking from which a light that turned is run rather than obeyed.
-const LIGHT_MPS2: f32 = 5.0;
+/// Whoever stands between two lanes for so long drives on along the nearer one.
+const BETWEEN_SECS: f32 = 1.5;
 /// How much earlier curvature is steered for.
 const LEAD_SECS: f32 = 0.12;
-/// Whoever is faster than this leaves a junction before those behind arrive there.
-const CLEARING_MPS: f32 = 5.0;
 /// Way over which the climb of the road is taken.
 const CLIMB_M: f32 = 2.0;
 /// Full brake stands for this.
@@ -63,6 +55,11 @@ pub struct Driver {
     grants: Grants,
     /// Whether nothing but others' claims kept it from the next junction in the last tick.
     ready: bool,
+    held: Held,
+    /// Without room beyond the next junction.
+    blocked_secs: f32,
+    /// Standing between two lanes.
+    between_secs: f32,
     /// Standing at a stop sign.
     stood_secs: f32,
     /// The stop sign it may pass: its lane.
@@ -91,6 +88,9 @@ impl Driver {
             path: Path::default(),
             grants: Grants::default(),
             ready: false,
+            held: Held::No,
+            blocked_secs: 0.0,
+            between_secs: 0.0,
             stood_secs: 0.0,
             passed: None,
             settled_secs: 0.0,
@@ -101,7 +101,13 @@ impl Driver {
     /// Whether it can be a driver on this network; what a snapshot may get wrong.
     #[must_use]
     pub fn is_consistent(&self, network: &Network) -> bool {
-        let numbers = [self.stood_secs, self.settled_secs, self.wanted_mps];
+        let numbers = [
+            self.blocked_secs,
+            self.between_secs,
+            self.stood_secs,
+            self.settled_secs,
+            self.wanted_mps,
+        ];
         self.path.is_consistent(network) && numbers.iter().all(|value| value.is_finite())
     }
 
@@ -129,6 +135,8 @@ impl Driver {
         let before_m = self.path.length_m();
         self.path.follow(network, &position_m);
         let driven_m = (before_m - self.path.length_m()).max(0.0);
+        self.turn_away(senses);
+        self.settle(senses);
         let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
         for _ in 0..LANES_MAX {
             let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
@@ -136,14 +144,28 @@ impl Driver {
             self.path.push(leg);
         }
         self.grants.drive_on(&self.path, driven_m, senses.body.half_m.x);
-        self.grants.tell(senses.body.id, claims);
-        let way = Way::next(network, &self.path, &self.grants);
+        self.grants.tell(network, &self.path, senses.body, claims);
+        let way = Way::next(network, &self.path, &self.grants, self.room_m(senses));
         let wishes = |way: &Way| self.ready && !self.waits_at_light(senses, way.entry_m);
         if let Some(way) = way.filter(wishes) {
             let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
             claims.wish(&way, senses.body.id, eta_secs, self.rank(senses, way.entry_m));
         }
-        self.grants.wait(senses.dt_secs, view.velocity_mps.norm());
+        let asks = matches!(self.held, Held::Claim(_));
+        self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);
+    }
+
+    /// Does not stand between two lanes, where each of two vehicles would wait for the other.
+    fn settle(&mut self, senses: &Senses<'_>) {
+        let stands = senses.view.velocity_mps.norm() < STANDING_MPS;
+        if !stands || !self.path.is_changing() {
+            self.between_secs = 0.0;
+            return;
+        }
+        self.between_secs += senses.dt_secs;
+        if self.between_secs > BETWEEN_SECS {
+            self.path.settle(senses.network);
+        }
     }
 
     /// The control for the next tick, after everybody has looked.
@@ -218,19 +240,20 @@ impl Driver {
         let horizon_m = manner.horizon_m(speed_mps);
         self.path.sample(senses.network, horizon_m, SPACING_M, &mut points);
         let free_mps = manner.free_mps(&points, self.path.length_m());
-        let ahead = senses.scene.ahead(&points, &room(senses));
+        let queue = senses.scene.queue(&points, &room(senses));
+        let ahead = queue.first().copied();
         let mut least = manner.free(speed_mps, free_mps);
         if let Some(ahead) = &ahead {
-            least = least.min(manner.behind(speed_mps, free_mps, ahead));
+            least = least.min(manner.behind(speed_mps, free_mps, ahead.leader()));
         }
         // Until a change is done, those on the other lane count as well as those in the way.
         if let Some(changed) = self.path.changed(senses.network) {
             changed.sample(senses.network, horizon_m, SPACING_M, &mut points);
             if let Some(beside) = senses.scene.ahead(&points, &room(senses)) {
-                least = least.min(manner.behind(speed_mps, free_mps, &beside));
+                least = least.min(manner.behind(speed_mps, free_mps, beside.leader()));
             }
         }
-        if let Some(line_m) = self.stops_at(senses, &manner, ahead.as_ref(), claims, speed_mps) {
+        if let Some(line_m) = self.stops_at(senses, &manner, &queue, claims, speed_mps) {
             least = least.min(manner.before(speed_mps, free_mps, line_m));
         }
         self.settled_secs += senses.dt_secs;
@@ -242,113 +265,6 @@ impl Driver {
             }
         }
         least
-    }
-
-    /// Free way to the next place to stop at: a light, a sign, a junction that others claim.
-    fn stops_at(
-        &mut self,
-        senses: &Senses<'_>,
-        manner: &Manner,
-        ahead: Option<&Ahead>,
-        claims: &mut Claims,
-        speed_mps: f32,
-    ) -> Option<f32> {
-        let front_m = senses.body.half_m.x;
-        let look_m = manner.horizon_m(speed_mps);
-        let line_m = self.line(senses, look_m, speed_mps).map(|line_m| line_m - front_m);
-        // Whoever is held before a junction lets others through.
-        if let Some(line_m) = line_m {
-            self.grants.give_up(&self.path, line_m + front_m);
-        }
-        let way = Way::next(senses.network, &self.path, &self.grants);
-        let way = way.filter(|way| way.entry_m <= look_m);
-        let Some(way) = way else {
-            self.ready = false;
-            return line_m.map(|line_m| line_m - BEFORE_LINE_M);
-        };
-        let entry_m = way.entry_m - front_m;
-        let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
-        let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
-        let room_beyond = ahead.is_none_or(|ahead| {
-            let needed_m = way.exit_m + front_m + manner.gap_m;
-            ahead.gap_m > needed_m || ahead.along_mps > CLEARING_MPS && ahead.gap_m > entry_m + 2.0
-        });
-        let near = to_entry_m < manner.stopping_m(speed_mps) + 6.0 + speed_mps;
-        let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
-        let rank = self.rank(senses, way.entry_m);
-        let yields_far = rank == 0 && to_entry_m > 8.0;
-        self.ready = near && open && first && room_beyond;
-        if self.ready && !yields_far && claims.grant(senses.network, &way, senses.body.id, rank) {
-            self.grants.add(&way);
-            return None;
-        }
-        Some(to_entry_m - BEFORE_LINE_M)
-    }
-
-    /// Distance to the next line that holds this vehicle.
-    fn line(&mut self, senses: &Senses<'_>, look_m: f32, speed_mps: f32) -> Option<f32> {
-        let front_m = senses.body.half_m.x;
-        let lines = self.path.stops(senses.network, 0.0, look_m + front_m);
-        let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
-            TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
-            TrafficLightColour::Yellow => {
-                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
-            }
-            _ => false,
-        };
-        let mut held = None;
-        let mut at_sign = false;
-        for line in lines {
-            let gap_m = line.ahead_m - front_m;
-            let holds = match line.why {
-                Stop::Light(light) => closed(light, gap_m),
-                Stop::Sign if self.passed == Some(line.lane) => {
-                    at_sign = true;
-                    false
-                }
-                Stop::Sign => {
-                    at_sign = true;
-                    if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
-                        self.stood_secs += senses.dt_secs;
-                    }
-                    if self.stood_secs >= STOP_SECS {
-                        self.passed = Some(line.lane);
-                    }
-                    self.passed != Some(line.lane)
-                }
-                Stop::Yield => false,
-            };
-            if holds && held.is_none() {
-                held = Some(line.ahead_m);
-            }
-        }
-        if !at_sign {
-            (self.stood_secs, self.passed) = (0.0, None);
-        }
-        held
-    }
-
-    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long
-    /// wait.
-    fn rank(&self, senses: &Senses<'_>, entry_m: f32) -> u8 {
-        if self.grants.waited_long() {
-            return 2;
-        }
-        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
-        let yields = lines.iter().any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
-        u8::from(!yields)
-    }
-
-    /// Whether a light before a junction does not show green.
-    fn waits_at_light(&self, senses: &Senses<'_>, entry_m: f32) -> bool {
-        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
-        lines.iter().any(|line| match line.why {
-            Stop::Light(light) => matches!(
-                senses.scene.light(light),
-                TrafficLightColour::Red | TrafficLightColour::Yellow
-            ),
-            _ => false,
-        })
     }
 }
 

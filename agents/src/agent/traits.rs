@@ -126,7 +126,8 @@ mod tests {
     use super::*;
 
     fn ahead(gap_m: f32, along_mps: f32) -> Ahead {
-        Ahead { gap_m, along_mps, is_walker: false }
+        let id = schemas::ActorId::new(1).unwrap();
+        Ahead { id, gap_m, length_m: 4.0, along_mps, speed_mps: along_mps, is_walker: false }
     }
 
     fn options(behaviour: AgentBehaviour) -> AgentOptions {

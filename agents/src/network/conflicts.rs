@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Lane, LaneId, Network};
+use super::{Conflict, Lane, LaneId, Network};
 
 /// Vehicles on lanes whose middles come nearer than this would touch, in metres.
 const NEAR_M: f32 = 2.7;
@@ -18,35 +18,43 @@ pub(super) fn find(network: &mut Network) {
             by_junction.entry(junction).or_default().push(id);
         }
     }
-    let mut found: Vec<(LaneId, LaneId)> = Vec::new();
+    let mut found: Vec<(LaneId, Conflict)> = Vec::new();
     for lanes in by_junction.values() {
         for (index, a) in lanes.iter().enumerate() {
             for b in lanes.iter().skip(index + 1) {
-                let pair = network.lane(*a).zip(network.lane(*b));
-                if pair.is_some_and(|(a, b)| meet(a, b)) {
-                    found.extend([(*a, *b), (*b, *a)]);
-                }
+                let met = network.lane(*a).zip(network.lane(*b)).and_then(|(a, b)| meet(a, b));
+                let Some([until_a_m, until_b_m]) = met else { continue };
+                found.push((*a, Conflict { lane: *b, until_m: until_a_m }));
+                found.push((*b, Conflict { lane: *a, until_m: until_b_m }));
             }
         }
     }
-    found.sort_unstable();
-    for (lane, other) in found {
+    for (lane, conflict) in found {
         if let Some(lane) = network.lanes.get_mut(lane as usize) {
-            lane.conflicts.push(other);
+            lane.conflicts.push(conflict);
         }
+    }
+    for lane in &mut network.lanes {
+        lane.conflicts.sort_unstable_by_key(|conflict| conflict.lane);
     }
 }
 
-fn meet(a: &Lane, b: &Lane) -> bool {
+/// Where on each of two lanes the other one is left behind, if they come near.
+fn meet(a: &Lane, b: &Lane) -> Option<[f32; 2]> {
     let parts = a.previous.iter().any(|before| b.previous.contains(before));
     let follows = a.next.iter().any(|next| b.previous.is_empty() && b.next.contains(next));
     if parts && !follows {
-        return false;
+        return None;
     }
-    a.points.iter().any(|from| {
-        b.points.iter().any(|to| {
+    let mut until: Option<[f32; 2]> = None;
+    for from in &a.points {
+        for to in &b.points {
             let apart = from.point_m - to.point_m;
-            apart.xy().norm_squared() < NEAR_M * NEAR_M && apart.z.abs() < STOREY_M
-        })
-    })
+            if apart.xy().norm_squared() < NEAR_M * NEAR_M && apart.z.abs() < STOREY_M {
+                let [until_a_m, until_b_m] = until.unwrap_or_default();
+                until = Some([until_a_m.max(from.at_m), until_b_m.max(to.at_m)]);
+            }
+        }
+    }
+    until
 }

@@ -115,7 +115,7 @@ fn gain(senses: &Senses<'_>, manner: &Manner, new: &Path, asked: &Asked) -> Opti
     let free = manner.free(asked.speed_mps, asked.free_mps);
     let then_mps2 = match &ahead {
         Some(ahead) if ahead.gap_m < BEHIND_M => return None,
-        Some(ahead) => free.min(manner.behind(asked.speed_mps, asked.free_mps, ahead)),
+        Some(ahead) => free.min(manner.behind(asked.speed_mps, asked.free_mps, ahead.leader())),
         None => free,
     };
     if then_mps2 < -SAFE_MPS2 {
@@ -164,8 +164,7 @@ fn loss(senses: &Senses<'_>, manner: &Manner, new: &Path, speed_mps: f32) -> Opt
         if gap_m < BEHIND_M + BEHIND_SECS * their_mps || needed_mps2 > SAFE_MPS2 {
             safe = false;
         }
-        let leader = Ahead { gap_m, along_mps: speed_mps, is_walker: false };
-        let their = manner.behind(their_mps, their_mps.max(5.0) * 1.2, &leader);
+        let their = manner.behind(their_mps, their_mps.max(5.0) * 1.2, (gap_m, speed_mps));
         worst_mps2 = worst_mps2.max(-their);
     });
     safe.then_some(worst_mps2.max(0.0))

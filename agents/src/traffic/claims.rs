@@ -7,22 +7,30 @@
 use schemas::ActorId;
 use serde::{Deserialize, Serialize};
 
-use crate::network::{LaneId, Network};
+use crate::network::{Lane, LaneId, Network};
 use crate::path::Path;
 use crate::scene::Body;
 
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
 const GAP_SECS: f32 = 4.0;
-/// Who waited as long as this goes before others.
-const PATIENCE_SECS: f32 = 20.0;
+/// How far beyond a crossing a vehicle's rear leaves it to others.
+const CLEAR_M: f32 = 0.5;
 /// Lanes looked at for the way through a junction.
 const LEGS_MAX: usize = 16;
 
 /// What is claimed and wished for, by lane.
 #[derive(Debug, Default)]
 pub struct Claims {
-    held: Vec<(LaneId, ActorId)>,
+    held: Vec<Hold>,
     wishes: Vec<Wish>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Hold {
+    lane: LaneId,
+    id: ActorId,
+    /// Where on the lane the rear of the vehicle is; below zero before the lane's entry.
+    rear_m: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +48,8 @@ pub(super) struct Way {
     /// From the vehicle's origin.
     pub entry_m: f32,
     pub exit_m: f32,
+    /// Entry of the junction after it; infinite where none is near.
+    pub next_m: f32,
 }
 
 /// The lanes that a vehicle may drive through.
@@ -51,25 +61,33 @@ pub(super) struct Grants {
 }
 
 impl Way {
-    pub(super) fn next(network: &Network, path: &Path, grants: &Grants) -> Option<Self> {
+    /// Junctions nearer to each other than `room_m` are one.
+    pub(super) fn next(
+        network: &Network,
+        path: &Path,
+        grants: &Grants,
+        room_m: f32,
+    ) -> Option<Self> {
         let mut way: Option<Self> = None;
         for (index, (begins_m, leg)) in path.ahead().take(LEGS_MAX).enumerate() {
-            let through = network.lane(leg.lane).is_some_and(|lane| lane.junction.is_some());
             // Where the vehicle already is, asking comes too late.
+            let through = network.lane(leg.lane).is_some_and(|lane| lane.junction.is_some());
             if !through || grants.holds(leg.lane) || index == 0 {
-                match way {
-                    Some(_) => break,
-                    None => continue,
-                }
+                continue;
             }
-            let ends_m = begins_m + leg.length_m();
+            let exit_m = begins_m + leg.length_m();
             match &mut way {
-                Some(way) => {
-                    way.lanes.push(leg.lane);
-                    way.exit_m = ends_m;
-                }
                 None => {
-                    way = Some(Self { lanes: vec![leg.lane], entry_m: begins_m, exit_m: ends_m });
+                    let lanes = vec![leg.lane];
+                    way = Some(Self { lanes, entry_m: begins_m, exit_m, next_m: f32::INFINITY });
+                }
+                Some(way) if begins_m - way.exit_m < room_m => {
+                    way.lanes.push(leg.lane);
+                    way.exit_m = exit_m;
+                }
+                Some(way) => {
+                    way.next_m = begins_m;
+                    break;
                 }
             }
         }
@@ -112,18 +130,29 @@ impl Grants {
         }
     }
 
-    pub(super) fn tell(&self, id: ActorId, claims: &mut Claims) {
-        claims.held.extend(self.lanes.iter().map(|(lane, _)| (*lane, id)));
+    pub(super) fn tell(&self, network: &Network, path: &Path, body: &Body, claims: &mut Claims) {
+        let half_m = body.half_m.x;
+        claims.held.extend(self.lanes.iter().map(|(lane, left_m)| {
+            let ahead = path.ahead().take(LEGS_MAX).find(|(_, leg)| leg.lane == *lane);
+            let at_m = match ahead {
+                Some((begins_m, leg)) => leg.from_m - begins_m,
+                None => network.lane(*lane).map_or(0.0, Lane::length_m) + left_m,
+            };
+            Hold { lane: *lane, id: body.id, rear_m: at_m - half_m }
+        }));
     }
 
-    /// Counts how long it stands without getting on.
-    pub(super) fn wait(&mut self, dt_secs: f32, speed_mps: f32) {
-        let stands = speed_mps < 0.5 && self.lanes.is_empty();
-        self.waited_secs = if stands { self.waited_secs + dt_secs } else { 0.0 };
+    /// Counts how long it stands and asks for a claim.
+    pub(super) fn wait(&mut self, dt_secs: f32, speed_mps: f32, asks: bool) {
+        if speed_mps > 0.5 {
+            self.waited_secs = 0.0;
+        } else if asks {
+            self.waited_secs += dt_secs;
+        }
     }
 
-    pub(super) fn waited_long(&self) -> bool {
-        self.waited_secs > PATIENCE_SECS
+    pub(super) fn waited_secs(&self) -> f32 {
+        self.waited_secs
     }
 }
 
@@ -141,13 +170,16 @@ impl Claims {
                 continue;
             };
             if lane.junction.is_some() {
-                self.held.push((near.place.lane, body.id));
+                let rear_m = near.place.at_m - body.half_m.x;
+                self.held.push(Hold { lane: near.place.lane, id: body.id, rear_m });
             }
             let left_m = lane.length_m() - near.place.at_m;
             if left_m < 3.0 + body.half_m.x + SOON_SECS * body.velocity_mps.norm() {
                 let inside =
                     |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.junction.is_some());
-                self.held.extend(lane.next.iter().filter(inside).map(|id| (*id, body.id)));
+                let rear_m = -left_m - body.half_m.x;
+                let hold = |lane: &LaneId| Hold { lane: *lane, id: body.id, rear_m };
+                self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
         }
     }
@@ -157,24 +189,35 @@ impl Claims {
         self.wishes.extend(wishes);
     }
 
-    /// Claims a way if nobody holds or is to have what crosses it.
-    pub(super) fn grant(&mut self, network: &Network, way: &Way, id: ActorId, rank: u8) -> bool {
-        let crosses = |lane: LaneId, other: LaneId| {
-            network.lane(lane).is_some_and(|lane| lane.conflicts.binary_search(&other).is_ok())
-        };
-        let taken = way.lanes.iter().any(|lane| {
-            self.held.iter().any(|(held, who)| *who != id && crosses(*lane, *held))
-                || self.wishes.iter().any(|wish| {
-                    wish.id != id
-                        && wish.rank > rank
-                        && wish.eta_secs < GAP_SECS
-                        && crosses(*lane, wish.lane)
-                })
-        });
-        if taken {
-            return false;
+    /// Claims a way if nobody holds or is to have what crosses it; else tells who.
+    pub(super) fn grant(
+        &mut self,
+        network: &Network,
+        way: &Way,
+        id: ActorId,
+        rank: u8,
+    ) -> Result<(), ActorId> {
+        for lane in &way.lanes {
+            let crosses_until_m = |other: LaneId| network.lane(other)?.crosses_until_m(*lane);
+            let held = self.held.iter().find(|hold| {
+                let until_m = crosses_until_m(hold.lane).filter(|_| hold.id != id);
+                until_m.is_some_and(|until_m| hold.rear_m < until_m + CLEAR_M)
+            });
+            if let Some(hold) = held {
+                return Err(hold.id);
+            }
+            let first = self.wishes.iter().find(|wish| {
+                wish.id != id
+                    && wish.rank > rank
+                    && wish.eta_secs < GAP_SECS
+                    && crosses_until_m(wish.lane).is_some()
+            });
+            if let Some(wish) = first {
+                return Err(wish.id);
+            }
         }
-        self.held.extend(way.lanes.iter().map(|lane| (*lane, id)));
-        true
+        let holds = way.lanes.iter().map(|lane| Hold { lane: *lane, id, rear_m: -way.entry_m });
+        self.held.extend(holds);
+        Ok(())
     }
 }

@@ -3,7 +3,6 @@
 use schemas::AgentBehaviour;
 
 use crate::path::PathPoint;
-use crate::scene::Ahead;
 
 /// No driver brakes harder, in metres per second squared.
 const BRAKING_MAX: f32 = 8.0;
@@ -95,10 +94,10 @@ impl Manner {
         wanted.max(-self.braking_mps2 * 1.5)
     }
 
-    /// Acceleration behind somebody.
-    pub(super) fn behind(&self, speed_mps: f32, free_mps: f32, ahead: &Ahead) -> f32 {
-        let leader_mps = ahead.along_mps.max(0.0);
-        self.follow(speed_mps, free_mps, (ahead.gap_m, leader_mps), self.gap_m)
+    /// Acceleration behind somebody at a gap, who drives at a speed.
+    pub(super) fn behind(&self, speed_mps: f32, free_mps: f32, leader: (f32, f32)) -> f32 {
+        let (gap_m, leader_mps) = leader;
+        self.follow(speed_mps, free_mps, (gap_m, leader_mps.max(0.0)), self.gap_m)
     }
 
     /// Acceleration before a place to stop at.
@@ -136,8 +135,7 @@ mod tests {
         let (mut gap_m, mut speed_mps) = (60.0, 14.0);
         let mut least_m: f32 = gap_m;
         for _ in 0..2_000 {
-            let ahead = Ahead { gap_m, along_mps: 8.0, is_walker: false };
-            speed_mps += manner.behind(speed_mps, 14.0, &ahead) * 0.05;
+            speed_mps += manner.behind(speed_mps, 14.0, (gap_m, 8.0)) * 0.05;
             gap_m += (8.0 - speed_mps) * 0.05;
             least_m = least_m.min(gap_m);
         }

@@ -1,73 +1,151 @@
-//! Traffic of our own in a town: what it hits, how fast it flows, how long it takes.
+//! Traffic of our own in a town: what it hits, how fast it flows, who waits for whom.
 //!
-//! `cargo run --release -p world --example traffic -- Town02_Opt 100 600` drives 100 vehicles for
-//! 600 simulated seconds and prints a row per minute; a fourth word `hybrid` takes the dynamics
-//! away from vehicles that nobody is near.
+//! `cargo run --release -p world --example traffic -- Town02_Opt 100 10` drives 100 vehicles for 10
+//! simulated minutes and prints a row per minute. A fourth word `hybrid` takes the dynamics away
+//! from vehicles that nobody is near.
 #![allow(clippy::unwrap_used, reason = "an example stops at the first surprise")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
-use roads::Map;
+use agents::Held;
+use roads::{LaneTypes, Map};
 use schemas::{ActorId, ActorKind, Command, Frame, WorldId};
 use world::{Town, World, WorldConfig};
 
 const DT_SECS: f64 = 0.05;
+const TICKS_PER_SEC: u32 = 20;
 const TICKS_PER_MINUTE: u32 = 1_200;
+/// Slower than this a vehicle stands.
+const STANDING_MPS: f64 = 0.2;
+/// Whoever stands longer is stuck.
+const STUCK_SECS: u32 = 60;
+/// Farther than this from the middle of every lane a vehicle is off the road.
+const OFF_ROAD_M: f64 = 2.5;
+
+/// What happened since the start and in the present minute.
+#[derive(Default)]
+struct Tally {
+    contacts: u32,
+    standing_secs: BTreeMap<ActorId, u32>,
+    off_road: BTreeSet<ActorId>,
+    sum_mps: f64,
+    samples: u32,
+    standing: u32,
+    /// Of vehicles at the head of a queue: seconds for each reason to stand.
+    held_secs: BTreeMap<&'static str, u32>,
+}
 
 fn main() {
     let mut args = std::env::args().skip(1);
     let name = args.next().unwrap_or_else(|| "Town10HD_Opt".to_owned());
     let count: u32 = args.next().map_or(100, |count| count.parse().expect("a number of vehicles"));
-    let secs: u32 = args.next().map_or(60, |secs| secs.parse().expect("simulated seconds"));
+    let minutes: u32 = args.next().map_or(1, |minutes| minutes.parse().expect("minutes"));
+    let hybrid = args.next().is_some_and(|word| word == "hybrid");
     let text = roads::town::build(&name).expect("one of our towns");
-    let map = Arc::new(Town::new(Arc::new(Map::parse(&name, &text).unwrap())));
+    let map = Arc::new(Map::parse(&name, &text).unwrap());
+    let mut world = start(&map, count, hybrid);
+    println!("{name}, {count} vehicles, {minutes} min{}", if hybrid { ", hybrid" } else { "" });
+    println!("minute  mean m/s  standing  stuck>60s  contacts  off road  ticks/s");
+    let mut tally = Tally::default();
+    let mut began = Instant::now();
+    for tick in 1..=minutes * TICKS_PER_MINUTE {
+        world.tick().unwrap();
+        for hit in world.collisions().iter().filter(|hit| hit.started) {
+            tally.contacts += 1;
+            describe(&world.frame(), hit.actor, hit.other, tick, hit.closing_speed_mps);
+        }
+        if tick.is_multiple_of(TICKS_PER_SEC) {
+            tally.count(&world.frame(), &map);
+            tally.ask(&world);
+        }
+        if tick.is_multiple_of(TICKS_PER_MINUTE) {
+            let rate = f64::from(TICKS_PER_MINUTE) / began.elapsed().as_secs_f64();
+            tally.print(tick / TICKS_PER_MINUTE, rate);
+            began = Instant::now();
+        }
+    }
+    explain(&world, &tally);
+}
+
+fn start(map: &Arc<Map>, count: u32, hybrid: bool) -> World {
     let id = WorldId::new(1).unwrap();
+    let map = Arc::new(Town::new(Arc::clone(map)));
     let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map };
     let mut world = World::with_traffic(config).unwrap();
     world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
-    let hybrid = args.next().is_some_and(|word| word == "hybrid");
     if hybrid {
         // With nobody else about, all of it moves without dynamics.
         world.apply(&Command::SetHybridTraffic { radius_m: Some(70.0) }).unwrap();
     }
-    println!("{name}, {count} vehicles, {secs} s{}", if hybrid { ", hybrid" } else { "" });
-    println!("minute  mean m/s  standing  stuck>60s  collisions  ticks/s");
-    let mut standing_secs: BTreeMap<ActorId, f64> = BTreeMap::new();
-    let mut collisions = 0;
-    let ticks = secs * TICKS_PER_MINUTE / 60;
-    let (mut sum_mps, mut samples, mut standing) = (0.0f64, 0u32, 0u32);
-    let mut start = Instant::now();
-    for tick in 1..=ticks {
-        world.tick().unwrap();
-        for hit in world.collisions().iter().filter(|hit| hit.started) {
-            collisions += 1;
-            describe(&world.frame(), hit.actor, hit.other, tick, hit.closing_speed_mps);
-        }
-        if tick.is_multiple_of(20) {
-            for actor in world.frame().actors.iter().filter(|a| a.kind == ActorKind::Vehicle) {
-                let mps = f64::from(actor.linear_velocity_mps.norm());
-                sum_mps += mps;
-                samples += 1;
-                standing += u32::from(mps < 0.2);
-                let stood = standing_secs.entry(actor.id).or_default();
-                *stood = if mps < 0.2 { *stood + 1.0 } else { 0.0 };
+    world
+}
+
+impl Tally {
+    fn count(&mut self, frame: &Frame, map: &Map) {
+        for actor in frame.actors.iter().filter(|actor| actor.kind == ActorKind::Vehicle) {
+            let mps = f64::from(actor.linear_velocity_mps.norm());
+            self.sum_mps += mps;
+            self.samples += 1;
+            self.standing += u32::from(mps < STANDING_MPS);
+            let stood = self.standing_secs.entry(actor.id).or_default();
+            *stood = if mps < STANDING_MPS { *stood + 1 } else { 0 };
+            let here: nalgebra::Vector3<f64> =
+                nalgebra::convert(actor.world_from_actor.translation.vector);
+            let lane = map.nearest(here.into(), LaneTypes::DRIVING);
+            let away_m = lane.map_or(f64::INFINITY, |lane| {
+                (map.pose(&lane).translation.vector - here).xy().norm()
+            });
+            if away_m > OFF_ROAD_M {
+                self.off_road.insert(actor.id);
             }
         }
-        if tick.is_multiple_of(TICKS_PER_MINUTE) || tick == ticks {
-            let n = f64::from(samples.max(1));
-            let stuck = standing_secs.values().filter(|secs| **secs > 60.0).count();
-            let span = f64::from((tick - 1) % TICKS_PER_MINUTE + 1);
-            println!(
-                "{:6}  {:8.2}  {:7.0}%  {stuck:9}  {collisions:10}  {:7.0}",
-                tick.div_ceil(TICKS_PER_MINUTE),
-                sum_mps / n,
-                100.0 * f64::from(standing) / n,
-                span / start.elapsed().as_secs_f64(),
-            );
-            (sum_mps, samples, standing, start) = (0.0, 0, 0, Instant::now());
+    }
+
+    fn ask(&mut self, world: &World) {
+        for (id, held) in world.traffic_held() {
+            let why = match held {
+                Held::No | Held::Behind(_) => continue,
+                Held::Line => "light or sign",
+                Held::Claim(_) => "others in the junction",
+                Held::Room(_) => "no room beyond the junction",
+            };
+            if self.standing_secs.get(&id).is_some_and(|secs| *secs > 0) {
+                *self.held_secs.entry(why).or_default() += 1;
+            }
         }
+    }
+
+    fn stuck(&self) -> impl Iterator<Item = (ActorId, u32)> {
+        let stood = self.standing_secs.iter().map(|(id, secs)| (*id, *secs));
+        stood.filter(|(_, secs)| *secs > STUCK_SECS)
+    }
+
+    fn print(&mut self, minute: u32, rate: f64) {
+        let samples = f64::from(self.samples.max(1));
+        println!(
+            "{minute:6}  {:8.2}  {:7.0}%  {:9}  {:8}  {:8}  {rate:7.0}",
+            self.sum_mps / samples,
+            100.0 * f64::from(self.standing) / samples,
+            self.stuck().count(),
+            self.contacts,
+            self.off_road.len(),
+        );
+        (self.sum_mps, self.samples, self.standing) = (0.0, 0, 0);
+    }
+}
+
+/// Tells, for everybody who is stuck, who waits for whom.
+fn explain(world: &World, tally: &Tally) {
+    let held: BTreeMap<ActorId, Held> = world.traffic_held().collect();
+    let frame = world.frame();
+    println!("vehicle seconds at the head of a queue: {:?}", tally.held_secs);
+    for (id, secs) in tally.stuck() {
+        let place = frame.actor(id).map(|actor| actor.world_from_actor.translation.vector);
+        let place = place.unwrap_or_default();
+        let why = held.get(&id).copied().unwrap_or_default();
+        println!("{id} at ({:.0}, {:.0}) stands for {secs} s: {why:?}", place.x, place.y);
     }
 }
 
@@ -79,7 +157,7 @@ fn describe(frame: &Frame, actor: ActorId, other: Option<ActorId>, tick: u32, cl
         let mps = state.linear_velocity_mps.norm();
         let kind = &frame.types[usize::from(state.type_index)];
         let yaw = schemas::yaw_rad(&state.world_from_actor);
-        format!("{kind} at ({:.1}, {:.1}) heading {yaw:.2}, {mps:.1} m/s", place.x, place.y)
+        format!("{id} {kind} at ({:.1}, {:.1}) heading {yaw:.2}, {mps:.1} m/s", place.x, place.y)
     };
     let other = other.map_or_else(|| "scenery".to_owned(), told);
     eprintln!("tick {tick}: {} and {other}, closing at {closing_mps:.1} m/s", told(actor));

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use agents::{Claims, Driver, Scene, Senses};
+use agents::{Claims, Driver, Held, Scene, Senses};
 use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, Vec3, VehicleControl, limits};
 
+use crate::actor::Actor;
 use crate::blueprint::{self, BodySpec};
 use crate::rng::Rng;
 use crate::spawn::Wish;
@@ -45,6 +46,15 @@ impl World {
             self.state = before;
         }
         spawned
+    }
+
+    /// What each driver of traffic waited for in the last tick, ordered by vehicle.
+    pub fn traffic_held(&self) -> impl Iterator<Item = (ActorId, Held)> {
+        let driver = |actor: &Actor| {
+            let driver = actor.vehicle.as_deref()?.traffic.as_deref()?;
+            Some((actor.id, driver.held()))
+        };
+        self.state.actors.iter().filter_map(driver)
     }
 
     fn try_spawn_traffic(

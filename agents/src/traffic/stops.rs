@@ -1,0 +1,253 @@
+//! Where a driver stops: lines of lights and signs, and junctions that others are to have.
+
+use schemas::{ActorId, TrafficLightColour};
+use serde::{Deserialize, Serialize};
+
+use super::claims::{Claims, Way};
+use super::manner::Manner;
+use super::{BEFORE_LINE_M, Driver, STANDING_MPS};
+use crate::agent::Senses;
+use crate::network::Stop;
+use crate::scene::Ahead;
+
+/// How long a vehicle stands at a stop sign.
+const STOP_SECS: f32 = 1.0;
+/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
+const AT_LINE_M: f32 = 4.0;
+/// Lines this far inside a junction belong to its entry.
+const INSIDE_M: f32 = 4.0;
+/// Braking from which a light that turned is run rather than obeyed.
+const LIGHT_MPS2: f32 = 5.0;
+/// Who waited as long as this goes before others: behind a stop or yield sign, and elsewhere, as
+/// for a left turn through oncoming traffic.
+const YIELDING_SECS: f32 = 20.0;
+const TURNING_SECS: f32 = 5.0;
+/// Whoever is slower than this beyond a junction may stop there.
+const SLOW_MPS: f32 = 1.5;
+/// Whoever has no room beyond a junction for so long looks for another way.
+const BLOCKED_SECS: f32 = 6.0;
+
+/// What a driver waits for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Held {
+    /// Nothing: the road is free.
+    #[default]
+    No,
+    /// A light or a stop sign.
+    Line,
+    /// The way through a junction that somebody else holds or is to have first.
+    Claim(ActorId),
+    /// Room beyond a junction, behind somebody.
+    Room(ActorId),
+    /// Somebody on the way.
+    Behind(ActorId),
+}
+
+impl Driver {
+    /// What it waited for in the last tick.
+    #[must_use]
+    pub fn held(&self) -> Held {
+        self.held
+    }
+
+    /// Free way to the next place to stop at: a light, a sign, a junction that others claim.
+    pub(super) fn stops_at(
+        &mut self,
+        senses: &Senses<'_>,
+        manner: &Manner,
+        queue: &[Ahead],
+        claims: &mut Claims,
+        speed_mps: f32,
+    ) -> Option<f32> {
+        let front_m = senses.body.half_m.x;
+        let ahead = queue.first();
+        let look_m = manner.horizon_m(speed_mps);
+        let line_m = self.line(senses, look_m, speed_mps).map(|line_m| line_m - front_m);
+        self.held = ahead.map_or(Held::No, |ahead| Held::Behind(ahead.id));
+        // Whoever is held before a junction lets others through.
+        if let Some(line_m) = line_m {
+            if ahead.is_none_or(|ahead| ahead.gap_m > line_m) {
+                self.held = Held::Line;
+            }
+            self.grants.give_up(&self.path, line_m + front_m);
+        }
+        let way = Way::next(senses.network, &self.path, &self.grants, self.room_m(senses));
+        let way = way.filter(|way| way.entry_m <= look_m);
+        let Some(way) = way else {
+            self.ready = false;
+            return line_m.map(|line_m| line_m - BEFORE_LINE_M);
+        };
+        let entry_m = way.entry_m - front_m;
+        let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
+        let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
+        let beyond = room_beyond(queue, &way, front_m, manner.gap_m);
+        let near = to_entry_m < manner.stopping_m(speed_mps) + 6.0 + speed_mps;
+        let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
+        let rank = self.rank(senses, way.entry_m);
+        let yields_far = rank == 0 && to_entry_m > 8.0;
+        self.ready = near && open && first && beyond.is_ok();
+        if self.ready && !yields_far {
+            match claims.grant(senses.network, &way, senses.body.id, rank) {
+                Ok(()) => {
+                    self.grants.add(&way);
+                    return None;
+                }
+                Err(other) => self.held = Held::Claim(other),
+            }
+        }
+        let blocker = beyond.err().flatten().filter(|_| first && open);
+        if let Some(other) = blocker {
+            self.held = Held::Room(other);
+        }
+        let blocked = blocker.is_some() && speed_mps < STANDING_MPS;
+        self.blocked_secs = if blocked { self.blocked_secs + senses.dt_secs } else { 0.0 };
+        Some(to_entry_m - BEFORE_LINE_M)
+    }
+
+    /// Between junctions nearer to each other than this it cannot stop clear of both.
+    pub(super) fn room_m(&self, senses: &Senses<'_>) -> f32 {
+        2.0 * senses.body.half_m.x + Manner::of(self.behaviour).gap_m
+    }
+
+    /// Drops the way through a junction beyond which there has been no room for long.
+    pub(super) fn turn_away(&mut self, senses: &Senses<'_>) {
+        if self.blocked_secs < BLOCKED_SECS {
+            return;
+        }
+        self.blocked_secs = 0.0;
+        let room_m = self.room_m(senses);
+        if let Some(way) = Way::next(senses.network, &self.path, &self.grants, room_m) {
+            self.path.cut(way.entry_m);
+        }
+    }
+
+    /// Distance to the next line that holds this vehicle.
+    fn line(&mut self, senses: &Senses<'_>, look_m: f32, speed_mps: f32) -> Option<f32> {
+        let front_m = senses.body.half_m.x;
+        let lines = self.path.stops(senses.network, 0.0, look_m + front_m);
+        let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
+            TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
+            TrafficLightColour::Yellow => {
+                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
+            }
+            _ => false,
+        };
+        let mut held = None;
+        let mut at_sign = false;
+        for line in lines {
+            let gap_m = line.ahead_m - front_m;
+            let holds = match line.why {
+                Stop::Light(light) => closed(light, gap_m),
+                Stop::Sign if self.passed == Some(line.lane) => {
+                    at_sign = true;
+                    false
+                }
+                Stop::Sign => {
+                    at_sign = true;
+                    if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
+                        self.stood_secs += senses.dt_secs;
+                    }
+                    if self.stood_secs >= STOP_SECS {
+                        self.passed = Some(line.lane);
+                    }
+                    self.passed != Some(line.lane)
+                }
+                Stop::Yield => false,
+            };
+            if holds && held.is_none() {
+                held = Some(line.ahead_m);
+            }
+        }
+        if !at_sign {
+            (self.stood_secs, self.passed) = (0.0, None);
+        }
+        held
+    }
+
+    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long
+    /// wait.
+    pub(super) fn rank(&self, senses: &Senses<'_>, entry_m: f32) -> u8 {
+        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
+        let yields = lines.iter().any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
+        let patience_secs = if yields { YIELDING_SECS } else { TURNING_SECS };
+        if self.grants.waited_secs() > patience_secs { 2 } else { u8::from(!yields) }
+    }
+
+    /// Whether a light before a junction does not show green.
+    pub(super) fn waits_at_light(&self, senses: &Senses<'_>, entry_m: f32) -> bool {
+        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
+        lines.iter().any(|line| match line.why {
+            Stop::Light(light) => matches!(
+                senses.scene.light(light),
+                TrafficLightColour::Red | TrafficLightColour::Yellow
+            ),
+            _ => false,
+        })
+    }
+}
+
+/// Whether there will be room to leave a junction: all who drive ahead need room before whoever is
+/// slow, and before the junction after it. Else who is in the way, if it is somebody.
+fn room_beyond(
+    queue: &[Ahead],
+    way: &Way,
+    front_m: f32,
+    gap_m: f32,
+) -> Result<(), Option<ActorId>> {
+    let needed_m = way.exit_m + front_m;
+    let mut taken_m = gap_m;
+    // Whoever crosses the junction is not going to stop in it.
+    let crosses = |other: &&Ahead| other.along_mps < SLOW_MPS && other.speed_mps > SLOW_MPS;
+    for other in queue.iter().filter(|other| !crosses(other)) {
+        if other.gap_m - taken_m < needed_m && other.along_mps < SLOW_MPS {
+            return Err(Some(other.id));
+        }
+        if other.gap_m + front_m > way.next_m {
+            break;
+        }
+        taken_m += other.length_m + gap_m;
+    }
+    if way.next_m - front_m - taken_m + gap_m < needed_m {
+        return Err(queue.first().map(|other| other.id));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WAY: Way = Way { lanes: Vec::new(), entry_m: 10.0, exit_m: 30.0, next_m: f32::INFINITY };
+
+    fn other(id: u32, gap_m: f32, along_mps: f32, speed_mps: f32) -> Ahead {
+        let id = ActorId::new(id).unwrap();
+        Ahead { id, gap_m, length_m: 5.0, along_mps, speed_mps, is_walker: false }
+    }
+
+    fn beyond(queue: &[Ahead], way: &Way) -> Result<(), Option<u32>> {
+        room_beyond(queue, way, 2.5, 2.0).map_err(|id| id.map(ActorId::get))
+    }
+
+    #[test]
+    fn a_junction_is_entered_only_with_room_to_leave_it() {
+        assert_eq!(beyond(&[], &WAY), Ok(()));
+        assert_eq!(beyond(&[other(1, 33.0, 0.0, 0.0)], &WAY), Err(Some(1)));
+        assert_eq!(beyond(&[other(1, 35.0, 0.0, 0.0)], &WAY), Ok(()));
+    }
+
+    #[test]
+    fn those_who_drive_ahead_need_room_too() {
+        let moving = other(1, 15.0, 6.0, 6.0);
+        assert_eq!(beyond(&[moving], &WAY), Ok(()));
+        assert_eq!(beyond(&[moving, other(2, 40.0, 0.0, 0.0)], &WAY), Err(Some(2)));
+        assert_eq!(beyond(&[moving, other(2, 42.0, 0.0, 0.0)], &WAY), Ok(()));
+    }
+
+    #[test]
+    fn who_crosses_does_not_take_room_and_the_next_junction_ends_it() {
+        assert_eq!(beyond(&[other(1, 20.0, 0.0, 6.0)], &WAY), Ok(()));
+        let short = Way { next_m: 36.0, ..WAY };
+        assert_eq!(beyond(&[], &short), Ok(()));
+        assert_eq!(beyond(&[other(1, 15.0, 6.0, 6.0)], &short), Err(Some(1)));
+    }
+}
