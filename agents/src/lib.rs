@@ -39,5 +39,5 @@ pub use agent::{Agent, Senses, Unreachable};
 pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};
-pub use stroller::Stroller;
+pub use stroller::{Obstacle, Outlook, Stroller};
 pub use traffic::{Claims, Driver, Glide, Held};

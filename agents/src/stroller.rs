@@ -1,14 +1,20 @@
 //! People who walk to places on the navigation mesh.
 
+mod detour;
+
 use nalgebra::Point3;
 use roads::nav::{Area, NavMesh};
 use schemas::{Vec3, WalkerControl};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Body, Scene};
+pub use detour::Obstacle;
+use detour::{Side, detour};
 
 /// A corner of the way counts as passed from here.
 const CORNER_M: f32 = 0.6;
+/// How far beside a corner one may pass it.
+const PAST_M: f32 = 1.5;
 /// How far ahead the ground counts: nobody steps off a kerb without a look.
 const LOOK_M: f32 = 1.2;
 /// Vehicles farther away than this do not count.
@@ -41,6 +47,22 @@ pub struct Stroller {
     corners: Vec<Vec3>,
     waited_secs: f32,
     arrived: bool,
+    side: Side,
+}
+
+/// What a walker knows of the world around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Outlook<'a> {
+    /// Where people walk.
+    pub mesh: &'a NavMesh,
+    /// Everybody else.
+    pub scene: &'a Scene,
+    /// What stands near.
+    pub obstacles: &'a [Obstacle],
+    /// The walker's own body.
+    pub body: &'a Body,
+    /// How long the tick lasts.
+    pub dt_secs: f32,
 }
 
 impl Stroller {
@@ -56,6 +78,7 @@ impl Stroller {
             corners: Vec::new(),
             waited_secs: 0.0,
             arrived: false,
+            side: Side::None,
         }
     }
 
@@ -70,12 +93,10 @@ impl Stroller {
     /// How it walks during the next tick. `draw` gives numbers for the choice of places.
     pub fn control(
         &mut self,
-        mesh: &NavMesh,
-        scene: &Scene,
-        body: &Body,
-        dt_secs: f32,
+        outlook: &Outlook<'_>,
         draw: &mut dyn FnMut() -> u64,
     ) -> WalkerControl {
+        let Outlook { mesh, scene, body, dt_secs, .. } = *outlook;
         let foot_m = body.centre_m - Vec3::z() * body.half_m.z;
         self.pass_corners(&foot_m);
         if self.corners.is_empty() && !self.arrived {
@@ -96,13 +117,28 @@ impl Stroller {
         }
         self.waited_secs = 0.0;
         let (direction, share) = around(scene, body, &direction);
+        let in_the_way: Vec<Obstacle> = outlook
+            .obstacles
+            .iter()
+            .copied()
+            .filter(|obstacle| obstacle.is_in_the_way(foot_m.z))
+            .collect();
+        let way = direction * way.xy().norm();
+        let (direction, side) = detour(mesh, &in_the_way, &foot_m, &way, self.side);
+        self.side = side;
         WalkerControl { direction, speed_mps: self.speed_mps * share, jump: false }
     }
 
     fn pass_corners(&mut self, foot_m: &Vec3) {
-        while let Some(corner_m) = self.corners.first()
-            && (corner_m - foot_m).xy().norm() < CORNER_M
-        {
+        while let Some(corner_m) = self.corners.first() {
+            let beyond = (foot_m - corner_m).xy();
+            // Whoever was pushed past a corner does not turn back for it.
+            let past = self.corners.get(1).is_some_and(|next_m| {
+                beyond.norm() < PAST_M && beyond.dot(&(next_m - corner_m).xy()) > 0.0
+            });
+            if beyond.norm() >= CORNER_M && !past {
+                break;
+            }
             self.corners.remove(0);
             self.arrived = self.corners.is_empty() && self.goal_m.is_some();
         }

@@ -1,9 +1,10 @@
 //! Walkers that find their own way.
 
-use agents::{Scene, Stroller};
+use agents::{Obstacle, Outlook, Scene, Stroller};
 use schemas::{ActorId, Error, ErrorCode, Vec3, limits};
 
 use crate::check;
+use crate::scenery::Reach;
 use crate::town::Town;
 use crate::world::{State, World};
 
@@ -37,21 +38,37 @@ impl World {
     }
 }
 
+/// Fixtures within this distance of a walker count.
+const OBSTACLES_M: f32 = 3.0;
+
 impl State {
     /// Lets walkers with somewhere to go choose how they walk during this tick.
     pub(crate) fn stroll(&mut self, town: &Town, scene: &Scene) {
         let Some(mesh) = town.nav() else { return };
         let dt_secs = self.dt_secs as f32;
+        let mut near = Vec::new();
+        let mut obstacles = Vec::new();
         for index in 0..self.actors.len() {
             let walker = self.actors[index].walker.as_deref();
             if walker.is_none_or(|walker| walker.stroller.is_none()) {
                 continue;
             }
             let body = self.seen(&self.actors[index]);
+            near.clear();
+            town.scenery.find(Reach { centre_m: body.centre_m, radius_m: OBSTACLES_M }, &mut near);
+            near.sort_unstable();
+            near.dedup();
+            obstacles.clear();
+            obstacles.extend(near.iter().filter_map(|index| {
+                let fixture = town.scenery.get(*index)?;
+                let world_from_box = fixture.world_from_box;
+                Some(Obstacle { world_from_box, half_m: fixture.half_m })
+            }));
             let rng = &mut self.rng;
             let Some((_, walker)) = self.actors[index].walker_mut() else { continue };
             let Some(stroller) = &mut walker.stroller else { continue };
-            let control = stroller.control(mesh, scene, &body, dt_secs, &mut || rng.next_u64());
+            let outlook = Outlook { mesh, scene, obstacles: &obstacles, body: &body, dt_secs };
+            let control = stroller.control(&outlook, &mut || rng.next_u64());
             walker.set_control(control);
         }
     }
