@@ -1,5 +1,7 @@
 //! Reference lines and cubic profiles: from a road coordinate to a place (OpenDRIVE plan view).
 
+use std::sync::Arc;
+
 use crate::limits;
 
 /// One cubic record `a + b t + c t² + d t³` with `t` counted from its own start.
@@ -62,6 +64,13 @@ impl Profile {
         self.at(s).0
     }
 
+    /// Where records start within a stretch, but for its ends.
+    pub(crate) fn starts_within(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = f64> {
+        let first = self.0.partition_point(|record| record.start_s <= from_s);
+        let later = self.0.get(first..).unwrap_or_default().iter();
+        later.map(|record| record.start_s).take_while(move |s| *s < to_s)
+    }
+
     /// The record in force at `s`, counted from there.
     pub(crate) fn cubic_at(&self, s: f64) -> Cubic {
         let index = self.0.partition_point(|record| record.start_s <= s).saturating_sub(1);
@@ -99,7 +108,7 @@ pub(crate) enum Shape {
     Line,
     Arc { curvature: f64 },
     Spiral { curvature_start: f64, curvature_end: f64 },
-    Polynomial(Table),
+    Polynomial(Arc<Table>),
 }
 
 impl Geometry {
@@ -108,7 +117,20 @@ impl Geometry {
         self.at_with_direction(distance_m).0
     }
 
+    /// No less than the reference line turns within the geometry, in radians.
+    pub(crate) fn turn_max_rad(&self) -> f64 {
+        match &self.shape {
+            Shape::Line => 0.0,
+            Shape::Arc { curvature } => (curvature * self.length_m).abs(),
+            Shape::Spiral { curvature_start, curvature_end } => {
+                curvature_start.abs().max(curvature_end.abs()) * self.length_m
+            }
+            Shape::Polynomial(table) => table.turn_rad(),
+        }
+    }
+
     /// As [`Geometry::at`], with sine and cosine of the heading there.
+    #[inline]
     pub(crate) fn at_with_direction(&self, distance_m: f64) -> (PlanPose, [f64; 2]) {
         let d = distance_m.clamp(0.0, self.length_m);
         let PlanPose { x, y, heading_rad } = self.start;
@@ -140,6 +162,7 @@ pub(crate) fn unit(heading_rad: f64) -> [f64; 2] {
     [sin, cos]
 }
 
+#[inline]
 fn arc(start: PlanPose, [sin, cos]: [f64; 2], curvature: f64, d: f64) -> (PlanPose, [f64; 2]) {
     if (curvature * d).abs() < 1e-9 {
         let end = PlanPose { x: start.x + d * cos, y: start.y + d * sin, ..start };
@@ -167,12 +190,7 @@ fn spiral(start: PlanPose, k0: f64, k1: f64, length_m: f64, d: f64) -> PlanPose 
     ];
     let theta = |u: f64| start.heading_rad + u * (k0 + (k1 - k0) * u / (2.0 * length_m));
     let turned_rad = d * k0.abs().max(k1.abs());
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the value is clamped to a small positive range before the conversion"
-    )]
-    let panels = (turned_rad * 2.0).ceil().clamp(1.0, limits::SPIRAL_PANELS_MAX as f64) as usize;
+    let panels = spiral_panels(turned_rad);
     let half = d / (2.0 * panels as f64);
     let (mut x, mut y) = (start.x, start.y);
     for panel in 0..panels {
@@ -184,6 +202,16 @@ fn spiral(start: PlanPose, k0: f64, k1: f64, length_m: f64, d: f64) -> PlanPose 
         }
     }
     PlanPose { x, y, heading_rad: theta(d) }
+}
+
+/// Panels in which a clothoid that turns so far is integrated.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the value is clamped to a small positive range before the conversion"
+)]
+pub(crate) fn spiral_panels(turned_rad: f64) -> usize {
+    (turned_rad * 2.0).ceil().clamp(1.0, limits::SPIRAL_PANELS_MAX as f64) as usize
 }
 
 /// A polynomial curve as the client library tabulates it: summed chord length, local place and
@@ -248,6 +276,15 @@ impl Table {
             }
         }
         Self { entries, parametric: true }
+    }
+
+    /// The sum of all turns from entry to entry, in radians.
+    fn turn_rad(&self) -> f64 {
+        let turn = |pair: &[Entry]| match pair {
+            [a, b] => (a.du * b.dv - a.dv * b.du).atan2(a.du * b.du + a.dv * b.dv).abs(),
+            _ => 0.0,
+        };
+        self.entries.windows(2).map(turn).sum()
     }
 
     fn at(&self, d: f64) -> (f64, f64, f64) {

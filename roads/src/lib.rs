@@ -41,6 +41,7 @@ mod scenery;
 mod shapes;
 mod signals;
 mod signs;
+mod size;
 mod spawn;
 mod speed_limits;
 mod surroundings;

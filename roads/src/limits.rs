@@ -14,8 +14,17 @@ pub const COEFFICIENT_ABS_MAX: f64 = 1e15;
 pub const DIAGNOSTICS_MAX: usize = 100;
 /// Longest piece of a user's text repeated in a diagnostic, in characters.
 pub const SHOWN_CHARS_MAX: usize = 64;
-/// Sum of the lengths of all lanes of a map, in metres; every metre may cost one table entry.
-pub const LANE_LENGTH_SUM_MAX_M: f64 = 2e7;
+/// Steps of a metre along all lanes of a map; each may cost an entry of a table. In spirals that
+/// turn far a step counts as often as the integral has panels.
+pub const LANE_STEPS_MAX: f64 = 2e7;
+/// Flat pieces all lanes of a map are cut into; each is up to ten triangles of a mesh.
+pub const LANE_PIECES_MAX: f64 = 2e6;
+/// Corners and stripes of all crosswalks, and windows of all houses.
+pub const PARTS_MAX: f64 = 1e6;
+/// Largest turn of one arc or spiral, in radians: thirty times round.
+pub const TURN_MAX_RAD: f64 = 200.0;
+/// Lanes of one section.
+pub const SECTION_LANES_MAX: usize = 200;
 /// Sum of the lengths of all polynomial geometries, in metres; they are tabulated.
 pub const POLYNOMIAL_LENGTH_SUM_MAX_M: f64 = 1e6;
 /// Lanes one walk along the lane graph may enter.

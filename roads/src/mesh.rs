@@ -11,7 +11,9 @@ mod terrain;
 
 use nalgebra::Point3;
 
+pub(crate) use building::panes;
 pub use ground::{GroundMesh, ground};
+pub(crate) use markings::stripes;
 pub(crate) use pavement::{KERB_M, convex_hull};
 pub use render::{Surface, TILE_M, TownMesh, render};
 

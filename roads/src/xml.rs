@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::error::{Report, shown};
 use crate::limits;
 use crate::model::{Junction, Model, Road};
+use crate::size;
 use number::{id_or_zero, text};
 use tree::{Document, Node};
 
@@ -39,6 +40,7 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
     read_geo_reference(root, &mut model);
     model.roads = read_roads(root, report);
     model.junctions = read_junctions(root, &model, report);
+    size::check(&model, report);
     model.signals = signals::read(root, &model.roads, report);
     check_controllers(root, &model, report);
     if model.roads.is_empty() && report.is_empty() {
@@ -75,17 +77,9 @@ fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
 
 fn read_roads(root: Node<'_, '_>, report: &mut Report) -> Vec<Road> {
     let mut roads: BTreeMap<u32, Road> = BTreeMap::new();
-    let (mut lane_length_m, mut polynomial_m) = (0.0, 0.0);
+    let mut polynomial_m = 0.0;
     for node in children(root, "road") {
         let Some(road) = road::read(node, &mut polynomial_m, report) else { continue };
-        let lanes: usize =
-            road.sections.iter().map(|section| section.lanes.len()).max().unwrap_or(0);
-        lane_length_m += road.length_m * lanes as f64;
-        if lane_length_m > limits::LANE_LENGTH_SUM_MAX_M {
-            let wanted = format!("at most {} m of lanes", limits::LANE_LENGTH_SUM_MAX_M);
-            report.add(Some(road.id), None, wanted, "more in all roads up to here");
-            break;
-        }
         let id = road.id;
         if roads.insert(id, road).is_some() {
             report.add(

@@ -151,6 +151,42 @@ fn roads_of_absurd_total_length_are_refused_before_they_are_tabulated() {
     refusal(&format!("<OpenDRIVE>{roads}</OpenDRIVE>"));
 }
 
+/// A few digits of each of these ask for millions of triangles, or for minutes.
+#[test]
+fn numbers_that_ask_for_more_than_a_machine_has_are_refused_with_the_limit() {
+    let whole = map_with(LINE, WIDTH, "");
+    let bend = |shape: &str| map_with(&LINE.replace("<line/>", shape), WIDTH, "");
+    let object = |more: &str| {
+        map_with(LINE, WIDTH, &format!("<objects><object s=\"1\" t=\"9\" {more}</objects>"))
+    };
+    let crosswalk = "type=\"crosswalk\"><outline><cornerLocal u=\"0\" v=\"-9e5\"/>\
+                     <cornerLocal u=\"0\" v=\"9e5\"/></outline></object>";
+    let long = whole.replace("length=\"100\"", "length=\"9e5\"");
+    let wide = |text: &str, count: usize| {
+        let lanes: String =
+            (2..count).map(|id| format!("<lane id=\"-{id}\">{WIDTH}</lane>")).collect();
+        text.replace("</lane></right>", &format!("</lane>{lanes}</right>"))
+    };
+    let cases = [
+        (bend("<arc curvature=\"1e6\"/>"), "at most 200 rad"),
+        (bend("<spiral curvStart=\"0\" curvEnd=\"-1e5\"/>"), "at most 200 rad"),
+        (whole.replace("laneSection s=\"0\"", "laneSection s=\"-9e5\""), "s of 0 or more"),
+        (wide(&whole, 300), "200 lanes"),
+        (wide(&long, 40), "steps of a metre"),
+        (wide(&long.replace("c=\"0\"", "c=\"1e-9\""), 10), "flat pieces"),
+        (object(&format!("id=\"1\" {crosswalk}")), "stripes of crosswalks"),
+        (
+            object("id=\"1\" type=\"building\" length=\"1e4\" width=\"1e4\" height=\"1e4\"/>"),
+            "windows of houses",
+        ),
+    ];
+    for (text, wanted) in cases {
+        assert_ne!(text, whole, "{wanted}");
+        let refused = refusal(&text).to_string();
+        assert!(refused.contains(wanted) && refused.contains("road 7"), "{refused}: {wanted}");
+    }
+}
+
 #[test]
 fn a_walk_around_lanes_that_lead_in_a_circle_ends() {
     // Three roads of a centimetre in a ring: a long walk passes them very often.

@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::render::Tiles;
 use super::{Material, Sink};
-use crate::scenery::{SceneryBox, SceneryKind};
+use crate::model::Object;
+use crate::scenery::{self, SceneryBox, SceneryKind};
 
 /// Height of a storey, in metres.
 const STOREY_M: f64 = 3.3;
@@ -72,6 +73,16 @@ fn block(
         sink.quad(side, [foot[k], foot[next], head[next], head[k]]);
     }
     sink.quad(top, head);
+}
+
+/// Windows of an object that is a house; 0 for any other.
+pub(crate) fn panes(object: &Object) -> f64 {
+    if scenery::kind(object) != Some(SceneryKind::Building) {
+        return 0.0;
+    }
+    let round_m = 2.0 * (object.length_m.abs() + object.width_m.abs());
+    let round_m = round_m.max(8.0 * object.radius_m.abs());
+    round_m / BAY_M * (object.height_m.abs() / STOREY_M)
 }
 
 fn windows(house: &SceneryBox, houses: &[(u32, &SceneryBox)], sink: &mut impl Sink) {

@@ -25,8 +25,9 @@ const LINE_M: f64 = 0.12;
 pub(super) fn paint(map: &Map, sink: &mut impl Sink) {
     for road in &map.model.roads {
         for section in &road.sections {
+            let cuts = cuts(road, section);
             for lane in &section.lanes {
-                lane_lines(road, section, lane, sink);
+                lane_lines(road, section, lane, &cuts, sink);
             }
         }
         for object in &road.objects {
@@ -39,7 +40,13 @@ pub(super) fn paint(map: &Map, sink: &mut impl Sink) {
     }
 }
 
-fn lane_lines(road: &Road, section: &Section, lane: &Lane, sink: &mut impl Sink) {
+fn lane_lines(
+    road: &Road,
+    section: &Section,
+    lane: &Lane,
+    section_cuts: &[f64],
+    sink: &mut impl Sink,
+) {
     for (index, mark) in lane.marks.iter().enumerate() {
         let end_s = lane.marks.get(index + 1).map_or(section.end_s, |next| next.start_s);
         let from_s = mark.start_s.clamp(section.start_s, section.end_s);
@@ -49,7 +56,7 @@ fn lane_lines(road: &Road, section: &Section, lane: &Lane, sink: &mut impl Sink)
             if *dashed {
                 line.dashes(from_s, to_s, sink);
             } else {
-                line.solid(from_s, to_s, sink);
+                line.solid(section_cuts, from_s, to_s, sink);
             }
         }
     }
@@ -77,12 +84,11 @@ struct Line<'m> {
 }
 
 impl Line<'_> {
-    fn solid(&self, from_s: f64, to_s: f64, sink: &mut impl Sink) {
-        let inside = |s: &f64| *s > from_s && *s < to_s;
-        let mut cuts: Vec<f64> = cuts(self.road, self.section);
-        cuts.retain(inside);
-        cuts.insert(0, from_s);
-        cuts.push(to_s);
+    fn solid(&self, section_cuts: &[f64], from_s: f64, to_s: f64, sink: &mut impl Sink) {
+        let first = section_cuts.partition_point(|s| *s <= from_s);
+        let inside = section_cuts.get(first..).unwrap_or_default();
+        let inside = inside.iter().copied().take_while(|s| *s < to_s);
+        let cuts: Vec<f64> = [from_s].into_iter().chain(inside).chain([to_s]).collect();
         for [from_s, to_s] in pieces(&cuts) {
             self.piece(from_s, to_s, sink);
         }
@@ -127,6 +133,13 @@ fn flat(road: &Road, object: &Object, material: Material, sink: &mut impl Sink) 
     if let Some(corners) = four_corners(road, object) {
         sink.quad(material, corners);
     }
+}
+
+/// Stripes a crosswalk may have, whichever of its sides is the longer one.
+pub(crate) fn stripes(object: &Object) -> f64 {
+    let longest_m =
+        object.corners.iter().map(|[u, v, z]| u.hypot(*v).hypot(*z)).fold(0.0, f64::max);
+    2.0 * longest_m / (2.0 * STRIPE_M)
 }
 
 /// Stripes along the shorter side of the crossing, which is the way the cars go.

@@ -1,5 +1,7 @@
 //! One `road` element: links, reference line and profiles.
 
+use std::sync::Arc;
+
 use super::number::{Numbers, id_or_zero, leading_integer, text};
 use super::tree::Node;
 use super::{child, children, lanes, objects};
@@ -129,7 +131,8 @@ fn geometry(
                 numbers.report.add(Some(numbers.road), Some(start_s), wanted, "more");
                 return None;
             }
-            Shape::Polynomial(polynomial(shape_node, name == "poly3", length_m, numbers))
+            let table = polynomial(shape_node, name == "poly3", length_m, numbers);
+            Shape::Polynomial(Arc::new(table))
         }
         _ => return None,
     };
