@@ -48,7 +48,7 @@ impl ProjectionIndex {
             }
             if let Some((road, section, lane)) = parts(model, entry) {
                 let pose = |s: f64| {
-                    let known = shapes.pose(road, entry, index, s);
+                    let known = shapes.pose(entry, index, s);
                     known.unwrap_or_else(|| lane_pose(road, section, lane.id, s))
                 };
                 push_chords(&mut chords, index, (road, section, lane), pose);

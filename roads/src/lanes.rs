@@ -13,6 +13,7 @@ pub(crate) type LaneIndex = u32;
 pub(crate) struct LaneEntry {
     /// Position in [`Model::roads`].
     pub(crate) road: u32,
+    pub(crate) road_id: u32,
     pub(crate) section: u32,
     /// Position in [`Section::lanes`].
     pub(crate) lane: u32,
@@ -39,13 +40,21 @@ impl LaneEntry {
     }
 }
 
+/// Where the lanes of one section stand in the table.
+#[derive(Clone, Copy, Debug)]
+struct SectionLanes {
+    first: LaneIndex,
+    end: LaneIndex,
+    least_id: i32,
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct LaneTable {
     /// By road, section, lane id.
     pub(crate) lanes: Vec<LaneEntry>,
-    /// For every section of every road: where its lanes start in `lanes`.
-    first_of_section: Vec<u32>,
-    /// For every road: where its sections start in `first_of_section`.
+    /// For every section of every road: its lanes.
+    sections: Vec<SectionLanes>,
+    /// For every road: where its sections start in `sections`; at last their number.
     first_of_road: Vec<u32>,
     /// For every road id up to the largest, if that is not too large: the road's position.
     position_of_id: Vec<u32>,
@@ -59,12 +68,16 @@ impl LaneTable {
     pub(crate) fn new(model: &Model) -> Self {
         let mut table = Self { position_of_id: positions(model), ..Self::default() };
         for (road_index, road) in model.roads.iter().enumerate() {
-            table.first_of_road.push(table.first_of_section.len() as u32);
+            table.first_of_road.push(table.sections.len() as u32);
             for (section_index, section) in road.sections.iter().enumerate() {
-                table.first_of_section.push(table.lanes.len() as u32);
+                let first = table.lanes.len() as u32;
+                let end = first + section.lanes.len() as u32;
+                let least_id = section.lanes.first().map_or(0, |lane| lane.id);
+                table.sections.push(SectionLanes { first, end, least_id });
                 table.lanes.extend(section.lanes.iter().enumerate().map(|(lane_index, lane)| {
                     LaneEntry {
                         road: road_index as u32,
+                        road_id: road.id,
                         section: section_index as u32,
                         lane: lane_index as u32,
                         lane_id: lane.id,
@@ -75,6 +88,7 @@ impl LaneTable {
                 }));
             }
         }
+        table.first_of_road.push(table.sections.len() as u32);
         table
     }
 
@@ -83,19 +97,23 @@ impl LaneTable {
     }
 
     /// The lane with this id in a section.
-    pub(crate) fn find(
-        &self,
-        model: &Model,
-        road: usize,
-        section: usize,
-        lane_id: i32,
-    ) -> Option<LaneIndex> {
-        let position = model.roads.get(road)?.sections.get(section)?.position(lane_id)?;
-        let first = self.first_of_section.get(*self.first_of_road.get(road)? as usize + section)?;
-        Some(first + u32::try_from(position).ok()?)
+    #[inline]
+    pub(crate) fn find(&self, road: usize, section: usize, lane_id: i32) -> Option<LaneIndex> {
+        let first_section = *self.first_of_road.get(road)? as usize;
+        let end_section = *self.first_of_road.get(road + 1)? as usize;
+        let own = self.sections.get(first_section..end_section)?;
+        let SectionLanes { first, end, least_id } = *own.get(section)?;
+        // Ids mostly have no gaps; where they have, the lane stands before its place.
+        let guess = i64::from(first) + i64::from(lane_id) - i64::from(least_id);
+        let guess = u32::try_from(guess).ok().filter(|guess| *guess >= first)?;
+        if guess < end && self.get(guess)?.lane_id == lane_id {
+            return Some(guess);
+        }
+        (first..end.min(guess)).find(|index| self.get(*index).is_some_and(|e| e.lane_id == lane_id))
     }
 
     /// Position of a road in [`Model::roads`].
+    #[inline]
     pub(crate) fn road_position(&self, model: &Model, id: u32) -> Option<usize> {
         if self.position_of_id.is_empty() {
             return model.road_index(id);
@@ -204,6 +222,7 @@ pub(crate) fn lane_pose(road: &Road, section: &Section, lane_id: i32, s: f64) ->
 
 /// A place beside the reference line, looking along s. `unit` is sine and cosine of the line's
 /// heading; lateral place and height come with their slopes.
+#[inline]
 pub(crate) fn placed(
     reference: PlanPose,
     [sin, cos]: [f64; 2],
@@ -219,12 +238,11 @@ pub(crate) fn placed(
 }
 
 /// The same place, looking the way its traffic runs.
+#[inline]
 pub(crate) fn direction(pose: LanePose, forward: bool) -> LanePose {
-    if forward {
-        return pose;
-    }
-    let heading_rad = pose.heading_rad + std::f64::consts::PI;
-    LanePose { heading_rad, pitch_rad: -pose.pitch_rad, ..pose }
+    // Which way lanes run cannot be foreseen: selected values cost less than a branch.
+    let (turn_rad, sign) = if forward { (0.0, 1.0) } else { (std::f64::consts::PI, -1.0) };
+    LanePose { heading_rad: pose.heading_rad + turn_rad, pitch_rad: pose.pitch_rad * sign, ..pose }
 }
 
 /// A point at lateral place `t` beside the reference line.

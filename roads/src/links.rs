@@ -69,7 +69,7 @@ fn has_section_beyond(road: &Road, entry: &LaneEntry) -> bool {
 fn beyond(model: &Model, table: &LaneTable, entry: &LaneEntry, link_id: i32) -> Option<LaneIndex> {
     let road = entry.road as usize;
     let section = entry.section as usize;
-    let find = |section| table.find(model, road, section, link_id);
+    let find = |section| table.find(road, section, link_id);
     if entry.forward {
         (section + 1..model.roads.get(road)?.sections.len()).find_map(find)
     } else {
@@ -85,7 +85,7 @@ fn first_section_with(
     lane_id: i32,
 ) -> Option<LaneIndex> {
     let target = model.roads.get(road)?;
-    let find = |section| table.find(model, road, section, lane_id);
+    let find = |section| table.find(road, section, lane_id);
     if target.runs_forward(lane_id) {
         (0..target.sections.len()).find_map(find)
     } else {

@@ -187,7 +187,7 @@ impl Map {
             return None;
         }
         let section = found.section_index(s);
-        let index = self.table.find(&self.model, road_index, section, lane)?;
+        let index = self.table.find(road_index, section, lane)?;
         self.waypoint_on(index, s)
     }
 
@@ -204,8 +204,8 @@ impl Map {
     pub fn lane_pose(&self, waypoint: &Waypoint) -> Option<LanePose> {
         let lane = self.lane_index(waypoint)?;
         let entry = self.table.get(lane)?;
-        let road = self.model.roads.get(entry.road as usize)?;
-        self.shapes.pose(road, entry, lane, waypoint.s).or_else(|| {
+        self.shapes.pose(entry, lane, waypoint.s).or_else(|| {
+            let road = self.model.roads.get(entry.road as usize)?;
             let section = road.sections.get(entry.section as usize)?;
             Some(lane_pose(road, section, waypoint.lane, waypoint.s))
         })
@@ -332,21 +332,25 @@ impl Map {
 
     fn walk(&self, waypoint: &Waypoint, distance_m: f64, way: Way) -> Vec<Waypoint> {
         let Some(index) = self.lane_index(waypoint) else { return Vec::new() };
-        let mut found = Vec::new();
+        // Nearly every walk ends at one place.
+        let mut found = Vec::with_capacity(1);
         walk(&self.table, &self.links, (index, waypoint.s), distance_m, way, |lane, s| {
-            found.extend(self.waypoint_on(lane, s));
+            if let Some(place) = self.waypoint_on(lane, s) {
+                found.push(place);
+            }
         });
         found
     }
 
+    #[inline]
     pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
         let road = self.table.road_position(&self.model, waypoint.road)?;
-        self.table.find(&self.model, road, waypoint.section as usize, waypoint.lane)
+        self.table.find(road, waypoint.section as usize, waypoint.lane)
     }
 
+    #[inline]
     fn waypoint_on(&self, lane: LaneIndex, s: f64) -> Option<Waypoint> {
-        let LaneEntry { road, section, lane_id, .. } = *self.table.get(lane)?;
-        let road = self.model.roads.get(road as usize)?.id;
-        Some(Waypoint { road, section, lane: lane_id, s })
+        let LaneEntry { road_id, section, lane_id, .. } = *self.table.get(lane)?;
+        Some(Waypoint { road: road_id, section, lane: lane_id, s })
     }
 }

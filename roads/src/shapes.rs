@@ -3,24 +3,27 @@
 //! A lane's middle is the lane offset and the widths of all lanes up to it. Between the starts of
 //! any of their records that sum is one cubic; so is the height.
 
-use crate::geometry::Cubic;
+use crate::geometry::{Cubic, Geometry};
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, direction, placed};
 use crate::model::{Model, Road, Section};
 
-/// A stretch of a lane on which nothing begins; all counts from `start_s`.
+/// A stretch of a lane on which nothing begins; all counts from the start of `middle`.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
-    start_s: f64,
     /// Left of the reference line, in metres.
     middle: Cubic,
     height: Cubic,
-    /// Position among the road's geometries.
+    /// Where the road ends.
+    road_end_s: f64,
+    /// Position among the geometries of all roads.
     geometry: u32,
 }
 
-/// The stretches of all lanes.
+/// The stretches of all lanes, with all a pose needs in as few steps as possible.
 #[derive(Debug, Default)]
 pub(crate) struct Shapes {
+    /// Those of all roads, one after another.
+    geometries: Vec<Geometry>,
     stretches: Vec<Stretch>,
     /// Where each lane's stretches begin, and at last where all end.
     firsts: Vec<u32>,
@@ -30,35 +33,38 @@ impl Shapes {
     #[allow(clippy::cast_possible_truncation, reason = "there are fewer records than XML nodes")]
     pub(crate) fn new(model: &Model, table: &LaneTable) -> Self {
         let mut shapes = Self::default();
+        let mut first_of_road = Vec::with_capacity(model.roads.len());
+        for road in &model.roads {
+            first_of_road.push(shapes.geometries.len() as u32);
+            shapes.geometries.extend(road.geometries.iter().cloned());
+        }
         let mut starts = Vec::new();
         for entry in &table.lanes {
             shapes.firsts.push(shapes.stretches.len() as u32);
             let Some(road) = model.roads.get(entry.road as usize) else { continue };
             let Some(section) = road.sections.get(entry.section as usize) else { continue };
             collect_starts(road, section, entry.lane_id, &mut starts);
-            shapes.stretches.extend(starts.iter().map(|s| stretch(road, section, entry, *s)));
+            let first = first_of_road.get(entry.road as usize).copied().unwrap_or_default();
+            let stretches = starts.iter().map(|s| stretch(road, section, entry, *s));
+            shapes.stretches.extend(stretches.map(|own| own.after(first)));
         }
         shapes.firsts.push(shapes.stretches.len() as u32);
         shapes
     }
 
     /// The middle of a lane at a place within its section; `None` elsewhere.
-    pub(crate) fn pose(
-        &self,
-        road: &Road,
-        entry: &LaneEntry,
-        lane: LaneIndex,
-        s: f64,
-    ) -> Option<LanePose> {
+    #[inline]
+    pub(crate) fn pose(&self, entry: &LaneEntry, lane: LaneIndex, s: f64) -> Option<LanePose> {
         if !(entry.start_s..=entry.end_s).contains(&s) {
             return None;
         }
         let first = *self.firsts.get(lane as usize)? as usize;
         let end = *self.firsts.get(lane as usize + 1)? as usize;
         let own = self.stretches.get(first..end)?;
-        let stretch = own.get(own.partition_point(|one| one.start_s <= s).saturating_sub(1))?;
-        let geometry = road.geometries.get(stretch.geometry as usize)?;
-        let along_s = s.clamp(0.0, road.length_m);
+        let stretch =
+            own.get(own.partition_point(|one| one.middle.start_s <= s).saturating_sub(1))?;
+        let geometry = self.geometries.get(stretch.geometry as usize)?;
+        let along_s = s.clamp(0.0, stretch.road_end_s);
         let (reference, unit) = geometry.at_with_direction(along_s - geometry.start_s);
         let middle = (stretch.middle.value(s), stretch.middle.slope(s));
         let height = (stretch.height.value(s), stretch.height.slope(s));
@@ -96,5 +102,13 @@ fn stretch(road: &Road, section: &Section, entry: &LaneEntry, start_s: f64) -> S
         }
     }
     let geometry = road.geometries.partition_point(|g| g.start_s <= start_s).saturating_sub(1);
-    Stretch { start_s, middle, height: road.elevation.cubic_at(start_s), geometry: geometry as u32 }
+    let height = road.elevation.cubic_at(start_s);
+    Stretch { middle, height, road_end_s: road.length_m, geometry: geometry as u32 }
+}
+
+impl Stretch {
+    /// The same where the road's geometries follow so many of other roads.
+    fn after(self, geometries: u32) -> Self {
+        Self { geometry: geometries + self.geometry, ..self }
+    }
 }

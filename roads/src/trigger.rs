@@ -49,7 +49,7 @@ pub(crate) fn driving_lanes(map: &Map, landmark: &Landmark) -> Vec<LanePlace> {
         .filter(|lane| lane.id != 0 && lane.lane_type == LaneType::Driving)
         .filter(|lane| landmark.applies_to(lane.id))
         .filter_map(|lane| {
-            let lane = map.table.find(&map.model, road_index, section_index, lane.id)?;
+            let lane = map.table.find(road_index, section_index, lane.id)?;
             Some(LanePlace { lane, s: landmark.s })
         })
         .collect()
