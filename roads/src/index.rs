@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::geometry::Shape;
+use crate::geometry::{Shape, unit};
 use crate::kinds::LaneTypes;
 use crate::lanes::{LaneIndex, LanePose, LaneTable, lane_pose, parts};
 use crate::model::{Lane, Model, Road, Section};
@@ -22,9 +22,7 @@ struct Chord {
 /// Box around chords; a leaf names chords, another node its second child (the first follows it).
 #[derive(Clone, Copy, Debug)]
 struct TreeNode {
-    min: [f64; 3],
-    max: [f64; 3],
-    type_bits: u32,
+    bounds: Bounds,
     first: u32,
     /// 0 for inner nodes.
     count: u32,
@@ -48,19 +46,24 @@ impl ProjectionIndex {
             }
             if let Some((road, section, lane)) = parts(model, entry) {
                 let pose = |s: f64| {
-                    let known = shapes.pose(entry, index, s);
-                    known.unwrap_or_else(|| lane_pose(road, section, lane.id, s))
+                    shapes.pose_with_direction(entry, index, s).unwrap_or_else(|| {
+                        let pose = lane_pose(road, section, lane.id, s);
+                        (pose, unit(pose.heading_rad))
+                    })
                 };
                 push_chords(&mut chords, index, (road, section, lane), pose);
             }
         }
         // A place that is no number has no nearest lane; the map check reports such lanes.
         chords.retain(|chord| (chord.from.coords + chord.to.coords).iter().all(|v| v.is_finite()));
-        let mut index = Self { nodes: Vec::with_capacity(chords.len()), chords };
-        if !index.chords.is_empty() {
-            let all = index.chords.len();
-            index.build(0, all);
+        let mut index = Self {
+            chords: Vec::with_capacity(chords.len()),
+            nodes: Vec::with_capacity(chords.len()),
+        };
+        if !chords.is_empty() {
+            index.build(&mut middles(&chords), &chords);
         }
+        index.nodes.shrink_to_fit();
         index
     }
 
@@ -75,7 +78,8 @@ impl ProjectionIndex {
         let mut stack: Vec<(usize, f64)> = vec![(0, 0.0)];
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
-            if node.type_bits & mask == 0 || best.is_some_and(|(d2, ..)| box_distance2 >= d2) {
+            if node.bounds.type_bits & mask == 0 || best.is_some_and(|(d2, ..)| box_distance2 >= d2)
+            {
                 continue;
             }
             if node.count == 0 {
@@ -102,7 +106,9 @@ impl ProjectionIndex {
 
     /// The box around all chords.
     pub(crate) fn bounds(&self) -> Option<(Point3<f64>, Point3<f64>)> {
-        self.nodes.first().map(|node| (Point3::from(node.min), Point3::from(node.max)))
+        self.nodes
+            .first()
+            .map(|node| (Point3::from(node.bounds.min), Point3::from(node.bounds.max)))
     }
 
     fn distance2(&self, node: usize, point: &Point3<f64>) -> f64 {
@@ -110,39 +116,97 @@ impl ProjectionIndex {
             (0..3)
                 .map(|axis| {
                     let p = point[axis];
-                    let outside = (node.min[axis] - p).max(p - node.max[axis]).max(0.0);
+                    let Bounds { min, max, .. } = &node.bounds;
+                    let outside = (min[axis] - p).max(p - max[axis]).max(0.0);
                     outside * outside
                 })
                 .sum()
         })
     }
 
-    /// Appends the subtree over `chords[from..to]`, depth first.
+    /// Appends the subtree over some chords, depth first, and the chords of its leaves in their
+    /// order. Returns its box.
     #[allow(
         clippy::cast_possible_truncation,
-        reason = "the limit on the sum of lane lengths keeps the number of chords below 32 bits"
+        reason = "the limit on the steps along lanes keeps the number of chords below 32 bits"
     )]
-    fn build(&mut self, from: usize, to: usize) {
+    fn build(&mut self, middles: &mut [Middle], all: &[Chord]) -> Bounds {
         let node_index = self.nodes.len();
-        let Some(chords) = self.chords.get_mut(from..to) else { return };
-        let (min, max, type_bits) = bounds(chords);
-        let count = chords.len();
-        self.nodes.push(TreeNode { min, max, type_bits, first: from as u32, count: count as u32 });
-        if count <= LEAF_CHORDS {
-            return;
+        if middles.len() <= LEAF_CHORDS {
+            let first = self.chords.len();
+            let own = middles.iter().filter_map(|middle| all.get(middle.chord as usize));
+            self.chords.extend(own);
+            let bounds = Bounds::of_chords(self.chords.get(first..).unwrap_or_default());
+            self.nodes.push(TreeNode { bounds, first: first as u32, count: middles.len() as u32 });
+            return bounds;
         }
-        let axis =
-            (0..3).max_by(|a, b| (max[*a] - min[*a]).total_cmp(&(max[*b] - min[*b]))).unwrap_or(0);
-        let middle = count / 2;
-        chords.select_nth_unstable_by(middle, |a, b| {
-            (a.from[axis] + a.to[axis]).total_cmp(&(b.from[axis] + b.to[axis]))
-        });
-        self.build(from, from + middle);
-        let second = self.nodes.len() as u32;
-        self.build(from + middle, to);
+        self.nodes.push(TreeNode { bounds: Bounds::NONE, first: 0, count: 0 });
+        let axis = widest_axis(middles);
+        let half = middles.len() / 2;
+        middles.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
+        let (left, right) = middles.split_at_mut(half);
+        let left = self.build(left, all);
+        let first = self.nodes.len() as u32;
+        let bounds = left.with(&self.build(right, all));
         if let Some(node) = self.nodes.get_mut(node_index) {
-            node.first = second;
-            node.count = 0;
+            *node = TreeNode { bounds, first, count: 0 };
+        }
+        bounds
+    }
+}
+
+/// What chords are sorted by: small, as sorting moves it often.
+#[derive(Clone, Copy, Debug)]
+struct Middle {
+    place: [f32; 3],
+    chord: u32,
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "the tree need not be cut at exact middles")]
+fn middles(chords: &[Chord]) -> Vec<Middle> {
+    let place = |chord: &Chord| [0, 1, 2].map(|axis| (chord.from[axis] + chord.to[axis]) as f32);
+    (0..).zip(chords).map(|(index, chord)| Middle { place: place(chord), chord: index }).collect()
+}
+
+fn widest_axis(middles: &[Middle]) -> usize {
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for Middle { place, .. } in middles {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(place[axis]);
+            high[axis] = high[axis].max(place[axis]);
+        }
+    }
+    let span = |axis: &usize| high[*axis] - low[*axis];
+    (0..3).max_by(|a, b| span(a).total_cmp(&span(b))).unwrap_or(0)
+}
+
+/// A box, and the types of the lanes in it.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: [f64; 3],
+    max: [f64; 3],
+    type_bits: u32,
+}
+
+impl Bounds {
+    const NONE: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3], type_bits: 0 };
+
+    fn of_chords(chords: &[Chord]) -> Self {
+        chords.iter().fold(Self::NONE, |bounds, chord| {
+            let of = |point: &Point3<f64>| {
+                let place = [point.x, point.y, point.z];
+                Self { min: place, max: place, type_bits: chord.type_bits }
+            };
+            bounds.with(&of(&chord.from)).with(&of(&chord.to))
+        })
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            min: [0, 1, 2].map(|axis| self.min[axis].min(other.min[axis])),
+            max: [0, 1, 2].map(|axis| self.max[axis].max(other.max[axis])),
+            type_bits: self.type_bits | other.type_bits,
         }
     }
 }
@@ -181,20 +245,6 @@ impl Chord {
     }
 }
 
-fn bounds(chords: &[Chord]) -> ([f64; 3], [f64; 3], u32) {
-    let mut min = [f64::INFINITY; 3];
-    let mut max = [f64::NEG_INFINITY; 3];
-    let mut type_bits = 0;
-    for chord in chords {
-        for axis in 0..3 {
-            min[axis] = min[axis].min(chord.from[axis]).min(chord.to[axis]);
-            max[axis] = max[axis].max(chord.from[axis]).max(chord.to[axis]);
-        }
-        type_bits |= chord.type_bits;
-    }
-    (min, max, type_bits)
-}
-
 /// Whether one chord stands for the whole section: straight reference line, grades without bend.
 fn is_straight(road: &Road, section: &Section) -> bool {
     let first = road.geometries.partition_point(|g| g.start_s <= section.start_s).saturating_sub(1);
@@ -208,7 +258,7 @@ fn push_chords(
     chords: &mut Vec<Chord>,
     index: LaneIndex,
     (road, section, lane): (&Road, &Section, &Lane),
-    pose_at: impl Fn(f64) -> LanePose,
+    pose_at: impl Fn(f64) -> (LanePose, [f64; 2]),
 ) {
     /// Places at the very end of a lane belong to the next one.
     const END_GAP_M: f64 = 1e-6;
@@ -228,28 +278,28 @@ fn push_chords(
     };
     let start_m = END_GAP_M.min(length_m / 2.0);
     if is_straight(road, section) {
-        push(start_m, pose(start_m).point, end_m, pose(end_m).point);
+        push(start_m, pose(start_m).0.point, end_m, pose(end_m).0.point);
         return;
     }
     let mut from_m = start_m;
-    let mut from = pose(from_m);
-    let mut from_direction = direction(&from);
+    let (mut from, heading) = pose(from_m);
+    let mut from_direction = direction(&from, heading);
     let mut at_m = from_m;
     while at_m + STEP_M < end_m {
         at_m += STEP_M;
-        let here = pose(at_m);
-        let here_direction = direction(&here);
+        let (here, heading) = pose(at_m);
+        let here_direction = direction(&here, heading);
         let cos = from_direction.dot(&here_direction);
         if cos < TURN_MAX_RAD.cos() || at_m - from_m > CHORD_LENGTH_MAX_M {
             push(from_m, from.point, at_m, here.point);
             (from_m, from, from_direction) = (at_m, here, here_direction);
         }
     }
-    push(from_m, from.point, end_m, pose(end_m).point);
+    push(from_m, from.point, end_m, pose(end_m).0.point);
 }
 
-fn direction(pose: &LanePose) -> nalgebra::Vector3<f64> {
-    let (sin, cos) = pose.heading_rad.sin_cos();
+/// The direction of travel in space, from sine and cosine of the heading.
+fn direction(pose: &LanePose, [sin, cos]: [f64; 2]) -> nalgebra::Vector3<f64> {
     let level = pose.pitch_rad == 0.0;
     let (sin_pitch, cos_pitch) = if level { (0.0, 1.0) } else { pose.pitch_rad.sin_cos() };
     nalgebra::Vector3::new(cos * cos_pitch, sin * cos_pitch, sin_pitch)

@@ -3,7 +3,7 @@
 //! A lane's middle is the lane offset and the widths of all lanes up to it. Between the starts of
 //! any of their records that sum is one cubic; so is the height.
 
-use crate::geometry::{Cubic, Geometry};
+use crate::geometry::{Cubic, Geometry, unit};
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, direction, placed};
 use crate::model::{Model, Road, Section};
 
@@ -52,9 +52,35 @@ impl Shapes {
         shapes
     }
 
+    /// As [`Shapes::pose`], with sine and cosine of the heading.
+    pub(crate) fn pose_with_direction(
+        &self,
+        entry: &LaneEntry,
+        lane: LaneIndex,
+        s: f64,
+    ) -> Option<(LanePose, [f64; 2])> {
+        let (pose, along, slope) = self.along(entry, lane, s)?;
+        let turned = if slope == 0.0 { along } else { unit(pose.heading_rad) };
+        let sign = if entry.forward { 1.0 } else { -1.0 };
+        Some((direction(pose, entry.forward), turned.map(|v| v * sign)))
+    }
+
     /// The middle of a lane at a place within its section; `None` elsewhere.
     #[inline]
     pub(crate) fn pose(&self, entry: &LaneEntry, lane: LaneIndex, s: f64) -> Option<LanePose> {
+        let (pose, ..) = self.along(entry, lane, s)?;
+        Some(direction(pose, entry.forward))
+    }
+
+    /// The middle looking along s, sine and cosine of the reference line's heading, and the slope
+    /// that the middle has beside it.
+    #[inline]
+    fn along(
+        &self,
+        entry: &LaneEntry,
+        lane: LaneIndex,
+        s: f64,
+    ) -> Option<(LanePose, [f64; 2], f64)> {
         if !(entry.start_s..=entry.end_s).contains(&s) {
             return None;
         }
@@ -65,10 +91,10 @@ impl Shapes {
             own.get(own.partition_point(|one| one.middle.start_s <= s).saturating_sub(1))?;
         let geometry = self.geometries.get(stretch.geometry as usize)?;
         let along_s = s.clamp(0.0, stretch.road_end_s);
-        let (reference, unit) = geometry.at_with_direction(along_s - geometry.start_s);
+        let (reference, along) = geometry.at_with_direction(along_s - geometry.start_s);
         let middle = (stretch.middle.value(s), stretch.middle.slope(s));
         let height = (stretch.height.value(s), stretch.height.slope(s));
-        Some(direction(placed(reference, unit, middle, height), entry.forward))
+        Some((placed(reference, along, middle, height), along, middle.1))
     }
 }
 

@@ -3,6 +3,7 @@
 mod lanes;
 mod number;
 mod objects;
+mod reader;
 mod road;
 mod signals;
 mod tree;
@@ -14,7 +15,7 @@ use crate::limits;
 use crate::model::{Junction, Model, Road};
 use crate::size;
 use number::{id_or_zero, text};
-use tree::{Document, Node};
+use tree::Node;
 
 /// Reads a map. Faults go to the report; what is returned is usable when the report is empty.
 pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
@@ -25,7 +26,7 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
         report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
         return model;
     }
-    let document = match Document::parse(xodr) {
+    let document = match reader::parse(xodr) {
         Ok(document) => document,
         Err(refusal) => {
             report.add(None, None, refusal.wanted, refusal.found);

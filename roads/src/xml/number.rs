@@ -29,6 +29,9 @@ pub(super) fn leading_integer(text: &str) -> Option<i64> {
 
 /// A number, or the number a row of digits and signs starts with.
 fn leading_number(text: &str) -> Option<f64> {
+    if let Ok(number) = text.parse() {
+        return Some(number);
+    }
     let text = text.trim();
     let is_part = |byte: u8| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E');
     text.parse().ok().or_else(|| {
