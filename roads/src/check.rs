@@ -1,6 +1,6 @@
 //! Faults of a map that can be read: what breaks CARLA's client, and what is probably a mistake.
 
-use std::collections::BTreeMap;
+mod forks;
 
 use crate::error::{Diagnostic, Report, Severity};
 use crate::geometry::Shape;
@@ -29,9 +29,9 @@ impl Map {
         }
         for (index, entry) in (0..).zip(&self.table.lanes) {
             missing_target(self, entry, &mut report);
-            fan_out(self, index, entry, &mut report);
             dead_end(self, index, entry, &mut report);
         }
+        forks::check(self, &mut report);
         joints(self, &mut report);
         report
     }
@@ -130,25 +130,6 @@ fn missing_target(map: &Map, entry: &LaneEntry, report: &mut Report) {
             Some(entry.exit_s()),
             format!("lane {} to lead to a lane of road {target}", lane.id),
             format!("lane {link_id}, which that road does not have there"),
-        ));
-    }
-}
-
-/// One lane into two lanes of the same connecting road and nowhere else.
-fn fan_out(map: &Map, index: LaneIndex, entry: &LaneEntry, report: &mut Report) {
-    let followers = map.links.next_of(index);
-    let mut per_road: BTreeMap<u32, usize> = BTreeMap::new();
-    for follower in followers.iter().filter_map(|follower| map.table.get(*follower)) {
-        *per_road.entry(follower.road).or_default() += 1;
-    }
-    let Some((road, _, lane)) = parts(&map.model, entry) else { return };
-    if per_road.len() == 1 && followers.len() > 1 {
-        report.push(fault(
-            Severity::BreaksClient,
-            road,
-            Some(entry.exit_s()),
-            format!("lane {} to continue into one lane of each connecting road", lane.id),
-            format!("{} lanes of one road; the traffic manager ends there", followers.len()),
         ));
     }
 }

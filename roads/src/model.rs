@@ -98,6 +98,8 @@ pub(crate) struct Junction {
     pub(crate) id: u32,
     /// Connecting roads, one per connection id.
     pub(crate) connecting_roads: Vec<u32>,
+    /// Those that several connections name.
+    pub(crate) repeated_roads: Vec<u32>,
     /// Ids of the controllers of its lights, in the order of the file.
     pub(crate) controllers: Vec<String>,
 }

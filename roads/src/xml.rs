@@ -109,13 +109,20 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
             connections.entry(id_or_zero(connection, "id")).or_insert(road);
         }
         let mut connecting_roads: Vec<u32> = connections.into_values().collect();
+        let mut sorted = connecting_roads.clone();
+        sorted.sort_unstable();
+        let again = sorted.chunk_by(|a, b| a == b).filter(|alike| alike.len() > 1);
+        let mut repeated_roads: Vec<u32> =
+            again.filter_map(|alike| alike.first().copied()).collect();
         connecting_roads.dedup();
         let junction = junctions.entry(id).or_insert(Junction {
             id,
             connecting_roads: Vec::new(),
+            repeated_roads: Vec::new(),
             controllers: Vec::new(),
         });
         junction.connecting_roads.append(&mut connecting_roads);
+        junction.repeated_roads.append(&mut repeated_roads);
         let controllers = children(node, "controller").map(|c| text(c, "id").to_owned());
         junction.controllers.extend(controllers);
     }

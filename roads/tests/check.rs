@@ -48,6 +48,33 @@ fn a_spiral_without_change_breaks_the_client() {
     }));
 }
 
+/// Road 1 through junction 100 by road 3 to road 2, with these connections.
+fn crossing(connections: &str) -> String {
+    let junction = "elementType=\"junction\" elementId=\"100\"";
+    let within = to_road(2) + "<predecessor elementType=\"road\" elementId=\"1\"/>";
+    let before = road(1, 0.0, &format!("<successor {junction}/>"), "", "<line/>");
+    let after = road(2, 100.0, &format!("<predecessor {junction}/>"), "", "<line/>");
+    let links = "<predecessor id=\"-1\"/><successor id=\"-1\"/>";
+    let through =
+        road(3, 50.0, &within, links, "<line/>").replace("junction=\"-1\"", "junction=\"100\"");
+    format!(
+        "<OpenDRIVE>{before}{through}{after}<junction id=\"100\">{connections}</junction></OpenDRIVE>"
+    )
+}
+
+/// Some exporters list a connecting road once from each of its ends.
+#[test]
+fn a_road_that_two_connections_name_ends_the_traffic_manager() {
+    let connection = |id: u32, from: u32| {
+        format!("<connection id=\"{id}\" incomingRoad=\"{from}\" connectingRoad=\"3\"/>")
+    };
+    let once = found(&crossing(&connection(0, 1)));
+    assert!(once.iter().all(|(severity, _)| *severity == Severity::Suspicious), "{once:?}");
+    let twice = found(&crossing(&(connection(0, 1) + &connection(1, 2))));
+    let named = twice.iter().find(|(severity, _)| *severity == Severity::BreaksClient).unwrap();
+    assert!(named.1.contains("road 1 at s = 50") && named.1.contains("road 3 alone"), "{named:?}");
+}
+
 #[test]
 fn dead_ends_and_gaps_are_suspicious() {
     let first = road(1, 0.0, &to_road(2), "<successor id=\"-1\"/>", "<line/>");

@@ -115,6 +115,48 @@ REFERENCE = '<signalReference id="9" s="1" t="0" orientation="+"/>'
 CONTROLLER = '<controller id="5" name="c"><control signalId="99" type="0"/></controller>'
 LISTED = '<controller id="5" type="0" sequence="0"/>'
 ONE, BACK = lane(-1, -1), lane(-1, None, -1)
+NARROW = '<width sOffset="0" a="0.5" b="0" c="0" d="0"/>'
+
+
+def connection(number: int, incoming: int, connecting: int) -> str:
+    return (
+        f'<connection id="{number}" incomingRoad="{incoming}" connectingRoad="{connecting}" '
+        'contactPoint="start"><laneLink from="-1" to="-1"/></connection>'
+    )
+
+
+def fork(connections: str, inside=(100, 100), approach=None, second=None) -> str:
+    """Road 1, then roads 3 and 5 through junction 100, which lead to roads 2 and 4."""
+    approach = lane(-1) if approach is None else approach
+    second = lane(-1, -1, -1) if second is None else second
+    end, start = link("successor", "junction", 100), link("predecessor", "junction", 100)
+    before = link("predecessor", "road", 1)
+    return document(
+        road(1, links=end, sections=section(0, right=approach)),
+        road(2, x=80, links=start),
+        road(4, x=80, links=start),
+        road(
+            3,
+            x=50,
+            length=30,
+            junction=inside[0],
+            links=before + link("successor", "road", 2),
+            sections=section(0, right=lane(-1, -1, -1)),
+        ),
+        road(
+            5,
+            x=50,
+            length=30,
+            junction=inside[1],
+            links=before + link("successor", "road", 4),
+            sections=section(0, right=second),
+        ),
+        f'<junction id="100" name="j">{connections}</junction>',
+    )
+
+
+TWO_WAYS = connection(0, 1, 3) + connection(1, 1, 5)
+TWICE = connection(2, 1, 3)
 
 MAPS = {
     "a clean junction": junction(),
@@ -128,6 +170,18 @@ MAPS = {
     "connecting road of a connection is unknown": junction(connecting=77),
     "one lane into two of one connecting road": junction(
         lane(-1, -1, -1) + lane(-2, -1, -2), outgoing=lane(-1) + lane(-2)
+    ),
+    "two connections of one road": junction(rest=connection(1, 1, 3)),
+    "a connection twice under one id": junction(rest=connection(0, 1, 3)),
+    "a fork": fork(TWO_WAYS),
+    "a fork with a connection twice": fork(TWO_WAYS + TWICE),
+    "the lane beside has another way, and one connection stands twice": fork(
+        TWO_WAYS + TWICE, approach=lane(-1) + lane(-2), second=lane(-1, -2, -1)
+    ),
+    "a fork into roads outside of junctions": fork(TWO_WAYS, inside=(-1, -1)),
+    "a fork with one way outside of junctions": fork(TWO_WAYS, inside=(-1, 100)),
+    "a fork with a way too narrow for vehicles": fork(
+        TWO_WAYS, second=lane(-1, -1, -1, width=NARROW)
     ),
     "lane leads to a lane the next road lacks": two_roads(
         section(0, right=lane(-1, None, -7)), section(0, right=ONE)
