@@ -8,6 +8,7 @@ mod grid;
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::{Point3, Vector3};
@@ -122,17 +123,41 @@ fn loads(criterion: &mut Criterion) {
         });
         group.finish();
     }
-    // Loading should take ten times as long for ten times the roads.
-    for roads in [1_000, 10_000] {
-        let text = grid::grid(roads);
-        criterion.bench_function(&format!("parse {roads} roads"), |bencher| {
-            bencher.iter(|| black_box(Map::parse("grid", &text).is_ok()));
-        });
-    }
     criterion.bench_function("write the generated town", |bencher| {
         bencher.iter(|| black_box(roads::town::build("Town10HD_Opt")));
     });
 }
 
-criterion_group!(benches, queries, walks, loads);
+/// Loading four times the roads should take about four times as long.
+fn growth(_: &mut Criterion) {
+    const ROUNDS: usize = 15;
+    let mut maps = Vec::new();
+    let mut last_s = None;
+    for roads in [2_500, 10_000] {
+        let text = grid::grid(roads);
+        let best_s = (0..ROUNDS).map(|_| {
+            let started = Instant::now();
+            black_box(Map::parse("grid", &text).is_ok());
+            started.elapsed().as_secs_f64()
+        });
+        let best_s = best_s.fold(f64::INFINITY, f64::min);
+        let before_kb = resident_kb();
+        maps.push(Map::parse("grid", &text));
+        let grown_kb = resident_kb().saturating_sub(before_kb);
+        let times = last_s.map_or_else(String::new, |last_s| {
+            format!(", {:.1} times as long as a quarter of them", best_s / last_s)
+        });
+        println!("parse {roads} roads: {:.2} ms, {grown_kb} kB{times}", best_s * 1e3);
+        last_s = Some(best_s);
+    }
+}
+
+/// Memory of this process that is in use (Linux), 0 elsewhere.
+fn resident_kb() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse().ok()).unwrap_or(0)
+}
+
+criterion_group!(benches, queries, walks, loads, growth);
 criterion_main!(benches);

@@ -34,11 +34,17 @@ struct Texts {
 impl Texts {
     fn new() -> Self {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/corpus/parse");
-        let mut paths: Vec<_> =
-            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        let mut paths: Vec<_> = std::fs::read_dir(folder)
+            .expect("the corpus")
+            .flatten()
+            .map(|entry| entry.path())
+            .collect();
         paths.sort();
         Self {
-            small: paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect(),
+            small: paths
+                .iter()
+                .map(|path| std::fs::read_to_string(path).expect("readable"))
+                .collect(),
             towns: ["Town02", "Town03", "Town07"]
                 .iter()
                 .map(|name| roads::town::build(name).expect("ours"))
