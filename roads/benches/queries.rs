@@ -133,7 +133,7 @@ fn growth(_: &mut Criterion) {
     const ROUNDS: usize = 15;
     let mut maps = Vec::new();
     let mut last_s = None;
-    for roads in [2_500, 10_000] {
+    for roads in [2_500, 10_000, 40_000] {
         let text = grid::grid(roads);
         let best_s = (0..ROUNDS).map(|_| {
             let started = Instant::now();
