@@ -4,9 +4,12 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import httpx
 import pytest
+from running_site import healthy, wait_for
 
 pytest.importorskip("carla", reason="the client is not installed")
 
@@ -78,3 +81,15 @@ def test_cars_drive_at_the_worlds_own_pace(site):
     moving = [car for car in cars if car["way_m"] > 5.0]
     assert len(moving) > 10, cars
     assert max(car["off_road_m"] for car in cars) < OVER_THE_EDGE_M
+
+
+def test_a_traffic_manager_may_have_the_port_of_the_openenv_face(start_site):
+    """Both have port 8000 by default, on the same machine."""
+    site = start_site("--no-render")
+    port = int(site.base_url.rsplit(":", 1)[1])
+    connected = httpx.Client(base_url=site.base_url)
+    assert connected.get("/health").json() == {"status": "healthy"}
+    drive(site, port, "Town10HD", vehicles=2, ticks=5)
+    # Who was connected before stays so, and the door opens again.
+    assert connected.get("/health").json() == {"status": "healthy"}
+    wait_for(site, time.monotonic() + 20.0, lambda: healthy(site.base_url))
