@@ -25,8 +25,8 @@ use table::{Group, METHODS};
 /// What is told of things that have no parts.
 const NO_TRANSFORMS: [Transform; 0] = [];
 
-/// Answers what needs no endpoint, even while it ticks: a Traffic Manager reads the settings between
-/// two frames, on a thread of its own, and must have them before the next frame comes.
+/// Answers what needs no endpoint, even while it ticks: a Traffic Manager reads the settings
+/// between two frames, on a thread of its own, and must have them before the next frame comes.
 pub(crate) fn at_once(request: &Request, settings: &EpisodeSettings) -> Option<Answer> {
     (request.method == "get_episode_settings").then(|| Payload::value(settings))
 }

@@ -1,9 +1,10 @@
 //! The world service as an endpoint sees it: a port, with the bus behind it.
 
+use std::collections::BTreeSet;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusError, Host, Lane, Presence, follow_hosts};
@@ -23,6 +24,8 @@ const CAPTURE_DEADLINE: Duration = Duration::from_secs(40);
 
 /// How long a Traffic Manager may take to open its port.
 const TRAFFIC_MANAGER_START: Duration = Duration::from_secs(12);
+/// Traffic Managers that may start at once.
+const STARTING_MAX: usize = 64;
 
 /// An answer, some time later.
 pub(crate) type Later<'a, T> = Pin<Box<dyn Future<Output = Result<T, Error>> + Send + 'a>>;
@@ -46,6 +49,8 @@ pub(crate) struct BusSite {
     host: watch::Receiver<Option<Host>>,
     renderers: Arc<AtomicUsize>,
     gateway: ServiceId,
+    /// Ports of Traffic Managers that others are being told of.
+    starting: Arc<Mutex<BTreeSet<u16>>>,
 }
 
 /// Tells of a Traffic Manager for as long as it may take to open its port.
@@ -86,7 +91,7 @@ impl BusSite {
         });
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
         let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
-        Ok(Self { bus, tenant, host, renderers, gateway })
+        Ok(Self { bus, tenant, host, renderers, gateway, starting: Arc::default() })
     }
 
     /// Over the fast lane, if it leads to where the world must be.
@@ -149,13 +154,21 @@ impl Site for BusSite {
     }
 
     fn announce_traffic_manager(&self, port: u16) {
-        let id = format!("{}-{port}", self.gateway).parse();
-        let bus = self.bus.clone();
+        let Ok(id) = format!("{}-{port}", self.gateway).parse() else {
+            return tracing::warn!(port, "the gateway's name is too long for a Traffic Manager's");
+        };
+        // Nothing panics while it holds the lock.
+        let mut starting = self.starting.lock().unwrap_or_else(PoisonError::into_inner);
+        if starting.len() >= STARTING_MAX || !starting.insert(port) {
+            return;
+        }
+        drop(starting);
+        let (bus, starting) = (self.bus.clone(), Arc::clone(&self.starting));
         tokio::spawn(async move {
-            let Ok(id) = id else { return tracing::warn!(port, "the gateway's name is too long") };
             if let Err(error) = announce_traffic_manager(&bus, id, port).await {
                 tracing::warn!(%error, port, "nobody hears of a Traffic Manager");
             }
+            starting.lock().unwrap_or_else(PoisonError::into_inner).remove(&port);
         });
     }
 

@@ -1,8 +1,8 @@
 //! The face's door: it steps aside while a Traffic Manager on this machine wants the same port.
 //!
-//! The OpenEnv protocol and the Traffic Manager of CARLA's client both have port 8000 by default, and
-//! the Traffic Manager takes it on all addresses, in the client's process. It tries for ten seconds.
-//! Whoever is connected stays connected meanwhile.
+//! The OpenEnv protocol and the Traffic Manager of CARLA's client both have port 8000 by default,
+//! and the Traffic Manager takes it on all addresses, in the client's process. It tries for ten
+//! seconds. Whoever is connected stays connected meanwhile.
 
 use std::collections::BTreeSet;
 use std::net::SocketAddr;

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+
 from running_site import healthy, wait_for
 
 pytest.importorskip("carla", reason="the client is not installed")

@@ -1,11 +1,11 @@
 //! Traffic Managers of clients, and waking one that has slept through a frame.
 //!
 //! A Traffic Manager in synchronous mode steps on a thread of the client, once for each of its
-//! ticks: it sends a batch of controls, reads the settings and goes to sleep. The client library signals a new
-//! frame without the lock under which that thread falls asleep: a signal in between is lost, and
-//! then both threads wait for each other for ever. On a busy machine that happens once in some
-//! thousand ticks. Switched to asynchronous mode and back, the Traffic Manager gets the signal
-//! again and goes on with the step that it owes.
+//! ticks: it sends a batch of controls, reads the settings and goes to sleep. The client library
+//! signals a new frame without the lock under which that thread falls asleep: a signal in between
+//! is lost, and then both threads wait for each other for ever. On a busy machine that happens once
+//! in some thousand ticks. Switched to asynchronous mode and back, the Traffic Manager gets the
+//! signal again and goes on with the step that it owes.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -118,7 +118,7 @@ pub(super) async fn wake(host: IpAddr, port: u16) {
         for mode in [false, true] {
             let call = rmp_serde::to_vec(&(0, u32::from(mode), "set_synchronous_mode", (mode,)));
             manager.write_all(&call.map_err(std::io::Error::other)?).await?;
-            // What it answers is of no use; it has to have understood the first call before the next.
+            // Of no use but for the order: the first call is over before the second.
             let _ = manager.read(&mut [0; 64]).await?;
         }
         Ok::<(), std::io::Error>(())

@@ -208,8 +208,11 @@ impl State {
             let body = self.motion_of(actor);
             let farthest_m = body.world_from_body.translation.vector.amax();
             let fastest_mps = body.linear_mps.amax().max(body.angular_radps.amax());
+            // What is carried on a long arm may be fast; its carrier is not.
+            let is_carried = actor.body.attachment().is_some();
             // Negated, so that NaN fails as well.
-            let sane = farthest_m <= limits::COORDINATE_M_MAX && fastest_mps <= SPEED_MPS_MAX;
+            let is_slow = fastest_mps <= SPEED_MPS_MAX || is_carried && fastest_mps.is_finite();
+            let sane = farthest_m <= limits::COORDINATE_M_MAX && is_slow;
             if !sane {
                 let message = format!("{} diverged at {}", actor.id, self.tick);
                 return Err(Error::new(ErrorCode::WorldQuarantined, message)

@@ -6,7 +6,7 @@ mod common;
 use common::*;
 use schemas::{
     ActorId, ActorKind, Attachment, AttachmentKind, Attribute, BodySwitch, Command, ErrorCode,
-    Pose, PushKind, Vec3, VehicleControl, VehicleFailure, level_pose,
+    Pose, PushKind, Vec3, VehicleControl, VehicleFailure, level_pose, limits,
 };
 use world::World;
 
@@ -193,6 +193,21 @@ fn what_is_attached_moves_as_one_with_its_parent_and_stays_when_it_goes() {
     run(&mut world, 5);
     let left = state(&world, camera);
     assert_eq!((left.parent, left.world_from_actor), (None, carried.world_from_actor));
+}
+
+#[test]
+fn what_a_tumbling_walker_holds_on_a_long_arm_may_be_faster_than_any_body() {
+    let mut world = world();
+    let person = walker(&mut world, 0.0, 0.0);
+    let arm = level_pose(Vec3::new(30.0, 0.0, 0.0), 0.0);
+    let cone = attached("static.prop.constructioncone", arm, person, AttachmentKind::Rigid);
+    let cone = world.apply(&cone).unwrap().unwrap();
+    car(&mut world, -8.0, 30.0);
+    let speeds_mps = (0..40).map(|_| {
+        run(&mut world, 1);
+        speed_mps(&world, cone)
+    });
+    assert!(speeds_mps.fold(0.0, f32::max) > 2.0 * limits::SPEED_MPS_MAX);
 }
 
 #[test]
