@@ -2,10 +2,11 @@
 //!
 //! The OpenEnv protocol and the Traffic Manager of CARLA's client both have port 8000 by default,
 //! and the Traffic Manager takes it on all addresses, in the client's process. It tries for ten
-//! seconds. Whoever is connected stays connected meanwhile.
+//! seconds. Whoever is connected stays connected meanwhile, and a door at `[::1]` stays open, which
+//! is what "localhost" means first where there is IPv6.
 
 use std::collections::BTreeSet;
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::time::Duration;
 
 use axum::serve::Listener;
@@ -21,6 +22,8 @@ const RETRY_PAUSE: Duration = Duration::from_millis(250);
 pub(crate) struct Door {
     address: SocketAddr,
     listener: Option<TcpListener>,
+    /// At `[::1]`, for a face at 127.0.0.1.
+    beside: Option<TcpListener>,
     is_wanted: watch::Receiver<bool>,
 }
 
@@ -34,17 +37,33 @@ impl Door {
         is_wanted: watch::Receiver<bool>,
     ) -> std::io::Result<Self> {
         let listener = TcpListener::bind(address).await?;
-        Ok(Self { address: listener.local_addr()?, listener: Some(listener), is_wanted })
+        let address = listener.local_addr()?;
+        let beside = match address.ip() == Ipv4Addr::LOCALHOST {
+            true => TcpListener::bind((Ipv6Addr::LOCALHOST, address.port())).await.ok(),
+            false => None,
+        };
+        Ok(Self { address, listener: Some(listener), beside, is_wanted })
     }
 
-    async fn reopen(&mut self) {
-        match TcpListener::bind(self.address).await {
-            Ok(listener) => {
-                tracing::info!(address = %self.address, "OpenEnv face listens again");
-                self.listener = Some(listener);
-            }
-            Err(_) => tokio::time::sleep(RETRY_PAUSE).await,
+    /// Closes or opens the door, as others want the port or not.
+    async fn follow(&mut self, is_wanted: bool) {
+        if is_wanted && self.listener.take().is_some() {
+            tracing::warn!(address = %self.address, "a Traffic Manager takes the port: new OpenEnv \
+                clients come in at [::1], or wait for its end; --http chooses another port");
         }
+        if !is_wanted && self.listener.is_none() {
+            self.listener = TcpListener::bind(self.address).await.ok();
+            if self.listener.is_some() {
+                tracing::info!(address = %self.address, "OpenEnv face listens again");
+            }
+        }
+    }
+}
+
+async fn accept(door: &mut Option<TcpListener>) -> (TcpStream, SocketAddr) {
+    match door {
+        Some(listener) => Listener::accept(listener).await,
+        None => std::future::pending().await,
     }
 }
 
@@ -55,22 +74,13 @@ impl Listener for Door {
     async fn accept(&mut self) -> (TcpStream, SocketAddr) {
         loop {
             let is_wanted = *self.is_wanted.borrow_and_update();
-            match &mut self.listener {
-                Some(_) if is_wanted => {
-                    tracing::warn!(address = %self.address, "a Traffic Manager takes the port; \
-                        new OpenEnv clients have to wait for its end, or choose another --http");
-                    self.listener = None;
-                }
-                Some(listener) => tokio::select! {
-                    accepted = Listener::accept(listener) => return accepted,
-                    Ok(()) = self.is_wanted.changed() => {}
-                },
-                None if is_wanted => {
-                    if self.is_wanted.changed().await.is_err() {
-                        std::future::pending::<()>().await;
-                    }
-                }
-                None => self.reopen().await,
+            self.follow(is_wanted).await;
+            let is_shut_out = self.listener.is_none() && !is_wanted;
+            tokio::select! {
+                accepted = accept(&mut self.listener) => return accepted,
+                accepted = accept(&mut self.beside) => return accepted,
+                Ok(()) = self.is_wanted.changed() => {}
+                () = tokio::time::sleep(RETRY_PAUSE), if is_shut_out => {}
             }
         }
     }
@@ -130,6 +140,9 @@ mod tests {
                 Err(_) => tokio::time::sleep(Duration::from_millis(5)).await,
             }
         };
+        if TcpListener::bind((Ipv6Addr::LOCALHOST, 0)).await.is_ok() {
+            TcpStream::connect((Ipv6Addr::LOCALHOST, address.port())).await.unwrap();
+        }
         wishes.send_replace(false);
         tokio::time::sleep(RETRY_PAUSE * 2).await;
         drop(taken);

@@ -148,11 +148,11 @@ mod tests {
 
     impl WorldPort for Slow {
         fn create(&self, _: NewWorld) -> Answer<'_, CreatedWorld> {
-            unimplemented!("a ticker creates nothing")
+            unreachable!("a ticker creates nothing")
         }
 
         fn destroy(&self, _: WorldId) -> Answer<'_, ()> {
-            unimplemented!("a ticker destroys nothing")
+            unreachable!("a ticker destroys nothing")
         }
 
         fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
@@ -175,15 +175,15 @@ mod tests {
         }
 
         fn capture(&self, _: WorldId, _: Vec<Camera>) -> Answer<'_, Images> {
-            unimplemented!("a ticker draws nothing")
+            unreachable!("a ticker draws nothing")
         }
 
         fn maps(&self) -> Answer<'_, Vec<MapRef>> {
-            unimplemented!("a ticker needs no maps")
+            unreachable!("a ticker needs no maps")
         }
 
         fn map_text(&self, _: String) -> Answer<'_, Vec<u8>> {
-            unimplemented!("a ticker needs no maps")
+            unreachable!("a ticker needs no maps")
         }
     }
 
