@@ -37,21 +37,24 @@ fn cars(count: u16) -> World {
 
 /// Every sample starts from the same state: cars that drove on for minutes would leave the road.
 fn tick_from(criterion: &mut Criterion, name: &str, start: &World) {
-    const TICKS: u32 = 20;
+    ticks_from(criterion, name, start, 20);
+}
+
+fn ticks_from(criterion: &mut Criterion, name: &str, start: &World, ticks: u32) {
     criterion.bench_function(name, |bencher| {
         bencher.iter_custom(|rounds| {
             let mut spent = std::time::Duration::ZERO;
-            for _ in 0..rounds.div_ceil(TICKS.into()) {
+            for _ in 0..rounds.div_ceil(ticks.into()) {
                 let mut world = start.fork(start.id());
                 let begin = std::time::Instant::now();
-                for _ in 0..TICKS {
+                for _ in 0..ticks {
                     world.tick().unwrap();
                     black_box(world.frame());
                 }
                 spent += begin.elapsed();
             }
             spent * u32::try_from(rounds).unwrap_or(u32::MAX)
-                / (rounds.div_ceil(TICKS.into()) as u32 * TICKS)
+                / (rounds.div_ceil(ticks.into()) as u32 * ticks)
         });
     });
 }
@@ -92,6 +95,8 @@ fn traffic(criterion: &mut Criterion) {
 
 fn tick(criterion: &mut Criterion) {
     tick_from(criterion, "tick/1 car and 3 walkers", &car_and_three_walkers());
+    let name = "tick/1 car hits 3 walkers, the first 150 ticks";
+    ticks_from(criterion, name, &car_and_three_walkers(), 150);
     tick_from(criterion, "tick/1 car and 1000 standing walkers", &car_and_crowd());
     for count in [1, 10, 100] {
         tick_from(criterion, &format!("tick/{count} cars"), &cars(count));

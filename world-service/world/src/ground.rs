@@ -45,6 +45,8 @@ pub(crate) struct Ground {
     cell_faces: Vec<u32>,
     /// Where each cell's faces start in `cell_faces`; one more than there are cells.
     cell_starts: Vec<u32>,
+    /// The highest corner of each cell's faces.
+    cell_tops_m: Vec<f32>,
     origin_m: Vector2<f32>,
     cell_m: f32,
     columns: usize,
@@ -68,6 +70,7 @@ impl Ground {
             faces,
             cell_faces: Vec::new(),
             cell_starts: Vec::new(),
+            cell_tops_m: Vec::new(),
             origin_m: low.xy(),
             cell_m,
             columns,
@@ -95,6 +98,12 @@ impl Ground {
         best.unwrap_or(self.open_land)
     }
 
+    /// Whether there is surely no ground above a point, found faster than the ground itself.
+    pub(crate) fn is_all_below(&self, point: Vec3) -> bool {
+        let top_m = self.cell_index(point).map_or(f32::NEG_INFINITY, |cell| self.cell_tops_m[cell]);
+        point.z > top_m.max(self.open_land.height_m)
+    }
+
     /// Whether a point lies so deep that there is no ground for it. Programs wait with actors down
     /// there until they put them on the road.
     pub(crate) fn buries(&self, point: Vec3) -> bool {
@@ -102,15 +111,16 @@ impl Ground {
     }
 
     fn cell_at(&self, point: Vec3) -> &[u32] {
+        let Some(cell) = self.cell_index(point) else { return &[] };
+        &self.cell_faces[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+    }
+
+    fn cell_index(&self, point: Vec3) -> Option<usize> {
         let column = (point.x - self.origin_m.x) / self.cell_m;
         let row = (point.y - self.origin_m.y) / self.cell_m;
         let inside =
             column >= 0.0 && row >= 0.0 && column < self.columns as f32 && row < self.rows as f32;
-        if !inside {
-            return &[];
-        }
-        let cell = row as usize * self.columns + column as usize;
-        &self.cell_faces[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+        inside.then(|| row as usize * self.columns + column as usize)
     }
 
     /// Two passes: count the faces of each cell, then place them.
@@ -124,14 +134,29 @@ impl Ground {
         }
         let mut next = starts.clone();
         let mut cell_faces = vec![0u32; starts.last().copied().unwrap_or(0) as usize];
+        let mut tops_m = vec![f32::NEG_INFINITY; self.columns * self.rows];
         for (index, face) in self.faces.iter().enumerate() {
             self.for_cells_of(face, |cell| {
                 cell_faces[next[cell] as usize] = index as u32;
                 next[cell] += 1;
+                tops_m[cell] = tops_m[cell].max(self.top_m(face, cell));
             });
         }
+        self.cell_tops_m = tops_m;
         self.cell_starts = starts;
         self.cell_faces = cell_faces;
+    }
+
+    /// The highest that a face can be inside a cell.
+    fn top_m(&self, face: &Face, cell: usize) -> f32 {
+        let (column, row) = ((cell % self.columns) as f32, (cell / self.columns) as f32);
+        let corner = |x: f32, y: f32| {
+            let xy_m = self.origin_m + Vector2::new(column + x, row + y) * self.cell_m;
+            face.height_m(Vec3::new(xy_m.x, xy_m.y, 0.0))
+        };
+        let corners_m = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+        let plane_m = corners_m.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        plane_m.min(face.bounds().1.z) + EDGE_M
     }
 
     fn for_cells_of(&self, face: &Face, mut visit: impl FnMut(usize)) {
@@ -229,6 +254,17 @@ mod tests {
         assert_eq!(ground.below(Vec3::new(1.0, 2.0, 7.0)).height_m, 6.0);
         assert_eq!(ground.below(Vec3::new(1.0, 2.0, 3.0)).height_m, 0.0);
         assert_eq!(ground.below(Vec3::new(8.0, 2.0, 7.0)).height_m, 0.0);
+    }
+
+    #[test]
+    fn nothing_is_above_a_point_over_all_of_its_cell() {
+        let ground = Ground::new(square(-50.0, 50.0, 0.0, 0.1));
+        for x in [-49.9f32, -3.7, 0.0, 12.34, 49.9, 80.0] {
+            let surface = ground.below(Vec3::new(x, 0.1, 20.0));
+            let at = |above_m: f32| Vec3::new(x, 0.1, surface.height_m + above_m);
+            assert!(!ground.is_all_below(at(-0.01)), "{x}");
+            assert!(ground.is_all_below(at(0.1 * CELL_M + 0.02)), "{x}");
+        }
     }
 
     #[test]

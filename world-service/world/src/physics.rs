@@ -34,8 +34,12 @@ pub(crate) type SceneryHandle = ColliderHandle;
 
 /// A body slower than this at its farthest point falls asleep...
 const SLEEP_MPS: f32 = 0.02;
+/// ...people who lie on the ground if slower than this...
+const LYING_SLEEP_MPS: f32 = 0.1;
 /// ...after this time.
 const SLEEP_SECS: f32 = 1.0;
+/// Passes of the contact solver over one physics step, each with its share of the step.
+const SOLVER_ITERATIONS: usize = 2;
 /// Friction of car bodies, walls and clothes against each other.
 const BODY_FRICTION: f32 = 0.4;
 /// Sheet metal gives way: little comes back.
@@ -338,6 +342,7 @@ impl Physics {
             dt: dt_secs,
             // Keeps fast bodies from passing through what is thinner than their way in a substep.
             max_ccd_substeps: 1,
+            num_solver_iterations: SOLVER_ITERATIONS,
             ..IntegrationParameters::default()
         };
         let gravity_mps2 = to_rapier(-Vec3::z() * GRAVITY_MPS2);

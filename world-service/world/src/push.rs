@@ -43,14 +43,17 @@ impl Surroundings<'_> {
             total += state.substep(fit, &chassis, self.ground, self.grip, dt_secs);
             let up = body.world_from_body.rotation * Vec3::z();
             carried = state.rides_on_wheels(fit, up.z);
-        } else if let Some((spec, walker)) = actor.walker_mut()
-            && let Some(gait) = walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs)
-        {
-            physics.hold_upright(handle, gait.upright, gait.turn_radps);
-            let weight_mps = if gait.carried { gravity_mps2 * self.dt_secs } else { 0.0 };
-            let change_mps = gait.change_mps + Vec3::z() * weight_mps;
-            total += Impulse { linear_ns: change_mps * spec.mass_kg, ..Impulse::default() };
-            carried = true;
+        } else if let Some((spec, walker)) = actor.walker_mut() {
+            match walker.substep(spec, body, self.ground, gravity_mps2, self.dt_secs) {
+                Some(gait) => {
+                    physics.hold_upright(handle, gait.upright, gait.turn_radps);
+                    let weight_mps = if gait.carried { gravity_mps2 * self.dt_secs } else { 0.0 };
+                    let change_mps = gait.change_mps + Vec3::z() * weight_mps;
+                    total += Impulse { linear_ns: change_mps * spec.mass_kg, ..Impulse::default() };
+                    carried = true;
+                }
+                None => physics.lay_down(handle),
+            }
         }
         if !carried {
             self.by_ground(actor, handle, physics, gravity_mps2, &mut total);

@@ -143,3 +143,22 @@ fn nothing_can_be_spawned_into_another_actor_or_a_wall() {
     }
     assert_eq!(world.actor_count(), 1);
 }
+
+/// What lies still costs nothing; what trembles on the ground costs a world most of its time.
+#[test]
+fn people_who_were_hit_and_the_car_come_to_rest() {
+    for case in 0..16u8 {
+        let mut world = world();
+        let mut actors = vec![car(&mut world, 0.0, 8.0 + f32::from(case) / 2.0)];
+        for beside_m in [-0.8, 0.0, 0.8] {
+            actors.push(walker(&mut world, 25.0, beside_m + 0.03 * f32::from(case)));
+        }
+        run(&mut world, 100);
+        brake(&mut world, actors[0]);
+        let at_rest = (0..300).find(|_| {
+            run(&mut world, 1);
+            actors.iter().all(|actor| speed_mps(&world, *actor) == 0.0)
+        });
+        assert!(at_rest.is_some(), "case {case} trembles");
+    }
+}

@@ -199,7 +199,7 @@ fn what_is_attached_moves_as_one_with_its_parent_and_stays_when_it_goes() {
 fn what_a_tumbling_walker_holds_on_a_long_arm_may_be_faster_than_any_body() {
     let mut world = world();
     let person = walker(&mut world, 0.0, 0.0);
-    let arm = level_pose(Vec3::new(30.0, 0.0, 0.0), 0.0);
+    let arm = level_pose(Vec3::new(50.0, 0.0, 0.0), 0.0);
     let cone = attached("static.prop.constructioncone", arm, person, AttachmentKind::Rigid);
     let cone = world.apply(&cone).unwrap().unwrap();
     car(&mut world, -8.0, 30.0);

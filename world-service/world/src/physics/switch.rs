@@ -3,7 +3,7 @@
 use rapier3d::prelude::RigidBodyType;
 use schemas::{UnitQuaternion, Vec3};
 
-use super::{BodyHandle, Physics};
+use super::{BodyHandle, LYING_SLEEP_MPS, Physics, SLEEP_MPS};
 use crate::convert::{rotation_to_rapier, to_rapier};
 
 impl Physics {
@@ -37,5 +37,11 @@ impl Physics {
         let body = &mut self.bodies[handle];
         body.set_rotation(rotation_to_rapier(upright), false);
         body.set_angvel(to_rapier(Vec3::z() * turn_radps), false);
+        body.activation_mut().normalized_linear_threshold = SLEEP_MPS;
+    }
+
+    /// Lets a body that lies fall asleep although it trembles against what it leans on.
+    pub(crate) fn lay_down(&mut self, handle: BodyHandle) {
+        self.bodies[handle].activation_mut().normalized_linear_threshold = LYING_SLEEP_MPS;
     }
 }
