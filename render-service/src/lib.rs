@@ -37,7 +37,7 @@ mod shaders;
 pub use app::{RenderService, ServiceError, run, start};
 pub use config::{Args, Config};
 pub use error::RenderError;
-pub use pipeline::device::AdapterChoice;
+pub use pipeline::device::{AdapterChoice, NO_DISPLAY};
 pub use renderer::{Renderer, TownJob};
 pub use scene::material::Material;
 pub use scene::town::{Surface, TownScene, WallKind};

@@ -19,7 +19,7 @@ pub struct Args {
     #[arg(long, required = true, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
     /// Address of the OpenEnv face.
-    #[arg(long, default_value = "127.0.0.1:8000", value_name = "ADDRESS")]
+    #[arg(long, default_value = "8000", value_name = "[IP:]PORT", value_parser = http_address)]
     pub http: SocketAddr,
     /// Name of this service on the bus.
     #[arg(long, default_value = "scenario-0", value_name = "NAME")]
@@ -80,6 +80,19 @@ pub struct ConfigError {
     pub why: String,
 }
 
+/// Where a face listens, as typed: a port of the loopback, or an address and a port.
+///
+/// # Errors
+/// What was wanted instead.
+pub fn http_address(text: &str) -> Result<SocketAddr, String> {
+    match text.parse() {
+        Ok(port) => Ok(SocketAddr::from(([127, 0, 0, 1], port))),
+        Err(_) => {
+            text.parse().map_err(|_| "wanted a port or IP:PORT, e.g. 0.0.0.0:8000".to_owned())
+        }
+    }
+}
+
 impl Config {
     /// # Errors
     /// [`ConfigError`] names the first setting that cannot work.
@@ -111,5 +124,19 @@ impl Config {
                 detached: Duration::from_secs(args.detached_idle_secs.max(1)),
             },
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_alone_is_one_of_the_loopback() {
+        assert_eq!(http_address("8100").unwrap().to_string(), "127.0.0.1:8100");
+        assert_eq!(http_address("0.0.0.0:80").unwrap().to_string(), "0.0.0.0:80");
+        assert_eq!(http_address("[::1]:80").unwrap().to_string(), "[::1]:80");
+        assert!(http_address("somewhere").unwrap_err().contains("IP:PORT"));
+        assert!(http_address("65536").is_err());
     }
 }

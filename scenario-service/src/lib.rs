@@ -28,4 +28,4 @@ pub mod world_port;
 mod testing;
 
 pub use app::{RunError, run};
-pub use config::{Args, Config, ConfigError};
+pub use config::{Args, Config, ConfigError, http_address};

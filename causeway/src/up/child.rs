@@ -45,9 +45,10 @@ impl Child {
     /// When the operating system cannot start a process.
     pub(crate) fn start(service: &Service, generation: u64) -> io::Result<Self> {
         let mut process = Command::new(std::env::current_exe()?);
-        let (variable, value) = bus::RUNTIME;
-        if std::env::var_os(variable).is_none() {
-            process.env(variable, value);
+        for (variable, value) in [bus::RUNTIME, render_service::NO_DISPLAY] {
+            if std::env::var_os(variable).is_none() {
+                process.env(variable, value);
+            }
         }
         let mut process = process
             .arg("--exit-with-parent")

@@ -14,7 +14,8 @@ use super::ports::{self, PortTaken};
 pub(crate) struct Args {
     /// Where OpenEnv clients and browsers connect; port 0 takes any free one. Loopback unless told
     /// otherwise: nobody is asked for a password.
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:8000")]
+    #[arg(long, value_name = "[IP:]PORT", default_value = "8000",
+        value_parser = scenario_service::http_address)]
     http: SocketAddr,
     /// Where the services and other clients of the bus meet; port 0 takes any free one.
     #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7447")]

@@ -69,6 +69,10 @@ impl Fault {
     }
 }
 
+/// Environment of a renderer's process: Mesa's layer that orders devices looks for a display and
+/// prints an error where there is none.
+pub const NO_DISPLAY: (&str, &str) = ("NODEVICE_SELECT", "1");
+
 impl Gpu {
     /// **Cost:** 65 to 300 ms.
     ///
