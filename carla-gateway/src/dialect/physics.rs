@@ -16,7 +16,9 @@ pub(crate) struct Gear {
     up_ratio: f32,
 }
 
-/// Angles in degrees, radius and position in centimetres, position in the world.
+/// Angles in degrees, radius and position in centimetres, position in the world. Longitudinal
+/// stiffness is that of the whole tyre over the acceleration of gravity, in kilograms; ours is over
+/// the tyre's load.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Wheel {
     tire_friction: f32,
@@ -62,6 +64,7 @@ impl VehiclePhysicsControl {
             down_ratio: gear.down_share,
             up_ratio: gear.up_share,
         };
+        let carried_kg = carried_kg(physics.mass_kg, physics.wheels.len());
         let steering = |&(mps, share): &(f32, f32)| Vector2D { x: carla::kmh(mps), y: share };
         Self {
             torque_curve: physics.torque_curve.iter().map(point).collect(),
@@ -81,7 +84,9 @@ impl VehiclePhysicsControl {
             drag_coefficient: physics.drag_coefficient,
             center_of_mass: Location::of(physics.centre_of_mass_m),
             steering_curve: physics.steering_curve.iter().map(steering).collect(),
-            wheels: paired(physics.wheels.iter().map(|wheel| Wheel::of(wheel, world_from_vehicle))),
+            wheels: paired(
+                physics.wheels.iter().map(|wheel| Wheel::of(wheel, carried_kg, world_from_vehicle)),
+            ),
             use_sweep_wheel_collision: physics.sweep_wheel_collision,
         }
     }
@@ -89,7 +94,8 @@ impl VehiclePhysicsControl {
     /// In our units. Positions of wheels are the vehicle's own: CARLA takes no others either.
     pub(crate) fn ours(&self, now: &VehiclePhysics) -> VehiclePhysics {
         let step = if self.wheels.len() == 2 * now.wheels.len() { 2 } else { 1 };
-        let wheel = |(wheel, now): (&Wheel, &OurWheel)| wheel.ours(now.position_m);
+        let carried_kg = carried_kg(self.mass, now.wheels.len());
+        let wheel = |(wheel, now): (&Wheel, &OurWheel)| wheel.ours(carried_kg, now.position_m);
         VehiclePhysics {
             torque_curve: self.torque_curve.iter().map(|point| (point.x, point.y)).collect(),
             engine_rpm_max: self.max_rpm,
@@ -133,6 +139,11 @@ pub(crate) fn counted(wheels: usize) -> usize {
     if wheels == 2 { 4 } else { wheels }
 }
 
+/// What each of the wheels that CARLA counts carries of a vehicle.
+fn carried_kg(mass_kg: f32, wheels: usize) -> f32 {
+    mass_kg / counted(wheels) as f32
+}
+
 impl Gear {
     fn ours(&self) -> OurGear {
         OurGear { ratio: self.ratio, down_share: self.down_ratio, up_share: self.up_ratio }
@@ -140,7 +151,7 @@ impl Gear {
 }
 
 impl Wheel {
-    fn of(wheel: &OurWheel, world_from_vehicle: &Pose) -> Self {
+    fn of(wheel: &OurWheel, carried_kg: f32, world_from_vehicle: &Pose) -> Self {
         let in_world_m = world_from_vehicle.transform_point(&wheel.position_m.into()).coords;
         Self {
             tire_friction: wheel.tyre_friction,
@@ -151,12 +162,12 @@ impl Wheel {
             max_handbrake_torque: wheel.hand_brake_nm_max,
             lat_stiff_max_load: wheel.lateral_stiffness_load_max,
             lat_stiff_value: wheel.lateral_stiffness,
-            long_stiff_value: wheel.longitudinal_stiffness,
+            long_stiff_value: wheel.longitudinal_stiffness * carried_kg,
             position: Vector3D::of(in_world_m * CM_PER_M),
         }
     }
 
-    fn ours(&self, position_m: Vec3) -> OurWheel {
+    fn ours(&self, carried_kg: f32, position_m: Vec3) -> OurWheel {
         OurWheel {
             tyre_friction: self.tire_friction,
             damping_rate: self.damping_rate,
@@ -166,7 +177,7 @@ impl Wheel {
             hand_brake_nm_max: self.max_handbrake_torque,
             lateral_stiffness_load_max: self.lat_stiff_max_load,
             lateral_stiffness: self.lat_stiff_value,
-            longitudinal_stiffness: self.long_stiff_value,
+            longitudinal_stiffness: self.long_stiff_value / carried_kg,
             position_m,
         }
     }
@@ -269,5 +280,16 @@ mod tests {
         assert_eq!(ours.wheels.len(), 2);
         assert_eq!(ours.wheels[1].tyre_friction, 0.5);
         assert_eq!(ours.wheels[0], model.physics.wheels[0]);
+    }
+
+    #[test]
+    fn longitudinal_stiffness_is_that_of_the_tyre_whatever_it_carries() {
+        let blueprint = blueprints::find("vehicle.tesla.model3").unwrap();
+        let blueprints::Class::Vehicle(model) = blueprint.class else { unreachable!() };
+        let mut told = VehiclePhysicsControl::of(&model.physics, &Pose::identity());
+        (told.mass, told.wheels[0].long_stiff_value) = (1_600.0, 1_000.0);
+        assert_eq!(told.ours(&model.physics).wheels[0].longitudinal_stiffness, 2.5);
+        told.mass = 3_200.0;
+        assert_eq!(told.ours(&model.physics).wheels[0].longitudinal_stiffness, 1.25);
     }
 }

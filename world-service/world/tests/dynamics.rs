@@ -137,7 +137,7 @@ fn slippery_tyres_lengthen_braking_by_as_much() {
 }
 
 #[test]
-fn stiffer_tyres_never_start_slower() {
+fn stiffer_tyres_start_faster() {
     let vehicles = blueprints::all().iter().filter(|one| one.id.starts_with("vehicle."));
     for blueprint in vehicles {
         let metres = |stiffness: f32| {
@@ -150,9 +150,8 @@ fn stiffer_tyres_never_start_slower() {
             run(&mut world, 100);
             position_m(&world, car).x - start_m
         };
-        let (soft_m, stiff_m) = (metres(100.0), metres(2_000.0));
-        // A gear may be changed a tick later.
-        assert!(stiff_m >= 0.999 * soft_m, "{}: {soft_m} and {stiff_m} m", blueprint.id);
+        let (soft_m, stiff_m) = (metres(0.25), metres(5.0));
+        assert!(stiff_m > 1.05 * soft_m, "{}: {soft_m} and {stiff_m} m", blueprint.id);
     }
 }
 

@@ -35,8 +35,10 @@ const BRUSH_MPS: f32 = 3.0;
 const DAMPING_SECS: f32 = 0.04;
 /// Resistance of rolling over load.
 const ROLLING_RESISTANCE: f32 = 0.011;
-/// Slip at which anti-lock brakes and traction control hold the wheel at most...
+/// Slip at which anti-lock brakes and traction control hold a usual wheel at most...
 const CONTROLLED_SLIP: f32 = 0.11;
+/// ...which is one of this longitudinal stiffness; a softer one slips more for the same force...
+const USUAL_STIFFNESS: f32 = 22.0;
 /// ...and the most of it over that of the highest friction, which a slippery road or a stiff tyre
 /// brings sooner.
 const CONTROLLED_SHARE: f32 = 0.85;
@@ -216,7 +218,8 @@ fn brush_softening(deflection: f32) -> f32 {
 /// Slip at which a wheel is held, near the peak of friction.
 fn controlled_slip(input: &TyreInput) -> f32 {
     let peak = PEAK * input.friction / input.longitudinal_stiffness;
-    CONTROLLED_SLIP.min(CONTROLLED_SHARE * peak)
+    let softness = (USUAL_STIFFNESS / input.longitudinal_stiffness).max(1.0);
+    (CONTROLLED_SLIP * softness).min(CONTROLLED_SHARE * peak).min(1.0)
 }
 
 /// Holds a driven wheel at the slip of the highest friction.
