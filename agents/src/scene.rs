@@ -158,9 +158,11 @@ fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
     })
 }
 
-/// Where along the path a point comes within a distance of it first, and on which segment.
+/// Where a path that comes within a distance of a point is nearest to it, the first time that it
+/// comes so near, and on which segment.
 fn meet(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
     let mut index = 0;
+    let mut met: Option<(f32, f32, usize)> = None;
     while let Some([from, to]) = points.get(index..index + 2) {
         let way = (to.point.point_m - from.point.point_m).xy();
         let beside = (centre_m - from.point.point_m).xy();
@@ -170,12 +172,69 @@ fn meet(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> Option<(f32, us
         let away_m = nearest.norm();
         let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
         let behind = index == 0 && along < 0.0;
-        if away_m < within_m && same_storey && !behind {
-            return Some((from.ahead_m + along.clamp(0.0, length_m), index));
+        let within = away_m < within_m && same_storey && !behind;
+        if within && met.is_none_or(|(least_m, _, _)| away_m < least_m) {
+            met = Some((away_m, from.ahead_m + along.clamp(0.0, length_m), index));
+            index += 1;
+        } else if met.is_some() {
+            break;
+        } else {
+            // No point of the path nearer than the distance left can be within reach.
+            let left_m = (away_m - within_m).max(0.0);
+            index += ((left_m / length_m) as usize).max(1);
         }
-        // No point of the path nearer than the distance left can be within reach.
-        let left_m = (away_m - within_m).max(0.0);
-        index += ((left_m / length_m) as usize).max(1);
     }
-    None
+    met.map(|(_, along_m, segment)| (along_m, segment))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::LanePoint;
+
+    /// A way straight along x, and a vehicle on it.
+    fn ahead(centre_m: Vec3, forward: Vec3) -> Option<Ahead> {
+        let points: Vec<PathPoint> = (0..40u8)
+            .map(|index| {
+                let at_m = 2.0 * f32::from(index);
+                let point = LanePoint {
+                    at_m,
+                    point_m: Vec3::new(at_m, 0.0, 0.0),
+                    heading_rad: 0.0,
+                    curvature_per_m: 0.0,
+                    limit_mps: 0.0,
+                };
+                PathPoint { point, ahead_m: at_m }
+            })
+            .collect();
+        let [own, other] = [1, 2].map(|id| ActorId::new(id).unwrap());
+        let half_m = Vec3::new(2.4, 0.9, 0.8);
+        let velocity_mps = forward * 3.0;
+        let body = Body { id: other, is_walker: false, centre_m, forward, half_m, velocity_mps };
+        let room = Room {
+            id: own,
+            front_m: 2.0,
+            half_width_m: 0.9,
+            beside_m: 0.35,
+            beside_walkers_m: 0.6,
+        };
+        Scene::new(vec![body], Vec::new()).ahead(&points, &room)
+    }
+
+    #[test]
+    fn the_gap_to_whoever_drives_ahead_is_from_bumper_to_bumper() {
+        for step in 0..40u8 {
+            let at_m = 10.0 + 0.1 * f32::from(step);
+            let found = ahead(Vec3::new(at_m, 0.3, 0.0), Vec3::x()).unwrap();
+            assert!((found.gap_m - (at_m - 4.4)).abs() < 1.0e-3, "{at_m}: {found:?}");
+            assert!((found.along_mps - 3.0).abs() < 1.0e-3, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn whoever_crosses_is_as_near_as_his_side_and_beside_the_way_is_not_in_it() {
+        let found = ahead(Vec3::new(20.0, 1.0, 0.0), Vec3::y()).unwrap();
+        assert!((found.gap_m - (20.0 - 0.9 - 2.0)).abs() < 1.0e-3, "{found:?}");
+        assert_eq!(ahead(Vec3::new(20.0, 2.3, 0.0), Vec3::x()), None);
+    }
 }
