@@ -114,6 +114,13 @@ impl Path {
         self.legs.front().is_some_and(|leg| leg.onto.is_some())
     }
 
+    /// Whether the first leg leads to the lane on the left; `None` if it changes no lane.
+    pub(crate) fn changes_to_left(&self, network: &Network) -> Option<bool> {
+        let leg = self.legs.front()?;
+        let onto = leg.onto?;
+        Some(network.lane(leg.lane)?.left.is_some_and(|left| left.lane == onto))
+    }
+
     /// The lane of the first leg.
     pub(crate) fn own<'n>(&self, network: &'n Network) -> Option<(LaneId, &'n Lane)> {
         let leg = self.legs.front()?;

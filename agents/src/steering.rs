@@ -9,6 +9,9 @@ use crate::track::Place;
 /// Natural frequency with which the vehicle returns to its path, and the damping of that return.
 const RETURN_RADPS: f32 = 2.2;
 const DAMPING_RATIO: f32 = 0.9;
+/// Who is farther off its path returns as if it were this far off: a heavy lorry that is asked for
+/// more sways to its limits.
+const OFFSET_M_MAX: f32 = 0.6;
 /// Below this speed the gains stay as they are here, or they would grow without bound.
 const SPEED_MPS_MIN: f32 = 3.0;
 
@@ -18,7 +21,7 @@ const SPEED_MPS_MIN: f32 = 3.0;
 /// damped oscillator: sideways acceleration = speed² / wheelbase · wheel angle for small angles.
 pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) -> f32 {
     let along_mps = place.along_mps.max(SPEED_MPS_MIN);
-    let offset_m = place.left_m - reference.left_m;
+    let offset_m = (place.left_m - reference.left_m).clamp(-OFFSET_M_MAX, OFFSET_M_MAX);
     let drift_mps = place.left_mps - reference.slope * place.along_mps;
     let wanted_mps2 =
         -RETURN_RADPS * RETURN_RADPS * offset_m - 2.0 * DAMPING_RATIO * RETURN_RADPS * drift_mps;

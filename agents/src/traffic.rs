@@ -98,6 +98,14 @@ impl Driver {
         }
     }
 
+    /// Gap in metres, bumper to bumper, at which a driver keeps a speed behind somebody as fast,
+    /// by the intelligent driver model; endless at the speed that it drives under this limit.
+    #[must_use]
+    pub fn steady_gap_m(behaviour: AgentBehaviour, speed_mps: f32, limit_mps: f32) -> f32 {
+        let manner = Manner::of(behaviour);
+        manner.steady_gap_m(speed_mps, manner.limit_mps(limit_mps))
+    }
+
     /// Whether it can be a driver on this network; what a snapshot may get wrong.
     #[must_use]
     pub fn is_consistent(&self, network: &Network) -> bool {
@@ -137,6 +145,9 @@ impl Driver {
         let driven_m = (before_m - self.path.length_m()).max(0.0);
         self.turn_away(senses);
         self.settle(senses);
+        if let Some(to_left) = self.path.changes_to_left(network) {
+            claims.change(senses.body.id, to_left);
+        }
         let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
         for _ in 0..LANES_MAX {
             let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
@@ -260,8 +271,11 @@ impl Driver {
         let asked = change::Asked { speed_mps, free_mps, present_mps2: least, ahead };
         if self.settled_secs > change::THINK_SECS && self.grants.is_empty() {
             self.settled_secs = 0.0;
-            if let Some(path) = change::better(senses, &manner, &self.path, &asked) {
+            if let Some(path) = change::better(senses, claims, &manner, &self.path, &asked) {
                 self.path = path;
+                if let Some(to_left) = self.path.changes_to_left(senses.network) {
+                    claims.change(senses.body.id, to_left);
+                }
             }
         }
         least

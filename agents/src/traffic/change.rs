@@ -2,6 +2,7 @@
 
 use nalgebra::RealField;
 
+use super::claims::Claims;
 use super::manner::Manner;
 use super::{LANES_MAX, SPACING_M, room};
 use crate::agent::Senses;
@@ -43,6 +44,7 @@ pub(super) struct Asked {
 /// The way over a better lane, if there is one that can be changed to safely.
 pub(super) fn better(
     senses: &Senses<'_>,
+    claims: &Claims,
     manner: &Manner,
     path: &Path,
     asked: &Asked,
@@ -65,7 +67,7 @@ pub(super) fn better(
             _ => 0.0,
         };
         let new = over(network, path, here.at_m, asked.speed_mps, &beside)?;
-        let gain_mps2 = gain(senses, manner, &new, asked)? + must;
+        let gain_mps2 = gain(senses, claims, manner, &new, asked)? + must;
         (gain_mps2 > manner.gain_mps2).then_some((gain_mps2, new))
     });
     gains.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, new)| new)
@@ -107,7 +109,13 @@ fn over(
 }
 
 /// What a change gains: own acceleration, less the loss of those behind; `None` if it is unsafe.
-fn gain(senses: &Senses<'_>, manner: &Manner, new: &Path, asked: &Asked) -> Option<f32> {
+fn gain(
+    senses: &Senses<'_>,
+    claims: &Claims,
+    manner: &Manner,
+    new: &Path,
+    asked: &Asked,
+) -> Option<f32> {
     let mut points: Vec<PathPoint> = Vec::new();
     let there = new.changed(senses.network)?;
     there.sample(senses.network, manner.horizon_m(asked.speed_mps), SPACING_M, &mut points);
@@ -121,12 +129,18 @@ fn gain(senses: &Senses<'_>, manner: &Manner, new: &Path, asked: &Asked) -> Opti
     if then_mps2 < -SAFE_MPS2 {
         return None;
     }
-    let loss_mps2 = loss(senses, manner, new, asked.speed_mps)?;
+    let loss_mps2 = loss(senses, claims, manner, new, asked.speed_mps)?;
     Some(then_mps2 - asked.present_mps2 - manner.politeness * loss_mps2)
 }
 
 /// How much those behind on the new lane would have to slow down; `None` if too much.
-fn loss(senses: &Senses<'_>, manner: &Manner, new: &Path, speed_mps: f32) -> Option<f32> {
+fn loss(
+    senses: &Senses<'_>,
+    claims: &Claims,
+    manner: &Manner,
+    new: &Path,
+    speed_mps: f32,
+) -> Option<f32> {
     let middle_m = senses.body.centre_m;
     let target = new.beside_point(senses.network)?;
     let along = heading(&target);
@@ -146,15 +160,18 @@ fn loss(senses: &Senses<'_>, manner: &Manner, new: &Path, speed_mps: f32) -> Opt
         let body_rad = RealField::atan2(body.forward.y, body.forward.x);
         let turned = wrapped(body_rad - target.heading_rad).abs() > 0.8;
         let reach_m = senses.body.half_m.x + body.half_m.x;
-        if turned || !(-reach_m - BEYOND_M..BACK_M).contains(&back_m) {
+        if turned {
             return;
         }
-        // Somebody abreast on the lane beyond may want to change to the same one.
+        // Whoever already changes to the same lane from the one beyond has it, whoever is abreast
+        // there may want to.
         let beyond = (LANE_M..LANES_M).contains(&beside_m) && side * toward > 0.0;
-        if beyond && back_m < reach_m + BEYOND_M {
+        let comes = || claims.is_changing(body.id, toward < 0.0);
+        let abreast = back_m.abs() < reach_m + BEYOND_M;
+        if beyond && (abreast || comes()) {
             safe = false;
         }
-        if beside_m > LANE_M || back_m < -reach_m {
+        if back_m > BACK_M || beside_m > LANE_M || back_m < -reach_m {
             return;
         }
         let gap_m = back_m - reach_m;
@@ -168,4 +185,78 @@ fn loss(senses: &Senses<'_>, manner: &Manner, new: &Path, speed_mps: f32) -> Opt
         worst_mps2 = worst_mps2.max(-their);
     });
     safe.then_some(worst_mps2.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::{ActorId, AgentBehaviour, Vec3, level_pose};
+
+    use super::*;
+    use crate::VehicleView;
+    use crate::scene::Scene;
+
+    const THREE_LANES: &str = r#"<?xml version="1.0"?>
+<OpenDRIVE>
+  <header revMajor="1" revMinor="4" name="road" version="1" north="0" south="0" east="0" west="0"/>
+  <road name="road" length="1000" id="1" junction="-1">
+    <planView><geometry s="0" x="0" y="0" hdg="0" length="1000"><line/></geometry></planView>
+    <lanes><laneSection s="0">
+      <center><lane id="0" type="none" level="false"/></center>
+      <right>LANES</right>
+    </laneSection></lanes>
+  </road>
+</OpenDRIVE>"#;
+    const LANE: &str = r#"<lane id="-ID" type="driving" level="false">
+      <width sOffset="0" a="3.5" b="0" c="0" d="0"/>
+      <roadMark sOffset="0" type="broken" width="0.15" laneChange="both"/></lane>"#;
+
+    fn body(id: u32, x_m: f32, lane: u8, mps: f32) -> Body {
+        Body {
+            id: ActorId::new(id).unwrap(),
+            is_walker: false,
+            centre_m: Vec3::new(x_m, 1.75 - 3.5 * f32::from(lane), 0.7),
+            forward: Vec3::x(),
+            half_m: Vec3::new(2.4, 0.95, 0.7),
+            velocity_mps: Vec3::x() * mps,
+        }
+    }
+
+    /// Whether who drives behind a slow vehicle on the outer lane would change to the middle one,
+    /// with a faster vehicle on the inner lane behind him that changes its lane or does not.
+    fn changes(other_to_left: Option<bool>) -> bool {
+        let lanes: String = (1..=3).map(|id| LANE.replace("ID", &format!("{id}"))).collect();
+        let map = roads::Map::parse("road", &THREE_LANES.replace("LANES", &lanes)).unwrap();
+        let network = Network::new(&map);
+        let (own, slow, other) =
+            (body(1, 300.0, 3, 15.0), body(2, 330.0, 3, 8.0), body(3, 275.0, 1, 23.0));
+        let scene = Scene::new(vec![own, slow, other], Vec::new());
+        let world_from_vehicle = level_pose(Vec3::new(300.0, -8.75, 0.0), 0.0);
+        let view = VehicleView {
+            world_from_vehicle,
+            velocity_mps: own.velocity_mps,
+            wheelbase_m: 2.8,
+            full_lock_rad: 0.6,
+            understeer_rad_per_mps2: 0.0,
+        };
+        let senses =
+            Senses { network: &network, scene: &scene, view: &view, body: &own, dt_secs: 0.05 };
+        let place = network.along(&own.centre_m, 0.0, 5.0).unwrap().place;
+        let mut path = Path::default();
+        path.push(Leg { lane: place.lane, from_m: place.at_m, to_m: 1_000.0, onto: None });
+        let mut claims = Claims::default();
+        if let Some(to_left) = other_to_left {
+            claims.change(other.id, to_left);
+        }
+        let mut points = Vec::new();
+        path.sample(&network, 100.0, SPACING_M, &mut points);
+        let ahead = scene.ahead(&points, &room(&senses));
+        let asked = Asked { speed_mps: 15.0, free_mps: 25.0, present_mps2: -1.0, ahead };
+        better(&senses, &claims, &Manner::of(AgentBehaviour::Normal), &path, &asked).is_some()
+    }
+
+    #[test]
+    fn nobody_changes_to_the_lane_that_somebody_on_its_other_side_changes_to() {
+        assert!(changes(None) && changes(Some(true)));
+        assert!(!changes(Some(false)));
+    }
 }

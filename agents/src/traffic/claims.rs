@@ -2,7 +2,7 @@
 //!
 //! A way through a junction is claimed as a whole before it is entered, and given back lane by lane
 //! as the vehicle leaves. Ways that come near each other exclude each other. Of those who wait, the
-//! one with the higher rank goes first, then the one who asks first.
+//! one with the higher rank goes first, then the one who asks first. Lane changes are told here too.
 
 use schemas::ActorId;
 use serde::{Deserialize, Serialize};
@@ -18,11 +18,19 @@ const CLEAR_M: f32 = 0.5;
 /// Lanes looked at for the way through a junction.
 const LEGS_MAX: usize = 16;
 
-/// What is claimed and wished for, by lane.
+/// What is claimed and wished for, by lane, and who changes lanes.
 #[derive(Debug, Default)]
 pub struct Claims {
     held: Vec<Hold>,
     wishes: Vec<Wish>,
+    changes: Vec<Change>,
+}
+
+/// Somebody who changes lanes.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    id: ActorId,
+    to_left: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -182,6 +190,16 @@ impl Claims {
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
         }
+    }
+
+    /// Tells all who ask later in this tick that somebody changes lanes.
+    pub(super) fn change(&mut self, id: ActorId, to_left: bool) {
+        self.changes.push(Change { id, to_left });
+    }
+
+    /// Whether somebody changes to the lane on that side.
+    pub(super) fn is_changing(&self, id: ActorId, to_left: bool) -> bool {
+        self.changes.iter().any(|change| change.id == id && change.to_left == to_left)
     }
 
     pub(super) fn wish(&mut self, way: &Way, id: ActorId, eta_secs: f32, rank: u8) {

@@ -4,6 +4,8 @@ use schemas::AgentBehaviour;
 
 use crate::path::PathPoint;
 
+/// A speed too high is braked off within about this time.
+const HASTE_SECS: f32 = 0.6;
 /// No driver brakes harder, in metres per second squared.
 const BRAKING_MAX: f32 = 8.0;
 
@@ -79,7 +81,7 @@ impl Manner {
         let mut least_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
         for at in points {
             let limit_mps = at.point.limit_mps;
-            let posted = if limit_mps > 0.0 { self.share * limit_mps } else { self.speed_mps };
+            let posted = if limit_mps > 0.0 { self.limit_mps(limit_mps) } else { self.speed_mps };
             let curve = self.curve_mps2 / at.point.curvature_per_m.abs().max(1.0e-4);
             let there = (posted * posted).min(curve);
             least_mps = least_mps.min((there + 2.0 * self.braking_mps2 * at.ahead_m).sqrt());
@@ -91,6 +93,8 @@ impl Manner {
     pub(super) fn free(&self, speed_mps: f32, free_mps: f32) -> f32 {
         let share = speed_mps / free_mps.max(0.1);
         let wanted = self.speed_up_mps2 * (1.0 - share.powi(4));
+        let over_mps = speed_mps - free_mps;
+        let wanted = if over_mps > 0.0 { wanted.min(-over_mps / HASTE_SECS) } else { wanted };
         wanted.max(-self.braking_mps2 * 1.5)
     }
 
@@ -98,6 +102,17 @@ impl Manner {
     pub(super) fn behind(&self, speed_mps: f32, free_mps: f32, leader: (f32, f32)) -> f32 {
         let (gap_m, leader_mps) = leader;
         self.follow(speed_mps, free_mps, (gap_m, leader_mps.max(0.0)), self.gap_m)
+    }
+
+    /// Gap at which it keeps a speed behind somebody as fast as itself.
+    pub(super) fn steady_gap_m(&self, speed_mps: f32, free_mps: f32) -> f32 {
+        let share = (speed_mps / free_mps).min(1.0);
+        (self.gap_m + self.headway_secs * speed_mps) / (1.0 - share.powi(4)).sqrt()
+    }
+
+    /// Speed on a free road with this limit.
+    pub(super) fn limit_mps(&self, limit_mps: f32) -> f32 {
+        self.share * limit_mps
     }
 
     /// Acceleration before a place to stop at.
@@ -141,6 +156,20 @@ mod tests {
         }
         assert!((speed_mps - 8.0).abs() < 0.05, "{speed_mps}");
         assert!((11.0..18.0).contains(&gap_m) && least_m > 8.0, "{gap_m}, {least_m}");
+    }
+
+    #[test]
+    fn at_its_steady_gap_a_driver_keeps_its_speed() {
+        for behaviour in
+            [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Aggressive]
+        {
+            let manner = Manner::of(behaviour);
+            for speed_mps in [0.6, 3.0, 8.0, 13.0] {
+                let gap_m = manner.steady_gap_m(speed_mps, 14.0);
+                let held_mps2 = manner.behind(speed_mps, 14.0, (gap_m, speed_mps));
+                assert!(held_mps2.abs() < 1.0e-3, "{behaviour:?}, {speed_mps}: {held_mps2}");
+            }
+        }
     }
 
     #[test]
