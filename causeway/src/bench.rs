@@ -1,7 +1,9 @@
 //! `causeway bench`: what a user waits for, and what a user relies on.
 
 mod dynamics;
+mod folder;
 mod start;
+mod traffic;
 
 use crate::failure::Failure;
 
@@ -12,6 +14,8 @@ pub(crate) enum Command {
     Start(start::Args),
     /// What vehicles do on a test track, with plots, beside what is published of real ones.
     Dynamics(dynamics::Args),
+    /// How traffic flows on a ring road over its density, with plots, beside its model.
+    Traffic(traffic::Args),
 }
 
 /// # Errors
@@ -20,5 +24,6 @@ pub(crate) fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Start(args) => start::run(args).map_err(|error| Failure::of(&error)),
         Command::Dynamics(args) => dynamics::run(args).map_err(|error| Failure::of(&error)),
+        Command::Traffic(args) => traffic::run(args).map_err(|error| Failure::of(&error)),
     }
 }

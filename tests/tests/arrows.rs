@@ -17,7 +17,7 @@ const MAY_NAME: [(&str, &[&str]); 13] = [
     ("roads", &["schemas"]),
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
-    ("manoeuvres", &["world", "roads", "schemas"]),
+    ("manoeuvres", &["world", "agents", "roads", "schemas"]),
     ("world-service", &["world", "agents", "bus", "roads", "schemas"]),
     ("render-service", &["bus", "roads", "schemas"]),
     ("scenario-service", &["agents", "bus", "roads", "schemas"]),

@@ -5,6 +5,8 @@
 
 use std::path::PathBuf;
 
+use super::folder::{self, ReportError};
+
 /// Name of the table.
 const TABLE: &str = "dynamics.md";
 /// Name of the steering and its answers, for `beside_commonroad.py`.
@@ -17,35 +19,12 @@ pub(crate) struct Args {
     out: PathBuf,
 }
 
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum DynamicsError {
-    /// The simulation refused or diverged.
-    #[error("the vehicles could not be driven: {0}")]
-    Driving(schemas::Error),
-    /// The folder cannot be written.
-    #[error("{path:?} cannot be written: {cause}")]
-    Write {
-        /// What was to be written.
-        path: PathBuf,
-        /// What the system says.
-        cause: std::io::Error,
-    },
-}
-
-pub(crate) fn run(args: &Args) -> Result<(), DynamicsError> {
-    let failed = |path: &PathBuf| {
-        let path = path.clone();
-        move |cause| DynamicsError::Write { path, cause }
-    };
-    std::fs::create_dir_all(&args.out).map_err(failed(&args.out))?;
-    let report = manoeuvres::report().map_err(DynamicsError::Driving)?;
+pub(crate) fn run(args: &Args) -> Result<(), ReportError> {
+    let report = manoeuvres::report().map_err(ReportError::Driving)?;
     let plots = report.plots.iter().map(|(name, svg)| (*name, svg.as_str()));
     let texts = [(TABLE, report.text.as_str()), (RUNS, report.runs.as_str())];
-    for (name, content) in texts.into_iter().chain(plots) {
-        let path = args.out.join(name);
-        std::fs::write(&path, content).map_err(failed(&path))?;
-    }
+    let files: Vec<_> = texts.into_iter().chain(plots).collect();
+    folder::write(&args.out, &files)?;
     println!("{}\nWritten to {}.", report.text, args.out.display());
     Ok(())
 }

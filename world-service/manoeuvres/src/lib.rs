@@ -2,7 +2,8 @@
 //! steering wheel, slopes, kerbs.
 //!
 //! [`report`] drives all of it and gives a table and plots; `causeway bench dynamics` writes them
-//! to a folder. Everything is simulated, so that one run is like every other.
+//! to a folder. [`traffic`] does the same for the world's own traffic on a ring road (`causeway
+//! bench traffic`). Everything is simulated, so that one run is like every other.
 //!
 //! Lengths in metres, angles in radians, speeds in metres per second unless a name says otherwise.
 
@@ -12,11 +13,14 @@ mod model;
 mod plot;
 mod published;
 mod report;
+mod ring;
 mod straight;
 mod track;
+mod traffic;
 
 pub use published::{Known, Row, VEHICLES, measure};
 pub use report::{Report, report};
+pub use traffic::{TrafficReport, traffic};
 
 use schemas::Error;
 
