@@ -19,6 +19,9 @@ use serde::{Deserialize, Serialize};
 pub(crate) use build::nearest_place;
 use grid::Grid;
 
+/// Ways into a junction that begin this much turned from each other begin opposite.
+const ONCOMING_RAD: f32 = 2.4;
+
 /// Position of a lane in its [`Network`].
 pub type LaneId = u32;
 
@@ -66,7 +69,8 @@ pub(crate) struct Beside {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conflict {
     pub lane: LaneId,
-    /// Where on the own lane the other one is left behind.
+    /// Where on the own lane the other one comes near and where it is left behind.
+    pub from_m: f32,
     pub until_m: f32,
 }
 
@@ -212,10 +216,21 @@ impl Lane {
         }
     }
 
-    /// Where on this lane one of the junction's other lanes is left behind, if it comes near.
-    pub(crate) fn crosses_until_m(&self, other: LaneId) -> Option<f32> {
+    /// Where one of the junction's other lanes comes near, if it does.
+    pub(crate) fn conflict(&self, other: LaneId) -> Option<&Conflict> {
         let at = self.conflicts.binary_search_by_key(&other, |conflict| conflict.lane).ok()?;
-        self.conflicts.get(at).map(|conflict| conflict.until_m)
+        self.conflicts.get(at)
+    }
+
+    /// Whether it begins against the direction in which another lane begins.
+    pub(crate) fn is_oncoming(&self, other: &Self) -> bool {
+        let turn_rad = wrapped(self.at(0.0).heading_rad - other.at(0.0).heading_rad);
+        turn_rad.abs() > ONCOMING_RAD
+    }
+
+    /// Whether both lead to one lane.
+    pub(crate) fn joins(&self, other: &Self) -> bool {
+        self.next.iter().any(|next| other.next.contains(next))
     }
 
     /// The place abreast on the lane beside, which is of the same section.

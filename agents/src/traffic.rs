@@ -116,7 +116,9 @@ impl Driver {
             self.settled_secs,
             self.wanted_mps,
         ];
-        self.path.is_consistent(network) && numbers.iter().all(|value| value.is_finite())
+        self.path.is_consistent(network)
+            && self.grants.is_consistent()
+            && numbers.iter().all(|value| value.is_finite())
     }
 
     /// Goes on to where the vehicle is, keeps enough way ahead, and says what is claimed.
@@ -161,6 +163,9 @@ impl Driver {
         if let Some(way) = way.filter(wishes) {
             let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
             claims.wish(&way, senses.body.id, eta_secs, self.rank(senses, way.entry_m));
+        }
+        if let Some((way, _)) = self.grants.part(&self.path) {
+            claims.wish(&way, senses.body.id, 0.0, self.rank(senses, way.entry_m));
         }
         let asks = matches!(self.held, Held::Claim(_));
         self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);

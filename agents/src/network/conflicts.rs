@@ -23,9 +23,9 @@ pub(super) fn find(network: &mut Network) {
         for (index, a) in lanes.iter().enumerate() {
             for b in lanes.iter().skip(index + 1) {
                 let met = network.lane(*a).zip(network.lane(*b)).and_then(|(a, b)| meet(a, b));
-                let Some([until_a_m, until_b_m]) = met else { continue };
-                found.push((*a, Conflict { lane: *b, until_m: until_a_m }));
-                found.push((*b, Conflict { lane: *a, until_m: until_b_m }));
+                let Some([(from_a_m, until_a_m), (from_b_m, until_b_m)]) = met else { continue };
+                found.push((*a, Conflict { lane: *b, from_m: from_a_m, until_m: until_a_m }));
+                found.push((*b, Conflict { lane: *a, from_m: from_b_m, until_m: until_b_m }));
             }
         }
     }
@@ -39,22 +39,27 @@ pub(super) fn find(network: &mut Network) {
     }
 }
 
-/// Where on each of two lanes the other one is left behind, if they come near.
-fn meet(a: &Lane, b: &Lane) -> Option<[f32; 2]> {
+/// Where on each of two lanes the other one comes near and is left behind, if they meet.
+fn meet(a: &Lane, b: &Lane) -> Option<[(f32, f32); 2]> {
     let parts = a.previous.iter().any(|before| b.previous.contains(before));
     let follows = a.next.iter().any(|next| b.previous.is_empty() && b.next.contains(next));
     if parts && !follows {
         return None;
     }
-    let mut until: Option<[f32; 2]> = None;
+    let mut met: Option<[(f32, f32); 2]> = None;
     for from in &a.points {
         for to in &b.points {
             let apart = from.point_m - to.point_m;
             if apart.xy().norm_squared() < NEAR_M * NEAR_M && apart.z.abs() < STOREY_M {
-                let [until_a_m, until_b_m] = until.unwrap_or_default();
-                until = Some([until_a_m.max(from.at_m), until_b_m.max(to.at_m)]);
+                let here = [(from.at_m, from.at_m), (to.at_m, to.at_m)];
+                let [on_a, on_b] = met.unwrap_or(here);
+                met = Some([widened(on_a, from.at_m), widened(on_b, to.at_m)]);
             }
         }
     }
-    until
+    met
+}
+
+fn widened((from_m, until_m): (f32, f32), at_m: f32) -> (f32, f32) {
+    (from_m.min(at_m), until_m.max(at_m))
 }

@@ -1,8 +1,9 @@
 //! Who may drive through a junction.
 //!
 //! A way through a junction is claimed as a whole before it is entered, and given back lane by lane
-//! as the vehicle leaves. Ways that come near each other exclude each other. Of those who wait, the
-//! one with the higher rank goes first, then the one who asks first. Lane changes are told here too.
+//! as the vehicle leaves. Ways that come near each other exclude each other. Who is kept by oncoming
+//! traffic alone may claim the part before it, enter, and wait there. Of those who wait, the one
+//! with the higher rank goes first, then the one who asks first. Lane changes are told here too.
 
 use schemas::ActorId;
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,12 @@ use crate::scene::Body;
 const GAP_SECS: f32 = 4.0;
 /// How far beyond a crossing a vehicle's rear leaves it to others.
 const CLEAR_M: f32 = 0.5;
+/// Who waits inside a junction stands so far before the way that he lets through, at least this
+/// far inside.
+const BEFORE_M: f32 = 2.5;
+const INSIDE_M_MIN: f32 = 5.0;
+/// Who stands so far before a way leaves it free.
+const APART_M: f32 = 0.5;
 /// Lanes looked at for the way through a junction.
 const LEGS_MAX: usize = 16;
 
@@ -39,6 +46,8 @@ struct Hold {
     id: ActorId,
     /// Where on the lane the rear of the vehicle is; below zero before the lane's entry.
     rear_m: f32,
+    /// Where on the lane its front will wait.
+    until_m: Option<f32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -63,9 +72,17 @@ pub(super) struct Way {
 /// The lanes that a vehicle may drive through.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Grants {
-    /// Each with the way driven since it was left, or below zero while it is ahead.
-    lanes: Vec<(LaneId, f32)>,
+    lanes: Vec<Grant>,
     waited_secs: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Grant {
+    lane: LaneId,
+    /// Way driven since the lane was left, or below zero while it is ahead.
+    left_m: f32,
+    /// Where on the lane the front is to wait, for a part of it.
+    until_m: Option<f32>,
 }
 
 impl Way {
@@ -109,44 +126,66 @@ impl Grants {
     }
 
     fn holds(&self, lane: LaneId) -> bool {
-        self.lanes.iter().any(|(held, _)| *held == lane)
+        self.lanes.iter().any(|grant| grant.lane == lane)
     }
 
-    pub(super) fn add(&mut self, way: &Way) {
-        self.lanes.extend(way.lanes.iter().map(|lane| (*lane, -1.0)));
+    /// Whether all that a snapshot may get wrong is right.
+    pub(super) fn is_consistent(&self) -> bool {
+        let finite =
+            |grant: &Grant| grant.left_m.is_finite() && grant.until_m.is_none_or(f32::is_finite);
+        self.waited_secs.is_finite() && self.lanes.iter().all(finite)
+    }
+
+    /// Takes a way, as a whole or up to where the front is to wait on it.
+    pub(super) fn add(&mut self, way: &Way, until_m: Option<f32>) {
+        self.lanes.retain(|grant| !way.lanes.contains(&grant.lane));
+        let grant = |lane: &LaneId| Grant { lane: *lane, left_m: -1.0, until_m };
+        self.lanes.extend(way.lanes.iter().map(grant));
         self.waited_secs = 0.0;
+    }
+
+    /// The way of which a part is claimed, and how far ahead of the origin the front is to wait.
+    pub(super) fn part(&self, path: &Path) -> Option<(Way, f32)> {
+        path.ahead().take(LEGS_MAX).find_map(|(begins_m, leg)| {
+            let grant = self.lanes.iter().find(|grant| grant.lane == leg.lane)?;
+            let exit_m = begins_m + leg.length_m();
+            let way =
+                Way { lanes: vec![leg.lane], entry_m: begins_m, exit_m, next_m: f32::INFINITY };
+            Some((way, begins_m - leg.from_m + grant.until_m?))
+        })
     }
 
     /// Gives back what the vehicle's rear has left.
     pub(super) fn drive_on(&mut self, path: &Path, driven_m: f32, half_length_m: f32) {
-        for (lane, left_m) in &mut self.lanes {
-            if path.ahead().take(LEGS_MAX).any(|(_, leg)| leg.lane == *lane) {
-                *left_m = -1.0;
+        for grant in &mut self.lanes {
+            if path.ahead().take(LEGS_MAX).any(|(_, leg)| leg.lane == grant.lane) {
+                grant.left_m = -1.0;
             } else {
-                *left_m = left_m.max(0.0) + driven_m;
+                grant.left_m = grant.left_m.max(0.0) + driven_m;
             }
         }
-        self.lanes.retain(|(_, left_m)| *left_m <= half_length_m + 0.5);
+        self.lanes.retain(|grant| grant.left_m <= half_length_m + 0.5);
     }
 
     /// Gives back what lies beyond a place on the path.
     pub(super) fn give_up(&mut self, path: &Path, from_m: f32) {
         for (begins_m, leg) in path.ahead().take(LEGS_MAX) {
             if begins_m + 1.0 > from_m {
-                self.lanes.retain(|(lane, _)| *lane != leg.lane);
+                self.lanes.retain(|grant| grant.lane != leg.lane);
             }
         }
     }
 
     pub(super) fn tell(&self, network: &Network, path: &Path, body: &Body, claims: &mut Claims) {
         let half_m = body.half_m.x;
-        claims.held.extend(self.lanes.iter().map(|(lane, left_m)| {
-            let ahead = path.ahead().take(LEGS_MAX).find(|(_, leg)| leg.lane == *lane);
+        claims.held.extend(self.lanes.iter().map(|grant| {
+            let Grant { lane, left_m, until_m } = *grant;
+            let ahead = path.ahead().take(LEGS_MAX).find(|(_, leg)| leg.lane == lane);
             let at_m = match ahead {
                 Some((begins_m, leg)) => leg.from_m - begins_m,
-                None => network.lane(*lane).map_or(0.0, Lane::length_m) + left_m,
+                None => network.lane(lane).map_or(0.0, Lane::length_m) + left_m,
             };
-            Hold { lane: *lane, id: body.id, rear_m: at_m - half_m }
+            Hold { lane, id: body.id, rear_m: at_m - half_m, until_m }
         }));
     }
 
@@ -179,14 +218,15 @@ impl Claims {
             };
             if lane.junction.is_some() {
                 let rear_m = near.place.at_m - body.half_m.x;
-                self.held.push(Hold { lane: near.place.lane, id: body.id, rear_m });
+                let lane = near.place.lane;
+                self.held.push(Hold { lane, id: body.id, rear_m, until_m: None });
             }
             let left_m = lane.length_m() - near.place.at_m;
             if left_m < 3.0 + body.half_m.x + SOON_SECS * body.velocity_mps.norm() {
                 let inside =
                     |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.junction.is_some());
                 let rear_m = -left_m - body.half_m.x;
-                let hold = |lane: &LaneId| Hold { lane: *lane, id: body.id, rear_m };
+                let hold = |lane: &LaneId| Hold { lane: *lane, id: body.id, rear_m, until_m: None };
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
         }
@@ -216,26 +256,150 @@ impl Claims {
         rank: u8,
     ) -> Result<(), ActorId> {
         for lane in &way.lanes {
-            let crosses_until_m = |other: LaneId| network.lane(other)?.crosses_until_m(*lane);
-            let held = self.held.iter().find(|hold| {
-                let until_m = crosses_until_m(hold.lane).filter(|_| hold.id != id);
-                until_m.is_some_and(|until_m| hold.rear_m < until_m + CLEAR_M)
-            });
-            if let Some(hold) = held {
-                return Err(hold.id);
-            }
-            let first = self.wishes.iter().find(|wish| {
-                wish.id != id
-                    && wish.rank > rank
-                    && wish.eta_secs < GAP_SECS
-                    && crosses_until_m(wish.lane).is_some()
-            });
-            if let Some(wish) = first {
-                return Err(wish.id);
+            if let Some((_, other)) = self.blockers(network, *lane, id, rank).next() {
+                return Err(other);
             }
         }
-        let holds = way.lanes.iter().map(|lane| Hold { lane: *lane, id, rear_m: -way.entry_m });
-        self.held.extend(holds);
+        self.hold(way, id, None);
         Ok(())
+    }
+
+    /// Claims the part of a way that lies before oncoming traffic, if nothing else is in the way;
+    /// where on its lane the front is to wait.
+    pub(super) fn grant_part(
+        &mut self,
+        network: &Network,
+        way: &Way,
+        id: ActorId,
+        rank: u8,
+    ) -> Option<f32> {
+        let [lane_id] = way.lanes.as_slice() else { return None };
+        if rank == 0 {
+            return None;
+        }
+        let lane = network.lane(*lane_id)?;
+        let waits = |hold: &Hold| hold.lane == *lane_id && hold.until_m.is_some();
+        let let_through = |(other, _): (LaneId, ActorId)| {
+            network.lane(other).is_some_and(|other| other.is_oncoming(lane) && !other.joins(lane))
+        };
+        if self.held.iter().any(|hold| hold.id != id && waits(hold))
+            || !self.blockers(network, *lane_id, id, rank).all(let_through)
+        {
+            return None;
+        }
+        let oncoming = lane.conflicts.iter().filter(|conflict| {
+            network.lane(conflict.lane).is_some_and(|other| other.is_oncoming(lane))
+        });
+        let from_m = oncoming.map(|conflict| conflict.from_m).min_by(f32::total_cmp)?;
+        let until_m = from_m - BEFORE_M;
+        if until_m < INSIDE_M_MIN {
+            return None;
+        }
+        self.hold(way, id, Some(until_m));
+        Some(until_m)
+    }
+
+    /// Lanes that keep somebody from a lane of a junction, and whose they are or are to be.
+    fn blockers(
+        &self,
+        network: &Network,
+        lane: LaneId,
+        id: ActorId,
+        rank: u8,
+    ) -> impl Iterator<Item = (LaneId, ActorId)> {
+        let held = self.held.iter().filter(move |hold| {
+            let other = network.lane(hold.lane).filter(|_| hold.id != id);
+            let met = other.and_then(|other| Some((other, other.conflict(lane)?)));
+            met.is_some_and(|(other, conflict)| {
+                let short = hold.until_m.is_some_and(|until_m| {
+                    let joins = network.lane(lane).is_some_and(|lane| lane.joins(other));
+                    until_m + APART_M < conflict.from_m && !joins
+                });
+                !short && hold.rear_m < conflict.until_m + CLEAR_M
+            })
+        });
+        let first = self.wishes.iter().filter(move |wish| {
+            wish.id != id
+                && wish.rank > rank
+                && wish.eta_secs < GAP_SECS
+                && network.lane(wish.lane).is_some_and(|other| other.conflict(lane).is_some())
+        });
+        let held = held.map(|hold| (hold.lane, hold.id));
+        held.chain(first.map(|wish| (wish.lane, wish.id)))
+    }
+
+    fn hold(&mut self, way: &Way, id: ActorId, until_m: Option<f32>) {
+        let rear_m = -way.entry_m;
+        let holds = way.lanes.iter().map(|lane| Hold { lane: *lane, id, rear_m, until_m });
+        self.held.extend(holds);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::Conflict;
+
+    fn network() -> Network {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap())
+    }
+
+    fn id(id: u32) -> ActorId {
+        ActorId::new(id).unwrap()
+    }
+
+    fn way(network: &Network, lane: LaneId) -> Way {
+        let exit_m = 10.0 + network.lane(lane).unwrap().length_m();
+        Way { lanes: vec![lane], entry_m: 10.0, exit_m, next_m: f32::INFINITY }
+    }
+
+    /// A way to the left that oncoming traffic crosses deep inside, a way of that traffic, and one
+    /// that crosses the part before it.
+    fn left_turn(network: &Network) -> [LaneId; 3] {
+        let lanes = (0..network.lane_count() as LaneId).filter_map(|id| {
+            let lane = network.lane(id)?;
+            let other = |conflict: &Conflict| Some((*conflict, network.lane(conflict.lane)?));
+            let met: Vec<_> = lane.conflicts.iter().filter_map(other).collect();
+            let oncoming = met.iter().filter(|(_, other)| other.is_oncoming(lane));
+            let (first, _) = oncoming.min_by(|a, b| a.0.from_m.total_cmp(&b.0.from_m))?;
+            let crossing = met.iter().find(|(conflict, other)| {
+                !other.is_oncoming(lane) && conflict.until_m < first.from_m - BEFORE_M
+            });
+            let joins = network.lane(first.lane)?.joins(lane);
+            let deep = first.from_m > 10.0 && !joins;
+            Some([id, first.lane, crossing?.0.lane]).filter(|_| deep)
+        });
+        lanes.into_iter().next().unwrap()
+    }
+
+    #[test]
+    fn who_turns_left_waits_before_oncoming_traffic_and_lets_it_pass() {
+        let network = network();
+        let [left, straight, crossing] = left_turn(&network);
+        let [left, straight, crossing] = [left, straight, crossing].map(|it| way(&network, it));
+        let mut claims = Claims::default();
+        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
+        assert_eq!(claims.grant(&network, &left, id(2), 1), Err(id(1)));
+        let until_m = claims.grant_part(&network, &left, id(2), 1).unwrap();
+        let lane = network.lane(left.lanes[0]).unwrap();
+        assert!(until_m < lane.conflict(straight.lanes[0]).unwrap().from_m);
+        assert_eq!(claims.grant(&network, &straight, id(3), 1), Ok(()), "more oncoming traffic");
+        assert_eq!(claims.grant_part(&network, &left, id(4), 1), None, "one at a time");
+        let mut claims = Claims::default();
+        claims.hold(&left, id(2), Some(until_m));
+        assert_eq!(claims.grant(&network, &crossing, id(5), 1), Err(id(2)));
+    }
+
+    #[test]
+    fn nobody_waits_inside_a_junction_for_traffic_from_the_side_or_behind_a_sign() {
+        let network = network();
+        let [left, straight, crossing] = left_turn(&network).map(|it| way(&network, it));
+        let mut claims = Claims::default();
+        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
+        assert_eq!(claims.grant_part(&network, &left, id(2), 0), None);
+        let mut claims = Claims::default();
+        assert_eq!(claims.grant(&network, &crossing, id(1), 1), Ok(()));
+        assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
     }
 }

@@ -63,6 +63,8 @@ impl Driver {
         let ahead = queue.first();
         let look_m = manner.horizon_m(speed_mps);
         let line_m = self.line(senses, look_m, speed_mps).map(|line_m| line_m - front_m);
+        let part = self.grants.part(&self.path);
+        let line_m = line_m.filter(|_| part.is_none_or(|(way, _)| way.entry_m > front_m));
         self.held = ahead.map_or(Held::No, |ahead| Held::Behind(ahead.id));
         // Whoever is held before a junction lets others through.
         if let Some(line_m) = line_m {
@@ -70,6 +72,10 @@ impl Driver {
                 self.held = Held::Line;
             }
             self.grants.give_up(&self.path, line_m + front_m);
+        }
+        if let Some(wait_m) = self.waits_inside(senses, claims) {
+            self.ready = false;
+            return Some(line_m.map_or(wait_m, |line_m| wait_m.min(line_m - BEFORE_LINE_M)));
         }
         let way = Way::next(senses.network, &self.path, &self.grants, self.room_m(senses));
         let way = way.filter(|way| way.entry_m <= look_m);
@@ -89,10 +95,14 @@ impl Driver {
         if self.ready && !yields_far {
             match claims.grant(senses.network, &way, senses.body.id, rank) {
                 Ok(()) => {
-                    self.grants.add(&way);
+                    self.grants.add(&way, None);
                     return None;
                 }
                 Err(other) => self.held = Held::Claim(other),
+            }
+            if let Some(until_m) = claims.grant_part(senses.network, &way, senses.body.id, rank) {
+                self.grants.add(&way, Some(until_m));
+                return Some(entry_m + until_m);
             }
         }
         let blocker = beyond.err().flatten().filter(|_| first && open);
@@ -102,6 +112,22 @@ impl Driver {
         let blocked = blocker.is_some() && speed_mps < STANDING_MPS;
         self.blocked_secs = if blocked { self.blocked_secs + senses.dt_secs } else { 0.0 };
         Some(to_entry_m - BEFORE_LINE_M)
+    }
+
+    /// Free way to where it waits inside a junction for oncoming traffic, until it may go on.
+    fn waits_inside(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> Option<f32> {
+        let (way, until_m) = self.grants.part(&self.path)?;
+        let rank = self.rank(senses, way.entry_m);
+        match claims.grant(senses.network, &way, senses.body.id, rank) {
+            Ok(()) => {
+                self.grants.add(&way, None);
+                None
+            }
+            Err(other) => {
+                self.held = Held::Claim(other);
+                Some(until_m - senses.body.half_m.x)
+            }
+        }
     }
 
     /// Between junctions nearer to each other than this it cannot stop clear of both.

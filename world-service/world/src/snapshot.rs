@@ -21,7 +21,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
