@@ -6,6 +6,8 @@ use crate::path::{PathPoint, heading};
 
 /// Side of a cell of the scene's grid.
 const CELL_M: f32 = 16.0;
+/// People get so much more room ahead: they walk around whoever stopped for them.
+const MORE_TO_WALKERS_M: f32 = 1.2;
 /// Bodies higher or lower than this are on another storey.
 const STOREY_M: f32 = 2.5;
 
@@ -51,9 +53,10 @@ pub(crate) struct Ahead {
 }
 
 impl Ahead {
-    /// Its gap and speed.
+    /// Its gap, less what people need more, and its speed.
     pub(crate) fn leader(&self) -> (f32, f32) {
-        (self.gap_m, self.along_mps)
+        let more_m = if self.is_walker { MORE_TO_WALKERS_M } else { 0.0 };
+        (self.gap_m - more_m, self.along_mps)
     }
 }
 
@@ -133,6 +136,9 @@ fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
     let beside_m = if body.is_walker { room.beside_walkers_m } else { room.beside_m };
     let within_m = room.half_width_m + radius_m + beside_m;
     let reach_m = (body.half_m.x - radius_m).max(0.0);
+    if !comes_near(points, &body.centre_m, within_m + reach_m + 0.01) {
+        return None;
+    }
     let count = (reach_m / radius_m.max(0.2)).ceil().min(8.0) as i32;
     let mut nearest: Option<(f32, usize)> = None;
     for circle in -count..=count {
@@ -156,6 +162,23 @@ fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
         speed_mps: body.velocity_mps.norm(),
         is_walker: body.is_walker,
     })
+}
+
+/// Whether a path comes within a distance of a point, seen from above.
+fn comes_near(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> bool {
+    let mut index = 0;
+    while let Some([from, to]) = points.get(index..index + 2) {
+        let way = (to.point.point_m - from.point.point_m).xy();
+        let beside = (centre_m - from.point.point_m).xy();
+        let share = (beside.dot(&way) / way.norm_squared().max(1.0e-6)).clamp(0.0, 1.0);
+        let away_m = (beside - way * share).norm();
+        if away_m < within_m {
+            return true;
+        }
+        // No point of the path nearer than the distance left can be within reach.
+        index += (((away_m - within_m) / way.norm().max(1.0e-3)) as usize).max(1);
+    }
+    false
 }
 
 /// Where a path that comes within a distance of a point is nearest to it, the first time that it
