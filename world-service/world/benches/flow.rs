@@ -1,0 +1,69 @@
+//! What does a tick of 50 ms with driving traffic cost?
+//!
+//! `cargo bench -p world --bench flow`: vehicles in Town05, one of them with an agent of its own and
+//! always with full dynamics; the others are traffic, once with dynamics only near that one and once
+//! all with. Prints Markdown; times are those that the thread was on a processor.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use roads::Map;
+use schemas::{ActorKind, AgentOptions, Command, WorldId};
+use world::{Town, World, WorldConfig};
+
+const TOWN: &str = "Town05_Opt";
+const VEHICLES: [u32; 5] = [1, 10, 50, 100, 200];
+/// Before and while ticks are timed.
+const SETTLE_TICKS: u32 = 400;
+const TIMED_TICKS: u32 = 1_000;
+/// From the vehicle with an agent, as CARLA's Traffic Manager has it.
+const HYBRID_RADIUS_M: f32 = 50.0;
+
+fn main() {
+    let text = roads::town::build(TOWN).unwrap();
+    let town = Arc::new(Town::new(Arc::new(Map::parse(TOWN, &text).unwrap())));
+    println!(
+        "| vehicles | hybrid, µs | steps/s | full dynamics, µs | steps/s |\n|---|---|---|---|---|"
+    );
+    for count in VEHICLES {
+        let [hybrid, full] = [Some(HYBRID_RADIUS_M), None].map(|radius_m| {
+            let mut world = start(&town, count, radius_m);
+            1.0e6 * tick_secs(&mut world)
+        });
+        let (hybrid_hz, full_hz) = (1.0e6 / hybrid, 1.0e6 / full);
+        println!("| {count} | {hybrid:.0} | {hybrid_hz:.0} | {full:.0} | {full_hz:.0} |");
+    }
+}
+
+fn start(town: &Arc<Town>, count: u32, radius_m: Option<f32>) -> World {
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: Arc::clone(town) };
+    let mut world = World::with_traffic(config).unwrap();
+    world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
+    let frame = world.frame();
+    let actor = frame.actors.iter().find(|actor| actor.kind == ActorKind::Vehicle).unwrap().id;
+    let options = AgentOptions::default();
+    world.apply(&Command::SetAgent { actor, options, keep_route: false }).unwrap();
+    world.apply(&Command::SetHybridTraffic { radius_m }).unwrap();
+    world
+}
+
+fn tick_secs(world: &mut World) -> f64 {
+    for _ in 0..SETTLE_TICKS {
+        world.tick().unwrap();
+    }
+    let begin = busy_secs();
+    for _ in 0..TIMED_TICKS {
+        world.tick().unwrap();
+        black_box(world.frame());
+    }
+    (busy_secs() - begin) / f64::from(TIMED_TICKS)
+}
+
+/// Time that this thread was on a processor, whoever else wants it.
+fn busy_secs() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
+    let nanos: f64 = text.split(' ').next().unwrap().parse().unwrap();
+    nanos * 1.0e-9
+}
