@@ -25,6 +25,8 @@ const CLEAR_M: f32 = 2.5;
 const GAP_SECS: f32 = 5.0;
 /// A slower vehicle counts as standing.
 const STANDING_MPS: f32 = 0.3;
+/// Middles of vehicles that may be in a walker's way are nearer than this.
+const VEHICLE_BESIDE_M: f32 = 8.0;
 /// People make room for those ahead within this distance, and for the width of two.
 const PEOPLE_M: f32 = 2.5;
 const PERSON_M: f32 = 0.8;
@@ -117,12 +119,18 @@ impl Stroller {
         }
         self.waited_secs = 0.0;
         let (direction, share) = around(scene, body, &direction);
-        let in_the_way: Vec<Obstacle> = outlook
+        let mut in_the_way: Vec<Obstacle> = outlook
             .obstacles
             .iter()
             .copied()
             .filter(|obstacle| obstacle.is_in_the_way(foot_m.z))
             .collect();
+        scene.near(&body.centre_m, VEHICLE_BESIDE_M, |other| {
+            let obstacle = Obstacle::of(other);
+            if stands(other) && obstacle.is_in_the_way(foot_m.z) {
+                in_the_way.push(obstacle);
+            }
+        });
         let way = direction * way.xy().norm();
         let (direction, side) = detour(mesh, &in_the_way, &foot_m, &way, self.side);
         self.side = side;
@@ -195,6 +203,11 @@ fn is_coming(scene: &Scene, foot_m: &Vec3, direction: &Vec3) -> bool {
     coming
 }
 
+/// Whether it is a vehicle at rest, which is gone around as what stands on a sidewalk is.
+fn stands(body: &Body) -> bool {
+    !body.is_walker && body.velocity_mps.norm() < STANDING_MPS
+}
+
 /// The direction and share of speed that keep clear of people and bodies ahead.
 fn around(scene: &Scene, own: &Body, direction: &Vec3) -> (Vec3, f32) {
     let left = Vec3::new(-direction.y, direction.x, 0.0);
@@ -204,7 +217,11 @@ fn around(scene: &Scene, own: &Body, direction: &Vec3) -> (Vec3, f32) {
         let size_m = if body.is_walker { PERSON_M } else { body.half_m.x.min(2.5) + 0.5 };
         let (ahead_m, beside_m) = (away.dot(direction), away.dot(&left));
         let reach_m = PEOPLE_M + size_m - PERSON_M;
-        if body.id == own.id || !(0.0..reach_m).contains(&ahead_m) || beside_m.abs() > size_m {
+        if body.id == own.id
+            || stands(body)
+            || !(0.0..reach_m).contains(&ahead_m)
+            || beside_m.abs() > size_m
+        {
             return;
         }
         // To the right of whoever comes straight on, else away from them.

@@ -2,7 +2,9 @@
 
 use nalgebra::{ComplexField, Point3};
 use roads::nav::{Area, NavMesh};
-use schemas::{Pose, Vec3};
+use schemas::{Pose, Vec3, level_pose};
+
+use crate::scene::Body;
 
 /// How far ahead obstacles count, and how densely the way there is tried.
 const AHEAD_M: f32 = 2.1;
@@ -39,6 +41,12 @@ pub(super) enum Side {
 }
 
 impl Obstacle {
+    /// The box of a body on the road.
+    pub(super) fn of(body: &Body) -> Self {
+        let heading_rad = nalgebra::RealField::atan2(body.forward.y, body.forward.x);
+        Self { world_from_box: level_pose(body.centre_m, heading_rad), half_m: body.half_m }
+    }
+
     /// Whether somebody who stands at a height would have to go around it.
     pub(super) fn is_in_the_way(&self, foot_m: f32) -> bool {
         let up = self.world_from_box.rotation.inverse() * Vec3::z();

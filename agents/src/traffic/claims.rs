@@ -1,9 +1,10 @@
 //! Who may drive through a junction.
 //!
 //! A way through a junction is claimed as a whole before it is entered, and given back lane by lane
-//! as the vehicle leaves. Ways that come near each other exclude each other. Who is kept by oncoming
-//! traffic alone may claim the part before it, enter, and wait there. Of those who wait, the one
-//! with the higher rank goes first, then the one who asks first. Lane changes are told here too.
+//! as the vehicle leaves. Ways that come near each other exclude each other. Whoever is kept by
+//! oncoming traffic alone may claim the part before it, enter, and wait there. Of those who wait,
+//! the one with the higher rank goes first, then the one who asks first. Lane changes are told here
+//! too.
 
 use schemas::ActorId;
 use serde::{Deserialize, Serialize};

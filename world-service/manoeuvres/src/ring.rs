@@ -130,9 +130,8 @@ impl Ring {
             lane_changes += lanes.iter().zip(&now).filter(|(before, now)| before != now).count();
             lanes = now;
         }
-        let laps_km = (0..self.lane_count).map(|lane| Self::radius_m(lane)).sum::<f32>()
-            * std::f32::consts::TAU
-            / 1_000.0;
+        let laps_km =
+            (0..self.lane_count).map(Self::radius_m).sum::<f32>() * std::f32::consts::TAU / 1_000.0;
         let vehicles_per_km = (per_lane * self.lane_count) as f32 / laps_km;
         let speed_kmh = 3.6 * sum_mps / samples.max(1) as f32;
         Ok(Flow {
