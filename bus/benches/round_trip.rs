@@ -247,6 +247,7 @@ fn frame() -> schemas::Frame {
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
         agents: Vec::new(),
+        hidden: schemas::HiddenScenery::default(),
         sim_secs: 0.05,
     }
 }

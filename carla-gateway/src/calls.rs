@@ -10,6 +10,7 @@ mod lights;
 mod map;
 mod orders;
 mod parts;
+mod scenery;
 mod sensor;
 mod session;
 mod table;
@@ -48,6 +49,7 @@ pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
     let answer = match method.group {
         Group::Session => session::answer(endpoint, request).await,
         Group::Map => map::answer(endpoint, request).await,
+        Group::Scenery => scenery::answer(endpoint, request).await,
         Group::Content => content::answer(endpoint, request).await,
         Group::Actor => actor::answer(endpoint, request).await,
         Group::Vehicle => vehicle::answer(endpoint, request).await,

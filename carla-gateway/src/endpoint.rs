@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::Arc;
 
+use roads::MapLayer;
 use schemas::{ActorId, Command};
 use tokio::runtime;
 use tokio::sync::{mpsc, watch};
@@ -348,7 +349,7 @@ impl Endpoint {
         if self.episode.is_some() && !self.lost.as_ref().is_some_and(is_late) {
             return Ok(());
         }
-        self.load("").await
+        self.load("", MapLayer::ALL).await
     }
 
     /// Notes that the world of the episode is gone.

@@ -95,6 +95,11 @@ fn resolve<'a>(name: &str, list: &'a [MapRef]) -> Option<&'a MapRef> {
     named(stem).or_else(|| named(&twin))
 }
 
+/// Whether a map has layers that clients may load and unload: as in CARLA, those named `_Opt`.
+pub(crate) fn is_layered(name: &str) -> bool {
+    name.ends_with("_Opt")
+}
+
 /// As `get_available_maps` lists it.
 pub(crate) fn listed_name(name: &str) -> String {
     format!("/Game/{FOLDER}{name}")

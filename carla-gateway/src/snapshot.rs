@@ -184,7 +184,7 @@ fn put_vector(out: &mut Vec<u8>, vector: Vector3D) {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorId, MapRef, Tick, Vec3, Weather, WorldId, level_pose};
+    use schemas::{ActorId, HiddenScenery, MapRef, Tick, Vec3, Weather, WorldId, level_pose};
 
     use super::*;
 
@@ -204,6 +204,7 @@ mod tests {
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
             agents: Vec::new(),
+            hidden: HiddenScenery::default(),
         }
     }
 

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, ImageEncoding, ImageKind, MapRef,
+    Pose, RenderJob, Tick, Vec3, Weather, WorldId, level_pose,
 };
 
 const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];
@@ -112,6 +112,7 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
         agents: Vec::new(),
+        hidden: HiddenScenery::default(),
         sim_secs: 1.0,
     };
     RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }

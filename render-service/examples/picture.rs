@@ -11,8 +11,8 @@ use std::time::Instant;
 
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, Image, ImageEncoding, ImageKind,
+    MapRef, Pose, RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
 };
 use turbojpeg::{PixelFormat, Subsamp};
 
@@ -190,6 +190,7 @@ fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Fram
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
         agents: Vec::new(),
+        hidden: HiddenScenery::default(),
         sim_secs: 1.0,
     };
     let ego = (start, [2.4, 1.0, 0.74], 0x303030);

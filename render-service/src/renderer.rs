@@ -113,6 +113,7 @@ impl<'a> Prepared<'a> {
     fn shots(&self) -> impl Iterator<Item = Shot<'_>> {
         self.job.cameras.iter().zip(&self.views).map(|(camera, view)| Shot {
             town: self.town,
+            hidden: &self.job.frame.hidden,
             bodies: &self.bodies,
             light: self.light,
             camera,
@@ -153,7 +154,10 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, Tick, Weather, WorldId};
+    use schemas::{
+        Camera, Frame, HiddenScenery, ImageEncoding, ImageKind, MapRef, Pose, Tick, Weather,
+        WorldId,
+    };
 
     use super::*;
 
@@ -172,6 +176,7 @@ mod tests {
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
             agents: Vec::new(),
+            hidden: HiddenScenery::default(),
             sim_secs: 0.05,
         };
         let camera = Camera {

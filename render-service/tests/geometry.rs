@@ -255,6 +255,46 @@ fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
     assert!(!seen.contains_key(&SemanticTag::None), "{seen:?}");
 }
 
+/// Goal: hidden things are in no picture, and nothing else changes. Method: hide one house; its
+/// pixels show what is behind, farther away, and all others are as before.
+#[test]
+fn a_hidden_house_lets_see_what_is_behind_it() {
+    let Some(mut renderer) = renderer() else { return };
+    let text = roads::town::build("Town10HD_Opt").unwrap();
+    let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
+    let town = Arc::new(TownScene::of_map(&map));
+    let start: Pose = map.spawn_points()[3].cast();
+    let over = Camera {
+        carrier_from_camera: start * level_pose(Vec3::new(0.0, 0.0, 2.0), 0.3),
+        ..camera()
+    };
+    let map_ref = MapRef { name: String::new(), digest: map.digest().to_owned() };
+    let cameras = [ImageKind::Instance, ImageKind::Depth].map(|kind| of_kind(kind, &over));
+    let mut whole = job(Frame { map: map_ref, ..frame(vec![]) }, cameras.to_vec());
+    let before = draw(&mut renderer, &town, &whole);
+    let pixels = || (0..360).flat_map(|row| (0..640).map(move |column| (column, row)));
+    let houses = pixels().map(|(column, row)| tag_id(&before[0], column, row));
+    let house = houses.filter(|(tag, _)| *tag == SemanticTag::Buildings).map(|(_, id)| id).max();
+    let house = house.unwrap();
+    whole.frame.hidden.set(house - TagId::SCENERY, true);
+    let after = draw(&mut renderer, &town, &whole);
+    let mut uncovered = 0;
+    for (column, row) in pixels() {
+        let [was, is] = [&before, &after].map(|images| tag_id(&images[0], column, row));
+        if was.1 == house {
+            uncovered += 1;
+            assert_ne!(is.1, house);
+            let [near_m, far_m] = [&before, &after].map(|images| depth_m(&images[1], column, row));
+            assert!(far_m > near_m, "{column} {row}: {near_m} {far_m}");
+        } else {
+            assert_eq!(is, was, "{column} {row}");
+        }
+    }
+    assert!(uncovered > 20, "{uncovered}");
+    whole.frame.hidden.set(house - TagId::SCENERY, false);
+    assert!(draw(&mut renderer, &town, &whole) == before);
+}
+
 #[test]
 fn an_actor_is_found_under_its_id_only() {
     let Some(mut renderer) = renderer() else { return };

@@ -30,14 +30,23 @@ pub struct EnvironmentObject {
     pub name: String,
     /// What cameras see in it.
     pub label: SemanticLabel,
-    /// The layer of the map it is part of.
+    /// The layer of the map it is part of. What has no place in the scenery stays when its layer
+    /// goes: the roads and what lies on them, lights and signs.
     pub layer: MapLayer,
     /// Middle of the box around it.
     pub pose: Isometry3<f64>,
     /// Half of the size of that box along its own axes, in metres.
     pub half_extent_m: Vector3<f64>,
     /// Position in [`Map::scenery`] of the box that bodies hit, where it has one.
-    pub scenery: Option<usize>,
+    pub scenery: Option<u32>,
+}
+
+impl EnvironmentObject {
+    /// Whether it goes with these layers, CARLA's flags.
+    #[must_use]
+    pub fn goes_with(&self, layers: u16) -> bool {
+        self.scenery.is_some() && self.layer as u16 & layers != 0
+    }
 }
 
 /// Where an object comes from; the first byte of its id.
@@ -61,7 +70,7 @@ pub(crate) fn list(map: &Map) -> Vec<EnvironmentObject> {
         found.push(road_object(road));
         for (position, object) in objects.enumerate() {
             let scenery = scenery_box(road, object).map(|_| scenery_count);
-            scenery_count += usize::from(scenery.is_some());
+            scenery_count += u32::from(scenery.is_some());
             found.extend(thing(road, object, position, scenery));
         }
     }
@@ -102,7 +111,7 @@ fn thing(
     road: &Road,
     object: &Object,
     position: usize,
-    scenery: Option<usize>,
+    scenery: Option<u32>,
 ) -> Option<EnvironmentObject> {
     let (label, layer) = labels::of_object(object)?;
     let is_outlined = object.is_crosswalk() || !object.corners.is_empty();

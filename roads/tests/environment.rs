@@ -33,7 +33,7 @@ fn every_scenery_box_is_one_environment_object_that_encloses_it() {
         for object in map.environment_objects() {
             let Some(index) = object.scenery else { continue };
             assert!(seen.insert(index), "{}: {index} twice", map.name());
-            let solid = &map.scenery()[index];
+            let solid = &map.scenery()[index as usize];
             let expected = match solid.kind {
                 SceneryKind::Building => SemanticLabel::Buildings,
                 SceneryKind::Tree => SemanticLabel::Vegetation,

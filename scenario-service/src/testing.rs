@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, Collision, Command, CommandReply, EncodedFrame, Error,
-    ErrorCode, Frame, Image, Images, MapRef, PilotMode, Pose, Tick, TickItem, TickOutcome,
-    TickResult, Vec3, VehicleControl, Weather, WorldId, wire,
+    ErrorCode, Frame, HiddenScenery, Image, Images, MapRef, PilotMode, Pose, Tick, TickItem,
+    TickOutcome, TickResult, Vec3, VehicleControl, Weather, WorldId, wire,
 };
 
 use crate::scenario::Profile;
@@ -106,6 +106,7 @@ impl Toy {
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
             agents: Vec::new(),
+            hidden: HiddenScenery::default(),
             sim_secs: 0.0,
         };
         Self { frame, lane_shift_m: 0.0 }

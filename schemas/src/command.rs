@@ -257,6 +257,22 @@ pub enum Command {
         /// Most physics steps in one tick.
         substeps_max: Option<u32>,
     },
+    /// Loads or unloads layers of the map: all things of a layer that have a place in the scenery
+    /// appear or go. Things that were hidden one by one are shown when their layer is loaded anew.
+    SetMapLayers {
+        /// CARLA's `MapLayer` flags.
+        layers: u16,
+        /// Load or unload.
+        loaded: bool,
+    },
+    /// Shows or hides single things of the map. Those of layers that are not loaded stay hidden,
+    /// those without a place in the scenery stay shown.
+    SetEnvironmentObjects {
+        /// Ids of environment objects of the map.
+        objects: Vec<u64>,
+        /// Show or hide.
+        enabled: bool,
+    },
     /// A sensor measures only while somebody listens.
     Listen {
         /// Which sensor.

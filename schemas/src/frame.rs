@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActorId, Pose, Tick, Vec3, WorldId};
+use crate::{ActorId, HiddenScenery, Pose, Tick, Vec3, WorldId};
 
 /// What an actor is, coarsely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -300,6 +300,8 @@ pub struct Frame {
     pub traffic_lights: Vec<TrafficLightState>,
     /// Navigation agents of vehicles, ordered by actor.
     pub agents: Vec<AgentState>,
+    /// Things of the map that are not there.
+    pub hidden: HiddenScenery,
 }
 
 impl Frame {

@@ -35,6 +35,10 @@ pub const VEHICLE_PARTS_MAX: usize = 64;
 pub const ROUTE_PLACES_MAX: usize = 4_096;
 /// Rays of one request.
 pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
+/// Things of one map that can be hidden.
+pub const SCENERY_MAX: usize = 2_000_000;
+/// Environment objects of one command.
+pub const OBJECTS_PER_COMMAND_MAX: usize = 65_536;
 /// Physics steps in one tick.
 pub const SUBSTEPS_MAX: u32 = 100;
 

@@ -183,6 +183,11 @@ impl TagId {
         tag as u32 | (Self::SCENERY + place % Self::SCENERY) << 8
     }
 
+    /// The place of a thing of the map in a packed pixel of [`of_scenery`](Self::of_scenery).
+    pub const fn place_of(packed: u32) -> Option<u32> {
+        (packed >> 8).checked_sub(Self::SCENERY)
+    }
+
     /// From the four bytes of an [`ImageEncoding::TagIdU32`](crate::ImageEncoding::TagIdU32) pixel.
     pub fn unpack(pixel: [u8; 4]) -> Self {
         let number = u32::from_le_bytes(pixel);
@@ -237,5 +242,7 @@ mod tests {
         assert_eq!(unpacked, TagId { tag: Some(SemanticTag::Car), id: 0x1234 });
         let house = TagId::unpack(TagId::of_scenery(SemanticTag::Buildings, 7).to_le_bytes());
         assert_eq!(house, TagId { tag: Some(SemanticTag::Buildings), id: TagId::SCENERY + 7 });
+        assert_eq!(TagId::place_of(TagId::of_scenery(SemanticTag::Buildings, 7)), Some(7));
+        assert_eq!(TagId::place_of(car), None);
     }
 }

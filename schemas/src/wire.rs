@@ -14,6 +14,7 @@ mod frame;
 mod parts;
 mod reply;
 mod request;
+mod scenery;
 mod sensor;
 mod vehicle;
 

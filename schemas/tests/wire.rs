@@ -13,6 +13,20 @@ fn a_frame_comes_back_bit_for_bit() {
 }
 
 #[test]
+fn a_frame_tells_what_is_hidden_and_grows_by_no_more() {
+    let whole = sample::frame();
+    let mut frame = sample::frame();
+    frame.hidden.layers = 0x101;
+    for place in [0, 77, 2_000] {
+        frame.hidden.set(place, true);
+    }
+    let bytes = wire::encode_frame(&frame);
+    assert_eq!(wire::decode_frame(&bytes.0).unwrap(), frame);
+    let grown = bytes.0.len() - wire::encode_frame(&whole).0.len();
+    assert!((251..=272).contains(&grown), "{grown}");
+}
+
+#[test]
 fn every_request_comes_back() {
     for request in sample::requests() {
         assert_eq!(wire::decode_request(&wire::encode_request(&request)).unwrap(), request);

@@ -51,11 +51,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             lamps::answer(endpoint, request)
         }
         // Without effect, and nobody waits: the compatibility page says so.
-        "enable_environment_objects"
-        | "set_annotations_traverse_translucency"
-        | "clear_debug_string"
-        | "load_map_layer"
-        | "unload_map_layer" => Ok(Payload::Void),
+        "set_annotations_traverse_translucency" | "clear_debug_string" => Ok(Payload::Void),
         _ => astray(request),
     }
 }

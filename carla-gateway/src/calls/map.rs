@@ -1,20 +1,14 @@
-//! The map, its files, and what stands in it.
+//! The map, its files, and what rays meet.
 
 use std::sync::Arc;
 
-use schemas::{Pose, Translation3, Vec3};
 use serde_bytes::Bytes;
 
 use super::astray;
-use crate::dialect::{
-    BoundingBox, EnvironmentObject, LabelledPoint, Location, MapInfo, Transform, Vector3D,
-};
+use crate::dialect::{LabelledPoint, Location, MapInfo, Transform, Vector3D};
 use crate::endpoint::Endpoint;
 use crate::maps;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
-
-/// Everything, whatever its tag.
-const ANY_TAG: u8 = 255;
 
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
@@ -31,22 +25,6 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "get_map_data" => Payload::value(endpoint.known_episode()?.map.text()),
         "get_required_files" | "request_file" | "get_navigation_mesh" => {
             navigation(endpoint, request).await
-        }
-        "get_all_level_BBs" => {
-            let (_, tag): (Meta, u8) = request.args()?;
-            let objects = objects(endpoint, tag)?;
-            let boxes: Vec<BoundingBox> =
-                objects.into_iter().map(|object| object.bounding_box).collect();
-            Payload::value(&boxes)
-        }
-        "get_environment_objects" => {
-            let (_, tag): (Meta, u8) = request.args()?;
-            Payload::value(&objects(endpoint, tag)?)
-        }
-        "get_names_of_all_objects" => {
-            let objects = objects(endpoint, ANY_TAG)?;
-            let names: Vec<String> = objects.into_iter().map(|object| object.name).collect();
-            Payload::value(&names)
         }
         "cast_ray" => {
             let (_, start, end): (Meta, Location, Location) = request.args()?;
@@ -111,30 +89,4 @@ async fn ray(
         label: hit.tag,
     };
     Ok(hits.iter().map(point).collect())
-}
-
-/// What belongs to the map, with a semantic tag.
-fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
-    let objects = endpoint.known_episode()?.map.environment_objects().iter();
-    let wanted = objects.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
-    Ok(wanted.map(told).collect())
-}
-
-fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
-    let pose: Pose = object.pose.cast();
-    let half_m: Vec3 = object.half_extent_m.cast();
-    let placed = Transform::of(&pose);
-    let foot = pose * Translation3::new(0.0, 0.0, -half_m.z);
-    EnvironmentObject {
-        transform: Transform::of(&foot),
-        bounding_box: BoundingBox {
-            location: placed.location,
-            extent: Vector3D::size(half_m),
-            rotation: placed.rotation,
-            actor_id: 0,
-        },
-        id: object.id,
-        name: object.name.clone(),
-        tag: object.label as u8,
-    }
 }

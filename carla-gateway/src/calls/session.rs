@@ -34,8 +34,8 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Payload::value(&(endpoint.frame_number + 1))
         }
         "load_new_episode" => {
-            let (_, name, reset, _layers): (Meta, String, bool, u16) = request.args()?;
-            endpoint.load(&name).await?;
+            let (_, name, reset, layers): (Meta, String, bool, u16) = request.args()?;
+            endpoint.load(&name, layers).await?;
             if reset {
                 endpoint.reset_settings();
             }

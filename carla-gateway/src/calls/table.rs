@@ -5,6 +5,7 @@
 pub(crate) enum Group {
     Session,
     Map,
+    Scenery,
     Content,
     Actor,
     Vehicle,
@@ -38,6 +39,8 @@ pub(crate) struct Method {
 const NO_RECORDER: &str = "the recorder is not yet available";
 const NO_TEXTURES: &str = "surfaces cannot be repainted";
 const NO_EFFECT: &str = "accepted, without effect";
+const FIVE_LAYERS: &str =
+    "buildings, foliage, props, street lights, walls; nothing of other layers goes";
 const NO_MATERIALS: &str =
     "colour, depths, stencils, normals (GBufferA) and velocity; others are black";
 const ONE_ROOT: &str = "an actor has one component, its root, and no sockets";
@@ -63,7 +66,7 @@ const fn early(name: &'static str) -> Method {
 
 /// All calls, in the order of CARLA's areas.
 pub(crate) static METHODS: &[Method] = {
-    use Group::{Actor, Batch, Content, Lights, Map, Sensor, Session, Vehicle, Walker};
+    use Group::{Actor, Batch, Content, Lights, Map, Scenery, Sensor, Session, Vehicle, Walker};
     &[
         early("version"),
         full(Session, "get_episode_info"),
@@ -71,10 +74,7 @@ pub(crate) static METHODS: &[Method] = {
         early("get_episode_settings"),
         full(Session, "set_episode_settings"),
         full(Session, "tick_cue"),
-        Method {
-            state: State::Partial("map layers are ignored: every map is loaded whole"),
-            ..early("load_new_episode")
-        },
+        Method { state: State::Partial(FIVE_LAYERS), ..early("load_new_episode") },
         Method {
             state: State::Partial(
                 "the parameters are ignored; what would end the client is refused",
@@ -82,8 +82,8 @@ pub(crate) static METHODS: &[Method] = {
             ..early("copy_opendrive_to_file")
         },
         early("get_available_maps"),
-        partly(Content, "load_map_layer", NO_EFFECT),
-        partly(Content, "unload_map_layer", NO_EFFECT),
+        partly(Scenery, "load_map_layer", FIVE_LAYERS),
+        partly(Scenery, "unload_map_layer", FIVE_LAYERS),
         early("is_traffic_manager_running"),
         early("get_traffic_manager_running"),
         early("add_traffic_manager_running"),
@@ -100,11 +100,15 @@ pub(crate) static METHODS: &[Method] = {
         full(Content, "set_weather_parameters"),
         full(Content, "get_imui_gravity"),
         full(Content, "set_imui_gravity"),
-        full(Map, "get_all_level_BBs"),
-        full(Map, "get_environment_objects"),
-        partly(Content, "enable_environment_objects", NO_EFFECT),
+        full(Scenery, "get_all_level_BBs"),
+        full(Scenery, "get_environment_objects"),
+        partly(
+            Scenery,
+            "enable_environment_objects",
+            "roads and what lies on them, lights and signs always stay",
+        ),
         partly(Content, "set_annotations_traverse_translucency", NO_EFFECT),
-        full(Map, "get_names_of_all_objects"),
+        full(Scenery, "get_names_of_all_objects"),
         refused("apply_color_texture_to_objects", NO_TEXTURES),
         refused("apply_float_color_texture_to_objects", NO_TEXTURES),
         full(Map, "project_point"),

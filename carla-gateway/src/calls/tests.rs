@@ -9,7 +9,9 @@ use std::sync::{Arc, LazyLock};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use schemas::wire::encode_frame;
-use schemas::{Error, ErrorCode, Frame, MapRef, Reply, Tick, TickOutcome, TickResult};
+use schemas::{
+    Error, ErrorCode, Frame, HiddenScenery, MapRef, Reply, Tick, TickOutcome, TickResult,
+};
 use schemas::{Weather, WorldId};
 
 use super::table::{METHODS, State};
@@ -45,6 +47,7 @@ impl Toy {
             collisions: Vec::new(),
             traffic_lights: Vec::new(),
             agents: Vec::new(),
+            hidden: HiddenScenery::default(),
         })
     }
 }

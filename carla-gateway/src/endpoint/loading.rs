@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use roads::MapLayer;
 use schemas::wire::decode_frame;
 use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
 use tokio::time::Instant;
@@ -12,6 +13,7 @@ use super::worlds::refused;
 use crate::calls::street_lights;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
+use crate::maps;
 use crate::rpc::Refusal;
 use crate::stream::WORLD_OBSERVER;
 
@@ -25,18 +27,25 @@ const LEASE_MILLIS: u32 = 5_000;
 /// The name under which CARLA's client loads what it uploaded.
 pub(crate) const UPLOADED_MAP: &str = "OpenDriveMap";
 
+/// Takes layers away before anybody sees the world.
+fn without_layers(layers: u16) -> Vec<Command> {
+    let layers = layers & MapLayer::ALL;
+    let unload = Command::SetMapLayers { layers, loaded: false };
+    if layers == 0 { Vec::new() } else { vec![unload] }
+}
+
 impl Endpoint {
     /// The name on the bus of what this endpoint's clients uploaded.
     pub(crate) fn upload_name(&self) -> String {
         format!("{UPLOADED_MAP}-{}", self.port)
     }
 
-    /// Begins a new episode on a map, or on the present one when the name is empty. The old world
-    /// goes only when the new one is there.
+    /// Begins a new episode on a map, or on the present one when the name is empty, with these of
+    /// CARLA's layers if the map has any. The old world goes only when the new one is there.
     ///
     /// # Errors
     /// No such map, or no world service; the old episode goes on.
-    pub(crate) async fn load(&mut self, name: &str) -> Result<(), Refusal> {
+    pub(crate) async fn load(&mut self, name: &str, layers: u16) -> Result<(), Refusal> {
         // The client library ends its process when it leaves a stream that it is still joining.
         self.await_listeners().await;
         let name = match (name, &self.episode) {
@@ -52,7 +61,7 @@ impl Endpoint {
             map: map.name().to_owned(),
             seed: self.config.seed,
             dt_secs: DT_SECS,
-            commands: Vec::new(),
+            commands: if maps::is_layered(&told) { without_layers(!layers) } else { Vec::new() },
             lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
             traffic: true,
         };

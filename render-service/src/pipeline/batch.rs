@@ -3,14 +3,14 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use schemas::{Camera, ImageKind, Vec3};
+use schemas::{Camera, HiddenScenery, ImageKind, Vec3};
 
 use crate::scene::instance::{Body, Instance};
 use crate::scene::light::Light;
 use crate::scene::material::Family;
 use crate::scene::shadow::ShadowView;
 use crate::scene::shape::{Detail, Shape};
-use crate::scene::town::TownScene;
+use crate::scene::town::{Tile, TownScene};
 use crate::scene::view::View;
 
 use super::buffers::SHOTS_PER_BATCH_MAX;
@@ -29,6 +29,8 @@ const FINE_RADIUS_PX_MIN: f32 = 44.0;
 /// One picture to be drawn.
 pub(crate) struct Shot<'a> {
     pub(crate) town: &'a Arc<TownScene>,
+    /// Of the town.
+    pub(crate) hidden: &'a HiddenScenery,
     pub(crate) bodies: &'a [Body],
     pub(crate) light: Light,
     pub(crate) camera: &'a Camera,
@@ -129,11 +131,11 @@ impl<'a> Batch<'a> {
         let bodies = self.place_seen(shot);
         let shadows = (kind == ImageKind::Rgb).then(|| Shadows {
             side_px,
-            town: shading_town(shot.town, &shadow),
+            town: shading_town(shot, &shadow),
             bodies: self.place_shading(shot, &shadow),
         });
         self.views.push(ViewUniform::new(&shot.view, width_px, &shot.light, &shadow, side_px));
-        let town = visible_town(shot.town, &shot.view);
+        let town = visible_town(shot);
         let pictures = vec![picture];
         self.planned.push(PlannedView { shot, shadows, town, bodies, pictures });
     }
@@ -192,25 +194,30 @@ fn within(body: &Body, test: impl Fn(&Vec3, &Vec3) -> bool) -> bool {
 }
 
 /// What is near comes first, so that what it hides is not shaded.
-fn visible_town(town: &TownScene, view: &View) -> Vec<(Family, Range<u32>)> {
-    let eye_m = view.eye_m();
-    let mut tiles: Vec<_> =
-        town.tiles.iter().filter(|tile| view.may_see(&tile.min_m, &tile.max_m)).collect();
+fn visible_town(shot: &Shot<'_>) -> Vec<(Family, Range<u32>)> {
+    let eye_m = shot.view.eye_m();
+    let in_view = |tile: &&Tile| shot.view.may_see(&tile.min_m, &tile.max_m);
+    let mut tiles: Vec<&Tile> = shot.town.tiles.iter().filter(in_view).collect();
     tiles.sort_by(|a, b| a.distance_squared(&eye_m).total_cmp(&b.distance_squared(&eye_m)));
-    tiles
-        .iter()
-        .flat_map(|tile| tile.indices_of.iter().filter(|(_, range)| !range.is_empty()).cloned())
-        .collect()
+    let mut ranges = Vec::with_capacity(tiles.len());
+    for tile in tiles {
+        for (family, range) in &tile.indices_of {
+            tile.shown(range, shot.hidden, |part| ranges.push((*family, part)));
+        }
+    }
+    ranges
 }
 
 /// Walls and trees throw shadows; what lies on the ground throws none that anyone sees.
-fn shading_town(town: &TownScene, shadow: &ShadowView) -> Vec<Range<u32>> {
-    let tiles = town.tiles.iter().filter(|tile| shadow.may_see(&tile.min_m, &tile.max_m));
-    tiles
-        .flat_map(|tile| &tile.indices_of)
-        .filter(|(family, range)| *family != Family::Ground && !range.is_empty())
-        .map(|(_, range)| range.clone())
-        .collect()
+fn shading_town(shot: &Shot<'_>, shadow: &ShadowView) -> Vec<Range<u32>> {
+    let casts = |tile: &&Tile| shadow.may_see(&tile.min_m, &tile.max_m);
+    let mut ranges = Vec::new();
+    for tile in shot.town.tiles.iter().filter(casts) {
+        for (_, range) in tile.indices_of.iter().filter(|(family, _)| *family != Family::Ground) {
+            tile.shown(range, shot.hidden, |part| ranges.push(part));
+        }
+    }
+    ranges
 }
 
 fn row_pitch_bytes(camera: &Camera) -> u32 {

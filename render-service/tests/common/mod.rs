@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use render_service::{AdapterChoice, Material, Renderer, Surface, TownScene, WallKind};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, Image, ImageEncoding, ImageKind,
+    MapRef, Pose, RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
 };
 
 pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
@@ -70,6 +70,7 @@ pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
         collisions: Vec::new(),
         traffic_lights: Vec::new(),
         agents: Vec::new(),
+        hidden: HiddenScenery::default(),
         sim_secs: 1.0,
     }
 }

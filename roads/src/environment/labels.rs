@@ -43,6 +43,11 @@ pub enum MapLayer {
     Walls = 256,
 }
 
+impl MapLayer {
+    /// The flags of all layers.
+    pub const ALL: u16 = 0x1ff;
+}
+
 /// Label and layer of an object; `None` for an object of no known kind.
 pub(super) fn of_object(object: &Object) -> Option<(SemanticLabel, MapLayer)> {
     if object.is_crosswalk() || object.object_type == "roadMark" {

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 29;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 31;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 30] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 32] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -46,6 +46,8 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 30] = [
   CommandBody::SpawnTraffic,
   CommandBody::SetWalkerAgent,
   CommandBody::SetHybridTraffic,
+  CommandBody::SetMapLayers,
+  CommandBody::SetEnvironmentObjects,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -83,9 +85,11 @@ impl CommandBody {
   pub const SpawnTraffic: Self = Self(27);
   pub const SetWalkerAgent: Self = Self(28);
   pub const SetHybridTraffic: Self = Self(29);
+  pub const SetMapLayers: Self = Self(30);
+  pub const SetEnvironmentObjects: Self = Self(31);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 29;
+  pub const ENUM_MAX: u8 = 31;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -117,6 +121,8 @@ impl CommandBody {
     Self::SpawnTraffic,
     Self::SetWalkerAgent,
     Self::SetHybridTraffic,
+    Self::SetMapLayers,
+    Self::SetEnvironmentObjects,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -151,6 +157,8 @@ impl CommandBody {
       Self::SpawnTraffic => Some("SpawnTraffic"),
       Self::SetWalkerAgent => Some("SetWalkerAgent"),
       Self::SetHybridTraffic => Some("SetHybridTraffic"),
+      Self::SetMapLayers => Some("SetMapLayers"),
+      Self::SetEnvironmentObjects => Some("SetEnvironmentObjects"),
       _ => None,
     }
   }

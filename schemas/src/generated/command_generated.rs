@@ -464,6 +464,34 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_map_layers(&self) -> Option<SetMapLayers<'a>> {
+    if self.body_type() == CommandBody::SetMapLayers {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetMapLayers::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_environment_objects(&self) -> Option<SetEnvironmentObjects<'a>> {
+    if self.body_type() == CommandBody::SetEnvironmentObjects {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetEnvironmentObjects::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -504,6 +532,8 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SpawnTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SpawnTraffic>>("CommandBody::SpawnTraffic", pos),
           CommandBody::SetWalkerAgent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerAgent>>("CommandBody::SetWalkerAgent", pos),
           CommandBody::SetHybridTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetHybridTraffic>>("CommandBody::SetHybridTraffic", pos),
+          CommandBody::SetMapLayers => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetMapLayers>>("CommandBody::SetMapLayers", pos),
+          CommandBody::SetEnvironmentObjects => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetEnvironmentObjects>>("CommandBody::SetEnvironmentObjects", pos),
           _ => Ok(()),
         }
      })?
@@ -757,6 +787,20 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SetHybridTraffic => {
           if let Some(x) = self.body_as_set_hybrid_traffic() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetMapLayers => {
+          if let Some(x) = self.body_as_set_map_layers() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetEnvironmentObjects => {
+          if let Some(x) = self.body_as_set_environment_objects() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -40,6 +40,8 @@ impl<'a> Frame<'a> {
   pub const VT_TRAFFIC_LIGHTS: flatbuffers::VOffsetT = 26;
   pub const VT_SIM_SECS: flatbuffers::VOffsetT = 28;
   pub const VT_AGENTS: flatbuffers::VOffsetT = 30;
+  pub const VT_UNLOADED_LAYERS: flatbuffers::VOffsetT = 32;
+  pub const VT_HIDDEN_SCENERY: flatbuffers::VOffsetT = 34;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -58,6 +60,7 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.hidden_scenery { builder.add_hidden_scenery(x); }
     if let Some(x) = args.agents { builder.add_agents(x); }
     if let Some(x) = args.traffic_lights { builder.add_traffic_lights(x); }
     if let Some(x) = args.collisions { builder.add_collisions(x); }
@@ -65,6 +68,7 @@ impl<'a> Frame<'a> {
     if let Some(x) = args.types { builder.add_types(x); }
     if let Some(x) = args.weather { builder.add_weather(x); }
     if let Some(x) = args.map { builder.add_map(x); }
+    builder.add_unloaded_layers(args.unloaded_layers);
     builder.finish()
   }
 
@@ -175,6 +179,23 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, AgentState>>>(Frame::VT_AGENTS, None)}
   }
+  /// CARLA's `MapLayer` flags of the layers of the map that are not loaded.
+  #[inline]
+  pub fn unloaded_layers(&self) -> u16 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u16>(Frame::VT_UNLOADED_LAYERS, Some(0)).unwrap()}
+  }
+  /// Things of the map that are not there: one bit for each place of the map's scenery, the lowest
+  /// bit of a byte first. Absent: everything is there.
+  #[inline]
+  pub fn hidden_scenery(&self) -> Option<flatbuffers::Vector<'a, u8>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u8>>>(Frame::VT_HIDDEN_SCENERY, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -198,6 +219,8 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, TrafficLightState>>>("traffic_lights", Self::VT_TRAFFIC_LIGHTS, true)?
      .visit_field::<f64>("sim_secs", Self::VT_SIM_SECS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, AgentState>>>("agents", Self::VT_AGENTS, false)?
+     .visit_field::<u16>("unloaded_layers", Self::VT_UNLOADED_LAYERS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("hidden_scenery", Self::VT_HIDDEN_SCENERY, false)?
      .finish();
     Ok(())
   }
@@ -217,6 +240,8 @@ pub struct FrameArgs<'a> {
     pub traffic_lights: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, TrafficLightState>>>,
     pub sim_secs: f64,
     pub agents: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, AgentState>>>,
+    pub unloaded_layers: u16,
+    pub hidden_scenery: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -236,6 +261,8 @@ impl<'a> Default for FrameArgs<'a> {
       traffic_lights: None, // required field
       sim_secs: 0.0,
       agents: None,
+      unloaded_layers: 0,
+      hidden_scenery: None,
     }
   }
 }
@@ -302,6 +329,14 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_AGENTS, agents);
   }
   #[inline]
+  pub fn add_unloaded_layers(&mut self, unloaded_layers: u16) {
+    self.fbb_.push_slot::<u16>(Frame::VT_UNLOADED_LAYERS, unloaded_layers, 0);
+  }
+  #[inline]
+  pub fn add_hidden_scenery(&mut self, hidden_scenery: flatbuffers::WIPOffset<flatbuffers::Vector<'b , u8>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_HIDDEN_SCENERY, hidden_scenery);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -339,6 +374,8 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("traffic_lights", &self.traffic_lights());
       ds.field("sim_secs", &self.sim_secs());
       ds.field("agents", &self.agents());
+      ds.field("unloaded_layers", &self.unloaded_layers());
+      ds.field("hidden_scenery", &self.hidden_scenery());
       ds.finish()
   }
 }

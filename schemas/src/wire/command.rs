@@ -9,7 +9,7 @@ use super::parts::{
     switch_out, vec3_in, vec3_out,
 };
 use super::vehicle::{ackermann_in, ackermann_out, gains_in, gains_out, physics_in, physics_out};
-use super::{agent, check_count, needed};
+use super::{agent, check_count, needed, scenery};
 use crate::generated as fb;
 use crate::limits::COMMANDS_PER_REQUEST_MAX;
 use crate::{ActorId, Attachment, Attribute, Command, Error, Pose, Vec3};
@@ -89,6 +89,9 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
         | Command::Push { .. }
         | Command::SetPose { .. }
         | Command::SetSwitch { .. } => motion_command_out(b, command),
+        Command::SetMapLayers { .. } | Command::SetEnvironmentObjects { .. } => {
+            scenery::command_out(b, command)
+        }
         Command::SetTrafficLight { .. }
         | Command::FreezeTrafficLights { .. }
         | Command::ResetTrafficLights { .. }
@@ -195,9 +198,8 @@ fn motion_command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body 
             body!(b, SetPose, args)
         }
         Command::SetSwitch { actor, switch, on } => {
-            let args =
-                fb::SetSwitchArgs { actor: actor.get(), body_switch: switch_out(*switch), on: *on };
-            body!(b, SetSwitch, args)
+            let (actor, body_switch, on) = (actor.get(), switch_out(*switch), *on);
+            body!(b, SetSwitch, fb::SetSwitchArgs { actor, body_switch, on })
         }
         other => unreachable!("{other:?} moves no actor"),
     }
@@ -282,6 +284,7 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::Push
         | Body::SetPose
         | Body::SetSwitch => motion_command_in(raw),
+        Body::SetMapLayers | Body::SetEnvironmentObjects => scenery::command_in(raw),
         _ => scene_command_in(raw),
     }
 }

@@ -6,7 +6,7 @@ use super::parts::{
     actor_in, actor_kind_in, actor_kind_out, colour_in, colour_out, failure_in, failure_out,
     finite, finite_double, pose_in, pose_out, vec3_in, vec3_out, world_in,
 };
-use super::{Kind, agent, check_count, root};
+use super::{Kind, agent, check_count, root, scenery};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
@@ -38,6 +38,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let traffic_lights = builder.create_vector(&lights);
     let agents: Vec<fb::AgentState> = frame.agents.iter().map(agent::state_out).collect();
     let agents = (!agents.is_empty()).then(|| builder.create_vector(&agents));
+    let hidden_scenery = scenery::hidden_out(&mut builder, &frame.hidden);
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -56,6 +57,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             traffic_lights: Some(traffic_lights),
             sim_secs: frame.sim_secs,
             agents,
+            unloaded_layers: frame.hidden.layers,
+            hidden_scenery,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -92,6 +95,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         collisions: collisions_in(raw.collisions())?,
         traffic_lights: raw.traffic_lights().iter().map(light_in).collect::<Result<_, _>>()?,
         agents: raw.agents().iter().flatten().map(agent::state_in).collect::<Result<_, _>>()?,
+        hidden: scenery::hidden_in(&raw)?,
     })
 }
 

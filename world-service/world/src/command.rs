@@ -1,6 +1,7 @@
 //! Commands: checked whole before the first change, so that a refused one changes nothing.
 
 mod body;
+mod scenery;
 mod settings;
 mod vehicle;
 mod walker;
@@ -89,6 +90,19 @@ impl World {
             Command::Listen { sensor, on } => {
                 self.state.index_of(*sensor)?;
                 self.state.sensors.listen(*sensor, *on)
+            }
+            other => self.change_scenery(other),
+        }
+    }
+
+    fn change_scenery(&mut self, command: &Command) -> Result<(), Error> {
+        match command {
+            Command::SetMapLayers { layers, loaded } => {
+                self.set_map_layers(*layers, *loaded);
+                Ok(())
+            }
+            Command::SetEnvironmentObjects { objects, enabled } => {
+                self.set_environment_objects(objects, *enabled)
             }
             other => Err(Error::new(ErrorCode::Unsupported, "the world cannot do this")
                 .found(format!("{other:?}"))),

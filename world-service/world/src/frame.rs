@@ -1,6 +1,6 @@
 //! The public picture of a world, and the number that stands for its state.
 
-use schemas::{ActorState, Frame, TrafficLightState, Weather};
+use schemas::{ActorState, Frame, HiddenScenery, TrafficLightState, Weather};
 
 use crate::blueprint;
 use crate::hash::Hasher;
@@ -38,6 +38,7 @@ impl World {
             collisions: self.state.collisions.clone(),
             traffic_lights: self.traffic_lights(),
             agents: self.state.agents(),
+            hidden: self.state.hidden.clone(),
             sim_secs: self.state.sim_secs,
         }
     }
@@ -56,8 +57,8 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so that forks
-    ///   agree.
+    ///   what is hidden, bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so
+    ///   that forks agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
@@ -71,6 +72,9 @@ impl World {
         hasher.floats(weather_values(&state.weather));
         if let Some(radius_m) = state.hybrid_m {
             hasher.floats([radius_m]);
+        }
+        if state.hidden != HiddenScenery::default() {
+            hasher.value(&state.hidden);
         }
         if let Some(lights) = &state.traffic {
             hasher.value(lights);

@@ -19,14 +19,18 @@ mod town;
 pub(crate) use bvh::Stack;
 pub(crate) use ray::{Hit, Ray};
 pub(crate) use shape::Shape;
-pub(crate) use solids::{Solid, Solids};
+pub(crate) use solids::{Owner, Solid, Solids};
 pub(crate) use sweep::Sweep;
 pub(crate) use town::TownRays;
+
+use schemas::HiddenScenery;
 
 /// Everything a ray can meet at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayScene<'a> {
     pub town: &'a TownRays,
+    /// Of the town.
+    pub hidden: &'a HiddenScenery,
     pub bodies: &'a Solids,
 }
 
@@ -38,7 +42,7 @@ impl RayScene<'_> {
         let mut nearest = self.town.ground().nearest(ray, reach_m, stack);
         for solids in [self.town.scenery(), self.bodies] {
             let reach_m = nearest.map_or(reach_m, |hit: Hit| hit.distance_m);
-            nearest = solids.nearest(ray, reach_m, stack).or(nearest);
+            nearest = solids.nearest(ray, reach_m, self.hidden, stack).or(nearest);
         }
         nearest
     }
@@ -47,8 +51,9 @@ impl RayScene<'_> {
     pub(crate) fn all(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Vec<Hit> {
         let mut hits = Vec::new();
         self.town.ground().all(ray, reach_m, stack, &mut hits);
-        self.town.scenery().all(ray, reach_m, stack, &mut hits);
-        self.bodies.all(ray, reach_m, stack, &mut hits);
+        for solids in [self.town.scenery(), self.bodies] {
+            solids.all(ray, reach_m, self.hidden, stack, &mut hits);
+        }
         hits.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m).then(a.actor.cmp(&b.actor)));
         // Faces overlap in junctions, and the parts of one car touch: that is one thing.
         hits.dedup_by(|next, kept| next.is_part_of(kept));

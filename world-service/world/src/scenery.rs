@@ -4,7 +4,7 @@
 //! memory.
 
 use nalgebra::Vector2;
-use schemas::{Pose, Vec3};
+use schemas::{HiddenScenery, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::physics::{Physics, SceneryHandle};
@@ -80,6 +80,14 @@ impl Scenery {
         self.fixtures.get(index as usize)
     }
 
+    /// Adds the indices of all fixtures within a circle that are not hidden to `found`.
+    pub(crate) fn find_shown(&self, reach: Reach, hidden: &HiddenScenery, found: &mut Vec<u32>) {
+        self.find(reach, found);
+        if !hidden.is_none() {
+            found.retain(|index| !hidden.contains(*index));
+        }
+    }
+
     /// Adds the indices of all fixtures within a circle to `found`.
     pub(crate) fn find(&self, reach: Reach, found: &mut Vec<u32>) {
         for cell in self.cells_around(reach.centre_m, reach.radius_m) {
@@ -128,13 +136,19 @@ impl NearFixtures {
     /// Puts fixtures near moving bodies into the physics and takes far ones out.
     ///
     /// - **Determinism:** depends on the bodies and on what is present only.
-    pub(crate) fn update(&mut self, scenery: &Scenery, reaches: &[Reach], physics: &mut Physics) {
+    pub(crate) fn update(
+        &mut self,
+        scenery: &Scenery,
+        hidden: &HiddenScenery,
+        reaches: &[Reach],
+        physics: &mut Physics,
+    ) {
         if scenery.fixtures.is_empty() || reaches.is_empty() {
             return;
         }
         let mut wanted = Vec::new();
         for &reach in reaches {
-            scenery.find(reach.wider(ENTER_M), &mut wanted);
+            scenery.find_shown(reach.wider(ENTER_M), hidden, &mut wanted);
         }
         wanted.sort_unstable();
         wanted.dedup();
@@ -159,11 +173,29 @@ impl NearFixtures {
         }
     }
 
-    /// Whether every entry is one of the town's and in the physics, in order.
-    pub(crate) fn is_consistent(&self, scenery: &Scenery, physics: &Physics) -> bool {
+    /// Takes hidden fixtures out of the physics; what leans on them wakes.
+    pub(crate) fn leave_hidden(&mut self, hidden: &HiddenScenery, physics: &mut Physics) {
+        self.present.retain(|&(index, handle)| {
+            let stays = !hidden.contains(index);
+            if !stays {
+                physics.remove_scenery(handle);
+            }
+            stays
+        });
+    }
+
+    /// Whether every entry is one of the town's that is not hidden and in the physics, in order.
+    pub(crate) fn is_consistent(
+        &self,
+        scenery: &Scenery,
+        hidden: &HiddenScenery,
+        physics: &Physics,
+    ) -> bool {
         self.present.windows(2).all(|pair| pair[0].0 < pair[1].0)
             && self.present.iter().all(|&(index, handle)| {
-                scenery.get(index).is_some() && physics.contains_scenery(handle)
+                scenery.get(index).is_some()
+                    && !hidden.contains(index)
+                    && physics.contains_scenery(handle)
             })
     }
 }

@@ -83,7 +83,11 @@ impl Sensors {
 
     fn measure(&mut self, state: &State, town: &Town) -> Readings {
         let bodies = OnceCell::new();
-        let rays = || RayScene { town: &town.rays, bodies: bodies.get_or_init(|| state.solids()) };
+        let rays = || RayScene {
+            town: &town.rays,
+            hidden: &state.hidden,
+            bodies: bodies.get_or_init(|| state.solids()),
+        };
         let velocity_mps = |id: ActorId, point_m: Vec3| state.velocity_at(id, point_m);
         let tag = |id: ActorId| state.actor(id).map_or(0, |actor| tag::of_actor(actor.blueprint()));
         let around = Surroundings {

@@ -8,7 +8,8 @@
 
 use std::sync::Arc;
 
-use schemas::{Error, ErrorCode, MapRef, WorldId, limits};
+use roads::{EnvironmentObject, MapLayer};
+use schemas::{Error, ErrorCode, HiddenScenery, MapRef, WorldId, limits};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -135,7 +136,10 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if bodies != state.physics.body_count() || !actors.iter().all(carried) {
         return Err(damaged("an actor and its body do not fit"));
     }
-    if !state.fixtures.is_consistent(&town.scenery, &state.physics) {
+    if !is_of_town(&state.hidden, town) {
+        return Err(damaged("it hides what the map has not"));
+    }
+    if !state.fixtures.is_consistent(&town.scenery, &state.hidden, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
     }
     if !state.drivers_fit(town) {
@@ -159,6 +163,18 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
         return Err(damaged("a value is not a number"));
     }
     state.check().map_err(|_| damaged("a body is nowhere"))
+}
+
+/// Whether only things of the town are hidden, and all of the layers that are not loaded.
+fn is_of_town(hidden: &HiddenScenery, town: &Town) -> bool {
+    let is_shown = |object: &EnvironmentObject| {
+        object.goes_with(hidden.layers)
+            && object.scenery.is_some_and(|place| !hidden.contains(place))
+    };
+    let objects = || town.roads.environment_objects().iter();
+    hidden.places_end() <= town.roads.scenery().len()
+        && hidden.layers & !MapLayer::ALL == 0
+        && (hidden.layers == 0 || !objects().any(is_shown))
 }
 
 fn damaged(why: &str) -> Error {

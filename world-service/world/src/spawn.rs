@@ -177,7 +177,7 @@ impl World {
         }
         let mut near = Vec::new();
         let reach = Reach { centre_m: wanted.centre_m(), radius_m: wanted.radius_m() };
-        self.town.scenery.find(reach, &mut near);
+        self.town.scenery.find_shown(reach, &self.state.hidden, &mut near);
         let fixtures = near.into_iter().filter_map(|index| self.town.scenery.get(index));
         for fixture in fixtures {
             if wanted.overlaps(&OrientedBox::of(&fixture.world_from_box, fixture.half_m)) {

@@ -149,7 +149,7 @@ impl State {
                 }
             })
             .collect();
-        self.fixtures.update(&town.scenery, &reaches, &mut self.physics);
+        self.fixtures.update(&town.scenery, &self.hidden, &reaches, &mut self.physics);
     }
 
     fn substep(

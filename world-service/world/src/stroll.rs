@@ -55,7 +55,8 @@ impl State {
             }
             let body = self.seen(&self.actors[index]);
             near.clear();
-            town.scenery.find(Reach { centre_m: body.centre_m, radius_m: OBSTACLES_M }, &mut near);
+            let reach = Reach { centre_m: body.centre_m, radius_m: OBSTACLES_M };
+            town.scenery.find_shown(reach, &self.hidden, &mut near);
             near.sort_unstable();
             near.dedup();
             obstacles.clear();

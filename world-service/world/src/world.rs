@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use schemas::{
-    ActorId, ActorState, Collision, Error, ErrorCode, MapRef, Tick, Weather, WorldId, limits,
+    ActorId, ActorState, Collision, Error, ErrorCode, HiddenScenery, MapRef, Tick, Weather,
+    WorldId, limits,
 };
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +67,8 @@ pub(crate) struct State {
     /// Of the last tick.
     pub collisions: Vec<Collision>,
     pub fixtures: NearFixtures,
+    /// What of the town is not there.
+    pub hidden: HiddenScenery,
     pub physics: Physics,
     /// `None` in a world without the town's lights and signs.
     pub traffic: Option<Lights>,
@@ -98,6 +101,7 @@ impl World {
                 contacts: Contacts::default(),
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
+                hidden: HiddenScenery::default(),
                 physics: Physics::new(),
                 traffic: None,
                 sensors: Sensors::default(),

@@ -1,6 +1,6 @@
 //! The shapes of what moves, as rays see them.
 
-use super::{Solid, Solids, tag};
+use super::{Owner, Solid, Solids, tag};
 use crate::world::{State, World};
 
 impl World {
@@ -16,7 +16,7 @@ impl State {
         let solids = bodies.flat_map(|(actor, body)| {
             let tag = tag::of_actor(actor.blueprint());
             let shapes = self.physics.shapes(body);
-            shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Some(actor.id)))
+            shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Owner::Actor(actor.id)))
         });
         Solids::new(solids.collect())
     }

@@ -2,7 +2,7 @@
 
 use schemas::{Error, ErrorCode, RayHit, Vec3, limits};
 
-use super::{Hit, Ray, RayScene, Stack};
+use super::{Hit, Ray, RayScene, Solids, Stack};
 use crate::check;
 use crate::world::World;
 
@@ -37,7 +37,7 @@ impl World {
             check::vector("end of a ray", *to_m, limits::COORDINATE_M_MAX, "m")?;
         }
         let bodies = self.solids();
-        let scene = RayScene { town: &self.town.rays, bodies: &bodies };
+        let scene = self.ray_scene(&bodies);
         let mut stack = Stack::new();
         let hits = rays.iter().zip(0..).flat_map(|(&(from_m, to_m), ray)| {
             let found = between(&scene, from_m, to_m, &mut stack);
@@ -49,6 +49,10 @@ impl World {
             })
         });
         Ok(hits.collect())
+    }
+
+    fn ray_scene<'a>(&'a self, bodies: &'a Solids) -> RayScene<'a> {
+        RayScene { town: &self.town.rays, hidden: &self.state.hidden, bodies }
     }
 
     /// What lies first in a direction within `reach_m`; the answer of a ray with one hit.
@@ -71,7 +75,7 @@ impl World {
                 .found(direction)
         })?;
         let bodies = self.solids();
-        let scene = RayScene { town: &self.town.rays, bodies: &bodies };
+        let scene = self.ray_scene(&bodies);
         let ray = Ray::new(from_m, direction);
         Ok(scene.nearest(&ray, reach_m, &mut Stack::new()).map(|hit| RayHit {
             ray: 0,

@@ -1,7 +1,7 @@
 //! Solid shapes with places in the world: scenery, and what moves.
 
 use nalgebra::Matrix3;
-use schemas::{ActorId, Pose, Vec3};
+use schemas::{ActorId, HiddenScenery, Pose, Vec3};
 
 use super::bounds::Bounds;
 use super::bvh::{Bvh, Stack};
@@ -17,8 +17,15 @@ pub(crate) struct Solid {
     world_from_shape: Matrix3<f32>,
     /// CARLA's semantic tag.
     pub tag: u8,
-    /// `None` for scenery.
-    pub actor: Option<ActorId>,
+    pub owner: Owner,
+}
+
+/// What a shape is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Owner {
+    Actor(ActorId),
+    /// The thing at this place of the scenery.
+    Map(u32),
 }
 
 /// Shapes findable by rays and places.
@@ -29,19 +36,26 @@ pub(crate) struct Solids {
 }
 
 impl Solid {
-    pub(crate) fn new(
-        shape: Shape,
-        world_from_shape: &Pose,
-        tag: u8,
-        actor: Option<ActorId>,
-    ) -> Self {
+    pub(crate) fn new(shape: Shape, world_from_shape: &Pose, tag: u8, owner: Owner) -> Self {
         Self {
             shape,
             centre_m: world_from_shape.translation.vector,
             world_from_shape: world_from_shape.rotation.to_rotation_matrix().into_inner(),
             tag,
-            actor,
+            owner,
         }
+    }
+
+    /// `None` for scenery.
+    pub(crate) fn actor(&self) -> Option<ActorId> {
+        match self.owner {
+            Owner::Actor(id) => Some(id),
+            Owner::Map(_) => None,
+        }
+    }
+
+    pub(crate) fn is_hidden(&self, hidden: &HiddenScenery) -> bool {
+        matches!(self.owner, Owner::Map(place) if hidden.contains(place))
     }
 
     fn bounds(&self) -> Bounds {
@@ -54,7 +68,7 @@ impl Solid {
         let direction = self.world_from_shape.tr_mul(&ray.direction);
         let (distance_m, normal) = self.shape.cast(origin_m, direction)?;
         let normal = self.world_from_shape * normal;
-        Some(Hit { distance_m, normal, tag: self.tag, actor: self.actor })
+        Some(Hit { distance_m, normal, tag: self.tag, actor: self.actor() })
     }
 
     /// The point of the shape nearest to a point, world frame.
@@ -72,11 +86,17 @@ impl Solids {
         Self { solids, bvh }
     }
 
-    /// The nearest shape within `reach_m`.
-    pub(crate) fn nearest(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Option<Hit> {
+    /// The nearest shape within `reach_m` that is not hidden.
+    pub(crate) fn nearest(
+        &self,
+        ray: &Ray,
+        reach_m: f32,
+        hidden: &HiddenScenery,
+        stack: &mut Stack,
+    ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
-            let hit = self.solids[solid as usize].cast(ray);
+            let hit = self.cast(solid, ray, hidden);
             match hit.filter(|hit| hit.distance_m < reach_m) {
                 Some(hit) => {
                     nearest = Some(hit);
@@ -88,17 +108,39 @@ impl Solids {
         nearest
     }
 
-    /// Adds every shape within `reach_m` to `hits`.
-    pub(crate) fn all(&self, ray: &Ray, reach_m: f32, stack: &mut Stack, hits: &mut Vec<Hit>) {
+    /// Adds every shape within `reach_m` that is not hidden to `hits`.
+    pub(crate) fn all(
+        &self,
+        ray: &Ray,
+        reach_m: f32,
+        hidden: &HiddenScenery,
+        stack: &mut Stack,
+        hits: &mut Vec<Hit>,
+    ) {
         self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
-            let hit = self.solids[solid as usize].cast(ray);
+            let hit = self.cast(solid, ray, hidden);
             hits.extend(hit.filter(|hit| hit.distance_m <= reach_m));
             reach_m
         });
     }
 
-    /// Visits the shapes whose boxes overlap `bounds`.
-    pub(crate) fn overlapping(&self, bounds: &Bounds, mut visit: impl FnMut(&Solid)) {
-        self.bvh.overlapping(bounds, |solid| visit(&self.solids[solid as usize]));
+    fn cast(&self, solid: u32, ray: &Ray, hidden: &HiddenScenery) -> Option<Hit> {
+        let solid = &self.solids[solid as usize];
+        if solid.is_hidden(hidden) { None } else { solid.cast(ray) }
+    }
+
+    /// Visits the shapes whose boxes overlap `bounds` and that are not hidden.
+    pub(crate) fn overlapping(
+        &self,
+        bounds: &Bounds,
+        hidden: &HiddenScenery,
+        mut visit: impl FnMut(&Solid),
+    ) {
+        self.bvh.overlapping(bounds, |solid| {
+            let solid = &self.solids[solid as usize];
+            if !solid.is_hidden(hidden) {
+                visit(solid);
+            }
+        });
     }
 }

@@ -42,24 +42,25 @@ impl RayScene<'_> {
     ) -> Option<Touch> {
         let mut nearest: Option<Touch> = None;
         let mut consider = |solid: &Solid| {
-            if solid.actor.is_some() && solid.actor == except {
+            let actor = solid.actor();
+            if actor.is_some() && actor == except {
                 return;
             }
             let reach_m = nearest.map_or(sweep.reach_m, |touch| touch.distance_m);
             if let Some(distance_m) = sweep.touches(solid).filter(|&at_m| at_m <= reach_m) {
                 // Of things equally far the one with the smallest id, then scenery.
                 let first = nearest.is_none_or(|touch| {
-                    distance_m < touch.distance_m || order(solid.actor) < order(touch.actor)
+                    distance_m < touch.distance_m || order(actor) < order(touch.actor)
                 });
                 if first {
-                    nearest = Some(Touch { distance_m, tag: solid.tag, actor: solid.actor });
+                    nearest = Some(Touch { distance_m, tag: solid.tag, actor });
                 }
             }
         };
         let bounds = sweep.bounds();
-        self.bodies.overlapping(&bounds, &mut consider);
+        self.bodies.overlapping(&bounds, self.hidden, &mut consider);
         if with_scenery {
-            self.town.scenery().overlapping(&bounds, &mut consider);
+            self.town.scenery().overlapping(&bounds, self.hidden, &mut consider);
         }
         nearest
     }

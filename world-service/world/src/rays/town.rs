@@ -4,12 +4,12 @@ use std::sync::{Arc, OnceLock};
 
 use roads::mesh::{self, GroundMesh};
 use roads::{Map, SceneryBox, SceneryKind};
-use schemas::{Pose, Vec3};
+use schemas::{HiddenScenery, Pose, Vec3};
 
 use super::bounds::Bounds;
 use super::mesh::{Face, Mesh};
 use super::shape::Shape;
-use super::solids::{Solid, Solids};
+use super::solids::{Owner, Solid, Solids};
 use super::tag;
 
 /// Share of its height by which a tree's crown hangs over the upper end of the trunk.
@@ -34,15 +34,23 @@ impl TownRays {
     }
 
     pub(crate) fn scenery(&self) -> &Solids {
-        let build = || Solids::new(self.roads.scenery().iter().flat_map(solids).collect());
+        let build = || {
+            let things = (0u32..).zip(self.roads.scenery());
+            Solids::new(things.flat_map(|(place, thing)| solids(place, thing)).collect())
+        };
         self.scenery.get_or_init(build)
     }
 
-    /// Tag of the scenery nearest to a point within `reach_m`.
-    pub(crate) fn scenery_tag_at(&self, point_m: Vec3, reach_m: f32) -> Option<u8> {
+    /// Tag of the scenery nearest to a point within `reach_m`, of what is not hidden.
+    pub(crate) fn scenery_tag_at(
+        &self,
+        point_m: Vec3,
+        reach_m: f32,
+        hidden: &HiddenScenery,
+    ) -> Option<u8> {
         let mut nearest: Option<(f32, u8)> = None;
         let around = Bounds::around([point_m]).grown(reach_m);
-        self.scenery().overlapping(&around, |solid| {
+        self.scenery().overlapping(&around, hidden, |solid| {
             let Some(closest_m) = solid.closest_m(point_m) else { return };
             let distance_m = (closest_m - point_m).norm();
             if nearest.is_none_or(|(nearest_m, _)| distance_m < nearest_m) {
@@ -63,11 +71,11 @@ fn faces(mesh: &GroundMesh) -> Vec<Face> {
 }
 
 /// A box, and the crown above it if it is the trunk of a tree.
-fn solids(item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
+fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
     let tag = tag::of_scenery(item.kind);
     let world_from_box: Pose = nalgebra::convert(item.pose);
     let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
-    let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, None);
+    let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, Owner::Map(place));
     let crown = (item.kind == SceneryKind::Tree && item.crown_radius_m > 0.0).then(|| {
         let (height_m, radius_m) = (item.height_m as f32, item.crown_radius_m as f32);
         let trunk_m = 2.0 * half_m.z;
@@ -75,7 +83,7 @@ fn solids(item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
         let above_m = height_m - half_height_m - half_m.z;
         let radii_m = Vec3::new(radius_m, radius_m, half_height_m);
         let world_from_crown = world_from_box * Pose::translation(0.0, 0.0, above_m);
-        Solid::new(Shape::Ellipsoid { radii_m }, &world_from_crown, tag, None)
+        Solid::new(Shape::Ellipsoid { radii_m }, &world_from_crown, tag, Owner::Map(place))
     });
     std::iter::once(solid).chain(crown)
 }

@@ -27,6 +27,7 @@ pub(super) fn measure(carrier: &Carrier, around: &Surroundings) -> Vec<Measureme
 }
 
 fn scenery_tag(collision: &Collision, around: &Surroundings) -> u8 {
-    let town = (around.rays)().town;
-    town.scenery_tag_at(collision.position_m, CONTACT_REACH_M).unwrap_or(tag::ROADS)
+    let rays = (around.rays)();
+    let tag = rays.town.scenery_tag_at(collision.position_m, CONTACT_REACH_M, rays.hidden);
+    tag.unwrap_or(tag::ROADS)
 }

@@ -133,6 +133,21 @@ fn any_traffic() -> impl Strategy<Value = Command> {
     ]
 }
 
+/// The house and the wall of the straight road, its surface, and what is not there.
+fn any_scenery() -> impl Strategy<Value = Command> {
+    let object = prop_oneof![
+        4 => (0u64..2).prop_map(|position| 2 << 56 | 1 << 24 | position),
+        1 => Just(1 << 56 | 1 << 24),
+        1 => any::<u64>(),
+    ];
+    prop_oneof![
+        (any::<u16>(), any::<bool>())
+            .prop_map(|(layers, loaded)| Command::SetMapLayers { layers, loaded }),
+        (prop::collection::vec(object, 0..3), any::<bool>())
+            .prop_map(|(objects, enabled)| Command::SetEnvironmentObjects { objects, enabled }),
+    ]
+}
+
 /// Any command, good or bad.
 pub fn command() -> impl Strategy<Value = Command> {
     let actor = any_actor();
@@ -186,6 +201,7 @@ pub fn command() -> impl Strategy<Value = Command> {
         2 => any_pilot(),
         3 => any_agent(),
         3 => any_traffic(),
+        2 => any_scenery(),
         1 => velocity,
         1 => pose,
         1 => weather,

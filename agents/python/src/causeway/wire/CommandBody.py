@@ -33,3 +33,5 @@ class CommandBody(object):
     SpawnTraffic = 27
     SetWalkerAgent = 28
     SetHybridTraffic = 29
+    SetMapLayers = 30
+    SetEnvironmentObjects = 31

@@ -224,8 +224,45 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(30))
         return o == 0
 
+    # CARLA's `MapLayer` flags of the layers of the map that are not loaded.
+    # Frame
+    def UnloadedLayers(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(32))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint16Flags, o + self._tab.Pos)
+        return 0
+
+    # Things of the map that are not there: one bit for each place of the map's scenery, the lowest
+    # bit of a byte first. Absent: everything is there.
+    # Frame
+    def HiddenScenery(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(34))
+        if o != 0:
+            a = self._tab.Vector(o)
+            return self._tab.Get(flatbuffers.number_types.Uint8Flags, a + flatbuffers.number_types.UOffsetTFlags.py_type(j * 1))
+        return 0
+
+    # Frame
+    def HiddenSceneryAsNumpy(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(34))
+        if o != 0:
+            return self._tab.GetVectorAsNumpy(flatbuffers.number_types.Uint8Flags, o)
+        return 0
+
+    # Frame
+    def HiddenSceneryLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(34))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def HiddenSceneryIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(34))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(14)
+    builder.StartObject(16)
 
 def Start(builder):
     FrameStart(builder)
@@ -343,6 +380,24 @@ def FrameStartAgentsVector(builder, numElems):
 
 def StartAgentsVector(builder, numElems: int) -> int:
     return FrameStartAgentsVector(builder, numElems)
+
+def FrameAddUnloadedLayers(builder, unloadedLayers):
+    builder.PrependUint16Slot(14, unloadedLayers, 0)
+
+def AddUnloadedLayers(builder, unloadedLayers):
+    FrameAddUnloadedLayers(builder, unloadedLayers)
+
+def FrameAddHiddenScenery(builder, hiddenScenery):
+    builder.PrependUOffsetTRelativeSlot(15, flatbuffers.number_types.UOffsetTFlags.py_type(hiddenScenery), 0)
+
+def AddHiddenScenery(builder, hiddenScenery):
+    FrameAddHiddenScenery(builder, hiddenScenery)
+
+def FrameStartHiddenSceneryVector(builder, numElems):
+    return builder.StartVector(1, numElems, 1)
+
+def StartHiddenSceneryVector(builder, numElems: int) -> int:
+    return FrameStartHiddenSceneryVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()

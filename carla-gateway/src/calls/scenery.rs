@@ -1,0 +1,90 @@
+//! What stands in the map: its boxes, and what of it is there.
+
+use schemas::{Command, Pose, Translation3, Vec3, limits};
+
+use super::astray;
+use crate::dialect::{BoundingBox, EnvironmentObject, Transform, Vector3D};
+use crate::endpoint::Endpoint;
+use crate::maps;
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+
+/// Everything, whatever its tag.
+const ANY_TAG: u8 = 255;
+
+pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
+    match request.method.as_str() {
+        "get_all_level_BBs" => {
+            let (_, tag): (Meta, u8) = request.args()?;
+            let objects = objects(endpoint, tag)?;
+            let boxes: Vec<BoundingBox> =
+                objects.into_iter().map(|object| object.bounding_box).collect();
+            Payload::value(&boxes)
+        }
+        "get_environment_objects" => {
+            let (_, tag): (Meta, u8) = request.args()?;
+            Payload::value(&objects(endpoint, tag)?)
+        }
+        "get_names_of_all_objects" => {
+            let objects = objects(endpoint, ANY_TAG)?;
+            let names: Vec<String> = objects.into_iter().map(|object| object.name).collect();
+            Payload::value(&names)
+        }
+        "load_map_layer" | "unload_map_layer" => {
+            let (_, layers): (Meta, u16) = request.args()?;
+            if maps::is_layered(&endpoint.episode()?.map_name) {
+                let loaded = request.method == "load_map_layer";
+                endpoint.run_now(vec![Command::SetMapLayers { layers, loaded }]).await?;
+            }
+            Ok(Payload::Void)
+        }
+        "enable_environment_objects" => {
+            let (_, ids, enabled): (Meta, Vec<u64>, bool) = request.args()?;
+            enable(endpoint, ids, enabled).await
+        }
+        _ => astray(request),
+    }
+}
+
+/// Shows or hides things of the map; as in CARLA, ids that nothing has are left out.
+async fn enable(endpoint: &mut Endpoint, ids: Vec<u64>, enabled: bool) -> Answer {
+    let objects = endpoint.episode()?.map.environment_objects();
+    let is_known = |id: &u64| objects.binary_search_by_key(id, |object| object.id).is_ok();
+    let mut known: Vec<u64> = ids.into_iter().filter(is_known).collect();
+    known.sort_unstable();
+    known.dedup();
+    for objects in known.chunks(limits::OBJECTS_PER_COMMAND_MAX) {
+        let objects = objects.to_vec();
+        endpoint.queue(Command::SetEnvironmentObjects { objects, enabled }).await?;
+    }
+    Ok(Payload::Void)
+}
+
+/// What belongs to the map and its loaded layers, with a semantic tag. What was hidden by itself is
+/// among it, so that it can be shown again.
+fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
+    let episode = endpoint.known_episode()?;
+    let unloaded = episode.frame.hidden.layers;
+    let objects = episode.map.environment_objects().iter();
+    let loaded = objects.filter(|object| !object.goes_with(unloaded));
+    let wanted = loaded.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
+    Ok(wanted.map(told).collect())
+}
+
+fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
+    let pose: Pose = object.pose.cast();
+    let half_m: Vec3 = object.half_extent_m.cast();
+    let placed = Transform::of(&pose);
+    let foot = pose * Translation3::new(0.0, 0.0, -half_m.z);
+    EnvironmentObject {
+        transform: Transform::of(&foot),
+        bounding_box: BoundingBox {
+            location: placed.location,
+            extent: Vector3D::size(half_m),
+            rotation: placed.rotation,
+            actor_id: 0,
+        },
+        id: object.id,
+        name: object.name.clone(),
+        tag: object.label as u8,
+    }
+}
