@@ -17,14 +17,11 @@ mod table;
 mod vehicle;
 mod walker;
 
-use crate::dialect::{EpisodeSettings, Transform};
+use crate::dialect::EpisodeSettings;
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Payload, Refusal, Request};
 pub(crate) use lamps::of_map as street_lights;
 use table::{Group, METHODS};
-
-/// What is told of things that have no parts.
-const NO_TRANSFORMS: [Transform; 0] = [];
 
 /// Answers what needs no endpoint, even while it ticks: a Traffic Manager reads the settings
 /// between two frames, on a thread of its own, and must have them before the next frame comes.

@@ -115,6 +115,30 @@ def test_bones_of_a_car_are_where_its_wheels_are(world):
     assert all(0.9 < hub.location.distance(place) < 2.5 for hub in hubs)
 
 
+def test_components_of_a_car_are_where_its_body_has_them(world):
+    car = spawn_car(world)
+    ticks(world, 10)
+    names = car.get_component_names()
+    assert names[:2] == ["VehicleMesh", "VehicleBounds"]
+    here = car.get_transform()
+    for name in names[1:]:
+        relative = car.get_component_relative_transform(name).location
+        inside = carla.BoundingBox(car.bounding_box.location, car.bounding_box.extent)
+        assert inside.contains(relative, carla.Transform()), name
+        at = car.get_component_world_transform(name).location
+        assert at.distance(here.transform(relative)) < 0.01, name
+    blinker = car.get_component_relative_transform("front-blinker-r-1").location
+    assert blinker.x > 1.5 and blinker.y > 0.5
+    mesh = car.get_component_relative_transform("VehicleMesh")
+    assert mesh.location.distance(here.location) < 0.01
+    assert car.get_socket_names() == car.get_bone_names()
+    relatives, worlds = car.get_socket_relative_transforms(), car.get_socket_world_transforms()
+    for relative, at in zip(relatives, worlds, strict=True):
+        assert at.location.distance(here.transform(relative.location)) < 0.01
+    with pytest.raises(RuntimeError, match="fifth-wheel"):
+        car.get_component_world_transform("fifth-wheel")
+
+
 def test_a_walkers_bones_walk_with_it(world):
     walker = spawn_walker(world)
     ticks(world, 30)

@@ -1,59 +1,105 @@
 //! Components, bones, sockets: the parts of actors that CARLA's clients ask for by name.
 //!
-//! A vehicle is a base with wheels, a walker a skeleton; every actor has a root.
+//! A vehicle is a mesh with a box and blinkers, and its bones are a base with wheels; a walker is a
+//! capsule with a mesh, and its bones are a skeleton; any other actor has a root alone. As in
+//! CARLA the sockets of a mesh are its bones.
 
 use blueprints::{Class, VehicleModel};
 use schemas::{ActorKind, ActorState, Pose, Translation3, UnitQuaternion, Vec3};
 
 use crate::dialect::Transform;
 use crate::endpoint::{Endpoint, unknown_actor};
+use crate::episode::Episode;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 use crate::skeleton;
 
-const ROOT: &str = "RootComponent";
 /// Of the vehicle itself, before those of its wheels.
 const BASE: &str = "Vehicle_Base";
+/// Outer ends of head and tail lamps, in halves of the bounding box from its middle.
+///
+/// **Source:** CARLA's example for components names `front-blinker-r-1` of `vehicle.audi.tt`; the
+/// other names follow it.
+const BLINKERS: [(&str, [f32; 3]); 4] = [
+    ("front-blinker-l-1", [0.94, 0.84, -0.13]),
+    ("front-blinker-r-1", [0.94, -0.84, -0.13]),
+    ("rear-blinker-l-1", [-0.94, 0.88, 0.03]),
+    ("rear-blinker-r-1", [-0.94, -0.88, 0.03]),
+];
 
-/// A named part, in the world and in its parent's frame.
+/// A named part, in the world and in the frame of what carries it: the mesh for bones, the root for
+/// components.
 struct Part {
     name: String,
     in_world: Pose,
-    in_parent: Pose,
+    in_carrier: Pose,
 }
 
 pub(super) fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     let method = request.method.as_str();
     if method.starts_with("get_actor_component_") && method.ends_with("_transform") {
         let (_, id, name): (Meta, u32, String) = request.args()?;
-        let state = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?;
-        if name != ROOT {
-            return Err(Refusal(format!("Component not found. Component Name: {name}")));
-        }
-        let in_world = Transform::of(&state.world_from_actor);
+        let episode = endpoint.episode()?;
+        let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
+        let mut parts = components(episode, state).into_iter();
+        let part = parts.find(|part| part.name == name).ok_or_else(|| {
+            let name: String = name.chars().take(128).collect();
+            Refusal(format!("Component not found. Component Name: {name}"))
+        })?;
         let is_world = method == "get_actor_component_world_transform";
-        return Payload::value(&if is_world { in_world } else { Transform::default() });
+        let pose = if is_world { part.in_world } else { part.in_carrier };
+        return Payload::value(&Transform::of(&pose));
     }
     let (_, id): (Meta, u32) = request.args()?;
     let episode = endpoint.episode()?;
     let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
-    let bones = || bones(state, episode.frame.type_of(state), episode.custom_pose(id));
-    let transforms = |pose: fn(&Part) -> &Pose| {
-        let bones = bones();
-        bones.iter().map(|part| Transform::of(pose(part))).collect::<Vec<Transform>>()
-    };
-    match method {
-        "get_actor_component_names" => Payload::value(&[ROOT]),
-        "get_actor_bone_names" => {
-            let names: Vec<String> = bones().into_iter().map(|part| part.name).collect();
-            Payload::value(&names)
-        }
-        "get_actor_bone_world_transforms" | "get_vehicle_bone_world_transforms" => {
-            Payload::value(&transforms(|part| &part.in_world))
-        }
-        "get_actor_bone_relative_transforms" => Payload::value(&transforms(|part| &part.in_parent)),
-        "get_actor_socket_names" => Payload::value(&[""; 0]),
-        _ => Payload::value(&super::NO_TRANSFORMS),
+    if method == "get_actor_component_names" {
+        let names: Vec<String> =
+            components(episode, state).into_iter().map(|part| part.name).collect();
+        return Payload::value(&names);
     }
+    let bones = bones(state, episode.frame.type_of(state), episode.custom_pose(id)).into_iter();
+    if method.ends_with("_names") {
+        return Payload::value(&bones.map(|bone| bone.name).collect::<Vec<String>>());
+    }
+    let actor_from_world = state.world_from_actor.inverse();
+    let pose = |bone: Part| match method {
+        "get_actor_bone_relative_transforms" => bone.in_carrier,
+        "get_actor_socket_relative_transforms" => actor_from_world * bone.in_world,
+        _ => bone.in_world,
+    };
+    Payload::value(&bones.map(|bone| Transform::of(&pose(bone))).collect::<Vec<Transform>>())
+}
+
+/// The root, then what it carries. The root of an actor that stands alone is carried by the world.
+fn components(episode: &Episode, state: &ActorState) -> Vec<Part> {
+    let parent = state.parent.and_then(|parent| episode.state(parent.get()));
+    let world_from_parent = parent.map_or(Pose::identity(), |parent| parent.world_from_actor);
+    let part = |name: &str, place_m: Vec3| {
+        let in_carrier = Pose::from_parts(Translation3::from(place_m), UnitQuaternion::identity());
+        let in_world = state.world_from_actor * in_carrier;
+        Part { name: name.to_owned(), in_world, in_carrier }
+    };
+    let (root, carried) = match state.kind {
+        ActorKind::Vehicle => {
+            let half_m = state.box_half_extent_m;
+            let at =
+                |share: [f32; 3]| state.box_centre_m + Vec3::from(share).component_mul(&half_m);
+            let bounds = part("VehicleBounds", state.box_centre_m);
+            let blinkers = BLINKERS.map(|(name, share)| part(name, at(share)));
+            ("VehicleMesh", std::iter::once(bounds).chain(blinkers).collect())
+        }
+        ActorKind::Walker => {
+            let foot_m = state.box_centre_m - Vec3::z() * state.box_half_extent_m.z;
+            ("CollisionCylinder", vec![part("CharacterMesh0", foot_m)])
+        }
+        _ => ("RootComponent", Vec::new()),
+    };
+    let root = Part {
+        name: root.to_owned(),
+        in_world: state.world_from_actor,
+        in_carrier: world_from_parent.inverse() * state.world_from_actor,
+    };
+    std::iter::once(root).chain(carried).collect()
 }
 
 fn bones(state: &ActorState, type_id: &str, custom: Option<&skeleton::Custom>) -> Vec<Part> {
@@ -63,7 +109,7 @@ fn bones(state: &ActorState, type_id: &str, custom: Option<&skeleton::Custom>) -
             .map(|bone| Part {
                 name: bone.name.to_owned(),
                 in_world: bone.in_world,
-                in_parent: bone.in_parent,
+                in_carrier: bone.in_component,
             })
             .collect(),
         ActorKind::Vehicle => model(type_id).map_or_else(Vec::new, |model| wheels(state, model)),
@@ -84,12 +130,12 @@ fn wheels(state: &ActorState, model: &VehicleModel) -> Vec<Part> {
     let base = Part {
         name: BASE.to_owned(),
         in_world: state.world_from_actor,
-        in_parent: Pose::identity(),
+        in_carrier: Pose::identity(),
     };
     let hubs = model.physics.wheels.iter().enumerate().map(|(index, wheel)| {
         let turn_rad = wheel_rad(model, index, state.road_wheel_rad);
         let turn = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), turn_rad);
-        let in_parent = Pose::from_parts(Translation3::from(wheel.position_m), turn);
+        let in_carrier = Pose::from_parts(Translation3::from(wheel.position_m), turn);
         let end = if wheel.position_m.x > 0.0 { "Front" } else { "Rear" };
         let side = if wheel.position_m.y < 0.0 { "Right" } else { "Left" };
         let name = match model.physics.wheels.len() {
@@ -97,7 +143,7 @@ fn wheels(state: &ActorState, model: &VehicleModel) -> Vec<Part> {
             4 => format!("Wheel_{end}_{side}"),
             _ => format!("Wheel_{end}_{side}_{index}"),
         };
-        Part { name, in_world: state.world_from_actor * in_parent, in_parent }
+        Part { name, in_world: state.world_from_actor * in_carrier, in_carrier }
     });
     std::iter::once(base).chain(hubs).collect()
 }

@@ -43,7 +43,8 @@ const FIVE_LAYERS: &str =
     "buildings, foliage, props, street lights, walls; nothing of other layers goes";
 const NO_MATERIALS: &str =
     "colour, depths, stencils, normals (GBufferA) and velocity; others are black";
-const ONE_ROOT: &str = "an actor has one component, its root, and no sockets";
+const COMPONENTS: &str =
+    "mesh, box and blinkers of vehicles; capsule and mesh of walkers; a root of others";
 const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
 const NOT_DRAWN: &str = "bones tell the pose, pictures show the walk";
 
@@ -147,15 +148,15 @@ pub(crate) static METHODS: &[Method] = {
         full(Walker, "set_actor_dead"),
         full(Actor, "set_actor_enable_gravity"),
         full(Actor, "get_actor_bounding_box"),
-        partly(Actor, "get_actor_component_world_transform", ONE_ROOT),
-        partly(Actor, "get_actor_component_relative_transform", ONE_ROOT),
+        partly(Actor, "get_actor_component_world_transform", COMPONENTS),
+        partly(Actor, "get_actor_component_relative_transform", COMPONENTS),
         partly(Actor, "get_actor_bone_world_transforms", BASE_AND_WHEELS),
         partly(Actor, "get_actor_bone_relative_transforms", BASE_AND_WHEELS),
-        partly(Actor, "get_actor_socket_world_transforms", ONE_ROOT),
-        partly(Actor, "get_actor_socket_relative_transforms", ONE_ROOT),
-        partly(Actor, "get_actor_component_names", ONE_ROOT),
+        partly(Actor, "get_actor_socket_world_transforms", BASE_AND_WHEELS),
+        partly(Actor, "get_actor_socket_relative_transforms", BASE_AND_WHEELS),
+        partly(Actor, "get_actor_component_names", COMPONENTS),
         partly(Actor, "get_actor_bone_names", BASE_AND_WHEELS),
-        partly(Actor, "get_actor_socket_names", ONE_ROOT),
+        partly(Actor, "get_actor_socket_names", BASE_AND_WHEELS),
         full(Vehicle, "apply_control_to_vehicle"),
         full(Vehicle, "apply_ackermann_control_to_vehicle"),
         full(Vehicle, "get_ackermann_controller_settings"),
