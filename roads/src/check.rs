@@ -13,6 +13,8 @@ use crate::model::Road;
 const GAP_MAX_M: f64 = 0.01;
 /// Lane ends that differ by more in direction make a kink, in radians.
 const KINK_MAX_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+/// A lane of this length begins where it ends in the client's single precision, in metres.
+const SLIVER_MAX_M: f64 = 1.0e-6;
 /// How far a road's length may differ from the sum of its geometries, in metres.
 const LENGTH_OFF_MAX_M: f64 = 0.01;
 
@@ -30,6 +32,7 @@ impl Map {
         for (index, entry) in (0..).zip(&self.table.lanes) {
             missing_target(self, entry, &mut report);
             dead_end(self, index, entry, &mut report);
+            sliver(self, entry, &mut report);
         }
         forks::check(self, &mut report);
         joints(self, &mut report);
@@ -153,6 +156,22 @@ fn dead_end(map: &Map, index: LaneIndex, entry: &LaneEntry, report: &mut Report)
             wanted,
             "a dead end, where vehicles are taken away",
         ));
+    }
+}
+
+/// **Source:** CARLA's `agents` library, which asks the client for the direction from one end of
+/// each lane to the other.
+fn sliver(map: &Map, entry: &LaneEntry, report: &mut Report) {
+    let Some((road, _, lane)) = parts(&map.model, entry) else { return };
+    let driven = lane.id != 0 && lane.lane_type == LaneType::Driving;
+    if driven && entry.length_m() < SLIVER_MAX_M {
+        let wanted = format!("lane {} of a length, in sections and roads that have one", lane.id);
+        let found = format!(
+            "{:.1e} m; the route planner of CARLA's agents library refuses the map: \
+             \"length > 2.0f * std::numeric_limits<float>::epsilon()\"",
+            entry.length_m()
+        );
+        report.push(fault(Severity::Suspicious, road, Some(entry.start_s), wanted, found));
     }
 }
 

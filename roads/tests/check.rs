@@ -84,3 +84,21 @@ fn dead_ends_and_gaps_are_suspicious() {
     assert!(faults.iter().any(|(_, text)| text.contains("gap of 0.500 m")), "{faults:?}");
     assert!(faults.iter().any(|(_, text)| text.contains("road 2") && text.contains("lead on")));
 }
+
+#[test]
+fn a_lane_section_without_a_length_is_named_with_what_it_does_to_the_route_planner() {
+    let whole = road(1, 0.0, "", "", "<line/>");
+    let section = &whole[whole.find("<laneSection").unwrap()..whole.find("</lanes>").unwrap()];
+    let twice = |start: &str| {
+        let second = section.replacen("s=\"0\"", &format!("s=\"{start}\""), 1);
+        found(&format!(
+            "<OpenDRIVE>{}</OpenDRIVE>",
+            whole.replace(section, &(section.to_owned() + &second))
+        ))
+    };
+    let named = |faults: &[(Severity, String)]| {
+        faults.iter().filter(|(_, text)| text.contains("route planner")).count()
+    };
+    assert_eq!(named(&twice("49.9999999")), 1);
+    assert_eq!(named(&twice("49.99")), 0);
+}
