@@ -1,5 +1,7 @@
 //! The drawing thread: takes all waiting jobs, draws them together, answers each.
 
+use std::time::Instant;
+
 use bus::{Bus, Incoming};
 use schemas::{Error, RenderJob, Reply};
 use tokio::runtime::Handle;
@@ -50,7 +52,9 @@ impl Worker {
         }
         let jobs: Vec<TownJob<'_>> =
             drawable.iter().map(|(town, job, _)| (town.clone(), job)).collect();
+        let begun = Instant::now();
         let drawn = renderer.render(&jobs);
+        tracing::debug!(jobs = jobs.len(), micros = begun.elapsed().as_micros() as u64, "drawn");
         drop(jobs);
         for ((_, job, incoming), images) in drawable.into_iter().zip(drawn) {
             match images {
