@@ -45,7 +45,7 @@ pub(crate) struct Ground {
     cell_faces: Vec<u32>,
     /// Where each cell's faces start in `cell_faces`; one more than there are cells.
     cell_starts: Vec<u32>,
-    /// The highest corner of each cell's faces.
+    /// The highest that the faces of each cell can be inside it.
     cell_tops_m: Vec<f32>,
     origin_m: Vector2<f32>,
     cell_m: f32,
