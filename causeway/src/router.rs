@@ -27,9 +27,9 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::of(&error))?;
     runtime.block_on(async {
-        let _bus = open(args).await.map_err(|error| Failure::of(&error))?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(|error| Failure::of(&error))?;
         let mut terminate = signal(SignalKind::terminate()).map_err(|error| Failure::of(&error))?;
+        let _bus = open(args).await.map_err(|error| Failure::of(&error))?;
         tokio::select! {
             _ = interrupt.recv() => {}
             _ = terminate.recv() => {}

@@ -53,6 +53,8 @@ pub fn run(args: &Args) -> Result<(), RunError> {
 }
 
 async fn serve(config: Config) -> Result<(), RunError> {
+    // Before anybody can see that the service is up.
+    let told_to_end = told_to_end()?;
     // The port opens before the bus is there: a client that comes at once waits instead of failing.
     let address = config.http;
     let listen_error = |cause| RunError::Listen { address, cause };
@@ -81,7 +83,7 @@ async fn serve(config: Config) -> Result<(), RunError> {
     tokio::select! {
         served = axum::serve(door, router).into_future() => served.map_err(RunError::System),
         joined = on_bus => joined.map(|never| match never {}),
-        () = told_to_end() => Ok(()),
+        () = told_to_end => Ok(()),
     }
 }
 
@@ -122,16 +124,15 @@ async fn reap(sessions: Arc<Sessions>) {
     }
 }
 
-async fn told_to_end() {
+/// Follows signals from now on; the future ends with the first that ends the service.
+fn told_to_end() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
-    let interrupt = signal(SignalKind::interrupt());
-    let terminate = signal(SignalKind::terminate());
-    let (Ok(mut interrupt), Ok(mut terminate)) = (interrupt, terminate) else {
-        tracing::error!("signals cannot be followed; end the process with SIGKILL");
-        return std::future::pending().await;
-    };
-    tokio::select! {
-        _ = interrupt.recv() => {}
-        _ = terminate.recv() => {}
-    }
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    Ok(async move {
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+        }
+    })
 }
