@@ -164,19 +164,44 @@ fn in_the_way(points: &[PathPoint], room: &Room, body: &Body) -> Option<Ahead> {
     })
 }
 
+/// A point beside one segment of a path, seen from above.
+struct Beside {
+    /// Along the segment's direction from its start; the segment's own length.
+    along_m: f32,
+    length_m: f32,
+    /// From the nearest point of the segment.
+    away_m: f32,
+}
+
+impl Beside {
+    fn of([from, to]: &[PathPoint; 2], centre_m: &Vec3) -> Self {
+        let way = (to.point.point_m - from.point.point_m).xy();
+        let beside = (centre_m - from.point.point_m).xy();
+        let length_m = way.norm().max(1.0e-3);
+        let along_m = beside.dot(&way) / length_m;
+        let away_m = (beside - way * (along_m / length_m).clamp(0.0, 1.0)).norm();
+        Self { along_m, length_m, away_m }
+    }
+
+    /// Segments of this length on which no point of the path is nearer than the distance left.
+    fn segments_beyond(&self, within_m: f32) -> usize {
+        (((self.away_m - within_m).max(0.0) / self.length_m) as usize).max(1)
+    }
+}
+
+fn segment(points: &[PathPoint], index: usize) -> Option<&[PathPoint; 2]> {
+    points.get(index..index + 2)?.first_chunk()
+}
+
 /// Whether a path comes within a distance of a point, seen from above.
 fn comes_near(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> bool {
     let mut index = 0;
-    while let Some([from, to]) = points.get(index..index + 2) {
-        let way = (to.point.point_m - from.point.point_m).xy();
-        let beside = (centre_m - from.point.point_m).xy();
-        let share = (beside.dot(&way) / way.norm_squared().max(1.0e-6)).clamp(0.0, 1.0);
-        let away_m = (beside - way * share).norm();
-        if away_m < within_m {
+    while let Some(ends) = segment(points, index) {
+        let beside = Beside::of(ends, centre_m);
+        if beside.away_m < within_m {
             return true;
         }
-        // No point of the path nearer than the distance left can be within reach.
-        index += (((away_m - within_m) / way.norm().max(1.0e-3)) as usize).max(1);
+        index += beside.segments_beyond(within_m);
     }
     false
 }
@@ -186,25 +211,19 @@ fn comes_near(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> bool {
 fn meet(points: &[PathPoint], centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
     let mut index = 0;
     let mut met: Option<(f32, f32, usize)> = None;
-    while let Some([from, to]) = points.get(index..index + 2) {
-        let way = (to.point.point_m - from.point.point_m).xy();
-        let beside = (centre_m - from.point.point_m).xy();
-        let length_m = way.norm().max(1.0e-3);
-        let along = beside.dot(&way) / length_m;
-        let nearest = beside - way * (along / length_m).clamp(0.0, 1.0);
-        let away_m = nearest.norm();
+    while let Some(ends @ [from, _]) = segment(points, index) {
+        let beside = Beside::of(ends, centre_m);
         let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
-        let behind = index == 0 && along < 0.0;
-        let within = away_m < within_m && same_storey && !behind;
-        if within && met.is_none_or(|(least_m, _, _)| away_m < least_m) {
-            met = Some((away_m, from.ahead_m + along.clamp(0.0, length_m), index));
+        let behind = index == 0 && beside.along_m < 0.0;
+        let within = beside.away_m < within_m && same_storey && !behind;
+        if within && met.is_none_or(|(least_m, _, _)| beside.away_m < least_m) {
+            let along_m = beside.along_m.clamp(0.0, beside.length_m);
+            met = Some((beside.away_m, from.ahead_m + along_m, index));
             index += 1;
         } else if met.is_some() {
             break;
         } else {
-            // No point of the path nearer than the distance left can be within reach.
-            let left_m = (away_m - within_m).max(0.0);
-            index += ((left_m / length_m) as usize).max(1);
+            index += beside.segments_beyond(within_m);
         }
     }
     met.map(|(_, along_m, segment)| (along_m, segment))

@@ -7,6 +7,7 @@
 
 mod change;
 mod claims;
+mod grants;
 mod manner;
 mod stops;
 
@@ -21,7 +22,7 @@ use crate::path::{Leg, Path, heading};
 use crate::scene::Room;
 use crate::{steering, track};
 pub use claims::Claims;
-use claims::{Grants, Way};
+use grants::{Grants, Way};
 use manner::Manner;
 pub use stops::Held;
 

@@ -12,7 +12,7 @@ use common::{camera, car, depth_m, draw, frame, job, of_kind, pillar, project, r
 use render_service::{Material, Surface, TownScene, WallKind};
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, DEPTH_MAX_M, Frame, Image, ImageKind, MapRef, Pose,
-    SemanticTag, TagId, UnitQuaternion, Vec3, level_pose,
+    RenderJob, SemanticTag, TagId, UnitQuaternion, Vec3, level_pose,
 };
 
 /// Above the road, turned about all axes.
@@ -203,11 +203,8 @@ fn pictures_of_one_pose_are_the_same_together_in_any_order_and_alone() {
     }
 }
 
-/// Goal: ids of scenery are those of the map. Method: follow every pixel of a house to the point
-/// that its depth says; it must lie on the box of that id.
-#[test]
-fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
-    let Some(mut renderer) = renderer() else { return };
+/// A street of the built-in town, and who is what and how far seen from a car on it.
+fn street() -> (roads::Map, Arc<TownScene>, RenderJob) {
     let text = roads::town::build("Town10HD_Opt").unwrap();
     let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
     let town = Arc::new(TownScene::of_map(&map));
@@ -219,6 +216,16 @@ fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
     let map_ref = MapRef { name: String::new(), digest: map.digest().to_owned() };
     let cameras = [ImageKind::Instance, ImageKind::Depth].map(|kind| of_kind(kind, &over));
     let job = job(Frame { map: map_ref, ..frame(vec![]) }, cameras.to_vec());
+    (map, town, job)
+}
+
+/// Goal: ids of scenery are those of the map. Method: follow every pixel of a house to the point
+/// that its depth says; it must lie on the box of that id.
+#[test]
+fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
+    let Some(mut renderer) = renderer() else { return };
+    let (map, town, job) = street();
+    let over = &job.cameras[0];
     let images = draw(&mut renderer, &town, &job);
     let mut seen: BTreeMap<SemanticTag, usize> = BTreeMap::new();
     for row in 0..360 {
@@ -231,7 +238,7 @@ fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
             let house = &map.scenery()[(id - TagId::SCENERY) as usize];
             let eye = over.carrier_from_camera.translation.vector;
             let depth_m = depth_m(&images[1], column, row);
-            let hit = eye + ray(&over, column, row) * depth_m;
+            let hit = eye + ray(over, column, row) * depth_m;
             let local = house.pose.cast::<f32>().inverse_transform_point(&hit.into());
             let outside = local.coords.abs() - house.half_extent_m.cast::<f32>();
             let tolerance_m = 0.02 + 1e-3 * depth_m;
@@ -260,17 +267,7 @@ fn what_is_labelled_as_a_house_of_a_town_lies_on_the_walls_of_that_house() {
 #[test]
 fn a_hidden_house_lets_see_what_is_behind_it() {
     let Some(mut renderer) = renderer() else { return };
-    let text = roads::town::build("Town10HD_Opt").unwrap();
-    let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
-    let town = Arc::new(TownScene::of_map(&map));
-    let start: Pose = map.spawn_points()[3].cast();
-    let over = Camera {
-        carrier_from_camera: start * level_pose(Vec3::new(0.0, 0.0, 2.0), 0.3),
-        ..camera()
-    };
-    let map_ref = MapRef { name: String::new(), digest: map.digest().to_owned() };
-    let cameras = [ImageKind::Instance, ImageKind::Depth].map(|kind| of_kind(kind, &over));
-    let mut whole = job(Frame { map: map_ref, ..frame(vec![]) }, cameras.to_vec());
+    let (_, town, mut whole) = street();
     let before = draw(&mut renderer, &town, &whole);
     let pixels = || (0..360).flat_map(|row| (0..640).map(move |column| (column, row)));
     let houses = pixels().map(|(column, row)| tag_id(&before[0], column, row));

@@ -24,6 +24,23 @@ def site(tmp_path_factory):
 
 
 @pytest.fixture
+def client(site):
+    """CARLA's client of a new episode on the shared site."""
+    from carla_site import fresh
+
+    return fresh(site.carla_port)
+
+
+@pytest.fixture
+def world(client):
+    """The world of that episode, in synchronous mode."""
+    from carla_site import synchronous
+
+    with synchronous(client.get_world()) as world:
+        yield world
+
+
+@pytest.fixture
 def base_url(site):
     return site.base_url
 

@@ -3,18 +3,7 @@
 import carla
 import pytest
 
-from carla_site import fresh, spawn_car, synchronous, ticks
-
-
-@pytest.fixture
-def client(site):
-    return fresh(site.carla_port)
-
-
-@pytest.fixture
-def world(client):
-    with synchronous(client.get_world()) as world:
-        yield world
+from carla_site import spawn_car, ticks
 
 
 def test_a_car_stands_where_it_was_spawned_with_what_it_was_given(world):

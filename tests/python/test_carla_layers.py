@@ -4,24 +4,12 @@ import queue
 
 import carla
 import numpy as np
-import pytest
 
-from carla_site import MAP, connect, fresh, synchronous, ticks
+from carla_site import MAP, connect, synchronous, ticks
 
 WAIT_SECS = 60.0
 BUILDINGS = int(carla.CityObjectLabel.Buildings)
 FAR_M = 1000.0
-
-
-@pytest.fixture
-def client(site):
-    return fresh(site.carla_port)
-
-
-@pytest.fixture
-def world(client):
-    with synchronous(client.get_world()) as world:
-        yield world
 
 
 def house_and_view(world: carla.World) -> tuple[carla.EnvironmentObject, carla.Transform]:

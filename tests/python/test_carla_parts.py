@@ -6,18 +6,7 @@ import queue
 import carla
 import pytest
 
-from carla_site import fresh, spawn_car, synchronous, ticks
-
-
-@pytest.fixture
-def client(site):
-    return fresh(site.carla_port)
-
-
-@pytest.fixture
-def world(client):
-    with synchronous(client.get_world()) as world:
-        yield world
+from carla_site import spawn_car, ticks
 
 
 def spawn_walker(world: carla.World) -> carla.Walker:

@@ -7,16 +7,10 @@ import carla
 import numpy as np
 import pytest
 
-from carla_site import fresh, spawn_car, synchronous, ticks
+from carla_site import spawn_car, ticks
 
 WAIT_SECS = 30.0
 WIDE_PX, HIGH_PX = 160, 120
-
-
-@pytest.fixture
-def world(site):
-    with synchronous(fresh(site.carla_port).get_world()) as world:
-        yield world
 
 
 def look(world: carla.World, kind: str, parent=None, place=None, **attributes: str):

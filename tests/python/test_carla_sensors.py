@@ -5,20 +5,9 @@ import queue
 import carla
 import pytest
 
-from carla_site import fresh, spawn_car, synchronous, ticks
+from carla_site import spawn_car, ticks
 
 WAIT_SECS = 10.0
-
-
-@pytest.fixture
-def client(site):
-    return fresh(site.carla_port)
-
-
-@pytest.fixture
-def world(client):
-    with synchronous(client.get_world()) as world:
-        yield world
 
 
 def attach(world: carla.World, car: carla.Actor, blueprint_id: str, **attributes: str):

@@ -3,18 +3,7 @@
 import carla
 import pytest
 
-from carla_site import connect, fresh, spawn_car, synchronous, ticks
-
-
-@pytest.fixture
-def client(site):
-    return fresh(site.carla_port)
-
-
-@pytest.fixture
-def world(client):
-    with synchronous(client.get_world()) as world:
-        yield world
+from carla_site import connect, spawn_car, ticks
 
 
 def test_the_official_client_takes_us_for_its_server(client):

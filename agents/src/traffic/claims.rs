@@ -1,16 +1,14 @@
 //! Who may drive through a junction.
 //!
-//! A way through a junction is claimed as a whole before it is entered, and given back lane by lane
-//! as the vehicle leaves. Ways that come near each other exclude each other. Whoever is kept by
-//! oncoming traffic alone may claim the part before it, enter, and wait there. Of those who wait,
-//! the one with the higher rank goes first, then the one who asks first. Lane changes are told here
-//! too.
+//! A way through a junction is claimed as a whole before it is entered. Ways that come near each
+//! other exclude each other. Whoever is kept by oncoming traffic alone may claim the part before
+//! it, enter, and wait there. Of those who wait, the one with the higher rank goes first, then the
+//! one who asks first. Lane changes are told here too.
 
 use schemas::ActorId;
-use serde::{Deserialize, Serialize};
 
-use crate::network::{Lane, LaneId, Network};
-use crate::path::Path;
+use super::grants::Way;
+use crate::network::{LaneId, Network};
 use crate::scene::Body;
 
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
@@ -23,9 +21,6 @@ const BEFORE_M: f32 = 2.5;
 const INSIDE_M_MIN: f32 = 5.0;
 /// Who stands so far before a way leaves it free.
 const APART_M: f32 = 0.5;
-/// Lanes looked at for the way through a junction.
-const LEGS_MAX: usize = 16;
-
 /// What is claimed and wished for, by lane, and who changes lanes.
 #[derive(Debug, Default)]
 pub struct Claims {
@@ -41,14 +36,15 @@ struct Change {
     to_left: bool,
 }
 
+/// A lane that somebody may drive through.
 #[derive(Clone, Copy, Debug)]
-struct Hold {
-    lane: LaneId,
-    id: ActorId,
+pub(super) struct Hold {
+    pub lane: LaneId,
+    pub id: ActorId,
     /// Where on the lane the rear of the vehicle is; below zero before the lane's entry.
-    rear_m: f32,
+    pub rear_m: f32,
     /// Where on the lane its front will wait.
-    until_m: Option<f32>,
+    pub until_m: Option<f32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,151 +53,6 @@ struct Wish {
     id: ActorId,
     eta_secs: f32,
     rank: u8,
-}
-
-/// The next way through a junction that a vehicle has no claim on.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Way {
-    pub lanes: Vec<LaneId>,
-    /// From the vehicle's origin.
-    pub entry_m: f32,
-    pub exit_m: f32,
-    /// Entry of the junction after it; infinite where none is near.
-    pub next_m: f32,
-}
-
-/// The lanes that a vehicle may drive through.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Grants {
-    lanes: Vec<Grant>,
-    waited_secs: f32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Grant {
-    lane: LaneId,
-    /// Way driven since the lane was left, or below zero while it is ahead.
-    left_m: f32,
-    /// Where on the lane the front is to wait, for a part of it.
-    until_m: Option<f32>,
-}
-
-impl Way {
-    /// Junctions nearer to each other than `room_m` are one.
-    pub(super) fn next(
-        network: &Network,
-        path: &Path,
-        grants: &Grants,
-        room_m: f32,
-    ) -> Option<Self> {
-        let mut way: Option<Self> = None;
-        for (index, (begins_m, leg)) in path.ahead().take(LEGS_MAX).enumerate() {
-            // Where the vehicle already is, asking comes too late.
-            let through = network.lane(leg.lane).is_some_and(|lane| lane.junction.is_some());
-            if !through || grants.holds(leg.lane) || index == 0 {
-                continue;
-            }
-            let exit_m = begins_m + leg.length_m();
-            match &mut way {
-                None => {
-                    let lanes = vec![leg.lane];
-                    way = Some(Self { lanes, entry_m: begins_m, exit_m, next_m: f32::INFINITY });
-                }
-                Some(way) if begins_m - way.exit_m < room_m => {
-                    way.lanes.push(leg.lane);
-                    way.exit_m = exit_m;
-                }
-                Some(way) => {
-                    way.next_m = begins_m;
-                    break;
-                }
-            }
-        }
-        way
-    }
-}
-
-impl Grants {
-    pub(super) fn is_empty(&self) -> bool {
-        self.lanes.is_empty()
-    }
-
-    fn holds(&self, lane: LaneId) -> bool {
-        self.lanes.iter().any(|grant| grant.lane == lane)
-    }
-
-    /// Whether all that a snapshot may get wrong is right.
-    pub(super) fn is_consistent(&self) -> bool {
-        let finite =
-            |grant: &Grant| grant.left_m.is_finite() && grant.until_m.is_none_or(f32::is_finite);
-        self.waited_secs.is_finite() && self.lanes.iter().all(finite)
-    }
-
-    /// Takes a way, as a whole or up to where the front is to wait on it.
-    pub(super) fn add(&mut self, way: &Way, until_m: Option<f32>) {
-        self.lanes.retain(|grant| !way.lanes.contains(&grant.lane));
-        let grant = |lane: &LaneId| Grant { lane: *lane, left_m: -1.0, until_m };
-        self.lanes.extend(way.lanes.iter().map(grant));
-        self.waited_secs = 0.0;
-    }
-
-    /// The way of which a part is claimed, and how far ahead of the origin the front is to wait.
-    pub(super) fn part(&self, path: &Path) -> Option<(Way, f32)> {
-        path.ahead().take(LEGS_MAX).find_map(|(begins_m, leg)| {
-            let grant = self.lanes.iter().find(|grant| grant.lane == leg.lane)?;
-            let exit_m = begins_m + leg.length_m();
-            let way =
-                Way { lanes: vec![leg.lane], entry_m: begins_m, exit_m, next_m: f32::INFINITY };
-            Some((way, begins_m - leg.from_m + grant.until_m?))
-        })
-    }
-
-    /// Gives back what the vehicle's rear has left.
-    pub(super) fn drive_on(&mut self, path: &Path, driven_m: f32, half_length_m: f32) {
-        for grant in &mut self.lanes {
-            if path.ahead().take(LEGS_MAX).any(|(_, leg)| leg.lane == grant.lane) {
-                grant.left_m = -1.0;
-            } else {
-                grant.left_m = grant.left_m.max(0.0) + driven_m;
-            }
-        }
-        self.lanes.retain(|grant| grant.left_m <= half_length_m + 0.5);
-    }
-
-    /// Gives back what lies beyond a place on the path.
-    pub(super) fn give_up(&mut self, path: &Path, from_m: f32) {
-        for (begins_m, leg) in path.ahead().take(LEGS_MAX) {
-            if begins_m + 1.0 > from_m {
-                self.lanes.retain(|grant| grant.lane != leg.lane);
-            }
-        }
-    }
-
-    pub(super) fn tell(&self, network: &Network, path: &Path, body: &Body, claims: &mut Claims) {
-        let half_m = body.half_m.x;
-        claims.held.extend(self.lanes.iter().map(|grant| {
-            let Grant { lane, left_m, until_m } = *grant;
-            let ahead = path.ahead().take(LEGS_MAX).find(|(_, leg)| leg.lane == lane);
-            let at_m = match ahead {
-                Some((begins_m, leg)) => leg.from_m - begins_m,
-                None => network.lane(lane).map_or(0.0, Lane::length_m) + left_m,
-            };
-            Hold { lane, id: body.id, rear_m: at_m - half_m, until_m }
-        }));
-    }
-
-    /// Counts how long it stands and asks for a claim.
-    pub(super) fn wait(&mut self, dt_secs: f32, speed_mps: f32, asks: bool) {
-        if speed_mps > 0.5 {
-            self.waited_secs = 0.0;
-        } else if asks {
-            self.waited_secs += dt_secs;
-        }
-    }
-
-    pub(super) fn waited_secs(&self) -> f32 {
-        self.waited_secs
-    }
 }
 
 impl Claims {
@@ -231,6 +82,11 @@ impl Claims {
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
         }
+    }
+
+    /// Tells all who ask later in this tick what somebody was granted before.
+    pub(super) fn tell(&mut self, hold: Hold) {
+        self.held.push(hold);
     }
 
     /// Tells all who ask later in this tick that somebody changes lanes.

@@ -3,7 +3,8 @@
 use schemas::{ActorId, TrafficLightColour};
 use serde::{Deserialize, Serialize};
 
-use super::claims::{Claims, Way};
+use super::claims::Claims;
+use super::grants::Way;
 use super::manner::Manner;
 use super::{BEFORE_LINE_M, Driver, STANDING_MPS};
 use crate::agent::Senses;

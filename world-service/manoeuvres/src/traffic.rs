@@ -27,7 +27,7 @@ pub struct TrafficReport {
     pub plots: Vec<(&'static str, String)>,
 }
 
-/// Drives all densities; takes a minute.
+/// Drives all densities; takes two minutes on one core.
 ///
 /// # Errors
 /// The world refused or diverged.
