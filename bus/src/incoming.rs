@@ -207,7 +207,7 @@ impl Drop for Incoming {
         if self.way.is_some() {
             let error =
                 Error::new(ErrorCode::Internal, "the request was dropped without an answer");
-            self.send(wire::encode_reply(&Reply::Error(error)));
+            self.send_refusal(error);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use schemas::wire;
-use schemas::{Error, ErrorCode, Images, RenderJob, Reply, Request, ServiceId, keys, limits};
+use schemas::{Error, ErrorCode, RenderJob, Reply, Request, ServiceId, keys, limits};
 use tokio::sync::{OnceCell, oneshot};
 use zenoh::Wait;
 
@@ -112,7 +112,8 @@ impl Bus {
         reply_of(&reply)
     }
 
-    /// Has one renderer draw all cameras of a job.
+    /// Has one renderer draw all cameras of a job. Gives its reply as it came, for whoever asked for
+    /// the pictures to [decode](wire::decode_reply).
     ///
     /// # Errors
     /// As for [`request`](Self::request).
@@ -121,15 +122,10 @@ impl Bus {
         worker: &ServiceId,
         job: &RenderJob,
         deadline: Duration,
-    ) -> Result<Images, Error> {
+    ) -> Result<Vec<u8>, Error> {
         let payload = wire::encode_render_job(job);
         let key = keys::render_job(worker);
-        let reply = ask(&self.session, &key, payload, limits::REPLY_BYTES_MAX, deadline).await?;
-        match reply_of(&reply)? {
-            Reply::Images(images) => Ok(images),
-            _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer answered something else")
-                .wanted("images")),
-        }
+        ask(&self.session, &key, payload, limits::REPLY_BYTES_MAX, deadline).await
     }
 
     /// The OpenDRIVE text of a map, by its digest.

@@ -118,7 +118,12 @@ impl Picture<'_> {
 /// Appends one pixel of four bytes for every `N` bytes.
 fn put<const N: usize>(out: &mut Vec<u8>, data: &[u8], bgra: impl Fn([u8; N]) -> [u8; 4]) {
     let (pixels, _) = data.as_chunks::<N>();
-    out.extend(pixels.iter().flat_map(|pixel| bgra(*pixel)));
+    let start = out.len();
+    out.resize(start + 4 * pixels.len(), 0);
+    let (places, _) = out[start..].as_chunks_mut::<4>();
+    for (place, pixel) in places.iter_mut().zip(pixels) {
+        *place = bgra(*pixel);
+    }
 }
 
 /// 24 bits of the farthest depth, the low byte in red.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bus::Bus;
-use schemas::{Error, ErrorCode, Images, RenderJob, ServiceId};
+use schemas::{Error, ErrorCode, RenderJob, ServiceId};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
@@ -36,13 +36,13 @@ impl Renderers {
     }
 
     /// Has one job drawn: by the next renderer in turn, or by another if that one is lost
-    /// meanwhile.
+    /// meanwhile. Gives the renderer's reply as it came.
     ///
     /// # Errors
     /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
     /// there say that they cannot draw, or when one takes too long; other refusals as the renderer
     /// gave them.
-    pub(crate) async fn draw(&self, bus: &Bus, job: &RenderJob) -> Result<Images, Error> {
+    pub(crate) async fn draw(&self, bus: &Bus, job: &RenderJob) -> Result<Vec<u8>, Error> {
         let mut changes = self.live.subscribe();
         let mut tried = BTreeSet::new();
         let mut refusal = None;

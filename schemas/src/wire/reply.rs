@@ -18,15 +18,36 @@ use crate::{
 const REPLY: Kind =
     Kind { name: "reply", identifier: fb::REPLY_IDENTIFIER, bytes_max: REPLY_BYTES_MAX };
 
+/// What most replies have beside their content.
+const ENVELOPE_BYTES: usize = 1024;
+
 type CommandReplies<'a> = Vector<'a, ForwardsUOffset<fb::CommandReply<'a>>>;
 
 /// A reply as bytes.
 pub fn encode_reply(reply: &Reply) -> Vec<u8> {
-    let mut builder = FlatBufferBuilder::with_capacity(1024);
+    let mut builder = FlatBufferBuilder::with_capacity(ENVELOPE_BYTES + content_bytes(reply));
     let (body_type, body) = body_out(&mut builder, reply);
     let root = fb::Reply::create(&mut builder, &fb::ReplyArgs { body_type, body: Some(body) });
     builder.finish(root, Some(REPLY.identifier));
-    builder.finished_data().to_vec()
+    // The message is at the end of the buffer.
+    let (mut bytes, start) = builder.collapse();
+    bytes.drain(..start);
+    bytes
+}
+
+/// Of the parts that can be large; for these the buffer should not have to grow.
+fn content_bytes(reply: &Reply) -> usize {
+    match reply {
+        Reply::Images(images) => images.images.iter().map(|image| image.data.len()).sum(),
+        Reply::Ticked(results) => results
+            .iter()
+            .flat_map(|result| &result.outcome)
+            .map(|ticked| ticked.frame.0.len())
+            .sum(),
+        Reply::WorldCreated { frame, .. } => frame.0.len(),
+        Reply::Snapshot(snapshot) => snapshot.len(),
+        _ => 0,
+    }
 }
 
 /// The reply in these bytes.

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
 
 use bus::{Bus, BusError, Incoming, Serving};
-use schemas::{Error, ErrorCode, Reply, Request, ServiceId, Tenant, WorldId, keys};
+use schemas::{Error, ErrorCode, Request, ServiceId, Tenant, WorldId, keys};
 
 use super::office::OfficeJob;
-use crate::service::{Answer, Dispatcher, Simulation};
+use crate::service::{Answer, Answered, Dispatcher, Simulation};
 
 /// Serves all keys of a world service.
 pub(super) async fn serve<S: Simulation>(
@@ -74,14 +74,17 @@ fn send(desk: &SyncSender<OfficeJob>, job: OfficeJob) {
         let busy =
             Error::new(ErrorCode::Capacity, "too many worlds are being made; nothing was done");
         match job {
-            OfficeJob::Request { answer, .. } => answer(Reply::Error(busy)),
+            OfficeJob::Request { answer, .. } => answer(busy.into()),
             OfficeJob::Asset { incoming, .. } => incoming.refuse(busy),
         }
     }
 }
 
 fn answer(incoming: Incoming) -> Answer {
-    Box::new(move |reply| incoming.reply(&reply))
+    Box::new(move |answered| match answered {
+        Answered::Reply(reply) => incoming.reply(&reply),
+        Answered::Drawn(reply) => incoming.reply_bytes(reply),
+    })
 }
 
 fn is_about(request: &Request, key_world: WorldId) -> bool {

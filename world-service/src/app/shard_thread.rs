@@ -8,13 +8,13 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use bus::{Bus, FrameListeners};
-use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Reply, Tenant, WorldId};
+use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Tenant, WorldId};
 use tokio::sync::Semaphore;
 
 use super::ServiceError;
 use crate::args::Journals;
 use crate::renderers::Renderers;
-use crate::service::{Answer, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
+use crate::service::{Answer, Answered, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
 
 /// Pictures that may wait for renderers, per shard.
 const CAPTURES_MAX: usize = 256;
@@ -138,12 +138,12 @@ impl<S: Simulation> Outlet<S> for BusOutlet<S> {
         let Ok(permit) = Arc::clone(&self.captures).try_acquire_owned() else {
             let busy = Error::new(ErrorCode::Capacity, "too many pictures are waiting")
                 .wanted(format_args!("at most {CAPTURES_MAX}"));
-            return answer(Reply::Error(busy));
+            return answer(busy.into());
         };
         let (bus, renderers) = (self.thread.bus.clone(), Arc::clone(&self.thread.renderers));
         self.thread.runtime.spawn(async move {
             let drawn = renderers.draw(&bus, &job).await;
-            answer(drawn.map_or_else(Reply::Error, Reply::Images));
+            answer(drawn.map_or_else(Answered::from, Answered::Drawn));
             drop(permit);
         });
     }

@@ -172,7 +172,7 @@ impl<S: super::Simulation> Dispatcher<S> {
     /// Ticks many worlds at once, of one tenant or of any.
     pub fn tick(&self, tenant: Option<&Tenant>, items: Vec<TickItem>, answer: Answer) {
         if items.is_empty() {
-            return answer(Reply::Ticked(Vec::new()));
+            return answer(Reply::Ticked(Vec::new()).into());
         }
         let gather = Gather::new(items.len(), answer, Reply::Ticked);
         let mut parts: Vec<Vec<(usize, TickItem)>> = vec![Vec::new(); self.shards.len()];
@@ -215,7 +215,7 @@ impl<S: super::Simulation> Dispatcher<S> {
         if let Err(refused) = self.shard(world).try_send(job)
             && let Job::World { answer, .. } = refused_job(refused)
         {
-            answer(Reply::Error(too_busy()));
+            answer(too_busy().into());
         }
     }
 }

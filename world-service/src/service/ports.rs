@@ -6,8 +6,28 @@ use std::sync::Arc;
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
 use schemas::{RenderJob, Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
 
-/// Sends one reply to one asker. Dropped uncalled, the asker hears of an internal error.
-pub type Answer = Box<dyn FnOnce(Reply) + Send>;
+/// Tells one asker. Dropped uncalled, the asker hears of an internal error.
+pub type Answer = Box<dyn FnOnce(Answered) + Send>;
+
+/// What an asker is told.
+pub enum Answered {
+    /// By this service.
+    Reply(Reply),
+    /// By a renderer, in its own bytes: pictures are large, and only their asker looks into them.
+    Drawn(Vec<u8>),
+}
+
+impl From<Reply> for Answered {
+    fn from(reply: Reply) -> Self {
+        Self::Reply(reply)
+    }
+}
+
+impl From<Error> for Answered {
+    fn from(error: Error) -> Self {
+        Self::Reply(Reply::Error(error))
+    }
+}
 
 /// What a new world starts from.
 pub struct NewWorld<T> {

@@ -12,7 +12,9 @@ use schemas::{Reply, ServiceId, Tenant, WorldId};
 use super::hosted::guarded;
 use super::inbox::WorldWork;
 use super::tick::furnish;
-use super::{Answer, Hosted, Ids, Job, NewWorld, Outlet, Recorded, Seats, Simulation, Waiter};
+use super::{
+    Answer, Answered, Hosted, Ids, Job, NewWorld, Outlet, Recorded, Seats, Simulation, Waiter,
+};
 use crate::journal::Journal;
 
 /// The worlds of one thread, and who of their owners is up.
@@ -86,13 +88,14 @@ impl<S: Simulation> Shard<S> {
             }
             Job::Create { new, tenant, commands, lease, seat, answer } => {
                 let world = new.id;
-                answer(match furnished::<S>(new, &commands) {
+                let reply = match furnished::<S>(new, &commands) {
                     Ok((simulation, frame, replies)) => {
                         self.adopt(now, world, Hosted::new(tenant, lease, simulation, seat));
                         Reply::WorldCreated { world, frame, replies }
                     }
                     Err(error) => Reply::Error(error),
-                });
+                };
+                answer(reply.into());
             }
             Job::List { tenant, index, gather } => {
                 let own = self.worlds.iter().filter(|(_, world)| world.tenant == tenant);
@@ -130,7 +133,7 @@ impl<S: Simulation> Shard<S> {
     ) {
         let hosted = match find(&mut self.worlds, Some(tenant), id) {
             Ok(hosted) => hosted,
-            Err(error) => return answer(Reply::Error(error)),
+            Err(error) => return answer(error.into()),
         };
         let reply = match work {
             WorldWork::Destroy => {
@@ -159,7 +162,7 @@ impl<S: Simulation> Shard<S> {
             WorldWork::Record(on) => hosted.with(id, |world| record(world, id, on, outlet)),
             WorldWork::Fork { count, lease } => self.fork(tenant, id, count, lease, outlet),
         };
-        answer(reply.unwrap_or_else(Reply::Error));
+        answer(reply.map_or_else(Answered::from, Answered::from));
     }
 
     fn fork(

@@ -12,8 +12,8 @@ use schemas::{
 };
 use world::{Town, World};
 use world_service::service::{
-    Answer, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard, Simulation,
-    WorldWork,
+    Answer, Answered, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard,
+    Simulation, WorldWork,
 };
 
 use crate::common::{MAP, car, decoded, tenant, ticks};
@@ -148,7 +148,7 @@ impl Outlet<Fragile> for Nobody {
     }
 
     fn capture(&self, _: RenderJob, answer: Answer) {
-        answer(Reply::Done);
+        answer(Reply::Done.into());
     }
 
     fn adopt(&self, id: WorldId, world: Hosted<Fragile>) {
@@ -166,6 +166,14 @@ pub(crate) struct Bench {
     pub(crate) now: Instant,
 }
 
+/// Passes replies on.
+pub(crate) fn answer(sender: mpsc::SyncSender<Reply>) -> Answer {
+    Box::new(move |answered| match answered {
+        Answered::Reply(reply) => sender.send(reply).unwrap(),
+        Answered::Drawn(_) => panic!("nobody draws here"),
+    })
+}
+
 impl Bench {
     pub(crate) fn new() -> Self {
         let text = roads::town::build(MAP).unwrap();
@@ -177,7 +185,7 @@ impl Bench {
 
     fn answered(&mut self, job: impl FnOnce(Answer) -> Job<Fragile>) -> Reply {
         let (sender, replies) = mpsc::sync_channel(1);
-        let job = job(Box::new(move |reply| sender.send(reply).unwrap()));
+        let job = job(answer(sender));
         self.shard.handle(self.now, job, &self.outlet);
         for (id, world) in self.outlet.adopted.take() {
             self.shard.adopt(self.now, id, world);

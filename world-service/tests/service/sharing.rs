@@ -7,7 +7,7 @@ use schemas::{ErrorCode, Reply, Request, ServiceId, Tick, TickItem, TickOutcome,
 use world_service::service::{Gather, Job, WorldWork};
 
 use crate::common::{Site, car, config, connect, deadline, decoded, tenant, ticks};
-use crate::shard::Bench;
+use crate::shard::{Bench, answer};
 
 const LEASE: Duration = Duration::from_millis(300);
 
@@ -26,8 +26,7 @@ fn share(bench: &mut Bench, world: WorldId, participant: &str, lease: Option<Dur
 /// Asks for a tick that may have to wait.
 fn ask(bench: &mut Bench, item: TickItem) -> Receiver<Reply> {
     let (sender, replies) = sync_channel(1);
-    let answer = Box::new(move |reply| sender.send(reply).unwrap());
-    let gather = Gather::new(1, answer, Reply::Ticked);
+    let gather = Gather::new(1, answer(sender), Reply::Ticked);
     let job = Job::Tick { tenant: Some(tenant()), items: vec![(0, item)], gather };
     bench.shard.handle(bench.now, job, &bench.outlet);
     replies
