@@ -1,6 +1,7 @@
 //! What sensors tell, byte by byte as CARLA's client reads it.
 
 mod merge;
+mod v2x;
 
 pub(crate) use merge::merge;
 
@@ -20,6 +21,8 @@ mod kind {
     pub(super) const RADAR: u64 = 9;
     pub(super) const SEMANTIC_LIDAR: u64 = 10;
     pub(super) const LIDAR: u64 = 11;
+    pub(super) const V2X: u64 = 20;
+    pub(super) const V2X_CUSTOM: u64 = 21;
 }
 
 /// What measurements are told with.
@@ -67,6 +70,8 @@ pub(crate) fn encode(
             let body = (carrier, actor_of(*other, *tag), *distance_m);
             pack(kind::OBSTACLE, &|out| append(out, &body))
         }
+        Measurement::V2x(received) => Some(v2x::awareness(head(kind::V2X), received)),
+        Measurement::V2xCustom(received) => Some(v2x::custom(head(kind::V2X_CUSTOM), received)),
         Measurement::LaneInvasion { .. } => None,
     }
 }

@@ -280,6 +280,13 @@ pub enum Command {
         /// Begin or end.
         on: bool,
     },
+    /// Gives a V2X sensor a text that it sends in the next tick.
+    SendV2x {
+        /// Which sensor; a `sensor.other.v2x_custom`.
+        sensor: ActorId,
+        /// At most [`V2X_TEXT_BYTES_MAX`](crate::limits::V2X_TEXT_BYTES_MAX).
+        text: String,
+    },
 }
 
 impl Command {

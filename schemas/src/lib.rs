@@ -31,6 +31,7 @@ mod ids;
 mod request;
 mod semantics;
 mod sensor;
+mod v2x;
 mod vehicle;
 
 pub mod carla;
@@ -60,6 +61,7 @@ pub use request::{
 };
 pub use semantics::{SemanticTag, TagId};
 pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
+pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, VehiclePhysics, VehicleTelemetry, WheelPhysics,
     WheelTelemetry,

@@ -39,6 +39,10 @@ pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
 pub const SCENERY_MAX: usize = 2_000_000;
 /// Environment objects of one command.
 pub const OBJECTS_PER_COMMAND_MAX: usize = 65_536;
+/// Bytes of a text that a V2X sensor sends.
+pub const V2X_TEXT_BYTES_MAX: usize = 100;
+/// Texts that one V2X sensor sends in one tick.
+pub const V2X_TEXTS_PER_TICK_MAX: usize = 64;
 /// Physics steps in one tick.
 pub const SUBSTEPS_MAX: u32 = 100;
 

@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{ActorId, Pose, Tick, Vec3};
+use crate::{ActorId, AwarenessMessage, CustomMessage, Pose, Received, Tick, Vec3};
 
 /// One return of a lidar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -104,6 +104,10 @@ pub enum Measurement {
         /// Kinds of the marks crossed, as OpenDRIVE names them.
         marks: Vec<String>,
     },
+    /// `sensor.other.v2x`.
+    V2x(Vec<Received<AwarenessMessage>>),
+    /// `sensor.other.v2x_custom`.
+    V2xCustom(Vec<Received<CustomMessage>>),
 }
 
 /// What one sensor measured in one tick.

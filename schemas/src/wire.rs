@@ -16,6 +16,7 @@ mod reply;
 mod request;
 mod scenery;
 mod sensor;
+mod v2x;
 mod vehicle;
 
 pub use alive::{decode_alive, encode_alive};

@@ -1,5 +1,6 @@
 //! Calls about sensors beyond their streams.
 
+use schemas::{ActorId, Command};
 use serde_bytes::ByteBuf;
 
 use super::astray;
@@ -27,7 +28,14 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         }
         "is_sensor_enabled_for_ros" => Payload::value(&false),
         // Without effect, and nobody waits: the compatibility page says so.
-        "disable_sensor_for_ros" | "enable_sensor_for_ros" | "send" => {
+        "send" => {
+            let (_, sensor, text): (Meta, u32, String) = request.args()?;
+            endpoint.episode()?.actor(sensor).ok_or_else(|| unknown_actor(sensor))?;
+            let sensor = ActorId::new(sensor).ok_or_else(|| unknown_actor(sensor))?;
+            endpoint.queue(Command::SendV2x { sensor, text }).await?;
+            Ok(Payload::Void)
+        }
+        "disable_sensor_for_ros" | "enable_sensor_for_ros" => {
             tracing::warn!(method = request.method, "this call has no effect");
             Ok(Payload::Void)
         }

@@ -202,7 +202,7 @@ pub(crate) static METHODS: &[Method] = {
         partly(Sensor, "enable_sensor_for_ros", NO_EFFECT),
         partly(Sensor, "disable_sensor_for_ros", NO_EFFECT),
         partly(Sensor, "is_sensor_enabled_for_ros", "always false"),
-        partly(Sensor, "send", NO_EFFECT),
+        full(Sensor, "send"),
         refused("start_recorder", NO_RECORDER),
         refused("stop_recorder", NO_RECORDER),
         refused("show_recorder_file_info", NO_RECORDER),

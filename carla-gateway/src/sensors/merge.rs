@@ -22,6 +22,8 @@ fn is_periodic(measurement: &Measurement) -> bool {
         Measurement::Collision { .. }
             | Measurement::Obstacle { .. }
             | Measurement::LaneInvasion { .. }
+            | Measurement::V2x(_)
+            | Measurement::V2xCustom(_)
     )
 }
 

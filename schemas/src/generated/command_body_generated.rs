@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 31;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 32;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 32] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 33] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -48,6 +48,7 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 32] = [
   CommandBody::SetHybridTraffic,
   CommandBody::SetMapLayers,
   CommandBody::SetEnvironmentObjects,
+  CommandBody::SendV2x,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -87,9 +88,10 @@ impl CommandBody {
   pub const SetHybridTraffic: Self = Self(29);
   pub const SetMapLayers: Self = Self(30);
   pub const SetEnvironmentObjects: Self = Self(31);
+  pub const SendV2x: Self = Self(32);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 31;
+  pub const ENUM_MAX: u8 = 32;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -123,6 +125,7 @@ impl CommandBody {
     Self::SetHybridTraffic,
     Self::SetMapLayers,
     Self::SetEnvironmentObjects,
+    Self::SendV2x,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -159,6 +162,7 @@ impl CommandBody {
       Self::SetHybridTraffic => Some("SetHybridTraffic"),
       Self::SetMapLayers => Some("SetMapLayers"),
       Self::SetEnvironmentObjects => Some("SetEnvironmentObjects"),
+      Self::SendV2x => Some("SendV2x"),
       _ => None,
     }
   }

@@ -492,6 +492,20 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_send_v2x(&self) -> Option<SendV2x<'a>> {
+    if self.body_type() == CommandBody::SendV2x {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SendV2x::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -534,6 +548,7 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SetHybridTraffic => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetHybridTraffic>>("CommandBody::SetHybridTraffic", pos),
           CommandBody::SetMapLayers => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetMapLayers>>("CommandBody::SetMapLayers", pos),
           CommandBody::SetEnvironmentObjects => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetEnvironmentObjects>>("CommandBody::SetEnvironmentObjects", pos),
+          CommandBody::SendV2x => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SendV2x>>("CommandBody::SendV2x", pos),
           _ => Ok(()),
         }
      })?
@@ -801,6 +816,13 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SetEnvironmentObjects => {
           if let Some(x) = self.body_as_set_environment_objects() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SendV2x => {
+          if let Some(x) = self.body_as_send_v2x() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_MEASUREMENT: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_MEASUREMENT: u8 = 8;
+pub const ENUM_MAX_MEASUREMENT: u8 = 10;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_MEASUREMENT: [Measurement; 9] = [
+pub const ENUM_VALUES_MEASUREMENT: [Measurement; 11] = [
   Measurement::NONE,
   Measurement::Lidar,
   Measurement::SemanticLidar,
@@ -25,6 +25,8 @@ pub const ENUM_VALUES_MEASUREMENT: [Measurement; 9] = [
   Measurement::CollisionEvent,
   Measurement::Obstacle,
   Measurement::LaneInvasion,
+  Measurement::V2x,
+  Measurement::V2xCustom,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -41,9 +43,11 @@ impl Measurement {
   pub const CollisionEvent: Self = Self(6);
   pub const Obstacle: Self = Self(7);
   pub const LaneInvasion: Self = Self(8);
+  pub const V2x: Self = Self(9);
+  pub const V2xCustom: Self = Self(10);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 8;
+  pub const ENUM_MAX: u8 = 10;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::Lidar,
@@ -54,6 +58,8 @@ impl Measurement {
     Self::CollisionEvent,
     Self::Obstacle,
     Self::LaneInvasion,
+    Self::V2x,
+    Self::V2xCustom,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -67,6 +73,8 @@ impl Measurement {
       Self::CollisionEvent => Some("CollisionEvent"),
       Self::Obstacle => Some("Obstacle"),
       Self::LaneInvasion => Some("LaneInvasion"),
+      Self::V2x => Some("V2x"),
+      Self::V2xCustom => Some("V2xCustom"),
       _ => None,
     }
   }

@@ -207,6 +207,34 @@ impl<'a> SensorDatum<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn measurement_as_v2x(&self) -> Option<V2x<'a>> {
+    if self.measurement_type() == Measurement::V2x {
+      let u = self.measurement();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { V2x::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn measurement_as_v2x_custom(&self) -> Option<V2xCustom<'a>> {
+    if self.measurement_type() == Measurement::V2xCustom {
+      let u = self.measurement();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { V2xCustom::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for SensorDatum<'_> {
@@ -230,6 +258,8 @@ impl flatbuffers::Verifiable for SensorDatum<'_> {
           Measurement::CollisionEvent => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CollisionEvent>>("Measurement::CollisionEvent", pos),
           Measurement::Obstacle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Obstacle>>("Measurement::Obstacle", pos),
           Measurement::LaneInvasion => v.verify_union_variant::<flatbuffers::ForwardsUOffset<LaneInvasion>>("Measurement::LaneInvasion", pos),
+          Measurement::V2x => v.verify_union_variant::<flatbuffers::ForwardsUOffset<V2x>>("Measurement::V2x", pos),
+          Measurement::V2xCustom => v.verify_union_variant::<flatbuffers::ForwardsUOffset<V2xCustom>>("Measurement::V2xCustom", pos),
           _ => Ok(()),
         }
      })?
@@ -365,6 +395,20 @@ impl core::fmt::Debug for SensorDatum<'_> {
         },
         Measurement::LaneInvasion => {
           if let Some(x) = self.measurement_as_lane_invasion() {
+            ds.field("measurement", &x)
+          } else {
+            ds.field("measurement", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        Measurement::V2x => {
+          if let Some(x) = self.measurement_as_v2x() {
+            ds.field("measurement", &x)
+          } else {
+            ds.field("measurement", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        Measurement::V2xCustom => {
+          if let Some(x) = self.measurement_as_v2x_custom() {
             ds.field("measurement", &x)
           } else {
             ds.field("measurement", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -9,7 +9,7 @@ use super::parts::{
     switch_out, vec3_in, vec3_out,
 };
 use super::vehicle::{ackermann_in, ackermann_out, gains_in, gains_out, physics_in, physics_out};
-use super::{agent, check_count, needed, scenery};
+use super::{agent, check_count, needed, scenery, v2x};
 use crate::generated as fb;
 use crate::limits::COMMANDS_PER_REQUEST_MAX;
 use crate::{ActorId, Attachment, Attribute, Command, Error, Pose, Vec3};
@@ -96,8 +96,8 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
         | Command::FreezeTrafficLights { .. }
         | Command::ResetTrafficLights { .. }
         | Command::SetWeather { .. }
-        | Command::SetTimeStep { .. }
-        | Command::Listen { .. } => scene_command_out(b, command),
+        | Command::SetTimeStep { .. } => scene_command_out(b, command),
+        Command::Listen { .. } | Command::SendV2x { .. } => v2x::command_out(b, command),
     }
 }
 
@@ -237,9 +237,6 @@ fn scene_command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
             };
             body!(b, SetTimeStep, args)
         }
-        Command::Listen { sensor, on } => {
-            body!(b, Listen, fb::ListenArgs { sensor: sensor.get(), on: *on })
-        }
         other => unreachable!("{other:?} changes no scene"),
     }
 }
@@ -285,6 +282,7 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::SetPose
         | Body::SetSwitch => motion_command_in(raw),
         Body::SetMapLayers | Body::SetEnvironmentObjects => scenery::command_in(raw),
+        Body::Listen | Body::SendV2x => v2x::command_in(raw),
         _ => scene_command_in(raw),
     }
 }
@@ -391,9 +389,6 @@ fn scene_command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
                 .transpose()?,
             substeps_max: set.substeps_max(),
         });
-    }
-    if let Some(listen) = raw.body_as_listen() {
-        return Ok(Command::Listen { sensor: actor_in(listen.sensor())?, on: listen.on() });
     }
     let set = needed(raw.body_as_set_weather(), "a known command")?;
     Ok(Command::SetWeather { weather: weather_in(set.weather())? })

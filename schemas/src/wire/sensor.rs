@@ -2,8 +2,8 @@
 
 use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, UnionWIPOffset, Vector, WIPOffset};
 
-use super::needed;
 use super::parts::{actor_in, finite, pose_in, pose_out, unknown_variant, vec3_in, vec3_out};
+use super::{needed, v2x};
 use crate::generated as fb;
 use crate::{ActorId, Error, LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint};
 use crate::{SensorDatum, Tick};
@@ -89,6 +89,8 @@ fn measurement_out(
             let args = fb::LaneInvasionArgs { marks: Some(b.create_vector(&texts)) };
             (Kind::LaneInvasion, fb::LaneInvasion::create(b, &args).as_union_value())
         }
+        Measurement::V2x(received) => (Kind::V2x, v2x::awareness_out(b, received)),
+        Measurement::V2xCustom(received) => (Kind::V2xCustom, v2x::custom_out(b, received)),
     }
 }
 
@@ -214,6 +216,12 @@ fn event_in(raw: &fb::SensorDatum<'_>) -> Result<Measurement, Error> {
     if let Some(invasion) = raw.measurement_as_lane_invasion() {
         let marks = invasion.marks().iter().map(str::to_owned).collect();
         return Ok(Measurement::LaneInvasion { marks });
+    }
+    if let Some(radio) = raw.measurement_as_v2x() {
+        return Ok(Measurement::V2x(v2x::awareness_in(&radio)?));
+    }
+    if let Some(radio) = raw.measurement_as_v2x_custom() {
+        return Ok(Measurement::V2xCustom(v2x::custom_in(&radio)?));
     }
     Err(unknown_variant("measurement", raw.measurement_type().0))
 }

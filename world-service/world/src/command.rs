@@ -87,11 +87,22 @@ impl World {
                 Ok(())
             }
             Command::ResetTrafficLights { actor } => self.reset_traffic_lights(*actor),
+            Command::Listen { .. } | Command::SendV2x { .. } => self.change_sensor(command),
+            other => self.change_scenery(other),
+        }
+    }
+
+    fn change_sensor(&mut self, command: &Command) -> Result<(), Error> {
+        match command {
             Command::Listen { sensor, on } => {
                 self.state.index_of(*sensor)?;
                 self.state.sensors.listen(*sensor, *on)
             }
-            other => self.change_scenery(other),
+            Command::SendV2x { sensor, text } => {
+                self.state.index_of(*sensor)?;
+                self.state.sensors.send(*sensor, text)
+            }
+            other => unreachable!("{other:?} is not for a sensor"),
         }
     }
 

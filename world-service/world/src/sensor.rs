@@ -15,6 +15,9 @@ mod mount;
 mod noise;
 mod obstacle;
 mod radar;
+mod radio;
+mod v2x;
+mod v2x_custom;
 
 use schemas::{ActorId, Attribute, Error, ErrorCode, Measurement};
 use serde::{Deserialize, Serialize};
@@ -28,8 +31,11 @@ use lidar::{Lidar, SemanticLidar};
 use noise::Noise;
 use obstacle::Obstacle;
 use radar::Radar;
+use v2x::V2x;
+use v2x_custom::V2xCustom;
 
-pub(crate) use mount::{Carrier, Mount, Surroundings};
+pub(crate) use mount::{Carrier, Mount, Station, Surroundings};
+pub(crate) use radio::Transmission;
 
 /// Longest time between two measurements.
 const PERIOD_SECS_MAX: f64 = 1.0e6;
@@ -54,6 +60,8 @@ enum Device {
     Lidar(Lidar),
     SemanticLidar(SemanticLidar),
     Radar(Radar),
+    V2x(Box<V2x>),
+    V2xCustom(V2xCustom),
 }
 
 /// What came of one tick of one sensor.
@@ -89,10 +97,12 @@ impl Sensor {
                 Device::SemanticLidar(SemanticLidar::new(settings)?)
             }
             "sensor.other.radar" => Device::Radar(Radar::new(settings)?),
+            "sensor.other.v2x" => Device::V2x(Box::new(V2x::new(settings)?)),
+            "sensor.other.v2x_custom" => Device::V2xCustom(V2xCustom::new(settings)?),
             camera if camera.starts_with("sensor.camera.") => Device::Camera,
             other => {
                 return Err(Error::new(ErrorCode::Unsupported, "this sensor is not available")
-                    .wanted("a camera, lidar, radar, IMU, GNSS or event sensor")
+                    .wanted("a camera, lidar, radar, IMU, GNSS, V2X or event sensor")
                     .found(other));
             }
         };
@@ -108,14 +118,50 @@ impl Sensor {
             (Device::Lidar(used), Device::Lidar(fresh)) => used.is_used(fresh),
             (Device::SemanticLidar(used), Device::SemanticLidar(fresh)) => used.is_used(fresh),
             (Device::LaneInvasion(_), Device::LaneInvasion(_)) => true,
+            (Device::V2x(used), Device::V2x(fresh)) => used.is_used(fresh),
+            (Device::V2xCustom(used), Device::V2xCustom(fresh)) => used.is_used(fresh),
             (used, fresh) => used == fresh,
         };
         device && self.pace.is_used(&fresh.pace)
     }
 
+    /// Whether it sends, too.
+    pub(crate) fn is_radio(&self) -> bool {
+        matches!(self.device, Device::V2x(_) | Device::V2xCustom(_))
+    }
+
+    /// Gives it a text to send in the next tick.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a sensor that sends no texts, others of
+    /// [`queue`](V2xCustom::queue).
+    pub(crate) fn send(&mut self, text: &str) -> Result<(), Error> {
+        match &mut self.device {
+            Device::V2xCustom(custom) => custom.queue(text),
+            _ => Err(Error::new(ErrorCode::InvalidArgument, "the sensor sends no texts")
+                .wanted("a sensor.other.v2x_custom")),
+        }
+    }
+
+    /// What it sends at the end of a tick at `now_secs`, whether somebody listens or not.
+    pub(crate) fn transmit(
+        &mut self,
+        id: ActorId,
+        mount: &Mount,
+        around: &Surroundings,
+        now_secs: f64,
+    ) -> Option<Transmission> {
+        match &mut self.device {
+            Device::V2x(v2x) => v2x.transmit(id, mount, around, (now_secs, &mut self.noise)),
+            Device::V2xCustom(custom) => custom.transmit(id, mount, around),
+            _ => None,
+        }
+    }
+
     /// The end of a tick at `now_secs`; `None` when there is nothing to tell.
     pub(crate) fn tick(
         &mut self,
+        id: ActorId,
         mount: &Mount,
         around: &Surroundings,
         now_secs: f64,
@@ -123,7 +169,8 @@ impl Sensor {
         if let Device::Imu(imu) = &mut self.device {
             imu.feel(mount, around.dt_secs);
         }
-        if !self.listening || !self.pace.take(now_secs) {
+        // What is said by radio is heard when it is said.
+        if !self.listening || !(self.is_radio() || self.pace.take(now_secs)) {
             return None;
         }
         let noise = &mut self.noise;
@@ -140,6 +187,8 @@ impl Sensor {
             Device::Lidar(lidar) => lidar.measure(mount, around, noise),
             Device::SemanticLidar(lidar) => lidar.measure(mount, around),
             Device::Radar(radar) => radar.measure(mount, around, noise),
+            Device::V2x(v2x) => v2x.measure(mount, around, noise)?,
+            Device::V2xCustom(custom) => custom.measure(id, mount, around, noise)?,
         };
         Some(Outcome::Measured(vec![measurement]))
     }

@@ -3,13 +3,13 @@
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-use schemas::{ActorId, ActorKind, Error, ErrorCode, SensorDatum, Vec3};
+use schemas::{ActorId, ActorKind, Error, ErrorCode, SemanticTag, SensorDatum, StationKind, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
 use crate::hash::Hasher;
 use crate::rays::{RayScene, tag};
-use crate::sensor::{Carrier, Mount, Outcome, Sensor, Surroundings};
+use crate::sensor::{Carrier, Mount, Outcome, Sensor, Station, Surroundings, Transmission};
 use crate::town::Town;
 use crate::world::{State, World};
 
@@ -81,6 +81,28 @@ impl Sensors {
         state.actors.iter().filter(is_sensor).count() == self.by_actor.len() && actors.all(fits)
     }
 
+    /// Gives a V2X sensor a text to send in the next tick.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for an actor that sends no texts, `TooLarge` and `Capacity` for too much.
+    pub(crate) fn send(&mut self, id: ActorId, text: &str) -> Result<(), Error> {
+        let sensor = self.by_actor.get_mut(&id).ok_or_else(|| {
+            Error::new(ErrorCode::InvalidArgument, "the actor sends nothing")
+                .wanted("a sensor.other.v2x_custom")
+                .found(id)
+        })?;
+        sensor.send(text)
+    }
+
+    /// What is in the air in this tick.
+    fn transmit(&mut self, state: &State, around: &Surroundings) -> Vec<Transmission> {
+        let radios = self.by_actor.iter_mut().filter(|(_, sensor)| sensor.is_radio());
+        let sent = radios.filter_map(|(&id, sensor)| {
+            sensor.transmit(id, &state.mount_of(id)?, around, state.sim_secs)
+        });
+        sent.collect()
+    }
+
     fn measure(&mut self, state: &State, town: &Town) -> Readings {
         let bodies = OnceCell::new();
         let rays = || RayScene {
@@ -96,13 +118,17 @@ impl Sensors {
             velocity_mps: &velocity_mps,
             tag: &tag,
             collisions: &state.collisions,
+            station: &|id| state.station(id),
+            air: &[],
             dt_secs: state.dt_secs,
         };
         let sim_secs = state.sim_secs;
+        let air = self.transmit(state, &around);
+        let around = Surroundings { air: &air, ..around };
         let mut readings = Readings::default();
         for (&id, sensor) in &mut self.by_actor {
             let Some(mount) = state.mount_of(id) else { continue };
-            match sensor.tick(&mount, &around, sim_secs) {
+            match sensor.tick(id, &mount, &around, sim_secs) {
                 None => {}
                 Some(Outcome::Picture) => readings.cameras_due.push(id),
                 Some(Outcome::Measured(measurements)) => {
@@ -148,6 +174,7 @@ impl State {
             velocity_mps: motion.linear_mps,
             angular_radps: motion.angular_radps,
             carrier: self.carrier_of(actor),
+            host: actor.body.attachment().map(|attachment| attachment.parent),
         })
     }
 
@@ -158,12 +185,50 @@ impl State {
         while parent.rigid().is_none() {
             parent = parent_of(parent)?;
         }
-        let blueprint = parent.blueprint();
-        Some(Carrier {
-            id: parent.id,
-            world_from_actor: self.pose_of(parent),
+        Some(self.as_carrier(parent))
+    }
+
+    fn as_carrier(&self, actor: &Actor) -> Carrier {
+        let blueprint = actor.blueprint();
+        Carrier {
+            id: actor.id,
+            world_from_actor: self.pose_of(actor),
             box_centre_m: blueprint.box_centre_m(),
             box_half_m: blueprint.box_half_extent_m(),
+        }
+    }
+
+    fn station(&self, id: ActorId) -> Option<Station> {
+        let actor = self.actor(id)?;
+        let motion = self.motion_of(actor);
+        let carrier = self.as_carrier(actor);
+        Some(Station {
+            kind: station_kind(actor),
+            has_wheels: actor.blueprint().kind() == ActorKind::Vehicle,
+            lights: actor.lights,
+            velocity_mps: self.velocity_at(id, carrier.world_from_actor.translation.vector),
+            angular_radps: motion.angular_radps,
+            carrier,
         })
+    }
+}
+
+/// What an actor is for others by radio.
+fn station_kind(actor: &Actor) -> StationKind {
+    let blueprint = actor.blueprint();
+    let special = blueprints::get(actor.blueprint).and_then(|it| it.attribute("special_type"));
+    if special.is_some_and(|special| special.value == "emergency") {
+        return StationKind::SpecialVehicle;
+    }
+    match SemanticTag::of_actor(blueprint.kind(), &blueprint.id) {
+        SemanticTag::Pedestrians => StationKind::Pedestrian,
+        SemanticTag::Bicycle => StationKind::Cyclist,
+        SemanticTag::Motorcycle => StationKind::Motorcycle,
+        SemanticTag::Car => StationKind::PassengerCar,
+        SemanticTag::Bus => StationKind::Bus,
+        SemanticTag::Truck => StationKind::LightTruck,
+        SemanticTag::Train => StationKind::Tram,
+        SemanticTag::TrafficLight | SemanticTag::TrafficSigns => StationKind::RoadSideUnit,
+        _ => StationKind::Unknown,
     }
 }

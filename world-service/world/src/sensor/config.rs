@@ -61,6 +61,24 @@ impl Settings<'_> {
         Ok([axis("x")?, axis("y")?, axis("z")?])
     }
 
+    /// The value of an attribute among those that are known, the first of them by default.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for any other.
+    pub(super) fn choice<T: Copy>(&self, id: &str, known: &[(&str, T)]) -> Result<T, Error> {
+        let value = self.get(id);
+        let found = known.iter().find(|(name, _)| value.is_none_or(|value| value == *name));
+        found.map(|(_, choice)| *choice).ok_or_else(|| {
+            let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+            refused(id, &format!("one of {}", names.join(", ")), value.unwrap_or_default())
+        })
+    }
+
+    /// Empty where it is not set.
+    pub(super) fn text(&self, id: &str) -> &str {
+        self.get(id).unwrap_or_default()
+    }
+
     /// The `noise_seed` attribute; any whole number.
     ///
     /// # Errors
@@ -69,7 +87,7 @@ impl Settings<'_> {
         Ok(self.number("noise_seed", 0, i64::MIN..=i64::MAX)?.cast_unsigned())
     }
 
-    fn get(&self, id: &str) -> Option<&str> {
+    fn get(&self, id: &str) -> Option<&'_ str> {
         let attribute = self.0.iter().find(|attribute| attribute.id == id)?;
         Some(attribute.value.as_str()).filter(|value| !value.is_empty())
     }

@@ -1,7 +1,7 @@
 //! Satellite navigation: `sensor.other.gnss`.
 
 use nalgebra::Point3;
-use roads::Map;
+use roads::{GeoPlace, Map};
 use schemas::{Error, Measurement, Pose};
 use serde::{Deserialize, Serialize};
 
@@ -52,12 +52,18 @@ impl Gnss {
         world_from_sensor: &Pose,
         noise: &mut Noise,
     ) -> Measurement {
-        let position_m: nalgebra::Vector3<f64> =
-            nalgebra::convert(world_from_sensor.translation.vector);
+        let GeoPlace { latitude_deg, longitude_deg, altitude_m } =
+            self.locate(roads, world_from_sensor, noise);
+        Measurement::Gnss { latitude_deg, longitude_deg, altitude_m }
+    }
+
+    /// Where a pose seems to be.
+    pub(super) fn locate(&self, roads: &Map, pose: &Pose, noise: &mut Noise) -> GeoPlace {
+        let position_m: nalgebra::Vector3<f64> = nalgebra::convert(pose.translation.vector);
         let place = roads.geo_place(&Point3::from(position_m));
         let mut read =
             |true_value: f64, fault: Fault| true_value + fault.bias + noise.normal(fault.deviation);
-        Measurement::Gnss {
+        GeoPlace {
             latitude_deg: read(place.latitude_deg, self.latitude_deg),
             longitude_deg: read(place.longitude_deg, self.longitude_deg),
             altitude_m: read(place.altitude_m, self.altitude_m),

@@ -72,7 +72,7 @@ impl Imu {
 }
 
 /// Clockwise from north, which is +y, from 0 to 2π.
-fn compass_rad(forward: Vec3) -> f32 {
+pub(super) fn compass_rad(forward: Vec3) -> f32 {
     let rad = RealField::atan2(forward.x, forward.y);
     if rad < 0.0 { rad + f32::two_pi() } else { rad }
 }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     fn mount(world_from_sensor: Pose, velocity_mps: Vec3, angular_radps: Vec3) -> Mount {
-        Mount { world_from_sensor, velocity_mps, angular_radps, carrier: None }
+        Mount { world_from_sensor, velocity_mps, angular_radps, carrier: None, host: None }
     }
 
     fn read(imu: &Imu, mount: &Mount) -> (Vec3, Vec3, f32) {

@@ -9,3 +9,4 @@ mod motion;
 mod rays;
 mod state;
 mod support;
+mod v2x;

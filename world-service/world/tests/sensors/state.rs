@@ -52,14 +52,16 @@ fn what_is_out_of_range_is_refused_and_changes_nothing() {
         ("sensor.other.imu", "noise_accel_stddev_y", "-0.1"),
         ("sensor.other.gnss", "sensor_tick", "-1"),
         ("sensor.other.obstacle", "only_dynamics", "perhaps"),
+        ("sensor.other.v2x", "path_loss_model", "guess"),
+        ("sensor.other.v2x_custom", "frequency_ghz", "0"),
     ] {
         let refused = try_sensor(&mut world, blueprint, None, Pose::identity(), &[(id, value)]);
         let refused = refused.expect_err(id);
         assert_eq!(refused.code, ErrorCode::InvalidArgument, "{id}: {refused:?}");
         assert!(refused.message.contains(id) && refused.found.contains(value), "{refused:?}");
     }
-    let v2x = try_sensor(&mut world, "sensor.other.v2x", None, Pose::identity(), &[]);
-    assert_eq!(v2x.expect_err("not available").code, ErrorCode::Unsupported);
+    let rss = try_sensor(&mut world, "sensor.other.rss", None, Pose::identity(), &[]);
+    assert_eq!(rss.expect_err("not available").code, ErrorCode::Unsupported);
     assert_eq!(world.state_hash(), before);
 }
 
@@ -76,6 +78,7 @@ fn equipped(seed: u64) -> World {
     let id = WorldId::new(1).unwrap();
     let config = WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map: flat() };
     let mut world = World::new(config).unwrap();
+    let other = car(&mut world, 540.0, 0.0);
     let car = car(&mut world, 570.0, 12.0);
     let roof = level_pose(Vec3::new(0.0, 0.0, 2.0), 0.0);
     for (blueprint, attributes) in [
@@ -89,6 +92,10 @@ fn equipped(seed: u64) -> World {
         ("sensor.other.lane_invasion", [("role_name", "b"), ("ros_name", "")]),
     ] {
         sensor(&mut world, blueprint, Some(car), roof, &attributes);
+    }
+    for station in [car, other] {
+        let attributes = [("noise_head_stddev", "1"), ("scenario", "urban")];
+        sensor(&mut world, "sensor.other.v2x", Some(station), roof, &attributes);
     }
     world
 }

@@ -35,3 +35,4 @@ class CommandBody(object):
     SetHybridTraffic = 29
     SetMapLayers = 30
     SetEnvironmentObjects = 31
+    SendV2x = 32

@@ -12,3 +12,5 @@ class Measurement(object):
     CollisionEvent = 6
     Obstacle = 7
     LaneInvasion = 8
+    V2x = 9
+    V2xCustom = 10
