@@ -217,7 +217,7 @@ async fn serve() {
     };
     let reply = Reply::Ticked(vec![result]);
     let _serving = bus
-        .serve(keys::ANY_WORLD, move |incoming| {
+        .serve(&keys::any_world(0), move |incoming| {
             assert!(incoming.request().is_ok());
             incoming.reply(&reply);
         })

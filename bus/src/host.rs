@@ -14,8 +14,6 @@ pub struct Host {
     pub bus: Bus,
     /// The service that has been up for longest.
     pub id: ServiceId,
-    /// Whether no other service of its kind is up.
-    pub is_alone: bool,
     /// The fast way to it; `None` until it is open.
     pub lane: Option<Arc<Lane>>,
 }
@@ -68,15 +66,10 @@ impl Follower {
 
     fn tell(&self, bus: &Bus, up: &[ServiceId]) {
         let known = self.told.borrow().as_ref().map(|host| host.id.clone());
-        let is_alone = up.len() == 1;
         if known.as_ref() == up.first() {
-            self.told.send_if_modified(|host| {
-                host.as_mut()
-                    .is_some_and(|host| std::mem::replace(&mut host.is_alone, is_alone) != is_alone)
-            });
             return;
         }
-        let new = |id: &ServiceId| Host { bus: bus.clone(), id: id.clone(), is_alone, lane: None };
+        let new = |id: &ServiceId| Host { bus: bus.clone(), id: id.clone(), lane: None };
         self.told.send_replace(up.first().map(new));
         if let Some(id) = up.first() {
             let key = (self.key)(id);

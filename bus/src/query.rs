@@ -1,13 +1,14 @@
 //! One question, one answer, one deadline.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use schemas::wire;
 use schemas::{Error, ErrorCode, Reply};
 use tokio::sync::oneshot;
 use zenoh::Session;
-use zenoh::query::ConsolidationMode;
+use zenoh::query::{ConsolidationMode, QueryTarget, ReplyError};
+use zenoh::sample::Sample;
 
 /// The transport forgets a question this much later than the asker does, so that the asker's own
 /// clock decides.
@@ -25,26 +26,81 @@ pub(crate) async fn ask(
     payload_bytes_max: usize,
     deadline: Duration,
 ) -> Result<Vec<u8>, Error> {
+    let question = (key, payload, payload_bytes_max);
+    put(session, question, QueryTarget::BestMatching, deadline).await
+}
+
+/// Asks all who serve `key`: the first answer counts that is no refusal.
+///
+/// # Errors
+/// As for [`ask`]; a refusal when all refuse.
+pub(crate) async fn ask_all(
+    session: &Session,
+    key: &str,
+    payload: Vec<u8>,
+    payload_bytes_max: usize,
+    deadline: Duration,
+) -> Result<Vec<u8>, Error> {
+    put(session, (key, payload, payload_bytes_max), QueryTarget::All, deadline).await
+}
+
+/// What came so far. Dropped by the transport after the last answer: then a refusal counts, and
+/// without one the asker learns that nobody answers.
+struct Answers {
+    asker: Option<oneshot::Sender<Answer>>,
+    refusal: Option<Answer>,
+}
+
+type Answer = Result<Sample, ReplyError>;
+
+impl Answers {
+    fn take(&mut self, answer: Answer) {
+        if answer.is_err() {
+            self.refusal = Some(answer);
+        } else {
+            self.tell(answer);
+        }
+    }
+
+    fn tell(&mut self, answer: Answer) {
+        if let Some(asker) = self.asker.take() {
+            // The asker may have gone away meanwhile; then nobody wants the answer.
+            let _ = asker.send(answer);
+        }
+    }
+}
+
+impl Drop for Answers {
+    fn drop(&mut self) {
+        if let Some(refusal) = self.refusal.take() {
+            self.tell(refusal);
+        }
+    }
+}
+
+async fn put(
+    session: &Session,
+    (key, payload, payload_bytes_max): (&str, Vec<u8>, usize),
+    target: QueryTarget,
+    deadline: Duration,
+) -> Result<Vec<u8>, Error> {
     if payload.len() > payload_bytes_max {
         return Err(Error::new(ErrorCode::TooLarge, "the request is too large")
             .wanted(format_args!("at most {payload_bytes_max} bytes"))
             .found(format_args!("{} bytes", payload.len())));
     }
     let (sender, receiver) = oneshot::channel();
-    // The transport drops the callback after the last answer: a dropped sender means that there is
-    // none.
-    let sender = Mutex::new(Some(sender));
+    let answers = Mutex::new(Answers { asker: Some(sender), refusal: None });
     let on_reply = move |reply: zenoh::query::Reply| {
-        let first = sender.lock().ok().and_then(|mut sender| sender.take());
-        if let Some(sender) = first {
-            // The asker may have gone away meanwhile; then nobody wants the answer.
-            let _ = sender.send(reply.into_result());
-        }
+        // Nothing panics while it holds the lock.
+        let mut answers = answers.lock().unwrap_or_else(PoisonError::into_inner);
+        answers.take(reply.into_result());
     };
     let question = session
         .get(key)
         .payload(payload)
         .express(true)
+        .target(target)
         // The first answer counts: it need not wait for the word that there are no others.
         .consolidation(ConsolidationMode::None)
         .timeout(deadline + GRACE)

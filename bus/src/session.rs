@@ -9,7 +9,7 @@ use tokio::sync::{OnceCell, oneshot};
 use zenoh::Wait;
 
 use crate::config::Speed;
-use crate::query::ask;
+use crate::query::{ask, ask_all};
 use crate::{BusConfig, BusError, Endpoint};
 
 /// How long the session of the lanes may take to connect to where the usual one is connected.
@@ -112,8 +112,8 @@ impl Bus {
         reply_of(&reply)
     }
 
-    /// Has one renderer draw all cameras of a job. Gives its reply as it came, for whoever asked for
-    /// the pictures to [decode](wire::decode_reply).
+    /// Has one renderer draw all cameras of a job. Gives its reply as it came, for whoever asked
+    /// for the pictures to [decode](wire::decode_reply).
     ///
     /// # Errors
     /// As for [`request`](Self::request).
@@ -128,7 +128,7 @@ impl Bus {
         ask(&self.session, &key, payload, limits::REPLY_BYTES_MAX, deadline).await
     }
 
-    /// The OpenDRIVE text of a map, by its digest.
+    /// The OpenDRIVE text of a map, by its digest, from any service that has it.
     ///
     /// # Errors
     /// As for [`request`](Self::request).
@@ -139,7 +139,7 @@ impl Bus {
                 .wanted("64 hexadecimal characters, lower case")
                 .found(digest));
         }
-        ask(&self.session, &key, Vec::new(), limits::REQUEST_BYTES_MAX, deadline).await
+        ask_all(&self.session, &key, Vec::new(), limits::REQUEST_BYTES_MAX, deadline).await
     }
 }
 

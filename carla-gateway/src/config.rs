@@ -36,7 +36,7 @@ pub struct Args {
     /// Root of all randomness of new worlds
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Name on the bus
+    /// Name on the bus; two of one kind need different ones
     #[arg(long, default_value = "gateway", value_name = "NAME")]
     pub id: ServiceId,
     /// Owner of the worlds

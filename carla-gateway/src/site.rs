@@ -94,7 +94,7 @@ impl BusSite {
         Ok(Self { bus, tenant, host, renderers, gateway, starting: Arc::default() })
     }
 
-    /// Over the fast lane, if it leads to where the world must be.
+    /// Over the fast lane, once it is open: it leads to the host of all worlds of this gateway.
     async fn tick(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
         match self.lane() {
             Some(lane) => lane.request(request, ASK_DEADLINE).await,
@@ -105,14 +105,21 @@ impl BusSite {
     }
 
     fn lane(&self) -> Option<Arc<Lane>> {
-        self.host.borrow().as_ref().filter(|host| host.is_alone)?.lane.clone()
+        self.host.borrow().as_ref()?.lane.clone()
     }
 
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
-        let key = keys::worlds(&self.tenant);
         let until = Instant::now() + START_WAIT;
         loop {
-            match self.bus.request(&key, request, ASK_DEADLINE).await {
+            let host = self.host.borrow().as_ref().map(|host| host.id.clone());
+            let answer = match host {
+                Some(host) => {
+                    let key = keys::worlds_of(&self.tenant, &host);
+                    self.bus.request(&key, request, ASK_DEADLINE).await
+                }
+                None => Err(Error::new(ErrorCode::Unreachable, "no world service is up")),
+            };
+            match answer {
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;
                 }
@@ -130,16 +137,11 @@ impl Site for BusSite {
                 | Request::Capture { world, .. }
                 | Request::DescribeActors { world, .. }
                 | Request::InspectVehicle { world, .. }
+                | Request::DestroyWorld { world }
                 | Request::CastRays { world, .. } => *world,
                 Request::TickWorlds(items) => {
                     let Some(item) = items.first() else { return Ok(Reply::Ticked(Vec::new())) };
                     return self.tick(item.world, &request).await;
-                }
-                Request::DestroyWorld { .. } => {
-                    return self
-                        .bus
-                        .request(&keys::worlds(&self.tenant), &request, ASK_DEADLINE)
-                        .await;
                 }
                 _ => return self.ask_worlds(&request).await,
             };

@@ -11,7 +11,7 @@ pub struct Args {
     /// The bus to join; may be repeated [default: tcp/127.0.0.1:7447]
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<Endpoint>,
-    /// Name on the bus
+    /// Name on the bus; two of one kind need different ones
     #[arg(long, default_value = "render")]
     pub id: ServiceId,
     /// Part of an adapter's name, or cpu for software [default: a GPU if there is one]

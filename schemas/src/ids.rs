@@ -19,10 +19,32 @@ impl WorldId {
         }
     }
 
+    /// The world with this count among those of a host. Below 2⁵³, which every JSON reader keeps
+    /// exact.
+    ///
+    /// - **Domain:** hosts below 2²⁴; counts wrap around after half a billion.
+    pub const fn of_host(host: u32, count: u64) -> Self {
+        let count = count % (1 << Self::COUNT_BITS);
+        let first = (host as u64 % (1 << Self::HOST_BITS)) << Self::COUNT_BITS;
+        match Self::new(first | count) {
+            Some(id) if count > 0 => id,
+            _ => Self(NonZeroU64::MIN.saturating_add(first)),
+        }
+    }
+
+    /// The number of the process that owns it, which keys carry so that requests find the way.
+    pub const fn host(self) -> u32 {
+        (self.0.get() >> Self::COUNT_BITS) as u32
+    }
+
     /// The number on the wire.
     pub const fn get(self) -> u64 {
         self.0.get()
     }
+
+    const COUNT_BITS: u32 = 29;
+    /// How many bits the number of a host has.
+    pub const HOST_BITS: u32 = 24;
 }
 
 impl fmt::Display for WorldId {

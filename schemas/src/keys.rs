@@ -3,7 +3,8 @@
 //! | key | kind | payload |
 //! |---|---|---|
 //! | `causeway/{tenant}/worlds` | query | [`Request`](crate::Request) about worlds and maps |
-//! | `causeway/{tenant}/world/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
+//! | `causeway/{tenant}/host/{host}/worlds` | query | the same of one world service |
+//! | `causeway/{tenant}/world/{number}/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
 //! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
 //! | `causeway/batch/{host}/tick` | query, publication | ticks of many worlds of one host, of any tenant |
 //! | `causeway/batch/{asker}/answer` | publication | answers to ticks that were published |
@@ -26,15 +27,28 @@ pub fn worlds(tenant: &Tenant) -> String {
 /// [`worlds`] of every tenant, for the service that answers.
 pub const ANY_WORLDS: &str = "causeway/*/worlds";
 
-/// Requests to one world: commands, ticks, capture.
-// The last chunk keeps `causeway/alive/world/{id}` and `causeway/batch/world/tick` from matching
-// [`ANY_WORLD`]: the transport knows no reserved words.
-pub fn world(tenant: &Tenant, world: WorldId) -> String {
-    format!("causeway/{tenant}/world/{}/request", world.get())
+/// [`worlds`] of one world service.
+pub fn worlds_of(tenant: &Tenant, host: &ServiceId) -> String {
+    format!("causeway/{tenant}/host/{host}/worlds")
 }
 
-/// [`world`] of every tenant and world, for the service that answers.
-pub const ANY_WORLD: &str = "causeway/*/world/*/request";
+/// [`worlds_of`] of every tenant, for the service that answers.
+pub fn any_worlds_of(host: &ServiceId) -> String {
+    format!("causeway/*/host/{host}/worlds")
+}
+
+/// Requests to one world: commands, ticks, capture. The number before the world's id is that of its
+/// [host](WorldId::host): only there somebody answers.
+// The last chunk keeps `causeway/alive/world/{id}` and `causeway/batch/world/tick` from matching
+// [`any_world`]: the transport knows no reserved words.
+pub fn world(tenant: &Tenant, world: WorldId) -> String {
+    format!("causeway/{tenant}/world/{}/{}/request", world.host(), world.get())
+}
+
+/// [`world`] of every tenant and every world of a host, for the service that answers.
+pub fn any_world(host: u32) -> String {
+    format!("causeway/*/world/{host}/*/request")
+}
 
 /// The frame of one world, published after every tick.
 pub fn world_frame(tenant: &Tenant, world: WorldId) -> String {
@@ -85,19 +99,27 @@ pub fn asset(digest: &str) -> String {
 /// [`asset`] of every digest, for the service that answers.
 pub const ANY_ASSET: &str = "causeway/asset/*";
 
-/// The inverse of [`worlds`]; `None` for any other key.
+/// The inverse of [`worlds`] and [`worlds_of`]; `None` for any other key.
 pub fn parse_worlds(key: &str) -> Option<Tenant> {
-    tenant_of(key.strip_prefix("causeway/")?.strip_suffix("/worlds")?)
+    let place = key.strip_prefix("causeway/")?.strip_suffix("/worlds")?;
+    let (tenant, host) = place.split_once("/host/").map_or((place, None), |(t, h)| (t, Some(h)));
+    host.is_none_or(|host| host.parse::<ServiceId>().is_ok()).then(|| tenant_of(tenant))?
 }
 
 /// The inverse of [`world`]; `None` for any other key.
 pub fn parse_world(key: &str) -> Option<(Tenant, WorldId)> {
-    parse_below_world(key, "/request")
+    let place = key.strip_prefix("causeway/")?.strip_suffix("/request")?;
+    let (tenant, place) = place.split_once("/world/")?;
+    let (host, id) = place.split_once('/')?;
+    let id = decimal(id).filter(|id| id.host().to_string() == host)?;
+    Some((tenant_of(tenant)?, id))
 }
 
 /// The inverse of [`world_frame`]; `None` for any other key.
 pub fn parse_world_frame(key: &str) -> Option<(Tenant, WorldId)> {
-    parse_below_world(key, "/frame")
+    let place = key.strip_prefix("causeway/")?.strip_suffix("/frame")?;
+    let (tenant, id) = place.split_once("/world/")?;
+    Some((tenant_of(tenant)?, decimal(id)?))
 }
 
 /// The inverse of [`alive`]; `None` for any other key.
@@ -111,11 +133,6 @@ pub fn parse_asset(key: &str) -> Option<&str> {
     let digest = key.strip_prefix("causeway/asset/")?;
     let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
     (digest.len() == 64 && digest.bytes().all(hexadecimal)).then_some(digest)
-}
-
-fn parse_below_world(key: &str, last: &str) -> Option<(Tenant, WorldId)> {
-    let (tenant, id) = key.strip_prefix("causeway/")?.strip_suffix(last)?.split_once("/world/")?;
-    Some((tenant_of(tenant)?, decimal(id)?))
 }
 
 fn tenant_of(text: &str) -> Option<Tenant> {
@@ -141,6 +158,8 @@ mod tests {
             let (tenant, id) = (tenant.parse::<Tenant>().unwrap(), WorldId::new(id).unwrap());
             prop_assert_eq!(parse_worlds(&worlds(&tenant)), Some(tenant.clone()));
             prop_assert_eq!(parse_world(&world(&tenant, id)), Some((tenant.clone(), id)));
+            let host: ServiceId = "world-2".parse().unwrap();
+            prop_assert_eq!(parse_worlds(&worlds_of(&tenant, &host)), Some(tenant.clone()));
             prop_assert_eq!(parse_world_frame(&world_frame(&tenant, id)), Some((tenant, id)));
         }
 
@@ -159,15 +178,19 @@ mod tests {
             "causeway/*/worlds",
             "causeway/batch/worlds",
             "causeway//worlds",
+            "causeway/a/host/*/worlds",
+            "causeway/batch/host/h/worlds",
             "other/a/worlds",
         ] {
             assert_eq!(parse_worlds(key), None, "{key}");
         }
         for key in [
-            "causeway/a/world/0/request",
-            "causeway/a/world/-1/request",
-            "causeway/a/world/01/request",
-            "causeway/a/world/+1/request",
+            "causeway/a/world/0/0/request",
+            "causeway/a/world/0/-1/request",
+            "causeway/a/world/0/01/request",
+            "causeway/a/world/0/+1/request",
+            "causeway/a/world/1/1/request",
+            "causeway/a/world/1/request",
         ] {
             assert_eq!(parse_world(key), None, "{key}");
         }
@@ -188,7 +211,7 @@ mod tests {
             let mut keys = vec![batch_tick(&id), batch_answer(id.as_str()), render_job(&id)];
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
             for key in keys {
-                for expression in [ANY_WORLDS, ANY_WORLD] {
+                for expression in [ANY_WORLDS, &any_worlds_of(&id), &any_world(1)] {
                     assert!(!matches(expression, &key), "{expression} matches {key}");
                 }
             }

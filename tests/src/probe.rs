@@ -36,6 +36,32 @@ impl Probe {
         self.runtime.block_on(self.bus.request(&key, request, DEADLINE))
     }
 
+    /// The answer of one world service to a request about worlds.
+    ///
+    /// # Errors
+    /// The service's refusal.
+    pub fn ask_host(&self, host: &ServiceId, request: &Request) -> Result<Reply, Error> {
+        let key = keys::worlds_of(&self.tenant, host);
+        self.runtime.block_on(self.bus.request(&key, request, DEADLINE))
+    }
+
+    /// The answer to a request to one world.
+    ///
+    /// # Errors
+    /// The service's refusal.
+    pub fn ask_world(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
+        let key = keys::world(&self.tenant, world);
+        self.runtime.block_on(self.bus.request(&key, request, DEADLINE))
+    }
+
+    /// The OpenDRIVE text of a map.
+    ///
+    /// # Errors
+    /// The refusal of a service when none has it.
+    pub fn asset(&self, digest: &str) -> Result<Vec<u8>, Error> {
+        self.runtime.block_on(self.bus.asset(digest, DEADLINE))
+    }
+
     /// The answer to bytes that may be no request at all.
     ///
     /// # Errors

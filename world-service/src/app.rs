@@ -97,6 +97,7 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     .await?;
     let epoch = RandomState::new().build_hasher().finish();
     let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
+    let number = ids.host();
     let renderers = Arc::new(Renderers::default());
     let shard_count = config.shard_count.get();
     let (jobs, inboxes): (Vec<_>, Vec<_>) =
@@ -120,7 +121,7 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     let office = Office { maps, ids, seats, epoch, dispatcher: Arc::clone(&dispatcher), mailboxes };
     let (desk, office_thread) = office.spawn()?;
     threads.push(office_thread);
-    let servings = faces::serve(&bus, &config.id, &dispatcher, &desk).await?;
+    let servings = faces::serve(&bus, (&config.id, number), &dispatcher, &desk).await?;
     let presence = follow_presence(&bus, jobs.clone(), renderers).await?;
     let announcement = bus.announce(alive(&config)).await?;
     for endpoint in bus.listening() {

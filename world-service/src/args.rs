@@ -15,7 +15,7 @@ pub struct Args {
     /// A bus to join, e.g. that of a router
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<Endpoint>,
-    /// Name on the bus
+    /// Name on the bus; two of one kind need different ones
     #[arg(long, default_value = "world")]
     pub id: ServiceId,
     /// Threads that step worlds [default: one per core]

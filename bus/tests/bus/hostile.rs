@@ -10,7 +10,7 @@ async fn decoding_service(site: &Site) -> bus::Serving {
         Ok(_) => incoming.reply(&Reply::Done),
         Err(error) => incoming.refuse(error),
     };
-    site.service.serve(keys::ANY_WORLD, handler).await.unwrap()
+    site.service.serve(&keys::any_world(0), handler).await.unwrap()
 }
 
 fn key() -> String {
@@ -49,7 +49,7 @@ async fn a_reply_that_is_no_reply_is_an_error_at_the_asker() {
     let site = Site::open().await;
     let _serving = site
         .service
-        .serve(keys::ANY_WORLD, |incoming| incoming.reply_bytes(vec![7; 100]))
+        .serve(&keys::any_world(0), |incoming| incoming.reply_bytes(vec![7; 100]))
         .await
         .unwrap();
     let error = site.client.request(&key(), &Request::ListMaps, deadline()).await.unwrap_err();

@@ -160,7 +160,7 @@ async fn a_client_that_comes_first_waits_for_the_service() {
     tokio::time::sleep(Duration::from_millis(50)).await;
     let service = Bus::open(BusConfig::listening(endpoint)).await.unwrap();
     let _serving =
-        service.serve(keys::ANY_WORLD, |incoming| incoming.reply(&Reply::Done)).await.unwrap();
+        service.serve(&keys::any_world(0), |incoming| incoming.reply(&Reply::Done)).await.unwrap();
     let client = client.await.unwrap().unwrap();
     let key = keys::world(&crate::common::tenant(), WorldId::new(1).unwrap());
     crate::common::until("the service is reachable", || async {

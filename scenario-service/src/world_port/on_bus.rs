@@ -43,19 +43,22 @@ impl BusWorlds {
     }
 
     async fn ask_worlds(&self, request: Request) -> Result<Reply, Error> {
-        let (key, request) = (&keys::worlds(&self.tenant), &request);
-        self.patiently(|bus| async move { bus.request(key, request, WORLD_DEADLINE).await }).await
+        let (tenant, request) = (&self.tenant, &request);
+        self.patiently(|Host { bus, id, .. }| async move {
+            bus.request(&keys::worlds_of(tenant, &id), request, WORLD_DEADLINE).await
+        })
+        .await
     }
 
     /// Asks again while the world service is still starting or restarting.
-    async fn patiently<T, F>(&self, ask: impl Fn(Bus) -> F + Send + Sync) -> Result<T, Error>
+    async fn patiently<T, F>(&self, ask: impl Fn(Host) -> F + Send + Sync) -> Result<T, Error>
     where
         F: Future<Output = Result<T, Error>> + Send,
     {
         let until = Instant::now() + WORLD_SERVICE_WAIT;
         loop {
             let host = self.host().await?;
-            match ask(host.bus).await {
+            match ask(host).await {
                 // Its liveliness may be known a moment before its keys are.
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;
@@ -98,7 +101,7 @@ impl WorldPort for BusWorlds {
     fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
         Box::pin(async move {
             let host = self.host_now()?;
-            let key = keys::worlds(&self.tenant);
+            let key = keys::world(&self.tenant, world);
             let request = Request::DestroyWorld { world };
             host.bus.request(&key, &request, WORLD_DEADLINE).await.map(drop)
         })
@@ -146,7 +149,7 @@ impl WorldPort for BusWorlds {
     fn map_text(&self, digest: String) -> Answer<'_, Vec<u8>> {
         Box::pin(async move {
             let digest = &digest;
-            self.patiently(|bus| async move { bus.asset(digest, WORLD_DEADLINE).await }).await
+            self.patiently(|host| async move { host.bus.asset(digest, WORLD_DEADLINE).await }).await
         })
     }
 }

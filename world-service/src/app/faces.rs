@@ -9,17 +9,19 @@ use schemas::{Error, ErrorCode, Request, ServiceId, Tenant, WorldId, keys};
 use super::office::OfficeJob;
 use crate::service::{Answer, Answered, Dispatcher, Simulation};
 
-/// Serves all keys of a world service.
+/// Serves all keys of a world service with this name and number.
 pub(super) async fn serve<S: Simulation>(
     bus: &Bus,
-    id: &ServiceId,
+    (id, number): (&ServiceId, u32),
     dispatcher: &Arc<Dispatcher<S>>,
     desk: &SyncSender<OfficeJob>,
 ) -> Result<Vec<Serving>, BusError> {
-    let (for_worlds, desk_for_worlds) = (Arc::clone(dispatcher), desk.clone());
-    let worlds = move |incoming: Incoming| match keys::parse_worlds(incoming.key()) {
-        Some(tenant) => route(&for_worlds, &desk_for_worlds, tenant, None, incoming),
-        None => incoming.refuse(unknown_key()),
+    let worlds = || {
+        let (dispatcher, desk) = (Arc::clone(dispatcher), desk.clone());
+        move |incoming: Incoming| match keys::parse_worlds(incoming.key()) {
+            Some(tenant) => route(&dispatcher, &desk, tenant, None, incoming),
+            None => incoming.refuse(unknown_key()),
+        }
     };
     let (for_world, desk_for_world) = (Arc::clone(dispatcher), desk.clone());
     let world = move |incoming: Incoming| match keys::parse_world(incoming.key()) {
@@ -40,8 +42,9 @@ pub(super) async fn serve<S: Simulation>(
         None => incoming.refuse(unknown_key()),
     };
     Ok(vec![
-        bus.serve(keys::ANY_WORLDS, worlds).await?,
-        bus.serve(keys::ANY_WORLD, world).await?,
+        bus.serve(keys::ANY_WORLDS, worlds()).await?,
+        bus.serve(&keys::any_worlds_of(id), worlds()).await?,
+        bus.serve(&keys::any_world(number), world).await?,
         bus.serve(&keys::batch_tick(id), batch(dispatcher)).await?,
         bus.serve_lane(&keys::batch_tick(id), batch(dispatcher)).await?,
         bus.serve(keys::ANY_ASSET, asset).await?,

@@ -6,27 +6,27 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use schemas::{Error, ErrorCode, WorldId};
 
 /// Ids of one process, from its random epoch and a count, so that an id of an earlier process names
-/// no world of this one. Below 2⁵³, which every JSON reader keeps exact.
+/// no world of this one.
 pub struct Ids {
-    first: u64,
+    host: u32,
     count: AtomicU64,
 }
 
 impl Ids {
-    const COUNT_BITS: u32 = 29;
-
     /// Ids of the process with this epoch.
     pub fn new(epoch: u64) -> Self {
-        let epoch_bits = 53 - Self::COUNT_BITS;
-        Self { first: (epoch % (1 << epoch_bits)) << Self::COUNT_BITS, count: AtomicU64::new(0) }
+        let host = (epoch % (1 << WorldId::HOST_BITS)) as u32;
+        Self { host, count: AtomicU64::new(0) }
+    }
+
+    /// The number of the process in its ids.
+    pub fn host(&self) -> u32 {
+        self.host
     }
 
     /// An id that this process has not given yet.
     pub fn next(&self) -> WorldId {
-        let count = self.count.fetch_add(1, Ordering::Relaxed) + 1;
-        // Half a billion worlds of one process wrap around long after the first has ended.
-        let id = self.first | (count % (1 << Self::COUNT_BITS)).max(1);
-        WorldId::new(id).expect("the count part is at least 1")
+        WorldId::of_host(self.host, self.count.fetch_add(1, Ordering::Relaxed) + 1)
     }
 
     /// The shard that owns a world; consecutive ids take turns.
