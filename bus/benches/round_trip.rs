@@ -248,6 +248,7 @@ fn frame() -> schemas::Frame {
         traffic_lights: Vec::new(),
         agents: Vec::new(),
         hidden: schemas::HiddenScenery::default(),
+        halted: Vec::new(),
         sim_secs: 0.05,
     }
 }

@@ -205,6 +205,7 @@ mod tests {
             traffic_lights: Vec::new(),
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
+            halted: Vec::new(),
         }
     }
 

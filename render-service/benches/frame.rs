@@ -113,6 +113,7 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         traffic_lights: Vec::new(),
         agents: Vec::new(),
         hidden: HiddenScenery::default(),
+        halted: Vec::new(),
         sim_secs: 1.0,
     };
     RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }

@@ -191,6 +191,7 @@ fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Fram
         traffic_lights: Vec::new(),
         agents: Vec::new(),
         hidden: HiddenScenery::default(),
+        halted: Vec::new(),
         sim_secs: 1.0,
     };
     let ego = (start, [2.4, 1.0, 0.74], 0x303030);

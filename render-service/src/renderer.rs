@@ -177,6 +177,7 @@ mod tests {
             traffic_lights: Vec::new(),
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
+            halted: Vec::new(),
             sim_secs: 0.05,
         };
         let camera = Camera {

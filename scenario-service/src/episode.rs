@@ -166,6 +166,10 @@ impl Episode {
         }
         let before_m = self.ego_position_m();
         self.counters.count_step(action.kind);
+        for halt in frame.halted_since(self.frame.tick) {
+            let who = frame.actor(halt.actor).map_or("", |actor| frame.type_of(actor));
+            events.push(format!("{who} was put to rest: {}", halt.reason));
+        }
         self.frame = frame;
         let collisions = if plan.tick_count > 1 { collisions } else { &self.frame.collisions };
         self.hits.note(self.ego, &self.frame, collisions, self.counters.num_turns, &mut events);

@@ -107,6 +107,7 @@ impl Toy {
             traffic_lights: Vec::new(),
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
+            halted: Vec::new(),
             sim_secs: 0.0,
         };
         Self { frame, lane_shift_m: 0.0 }

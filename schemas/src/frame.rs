@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActorId, HiddenScenery, Pose, Tick, Vec3, WorldId};
+use crate::{ActorId, Halt, HiddenScenery, Pose, Tick, Vec3, WorldId};
 
 /// What an actor is, coarsely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -302,6 +302,8 @@ pub struct Frame {
     pub agents: Vec<AgentState>,
     /// Things of the map that are not there.
     pub hidden: HiddenScenery,
+    /// Who is at rest because its motion became impossible, ordered by actor.
+    pub halted: Vec<Halt>,
 }
 
 impl Frame {
@@ -309,6 +311,11 @@ impl Frame {
     pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
         let at = self.actors.binary_search_by_key(&id, |actor| actor.id).ok()?;
         self.actors.get(at)
+    }
+
+    /// Who was put to rest in ticks after this one.
+    pub fn halted_since(&self, tick: Tick) -> impl Iterator<Item = &Halt> {
+        self.halted.iter().filter(move |halt| halt.tick > tick)
     }
 
     /// The blueprint id of an actor of this frame.

@@ -26,6 +26,7 @@ mod frame;
 #[rustfmt::skip]
 mod generated;
 mod geometry;
+mod halt;
 mod hidden;
 mod ids;
 mod request;
@@ -53,6 +54,7 @@ pub use frame::{
     TrafficLightState, VehicleControl, VehicleFailure, WalkerControl, Weather,
 };
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
+pub use halt::{Halt, HaltReason};
 pub use hidden::HiddenScenery;
 pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};
 pub use request::{

@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 
 from causeway import frames
-from causeway.wire import ActorState, Collision, Pose, Quat, Vec3, VehicleControl, Weather
+from causeway.wire import (
+    ActorState,
+    Collision,
+    HaltReason,
+    Pose,
+    Quat,
+    Vec3,
+    VehicleControl,
+    Weather,
+)
 from causeway.wire import Frame as FrameTable
 
 GOLDEN = (Path(__file__).parent / "golden" / "frame.bin").read_bytes()
@@ -64,6 +73,9 @@ def test_the_golden_frame_has_the_values_that_rust_wrote():
         3.0,
         2.0,
     ]
+
+    (halt,) = frame.halted
+    assert (halt["tick"], halt["actor"], halt["reason"]) == (7, 1, HaltReason.HaltReason.TooFast)
 
     assert frame.collisions["other"].tolist() == [2, 0]
     assert frame.collisions["started"].tolist() == [True, False]

@@ -48,6 +48,7 @@ impl Toy {
             traffic_lights: Vec::new(),
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
+            halted: Vec::new(),
         })
     }
 }

@@ -53,6 +53,11 @@ impl Endpoint {
             }
         };
         let frame = decode_frame(&outcome.frame.0).map_err(|error| refused(&error))?;
+        let before = self.episode()?.frame.tick;
+        for halt in frame.halted_since(before) {
+            let (actor, tick, reason) = (halt.actor.get(), halt.tick.0, halt.reason);
+            tracing::warn!(actor, tick, %reason, "an actor was put to rest; its physics is off");
+        }
         self.episode()?.frame = frame;
         Ok(outcome)
     }

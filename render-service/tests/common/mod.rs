@@ -71,6 +71,7 @@ pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
         traffic_lights: Vec::new(),
         agents: Vec::new(),
         hidden: HiddenScenery::default(),
+        halted: Vec::new(),
         sim_secs: 1.0,
     }
 }

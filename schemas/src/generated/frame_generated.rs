@@ -42,6 +42,7 @@ impl<'a> Frame<'a> {
   pub const VT_AGENTS: flatbuffers::VOffsetT = 30;
   pub const VT_UNLOADED_LAYERS: flatbuffers::VOffsetT = 32;
   pub const VT_HIDDEN_SCENERY: flatbuffers::VOffsetT = 34;
+  pub const VT_HALTED: flatbuffers::VOffsetT = 36;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -60,6 +61,7 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.halted { builder.add_halted(x); }
     if let Some(x) = args.hidden_scenery { builder.add_hidden_scenery(x); }
     if let Some(x) = args.agents { builder.add_agents(x); }
     if let Some(x) = args.traffic_lights { builder.add_traffic_lights(x); }
@@ -196,6 +198,14 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u8>>>(Frame::VT_HIDDEN_SCENERY, None)}
   }
+  /// Who is at rest for that, until its physics is switched on again. Ordered by actor.
+  #[inline]
+  pub fn halted(&self) -> Option<flatbuffers::Vector<'a, Halt>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, Halt>>>(Frame::VT_HALTED, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -221,6 +231,7 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, AgentState>>>("agents", Self::VT_AGENTS, false)?
      .visit_field::<u16>("unloaded_layers", Self::VT_UNLOADED_LAYERS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("hidden_scenery", Self::VT_HIDDEN_SCENERY, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Halt>>>("halted", Self::VT_HALTED, false)?
      .finish();
     Ok(())
   }
@@ -242,6 +253,7 @@ pub struct FrameArgs<'a> {
     pub agents: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, AgentState>>>,
     pub unloaded_layers: u16,
     pub hidden_scenery: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
+    pub halted: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Halt>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -263,6 +275,7 @@ impl<'a> Default for FrameArgs<'a> {
       agents: None,
       unloaded_layers: 0,
       hidden_scenery: None,
+      halted: None,
     }
   }
 }
@@ -337,6 +350,10 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_HIDDEN_SCENERY, hidden_scenery);
   }
   #[inline]
+  pub fn add_halted(&mut self, halted: flatbuffers::WIPOffset<flatbuffers::Vector<'b , Halt>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_HALTED, halted);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -376,6 +393,7 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("agents", &self.agents());
       ds.field("unloaded_layers", &self.unloaded_layers());
       ds.field("hidden_scenery", &self.hidden_scenery());
+      ds.field("halted", &self.halted());
       ds.finish()
   }
 }

@@ -4,13 +4,14 @@ use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use super::parts::{
     actor_in, actor_kind_in, actor_kind_out, colour_in, colour_out, failure_in, failure_out,
-    finite, finite_double, pose_in, pose_out, vec3_in, vec3_out, world_in,
+    finite, finite_double, halt_reason_in, halt_reason_out, pose_in, pose_out, vec3_in, vec3_out,
+    world_in,
 };
 use super::{Kind, agent, check_count, root, scenery};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
-    ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, MapRef, Tick,
+    ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, Halt, MapRef, Tick,
     TrafficLightState, VehicleControl, WalkerControl, Weather,
 };
 
@@ -39,6 +40,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let agents: Vec<fb::AgentState> = frame.agents.iter().map(agent::state_out).collect();
     let agents = (!agents.is_empty()).then(|| builder.create_vector(&agents));
     let hidden_scenery = scenery::hidden_out(&mut builder, &frame.hidden);
+    let halted: Vec<fb::Halt> = frame.halted.iter().map(halt_out).collect();
+    let halted = (!halted.is_empty()).then(|| builder.create_vector(&halted));
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -59,6 +62,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             agents,
             unloaded_layers: frame.hidden.layers,
             hidden_scenery,
+            halted,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -80,6 +84,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         .collect::<Result<Vec<_>, Error>>()?;
     check_count("traffic lights", raw.traffic_lights().len(), ACTORS_PER_WORLD_MAX)?;
     check_count("agents", raw.agents().map_or(0, |agents| agents.len()), ACTORS_PER_WORLD_MAX)?;
+    check_count("halts", raw.halted().map_or(0, |halts| halts.len()), ACTORS_PER_WORLD_MAX)?;
     Ok(Frame {
         world: world_in(raw.world())?,
         tick: Tick(raw.tick()),
@@ -96,6 +101,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         traffic_lights: raw.traffic_lights().iter().map(light_in).collect::<Result<_, _>>()?,
         agents: raw.agents().iter().flatten().map(agent::state_in).collect::<Result<_, _>>()?,
         hidden: scenery::hidden_in(&raw)?,
+        halted: raw.halted().iter().flatten().map(halt_in).collect::<Result<_, _>>()?,
     })
 }
 
@@ -136,6 +142,18 @@ pub(super) fn walker_in(raw: &fb::WalkerControl) -> Result<WalkerControl, Error>
         direction: vec3_in(raw.direction_in_world(), "direction")?,
         speed_mps: finite(raw.speed_mps(), "speed")?,
         jump: raw.jump(),
+    })
+}
+
+fn halt_out(halt: &Halt) -> fb::Halt {
+    fb::Halt::new(halt.tick.0, halt.actor.get(), halt_reason_out(halt.reason))
+}
+
+fn halt_in(raw: &fb::Halt) -> Result<Halt, Error> {
+    Ok(Halt {
+        tick: Tick(raw.tick()),
+        actor: actor_in(raw.actor())?,
+        reason: halt_reason_in(raw.reason())?,
     })
 }
 

@@ -218,6 +218,14 @@ twin!(
     [None, Rollover, Engine, TyrePuncture]
 );
 twin!(
+    halt_reason_out,
+    halt_reason_in,
+    crate::HaltReason,
+    fb::HaltReason,
+    "halt reason",
+    [NotFinite, TooFast, TooFar]
+);
+twin!(
     attachment_out,
     attachment_in,
     crate::AttachmentKind,

@@ -9,10 +9,10 @@ mod vehicles;
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
     AttachmentKind, Attribute, Camera, Collision, Command, EncodedFrame, Error, ErrorCode, Frame,
-    HiddenScenery, Image, ImageEncoding, ImageKind, Images, Lease, MapRef, PilotMode, RayHit,
-    RenderJob, Reply, Request, ServiceKind, Tick, TickItem, TickOutcome, TickResult,
-    TrafficLightColour, TrafficLightState, Vec3, VehicleControl, VehicleFailure, VehicleReport,
-    WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
+    Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind, Images, Lease, MapRef,
+    PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind, Tick, TickItem, TickOutcome,
+    TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleControl, VehicleFailure,
+    VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -134,6 +134,7 @@ pub(crate) fn frame() -> Frame {
         traffic_lights: vec![traffic_light()],
         agents: vec![agent()],
         hidden: HiddenScenery::default(),
+        halted: vec![Halt { tick: Tick(7), actor: actor(1), reason: HaltReason::TooFast }],
         sim_secs: 2.1,
     }
 }

@@ -3,7 +3,8 @@
 use schemas::WorldId;
 use schemas::wire::encode_frame;
 use schemas::{
-    Command, CommandReply, EncodedFrame, Error, ErrorCode, Tenant, TickItem, TickOutcome, limits,
+    Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame, Halt, Tenant, Tick, TickItem,
+    TickOutcome, limits,
 };
 
 use super::{Outlet, Recorded, Simulation};
@@ -19,6 +20,7 @@ pub(super) fn tick_world<S: Simulation>(
     outlet: &impl Outlet<S>,
 ) -> Result<TickOutcome, Error> {
     check_item(&**world, item)?;
+    let begun = world.tick_number();
     let replies = world.run(item.world, &item.commands);
     let (mut collisions, mut sensors) = (Vec::new(), Vec::new());
     let mut frame = None;
@@ -30,7 +32,11 @@ pub(super) fn tick_world<S: Simulation>(
         }
         let is_last = count == item.tick_count;
         if is_last || outlet.has_listeners() {
-            let encoded = encode_frame(&world.frame());
+            let present = world.frame();
+            if is_last {
+                note_halts(&present, begun);
+            }
+            let encoded = encode_frame(&present);
             outlet.publish(tenant, item.world, &encoded);
             frame = Some(encoded);
         }
@@ -39,6 +45,14 @@ pub(super) fn tick_world<S: Simulation>(
     let due = item.tick_count > 0;
     let cameras_due = if due { world.cameras_due().to_vec() } else { Vec::new() };
     Ok(TickOutcome { frame, replies, collisions, sensors, cameras_due })
+}
+
+fn note_halts(frame: &Frame, begun: Tick) {
+    for halt in frame.halted_since(begun) {
+        let Halt { tick, actor, reason } = halt;
+        let (world, actor, tick) = (frame.world.get(), actor.get(), tick.0);
+        tracing::warn!(world, actor, tick, %reason, "an actor was put to rest");
+    }
 }
 
 /// The first frame of a world, and the replies to the commands that furnished it.

@@ -7,6 +7,7 @@ use schemas::{ActorId, Attachment, AttachmentKind, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
+use crate::halt::pose_fault;
 use crate::physics::{BodyHandle, BodyState};
 use crate::world::State;
 
@@ -143,7 +144,8 @@ impl State {
         }
     }
 
-    /// Lets spring arms follow their parents, and keeps where everything attached is.
+    /// Lets spring arms follow their parents, and keeps where everything attached is. What would be
+    /// carried out of the world stays where it was.
     pub(crate) fn carry_attached(&mut self, dt_secs: f32) {
         for index in 0..self.actors.len() {
             let Body::Attached(attached) = &self.actors[index].body else { continue };
@@ -155,6 +157,12 @@ impl State {
                     follow(&attached.world_from_actor, &goal, dt_secs)
                 }
             };
+            if let Some(reason) = pose_fault(&world_from_actor) {
+                let (id, last) = (self.actors[index].id, attached.world_from_actor);
+                self.actors[index].body = Body::Fixed(last);
+                self.note_halt(id, reason);
+                continue;
+            }
             if let Body::Attached(attached) = &mut self.actors[index].body {
                 attached.world_from_actor = world_from_actor;
             }

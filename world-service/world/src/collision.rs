@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use schemas::{ActorId, Collision, Vec3};
+use schemas::{ActorId, Collision, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
@@ -60,6 +60,12 @@ impl ContactLog {
                 sum.closing_mps = sum.closing_mps.max(closing_mps);
             }
         }
+    }
+
+    /// Where a body that was awake began the present substep.
+    pub(crate) fn pose_before(&self, id: ActorId) -> Option<Pose> {
+        let at = self.before.binary_search_by_key(&id, |&(id, _)| id).ok()?;
+        self.before.get(at).map(|(_, body)| body.world_from_body)
     }
 
     /// Speed at which the two surfaces approached each other before the substep.

@@ -123,13 +123,7 @@ impl World {
     fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
         self.check_spawned(id)?;
         let index = self.state.index_of(id)?;
-        self.state.detach_from(id);
-        let actor = self.state.actors.remove(index);
-        if let Some(body) = actor.rigid() {
-            self.state.physics.remove_body(body);
-        }
-        self.state.contacts.forget(id);
-        self.state.sensors.remove(id);
+        self.state.remove(index);
         Ok(())
     }
 }

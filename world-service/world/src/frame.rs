@@ -39,6 +39,7 @@ impl World {
             traffic_lights: self.traffic_lights(),
             agents: self.state.agents(),
             hidden: self.state.hidden.clone(),
+            halted: self.state.halted.clone(),
             sim_secs: self.state.sim_secs,
         }
     }
@@ -75,6 +76,9 @@ impl World {
         }
         if state.hidden != HiddenScenery::default() {
             hasher.value(&state.hidden);
+        }
+        if !state.halted.is_empty() {
+            hasher.value(&state.halted);
         }
         if let Some(lights) = &state.traffic {
             hasher.value(lights);

@@ -46,6 +46,7 @@ mod fallen;
 mod flow;
 mod frame;
 mod ground;
+mod halt;
 mod hash;
 mod overlap;
 mod physics;

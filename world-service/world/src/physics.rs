@@ -7,6 +7,7 @@
 //! alone would not do, as warm starts and sleep timers differ from the first step on.
 
 mod contact;
+mod fault;
 mod shapes;
 mod switch;
 mod workspace;
@@ -18,11 +19,12 @@ use rapier3d::prelude::{
     IslandManager, MassProperties, NarrowPhase, RigidBody, RigidBodyBuilder, RigidBodyHandle,
     RigidBodySet, SharedShape,
 };
-use schemas::{ActorId, Pose, Vec3};
+use schemas::{ActorId, HaltReason, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::blueprint::{prop_inertia_kgm2, walker_inertia_kgm2};
 use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
+use crate::halt;
 use crate::vehicle::{Fit, GRAVITY_MPS2, Impulse};
 
 pub(crate) use contact::Contact;
@@ -59,9 +61,8 @@ pub(crate) struct Physics {
     narrow_phase: NarrowPhase,
 }
 
-/// The physics produced a value that is not a number.
-#[derive(Debug)]
-pub(crate) struct NotFinite;
+/// A body whose motion became impossible, and what of it.
+pub(crate) type Fault = (BodyHandle, HaltReason);
 
 /// A body at one moment, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -302,16 +303,33 @@ impl Physics {
         }
     }
 
-    /// Spreads an impulse on an awake body over the next step.
+    /// Spreads an impulse on an awake body over the next step; one that no body can take is a fault
+    /// of the body, which then is left as it is.
     ///
     /// As a force and not at once: Rapier integrates gravity in parts of the step, and a car whose
     /// weight is carried at once would report to fall while it stands.
-    pub(crate) fn push(&mut self, handle: BodyHandle, impulse: &Impulse, dt_secs: f32) {
+    pub(crate) fn push(
+        &mut self,
+        handle: BodyHandle,
+        impulse: &Impulse,
+        dt_secs: f32,
+    ) -> Option<Fault> {
         let body = &mut self.bodies[handle];
         body.reset_forces(false);
         body.reset_torques(false);
+        let properties = body.mass_properties();
+        let turn = properties.effective_world_inv_inertia * to_rapier(impulse.angular_nms);
+        let change = to_rapier(impulse.linear_ns) * properties.effective_inv_mass;
+        let fault = halt::velocity_fault(
+            &from_rapier(body.linvel() + change),
+            &from_rapier(body.angvel() + turn),
+        );
+        if let Some(reason) = fault {
+            return Some((handle, reason));
+        }
         body.add_force(to_rapier(impulse.linear_ns / dt_secs), false);
         body.add_torque(to_rapier(impulse.angular_nms / dt_secs), false);
+        None
     }
 
     pub(crate) fn wake(&mut self, handle: BodyHandle) {
@@ -333,11 +351,9 @@ impl Physics {
         self.bodies[handle].set_position(pose_to_rapier(world_from_body), true);
     }
 
-    /// Advances all bodies under gravity and contacts.
-    ///
-    /// # Errors
-    /// [`NotFinite`] when a body or shape was no longer made of numbers and Rapier took it out.
-    pub(crate) fn step(&mut self, dt_secs: f32) -> Result<(), NotFinite> {
+    /// Advances all bodies under gravity and contacts; those whose motion became impossible, among
+    /// them what Rapier itself took out, must then be [put to rest](Self::put_to_rest).
+    pub(crate) fn step(&mut self, dt_secs: f32) -> Vec<Fault> {
         let parameters = IntegrationParameters {
             dt: dt_secs,
             // Keeps fast bodies from passing through what is thinner than their way in a substep.
@@ -362,7 +378,7 @@ impl Physics {
                 &(),
                 &(),
             );
-            if own.pipeline.quarantine().is_empty() { Ok(()) } else { Err(NotFinite) }
+            self.faults(own.pipeline.quarantine())
         })
     }
 }

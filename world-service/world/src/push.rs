@@ -2,11 +2,12 @@
 
 use schemas::{Pose, Vec3, limits};
 
-use crate::actor::{Actor, Vehicle};
+use crate::actor::{Actor, Outside, Vehicle};
 use crate::blueprint::BodySpec;
+use crate::check;
 use crate::fallen;
 use crate::ground::Ground;
-use crate::physics::{BodyHandle, BodyState, Physics};
+use crate::physics::{BodyHandle, BodyState, Fault, Physics};
 use crate::vehicle::{Chassis, GRAVITY_MPS2, Impulse};
 
 /// Speed at which the air carries the weight of a falling person.
@@ -22,8 +23,13 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// Pushes one awake actor.
-    pub(crate) fn push(&self, actor: &mut Actor, handle: BodyHandle, physics: &mut Physics) {
+    /// Pushes one awake actor, unless no body could take the push.
+    pub(crate) fn push(
+        &self,
+        actor: &mut Actor,
+        handle: BodyHandle,
+        physics: &mut Physics,
+    ) -> Option<Fault> {
         hold(actor, handle, physics);
         let body = &physics.state(handle);
         let gravity_mps2 = if actor.switches.gravity { GRAVITY_MPS2 } else { 0.0 };
@@ -59,23 +65,25 @@ impl Surroundings<'_> {
             self.by_ground(actor, handle, physics, gravity_mps2, &mut total);
         }
         let total = within_hold(actor, &body.world_from_body, total);
-        physics.push(handle, &total, self.dt_secs);
+        physics.push(handle, &total, self.dt_secs)
     }
 
     /// Keeps a body where it is.
-    fn rest(&self, handle: BodyHandle, gravity_mps2: f32, physics: &mut Physics) {
+    fn rest(&self, handle: BodyHandle, gravity_mps2: f32, physics: &mut Physics) -> Option<Fault> {
         let weight_mps = Vec3::z() * (gravity_mps2 * self.dt_secs);
         let linear_ns = weight_mps / physics.response(handle).inverse_mass_per_kg;
         physics.set_velocity(handle, Vec3::zeros(), Vec3::zeros());
-        physics.push(handle, &Impulse { linear_ns, ..Impulse::default() }, self.dt_secs);
+        physics.push(handle, &Impulse { linear_ns, ..Impulse::default() }, self.dt_secs)
     }
 
-    /// Forces of clients; a body that is as fast as they may make it is not pushed further.
+    /// Forces and torques of clients; a body that moves or turns as fast as they may make it is not
+    /// pushed or turned further.
     fn by_client(&self, actor: &Actor, body: &BodyState) -> Impulse {
-        let outside = &actor.outside;
-        let slow = body.linear_mps.norm() < limits::SPEED_MPS_MAX;
-        let share = if slow { self.dt_secs } else { 0.0 };
-        Impulse { linear_ns: outside.force_n * share, angular_nms: outside.torque_nm * share }
+        let share = |size: f32, most: f32| if size < most { self.dt_secs } else { 0.0 };
+        let moved = share(body.linear_mps.norm(), limits::SPEED_MPS_MAX);
+        let turned = moved.min(share(body.angular_radps.norm(), check::SPIN_RADPS_MAX));
+        let Outside { force_n, torque_nm, .. } = actor.outside;
+        Impulse { linear_ns: force_n * moved, angular_nms: torque_nm * turned }
     }
 
     /// Keeps a body out of the ground, and lets the air slow what has no drag of its own.

@@ -45,9 +45,11 @@ impl State {
         let motion = self.motion_of(&self.actors[index]);
         let actor = &mut self.actors[index];
         let Some(handle) = actor.rigid() else { return };
+        let id = actor.id;
         actor.switches.physics = !on;
         actor.outside.told_mps = if on { motion.linear_mps } else { Vec3::zeros() };
         self.physics.set_simulated(handle, !on);
+        self.halted.retain(|halt| halt.actor != id);
         let Some(vehicle) = actor.vehicle_mut() else { return };
         vehicle.rails = on;
         if !on {

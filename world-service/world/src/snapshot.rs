@@ -22,7 +22,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -141,6 +141,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.hidden, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
+    }
+    if !state.halts_fit() {
+        return Err(damaged("somebody is at rest who is not there"));
     }
     if !state.drivers_fit(town) {
         return Err(damaged("a driver is not on the map's lanes"));

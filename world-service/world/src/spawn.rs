@@ -153,6 +153,7 @@ impl World {
                 .found(to.parent));
         }
         let world_from_actor = self.state.pose_of(parent) * parent_from_actor;
+        check::pose(&world_from_actor)?;
         Ok(Attached { to, parent_from_actor: *parent_from_actor, world_from_actor })
     }
 

@@ -1,13 +1,13 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, ErrorCode, Tick, Vec3, VehicleControl, Weather, limits};
+use schemas::{Error, Tick, Vec3, VehicleControl, Weather};
 
 use crate::actor::{Hold, Vehicle};
 use crate::check;
 use crate::collision::ContactLog;
 use crate::overlap::OrientedBox;
-use crate::physics::{BodyHandle, BodyState, NotFinite};
+use crate::physics::{BodyHandle, BodyState};
 use crate::push::Surroundings;
 use crate::scenery::Reach;
 use crate::town::Town;
@@ -19,15 +19,13 @@ use crate::world::{State, World};
 const WET_GRIP_LOSS: f32 = 0.35;
 /// A vehicle tilted by more than this lies on its side or roof (cosine of 60°).
 const LYING: f32 = 0.5;
-/// A body faster than this has been hit by a numerical failure, not by a car.
-const SPEED_MPS_MAX: f32 = 2.0 * limits::SPEED_MPS_MAX;
 
 impl World {
     /// Advances by one step.
     ///
     /// # Errors
-    /// `WorldQuarantined` when a body's state is no longer a number or left the map's coordinates.
-    /// The world must then not be used further.
+    /// `WorldQuarantined` when an actor's motion is impossible although those are put to rest; the
+    /// world must then not be used further.
     pub fn tick(&mut self) -> Result<(), Error> {
         self.tick_by(self.state.step.dt_secs)
     }
@@ -54,8 +52,9 @@ impl World {
             dt_secs: substep_secs,
         };
         for _ in 0..count {
-            self.state.substep(surroundings, &mut log)?;
+            self.state.substep(surroundings, &mut log);
         }
+        self.state.halt_states();
         self.state.carry_attached(dt_secs as f32);
         self.state.settle(dt_secs as f32);
         self.state.measure_acceleration(&velocities_mps);
@@ -152,26 +151,19 @@ impl State {
         self.fixtures.update(&town.scenery, &self.hidden, &reaches, &mut self.physics);
     }
 
-    fn substep(
-        &mut self,
-        surroundings: Surroundings<'_>,
-        log: &mut ContactLog,
-    ) -> Result<(), Error> {
+    fn substep(&mut self, surroundings: Surroundings<'_>, log: &mut ContactLog) {
         log.before(&self.actors, &self.physics);
+        let mut faults = Vec::new();
         for actor in &mut self.actors {
             let awake = |body: &BodyHandle| !self.physics.is_asleep(*body);
             if let Some(body) = actor.rigid().filter(awake) {
-                surroundings.push(actor, body, &mut self.physics);
+                faults.extend(surroundings.push(actor, body, &mut self.physics));
             }
         }
-        self.physics.step(surroundings.dt_secs).map_err(|NotFinite| {
-            let message = format!("the physics diverged after {}", self.tick);
-            Error::new(ErrorCode::WorldQuarantined, message)
-                .wanted("finite poses and velocities")
-                .found("a value that is not a number")
-        })?;
+        self.halt_bodies(&faults, |id| log.pose_before(id));
+        let faults = self.physics.step(surroundings.dt_secs);
+        self.halt_bodies(&faults, |id| log.pose_before(id));
         log.after(&self.physics);
-        Ok(())
     }
 
     /// Lets the lights take their turns, and tells moving vehicles which rules hold for them.
@@ -199,28 +191,6 @@ impl State {
         for (actor, (after_mps, before_mps)) in self.actors.iter_mut().zip(change) {
             actor.acceleration_mps2 = (after_mps - before_mps) / dt_secs;
         }
-    }
-
-    /// # Errors
-    /// `WorldQuarantined` for the first actor that is nowhere or impossibly fast.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        for actor in &self.actors {
-            let body = self.motion_of(actor);
-            let farthest_m = body.world_from_body.translation.vector.amax();
-            let fastest_mps = body.linear_mps.amax().max(body.angular_radps.amax());
-            // What is carried on a long arm may be fast; its carrier is not.
-            let is_carried = actor.body.attachment().is_some();
-            // Negated, so that NaN fails as well.
-            let is_slow = fastest_mps <= SPEED_MPS_MAX || is_carried && fastest_mps.is_finite();
-            let sane = farthest_m <= limits::COORDINATE_M_MAX && is_slow;
-            if !sane {
-                let message = format!("{} diverged at {}", actor.id, self.tick);
-                return Err(Error::new(ErrorCode::WorldQuarantined, message)
-                    .wanted("finite positions and speeds within the limits")
-                    .found(format!("{farthest_m} m from the origin, {fastest_mps} m/s")));
-            }
-        }
-        Ok(())
     }
 }
 

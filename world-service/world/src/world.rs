@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use schemas::{
-    ActorId, ActorState, Collision, Error, ErrorCode, HiddenScenery, MapRef, Tick, Weather,
+    ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, Tick, Weather,
     WorldId, limits,
 };
 use serde::{Deserialize, Serialize};
@@ -75,6 +75,8 @@ pub(crate) struct State {
     pub sensors: Sensors,
     /// Distance from other vehicles within which traffic has dynamics; `None`: everywhere.
     pub hybrid_m: Option<f32>,
+    /// Ordered by actor.
+    pub halted: Vec<Halt>,
 }
 
 impl World {
@@ -106,6 +108,7 @@ impl World {
                 traffic: None,
                 sensors: Sensors::default(),
                 hybrid_m: None,
+                halted: Vec::new(),
             },
             readings: Readings::default(),
         })

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from causeway.wire import ActorKind, ActorState, Collision, TrafficLightState, Weather
+from causeway.wire import ActorKind, ActorState, Collision, Halt, TrafficLightState, Weather
 from causeway.wire import Frame as FrameTable
 
 IDENTIFIER = b"CWFR"
@@ -125,6 +125,17 @@ COLLISION_DTYPE = np.dtype(
     }
 )
 
+#: An actor at rest because its motion became impossible in ``tick``; ``reason`` is a value of
+#: ``HaltReason``.
+HALT_DTYPE = np.dtype(
+    {
+        "names": ["tick", "actor", "reason"],
+        "formats": ["<u8", "<u4", "u1"],
+        "offsets": [0, 8, 12],
+        "itemsize": 16,
+    }
+)
+
 #: CARLA's fourteen weather parameters; percentages run from 0 to 100.
 WEATHER_DTYPE = np.dtype(
     [
@@ -156,6 +167,7 @@ for _name, _dtype, _bytes in (
         TRAFFIC_LIGHT_STATE_DTYPE,
         TrafficLightState.TrafficLightState.SizeOf(),
     ),
+    ("Halt", HALT_DTYPE, Halt.Halt.SizeOf()),
     ("Weather", WEATHER_DTYPE, Weather.Weather.SizeOf()),
 ):
     if _dtype.itemsize != _bytes:
@@ -196,6 +208,8 @@ class Frame:
     traffic_lights: NDArray[np.void]
     #: Simulated seconds since tick 0.
     time_secs: float
+    #: :data:`HALT_DTYPE`, shape ``(H,)``, ordered by actor.
+    halted: NDArray[np.void]
 
     def speeds_mps(self) -> NDArray[np.float32]:
         """Speed of every actor, shape ``(N,)``, metres per second, never negative."""
@@ -243,6 +257,9 @@ def _decode(data: memoryview) -> Frame:
     lights = _array(
         data, TRAFFIC_LIGHT_STATE_DTYPE, table.TrafficLights(0), table.TrafficLightsLength()
     )
+    halted = np.empty(0, HALT_DTYPE)
+    if not table.HaltedIsNone():
+        halted = _array(data, HALT_DTYPE, table.Halted(0), table.HaltedLength())
     return Frame(
         world=table.World(),
         tick=table.Tick(),
@@ -258,6 +275,7 @@ def _decode(data: memoryview) -> Frame:
         collisions=collisions,
         traffic_lights=lights,
         time_secs=table.SimSecs(),
+        halted=halted,
     )
 
 

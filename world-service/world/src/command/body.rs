@@ -155,6 +155,7 @@ impl World {
         }
         match switch {
             BodySwitch::Physics => {
+                self.state.halted.retain(|halt| halt.actor != id);
                 physics.set_simulated(handle, on);
                 actor.outside.told_mps = Vec3::zeros();
                 if let Some(Vehicle { state, tuning, .. }) = actor.vehicle_mut() {

@@ -35,10 +35,9 @@ impl Physics {
         }
         // The normal points from the first shape to the second, the push on the first back.
         let impulse_ns = -from_rapier(pair.total_impulse());
-        if impulse_ns == Vec3::zeros() {
-            return None;
-        }
-        let point_m = self.point(pair)?;
+        // Also of none, and of one too small to be weighed.
+        let pushes = impulse_ns.norm() > 0.0 && impulse_ns.norm().is_finite();
+        let point_m = self.point(pair).filter(|_| pushes)?;
         match (self.actor(pair.collider1), self.actor(pair.collider2)) {
             (Some(first), Some(second)) if second < first => Some(Contact {
                 first: second,

@@ -82,6 +82,11 @@ impl Ackermann {
         self.target = Some(target);
     }
 
+    /// With its gains and without a past.
+    pub(crate) fn afresh(&self) -> Self {
+        Self { gains: self.gains, ..Self::default() }
+    }
+
     /// Leaves the pedals to somebody else.
     pub(crate) fn release(&mut self) {
         self.target = None;

@@ -261,8 +261,33 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(34))
         return o == 0
 
+    # Who is at rest for that, until its physics is switched on again. Ordered by actor.
+    # Frame
+    def Halted(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(36))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 16
+            from causeway.wire.Halt import Halt
+            obj = Halt()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def HaltedLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(36))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def HaltedIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(36))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(16)
+    builder.StartObject(17)
 
 def Start(builder):
     FrameStart(builder)
@@ -398,6 +423,18 @@ def FrameStartHiddenSceneryVector(builder, numElems):
 
 def StartHiddenSceneryVector(builder, numElems: int) -> int:
     return FrameStartHiddenSceneryVector(builder, numElems)
+
+def FrameAddHalted(builder, halted):
+    builder.PrependUOffsetTRelativeSlot(16, flatbuffers.number_types.UOffsetTFlags.py_type(halted), 0)
+
+def AddHalted(builder, halted):
+    FrameAddHalted(builder, halted)
+
+def FrameStartHaltedVector(builder, numElems):
+    return builder.StartVector(16, numElems, 8)
+
+def StartHaltedVector(builder, numElems: int) -> int:
+    return FrameStartHaltedVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()
