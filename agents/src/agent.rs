@@ -357,3 +357,38 @@ fn candidates(network: &Network, map: &Map, point_m: &Vec3) -> Vec<Place> {
         places
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::LanePoint;
+
+    #[test]
+    fn an_agent_brakes_before_a_curve() {
+        let way = |curvature_per_m: f32| {
+            [(0.0, 0.0), (30.0, curvature_per_m)].map(|(at_m, curvature_per_m)| {
+                let (point_m, heading_rad) = (Vec3::new(at_m, 0.0, 0.0), 0.0);
+                let point =
+                    LanePoint { at_m, point_m, heading_rad, curvature_per_m, limit_mps: 0.0 };
+                PathPoint { point, ahead_m: at_m }
+            })
+        };
+        let options = AgentOptions { target_speed_mps: Some(20.0), ..AgentOptions::default() };
+        let agent = Agent::new(options);
+        let free_mps =
+            |points: &[PathPoint]| agent.free_speed(points, &Traits::of(&agent.options), 19.0);
+        assert_eq!(free_mps(&way(0.0)), 20.0);
+        // Radius 20 m: 3.5 m/s² sideways are 8.37 m/s, and 15.81 m/s with 3 m/s² before it.
+        for curvature_per_m in [0.05, -0.05] {
+            let before_mps = free_mps(&way(curvature_per_m));
+            assert!((before_mps - 15.81).abs() < 0.01, "{before_mps}");
+            let within_mps = free_mps(
+                &way(curvature_per_m)[1..]
+                    .iter()
+                    .map(|at| PathPoint { ahead_m: 0.0, ..*at })
+                    .collect::<Vec<_>>(),
+            );
+            assert!((within_mps - 8.37).abs() < 0.01, "{within_mps}");
+        }
+    }
+}

@@ -63,6 +63,22 @@ mod tests {
     }
 
     #[test]
+    fn who_is_far_off_its_path_returns_as_if_it_were_a_little_off() {
+        let at = |left_m: f32| steer(&place(left_m, 0.0, 0.0), &Reference::default(), &view());
+        assert!(
+            at(0.3) < 0.6 * at(0.1) && at(OFFSET_M_MAX) < 1.9 * at(0.3),
+            "within: in proportion"
+        );
+        for far_m in [0.7, 2.0, 8.0] {
+            assert_eq!(at(far_m), at(OFFSET_M_MAX), "{far_m} m");
+            assert_eq!(at(-far_m), -at(OFFSET_M_MAX), "{far_m} m");
+        }
+        let changes = Reference { left_m: 3.5, ..Reference::default() };
+        let after = steer(&place(3.4, 0.0, 0.0), &changes, &view());
+        assert!((after + at(0.1)).abs() < 1.0e-4, "off the path of a change, not off the lane");
+    }
+
+    #[test]
     fn a_left_curve_is_steered_left_by_its_curvature() {
         let steer = steer(&place(0.0, 0.0, 0.02), &Reference::default(), &view());
         assert!((steer * 0.6 - (2.85f32 * 0.02).atan()).abs() < 1.0e-6);

@@ -140,3 +140,57 @@ fn curvature_per_m(map: &Map, at: &Waypoint, lane: &Isometry3<f64>) -> f64 {
     // The sine of the turn; on the curves of roads it equals the turn to within a percent.
     (from.x * to.y - from.y * to.x) / CHORD_M
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::level_pose;
+
+    use super::*;
+
+    /// 100 m straight along x, 40 m to the left with a radius of 25 m in the road's middle, and
+    /// 60 m straight on.
+    const BEND: &str = r#"<?xml version="1.0"?>
+<OpenDRIVE>
+  <header revMajor="1" revMinor="4" name="bend" version="1" north="0" south="0" east="0" west="0"/>
+  <road name="bend" length="200" id="1" junction="-1">
+    <planView>
+      <geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry>
+      <geometry s="100" x="100" y="0" hdg="0" length="40"><arc curvature="0.04"/></geometry>
+      <geometry s="140" x="124.9893" y="25.7300" hdg="1.6" length="60"><line/></geometry>
+    </planView>
+    <lanes><laneSection s="0">
+      <center><lane id="0" type="none" level="false"/></center>
+      <right><lane id="-1" type="driving" level="false">
+        <width sOffset="0" a="4" b="0" c="0" d="0"/></lane></right>
+    </laneSection></lanes>
+  </road>
+</OpenDRIVE>"#;
+    /// Of the road's middle, along which `Map::next` measures.
+    const RADIUS_M: f64 = 25.0;
+
+    fn limit_mps(x_m: f32, speed_mps: f32) -> f32 {
+        let map = Map::parse("bend", BEND).unwrap();
+        let track = Track::nearest(&map, &level_pose(Vec3::new(x_m, -2.0, 0.0), 0.0)).unwrap();
+        track.speed_limit_mps(&map, speed_mps)
+    }
+
+    #[test]
+    fn before_a_curve_it_is_as_fast_as_easy_braking_allows_and_in_it_as_its_radius_does() {
+        let curve_mps2 = CURVE_MPS2 * RADIUS_M;
+        for before_m in [4.0, 12.0, 20.0, 32.0f32] {
+            let wanted_mps = (curve_mps2 + 2.0 * CURVE_BRAKING_MPS2 * f64::from(before_m)).sqrt();
+            let found_mps = f64::from(limit_mps(100.0 - before_m, 15.0));
+            // Places are 4 m apart, and the chord of the curvature begins 2 m before the bend.
+            assert!(found_mps < wanted_mps + 0.1, "{before_m} m: {found_mps} of {wanted_mps}");
+            assert!(found_mps > wanted_mps - 1.2, "{before_m} m: {found_mps} of {wanted_mps}");
+        }
+        let within_mps = f64::from(limit_mps(101.0, 9.0));
+        assert!((within_mps - curve_mps2.sqrt()).abs() < 0.2, "{within_mps}");
+    }
+
+    #[test]
+    fn a_curve_beyond_its_braking_distance_slows_nobody() {
+        assert!(limit_mps(60.0, 8.0) > 50.0, "12.8 m and two steps ahead count at 8 m/s");
+        assert!(limit_mps(60.0, 15.0) < 17.5);
+    }
+}

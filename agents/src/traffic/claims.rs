@@ -249,6 +249,61 @@ mod tests {
     }
 
     #[test]
+    fn who_left_a_crossing_behind_leaves_it_to_others() {
+        let network = network();
+        let [left, straight, _] = left_turn(&network);
+        let until_m = network.lane(straight).unwrap().conflict(left).unwrap().until_m;
+        let left = way(&network, left);
+        for (rear_m, free) in [(until_m, false), (until_m + CLEAR_M + 0.1, true)] {
+            let mut claims = Claims::default();
+            claims.tell(Hold { lane: straight, id: id(1), rear_m, until_m: None });
+            assert_eq!(claims.grant(&network, &left, id(2), 1).is_ok(), free, "{rear_m} m");
+        }
+    }
+
+    #[test]
+    fn who_has_a_higher_rank_and_comes_soon_is_let_through() {
+        let network = network();
+        let [left, straight, _] = left_turn(&network).map(|it| way(&network, it));
+        for (eta_secs, rank, lets) in [(2.0, 2, true), (2.0, 1, false), (5.0, 2, false)] {
+            let mut claims = Claims::default();
+            claims.wish(&straight, id(1), eta_secs, rank);
+            let wanted = if lets { Err(id(1)) } else { Ok(()) };
+            assert_eq!(claims.grant(&network, &left, id(2), 1), wanted, "{eta_secs} s, {rank}");
+        }
+    }
+
+    #[test]
+    fn who_asks_nobody_holds_what_it_is_on_and_may_enter_soon() {
+        let network = network();
+        let [left, straight, _] = left_turn(&network);
+        let before = *network.lane(straight).unwrap().previous.first().unwrap();
+        let end_m = network.lane(before).unwrap().length_m();
+        let left = way(&network, left);
+        let grant = |lane: LaneId, at_m: f32, turn_rad: f32, mps: f32| {
+            let point = network.lane(lane).unwrap().at(at_m);
+            let heading_rad = point.heading_rad + turn_rad;
+            let forward = schemas::Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
+            let body = Body {
+                id: id(1),
+                is_walker: false,
+                centre_m: point.point_m,
+                forward,
+                half_m: schemas::Vec3::new(2.4, 0.9, 0.8),
+                velocity_mps: forward * mps,
+            };
+            let mut claims = Claims::default();
+            claims.occupy(&network, &body);
+            claims.grant(&network, &left, id(2), 1)
+        };
+        assert_eq!(grant(straight, 3.0, 0.0, 0.0), Err(id(1)), "on it");
+        assert_eq!(grant(straight, 3.0, std::f32::consts::PI, 0.0), Ok(()), "against it");
+        assert_eq!(grant(before, end_m - 4.0, 0.0, 0.0), Err(id(1)), "at its entry");
+        assert_eq!(grant(before, end_m - 15.0, 0.0, 8.0), Err(id(1)), "soon at its entry");
+        assert_eq!(grant(before, end_m - 15.0, 0.0, 0.0), Ok(()), "far from its entry");
+    }
+
+    #[test]
     fn nobody_waits_inside_a_junction_for_traffic_from_the_side_or_behind_a_sign() {
         let network = network();
         let [left, straight, crossing] = left_turn(&network).map(|it| way(&network, it));

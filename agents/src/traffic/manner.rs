@@ -142,7 +142,10 @@ impl Manner {
 
 #[cfg(test)]
 mod tests {
+    use schemas::Vec3;
+
     use super::*;
+    use crate::network::LanePoint;
 
     #[test]
     fn a_driver_settles_behind_a_leader_at_its_speed_and_distance() {
@@ -156,6 +159,36 @@ mod tests {
         }
         assert!((speed_mps - 8.0).abs() < 0.05, "{speed_mps}");
         assert!((11.0..18.0).contains(&gap_m) && least_m > 8.0, "{gap_m}, {least_m}");
+    }
+
+    fn way(points: &[(f32, f32, f32)]) -> Vec<PathPoint> {
+        let point = |&(ahead_m, curvature_per_m, limit_mps): &(f32, f32, f32)| {
+            let point = LanePoint {
+                at_m: ahead_m,
+                point_m: Vec3::new(ahead_m, 0.0, 0.0),
+                heading_rad: 0.0,
+                curvature_per_m,
+                limit_mps,
+            };
+            PathPoint { point, ahead_m }
+        };
+        points.iter().map(point).collect()
+    }
+
+    #[test]
+    fn a_driver_brakes_before_a_curve_and_a_lower_limit_in_comfort() {
+        let manner = Manner::of(AgentBehaviour::Normal);
+        let free_mps = |points: &[(f32, f32, f32)]| manner.free_mps(&way(points), 1_000.0);
+        assert_eq!(free_mps(&[(0.0, 0.0, 12.0), (50.0, 0.0, 12.0)]), 12.0);
+        // Radius 20 m: 2.2 m/s² sideways are 6.63 m/s, whichever way it turns.
+        for curvature_per_m in [0.05, -0.05] {
+            let here_mps = free_mps(&[(0.0, curvature_per_m, 20.0)]);
+            assert!((here_mps - 6.63).abs() < 0.01, "{here_mps}");
+            let before_mps = free_mps(&[(0.0, 0.0, 20.0), (30.0, curvature_per_m, 20.0)]);
+            assert!((before_mps - 12.81).abs() < 0.01, "{before_mps}");
+        }
+        let lower_mps = free_mps(&[(0.0, 0.0, 20.0), (25.0, 0.0, 10.0)]);
+        assert!((lower_mps - 14.14).abs() < 0.01, "{lower_mps}");
     }
 
     #[test]
