@@ -25,6 +25,10 @@ impl Cubic {
         self.b + t * (2.0 * self.c + t * 3.0 * self.d)
     }
 
+    pub(crate) fn coefficients(&self) -> Coefficients {
+        [self.a, self.b, self.c, self.d]
+    }
+
     /// The same curve, counted from another start.
     fn counted_from(&self, start_s: f64) -> Self {
         let t = start_s - self.start_s;
@@ -112,7 +116,7 @@ pub(crate) enum Shape {
 }
 
 impl Geometry {
-    /// The pose `distance_m` after the start, kept within the geometry.
+    /// The pose `distance_m` after the start, kept within the geometry unless it is a polynomial.
     pub(crate) fn at(&self, distance_m: f64) -> PlanPose {
         self.at_with_direction(distance_m).0
     }
@@ -132,27 +136,31 @@ impl Geometry {
     /// As [`Geometry::at`], with sine and cosine of the heading there.
     #[inline]
     pub(crate) fn at_with_direction(&self, distance_m: f64) -> (PlanPose, [f64; 2]) {
-        let d = distance_m.clamp(0.0, self.length_m);
+        let PlanPose { x, y, heading_rad } = self.start;
+        let d = distance_m.max(0.0).min(self.length_m);
+        match &self.shape {
+            Shape::Line => {
+                let [sin, cos] = self.start_unit;
+                (PlanPose { x: x + d * cos, y: y + d * sin, heading_rad }, [sin, cos])
+            }
+            Shape::Arc { curvature } => arc(self.start, self.start_unit, *curvature, d),
+            Shape::Spiral { curvature_start, curvature_end } => {
+                let end = spiral(self.start, *curvature_start, *curvature_end, self.length_m, d);
+                (end, unit(end.heading_rad))
+            }
+            // The client goes on beyond the end of these, and of these only.
+            Shape::Polynomial(table) => self.on_polynomial(table, distance_m.max(0.0)),
+        }
+    }
+
+    #[inline(never)]
+    fn on_polynomial(&self, table: &Table, d: f64) -> (PlanPose, [f64; 2]) {
         let PlanPose { x, y, heading_rad } = self.start;
         let [sin, cos] = self.start_unit;
-        let pose = match &self.shape {
-            Shape::Line => {
-                return (PlanPose { x: x + d * cos, y: y + d * sin, heading_rad }, [sin, cos]);
-            }
-            Shape::Arc { curvature } => return arc(self.start, self.start_unit, *curvature, d),
-            Shape::Spiral { curvature_start, curvature_end } => {
-                spiral(self.start, *curvature_start, *curvature_end, self.length_m, d)
-            }
-            Shape::Polynomial(table) => {
-                let (u, v, turn_rad) = table.at(d);
-                PlanPose {
-                    x: x + u * cos - v * sin,
-                    y: y + u * sin + v * cos,
-                    heading_rad: heading_rad + turn_rad,
-                }
-            }
-        };
-        (pose, unit(pose.heading_rad))
+        let (u, v, turn_rad) = table.at(d);
+        let heading_rad = heading_rad + turn_rad;
+        let end = PlanPose { x: x + u * cos - v * sin, y: y + u * sin + v * cos, heading_rad };
+        (end, unit(heading_rad))
     }
 }
 
@@ -180,6 +188,7 @@ fn arc(start: PlanPose, [sin, cos]: [f64; 2], curvature: f64, d: f64) -> (PlanPo
 
 /// Integrates the direction of a clothoid with five Gauss points per panel; a panel turns by at
 /// most half a radian, which keeps the error below a micrometre on roads.
+#[inline(never)]
 fn spiral(start: PlanPose, k0: f64, k1: f64, length_m: f64, d: f64) -> PlanPose {
     const POINTS: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
@@ -234,7 +243,9 @@ struct Entry {
 /// Coefficients a to d of one polynomial.
 pub(crate) type Coefficients = [f64; 4];
 
-fn evaluate([a, b, c, d]: Coefficients, p: f64) -> (f64, f64) {
+/// Value and slope.
+#[inline]
+pub(crate) fn evaluate([a, b, c, d]: Coefficients, p: f64) -> (f64, f64) {
     (a + p * (b + p * (c + p * d)), b + p * (2.0 * c + p * 3.0 * d))
 }
 

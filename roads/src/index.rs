@@ -247,7 +247,7 @@ impl Chord {
 
 /// Whether one chord stands for the whole section: straight reference line, grades without bend.
 fn is_straight(road: &Road, section: &Section) -> bool {
-    let first = road.geometries.partition_point(|g| g.start_s <= section.start_s).saturating_sub(1);
+    let first = road.geometry_index(section.start_s);
     road.geometries.get(first).is_some_and(|geometry| {
         geometry.shape == Shape::Line && geometry.start_s + geometry.length_m >= section.end_s
     }) && road.elevation.is_linear()

@@ -54,10 +54,22 @@ pub(crate) struct LaneTable {
     pub(crate) lanes: Vec<LaneEntry>,
     /// For every section of every road: its lanes.
     sections: Vec<SectionLanes>,
-    /// For every road: where its sections start in `sections`; at last their number.
-    first_of_road: Vec<u32>,
-    /// For every road id up to the largest, if that is not too large: the road's position.
-    position_of_id: Vec<u32>,
+    roads: Vec<RoadSections>,
+    /// The same for every road id up to the largest, if that is not too large.
+    by_id: Vec<RoadSections>,
+}
+
+/// A road, and where its sections stand in the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RoadSections {
+    /// Position in [`Model::roads`].
+    pub(crate) road: u32,
+    first: u32,
+    end: u32,
+}
+
+impl RoadSections {
+    const NONE: Self = Self { road: u32::MAX, first: 0, end: 0 };
 }
 
 impl LaneTable {
@@ -66,9 +78,11 @@ impl LaneTable {
         reason = "the reader accepts fewer XML nodes than fit into 32 bits"
     )]
     pub(crate) fn new(model: &Model) -> Self {
-        let mut table = Self { position_of_id: positions(model), ..Self::default() };
+        let mut table = Self::default();
         for (road_index, road) in model.roads.iter().enumerate() {
-            table.first_of_road.push(table.sections.len() as u32);
+            let first = table.sections.len() as u32;
+            let end = first + road.sections.len() as u32;
+            table.roads.push(RoadSections { road: road_index as u32, first, end });
             for (section_index, section) in road.sections.iter().enumerate() {
                 let first = table.lanes.len() as u32;
                 let end = first + section.lanes.len() as u32;
@@ -88,7 +102,7 @@ impl LaneTable {
                 }));
             }
         }
-        table.first_of_road.push(table.sections.len() as u32);
+        table.by_id = by_id(model, &table.roads);
         table
     }
 
@@ -96,12 +110,20 @@ impl LaneTable {
         self.lanes.get(index as usize)
     }
 
-    /// The lane with this id in a section.
-    #[inline]
+    /// The lane with this id in a section of the road at this position in [`Model::roads`].
     pub(crate) fn find(&self, road: usize, section: usize, lane_id: i32) -> Option<LaneIndex> {
-        let first_section = *self.first_of_road.get(road)? as usize;
-        let end_section = *self.first_of_road.get(road + 1)? as usize;
-        let own = self.sections.get(first_section..end_section)?;
+        self.find_in(*self.roads.get(road)?, section, lane_id)
+    }
+
+    /// The lane with this id in a section of a road.
+    #[inline]
+    pub(crate) fn find_in(
+        &self,
+        road: RoadSections,
+        section: usize,
+        lane_id: i32,
+    ) -> Option<LaneIndex> {
+        let own = self.sections.get(road.first as usize..road.end as usize)?;
         let SectionLanes { first, end, least_id } = *own.get(section)?;
         // Ids mostly have no gaps; where they have, the lane stands before its place.
         let guess = i64::from(first) + i64::from(lane_id) - i64::from(least_id);
@@ -112,33 +134,30 @@ impl LaneTable {
         (first..end.min(guess)).find(|index| self.get(*index).is_some_and(|e| e.lane_id == lane_id))
     }
 
-    /// Position of a road in [`Model::roads`].
+    /// The road with this id.
     #[inline]
-    pub(crate) fn road_position(&self, model: &Model, id: u32) -> Option<usize> {
-        if self.position_of_id.is_empty() {
-            return model.road_index(id);
+    pub(crate) fn road(&self, model: &Model, id: u32) -> Option<RoadSections> {
+        if self.by_id.is_empty() {
+            return self.roads.get(model.road_index(id)?).copied();
         }
-        let position = *self.position_of_id.get(id as usize)?;
-        (position != NO_ROAD).then_some(position as usize)
+        self.by_id.get(id as usize).copied().filter(|road| road.first < road.end)
     }
 }
 
-const NO_ROAD: u32 = u32::MAX;
-
-/// The position of the road of every id; nothing where ids are so large that a search is better.
-fn positions(model: &Model) -> Vec<u32> {
+/// The road of every id; nothing where ids are so large that a search is better.
+fn by_id(model: &Model, roads: &[RoadSections]) -> Vec<RoadSections> {
     const SPARSE_MAX: usize = 64;
     let largest = model.roads.last().map_or(0, |road| road.id as usize);
-    if largest > model.roads.len() * SPARSE_MAX {
+    if largest > roads.len() * SPARSE_MAX {
         return Vec::new();
     }
-    let mut positions = vec![NO_ROAD; largest + 1];
-    for (position, road) in (0..).zip(&model.roads) {
-        if let Some(known) = positions.get_mut(road.id as usize) {
-            *known = position;
+    let mut by_id = vec![RoadSections::NONE; largest + 1];
+    for (sections, road) in roads.iter().zip(&model.roads) {
+        if let Some(known) = by_id.get_mut(road.id as usize) {
+            *known = *sections;
         }
     }
-    positions
+    by_id
 }
 
 /// The parts of the model one lane entry stands for.

@@ -181,13 +181,13 @@ impl Map {
     pub fn waypoint(&self, road: u32, lane: i32, s: f64) -> Option<Waypoint> {
         #[allow(clippy::cast_possible_truncation, reason = "the client library rounds s so")]
         let s = f64::from(s as f32);
-        let road_index = self.table.road_position(&self.model, road)?;
-        let found = self.model.roads.get(road_index)?;
+        let sections = self.table.road(&self.model, road)?;
+        let found = self.model.roads.get(sections.road as usize)?;
         if !(s >= 0.0 && s < found.length_m) {
             return None;
         }
         let section = found.section_index(s);
-        let index = self.table.find(road_index, section, lane)?;
+        let index = self.table.find_in(sections, section, lane)?;
         self.waypoint_on(index, s)
     }
 
@@ -344,8 +344,8 @@ impl Map {
 
     #[inline]
     pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
-        let road = self.table.road_position(&self.model, waypoint.road)?;
-        self.table.find(road, waypoint.section as usize, waypoint.lane)
+        let road = self.table.road(&self.model, waypoint.road)?;
+        self.table.find_in(road, waypoint.section as usize, waypoint.lane)
     }
 
     #[inline]

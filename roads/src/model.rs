@@ -134,12 +134,16 @@ impl Road {
     /// The reference line at `s`, kept within the road.
     pub(crate) fn reference(&self, s: f64) -> PlanPose {
         let s = s.clamp(0.0, self.length_m);
-        let index = self.geometries.partition_point(|g| g.start_s <= s).saturating_sub(1);
         self.geometries
-            .get(index)
+            .get(self.geometry_index(s))
             .map_or(PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 }, |geometry| {
                 geometry.at(s - geometry.start_s)
             })
+    }
+
+    /// Position of the geometry at `s`: the last one starting at or before it.
+    pub(crate) fn geometry_index(&self, s: f64) -> usize {
+        self.geometries.partition_point(|geometry| geometry.start_s <= s).saturating_sub(1)
     }
 
     /// Position of the section at `s`: the last one starting at or before it.

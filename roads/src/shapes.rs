@@ -3,20 +3,25 @@
 //! A lane's middle is the lane offset and the widths of all lanes up to it. Between the starts of
 //! any of their records that sum is one cubic; so is the height.
 
-use crate::geometry::{Cubic, Geometry, unit};
+use crate::geometry::{Coefficients, Geometry, evaluate, unit};
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, direction, placed};
 use crate::model::{Model, Road, Section};
 
-/// A stretch of a lane on which nothing begins; all counts from the start of `middle`.
+/// Where a stretch of a lane begins on which no record does.
 #[derive(Clone, Copy, Debug)]
-struct Stretch {
-    /// Left of the reference line, in metres.
-    middle: Cubic,
-    height: Cubic,
-    /// Where the road ends.
-    road_end_s: f64,
+struct Start {
+    s: f64,
     /// Position among the geometries of all roads.
     geometry: u32,
+}
+
+/// How a stretch goes on from its start: one line of the processor's cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Stretch {
+    /// Left of the reference line, in metres.
+    middle: Coefficients,
+    height: Coefficients,
 }
 
 /// The stretches of all lanes, with all a pose needs in as few steps as possible.
@@ -25,6 +30,8 @@ pub(crate) struct Shapes {
     /// Those of all roads, one after another.
     geometries: Vec<Geometry>,
     stretches: Vec<Stretch>,
+    /// Of every stretch: looking for one must not touch them all.
+    starts: Vec<Start>,
     /// Where each lane's stretches begin, and at last where all end.
     firsts: Vec<u32>,
 }
@@ -45,8 +52,12 @@ impl Shapes {
             let Some(section) = road.sections.get(entry.section as usize) else { continue };
             collect_starts(road, section, entry.lane_id, &mut starts);
             let first = first_of_road.get(entry.road as usize).copied().unwrap_or_default();
-            let stretches = starts.iter().map(|s| stretch(road, section, entry, *s));
-            shapes.stretches.extend(stretches.map(|own| own.after(first)));
+            shapes.stretches.extend(starts.iter().map(|s| stretch(road, section, entry, *s)));
+            shapes.starts.extend(
+                starts
+                    .iter()
+                    .map(|s| Start { s: *s, geometry: first + road.geometry_index(*s) as u32 }),
+            );
         }
         shapes.firsts.push(shapes.stretches.len() as u32);
         shapes
@@ -86,14 +97,14 @@ impl Shapes {
         }
         let first = *self.firsts.get(lane as usize)? as usize;
         let end = *self.firsts.get(lane as usize + 1)? as usize;
-        let own = self.stretches.get(first..end)?;
-        let stretch =
-            own.get(own.partition_point(|one| one.middle.start_s <= s).saturating_sub(1))?;
-        let geometry = self.geometries.get(stretch.geometry as usize)?;
-        let along_s = s.clamp(0.0, stretch.road_end_s);
-        let (reference, along) = geometry.at_with_direction(along_s - geometry.start_s);
-        let middle = (stretch.middle.value(s), stretch.middle.slope(s));
-        let height = (stretch.height.value(s), stretch.height.slope(s));
+        let starts = self.starts.get(first..end)?;
+        let own = starts.partition_point(|start| start.s <= s).saturating_sub(1);
+        let start = starts.get(own)?;
+        let geometry = self.geometries.get(start.geometry as usize)?;
+        let stretch = self.stretches.get(first + own)?;
+        let (reference, along) = geometry.at_with_direction(s - geometry.start_s);
+        let t = s - start.s;
+        let (middle, height) = (evaluate(stretch.middle, t), evaluate(stretch.height, t));
         Some((placed(reference, along, middle, height), along, middle.1))
     }
 }
@@ -114,7 +125,6 @@ fn collect_starts(road: &Road, section: &Section, lane_id: i32, starts: &mut Vec
     starts.dedup();
 }
 
-#[allow(clippy::cast_possible_truncation, reason = "there are fewer geometries than XML nodes")]
 fn stretch(road: &Road, section: &Section, entry: &LaneEntry, start_s: f64) -> Stretch {
     let sign = f64::from(entry.lane_id.signum());
     let mut middle = road.lane_offset.cubic_at(start_s);
@@ -127,14 +137,6 @@ fn stretch(road: &Road, section: &Section, entry: &LaneEntry, start_s: f64) -> S
             middle = middle.plus(&lane.width.cubic_at(start_s), share);
         }
     }
-    let geometry = road.geometries.partition_point(|g| g.start_s <= start_s).saturating_sub(1);
     let height = road.elevation.cubic_at(start_s);
-    Stretch { middle, height, road_end_s: road.length_m, geometry: geometry as u32 }
-}
-
-impl Stretch {
-    /// The same where the road's geometries follow so many of other roads.
-    fn after(self, geometries: u32) -> Self {
-        Self { geometry: geometries + self.geometry, ..self }
-    }
+    Stretch { middle: middle.coefficients(), height: height.coefficients() }
 }

@@ -19,14 +19,14 @@ pub(crate) fn check(model: &Model, report: &mut Report) {
             lanes(road, section, report);
             let lanes = section.lanes.len() as f64;
             let length_m = section.end_s - section.start_s;
-            let found = format!("{length_m} m with {lanes} lanes");
+            let found = || format!("{length_m} m with {lanes} lanes");
             let marks: usize = section.lanes.iter().map(|lane| lane.marks.len()).sum();
             let flat = lanes * strip::cuts_max(road, section) + marks as f64;
-            lane_steps.add(lanes * length_m * panels, road, section.start_s, &found, report);
-            pieces.add(flat, road, section.start_s, &found, report);
+            lane_steps.add(lanes * length_m * panels, road, section.start_s, found, report);
+            pieces.add(flat, road, section.start_s, found, report);
         }
         for object in &road.objects {
-            let found = format!("the object {}", shown(&object.name));
+            let found = || format!("the object {}", shown(&object.name));
             let count = if object.is_crosswalk() {
                 // A crossing without corners repeats those of the one before.
                 corners = if object.corners.is_empty() { corners } else { object.corners.len() };
@@ -34,7 +34,7 @@ pub(crate) fn check(model: &Model, report: &mut Report) {
             } else {
                 panes(object)
             };
-            parts.add(count, road, object.s, &found, report);
+            parts.add(count, road, object.s, found, report);
         }
     }
 }
@@ -51,12 +51,19 @@ impl Sum {
         Self { sum: 0.0, limit, what }
     }
 
-    fn add(&mut self, count: f64, road: &Road, s: f64, found: &str, report: &mut Report) {
+    fn add(
+        &mut self,
+        count: f64,
+        road: &Road,
+        s: f64,
+        found: impl Fn() -> String,
+        report: &mut Report,
+    ) {
         let was_within = self.sum <= self.limit;
         self.sum += count;
         if was_within && self.sum > self.limit {
             let wanted = format!("a map of at most {} {}", self.limit, self.what);
-            let found = format!("{:.0} with {found}; split the map or correct them", self.sum);
+            let found = format!("{:.0} with {}; split the map or correct them", self.sum, found());
             report.add(Some(road.id), Some(s), wanted, found);
         }
     }

@@ -18,7 +18,8 @@ pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
     }
     for road in &model.roads {
         let (mut s, mut section_index) = (FIRST_S, 0);
-        while s < road.length_m {
+        // The client stops as far before the end, which tells where a step ends there.
+        while s < road.length_m - FIRST_S {
             let begins =
                 |index: usize| road.sections.get(index).is_some_and(|one| one.start_s <= s);
             while begins(section_index + 1) {

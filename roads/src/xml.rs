@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::error::{Report, shown};
 use crate::limits;
 use crate::model::{Junction, Model, Road};
+use crate::signals::Controller;
 use crate::size;
 use number::{id_or_zero, text};
 use tree::Node;
@@ -20,93 +21,140 @@ use tree::Node;
 /// Reads a map. Faults go to the report; what is returned is usable when the report is empty.
 pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
     let xodr = xodr.strip_prefix('\u{feff}').unwrap_or(xodr);
-    let mut model = Model::default();
     if xodr.len() > limits::TEXT_BYTES_MAX {
         let found = format!("{} bytes", xodr.len());
         report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
-        return model;
+        return Model::default();
     }
-    let document = match reader::parse(xodr) {
-        Ok(document) => document,
-        Err(refusal) => {
-            report.add(None, None, refusal.wanted, refusal.found);
+    let mut reading = Reading::default();
+    if let Err(refusal) = reader::parse(xodr, |is_root, node| reading.part(is_root, node)) {
+        report.add(None, None, refusal.wanted, refusal.found);
+        return Model::default();
+    }
+    reading.end(report)
+}
+
+/// What has been read of a map.
+#[derive(Default)]
+struct Reading {
+    report: Report,
+    is_map: bool,
+    latitude_deg: Option<f64>,
+    longitude_deg: Option<f64>,
+    roads: BTreeMap<u32, Road>,
+    /// Metres of polynomials so far.
+    polynomial_m: f64,
+    signals: signals::Reading,
+    junctions: Vec<NamedJunction>,
+}
+
+/// A junction whose connecting roads are not looked up yet.
+struct NamedJunction {
+    id: u32,
+    /// Id of the connection, and the connecting road as it is written.
+    connections: Vec<(u32, u32, String)>,
+    controllers: Vec<String>,
+}
+
+impl Reading {
+    fn part(&mut self, is_root: bool, node: Node<'_, '_>) {
+        match node.name() {
+            "OpenDRIVE" if is_root => self.is_map = true,
+            other if is_root => {
+                self.report.add(None, None, "a root element OpenDRIVE", shown(other));
+            }
+            _ if !self.is_map => {}
+            "header" => self.geo_reference(node),
+            "road" => self.road(node),
+            "junction" => self.junctions.push(named_junction(node)),
+            "controller" => self.signals.data.controllers.push(controller(node)),
+            _ => {}
+        }
+    }
+
+    fn geo_reference(&mut self, header: Node<'_, '_>) {
+        let Some(reference) = child(header, "geoReference") else { return };
+        let words = reference.text();
+        let value = |key: &str| {
+            words
+                .split_whitespace()
+                .find_map(|word| word.strip_prefix(key))
+                .and_then(|number| number.parse::<f64>().ok())
+                .filter(|degrees| degrees.abs() <= 360.0)
+        };
+        self.latitude_deg = self.latitude_deg.or(value("+lat_0="));
+        self.longitude_deg = self.longitude_deg.or(value("+lon_0="));
+    }
+
+    fn road(&mut self, node: Node<'_, '_>) {
+        let Some(road) = road::read(node, &mut self.polynomial_m, &mut self.report) else { return };
+        self.signals.add_road(&road, node, &mut self.report);
+        let id = road.id;
+        if self.roads.insert(id, road).is_some() {
+            let wanted = "road ids that are whole numbers and unique";
+            self.report.add(Some(id), None, wanted, "a second road");
+        }
+    }
+
+    fn end(mut self, report: &mut Report) -> Model {
+        let mut model = Model {
+            roads: std::mem::take(&mut self.roads).into_values().collect(),
+            latitude_deg: self.latitude_deg,
+            longitude_deg: self.longitude_deg,
+            ..Model::default()
+        };
+        std::mem::swap(report, &mut self.report);
+        if !self.is_map {
             return model;
         }
-    };
-    let root = document.root();
-    if root.name() != "OpenDRIVE" {
-        report.add(None, None, "a root element OpenDRIVE", shown(root.name()));
-        return model;
+        model.junctions = junctions(self.junctions, &model, report);
+        size::check(&model, report);
+        model.signals = self.signals.end(report);
+        check_controllers(&model, report);
+        if model.roads.is_empty() && report.is_empty() {
+            report.add(None, None, "at least one road with lanes", "none");
+        }
+        model
     }
-    read_geo_reference(root, &mut model);
-    model.roads = read_roads(root, report);
-    model.junctions = read_junctions(root, &model, report);
-    size::check(&model, report);
-    model.signals = signals::read(root, &model.roads, report);
-    check_controllers(root, &model, report);
-    if model.roads.is_empty() && report.is_empty() {
-        report.add(None, None, "at least one road with lanes", "none");
-    }
-    model
 }
 
 /// Elements with this name directly below `node`, whatever their namespace.
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.name() == name)
+    node.children_named(name)
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
     children(node, name).next()
 }
 
-fn read_geo_reference(root: Node<'_, '_>, model: &mut Model) {
-    let Some(reference) = child(root, "header").and_then(|header| child(header, "geoReference"))
-    else {
-        return;
-    };
-    let words = reference.text();
-    let value = |key: &str| {
-        words
-            .split_whitespace()
-            .find_map(|word| word.strip_prefix(key))
-            .and_then(|number| number.parse::<f64>().ok())
-            .filter(|degrees| degrees.abs() <= 360.0)
-    };
-    model.latitude_deg = value("+lat_0=");
-    model.longitude_deg = value("+lon_0=");
-}
-
-fn read_roads(root: Node<'_, '_>, report: &mut Report) -> Vec<Road> {
-    let mut roads: BTreeMap<u32, Road> = BTreeMap::new();
-    let mut polynomial_m = 0.0;
-    for node in children(root, "road") {
-        let Some(road) = road::read(node, &mut polynomial_m, report) else { continue };
-        let id = road.id;
-        if roads.insert(id, road).is_some() {
-            report.add(
-                Some(id),
-                None,
-                "road ids that are whole numbers and unique",
-                "a second road",
-            );
-        }
+fn named_junction(node: Node<'_, '_>) -> NamedJunction {
+    let connections = children(node, "connection").map(|connection| {
+        let road = id_or_zero(connection, "connectingRoad");
+        (id_or_zero(connection, "id"), road, text(connection, "connectingRoad").to_owned())
+    });
+    NamedJunction {
+        id: id_or_zero(node, "id"),
+        connections: connections.collect(),
+        controllers: children(node, "controller").map(|c| text(c, "id").to_owned()).collect(),
     }
-    roads.into_values().collect()
 }
 
-fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec<Junction> {
+fn controller(node: Node<'_, '_>) -> Controller {
+    let signals = children(node, "control").map(|control| text(control, "signalId").to_owned());
+    Controller { id: text(node, "id").to_owned(), signals: signals.collect() }
+}
+
+fn junctions(named: Vec<NamedJunction>, model: &Model, report: &mut Report) -> Vec<Junction> {
     let mut junctions: BTreeMap<u32, Junction> = BTreeMap::new();
-    for node in children(root, "junction") {
-        let id = id_or_zero(node, "id");
+    for NamedJunction { id, connections: named, controllers } in named {
         let mut connections: BTreeMap<u32, u32> = BTreeMap::new();
-        for connection in children(node, "connection") {
-            let road = id_or_zero(connection, "connectingRoad");
+        for (connection, road, written) in named {
             if model.road(road).is_none() {
                 let wanted = format!("junction {id} to connect through roads of the map");
-                report.add(None, None, wanted, shown(text(connection, "connectingRoad")));
+                report.add(None, None, wanted, shown(&written));
                 continue;
             }
-            connections.entry(id_or_zero(connection, "id")).or_insert(road);
+            connections.entry(connection).or_insert(road);
         }
         let mut connecting_roads: Vec<u32> = connections.into_values().collect();
         let mut sorted = connecting_roads.clone();
@@ -123,7 +171,6 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
         });
         junction.connecting_roads.append(&mut connecting_roads);
         junction.repeated_roads.append(&mut repeated_roads);
-        let controllers = children(node, "controller").map(|c| text(c, "id").to_owned());
         junction.controllers.extend(controllers);
     }
     junctions.into_values().collect()
@@ -131,14 +178,11 @@ fn read_junctions(root: Node<'_, '_>, model: &Model, report: &mut Report) -> Vec
 
 /// A junction must not list a controller of unknown signals; nobody minds one that no junction
 /// lists.
-fn check_controllers(root: Node<'_, '_>, model: &Model, report: &mut Report) {
-    let listed: BTreeSet<&str> = children(root, "junction")
-        .flat_map(|junction| children(junction, "controller"))
-        .map(|controller| text(controller, "id"))
-        .collect();
-    for controller in children(root, "controller") {
-        let id = text(controller, "id");
-        for signal in children(controller, "control").map(|control| text(control, "signalId")) {
+fn check_controllers(model: &Model, report: &mut Report) {
+    let listed: BTreeSet<&String> =
+        model.junctions.iter().flat_map(|junction| &junction.controllers).collect();
+    for Controller { id, signals } in &model.signals.controllers {
+        for signal in signals {
             if listed.contains(id) && !model.signals.definitions.contains_key(signal) {
                 let wanted = format!("signals of the map in controller {}", shown(id));
                 report.add(None, None, wanted, shown(signal));

@@ -1,19 +1,17 @@
-//! One pass over the text of an XML document.
+//! One pass over the text of an XML document, which tells it in parts: first the root element by
+//! itself, then each element directly inside of it with all that it has inside. A part is small, so
+//! it is asked while the processor still has it at hand; a megabyte of elements would not be.
 //!
 //! Document type definitions are refused, and with them entities of one's own; nesting and numbers
 //! of elements are limited.
 
 use std::borrow::Cow;
 
-use super::tree::{Attribute, Document, Element};
+use super::tree::{Attribute, Element, Node, Part, key};
 use crate::limits;
 
 /// Most attributes of one element.
 const ATTRIBUTES_MAX: usize = 256;
-/// Characters of a map per attribute and per element, about: that much room is made at first.
-const ATTRIBUTE_CHARS: usize = 16;
-const ELEMENT_CHARS: usize = 64;
-
 /// What was wanted and what was found instead.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Refusal {
@@ -21,17 +19,16 @@ pub(super) struct Refusal {
     pub(super) found: String,
 }
 
-/// Reads a document of at most [`limits::TEXT_BYTES_MAX`].
-pub(super) fn parse(text: &str) -> Result<Document<'_>, Refusal> {
-    let document = Document {
-        text,
-        elements: Vec::with_capacity(text.len() / ELEMENT_CHARS),
-        attributes: Vec::with_capacity(text.len() / ATTRIBUTE_CHARS),
-        ..Document::default()
-    };
-    let mut reader = Reader { text, at: 0, open: Vec::new(), document };
+/// Reads a document of at most [`limits::TEXT_BYTES_MAX`]. What is told: whether it is the root,
+/// and the element.
+pub(super) fn parse<'i>(
+    text: &'i str,
+    tell: impl FnMut(bool, Node<'_, 'i>),
+) -> Result<(), Refusal> {
+    let part = Part { text, ..Part::default() };
+    let mut reader = Reader { text, at: 0, open: Vec::new(), elements: 0, part, tell };
     match reader.read() {
-        Ok(()) => Ok(reader.document),
+        Ok(()) => Ok(()),
         Err(Fault::Limit(wanted, found)) => Err(Refusal { wanted, found: found.to_owned() }),
         Err(Fault::Malformed(what)) => {
             let before = text.get(..reader.at).unwrap_or(text);
@@ -47,12 +44,15 @@ enum Fault {
     Limit(String, &'static str),
 }
 
-struct Reader<'i> {
+struct Reader<'i, F> {
     text: &'i str,
     at: usize,
-    /// The elements around the present place: full name and position.
+    /// The elements around the present place: full name and position in its part.
     open: Vec<(&'i str, u32)>,
-    document: Document<'i>,
+    /// How many there were in all parts.
+    elements: u32,
+    part: Part<'i>,
+    tell: F,
 }
 
 /// For every byte whether it may be part of a name.
@@ -68,7 +68,7 @@ const NAME_PARTS: [bool; 256] = {
     parts
 };
 
-impl<'i> Reader<'i> {
+impl<'i, F: FnMut(bool, Node<'_, 'i>)> Reader<'i, F> {
     fn read(&mut self) -> Result<(), Fault> {
         loop {
             self.words()?;
@@ -94,10 +94,10 @@ impl<'i> Reader<'i> {
                 _ => self.open()?,
             }
         }
-        match (self.open.last(), self.document.elements.is_empty()) {
+        match (self.open.last(), self.elements) {
             (Some(_), _) => Err(Fault::Malformed("an element without end")),
-            (None, true) => Err(Fault::Malformed("no element")),
-            (None, false) => Ok(()),
+            (None, 0) => Err(Fault::Malformed("no element")),
+            (None, _) => Ok(()),
         }
     }
 
@@ -117,6 +117,9 @@ impl<'i> Reader<'i> {
     }
 
     fn skip_space(&mut self) {
+        // Lines begin with many spaces.
+        let (chunks, _) = self.text.as_bytes().get(self.at..).unwrap_or_default().as_chunks();
+        self.at += chunks.iter().take_while(|chunk| **chunk == [b' '; CHUNK]).count() * CHUNK;
         self.pass(|byte| byte.is_ascii_whitespace());
     }
 
@@ -145,7 +148,10 @@ impl<'i> Reader<'i> {
         let Some((_, element)) = self.open.last() else {
             return Err(Fault::Malformed("text outside of all elements"));
         };
-        self.document.words.push((*element, words.into_owned()));
+        // What stands directly inside the root belongs to no part.
+        if self.open.len() > 1 {
+            self.part.words.push((*element, words.into_owned()));
+        }
         Ok(())
     }
 
@@ -163,11 +169,11 @@ impl<'i> Reader<'i> {
     fn open(&mut self) -> Result<(), Fault> {
         self.at += 1;
         let name = self.name()?;
-        let index = self.document.elements.len();
-        if index > 0 && self.open.is_empty() {
+        let is_root = self.open.is_empty();
+        if is_root && self.elements > 0 {
             return Err(Fault::Malformed("a second root element"));
         }
-        if index >= limits::XML_NODES_MAX as usize {
+        if self.elements >= limits::XML_NODES_MAX {
             let wanted = format!("at most {} elements", limits::XML_NODES_MAX);
             return Err(Fault::Limit(wanted, "more"));
         }
@@ -175,19 +181,31 @@ impl<'i> Reader<'i> {
             let wanted = format!("at most {} nested elements", limits::XML_DEPTH_MAX);
             return Err(Fault::Limit(wanted, "deeper nesting"));
         }
-        let first_attribute = self.document.attributes.len();
+        self.elements += 1;
+        let index = self.part.elements.len() as u32;
+        let first_attribute = self.part.attributes.len();
         let is_empty = self.attributes(first_attribute)?;
         let prefix = name.bytes().rposition(|byte| byte == b':').map_or(0, |colon| colon + 1);
-        self.document.elements.push(Element {
-            name: name.get(prefix..).unwrap_or(name),
+        let own_name = name.get(prefix..).unwrap_or(name);
+        self.part.elements.push(Element {
+            name: own_name,
+            key: key(own_name),
             first_attribute: first_attribute as u32,
-            attributes: (self.document.attributes.len() - first_attribute) as u32,
-            end: index as u32 + 1,
+            attributes: (self.part.attributes.len() - first_attribute) as u32,
+            end: index + 1,
         });
+        if is_root || (is_empty && self.open.len() == 1) {
+            self.end_part(is_root);
+        }
         if !is_empty {
-            self.open.push((name, index as u32));
+            self.open.push((name, index));
         }
         Ok(())
+    }
+
+    fn end_part(&mut self, is_root: bool) {
+        (self.tell)(is_root, self.part.root());
+        self.part.clear();
     }
 
     /// Reads attributes up to the end of the tag; whether it ends the element, too.
@@ -220,17 +238,17 @@ impl<'i> Reader<'i> {
         let name = self.name()?;
         let name_end = self.at;
         let [from, to] = self.value()?;
-        let document = &self.document;
-        let known = document.attributes.get(first..).unwrap_or_default();
+        let (part, key) = (&self.part, key(name));
+        let known = part.attributes.get(first..).unwrap_or_default();
         if known.len() >= ATTRIBUTES_MAX {
             let wanted = format!("at most {ATTRIBUTES_MAX} attributes of an element");
             return Err(Fault::Limit(wanted, "more"));
         }
-        if known.iter().any(|known| document.is_named(known, name)) {
+        if known.iter().any(|known| part.is_named(known, key, name)) {
             return Err(Fault::Malformed("an attribute twice"));
         }
         let (name, value) = ([start as u32, name_end as u32], [from as u32, to as u32]);
-        self.document.attributes.push(Attribute { name, value });
+        self.part.attributes.push(Attribute { key, name, value });
         Ok(())
     }
 
@@ -249,21 +267,21 @@ impl<'i> Reader<'i> {
         };
         self.at += 1;
         let start = self.at;
-        self.pass(|byte| byte != quote);
-        if self.peek().is_none() {
-            return Err(Fault::Malformed("a value without end"));
+        let rest = self.text.as_bytes().get(start..).unwrap_or_default();
+        let mut end = start + first_of(rest, [quote, b'<', b'&']);
+        let has_entities = self.text.as_bytes().get(end) == Some(&b'&');
+        if has_entities {
+            end = start + first_of(rest, [quote, b'<', b'<']);
         }
-        let end = self.at;
-        self.at += 1;
-        let value = self.text.get(start..end).unwrap_or("");
-        // Nearly no value has one of these: looking at all of it is quicker than stopping early.
-        let is_special = |byte: u8| byte == b'<' || byte == b'&';
-        if value.bytes().fold(false, |found, byte| found | is_special(byte)) {
-            if value.contains('<') {
-                return Err(Fault::Malformed("a < within a value"));
-            }
-            let value = decoded(value)?.into_owned();
-            self.document.decoded.push((self.document.attributes.len() as u32, value));
+        self.at = end;
+        match self.peek() {
+            None => return Err(Fault::Malformed("a value without end")),
+            Some(b'<') => return Err(Fault::Malformed("a < within a value")),
+            Some(_) => self.at += 1,
+        }
+        if has_entities {
+            let value = decoded(self.text.get(start..end).unwrap_or(""))?.into_owned();
+            self.part.decoded.push((self.part.attributes.len() as u32, value));
         }
         Ok([start, end])
     }
@@ -279,15 +297,41 @@ impl<'i> Reader<'i> {
         self.at += 1;
         match self.open.pop() {
             Some((opened, index)) if opened == name => {
-                let end = self.document.elements.len() as u32;
-                if let Some(element) = self.document.elements.get_mut(index as usize) {
+                let end = self.part.elements.len() as u32;
+                if let Some(element) = self.part.elements.get_mut(index as usize) {
                     element.end = end;
+                }
+                if self.open.len() == 1 {
+                    self.end_part(false);
                 }
                 Ok(())
             }
             _ => Err(Fault::Malformed("an end tag of another element")),
         }
     }
+}
+
+/// Bytes that are looked at together.
+const CHUNK: usize = size_of::<u64>();
+
+/// How many bytes stand before the first of these; all of them where none stands.
+fn first_of(bytes: &[u8], wanted: [u8; 3]) -> usize {
+    const ONES: u64 = u64::from_le_bytes([1; CHUNK]);
+    const HIGHS: u64 = u64::from_le_bytes([128; CHUNK]);
+    let wanted_words = wanted.map(|byte| u64::from(byte) * ONES);
+    let (chunks, rest) = bytes.as_chunks();
+    for (index, chunk) in chunks.iter().enumerate() {
+        let word = u64::from_le_bytes(*chunk);
+        // The lowest bit that is set marks the first byte that became zero.
+        let zeros = |word: u64| word.wrapping_sub(ONES) & !word & HIGHS;
+        let [a, b, c] = wanted_words.map(|one| zeros(word ^ one));
+        let found = a | b | c;
+        if found != 0 {
+            return index * CHUNK + found.trailing_zeros() as usize / 8;
+        }
+    }
+    let end = rest.iter().position(|byte| wanted.contains(byte)).unwrap_or(rest.len());
+    bytes.len() - rest.len() + end
 }
 
 /// Text with its entities replaced.

@@ -1,79 +1,72 @@
 //! `signal`, `signalReference` and `controller` elements, and objects that stand for signals.
 
-use super::number::{Numbers, id_or_zero, lane_id, number_or_zero, text};
+use super::number::{Numbers, lane_id, number_or_zero, text};
 use super::tree::Node;
 use super::{child, children};
 use crate::error::{Report, shown};
 use crate::model::Road;
-use crate::signals::{Controller, Orientation, Reference, Signal, SignalPose, Signals};
+use crate::signals::{Orientation, Reference, Signal, SignalPose, Signals};
 use nalgebra::Point3;
 
 /// How far before a road's end a signal beyond it is moved, in metres.
 const END_GAP_M: f64 = 1e-5;
 
-pub(super) fn read(root: Node<'_, '_>, roads: &[Road], report: &mut Report) -> Signals {
-    let mut signals = Signals::default();
-    // The client reads all signals before the objects that stand for some.
-    for (road, node) in known_roads(root, roads) {
-        signals_of_road(road, node, &mut signals, report);
-    }
-    for (road, node) in known_roads(root, roads) {
-        speed_objects_of_road(road, node, &mut signals, report);
-    }
-    for reference in &signals.references {
-        if !signals.definitions.contains_key(&reference.signal) {
-            let wanted = "signal references to signals of the map";
-            report.add(Some(reference.road), Some(reference.s), wanted, shown(&reference.signal));
-        }
-    }
-    signals.controllers = children(root, "controller")
-        .map(|controller| Controller {
-            id: text(controller, "id").to_owned(),
-            signals: children(controller, "control")
-                .map(|control| text(control, "signalId").to_owned())
-                .collect(),
-        })
-        .collect();
-    signals
+/// The signals of the roads so far.
+#[derive(Default)]
+pub(super) struct Reading {
+    pub(super) data: Signals,
+    /// The client reads all signals before the objects that stand for some.
+    objects: Vec<(Reference, Signal)>,
 }
 
-fn known_roads<'a, 'i, 'r>(
-    root: Node<'a, 'i>,
-    roads: &'r [Road],
-) -> impl Iterator<Item = (&'r Road, Node<'a, 'i>)> {
-    children(root, "road").filter_map(|node| {
-        let index = roads.binary_search_by_key(&id_or_zero(node, "id"), |road| road.id).ok()?;
-        Some((roads.get(index)?, node))
-    })
-}
-
-fn signals_of_road(road: &Road, node: Node<'_, '_>, signals: &mut Signals, report: &mut Report) {
-    let mut numbers = Numbers { road: road.id, report };
-    let elements = children(node, "signals").flat_map(|parent| parent.children());
-    for element in elements {
-        match element.name() {
-            "signal" => {
-                let reference = reference(element, "id", road, &mut numbers);
-                let signal = signal(element, &reference, &mut numbers);
-                signals.definitions.insert(reference.signal.clone(), signal);
-                signals.references.push(reference);
+impl Reading {
+    pub(super) fn add_road(&mut self, road: &Road, node: Node<'_, '_>, report: &mut Report) {
+        let mut numbers = Numbers { road: road.id, report };
+        for element in children(node, "signals").flat_map(|parent| parent.children()) {
+            match element.name() {
+                "signal" => {
+                    let reference = reference(element, road, &mut numbers);
+                    let signal = signal(element, &reference, &mut numbers);
+                    self.add(reference, signal);
+                }
+                "signalReference" => {
+                    self.data.references.push(reference(element, road, &mut numbers));
+                }
+                _ => {}
             }
-            "signalReference" => {
-                signals.references.push(reference(element, "id", road, &mut numbers));
-            }
-            _ => {}
         }
+        let objects = children(node, "objects").flat_map(|parent| children(parent, "object"));
+        self.objects.extend(objects.filter_map(|object| speed_object(object, road, &mut numbers)));
+    }
+
+    pub(super) fn end(mut self, report: &mut Report) -> Signals {
+        for (reference, signal) in std::mem::take(&mut self.objects) {
+            self.add(reference, signal);
+        }
+        for reference in &self.data.references {
+            if !self.data.definitions.contains_key(&reference.signal) {
+                let wanted = "signal references to signals of the map";
+                let found = shown(&reference.signal);
+                report.add(Some(reference.road), Some(reference.s), wanted, found);
+            }
+        }
+        self.data
+    }
+
+    fn add(&mut self, reference: Reference, signal: Signal) {
+        self.data.definitions.insert(reference.signal.clone(), signal);
+        self.data.references.push(reference);
     }
 }
 
-fn reference(node: Node<'_, '_>, id: &str, road: &Road, numbers: &mut Numbers<'_>) -> Reference {
+fn reference(node: Node<'_, '_>, road: &Road, numbers: &mut Numbers<'_>) -> Reference {
     let s = numbers.required(node, "s");
     if s < 0.0 {
         let wanted = "signals at s of 0 or more";
         numbers.report.add(Some(road.id), Some(s), wanted, shown(text(node, "s")));
     }
     Reference {
-        signal: text(node, id).to_owned(),
+        signal: text(node, "id").to_owned(),
         road: road.id,
         s: if s > road.length_m { road.length_m - END_GAP_M } else { s },
         t: numbers.optional(node, "t"),
@@ -118,35 +111,28 @@ fn signal(node: Node<'_, '_>, place: &Reference, numbers: &mut Numbers<'_>) -> S
 }
 
 /// Objects named `Speed_` and a number are speed limits in miles per hour.
-fn speed_objects_of_road(
+fn speed_object(
+    object: Node<'_, '_>,
     road: &Road,
-    node: Node<'_, '_>,
-    signals: &mut Signals,
-    report: &mut Report,
-) {
-    let mut numbers = Numbers { road: road.id, report };
-    for object in children(node, "objects").flat_map(|parent| children(parent, "object")) {
-        let name = text(object, "name");
-        let Some(rest) = name.strip_prefix("Speed_").or_else(|| name.strip_prefix("speed_")) else {
-            continue;
-        };
-        let rest = rest.strip_prefix("STATIC_").unwrap_or(rest);
-        let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
-        let mut reference = reference(object, "id", road, &mut numbers);
-        let Ok(value) = digits.parse::<f64>() else {
-            let wanted = "a number after Speed_ in an object's name";
-            numbers.report.add(Some(road.id), Some(reference.s), wanted, shown(name));
-            continue;
-        };
-        reference.validities.clear();
-        let mut signal = signal(object, &reference, &mut numbers);
-        // A heading of the object turns what is drawn, not whom it addresses.
-        signal.heading_offset_rad = numbers.optional(object, "hdg");
-        signal.signal_type = "274".to_owned();
-        signal.country = "OpenDRIVE".to_owned();
-        signal.unit = "mph".to_owned();
-        (signal.subtype, signal.text, signal.value) = (digits.clone(), digits, value);
-        signals.definitions.insert(reference.signal.clone(), signal);
-        signals.references.push(reference);
-    }
+    numbers: &mut Numbers<'_>,
+) -> Option<(Reference, Signal)> {
+    let name = text(object, "name");
+    let rest = name.strip_prefix("Speed_").or_else(|| name.strip_prefix("speed_"))?;
+    let rest = rest.strip_prefix("STATIC_").unwrap_or(rest);
+    let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+    let mut reference = reference(object, road, numbers);
+    let Ok(value) = digits.parse::<f64>() else {
+        let wanted = "a number after Speed_ in an object's name";
+        numbers.report.add(Some(road.id), Some(reference.s), wanted, shown(name));
+        return None;
+    };
+    reference.validities.clear();
+    let mut signal = signal(object, &reference, numbers);
+    // A heading of the object turns what is drawn, not whom it addresses.
+    signal.heading_offset_rad = numbers.optional(object, "hdg");
+    signal.signal_type = "274".to_owned();
+    signal.country = "OpenDRIVE".to_owned();
+    signal.unit = "mph".to_owned();
+    (signal.subtype, signal.text, signal.value) = (digits.clone(), digits, value);
+    Some((reference, signal))
 }

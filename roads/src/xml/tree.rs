@@ -1,4 +1,4 @@
-//! Elements, attributes and text of an XML document, and nothing else of it.
+//! Elements, attributes and text of a part of an XML document, and nothing else of it.
 //!
 //! Positions in the text and no copies, but where entities stand: maps are megabytes long and made
 //! of attributes. [`super::reader`] fills it.
@@ -9,6 +9,7 @@ use std::ops::Range;
 pub(super) struct Element<'i> {
     /// Without the prefix of a namespace.
     pub(super) name: &'i str,
+    pub(super) key: u64,
     pub(super) first_attribute: u32,
     pub(super) attributes: u32,
     /// Position of the next element that is not inside of this one.
@@ -18,15 +19,32 @@ pub(super) struct Element<'i> {
 /// Where name and value of an attribute stand in the text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Attribute {
+    pub(super) key: u64,
     pub(super) name: [u32; 2],
     pub(super) value: [u32; 2],
 }
 
-/// A document, which borrows from its text.
+/// The first eight bytes of a name, as a number. Names are compared all the time, and most are
+/// told apart by it.
+#[inline]
+pub(super) fn key(name: &str) -> u64 {
+    let mut bytes = [0; 8];
+    for (to, from) in bytes.iter_mut().zip(name.as_bytes()) {
+        *to = *from;
+    }
+    u64::from_le_bytes(bytes)
+}
+
+/// Whether the key says all about a name: no name has a zero byte.
+fn is_short(name: &str) -> bool {
+    name.len() < 8
+}
+
+/// An element with all inside of it, which borrows from the text.
 #[derive(Debug, Default)]
-pub(super) struct Document<'i> {
+pub(super) struct Part<'i> {
     pub(super) text: &'i str,
-    /// In the order of the text: the root first.
+    /// In the order of the text: the outermost first.
     pub(super) elements: Vec<Element<'i>>,
     pub(super) attributes: Vec<Attribute>,
     /// Values in which entities stood, each with the position of its attribute.
@@ -35,78 +53,101 @@ pub(super) struct Document<'i> {
     pub(super) words: Vec<(u32, String)>,
 }
 
-/// One element of a document.
+/// One element of a part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node<'a, 'i> {
-    document: &'a Document<'i>,
+    part: &'a Part<'i>,
     index: u32,
 }
 
-impl<'i> Document<'i> {
+impl<'i> Part<'i> {
     pub(super) fn root(&self) -> Node<'_, 'i> {
-        Node { document: self, index: 0 }
+        Node { part: self, index: 0 }
+    }
+
+    /// Makes room for the next one.
+    pub(super) fn clear(&mut self) {
+        self.elements.clear();
+        self.attributes.clear();
+        self.decoded.clear();
+        self.words.clear();
     }
 
     pub(super) fn slice(&self, [from, to]: [u32; 2]) -> &'i str {
         self.text.get(from as usize..to as usize).unwrap_or("")
     }
 
-    pub(super) fn is_named(&self, attribute: &Attribute, name: &str) -> bool {
-        let [from, to] = attribute.name;
-        // Most names differ in length, which is quickly asked.
-        (to - from) as usize == name.len() && self.slice(attribute.name) == name
+    /// `key` is that of the name.
+    #[inline]
+    pub(super) fn is_named(&self, attribute: &Attribute, key: u64, name: &str) -> bool {
+        attribute.key == key && (is_short(name) || self.slice(attribute.name) == name)
     }
 
-    fn own_attributes(&self, element: &Element<'_>) -> Range<u32> {
-        element.first_attribute..element.first_attribute + element.attributes
+    fn own_attributes(&self, element: &Element<'_>) -> Range<usize> {
+        let first = element.first_attribute as usize;
+        first..first + element.attributes as usize
     }
 
-    /// Name and value of the attribute at a position.
-    fn attribute(&self, index: u32) -> Option<(&'i str, &str)> {
-        let attribute = self.attributes.get(index as usize)?;
-        let value = match self.decoded.binary_search_by_key(&index, |(known, _)| *known) {
-            Ok(known) => self.decoded.get(known).map_or("", |(_, value)| value),
-            Err(_) => self.slice(attribute.value),
-        };
-        Some((self.slice(attribute.name), value))
+    /// Value of the attribute at a position.
+    fn value(&self, index: usize) -> Option<&str> {
+        if !self.decoded.is_empty()
+            && let Ok(known) = self.decoded.binary_search_by_key(&index, |(at, _)| *at as usize)
+        {
+            return self.decoded.get(known).map(|(_, value)| value.as_str());
+        }
+        self.attributes.get(index).map(|attribute| self.slice(attribute.value))
     }
 }
 
 impl<'a, 'i> Node<'a, 'i> {
     fn element(self) -> Option<&'a Element<'i>> {
-        self.document.elements.get(self.index as usize)
+        self.part.elements.get(self.index as usize)
     }
 
     pub(super) fn name(self) -> &'a str {
         self.element().map_or("", |element| element.name)
     }
 
+    #[inline]
     pub(super) fn attribute(self, name: &str) -> Option<&'a str> {
-        let own = self.document.own_attributes(self.element()?);
-        let is_it = |index: &u32| {
-            let known = self.document.attributes.get(*index as usize);
-            known.is_some_and(|known| self.document.is_named(known, name))
-        };
-        let index = own.into_iter().find(is_it)?;
-        self.document.attribute(index).map(|(_, value)| value)
+        let own = self.part.own_attributes(self.element()?);
+        let (first, key) = (own.start, key(name));
+        let mut own = self.part.attributes.get(own)?.iter();
+        let index = own.position(|known| self.part.is_named(known, key, name))?;
+        self.part.value(first + index)
     }
 
     /// The elements directly inside.
     pub(super) fn children(self) -> impl Iterator<Item = Self> {
-        let document = self.document;
+        self.elements().map(|(child, _)| child)
+    }
+
+    /// The elements directly inside that have this name.
+    #[inline]
+    pub(super) fn children_named(self, name: &'static str) -> impl Iterator<Item = Self> {
+        let key = key(name);
+        let is_it = move |element: &Element<'_>| {
+            element.key == key && (is_short(name) || element.name == name)
+        };
+        self.elements().filter(move |(_, element)| is_it(element)).map(|(child, _)| child)
+    }
+
+    fn elements(self) -> impl Iterator<Item = (Self, &'a Element<'i>)> {
+        let part = self.part;
         let end = self.element().map_or(0, |element| element.end);
         let mut index = self.index + 1;
         std::iter::from_fn(move || {
-            let child = Self { document, index };
-            index = child.element().filter(|_| index < end)?.end;
-            Some(child)
+            let child = Self { part, index };
+            let element = child.element().filter(|_| index < end)?;
+            index = element.end;
+            Some((child, element))
         })
     }
 
     /// All text inside, also that of inner elements.
     pub(super) fn text(self) -> String {
         let end = self.element().map_or(0, |element| element.end);
-        let words = self.document.words.iter();
+        let words = self.part.words.iter();
         let inside = words.filter(|(element, _)| (self.index..end).contains(element));
         inside.map(|(_, text)| text.as_str()).collect()
     }
@@ -131,14 +172,20 @@ mod tests {
     }
 
     fn by_this(text: &str) -> Option<Seen> {
-        let document = parse(text).ok()?;
-        let all = |element: &Element<'_>| {
-            let own = document.own_attributes(element);
-            let pairs = own.map(|index| document.attribute(index).unwrap());
-            let pairs = pairs.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let mut seen = Seen::new();
+        let all = |part: &Part<'_>, element: &Element<'_>| {
+            let own = part.own_attributes(element);
+            let pairs = own.map(|index| {
+                let name = part.slice(part.attributes[index].name);
+                (name.to_owned(), part.value(index).unwrap().to_owned())
+            });
             (element.name.to_owned(), pairs.collect())
         };
-        Some(document.elements.iter().map(all).collect())
+        let tell = |_, node: Node<'_, '_>| {
+            seen.extend(node.part.elements.iter().map(|element| all(node.part, element)));
+        };
+        parse(text, tell).ok()?;
+        Some(seen)
     }
 
     #[test]
@@ -186,28 +233,37 @@ mod tests {
             let options = roxmltree::ParsingOptions { allow_dtd: false, ..Default::default() };
             let other = roxmltree::Document::parse_with_options(text, options);
             assert!(other.is_err(), "{text}");
-            assert!(parse(text).is_err(), "{text}");
+            assert!(parse(text, |_, _| ()).is_err(), "{text}");
         }
     }
 
     #[test]
     fn children_text_and_attributes_are_found() {
-        let text = "<r a='1'><x><y/>in <z>out</z></x><n:x p:b='2' b='3'/></r>";
-        let document = parse(text).unwrap();
-        let root = document.root();
-        assert_eq!((root.name(), root.attribute("a"), root.attribute("b")), ("r", Some("1"), None));
-        let names: Vec<&str> = root.children().map(Node::name).collect();
-        assert_eq!(names, ["x", "x"]);
-        let [first, second] = [0, 1].map(|k| root.children().nth(k).unwrap());
-        assert_eq!((first.text().as_str(), second.attribute("b")), ("in out", Some("3")));
-        assert_eq!(first.children().map(Node::name).collect::<Vec<_>>(), ["y", "z"]);
+        let text =
+            "<all><r a='1' attribute='4'><x><y/>in <z>out</z></x><n:x p:b='2' b='3'/></r></all>";
+        let mut parts = Vec::new();
+        let tell = |is_root, root: Node<'_, '_>| {
+            parts.push((is_root, root.name().to_owned()));
+            if is_root {
+                return;
+            }
+            let attributes = ["a", "b", "attribute", "attribut"].map(|name| root.attribute(name));
+            assert_eq!(attributes, [Some("1"), None, Some("4"), None]);
+            let names: Vec<&str> = root.children().map(Node::name).collect();
+            assert_eq!(names, ["x", "x"]);
+            let [first, second] = [0, 1].map(|k| root.children_named("x").nth(k).unwrap());
+            assert_eq!((first.text().as_str(), second.attribute("b")), ("in out", Some("3")));
+            assert_eq!(first.children().map(Node::name).collect::<Vec<_>>(), ["y", "z"]);
+        };
+        parse(text, tell).unwrap();
+        assert_eq!(parts, [(true, "all".to_owned()), (false, "r".to_owned())]);
     }
 
     #[test]
     fn faults_are_named_with_their_line() {
-        let refusal = parse("<a>\n<b></a>").unwrap_err();
+        let refusal = parse("<a>\n<b></a>", |_, _| ()).unwrap_err();
         assert_eq!(refusal.found, "an end tag of another element in line 2");
         let deep = "<a>".repeat(65);
-        assert!(parse(&deep).unwrap_err().wanted.contains("64 nested"), "{deep}");
+        assert!(parse(&deep, |_, _| ()).unwrap_err().wanted.contains("64 nested"), "{deep}");
     }
 }
