@@ -34,7 +34,7 @@ fn texts() -> Vec<(String, String)> {
 
 /// Places all over the map, and points some metres beside them.
 fn questions(map: &Map) -> Vec<(Waypoint, Point3<f64>)> {
-    let places = map.generate_waypoints(11.0);
+    let places = map.generate_waypoints(11.0).expect("a step above 0");
     places
         .into_iter()
         .zip((0..9).cycle())

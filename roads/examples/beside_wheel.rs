@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ahead.map(|place| map.lane_pose(&place).map_or(0.0, |pose| pose.point.x)).sum::<f64>()
     });
     let generate_s = best(1, || {
-        let places = map.generate_waypoints(STEP_M);
+        let places = map.generate_waypoints(STEP_M).unwrap_or_default();
         places
             .iter()
             .map(|place| map.lane_pose(place).map_or(0.0, |pose| pose.point.x))

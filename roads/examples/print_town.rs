@@ -34,7 +34,7 @@ fn main() -> io::Result<()> {
 }
 
 fn places(map: &Map, step_m: f64, out: &mut impl Write) -> io::Result<()> {
-    for place in map.generate_waypoints(step_m) {
+    for place in map.generate_waypoints(step_m).map_err(io::Error::other)? {
         let Some(pose) = map.lane_pose(&place) else { continue };
         let (p, place_s) = (pose.point, place.s);
         writeln!(

@@ -27,6 +27,7 @@ impl Map {
         let mut report = Report::default();
         for road in &self.model.roads {
             geometry(road, &mut report);
+            lane_ids(road, &mut report);
             ids(self, road, &mut report);
         }
         for (index, entry) in (0..).zip(&self.table.lanes) {
@@ -97,6 +98,22 @@ fn geometry(road: &Road, report: &mut Report) {
     }
 }
 
+/// The client looks for the mark between a lane and the one inside of it when it is asked for a
+/// place on the lane.
+fn lane_ids(road: &Road, report: &mut Report) {
+    for section in &road.sections {
+        let ids = || section.lanes.iter().map(|lane| lane.id);
+        let missing =
+            ids().filter(|id| *id != 0).find(|id| section.lane(id - id.signum()).is_none());
+        if let Some(id) = missing {
+            let wanted = "lane ids without gaps";
+            let found = format!("lane {id} and no lane {}", id - id.signum());
+            let s = Some(section.start_s);
+            report.push(fault(Severity::BreaksClient, road, s, wanted, found));
+        }
+    }
+}
+
 fn ids(map: &Map, road: &Road, report: &mut Report) {
     if road.id == 0 {
         let found = "0, which also stands for no link";
@@ -149,13 +166,13 @@ fn dead_end(map: &Map, index: LaneIndex, entry: &LaneEntry, report: &mut Report)
     });
     if driven && map.links.next_of(index).is_empty() && (open || !beside) {
         let wanted = format!("lane {} to lead on", lane.id);
-        report.push(fault(
-            Severity::Suspicious,
-            road,
-            Some(entry.exit_s()),
-            wanted,
-            "a dead end, where vehicles are taken away",
-        ));
+        let found = if map.links.is_mutual(index) {
+            "a lane that leads back into it, where the client's `next` ends; two lane sections \
+             instead of one help"
+        } else {
+            "a dead end, where vehicles are taken away"
+        };
+        report.push(fault(Severity::Suspicious, road, Some(entry.exit_s()), wanted, found));
     }
 }
 

@@ -64,6 +64,20 @@ pub struct MapError {
     pub count: usize,
 }
 
+/// Why no waypoints were generated.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "waypoints every {step_m} m along {metres} m of road: wanted a step above 0 m and at most {} \
+     waypoints",
+    limits::GENERATED_WAYPOINTS_MAX
+)]
+pub struct TooManyWaypoints {
+    /// The step that was asked for, in metres.
+    pub step_m: f64,
+    /// Length of all roads of the map, in metres.
+    pub metres: f64,
+}
+
 fn first_of(diagnostics: &[Diagnostic]) -> String {
     diagnostics.first().map_or_else(String::new, ToString::to_string)
 }

@@ -116,11 +116,6 @@ pub(crate) enum Shape {
 }
 
 impl Geometry {
-    /// The pose `distance_m` after the start, kept within the geometry unless it is a polynomial.
-    pub(crate) fn at(&self, distance_m: f64) -> PlanPose {
-        self.at_with_direction(distance_m).0
-    }
-
     /// No less than the reference line turns within the geometry, in radians.
     pub(crate) fn turn_max_rad(&self) -> f64 {
         match &self.shape {
@@ -133,7 +128,8 @@ impl Geometry {
         }
     }
 
-    /// As [`Geometry::at`], with sine and cosine of the heading there.
+    /// The pose `distance_m` after the start, with sine and cosine of the heading there. It is kept
+    /// within the geometry, unless that is a polynomial.
     #[inline]
     pub(crate) fn at_with_direction(&self, distance_m: f64) -> (PlanPose, [f64; 2]) {
         let PlanPose { x, y, heading_rad } = self.start;

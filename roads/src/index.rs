@@ -2,22 +2,11 @@
 
 use nalgebra::Point3;
 
-use crate::geometry::{Shape, unit};
+use crate::chords::{Chord, chords};
 use crate::kinds::LaneTypes;
-use crate::lanes::{LaneIndex, LanePose, LaneTable, lane_pose, parts};
-use crate::model::{Lane, Model, Road, Section};
+use crate::lanes::{LaneIndex, LaneTable};
+use crate::model::Model;
 use crate::shapes::Shapes;
-
-/// A straight piece of a lane's middle line.
-#[derive(Clone, Copy, Debug)]
-struct Chord {
-    from: Point3<f64>,
-    to: Point3<f64>,
-    from_s: f64,
-    to_s: f64,
-    lane: LaneIndex,
-    type_bits: u32,
-}
 
 /// Box around chords; a leaf names chords, another node its second child (the first follows it).
 #[derive(Clone, Copy, Debug)]
@@ -35,36 +24,21 @@ pub(crate) struct ProjectionIndex {
     nodes: Vec<TreeNode>,
 }
 
-const LEAF_CHORDS: usize = 4;
+const LEAF_CHORDS: usize = 8;
 
 impl ProjectionIndex {
     pub(crate) fn new(model: &Model, table: &LaneTable, shapes: &Shapes) -> Self {
-        let mut chords = Vec::new();
-        for (index, entry) in (0..).zip(&table.lanes) {
-            if entry.lane_id == 0 || entry.length_m() <= 0.0 {
-                continue;
-            }
-            if let Some((road, section, lane)) = parts(model, entry) {
-                let pose = |s: f64| {
-                    shapes.pose_with_direction(entry, index, s).unwrap_or_else(|| {
-                        let pose = lane_pose(road, section, lane.id, s);
-                        (pose, unit(pose.heading_rad))
-                    })
-                };
-                push_chords(&mut chords, index, (road, section, lane), pose);
-            }
-        }
+        let mut chords = chords(model, table, shapes);
         // A place that is no number has no nearest lane; the map check reports such lanes.
         chords.retain(|chord| (chord.from.coords + chord.to.coords).iter().all(|v| v.is_finite()));
-        let mut index = Self {
-            chords: Vec::with_capacity(chords.len()),
-            nodes: Vec::with_capacity(chords.len()),
-        };
+        let mut order = middles(&chords);
+        let mut nodes = Vec::with_capacity(chords.len() / 2);
         if !chords.is_empty() {
-            index.build(&mut middles(&chords), &chords);
+            build(&mut nodes, 0, &mut order, &chords);
         }
-        index.nodes.shrink_to_fit();
-        index
+        nodes.shrink_to_fit();
+        reorder(&mut chords, order);
+        Self { chords, nodes }
     }
 
     /// The lane nearest to `point` among these types, and the road coordinate there.
@@ -123,35 +97,48 @@ impl ProjectionIndex {
                 .sum()
         })
     }
+}
 
-    /// Appends the subtree over some chords, depth first, and the chords of its leaves in their
-    /// order. Returns its box.
-    #[allow(
-        clippy::cast_possible_truncation,
-        reason = "the limit on the steps along lanes keeps the number of chords below 32 bits"
-    )]
-    fn build(&mut self, middles: &mut [Middle], all: &[Chord]) -> Bounds {
-        let node_index = self.nodes.len();
-        if middles.len() <= LEAF_CHORDS {
-            let first = self.chords.len();
-            let own = middles.iter().filter_map(|middle| all.get(middle.chord as usize));
-            self.chords.extend(own);
-            let bounds = Bounds::of_chords(self.chords.get(first..).unwrap_or_default());
-            self.nodes.push(TreeNode { bounds, first: first as u32, count: middles.len() as u32 });
-            return bounds;
+/// Appends the subtree over some chords, depth first, and brings them into the order of its leaves.
+/// `first` is the position of the first of them in that order. Returns their box.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "the limit on the steps along lanes keeps the number of chords below 32 bits"
+)]
+fn build(nodes: &mut Vec<TreeNode>, first: u32, own: &mut [Middle], all: &[Chord]) -> Bounds {
+    let node_index = nodes.len();
+    if own.len() <= LEAF_CHORDS {
+        let chords = own.iter().filter_map(|middle| all.get(middle.chord as usize));
+        let bounds = Bounds::of_chords(chords);
+        nodes.push(TreeNode { bounds, first, count: own.len() as u32 });
+        return bounds;
+    }
+    nodes.push(TreeNode { bounds: Bounds::NONE, first: 0, count: 0 });
+    let axis = widest_axis(own);
+    let half = own.len() / 2;
+    own.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
+    let (left, right) = own.split_at_mut(half);
+    let left = build(nodes, first, left, all);
+    let second_child = nodes.len() as u32;
+    let bounds = left.with(&build(nodes, first + half as u32, right, all));
+    if let Some(node) = nodes.get_mut(node_index) {
+        *node = TreeNode { bounds, first: second_child, count: 0 };
+    }
+    bounds
+}
+
+/// Brings chords into an order, in their place: a second list would be the largest of a map.
+fn reorder(chords: &mut [Chord], mut order: Vec<Middle>) {
+    for start in 0..order.len() {
+        let mut to = start;
+        loop {
+            let from = std::mem::replace(&mut order[to].chord, to as u32) as usize;
+            if from == start || from == to {
+                break;
+            }
+            chords.swap(to, from);
+            to = from;
         }
-        self.nodes.push(TreeNode { bounds: Bounds::NONE, first: 0, count: 0 });
-        let axis = widest_axis(middles);
-        let half = middles.len() / 2;
-        middles.select_nth_unstable_by(half, |a, b| a.place[axis].total_cmp(&b.place[axis]));
-        let (left, right) = middles.split_at_mut(half);
-        let left = self.build(left, all);
-        let first = self.nodes.len() as u32;
-        let bounds = left.with(&self.build(right, all));
-        if let Some(node) = self.nodes.get_mut(node_index) {
-            *node = TreeNode { bounds, first, count: 0 };
-        }
-        bounds
     }
 }
 
@@ -192,8 +179,8 @@ struct Bounds {
 impl Bounds {
     const NONE: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3], type_bits: 0 };
 
-    fn of_chords(chords: &[Chord]) -> Self {
-        chords.iter().fold(Self::NONE, |bounds, chord| {
+    fn of_chords<'c>(chords: impl Iterator<Item = &'c Chord>) -> Self {
+        chords.fold(Self::NONE, |bounds, chord| {
             let of = |point: &Point3<f64>| {
                 let place = [point.x, point.y, point.z];
                 Self { min: place, max: place, type_bits: chord.type_bits }
@@ -209,98 +196,4 @@ impl Bounds {
             type_bits: self.type_bits | other.type_bits,
         }
     }
-}
-
-impl Chord {
-    /// Squared distance of `point`.
-    fn distance2(&self, point: &Point3<f64>) -> f64 {
-        let along = self.to - self.from;
-        let length2 = along.norm_squared();
-        let rate = if length2 > 0.0 {
-            ((point - self.from).dot(&along) / length2).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        (point - (self.from + along * rate)).norm_squared()
-    }
-
-    /// How far along the chord the foot of `point` lies, both seen from above: the client looks
-    /// for the nearest chord in space, and for the place on it in the plane.
-    fn along_m(&self, point: &Point3<f64>) -> f64 {
-        let along = (self.to - self.from).xy();
-        let length2 = along.norm_squared();
-        if length2 > 0.0 {
-            ((point - self.from).xy().dot(&along) / length2).clamp(0.0, 1.0) * length2.sqrt()
-        } else {
-            0.0
-        }
-    }
-
-    /// The road coordinate `along_m` after the chord's start in travel direction.
-    fn s_after(&self, along_m: f64) -> f64 {
-        let (low, high) = (self.from_s.min(self.to_s), self.from_s.max(self.to_s));
-        let s =
-            if self.to_s >= self.from_s { self.from_s + along_m } else { self.from_s - along_m };
-        s.clamp(low, high)
-    }
-}
-
-/// Whether one chord stands for the whole section: straight reference line, grades without bend.
-fn is_straight(road: &Road, section: &Section) -> bool {
-    let first = road.geometry_index(section.start_s);
-    road.geometries.get(first).is_some_and(|geometry| {
-        geometry.shape == Shape::Line && geometry.start_s + geometry.length_m >= section.end_s
-    }) && road.elevation.is_linear()
-}
-
-/// Cuts one lane into chords, in travel direction.
-fn push_chords(
-    chords: &mut Vec<Chord>,
-    index: LaneIndex,
-    (road, section, lane): (&Road, &Section, &Lane),
-    pose_at: impl Fn(f64) -> (LanePose, [f64; 2]),
-) {
-    /// Places at the very end of a lane belong to the next one.
-    const END_GAP_M: f64 = 1e-6;
-    const STEP_M: f64 = 1.0;
-    const CHORD_LENGTH_MAX_M: f64 = 100.0;
-    const TURN_MAX_RAD: f64 = 1.8 * std::f64::consts::PI / 180.0;
-
-    let length_m = section.end_s - section.start_s;
-    let end_m = (length_m - END_GAP_M).max(0.0);
-    let forward = road.runs_forward(lane.id);
-    let s_at = |m: f64| if forward { section.start_s + m } else { section.end_s - m };
-    let pose = |m: f64| pose_at(s_at(m));
-    let mut push = |from_m: f64, from: Point3<f64>, to_m: f64, to: Point3<f64>| {
-        let type_bits = lane.lane_type as u32;
-        let (from_s, to_s) = (s_at(from_m), s_at(to_m));
-        chords.push(Chord { from, to, from_s, to_s, lane: index, type_bits });
-    };
-    let start_m = END_GAP_M.min(length_m / 2.0);
-    if is_straight(road, section) {
-        push(start_m, pose(start_m).0.point, end_m, pose(end_m).0.point);
-        return;
-    }
-    let mut from_m = start_m;
-    let (mut from, heading) = pose(from_m);
-    let mut from_direction = direction(&from, heading);
-    let mut at_m = from_m;
-    while at_m + STEP_M < end_m {
-        at_m += STEP_M;
-        let (here, heading) = pose(at_m);
-        let here_direction = direction(&here, heading);
-        let cos = from_direction.dot(&here_direction);
-        if cos < TURN_MAX_RAD.cos() || at_m - from_m > CHORD_LENGTH_MAX_M {
-            push(from_m, from.point, at_m, here.point);
-            (from_m, from, from_direction) = (at_m, here, here_direction);
-        }
-    }
-    push(from_m, from.point, end_m, pose(end_m).0.point);
-}
-
-/// The direction of travel in space, from sine and cosine of the heading.
-fn direction(pose: &LanePose, [sin, cos]: [f64; 2]) -> nalgebra::Vector3<f64> {
-    let level = pose.pitch_rad == 0.0;
-    let (sin_pitch, cos_pitch) = if level { (0.0, 1.0) } else { pose.pitch_rad.sin_cos() };
-    nalgebra::Vector3::new(cos * cos_pitch, sin * cos_pitch, sin_pitch)
 }

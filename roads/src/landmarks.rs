@@ -277,7 +277,7 @@ impl Map {
             if rest_m <= left_m {
                 continue;
             }
-            for next in self.links.next_of(lane).iter().rev() {
+            for next in self.links.listed_next_of(lane).iter().rev() {
                 let Some(entry) = self.table.get(*next) else { continue };
                 let in_junction = self
                     .model

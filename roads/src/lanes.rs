@@ -1,5 +1,7 @@
 //! All lanes of a map in one table, and where they lie in space.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use crate::geometry::{PlanPose, unit};
@@ -108,6 +110,14 @@ impl LaneTable {
 
     pub(crate) fn get(&self, index: LaneIndex) -> Option<&LaneEntry> {
         self.lanes.get(index as usize)
+    }
+
+    /// All lanes of the road at this position in [`Model::roads`].
+    pub(crate) fn lanes_of(&self, road: usize) -> Range<LaneIndex> {
+        let own = self.roads.get(road).map(|road| road.first as usize..road.end as usize);
+        let sections = own.and_then(|own| self.sections.get(own)).unwrap_or_default();
+        let (first, last) = (sections.first(), sections.last());
+        first.zip(last).map_or(0..0, |(first, last)| first.first..last.end)
     }
 
     /// The lane with this id in a section of the road at this position in [`Model::roads`].

@@ -19,6 +19,7 @@
 //! The crate does no input or output, starts no threads and reads no clock.
 
 mod check;
+mod chords;
 mod crosswalks;
 mod environment;
 mod error;
@@ -52,7 +53,7 @@ mod walk;
 mod xml;
 
 pub use environment::{EnvironmentObject, MapLayer, SemanticLabel};
-pub use error::{Diagnostic, MapError, Report, Severity};
+pub use error::{Diagnostic, MapError, Report, Severity, TooManyWaypoints};
 pub use geo::GeoPlace;
 pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
 pub use landmarks::{Landmark, LandmarkAhead};

@@ -8,6 +8,9 @@ pub const XML_DEPTH_MAX: u32 = 64;
 pub const XML_NODES_MAX: u32 = 2_000_000;
 /// Largest absolute coordinate, length or other number of a map, in its own unit.
 pub const NUMBER_ABS_MAX: f64 = 1e6;
+/// Largest absolute x and y of a road's geometry, in metres: maps in UTM coordinates lie thousands
+/// of kilometres from their origin.
+pub const PLACE_ABS_MAX: f64 = 2e7;
 /// Largest absolute factor of a polynomial.
 pub const COEFFICIENT_ABS_MAX: f64 = 1e15;
 /// Most diagnostics collected for one map; the rest is only counted.
@@ -27,6 +30,8 @@ pub const TURN_MAX_RAD: f64 = 200.0;
 pub const SECTION_LANES_MAX: usize = 200;
 /// Sum of the lengths of all polynomial geometries, in metres; they are tabulated.
 pub const POLYNOMIAL_LENGTH_SUM_MAX_M: f64 = 1e6;
+/// Waypoints generated at once, and steps along roads without any.
+pub const GENERATED_WAYPOINTS_MAX: f64 = 1e7;
 /// Lanes one walk along the lane graph may enter.
 pub const WALK_LANES_MAX: usize = 100_000;
 /// Waypoints one walk along the lane graph may return.

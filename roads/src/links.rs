@@ -1,20 +1,29 @@
 //! Which lane leads into which (the client library's rules, from lane links and road ids alone).
 
+use std::collections::BTreeMap;
+
 use crate::lanes::{LaneEntry, LaneIndex, LaneTable, parts};
 use crate::model::{Model, Road};
 
 /// For every lane the lanes that follow it and those that lead to it, in travel direction.
+///
+/// Two lanes that each lead into the other are two that meet head-on, a ring of two roads, or one
+/// lane that is joined to itself. The client library lists such links in its topology and looks for
+/// landmarks along them, but moves nothing over them. **Source:** the client, by what it answers.
 #[derive(Debug, Default)]
 pub(crate) struct Links {
+    /// Those that can be moved along.
     pub(crate) next: Vec<Vec<LaneIndex>>,
     pub(crate) previous: Vec<Vec<LaneIndex>>,
+    /// All that follow a lane, of lanes that lead into one which leads back.
+    mutual: BTreeMap<LaneIndex, Vec<LaneIndex>>,
 }
 
 impl Links {
     pub(crate) fn new(model: &Model, table: &LaneTable) -> Self {
         let mut next: Vec<Vec<LaneIndex>> =
             table.lanes.iter().map(|entry| following(model, table, entry)).collect();
-        drop_mutual(&mut next);
+        let mutual = take_mutual(&mut next);
         let mut previous = vec![Vec::new(); next.len()];
         for (from, followers) in (0..).zip(&next) {
             for to in followers {
@@ -23,11 +32,21 @@ impl Links {
                 }
             }
         }
-        Self { next, previous }
+        Self { next, previous, mutual }
     }
 
     pub(crate) fn next_of(&self, lane: LaneIndex) -> &[LaneIndex] {
         self.next.get(lane as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// As [`Links::next_of`], with those that lead back.
+    pub(crate) fn listed_next_of(&self, lane: LaneIndex) -> &[LaneIndex] {
+        self.mutual.get(&lane).map_or_else(|| self.next_of(lane), Vec::as_slice)
+    }
+
+    /// Whether the lane leads into one that leads back.
+    pub(crate) fn is_mutual(&self, lane: LaneIndex) -> bool {
+        self.mutual.contains_key(&lane)
     }
 
     pub(crate) fn previous_of(&self, lane: LaneIndex) -> &[LaneIndex] {
@@ -137,18 +156,22 @@ fn push_matching(
     }
 }
 
-/// Two lanes that each lead into the other meet head-on: the client library drops both links.
-fn drop_mutual(next: &mut [Vec<LaneIndex>]) {
-    let leads = |next: &[Vec<LaneIndex>], from: LaneIndex, to: LaneIndex| {
+/// Takes the links of lanes that each lead into the other out; returns all links of such lanes.
+fn take_mutual(next: &mut [Vec<LaneIndex>]) -> BTreeMap<LaneIndex, Vec<LaneIndex>> {
+    let leads = |from: LaneIndex, to: LaneIndex| {
         next.get(from as usize).is_some_and(|followers| followers.contains(&to))
     };
-    let mut dropped: Vec<(LaneIndex, LaneIndex)> = Vec::new();
-    for (from, followers) in (0..).zip(next.iter()) {
-        dropped.extend(followers.iter().filter(|to| leads(next, **to, from)).map(|to| (from, *to)));
-    }
-    for (from, to) in dropped {
-        if let Some(followers) = next.get_mut(from as usize) {
-            followers.retain(|follower| *follower != to);
+    let mutual: BTreeMap<LaneIndex, Vec<LaneIndex>> = (0..)
+        .zip(next.iter())
+        .filter(|(from, followers)| followers.iter().any(|to| leads(*to, *from)))
+        .map(|(from, followers)| (from, followers.clone()))
+        .collect();
+    for (from, all) in &mutual {
+        let leads_back =
+            |to: &LaneIndex| mutual.get(to).is_some_and(|followers| followers.contains(from));
+        if let Some(followers) = next.get_mut(*from as usize) {
+            *followers = all.iter().copied().filter(|to| !leads_back(to)).collect();
         }
     }
+    mutual
 }

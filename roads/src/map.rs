@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::environment::{self, EnvironmentObject};
-use crate::error::{MapError, Report};
+use crate::error::{MapError, Report, TooManyWaypoints};
 use crate::index::ProjectionIndex;
 use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
 use crate::landmarks::Landmarks;
@@ -258,9 +258,10 @@ impl Map {
     /// Places on all driving lanes, one every `step_m` metres of road coordinate from each road's
     /// start.
     ///
-    /// **Domain:** steps of less than a millimetre give nothing.
-    #[must_use]
-    pub fn generate_waypoints(&self, step_m: f64) -> Vec<Waypoint> {
+    /// # Errors
+    /// [`TooManyWaypoints`] where the step is not above 0, or so small that there were more
+    /// than [`crate::limits::GENERATED_WAYPOINTS_MAX`].
+    pub fn generate_waypoints(&self, step_m: f64) -> Result<Vec<Waypoint>, TooManyWaypoints> {
         topology::generate_waypoints(&self.model, step_m)
     }
 

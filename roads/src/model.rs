@@ -133,12 +133,15 @@ impl Model {
 impl Road {
     /// The reference line at `s`, kept within the road.
     pub(crate) fn reference(&self, s: f64) -> PlanPose {
+        self.reference_with_direction(s).0
+    }
+
+    /// As [`Road::reference`], with sine and cosine of the heading.
+    pub(crate) fn reference_with_direction(&self, s: f64) -> (PlanPose, [f64; 2]) {
         let s = s.clamp(0.0, self.length_m);
-        self.geometries
-            .get(self.geometry_index(s))
-            .map_or(PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 }, |geometry| {
-                geometry.at(s - geometry.start_s)
-            })
+        let origin = PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 };
+        let geometry = self.geometries.get(self.geometry_index(s));
+        geometry.map_or((origin, [0.0, 1.0]), |own| own.at_with_direction(s - own.start_s))
     }
 
     /// Position of the geometry at `s`: the last one starting at or before it.

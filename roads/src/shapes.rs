@@ -3,8 +3,8 @@
 //! A lane's middle is the lane offset and the widths of all lanes up to it. Between the starts of
 //! any of their records that sum is one cubic; so is the height.
 
-use crate::geometry::{Coefficients, Geometry, evaluate, unit};
-use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, direction, placed};
+use crate::geometry::{Coefficients, Geometry, evaluate};
+use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, direction, parts, placed};
 use crate::model::{Model, Road, Section};
 
 /// Where a stretch of a lane begins on which no record does.
@@ -45,67 +45,53 @@ impl Shapes {
             first_of_road.push(shapes.geometries.len() as u32);
             shapes.geometries.extend(road.geometries.iter().cloned());
         }
-        let mut starts = Vec::new();
+        let mut own = Vec::new();
         for entry in &table.lanes {
-            shapes.firsts.push(shapes.stretches.len() as u32);
-            let Some(road) = model.roads.get(entry.road as usize) else { continue };
-            let Some(section) = road.sections.get(entry.section as usize) else { continue };
-            collect_starts(road, section, entry.lane_id, &mut starts);
+            shapes.firsts.push(shapes.starts.len() as u32);
+            let Some((road, section, _)) = parts(model, entry) else { continue };
+            collect_starts(road, section, entry.lane_id, &mut own);
             let first = first_of_road.get(entry.road as usize).copied().unwrap_or_default();
-            shapes.stretches.extend(starts.iter().map(|s| stretch(road, section, entry, *s)));
-            shapes.starts.extend(
-                starts
-                    .iter()
-                    .map(|s| Start { s: *s, geometry: first + road.geometry_index(*s) as u32 }),
-            );
+            let geometry = |s| first + road.geometry_index(s) as u32;
+            shapes.starts.extend(own.iter().map(|s| Start { s: *s, geometry: geometry(*s) }));
         }
-        shapes.firsts.push(shapes.stretches.len() as u32);
+        shapes.firsts.push(shapes.starts.len() as u32);
+        shapes.stretches.reserve_exact(shapes.starts.len());
+        for (entry, range) in table.lanes.iter().zip(shapes.firsts.windows(2)) {
+            let &[first, end] = range else { continue };
+            let Some((road, section, _)) = parts(model, entry) else { continue };
+            let own = shapes.starts.get(first as usize..end as usize).unwrap_or_default();
+            shapes.stretches.extend(own.iter().map(|start| stretch(road, section, entry, start.s)));
+        }
         shapes
     }
 
-    /// As [`Shapes::pose`], with sine and cosine of the heading.
-    pub(crate) fn pose_with_direction(
-        &self,
-        entry: &LaneEntry,
-        lane: LaneIndex,
-        s: f64,
-    ) -> Option<(LanePose, [f64; 2])> {
-        let (pose, along, slope) = self.along(entry, lane, s)?;
-        let turned = if slope == 0.0 { along } else { unit(pose.heading_rad) };
-        let sign = if entry.forward { 1.0 } else { -1.0 };
-        Some((direction(pose, entry.forward), turned.map(|v| v * sign)))
+    /// Lateral place and slope of a lane's middle at a place within its section.
+    pub(crate) fn middle(&self, lane: LaneIndex, s: f64) -> Option<(f64, f64)> {
+        let (start, stretch) = self.stretch(lane, s)?;
+        Some(evaluate(stretch.middle, s - start.s))
     }
 
     /// The middle of a lane at a place within its section; `None` elsewhere.
     #[inline]
     pub(crate) fn pose(&self, entry: &LaneEntry, lane: LaneIndex, s: f64) -> Option<LanePose> {
-        let (pose, ..) = self.along(entry, lane, s)?;
-        Some(direction(pose, entry.forward))
-    }
-
-    /// The middle looking along s, sine and cosine of the reference line's heading, and the slope
-    /// that the middle has beside it.
-    #[inline]
-    fn along(
-        &self,
-        entry: &LaneEntry,
-        lane: LaneIndex,
-        s: f64,
-    ) -> Option<(LanePose, [f64; 2], f64)> {
         if !(entry.start_s..=entry.end_s).contains(&s) {
             return None;
         }
+        let (start, stretch) = self.stretch(lane, s)?;
+        let geometry = self.geometries.get(start.geometry as usize)?;
+        let (reference, along) = geometry.at_with_direction(s - geometry.start_s);
+        let t = s - start.s;
+        let (middle, height) = (evaluate(stretch.middle, t), evaluate(stretch.height, t));
+        Some(direction(placed(reference, along, middle, height), entry.forward))
+    }
+
+    #[inline]
+    fn stretch(&self, lane: LaneIndex, s: f64) -> Option<(&Start, &Stretch)> {
         let first = *self.firsts.get(lane as usize)? as usize;
         let end = *self.firsts.get(lane as usize + 1)? as usize;
         let starts = self.starts.get(first..end)?;
         let own = starts.partition_point(|start| start.s <= s).saturating_sub(1);
-        let start = starts.get(own)?;
-        let geometry = self.geometries.get(start.geometry as usize)?;
-        let stretch = self.stretches.get(first + own)?;
-        let (reference, along) = geometry.at_with_direction(s - geometry.start_s);
-        let t = s - start.s;
-        let (middle, height) = (evaluate(stretch.middle, t), evaluate(stretch.height, t));
-        Some((placed(reference, along, middle, height), along, middle.1))
+        Some((starts.get(own)?, self.stretches.get(first + own)?))
     }
 }
 

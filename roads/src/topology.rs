@@ -1,20 +1,25 @@
 //! Lists over the whole lane graph.
 
+use crate::error::TooManyWaypoints;
 use crate::kinds::LaneType;
 use crate::lanes::{LaneEntry, LaneTable, parts};
+use crate::limits;
 use crate::links::Links;
 use crate::map::{Map, Waypoint};
-use crate::model::Model;
+use crate::model::{Model, Road, Section};
 
-/// Smaller steps are taken for a mistake, in metres.
-const STEP_MIN_M: f64 = 1e-3;
 /// Where the client library takes the first place of a road, in metres.
 const FIRST_S: f64 = 2.2e-15;
 
-pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
+pub(crate) fn generate_waypoints(
+    model: &Model,
+    step_m: f64,
+) -> Result<Vec<Waypoint>, TooManyWaypoints> {
     let mut places = Vec::new();
-    if step_m.is_nan() || step_m < STEP_MIN_M {
-        return places;
+    let lengths = model.roads.iter().map(|road| road.length_m);
+    let count: f64 = model.roads.iter().map(|road| count_max(road, step_m)).sum();
+    if !(step_m > 0.0 && count <= limits::GENERATED_WAYPOINTS_MAX) {
+        return Err(TooManyWaypoints { step_m, metres: lengths.sum() });
     }
     for road in &model.roads {
         let (mut s, mut section_index) = (FIRST_S, 0);
@@ -34,7 +39,16 @@ pub(crate) fn generate_waypoints(model: &Model, step_m: f64) -> Vec<Waypoint> {
             s += step_m;
         }
     }
-    places
+    Ok(places)
+}
+
+/// No less than the steps along a road and the waypoints generated there together.
+fn count_max(road: &Road, step_m: f64) -> f64 {
+    let of = |section: &Section| {
+        let driving = section.lanes.iter().filter(|lane| lane.lane_type == LaneType::Driving);
+        ((section.end_s - section.start_s) / step_m + 1.0) * (driving.count() + 1) as f64
+    };
+    road.length_m / step_m + road.sections.iter().map(of).sum::<f64>()
 }
 
 /// How far inside a lane its start is taken, in metres.
@@ -50,7 +64,7 @@ pub(crate) fn topology(map: &Map) -> Vec<(Waypoint, Waypoint)> {
         let is_driving = parts(&map.model, entry)
             .is_some_and(|(_, _, lane)| lane.id != 0 && lane.lane_type == LaneType::Driving);
         let Some(from) = start(entry).filter(|_| is_driving) else { continue };
-        let followers = map.links.next_of(index);
+        let followers = map.links.listed_next_of(index);
         if followers.is_empty() {
             pairs.extend(map.waypoint(from.road, from.lane, entry.exit_s()).map(|to| (from, to)));
         }

@@ -76,6 +76,19 @@ fn a_road_that_two_connections_name_ends_the_traffic_manager() {
 }
 
 #[test]
+fn a_gap_between_lane_ids_breaks_the_client() {
+    let whole = road(1, 0.0, "", "", "<line/>");
+    let verdict = |id: i32| {
+        let own = whole.replace("lane id=\"-1\"", &format!("lane id=\"{id}\""));
+        let faults = found(&format!("<OpenDRIVE>{own}</OpenDRIVE>"));
+        faults.iter().any(|(severity, text)| {
+            *severity == Severity::BreaksClient && text.contains("without gaps")
+        })
+    };
+    assert_eq!([-1, -2, -5].map(verdict), [false, true, true]);
+}
+
+#[test]
 fn dead_ends_and_gaps_are_suspicious() {
     let first = road(1, 0.0, &to_road(2), "<successor id=\"-1\"/>", "<line/>");
     let text = format!("<OpenDRIVE>{first}{}</OpenDRIVE>", road(2, 50.5, "", "", "<line/>"));

@@ -92,7 +92,7 @@ fn there_is_ground_under_every_driving_lane() {
         let limit = if name == "Town03" { TOWN03_MAX[0] } else { 400_000 };
         assert!(mesh.indices.len() < limit, "{name}: {}", mesh.indices.len());
         let squares = Squares::new(&mesh);
-        for place in map.generate_waypoints(3.7) {
+        for place in map.generate_waypoints(3.7).unwrap() {
             // At the very ends of a road that bends, beside the lane is beyond the road.
             let goes_on = map.waypoint(place.road, place.lane, place.s + 1.0).is_some();
             if place.s < 1.0 || !goes_on {

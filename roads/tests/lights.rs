@@ -209,7 +209,7 @@ fn behind_a_sign_its_limit_holds_and_elsewhere_that_of_the_road_or_the_one_befor
     /// Limits stand this far behind the junctions of our towns.
     const SIGN_AFTER_M: f64 = 12.0;
     for map in towns() {
-        for place in map.generate_waypoints(5.0) {
+        for place in map.generate_waypoints(5.0).unwrap() {
             let limit_mps = map.speed_limit_mps(&place);
             let by_type_mps = map.lane(&place).speed_limit_mps;
             assert!(limit_mps.is_some(), "{}: {place:?}", map.name());

@@ -38,7 +38,7 @@ fn highest(mesh: &GroundMesh, x: f64, y: f64) -> f64 {
 fn there_is_level_road_under_every_driving_lane_also_across_lane_and_road_borders() {
     let map = town();
     let mesh = ground(&map);
-    for (index, place) in map.generate_waypoints(7.3).into_iter().enumerate() {
+    for (index, place) in map.generate_waypoints(7.3).unwrap().into_iter().enumerate() {
         // From edge to edge of the lane, so that the seams are met as well.
         let side_m = ((index * 37 % 100) as f64 / 50.0 - 1.0) * 1.75;
         let at = map.pose(&place) * Point3::new(0.0, side_m, 0.0);

@@ -33,7 +33,7 @@ fn a_new_town_depends_on_style_seed_and_size_only() {
     assert_eq!(build(Style::City, 5, 3), build(Style::City, 5, 3));
     assert_ne!(build(Style::City, 5, 3), build(Style::City, 6, 3));
     assert_ne!(build(Style::City, 5, 3), build(Style::Village, 5, 3));
-    let places = |blocks| styled(Style::Village, 5, blocks).generate_waypoints(10.0).len();
+    let places = |blocks| styled(Style::Village, 5, blocks).generate_waypoints(10.0).unwrap().len();
     assert!(places(6) > 2 * places(3));
     assert_eq!(places(0), places(2));
     assert_eq!(places(usize::MAX), places(10));
@@ -77,7 +77,7 @@ fn lane_ends_meet_within_a_centimetre_and_a_tenth_of_a_degree() {
 fn ways_on(map: &Map) -> BTreeMap<Lane, BTreeSet<Lane>> {
     let mut ways: BTreeMap<Lane, BTreeSet<Lane>> = BTreeMap::new();
     let driving = |place: &Waypoint| map.lane(place).lane_type == LaneType::Driving;
-    for place in map.generate_waypoints(2.0) {
+    for place in map.generate_waypoints(2.0).unwrap() {
         let on = ways.entry(key(&place)).or_default();
         let change = map.lane(&place).lane_change;
         if matches!(change, LaneChange::Left | LaneChange::Both) {
@@ -133,7 +133,7 @@ fn every_driving_lane_leads_on_and_somewhere_leads_into_it() {
         let joints: Vec<(Lane, Lane)> =
             map.lane_joints().iter().map(|(from, to)| (key(from), key(to))).collect();
         let ends: BTreeSet<Lane> = joints.iter().map(|(from, _)| *from).collect();
-        for lane in map.generate_waypoints(2.0).iter().map(key) {
+        for lane in map.generate_waypoints(2.0).unwrap().iter().map(key) {
             assert!(ends.contains(&lane), "{}: {lane:?} ends nowhere", map.name());
         }
     }
@@ -160,7 +160,7 @@ fn spawn_points_lie_on_driving_lanes_half_a_metre_up_and_look_along_them() {
 #[test]
 fn houses_trees_and_posts_stand_off_all_driving_lanes() {
     for map in towns() {
-        for place in map.generate_waypoints(3.0) {
+        for place in map.generate_waypoints(3.0).unwrap() {
             let pose = map.pose(&place);
             for thing in map.scenery() {
                 // From a tyre's height to a lorry's; a road may lead over or under things.
@@ -179,7 +179,7 @@ fn houses_trees_and_posts_stand_off_all_driving_lanes() {
 #[test]
 fn roads_are_nowhere_steeper_than_a_tenth() {
     for map in towns() {
-        for place in map.generate_waypoints(5.0) {
+        for place in map.generate_waypoints(5.0).unwrap() {
             let pitch_rad = map.lane_pose(&place).unwrap().pitch_rad;
             assert!(pitch_rad.abs() < 0.1, "{}: {pitch_rad} at {place:?}", map.name());
         }
@@ -234,7 +234,7 @@ fn the_places_that_scripts_for_these_towns_expect_are_level_and_free() {
 #[test]
 fn towns_have_what_their_names_promise() {
     let lanes_each_way = |map: &Map, road: u32| -> i32 {
-        let places = map.generate_waypoints(20.0);
+        let places = map.generate_waypoints(20.0).unwrap();
         places.iter().filter(|p| p.road == road).map(|p| -p.lane).max().unwrap_or(0)
     };
     let widest = |map: &Map| (1..1000).map(|road| lanes_each_way(map, road)).max();
@@ -243,7 +243,7 @@ fn towns_have_what_their_names_promise() {
     assert_eq!(widest(&town("Town05")), Some(3));
     assert_eq!(widest(&town("Town06")), Some(4));
     let heights = |map: &Map| {
-        let places = map.generate_waypoints(5.0);
+        let places = map.generate_waypoints(5.0).unwrap();
         let z = |place: &Waypoint| map.pose(place).translation.z;
         places.iter().map(z).fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(z), high.max(z)])
     };
@@ -265,7 +265,7 @@ fn the_land_around_covers_no_driving_lane_even_under_bridges() {
             .filter(|(_, material)| **material == roads::mesh::Material::Grass)
             .map(|(triangle, _)| triangle.map(corner))
             .collect();
-        for place in map.generate_waypoints(7.0) {
+        for place in map.generate_waypoints(7.0).unwrap() {
             let at = map.pose(&place).translation.vector;
             for triangle in &land {
                 let Some(height_m) = height_at(triangle, [at.x, at.y]) else { continue };

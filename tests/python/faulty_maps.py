@@ -114,6 +114,7 @@ def signals(text: str) -> str:
 REFERENCE = '<signalReference id="9" s="1" t="0" orientation="+"/>'
 CONTROLLER = '<controller id="5" name="c"><control signalId="99" type="0"/></controller>'
 LISTED = '<controller id="5" type="0" sequence="0"/>'
+RING = link("predecessor", "road", "{0}") + link("successor", "road", "{0}")
 ONE, BACK = lane(-1, -1), lane(-1, None, -1)
 NARROW = '<width sOffset="0" a="0.5" b="0" c="0" d="0"/>'
 
@@ -155,6 +156,33 @@ def fork(connections: str, inside=(100, 100), approach=None, second=None) -> str
     )
 
 
+def merge(connections: str, through=None) -> str:
+    """Roads 1 and 4, which lead through junction 100 to road 2: the one by 3, the other by 5."""
+    inside, after = lane(-1, -1, -1), link("successor", "road", 2)
+    through = inside if through is None else through
+    leaving = lane(-1) + lane(-2)
+    end = link("successor", "junction", 100)
+    return document(
+        road(1, links=end),
+        road(4, links=end),
+        road(
+            2, x=80, links=link("predecessor", "junction", 100), sections=section(0, right=leaving)
+        ),
+        *(
+            road(
+                number,
+                x=50,
+                length=30,
+                junction=100,
+                links=link("predecessor", "road", before) + after,
+                sections=section(0, right=lanes),
+            )
+            for number, before, lanes in [(3, 1, through), (5, 4, inside)]
+        ),
+        f'<junction id="100" name="j">{connections}</junction>',
+    )
+
+
 TWO_WAYS = connection(0, 1, 3) + connection(1, 1, 5)
 TWICE = connection(2, 1, 3)
 
@@ -170,6 +198,12 @@ MAPS = {
     "connecting road of a connection is unknown": junction(connecting=77),
     "one lane into two of one connecting road": junction(
         lane(-1, -1, -1) + lane(-2, -1, -2), outgoing=lane(-1) + lane(-2)
+    ),
+    "one lane into two of a road that joins another": merge(
+        connection(0, 1, 3) + connection(1, 4, 5), lane(-1, -1, -1) + lane(-2, -1, -2)
+    ),
+    "a merge with a connection twice": merge(
+        connection(0, 1, 3) + connection(1, 4, 5) + connection(2, 2, 3)
     ),
     "two connections of one road": junction(rest=connection(1, 1, 3)),
     "a connection twice under one id": junction(rest=connection(0, 1, 3)),
@@ -211,6 +245,12 @@ MAPS = {
     "lane against s comes from a lane the next section lacks": document(
         road(sections=section(0, left=lane(1, None, 7)) + section(25, left=lane(1, 1)))
     ),
+    "lane ids with a gap": document(road(sections=section(0, right=lane(-1) + lane(-3)))),
+    "a ring of two roads": document(
+        road(1, links=RING.format(2), sections=section(0, right=lane(-1, -1, -1))),
+        road(2, x=50, links=RING.format(1), sections=section(0, right=lane(-1, -1, -1))),
+    ),
+    "far from the origin": document(road(x=5_300_000)),
     "next road is unknown": document(road(links=link("successor", "road", 55))),
     "no geometry": document(road(geometry="")),
     "geometry begins late": document(road(geometry=LINE.replace('s="0"', 's="10"'))),

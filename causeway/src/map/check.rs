@@ -60,9 +60,10 @@ fn word(severity: Severity) -> &'static str {
 }
 
 fn size(map: &Map) -> String {
+    let metres = map.generate_waypoints(1.0);
     format!(
         "{} driving-lane metres, {} landmarks, {} crosswalks, {} spawn points",
-        map.generate_waypoints(1.0).len(),
+        metres.map_or_else(|_| "millions of".to_owned(), |places| places.len().to_string()),
         map.landmarks().len(),
         map.crosswalks().len(),
         map.spawn_points().len()

@@ -3,7 +3,8 @@
 //! It follows every lane into all that continue it. Where these are two and more it looks for the
 //! turn each takes through the junction, and reads past the end of a list when one of them is in
 //! none. A connecting road counts as in a junction only when traffic of the road before it has two
-//! and more connecting roads to choose from there. **Source:** the client, by what it survives.
+//! and more connecting roads to choose from there, or when two and more lead to the road behind it.
+//! **Source:** the client, by what it survives.
 
 use std::collections::BTreeSet;
 
@@ -11,6 +12,7 @@ use super::fault;
 use crate::error::{Report, Severity};
 use crate::kinds::LaneType;
 use crate::lanes::{LaneEntry, LaneIndex, parts};
+use crate::links::Links;
 use crate::map::Map;
 use crate::model::Road;
 
@@ -51,7 +53,7 @@ fn trouble(
     if let Some(road) = outside {
         return Some(format!("road {}, which is in none, among them", road.id));
     }
-    if choices(map, entry) > 1 {
+    if choices(map, entry, Links::next_of) > 1 || followers.iter().all(|lane| merges(map, *lane)) {
         return None;
     }
     let again = repeated.and_then(|lane| road_of(map, *lane));
@@ -78,14 +80,23 @@ fn is_repeated(map: &Map, road: &Road, entry: &LaneEntry, follower: LaneIndex) -
     next.junction.is_some() && junction.is_some_and(|one| one.repeated_roads.contains(&next.id))
 }
 
-/// How many roads through junctions the lanes beside this one, itself included, continue into.
-fn choices(map: &Map, entry: &LaneEntry) -> usize {
-    let beside = (0..).zip(&map.table.lanes).skip_while(|(_, other)| other.road < entry.road);
-    let beside = beside.take_while(|(_, other)| other.road == entry.road);
-    let alike = beside.filter(|(_, other)| other.forward == entry.forward);
-    let roads: BTreeSet<u32> = alike
-        .flat_map(|(index, _)| map.links.next_of(index))
-        .filter_map(|follower| road_of(map, *follower))
+/// Whether the road behind a lane of a connecting road is led to by others, too.
+fn merges(map: &Map, lane: LaneIndex) -> bool {
+    let exits = map.links.next_of(lane).iter().filter_map(|exit| map.table.get(*exit));
+    exits.map(|exit| choices(map, exit, Links::previous_of)).max().is_some_and(|count| count > 1)
+}
+
+/// How many roads through junctions the lanes beside this one, itself included, are linked to on
+/// one side.
+fn choices(map: &Map, entry: &LaneEntry, side: fn(&Links, LaneIndex) -> &[LaneIndex]) -> usize {
+    let beside = map.table.lanes_of(entry.road as usize);
+    let is_alike = |index: &LaneIndex| {
+        map.table.get(*index).is_some_and(|other| other.forward == entry.forward)
+    };
+    let roads: BTreeSet<u32> = beside
+        .filter(is_alike)
+        .flat_map(|index| side(&map.links, index))
+        .filter_map(|lane| road_of(map, *lane))
         .filter(|road| road.junction.is_some())
         .map(|road| road.id)
         .collect();

@@ -1,5 +1,7 @@
 //! Houses with windows, and other boxes.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point3, Vector3};
 
 use super::render::Tiles;
@@ -20,11 +22,15 @@ const PANE_M: f64 = 0.04;
 /// A wall nearer than this to the next house has no windows, in metres.
 const NEIGHBOUR_M: f64 = 0.5;
 
+/// Houses are looked for in squares no smaller than this, in metres.
+const SQUARE_MIN_M: f64 = 16.0;
+
 /// Raises everything that is a box.
 pub(super) fn raise(scenery: &[SceneryBox], tiles: &mut Tiles) {
     let places = || (0u32..).zip(scenery);
     let houses: Vec<(u32, &SceneryBox)> =
         places().filter(|(_, thing)| thing.kind == SceneryKind::Building).collect();
+    let near = Near::new(houses.iter().map(|(_, house)| *house));
     for (index, (place, house)) in houses.iter().enumerate() {
         tiles.thing = Some(*place);
         let material = [Material::Wall, Material::Brick, Material::Concrete]
@@ -32,7 +38,7 @@ pub(super) fn raise(scenery: &[SceneryBox], tiles: &mut Tiles) {
             .copied()
             .unwrap_or(Material::Wall);
         cuboid(house, house.half_extent_m, [material, Material::Roof], tiles);
-        windows(house, &houses, tiles);
+        windows(house, &near, tiles);
     }
     for (place, thing) in places() {
         tiles.thing = Some(place);
@@ -85,7 +91,44 @@ pub(crate) fn panes(object: &Object) -> f64 {
     round_m / BAY_M * (object.height_m.abs() / STOREY_M)
 }
 
-fn windows(house: &SceneryBox, houses: &[(u32, &SceneryBox)], sink: &mut impl Sink) {
+/// Houses by place: those a point may lie in, without asking all.
+struct Near<'s> {
+    /// By the squares their circles touch.
+    squares: BTreeMap<[i64; 2], Vec<&'s SceneryBox>>,
+    /// Side of a square: no circle touches more than nine.
+    side_m: f64,
+}
+
+impl<'s> Near<'s> {
+    fn new(houses: impl Iterator<Item = &'s SceneryBox> + Clone) -> Self {
+        let radius_m = |house: &SceneryBox| house.half_extent_m.xy().norm();
+        let side_m = houses.clone().map(radius_m).fold(SQUARE_MIN_M, f64::max);
+        let mut near = Self { squares: BTreeMap::new(), side_m };
+        for house in houses {
+            let (middle, reach_m) = (house.pose.translation.vector.xy(), radius_m(house));
+            let [low, high] = [-reach_m, reach_m]
+                .map(|reach_m| near.square(middle.x + reach_m, middle.y + reach_m));
+            for x in low[0]..=high[0] {
+                for y in low[1]..=high[1] {
+                    near.squares.entry([x, y]).or_default().push(house);
+                }
+            }
+        }
+        near
+    }
+
+    #[allow(clippy::cast_possible_truncation, reason = "places of a map are of moderate size")]
+    fn square(&self, x: f64, y: f64) -> [i64; 2] {
+        [x, y].map(|v| (v / self.side_m).floor() as i64)
+    }
+
+    fn covers(&self, point: &Point3<f64>) -> bool {
+        let here = self.squares.get(&self.square(point.x, point.y));
+        here.into_iter().flatten().any(|house| covers(house, point))
+    }
+}
+
+fn windows(house: &SceneryBox, near: &Near<'_>, sink: &mut impl Sink) {
     let half = house.half_extent_m;
     // Each wall by its outward direction; along it, left to right seen from outside.
     let walls = [
@@ -96,7 +139,7 @@ fn windows(house: &SceneryBox, houses: &[(u32, &SceneryBox)], sink: &mut impl Si
     ];
     for (outward, along, depth_m, half_width_m) in walls {
         let before_wall = house.pose * Point3::from(outward * (depth_m + NEIGHBOUR_M));
-        if houses.iter().any(|(_, other)| covers(other, &before_wall)) {
+        if near.covers(&before_wall) {
             continue;
         }
         let bays = (2.0 * half_width_m / BAY_M).floor();

@@ -1,17 +1,23 @@
 //! Cuts the ground of one storey into triangles that meet edge to edge.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay::{IntOverlayOptions, Overlay};
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::core::solver::Solver;
 use i_overlay::i_float::int::point::IntPoint;
 use nalgebra::Point2;
+use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Triangulation};
 
 use super::Area;
 use super::cover::{Cover, Covers};
 use super::outline::split_at_corners;
 use super::piece::{Class, GridPoint, Piece, grid_point, metres};
+
+type Plane = ConstrainedDelaunayTriangulation<spade::Point2<f64>>;
 
 /// Smaller spots and holes are left out, in square grid steps: 0.05 m².
 const SPOT_MIN: u64 = 50_000;
@@ -63,17 +69,15 @@ fn outlines(
 }
 
 fn faces(lines: &[Vec<GridPoint>], cover: &Cover<'_>) -> (Vec<[f64; 2]>, Vec<Face>) {
-    let mut plane = ConstrainedDelaunayTriangulation::<spade::Point2<f64>>::new();
+    let mut plane = Plane::new();
+    let handles = insert_corners(lines, &mut plane);
+    let handle = |corner: &GridPoint| handles.get(corner).copied();
     for line in lines {
-        // Grid points are whole numbers of moderate size, which the triangulation never refuses.
-        let handles: Vec<_> = line
-            .iter()
-            .map(|point| point.map(f64::from))
-            .filter_map(|[x, y]| plane.insert(spade::Point2::new(x, y)).ok())
-            .collect();
-        for (from, to) in handles.iter().zip(handles.iter().cycle().skip(1)) {
-            if from != to {
-                plane.add_constraint_and_split(*from, *to, |place| place);
+        for (from, to) in line.iter().zip(line.iter().cycle().skip(1)) {
+            if let (Some(from), Some(to)) = (handle(from), handle(to))
+                && from != to
+            {
+                plane.add_constraint_and_split(from, to, |place| place);
             }
         }
     }
@@ -88,6 +92,41 @@ fn faces(lines: &[Vec<GridPoint>], cover: &Cover<'_>) -> (Vec<[f64; 2]>, Vec<Fac
     });
     let faces = faces.collect();
     (places, faces)
+}
+
+/// Inserts the corners of all lines, without the lines.
+///
+/// First a few of them from all over the lines, then twice as many, and so on. One after another,
+/// those of the second side of a long road would each turn over nearly all edges between the first
+/// side and the second. Within a round they stay in the order of the lines, as the triangulation
+/// looks for a place near the last one.
+fn insert_corners(
+    lines: &[Vec<GridPoint>],
+    plane: &mut Plane,
+) -> BTreeMap<GridPoint, FixedVertexHandle> {
+    let mut handles = BTreeMap::new();
+    let corners: Vec<&GridPoint> = lines.iter().flatten().collect();
+    for round in (0..=corners.len().checked_ilog2().unwrap_or(0)).rev() {
+        for corner in corners.iter().skip(1 << round).step_by(2 << round) {
+            insert(corner, plane, &mut handles);
+        }
+    }
+    corners.first().into_iter().for_each(|corner| insert(corner, plane, &mut handles));
+    handles
+}
+
+fn insert(
+    corner: &GridPoint,
+    plane: &mut Plane,
+    handles: &mut BTreeMap<GridPoint, FixedVertexHandle>,
+) {
+    if let Entry::Vacant(free) = handles.entry(*corner) {
+        let [x, y] = corner.map(f64::from);
+        // Grid points are whole numbers of moderate size, which the triangulation never refuses.
+        if let Ok(handle) = plane.insert(spade::Point2::new(x, y)) {
+            free.insert(handle);
+        }
+    }
 }
 
 /// What a place with such cover is: the road goes before the sidewalk where maps let both overlap.

@@ -58,8 +58,17 @@ pub(super) struct Numbers<'r> {
 impl Numbers<'_> {
     /// A number that must be there.
     pub(super) fn required(&mut self, node: Node<'_, '_>, name: &str) -> f64 {
+        self.required_within(node, name, limits::NUMBER_ABS_MAX)
+    }
+
+    /// A coordinate of a reference line, which must be there.
+    pub(super) fn place(&mut self, node: Node<'_, '_>, name: &str) -> f64 {
+        self.required_within(node, name, limits::PLACE_ABS_MAX)
+    }
+
+    fn required_within(&mut self, node: Node<'_, '_>, name: &str, limit: f64) -> f64 {
         match node.attribute(name) {
-            Some(value) => self.checked(node, name, value),
+            Some(value) => self.within(node, name, value, limit),
             None => {
                 let wanted = format!("an attribute {name:?} of {}", node.name());
                 self.report.add(Some(self.road), None, wanted, "none");
@@ -70,17 +79,14 @@ impl Numbers<'_> {
 
     /// A number that is 0 when absent.
     pub(super) fn optional(&mut self, node: Node<'_, '_>, name: &str) -> f64 {
-        node.attribute(name).map_or(0.0, |value| self.checked(node, name, value))
+        const LIMIT: f64 = limits::NUMBER_ABS_MAX;
+        node.attribute(name).map_or(0.0, |value| self.within(node, name, value, LIMIT))
     }
 
     /// A factor of a polynomial, 0 when absent. Over a road of centimetres it may be very large.
     pub(super) fn coefficient(&mut self, node: Node<'_, '_>, name: &str) -> f64 {
         const LIMIT: f64 = limits::COEFFICIENT_ABS_MAX;
         node.attribute(name).map_or(0.0, |value| self.within(node, name, value, LIMIT))
-    }
-
-    fn checked(&mut self, node: Node<'_, '_>, name: &str, value: &str) -> f64 {
-        self.within(node, name, value, limits::NUMBER_ABS_MAX)
     }
 
     fn within(&mut self, node: Node<'_, '_>, name: &str, value: &str, limit: f64) -> f64 {

@@ -106,8 +106,8 @@ fn geometry(
     let start_s = numbers.required(node, "s");
     let length_m = numbers.required(node, "length");
     let start = PlanPose {
-        x: numbers.required(node, "x"),
-        y: numbers.required(node, "y"),
+        x: numbers.place(node, "x"),
+        y: numbers.place(node, "y"),
         heading_rad: numbers.required(node, "hdg"),
     };
     if length_m <= 0.0 {

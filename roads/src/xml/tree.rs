@@ -28,11 +28,8 @@ pub(super) struct Attribute {
 /// told apart by it.
 #[inline]
 pub(super) fn key(name: &str) -> u64 {
-    let mut bytes = [0; 8];
-    for (to, from) in bytes.iter_mut().zip(name.as_bytes()) {
-        *to = *from;
-    }
-    u64::from_le_bytes(bytes)
+    let bytes = name.bytes().take(size_of::<u64>()).enumerate();
+    bytes.fold(0, |key, (index, byte)| key | u64::from(byte) << (8 * index))
 }
 
 /// Whether the key says all about a name: no name has a zero byte.
