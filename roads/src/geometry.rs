@@ -339,6 +339,24 @@ mod tests {
         assert!((as_spiral.y - as_arc.y).abs() < 1e-9);
     }
 
+    /// **Source:** the client, for a road that is longer than its geometries.
+    #[test]
+    fn only_polynomials_go_on_beyond_their_end() {
+        let end_x = |shape: Shape| {
+            let start = origin();
+            let own =
+                Geometry { start_s: 0.0, length_m: 20.0, start, start_unit: [0.0, 1.0], shape };
+            own.at_with_direction(39.0).0.x
+        };
+        let table = Table::param_poly3([0.0, 20.0, 0.0, 0.0], [0.0; 4], 1.0, 20.0);
+        assert!((end_x(Shape::Polynomial(Arc::new(table))) - 39.0).abs() < 1e-9);
+        let table = Table::poly3([0.0; 4], 20.0);
+        assert!((end_x(Shape::Polynomial(Arc::new(table))) - 39.0).abs() < 1e-9);
+        assert_eq!(end_x(Shape::Line), 20.0);
+        let spiral = Shape::Spiral { curvature_start: 0.0, curvature_end: 1e-9 };
+        assert!((end_x(spiral) - 20.0).abs() < 1e-6);
+    }
+
     #[test]
     fn a_parametric_line_is_followed_by_its_length() {
         let table = Table::param_poly3([0.0, 20.0, 0.0, 0.0], [0.0; 4], 1.0, 20.0);

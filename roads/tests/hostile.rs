@@ -237,3 +237,14 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_tiny_step_between_waypoints_is_refused_with_the_limit() {
+    let map = Map::parse("town", &roads::town::build("Town02").unwrap()).unwrap();
+    for step_m in [0.0, -1.0, f64::NAN, 1e-9, f64::MIN_POSITIVE] {
+        let refusal = map.generate_waypoints(step_m).unwrap_err();
+        assert!(refusal.to_string().contains("at most 10000000"), "{refusal}");
+    }
+    let places = map.generate_waypoints(0.01).unwrap();
+    assert!(places.len() > 100_000, "{}", places.len());
+}
