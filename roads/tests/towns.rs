@@ -77,7 +77,7 @@ fn lane_ends_meet_within_a_centimetre_and_a_tenth_of_a_degree() {
 fn ways_on(map: &Map) -> BTreeMap<Lane, BTreeSet<Lane>> {
     let mut ways: BTreeMap<Lane, BTreeSet<Lane>> = BTreeMap::new();
     let driving = |place: &Waypoint| map.lane(place).lane_type == LaneType::Driving;
-    for place in map.generate_waypoints(2.0).unwrap() {
+    for place in map.generate_waypoints(2.0).expect("a step above 0") {
         let on = ways.entry(key(&place)).or_default();
         let change = map.lane(&place).lane_change;
         if matches!(change, LaneChange::Left | LaneChange::Both) {
