@@ -44,7 +44,7 @@ fn half(id: u32, sections: u32) -> String {
 fn ring(sections: [u32; 2]) -> Map {
     let [first, second] = sections;
     let text = format!("<OpenDRIVE><header/>{}{}</OpenDRIVE>", half(1, first), half(2, second));
-    Map::parse("ring", &text).unwrap()
+    Map::parse("ring", &text).expect("a clean map")
 }
 
 fn pairs(map: &Map) -> Vec<[(u32, u32, i32); 2]> {
