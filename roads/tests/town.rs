@@ -9,7 +9,7 @@ fn town() -> Map {
 }
 
 fn driving_places(map: &Map, step_m: f64) -> Vec<Waypoint> {
-    map.generate_waypoints(step_m).unwrap()
+    map.generate_waypoints(step_m).expect("a step above 0")
 }
 
 #[test]

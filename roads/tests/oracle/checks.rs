@@ -199,10 +199,10 @@ pub(crate) fn generated(judged: &Judged) -> Outcome {
     let mut outcome = Outcome::default();
     let wanted = &judged.answers["generate_waypoints"];
     for (key, step_m) in [("5.0", 5.0), ("2.0", 2.0)] {
-        let found = judged.map.generate_waypoints(step_m).unwrap().len() as u64;
+        let found = judged.map.generate_waypoints(step_m).expect("a step above 0").len() as u64;
         outcome.compare(Some(found) == wanted[key].as_u64(), || format!("{found} {wanted}"));
     }
-    let places = judged.map.generate_waypoints(2.0).unwrap();
+    let places = judged.map.generate_waypoints(2.0).expect("a step above 0");
     let inside = places.iter().filter(|w| judged.map.lane(w).is_junction).count() as u64;
     let right = Some(inside) == wanted["in_junction_2.0"].as_u64();
     outcome.compare(right, || format!("{inside} in junctions {wanted}"));
