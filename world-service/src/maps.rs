@@ -198,9 +198,18 @@ fn sources(folder: Option<&Path>) -> Result<BTreeMap<String, Source>, Error> {
     for (name, path) in folder.map_or_else(|| Ok(Vec::new()), map_files)? {
         let stamp =
             fs::metadata(&path).map_or((0, None), |data| (data.len(), data.modified().ok()));
-        sources.insert(name, Source::File { path, stamp });
+        let source = Source::File { path, stamp };
+        if let Some(twin @ Source::BuiltIn) = sources.get_mut(&twin_of(&name)) {
+            *twin = source.clone();
+        }
+        sources.insert(name, source);
     }
     Ok(sources)
+}
+
+/// CARLA's maps with and without `_Opt` have the same roads, so one file stands for both.
+fn twin_of(name: &str) -> String {
+    name.strip_suffix("_Opt").map_or_else(|| format!("{name}_Opt"), str::to_owned)
 }
 
 impl<T> Shelf<T> {
@@ -321,6 +330,23 @@ mod tests {
         assert_eq!(listed.digest, digest);
         assert_eq!(maps.asset(&digest), Ok(other.into_bytes()));
         assert!(*maps.common_town("Town10HD_Opt").unwrap() > 0);
+    }
+
+    #[test]
+    fn a_file_stands_for_its_town_with_and_without_opt_unless_both_are_there() {
+        let folder = Folder::new("twins");
+        let first = roads::town::build("Town02").unwrap();
+        let second = format!("{first}<!-- longer -->");
+        folder.file("Town03.xodr", &first);
+        let maps = folder.maps();
+        let digest = |name: &str| {
+            maps.list(&tenant()).into_iter().find(|map| map.name == name).map(|map| map.digest)
+        };
+        assert_eq!(digest("Town03"), digest("Town03_Opt"));
+        folder.file("Town03_Opt.xodr", &second);
+        assert_ne!(digest("Town03"), digest("Town03_Opt"));
+        folder.file("Mine.xodr", &first);
+        assert_eq!(digest("Mine_Opt"), None);
     }
 
     #[test]
