@@ -3,6 +3,7 @@
 
 mod cameras;
 mod clock;
+mod late;
 mod loading;
 mod telling;
 mod traffic;
@@ -33,6 +34,7 @@ use crate::rpc::{Connection, ConnectionId, Refusal, Request};
 use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
 use cameras::Darkroom;
+use late::LateAnswers;
 use traffic::TrafficManagers;
 
 /// Events that may wait; clients that send more are read more slowly.
@@ -111,6 +113,7 @@ pub(crate) struct Endpoint {
     clients: BTreeMap<ConnectionId, Whereabouts>,
     newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
+    late: LateAnswers,
     streams_opened: u32,
     /// Streams whose listener is on the way: how many will have come then, until when it is
     /// awaited.
@@ -159,6 +162,7 @@ impl Endpoint {
             clients: BTreeMap::new(),
             newest_client: None,
             caller: None,
+            late: LateAnswers::default(),
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
@@ -206,6 +210,7 @@ impl Endpoint {
     /// Serves until nobody can send events any more.
     pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
         loop {
+            self.give_late_answers();
             if self.next_tick_at().is_some_and(|at| at <= Instant::now()) {
                 self.tick_by_itself().await;
                 continue;
@@ -213,8 +218,8 @@ impl Endpoint {
             if events.is_empty() {
                 self.wake_late_managers();
             }
-            let look_at = self.next_tick_at().into_iter().chain(self.traffic_managers.next_due());
-            let event = match look_at.min() {
+            let others = self.traffic_managers.next_due().into_iter().chain(self.late.next_due());
+            let event = match self.next_tick_at().into_iter().chain(others).min() {
                 Some(at) => tokio::select! {
                     event = events.recv() => event,
                     () = tokio::time::sleep_until(at) => continue,
@@ -252,7 +257,7 @@ impl Endpoint {
                 if request.method == "tick_cue" && self.settings.synchronous_mode {
                     self.answer_and_tick(&connection, &request).await;
                 } else {
-                    self.answer(&connection, &request).await;
+                    self.answer(connection, request).await;
                 }
                 self.caller = None;
             }
@@ -269,12 +274,12 @@ impl Endpoint {
         }
     }
 
-    async fn answer(&mut self, connection: &Connection, request: &Request) {
-        let answer = calls::answer(self, request).await;
+    async fn answer(&mut self, connection: Connection, request: Request) {
+        let answer = calls::answer(self, &request).await;
         if let (Err(refusal), true) = (&answer, request.asynchronous) {
             tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
         }
-        connection.outbox.answer(request, &answer);
+        self.answer_in_time(connection, request, answer);
     }
 
     fn note_deserted(&mut self, stream: u32) {

@@ -179,6 +179,24 @@ def test_who_comes_after_the_loss_finds_a_new_world(start_site):
     assert world.wait_for_tick().frame > frame
 
 
+def test_who_is_spawned_while_nobody_ticks_is_seen_at_once(site):
+    """Walker controllers that start a walker they do not see yet end the client's process."""
+    client = fresh(site.carla_port)
+    world = client.get_world()
+    blueprint = world.get_blueprint_library().find("vehicle.audi.tt")
+    places = world.get_map().get_spawn_points()
+    world.wait_for_tick()
+    for place in places[:10]:
+        car = world.spawn_actor(blueprint, place)
+        world.get_actors()
+        assert car.get_location().distance(place.location) < 1.0
+    spawn = [carla.command.SpawnActor(blueprint, place) for place in places[10:20]]
+    cars = world.get_actors([one.actor_id for one in client.apply_batch_sync(spawn)])
+    assert len(cars) == 10
+    for car, place in zip(cars, places[10:20], strict=True):
+        assert car.get_location().distance(place.location) < 1.0
+
+
 def test_twenty_walkers_walk_at_the_clients_hand(site):
     client = fresh(site.carla_port)
     with synchronous(client.get_world()) as world:

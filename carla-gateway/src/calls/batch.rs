@@ -64,6 +64,7 @@ fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Ru
         let spawned: Vec<ActorId> = followers.iter().map(|(id, _)| *id).collect();
         if !spawned.is_empty() {
             endpoint.learn(spawned).await?;
+            endpoint.answer_with_next_frame();
         }
         let next: Vec<BatchCommand> = followers
             .into_iter()
