@@ -33,6 +33,10 @@ pub struct Args {
     /// Leaves synchronous mode when nobody ticked for so long [default: never, as CARLA]
     #[arg(long, value_name = "SECS")]
     pub sync_lease: Option<f64>,
+    /// Tyres and steering of cars: those of real ones, or CARLA's, for whose grip the corners of
+    /// its maps are made
+    #[arg(long, value_enum, default_value_t)]
+    pub tyres: Tyres,
     /// Root of all randomness of new worlds
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -42,6 +46,16 @@ pub struct Args {
     /// Owner of the worlds
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: Tenant,
+}
+
+/// Tyres and steering of the cars that clients spawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Tyres {
+    /// As measured of real cars: friction about 1, and the published turning circle.
+    #[default]
+    Real,
+    /// `tire_friction` 3.5 and `max_steer_angle` 70°.
+    Carla,
 }
 
 /// What the gateway runs with; consistent.
@@ -60,6 +74,7 @@ pub struct Config {
 pub(crate) struct WorldConfig {
     pub(crate) map: String,
     pub(crate) seed: u64,
+    pub(crate) tyres: Tyres,
     /// Between two ticks in asynchronous mode.
     pub(crate) period: Duration,
     pub(crate) sync_lease: Option<Duration>,
@@ -99,6 +114,7 @@ impl Config {
             world: WorldConfig {
                 map: args.map.clone(),
                 seed: args.seed,
+                tyres: args.tyres,
                 period: Duration::from_secs_f64(1.0 / args.fps),
                 sync_lease,
                 owner: args.id.clone(),

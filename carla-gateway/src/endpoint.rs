@@ -7,6 +7,7 @@ mod late;
 mod loading;
 mod telling;
 mod traffic;
+mod tyres;
 mod uploads;
 mod worlds;
 

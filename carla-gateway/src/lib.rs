@@ -29,5 +29,5 @@ mod snapshot;
 mod stream;
 
 pub use app::{RunError, run};
-pub use config::{Args, Config, ConfigError};
+pub use config::{Args, Config, ConfigError, Tyres};
 pub use launcher::{Translated, translate};

@@ -3,7 +3,7 @@
 import carla
 import pytest
 
-from carla_site import spawn_car, ticks
+from carla_site import connect, spawn_car, ticks
 
 
 def test_a_car_stands_where_it_was_spawned_with_what_it_was_given(world):
@@ -108,3 +108,20 @@ def test_the_traffic_manager_drives_cars_in_synchronous_mode(client, world):
     for car in cars:
         car.set_autopilot(False, manager.get_port())
     manager.shut_down()
+
+
+def test_cars_have_carlas_tyres_where_the_site_is_told_so(start_site):
+    site = start_site("--no-render", "--carla-tyres")
+    world = connect(site.carla_port).get_world()
+    library, places = world.get_blueprint_library(), world.get_map().get_spawn_points()
+    blueprint = library.find("vehicle.tesla.model3")
+    alone = world.spawn_actor(blueprint, places[0])
+    batch = carla.command.SpawnActor(blueprint, places[1])
+    client = connect(site.carla_port)
+    (response,) = client.apply_batch_sync([batch], False)
+    for car in (alone, client.get_world().get_actor(response.actor_id)):
+        wheels = car.get_physics_control().wheels
+        assert [round(wheel.tire_friction, 2) for wheel in wheels] == [3.5] * 4
+        assert [round(wheel.max_steer_angle) for wheel in wheels] == [70, 70, 0, 0]
+    bike = world.spawn_actor(library.find("vehicle.kawasaki.ninja"), places[2])
+    assert all(wheel.tire_friction < 2.0 for wheel in bike.get_physics_control().wheels)

@@ -112,6 +112,7 @@ async fn spawn(
         _ => return Err(unknown()),
     };
     endpoint.learn(vec![id]).await?;
+    endpoint.fit_tyres(&[id]).await?;
     endpoint.answer_with_next_frame();
     endpoint.episode()?.actor(id.get()).cloned().ok_or_else(unknown)
 }

@@ -63,7 +63,8 @@ fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Ru
         let (responses, followers) = settle(endpoint, steps, replies);
         let spawned: Vec<ActorId> = followers.iter().map(|(id, _)| *id).collect();
         if !spawned.is_empty() {
-            endpoint.learn(spawned).await?;
+            endpoint.learn(spawned.clone()).await?;
+            endpoint.fit_tyres(&spawned).await?;
             endpoint.answer_with_next_frame();
         }
         let next: Vec<BatchCommand> = followers

@@ -16,7 +16,7 @@ use schemas::{Weather, WorldId};
 
 use super::table::{METHODS, State};
 use super::*;
-use crate::config::WorldConfig;
+use crate::config::{Tyres, WorldConfig};
 use crate::maps::Maps;
 use crate::rpc::Payload;
 use crate::site::{Later, Site};
@@ -93,6 +93,7 @@ fn endpoint() -> Endpoint {
     let config = WorldConfig {
         map: "Town10HD".to_owned(),
         seed: 0,
+        tyres: Tyres::Real,
         period: std::time::Duration::from_secs(1),
         sync_lease: None,
         owner: "toy".parse().unwrap(),

@@ -41,6 +41,10 @@ pub(crate) struct Args {
     /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
+    /// Cars of CARLA endpoints have CARLA's tyres and steering instead of real ones: for CARLA's own
+    /// maps, whose corners are made for them.
+    #[arg(long)]
+    carla_tyres: bool,
     /// Renderers to start; each is a process of its own.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "no_render")]
     render: u8,
@@ -140,6 +144,9 @@ fn gateway(args: &Args, ports: &[u16], bus: &Endpoint) -> Service {
     arguments.extend(flag("--map", args.carla_map.clone()));
     if let Some(fps) = args.fps {
         arguments.extend(flag("--fps", fps.to_string()));
+    }
+    if args.carla_tyres {
+        arguments.extend(flag("--tyres", "carla".to_owned()));
     }
     Service { name: "gateway", stem: "gateway".to_owned(), arguments, essential: true }
 }

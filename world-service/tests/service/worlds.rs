@@ -216,7 +216,8 @@ async fn worlds_of_another_tenant_do_not_exist() {
 #[tokio::test(flavor = "multi_thread")]
 async fn requests_on_the_wrong_key_are_refused() {
     let site = Site::open(config()).await;
-    let (world, other) = (site.create(7, None).await.unwrap(), WorldId::new(5).unwrap());
+    let world = site.create(7, None).await.unwrap();
+    let other = WorldId::of_host(world.host(), 5);
     let tick = Request::TickWorlds(vec![ticks(world, 1)]);
     let wrong_world = keys::world(&tenant(), other);
     let error = site.client.request(&wrong_world, &tick, deadline()).await.unwrap_err();

@@ -1,0 +1,70 @@
+//! Tyres and steering of the cars that clients spawn.
+
+use blueprints::Class;
+use schemas::{ActorId, Command, VehiclePhysics};
+
+use super::Endpoint;
+use crate::config::Tyres;
+use crate::rpc::Refusal;
+
+/// `tire_friction` of CARLA's cars.
+const CARLA_FRICTION: f32 = 3.5;
+/// `max_steer_angle` of CARLA's cars: 70°.
+const CARLA_STEER_RAD: f32 = 70.0 * std::f32::consts::PI / 180.0;
+
+impl Endpoint {
+    /// Gives those of these new actors that are cars CARLA's tyres, where they are wanted.
+    pub(crate) async fn fit_tyres(&mut self, spawned: &[ActorId]) -> Result<(), Refusal> {
+        if self.config.tyres == Tyres::Real {
+            return Ok(());
+        }
+        let episode = self.episode()?;
+        let fit = |actor: &ActorId| {
+            let blueprint = &episode.actor(actor.get())?.description.type_id;
+            Some(Command::SetVehiclePhysics {
+                actor: *actor,
+                physics: Box::new(as_in_carla(blueprint)?),
+            })
+        };
+        let commands: Vec<Command> = spawned.iter().filter_map(fit).collect();
+        if commands.is_empty() {
+            return Ok(());
+        }
+        for refusal in self.run_now(commands).await?.into_iter().filter_map(Result::err) {
+            tracing::warn!(%refusal, "a car keeps its real tyres");
+        }
+        Ok(())
+    }
+}
+
+/// `None` for what has not four wheels: riders lean no further for any tyre.
+fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
+    let Class::Vehicle(model) = blueprints::find(blueprint)?.class else { return None };
+    let mut physics = model.physics.clone();
+    if physics.wheels.len() < 4 {
+        return None;
+    }
+    for wheel in &mut physics.wheels {
+        wheel.tyre_friction = CARLA_FRICTION;
+        if wheel.steer_rad_max > 0.0 {
+            wheel.steer_rad_max = CARLA_STEER_RAD;
+        }
+    }
+    Some(physics)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cars_get_carlas_tyres_and_only_their_front_wheels_its_lock() {
+        let physics = as_in_carla("vehicle.tesla.model3").unwrap();
+        assert!(physics.wheels.iter().all(|wheel| wheel.tyre_friction == 3.5));
+        let locks: Vec<f32> =
+            physics.wheels.iter().map(|wheel| wheel.steer_rad_max.to_degrees().round()).collect();
+        assert_eq!(locks, [70.0, 70.0, 0.0, 0.0]);
+        assert_eq!(as_in_carla("vehicle.kawasaki.ninja"), None);
+        assert_eq!(as_in_carla("walker.pedestrian.0001"), None);
+    }
+}
