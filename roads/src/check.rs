@@ -6,6 +6,7 @@ use crate::error::{Diagnostic, Report, Severity};
 use crate::geometry::Shape;
 use crate::kinds::LaneType;
 use crate::lanes::{LaneEntry, LaneIndex, parts};
+use crate::limits::ACTOR_ABS_MAX;
 use crate::map::Map;
 use crate::model::Road;
 
@@ -35,6 +36,7 @@ impl Map {
             dead_end(self, index, entry, &mut report);
             sliver(self, entry, &mut report);
         }
+        far(self, &mut report);
         forks::check(self, &mut report);
         joints(self, &mut report);
         report
@@ -49,6 +51,28 @@ fn fault(
     found: impl Into<String>,
 ) -> Diagnostic {
     Diagnostic { severity, road: Some(road.id), s, wanted: wanted.into(), found: found.into() }
+}
+
+/// Tells of the first road only: where one is far away, all are.
+fn far(map: &Map, report: &mut Report) {
+    let places = map
+        .model
+        .roads
+        .iter()
+        .flat_map(|road| road.geometries.iter().map(move |geometry| (road, geometry)));
+    let is_far = |metres: f64| metres.abs() > ACTOR_ABS_MAX;
+    let found = places
+        .into_iter()
+        .find(|(_, geometry)| is_far(geometry.start.x) || is_far(geometry.start.y));
+    if let Some((road, geometry)) = found {
+        report.push(fault(
+            Severity::Suspicious,
+            road,
+            Some(geometry.start_s),
+            "roads within 100 km of the origin; beyond, nothing can be spawned",
+            format!("x = {} m, y = {} m: move the map", geometry.start.x, geometry.start.y),
+        ));
+    }
 }
 
 fn geometry(road: &Road, report: &mut Report) {

@@ -115,3 +115,17 @@ fn a_lane_section_without_a_length_is_named_with_what_it_does_to_the_route_plann
     assert_eq!(named(&twice("49.9999999")), 1);
     assert_eq!(named(&twice("49.99")), 0);
 }
+
+#[test]
+fn roads_so_far_away_that_nothing_can_be_spawned_are_named_once() {
+    let faults = |x: f64| {
+        let roads = road(1, x, "", "", "<line/>") + &road(2, x + 500.0, "", "", "<line/>");
+        let faults = found(&format!("<OpenDRIVE>{roads}</OpenDRIVE>"));
+        let far = faults.into_iter().filter(|(_, text)| text.contains("nothing can be spawned"));
+        far.collect::<Vec<_>>()
+    };
+    assert_eq!(faults(99_000.0), []);
+    let named = faults(500_000.0);
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert!(named[0].0 == Severity::Suspicious && named[0].1.contains("road 1"), "{named:?}");
+}
