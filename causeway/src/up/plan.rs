@@ -41,8 +41,8 @@ pub(crate) struct Args {
     /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
-    /// Cars of CARLA endpoints have CARLA's tyres and steering instead of real ones: for CARLA's own
-    /// maps, whose corners are made for them.
+    /// Cars of CARLA endpoints have CARLA's tyres and steering instead of real ones: for CARLA's
+    /// own maps, whose corners are made for them.
     #[arg(long)]
     carla_tyres: bool,
     /// Renderers to start; each is a process of its own.
