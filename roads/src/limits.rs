@@ -11,7 +11,8 @@ pub const NUMBER_ABS_MAX: f64 = 1e6;
 /// Largest absolute x and y of a road's geometry, in metres: maps in UTM coordinates lie thousands
 /// of kilometres from their origin.
 pub const PLACE_ABS_MAX: f64 = 2e7;
-/// Largest absolute x and y, in metres, at which worlds have actors: single precision is 1 cm there.
+/// Largest absolute x and y, in metres, at which worlds have actors: single precision is 1 cm
+/// there.
 pub const ACTOR_ABS_MAX: f64 = 1e5;
 /// Largest absolute factor of a polynomial.
 pub const COEFFICIENT_ABS_MAX: f64 = 1e15;
