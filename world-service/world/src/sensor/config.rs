@@ -87,7 +87,7 @@ impl Settings<'_> {
         Ok(self.number("noise_seed", 0, i64::MIN..=i64::MAX)?.cast_unsigned())
     }
 
-    fn get(&self, id: &str) -> Option<&'_ str> {
+    fn get(&self, id: &str) -> Option<&str> {
         let attribute = self.0.iter().find(|attribute| attribute.id == id)?;
         Some(attribute.value.as_str()).filter(|value| !value.is_empty())
     }

@@ -57,13 +57,15 @@ impl V2xCustom {
         around: &Surroundings,
     ) -> Option<Transmission> {
         let texts = std::mem::take(&mut self.texts);
+        if texts.is_empty() {
+            return None;
+        }
         let station = mount.host.unwrap_or(sensor);
         let messages: Vec<CustomMessage> =
             texts.into_iter().map(|text| CustomMessage { station, text }).collect();
         let content = Content::Texts { channel: self.channel.clone(), messages };
         let antenna = Antenna::on_sensor(mount, around);
-        let said = matches!(&content, Content::Texts { messages, .. } if !messages.is_empty());
-        said.then(|| self.radio.transmission(sensor, antenna, content))
+        Some(self.radio.transmission(sensor, antenna, content))
     }
 
     /// `None` when nothing arrives.
