@@ -34,6 +34,8 @@ pub(crate) struct Episode {
     texture_streams: BTreeMap<(u32, u32), u32>,
     /// Cameras whose textures clients switched on.
     textured: BTreeSet<u32>,
+    /// Vehicles that sensors do not see, by sensor.
+    ignored: BTreeMap<u32, Vec<ActorId>>,
     /// Poses that clients made, by walker.
     custom_poses: BTreeMap<u32, Custom>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
@@ -69,6 +71,7 @@ impl Episode {
             actor_of_stream: BTreeMap::new(),
             texture_streams: BTreeMap::new(),
             textured: BTreeSet::new(),
+            ignored: BTreeMap::new(),
             custom_poses: BTreeMap::new(),
             wheel_angles: BTreeMap::new(),
         }
@@ -117,6 +120,7 @@ impl Episode {
         self.stream_of_actor.remove(&actor);
         self.texture_streams.retain(|(camera, _), _| *camera != actor);
         self.textured.remove(&actor);
+        self.ignored.remove(&actor);
         self.custom_poses.remove(&actor);
         self.wheel_angles.retain(|(vehicle, _), _| *vehicle != actor);
         for stream in &streams {
@@ -173,6 +177,16 @@ impl Episode {
     /// Whether a client switched the textures of a camera on.
     pub(crate) fn is_textured(&self, camera: u32) -> bool {
         self.textured.contains(&camera)
+    }
+
+    /// Remembers which vehicles a sensor does not see.
+    pub(crate) fn set_ignored(&mut self, sensor: u32, vehicles: Vec<ActorId>) {
+        self.ignored.insert(sensor, vehicles);
+    }
+
+    /// The vehicles that a sensor does not see.
+    pub(crate) fn ignored(&self, sensor: u32) -> &[ActorId] {
+        self.ignored.get(&sensor).map_or(&[], Vec::as_slice)
     }
 
     /// What is known of an actor.

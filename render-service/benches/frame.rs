@@ -97,6 +97,7 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: 75,
+        ignored: Vec::new(),
     };
     let frame = Frame {
         world: WorldId::new(1).expect("not zero"),

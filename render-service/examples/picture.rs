@@ -171,6 +171,7 @@ fn camera(view: &str, kind: ImageKind) -> Camera {
         kind,
         encoding: kind.encodings().first().copied().unwrap_or(ImageEncoding::Jpeg),
         jpeg_quality: 92,
+        ignored: Vec::new(),
     }
 }
 

@@ -190,6 +190,7 @@ mod tests {
             kind: ImageKind::Rgb,
             encoding: ImageEncoding::Rgba8,
             jpeg_quality: 75,
+            ignored: Vec::new(),
         };
         RenderJob { tenant: "local".parse().unwrap(), frame, cameras: vec![camera] }
     }

@@ -87,6 +87,21 @@ fn the_camera_of_a_carrier_moves_with_it() {
 }
 
 #[test]
+fn an_ignored_car_and_its_shadow_are_missing_from_that_picture_alone() {
+    let Some(mut renderer) = renderer() else { return };
+    let red_car = || car(3, level_pose(Vec3::new(15.0, -3.0, 0.0), 0.0), 0xc01010);
+    let blind = Camera { ignored: vec![ActorId::new(3).unwrap()], ..camera() };
+    for kind in [ImageKind::Rgb, ImageKind::Depth, ImageKind::Instance] {
+        let cameras = vec![of_kind(kind, &blind), of_kind(kind, &camera())];
+        let with_car = draw(&mut renderer, &town(&[]), &job(frame(vec![red_car()]), cameras));
+        let empty = job(frame(vec![]), vec![of_kind(kind, &camera())]);
+        let empty = draw(&mut renderer, &town(&[]), &empty).remove(0);
+        assert!(with_car[0].data == empty.data, "{kind:?}: something of the car is left");
+        assert!(with_car[1].data != empty.data, "{kind:?}: the other camera sees no car");
+    }
+}
+
+#[test]
 fn a_shadow_lies_away_from_the_sun_and_is_darker_than_lit_ground() {
     let Some(mut renderer) = renderer() else { return };
     let tower = pillar(Material::Wall, [0.0, 0.0], 2.0, 12.0);

@@ -73,6 +73,9 @@ pub struct Camera {
     pub encoding: ImageEncoding,
     /// 1 to 100, for JPEG.
     pub jpeg_quality: u8,
+    /// Actors that are not in the picture, and throw no shadow into it; at most
+    /// [`IGNORED_VEHICLES_MAX`](crate::limits::IGNORED_VEHICLES_MAX).
+    pub ignored: Vec<ActorId>,
 }
 
 /// One picture.

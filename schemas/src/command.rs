@@ -280,6 +280,13 @@ pub enum Command {
         /// Begin or end.
         on: bool,
     },
+    /// A sensor sees through these vehicles from now on, and through no others.
+    IgnoreVehicles {
+        /// Which sensor.
+        sensor: ActorId,
+        /// At most [`IGNORED_VEHICLES_MAX`](crate::limits::IGNORED_VEHICLES_MAX).
+        vehicles: Vec<ActorId>,
+    },
     /// Gives a V2X sensor a text that it sends in the next tick.
     SendV2x {
         /// Which sensor; a `sensor.other.v2x_custom`.

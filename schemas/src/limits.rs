@@ -43,6 +43,8 @@ pub const OBJECTS_PER_COMMAND_MAX: usize = 65_536;
 pub const V2X_TEXT_BYTES_MAX: usize = 100;
 /// Texts that one V2X sensor sends in one tick.
 pub const V2X_TEXTS_PER_TICK_MAX: usize = 64;
+/// Vehicles that one sensor sees through.
+pub const IGNORED_VEHICLES_MAX: usize = 1_024;
 /// Physics steps in one tick.
 pub const SUBSTEPS_MAX: u32 = 100;
 

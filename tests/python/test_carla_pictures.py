@@ -115,6 +115,27 @@ def test_the_cosmos_camera_paints_what_things_are(world):
     tagged.destroy()
 
 
+def test_a_camera_does_not_see_vehicles_that_it_ignores(world):
+    car = spawn_car(world)
+    above = carla.Transform(carla.Location(z=12.0), carla.Rotation(pitch=-90.0))
+    camera, pictures = look(world, "semantic_segmentation", parent=car, place=above)
+
+    def car_pixels() -> int:
+        world.tick()
+        tags = pixels(pictures.get(timeout=WAIT_SECS))[:, :, 2]
+        return int((tags == carla.CityObjectLabel.Car).sum())
+
+    assert car_pixels() > 100
+    camera.set_ignored_vehicles([car.id])
+    assert car_pixels() == 0
+    camera.set_ignored_vehicles([])
+    assert car_pixels() > 100
+    with pytest.raises(RuntimeError, match="a vehicle"):
+        camera.set_ignored_vehicles([camera.id])
+    camera.destroy()
+    car.destroy()
+
+
 def test_a_drawn_line_is_in_the_picture_until_its_time_is_over(world):
     place = carla.Transform(high_above(world).location)
     camera, pictures = look(world, "rgb", place=place)

@@ -1,5 +1,6 @@
 //! Calls about sensors beyond their streams.
 
+use schemas::limits::IGNORED_VEHICLES_MAX;
 use schemas::{ActorId, Command};
 use serde_bytes::ByteBuf;
 
@@ -26,6 +27,11 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             let stream = endpoint.open_texture(camera, number)?;
             Payload::value(&ByteBuf::from(token(stream, endpoint.stream_port())))
         }
+        "set_ignored_vehicles" => {
+            let (_, sensor, vehicles): (Meta, u32, Vec<u32>) = request.args()?;
+            endpoint.ignore_vehicles(sensor, &vehicles).await?;
+            Ok(Payload::Void)
+        }
         "is_sensor_enabled_for_ros" => Payload::value(&false),
         // Without effect, and nobody waits: the compatibility page says so.
         "send" => {
@@ -44,6 +50,26 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
 }
 
 impl Endpoint {
+    /// The sensor sees through these vehicles from the next frame on.
+    async fn ignore_vehicles(&mut self, sensor: u32, vehicles: &[u32]) -> Result<(), Refusal> {
+        let id_of = |id: u32| ActorId::new(id).ok_or_else(|| unknown_actor(id));
+        let vehicles: Vec<ActorId> =
+            vehicles.iter().copied().map(id_of).collect::<Result<_, _>>()?;
+        if vehicles.len() > IGNORED_VEHICLES_MAX {
+            let found = vehicles.len();
+            return Err(Refusal(format!(
+                "a sensor ignores at most {IGNORED_VEHICLES_MAX} vehicles, not {found}"
+            )));
+        }
+        let command =
+            Command::IgnoreVehicles { sensor: id_of(sensor)?, vehicles: vehicles.clone() };
+        if let Some(Err(error)) = self.run_now(vec![command]).await?.pop() {
+            return Err(Refusal(error.to_string()));
+        }
+        self.episode()?.set_ignored(sensor, vehicles);
+        Ok(())
+    }
+
     /// The stream of a texture of a camera, opened at the first call. A client asks once more
     /// before it leaves, so that only one that nobody has is expected to get a listener.
     fn open_texture(&mut self, camera: u32, number: u32) -> Result<u32, Refusal> {

@@ -198,7 +198,7 @@ pub(crate) static METHODS: &[Method] = {
         full(Sensor, "enable_gbuffers"),
         full(Sensor, "are_gbuffers_enabled"),
         partly(Sensor, "get_gbuffer_token", NO_MATERIALS),
-        refused("set_ignored_vehicles", "sensors see every vehicle"),
+        full(Sensor, "set_ignored_vehicles"),
         partly(Sensor, "enable_sensor_for_ros", NO_EFFECT),
         partly(Sensor, "disable_sensor_for_ros", NO_EFFECT),
         partly(Sensor, "is_sensor_enabled_for_ros", "always false"),

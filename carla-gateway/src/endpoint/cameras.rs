@@ -158,7 +158,8 @@ impl Endpoint {
         let mut images = Vec::with_capacity(kinds.len());
         for kind in kinds {
             images.push((kind, wanted.len()));
-            wanted.push(camera(actor, kind, wanted.len() as u32, &state.world_from_actor).ok()?);
+            let camera = camera(actor, kind, wanted.len() as u32, &state.world_from_actor).ok()?;
+            wanted.push(Camera { ignored: episode.ignored(id.get()).to_vec(), ..camera });
         }
         Some(Ordered {
             world_from_camera: state.world_from_actor,
@@ -332,6 +333,7 @@ pub(crate) fn camera(
         kind,
         encoding: encoding_of(kind),
         jpeg_quality: JPEG_QUALITY,
+        ignored: Vec::new(),
     })
 }
 

@@ -47,6 +47,12 @@ impl Shot<'_> {
             && Arc::ptr_eq(self.town, other.town)
             && size_px(self) == size_px(other)
             && self.view == other.view
+            && self.camera.ignored == other.camera.ignored
+    }
+
+    fn bodies(&self) -> impl Iterator<Item = &Body> {
+        let ignored = |id| self.camera.ignored.contains(&id);
+        self.bodies.iter().filter(move |body| !body.actor.is_some_and(ignored))
     }
 }
 
@@ -153,13 +159,13 @@ impl<'a> Batch<'a> {
         let detail_of = |body: &Body| {
             if radius_px(body) < FINE_RADIUS_PX_MIN { Detail::Coarse } else { Detail::Fine }
         };
-        self.place(shot.bodies.iter().filter(seen), detail_of)
+        self.place(shot.bodies().filter(seen), detail_of)
     }
 
     /// Appends the bodies that throw shadows into the picture.
     fn place_shading(&mut self, shot: &Shot<'_>, shadow: &ShadowView) -> Vec<Draw> {
         let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
-        self.place(shot.bodies.iter().filter(shading), |_| Detail::Coarse)
+        self.place(shot.bodies().filter(shading), |_| Detail::Coarse)
     }
 
     /// Appends the parts of bodies, shape by shape.

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::Matrix4;
-use schemas::{ActorKind, ActorState, Frame, SemanticTag, TagId, Vec3};
+use schemas::{ActorId, ActorKind, ActorState, Frame, SemanticTag, TagId, Vec3};
 
 use super::shape::Shape;
 
@@ -36,6 +36,8 @@ pub(crate) struct Placed {
 /// The shapes of one actor and the box around them.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
+    /// `None` for a part of the town.
+    pub actor: Option<ActorId>,
     /// Of the box around the actor, in the world.
     pub centre_m: Vec3,
     /// Of a ball around the box.
@@ -81,6 +83,7 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
     let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
     // Limbs, mirrors and riders reach out of the box.
     Body {
+        actor: Some(actor.id),
         centre_m: centre.coords,
         radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6,
         parts: placer.parts,

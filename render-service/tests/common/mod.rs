@@ -98,6 +98,7 @@ pub(crate) fn camera() -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Rgba8,
         jpeg_quality: 75,
+        ignored: Vec::new(),
     }
 }
 

@@ -19,6 +19,7 @@ pub(super) fn front(ego: ActorId, common: &Common) -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: common.jpeg_quality,
+        ignored: Vec::new(),
     }
 }
 

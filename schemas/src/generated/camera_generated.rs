@@ -35,6 +35,7 @@ impl<'a> Camera<'a> {
   pub const VT_KIND: flatbuffers::VOffsetT = 16;
   pub const VT_ENCODING: flatbuffers::VOffsetT = 18;
   pub const VT_JPEG_QUALITY: flatbuffers::VOffsetT = 20;
+  pub const VT_IGNORED: flatbuffers::VOffsetT = 22;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -46,6 +47,7 @@ impl<'a> Camera<'a> {
     args: &'args CameraArgs<'args>
   ) -> flatbuffers::WIPOffset<Camera<'bldr>> {
     let mut builder = CameraBuilder::new(_fbb);
+    if let Some(x) = args.ignored { builder.add_ignored(x); }
     builder.add_horizontal_fov_rad(args.horizontal_fov_rad);
     builder.add_height_px(args.height_px);
     builder.add_width_px(args.width_px);
@@ -126,6 +128,14 @@ impl<'a> Camera<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u8>(Camera::VT_JPEG_QUALITY, Some(0)).unwrap()}
   }
+  /// Actors that are not in the picture, and throw no shadow into it.
+  #[inline]
+  pub fn ignored(&self) -> Option<flatbuffers::Vector<'a, u32>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u32>>>(Camera::VT_IGNORED, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Camera<'_> {
@@ -144,6 +154,7 @@ impl flatbuffers::Verifiable for Camera<'_> {
      .visit_field::<ImageKind>("kind", Self::VT_KIND, false)?
      .visit_field::<ImageEncoding>("encoding", Self::VT_ENCODING, false)?
      .visit_field::<u8>("jpeg_quality", Self::VT_JPEG_QUALITY, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("ignored", Self::VT_IGNORED, false)?
      .finish();
     Ok(())
   }
@@ -158,6 +169,7 @@ pub struct CameraArgs<'a> {
     pub kind: ImageKind,
     pub encoding: ImageEncoding,
     pub jpeg_quality: u8,
+    pub ignored: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
 }
 impl<'a> Default for CameraArgs<'a> {
   #[inline]
@@ -172,6 +184,7 @@ impl<'a> Default for CameraArgs<'a> {
       kind: ImageKind::Rgb,
       encoding: ImageEncoding::Jpeg,
       jpeg_quality: 0,
+      ignored: None,
     }
   }
 }
@@ -218,6 +231,10 @@ impl<'a: 'b, 'b> CameraBuilder<'a, 'b> {
     self.fbb_.push_slot::<u8>(Camera::VT_JPEG_QUALITY, jpeg_quality, 0);
   }
   #[inline]
+  pub fn add_ignored(&mut self, ignored: flatbuffers::WIPOffset<flatbuffers::Vector<'b , u32>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Camera::VT_IGNORED, ignored);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> CameraBuilder<'a, 'b> {
     let start = _fbb.start_table();
     CameraBuilder {
@@ -245,6 +262,7 @@ impl core::fmt::Debug for Camera<'_> {
       ds.field("kind", &self.kind());
       ds.field("encoding", &self.encoding());
       ds.field("jpeg_quality", &self.jpeg_quality());
+      ds.field("ignored", &self.ignored());
       ds.finish()
   }
 }

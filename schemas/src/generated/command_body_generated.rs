@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 32;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 33;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 33] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 34] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -49,6 +49,7 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 33] = [
   CommandBody::SetMapLayers,
   CommandBody::SetEnvironmentObjects,
   CommandBody::SendV2x,
+  CommandBody::IgnoreVehicles,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -89,9 +90,10 @@ impl CommandBody {
   pub const SetMapLayers: Self = Self(30);
   pub const SetEnvironmentObjects: Self = Self(31);
   pub const SendV2x: Self = Self(32);
+  pub const IgnoreVehicles: Self = Self(33);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 32;
+  pub const ENUM_MAX: u8 = 33;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -126,6 +128,7 @@ impl CommandBody {
     Self::SetMapLayers,
     Self::SetEnvironmentObjects,
     Self::SendV2x,
+    Self::IgnoreVehicles,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -163,6 +166,7 @@ impl CommandBody {
       Self::SetMapLayers => Some("SetMapLayers"),
       Self::SetEnvironmentObjects => Some("SetEnvironmentObjects"),
       Self::SendV2x => Some("SendV2x"),
+      Self::IgnoreVehicles => Some("IgnoreVehicles"),
       _ => None,
     }
   }

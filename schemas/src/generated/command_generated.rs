@@ -506,6 +506,20 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_ignore_vehicles(&self) -> Option<IgnoreVehicles<'a>> {
+    if self.body_type() == CommandBody::IgnoreVehicles {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { IgnoreVehicles::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -549,6 +563,7 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SetMapLayers => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetMapLayers>>("CommandBody::SetMapLayers", pos),
           CommandBody::SetEnvironmentObjects => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetEnvironmentObjects>>("CommandBody::SetEnvironmentObjects", pos),
           CommandBody::SendV2x => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SendV2x>>("CommandBody::SendV2x", pos),
+          CommandBody::IgnoreVehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<IgnoreVehicles>>("CommandBody::IgnoreVehicles", pos),
           _ => Ok(()),
         }
      })?
@@ -823,6 +838,13 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SendV2x => {
           if let Some(x) = self.body_as_send_v2x() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::IgnoreVehicles => {
+          if let Some(x) = self.body_as_ignore_vehicles() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

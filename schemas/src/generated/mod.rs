@@ -85,6 +85,8 @@ mod halt_generated;
 pub use self::halt_generated::*;
 mod halt_reason_generated;
 pub use self::halt_reason_generated::*;
+mod ignore_vehicles_generated;
+pub use self::ignore_vehicles_generated::*;
 mod image_encoding_generated;
 pub use self::image_encoding_generated::*;
 mod image_generated;

@@ -5,6 +5,7 @@ use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, Vector, WIPOffset};
 use super::parts::{
     encoding_in, encoding_out, finite, image_kind_in, image_kind_out, pose_in, pose_out,
 };
+use super::sensor::{ignored_in, ignored_out};
 use super::{Kind, check_count, decode_frame, encode_frame, root};
 use crate::generated as fb;
 use crate::limits::{CAMERAS_PER_JOB_MAX, REPLY_BYTES_MAX};
@@ -52,6 +53,7 @@ pub(super) fn cameras_out<'a>(
     let raw: Vec<_> = cameras
         .iter()
         .map(|camera| {
+            let ignored = ignored_out(builder, &camera.ignored);
             fb::Camera::create(
                 builder,
                 &fb::CameraArgs {
@@ -64,6 +66,7 @@ pub(super) fn cameras_out<'a>(
                     kind: image_kind_out(camera.kind),
                     encoding: encoding_out(camera.encoding),
                     jpeg_quality: camera.jpeg_quality,
+                    ignored,
                 },
             )
         })
@@ -87,6 +90,7 @@ pub(super) fn cameras_in(
                 kind: image_kind_in(raw.kind())?,
                 encoding: encoding_in(raw.encoding())?,
                 jpeg_quality: raw.jpeg_quality(),
+                ignored: ignored_in(raw.ignored())?,
             })
         })
         .collect()

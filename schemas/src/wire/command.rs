@@ -9,7 +9,7 @@ use super::parts::{
     switch_out, vec3_in, vec3_out,
 };
 use super::vehicle::{ackermann_in, ackermann_out, gains_in, gains_out, physics_in, physics_out};
-use super::{agent, check_count, needed, scenery, v2x};
+use super::{agent, check_count, needed, scenery, sensor};
 use crate::generated as fb;
 use crate::limits::COMMANDS_PER_REQUEST_MAX;
 use crate::{ActorId, Attachment, Attribute, Command, Error, Pose, Vec3};
@@ -97,7 +97,9 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
         | Command::ResetTrafficLights { .. }
         | Command::SetWeather { .. }
         | Command::SetTimeStep { .. } => scene_command_out(b, command),
-        Command::Listen { .. } | Command::SendV2x { .. } => v2x::command_out(b, command),
+        Command::Listen { .. } | Command::IgnoreVehicles { .. } | Command::SendV2x { .. } => {
+            sensor::command_out(b, command)
+        }
     }
 }
 
@@ -282,7 +284,7 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::SetPose
         | Body::SetSwitch => motion_command_in(raw),
         Body::SetMapLayers | Body::SetEnvironmentObjects => scenery::command_in(raw),
-        Body::Listen | Body::SendV2x => v2x::command_in(raw),
+        Body::Listen | Body::IgnoreVehicles | Body::SendV2x => sensor::command_in(raw),
         _ => scene_command_in(raw),
     }
 }

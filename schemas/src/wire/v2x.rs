@@ -1,42 +1,13 @@
-//! Who listens, and what is said by radio.
+//! What is said by radio.
 
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
+use super::check_count;
 use super::parts::{actor_in, finite, finite_double, unknown_variant, vec3_in, vec3_out};
-use super::{check_count, needed};
 use crate::StationMotion;
 use crate::generated as fb;
 use crate::limits::V2X_TEXT_BYTES_MAX;
-use crate::{AwarenessMessage, Command, CustomMessage, Error, Received, StationKind};
-
-type Body = (fb::CommandBody, WIPOffset<UnionWIPOffset>);
-
-/// Only for what the command module sends here.
-pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
-    match command {
-        Command::Listen { sensor, on } => {
-            let body = fb::Listen::create(b, &fb::ListenArgs { sensor: sensor.get(), on: *on });
-            (fb::CommandBody::Listen, body.as_union_value())
-        }
-        Command::SendV2x { sensor, text } => {
-            let text = Some(b.create_string(text));
-            let body = fb::SendV2x::create(b, &fb::SendV2xArgs { sensor: sensor.get(), text });
-            (fb::CommandBody::SendV2x, body.as_union_value())
-        }
-        other => unreachable!("{other:?} is not for a sensor"),
-    }
-}
-
-/// # Errors
-/// For a text that is too long, and what no command of the schema is.
-pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
-    if let Some(listen) = raw.body_as_listen() {
-        return Ok(Command::Listen { sensor: actor_in(listen.sensor())?, on: listen.on() });
-    }
-    let send = needed(raw.body_as_send_v2x(), "a known command")?;
-    check_count("bytes of a text", send.text().len(), V2X_TEXT_BYTES_MAX)?;
-    Ok(Command::SendV2x { sensor: actor_in(send.sensor())?, text: send.text().to_owned() })
-}
+use crate::{AwarenessMessage, CustomMessage, Error, Received, StationKind};
 
 pub(super) fn awareness_out(
     b: &mut FlatBufferBuilder<'_>,

@@ -92,6 +92,8 @@ pub(crate) fn scene_commands() -> Vec<Command> {
         Command::ResetTrafficLights { actor: Some(actor(9)) },
         Command::SetTimeStep { dt_secs: 0.1, substep_secs_max: Some(0.02), substeps_max: None },
         Command::Listen { sensor: actor(5), on: false },
+        Command::IgnoreVehicles { sensor: actor(5), vehicles: vec![actor(1), actor(4)] },
+        Command::IgnoreVehicles { sensor: actor(5), vehicles: Vec::new() },
         Command::SendV2x { sensor: actor(5), text: "grüß dich".to_owned() },
         Command::SetMapLayers { layers: 0x11, loaded: false },
         Command::SetEnvironmentObjects { objects: vec![1, u64::MAX], enabled: true },

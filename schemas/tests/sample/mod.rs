@@ -201,6 +201,7 @@ fn camera() -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: 75,
+        ignored: vec![actor(1), actor(4)],
     }
 }
 
@@ -302,7 +303,8 @@ pub(crate) fn replies() -> Vec<Reply> {
 }
 
 pub(crate) fn render_job() -> RenderJob {
-    let fixed = Camera { carrier: None, encoding: ImageEncoding::Rgba8, ..camera() };
+    let fixed =
+        Camera { carrier: None, encoding: ImageEncoding::Rgba8, ignored: Vec::new(), ..camera() };
     let mut cameras = vec![camera(), fixed.clone()];
     for kind in [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals] {
         cameras.push(Camera { kind, encoding: kind.encodings()[0], ..fixed.clone() });

@@ -141,5 +141,6 @@ pub(crate) fn camera(carrier: Option<ActorId>) -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Rgba8,
         jpeg_quality: 90,
+        ignored: Vec::new(),
     }
 }

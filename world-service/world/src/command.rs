@@ -87,7 +87,9 @@ impl World {
                 Ok(())
             }
             Command::ResetTrafficLights { actor } => self.reset_traffic_lights(*actor),
-            Command::Listen { .. } | Command::SendV2x { .. } => self.change_sensor(command),
+            Command::Listen { .. } | Command::IgnoreVehicles { .. } | Command::SendV2x { .. } => {
+                self.change_sensor(command)
+            }
             other => self.change_scenery(other),
         }
     }
@@ -97,6 +99,13 @@ impl World {
             Command::Listen { sensor, on } => {
                 self.state.index_of(*sensor)?;
                 self.state.sensors.listen(*sensor, *on)
+            }
+            Command::IgnoreVehicles { sensor, vehicles } => {
+                self.state.index_of(*sensor)?;
+                for vehicle in vehicles {
+                    self.vehicle_mut(*vehicle)?;
+                }
+                self.state.sensors.ignore(*sensor, vehicles)
             }
             Command::SendV2x { sensor, text } => {
                 self.state.index_of(*sensor)?;

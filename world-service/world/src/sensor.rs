@@ -44,6 +44,8 @@ const PERIOD_SECS_MAX: f64 = 1.0e6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sensor {
     pub listening: bool,
+    /// Vehicles that its rays go through.
+    pub ignored: Vec<ActorId>,
     pace: Pace,
     noise: Noise,
     device: Device,
@@ -108,7 +110,13 @@ impl Sensor {
         };
         let period_secs = settings.number("sensor_tick", 0.0, 0.0..=PERIOD_SECS_MAX)?;
         let noise = Noise::new(world_seed, settings.seed()?, id);
-        Ok(Self { listening: false, pace: Pace::new(period_secs), noise, device })
+        Ok(Self {
+            listening: false,
+            ignored: Vec::new(),
+            pace: Pace::new(period_secs),
+            noise,
+            device,
+        })
     }
 
     /// Whether it can have come from `fresh`; what a snapshot may get wrong.

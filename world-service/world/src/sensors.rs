@@ -1,6 +1,5 @@
 //! The sensors of a world and what they gave in the last tick.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use schemas::{ActorId, ActorKind, Error, ErrorCode, SemanticTag, SensorDatum, StationKind, Vec3};
@@ -8,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
 use crate::hash::Hasher;
-use crate::rays::{RayScene, tag};
+use crate::rays::{Sight, tag};
 use crate::sensor::{Carrier, Mount, Outcome, Sensor, Station, Surroundings, Transmission};
 use crate::town::Town;
 use crate::world::{State, World};
@@ -53,13 +52,23 @@ impl Sensors {
     /// # Errors
     /// `InvalidArgument` for an actor that is no sensor.
     pub(crate) fn listen(&mut self, id: ActorId, on: bool) -> Result<(), Error> {
-        let sensor = self.by_actor.get_mut(&id).ok_or_else(|| {
+        self.get_mut(id)?.listening = on;
+        Ok(())
+    }
+
+    /// # Errors
+    /// `InvalidArgument` for an actor that is no sensor.
+    pub(crate) fn ignore(&mut self, id: ActorId, vehicles: &[ActorId]) -> Result<(), Error> {
+        self.get_mut(id)?.ignored = vehicles.to_vec();
+        Ok(())
+    }
+
+    fn get_mut(&mut self, id: ActorId) -> Result<&mut Sensor, Error> {
+        self.by_actor.get_mut(&id).ok_or_else(|| {
             Error::new(ErrorCode::InvalidArgument, "the actor measures nothing")
                 .wanted("a sensor")
                 .found(id)
-        })?;
-        sensor.listening = on;
-        Ok(())
+        })
     }
 
     pub(crate) fn hash(&self, hasher: &mut Hasher) {
@@ -104,17 +113,12 @@ impl Sensors {
     }
 
     fn measure(&mut self, state: &State, town: &Town) -> Readings {
-        let bodies = OnceCell::new();
-        let rays = || RayScene {
-            town: &town.rays,
-            hidden: &state.hidden,
-            bodies: bodies.get_or_init(|| state.solids()),
-        };
+        let sight = Sight::new(&town.rays, state, &[]);
         let velocity_mps = |id: ActorId, point_m: Vec3| state.velocity_at(id, point_m);
         let tag = |id: ActorId| state.actor(id).map_or(0, |actor| tag::of_actor(actor.blueprint()));
         let around = Surroundings {
             roads: &town.roads,
-            rays: &rays,
+            sight: &sight,
             velocity_mps: &velocity_mps,
             tag: &tag,
             collisions: &state.collisions,
@@ -128,6 +132,10 @@ impl Sensors {
         let mut readings = Readings::default();
         for (&id, sensor) in &mut self.by_actor {
             let Some(mount) = state.mount_of(id) else { continue };
+            let ignored = sensor.ignored.clone();
+            let own_sight = Sight::new(&town.rays, state, &ignored);
+            let sight = if ignored.is_empty() { &sight } else { &own_sight };
+            let around = Surroundings { sight, ..around };
             match sensor.tick(id, &mount, &around, sim_secs) {
                 None => {}
                 Some(Outcome::Picture) => readings.cameras_due.push(id),

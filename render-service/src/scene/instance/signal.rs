@@ -82,6 +82,7 @@ fn place_signal(landmark: &Landmark, place: u32) -> Signal {
         (put_sign(&mut placer, landmark, place), None)
     };
     let body = Body {
+        actor: None,
         centre_m: foot_m + Vec3::z() * (top_m / 2.0),
         radius_m: top_m / 2.0 + 1.0,
         parts: placer.parts,

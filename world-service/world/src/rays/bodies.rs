@@ -1,18 +1,21 @@
 //! The shapes of what moves, as rays see them.
 
+use schemas::ActorId;
+
 use super::{Owner, Solid, Solids, tag};
 use crate::world::{State, World};
 
 impl World {
     pub(super) fn solids(&self) -> Solids {
-        self.state.solids()
+        self.state.solids_but(&[])
     }
 }
 
 impl State {
-    /// The shapes that also collide, at their present places.
-    pub(crate) fn solids(&self) -> Solids {
-        let bodies = self.actors.iter().filter_map(|actor| Some((actor, actor.rigid()?)));
+    /// The shapes that also collide, at their present places, but those of some actors.
+    pub(crate) fn solids_but(&self, ignored: &[ActorId]) -> Solids {
+        let seen = self.actors.iter().filter(|actor| !ignored.contains(&actor.id));
+        let bodies = seen.filter_map(|actor| Some((actor, actor.rigid()?)));
         let solids = bodies.flat_map(|(actor, body)| {
             let tag = tag::of_actor(actor.blueprint());
             let shapes = self.physics.shapes(body);

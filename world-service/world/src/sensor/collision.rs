@@ -27,7 +27,7 @@ pub(super) fn measure(carrier: &Carrier, around: &Surroundings) -> Vec<Measureme
 }
 
 fn scenery_tag(collision: &Collision, around: &Surroundings) -> u8 {
-    let rays = (around.rays)();
+    let rays = around.sight.scene();
     let tag = rays.town.scenery_tag_at(collision.position_m, CONTACT_REACH_M, rays.hidden);
     tag.unwrap_or(tag::ROADS)
 }

@@ -156,7 +156,7 @@ impl Beams {
     ) -> Scan<Point> {
         let points = f64::from(self.points_per_second) * around.dt_secs / f64::from(self.channels);
         let azimuths = self.turn(points.round() as u32, around.dt_secs);
-        let scene = (around.rays)();
+        let scene = around.sight.scene();
         let pose = &mount.world_from_sensor;
         let mut stack = Stack::new();
         let mut scan = Scan {

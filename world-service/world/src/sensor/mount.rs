@@ -4,7 +4,7 @@ use roads::Map;
 use schemas::{ActorId, Collision, Pose, StationKind, Vec3};
 
 use super::radio::Transmission;
-use crate::rays::RayScene;
+use crate::rays::Sight;
 
 /// Where a sensor is and how it moves; world frame.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +64,8 @@ impl Station {
 #[derive(Clone, Copy)]
 pub(crate) struct Surroundings<'a> {
     pub roads: &'a Map,
-    /// Everything rays meet; built by the first sensor that asks.
-    pub rays: &'a dyn Fn() -> RayScene<'a>,
+    /// Everything rays meet.
+    pub sight: &'a Sight<'a>,
     /// Velocity of an actor's body at a point, world frame.
     pub velocity_mps: &'a dyn Fn(ActorId, Vec3) -> Vec3,
     /// CARLA's semantic tag of an actor.

@@ -36,7 +36,7 @@ impl Obstacle {
             reach_m: self.distance_m,
         };
         let carrier = mount.carrier.map(|carrier| carrier.id);
-        let touch = (around.rays)().sweep(&sweep, !self.only_dynamics, carrier)?;
+        let touch = around.sight.scene().sweep(&sweep, !self.only_dynamics, carrier)?;
         let (other, tag, distance_m) = (touch.actor, touch.tag, touch.distance_m);
         Some(Measurement::Obstacle { other, tag, distance_m })
     }

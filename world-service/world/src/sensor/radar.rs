@@ -48,7 +48,7 @@ impl Radar {
         around: &Surroundings,
         noise: &mut Noise,
     ) -> Measurement {
-        let scene = (around.rays)();
+        let scene = around.sight.scene();
         let mut stack = Stack::new();
         // A small term, as 1,500 a second in 0.02 s are 30 and not 29.999….
         let rays = (f64::from(self.points_per_second) * around.dt_secs + 1.0e-6) as u32;

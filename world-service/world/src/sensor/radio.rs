@@ -155,7 +155,7 @@ fn sight(from: &Antenna, to: &Antenna, around: &Surroundings) -> Sight {
     let Some(direction) = along_m.try_normalize(f32::MIN_POSITIVE) else { return Sight::Free };
     let ray = Ray::new(from.position_m, direction);
     let reach_m = along_m.norm();
-    let hits = (around.rays)().all(&ray, reach_m, &mut Stack::new());
+    let hits = around.sight.scene().all(&ray, reach_m, &mut Stack::new());
     let is_between = |hit: &&Hit| {
         let is_end = match hit.actor {
             Some(_) => hit.actor == from.host || hit.actor == to.host,

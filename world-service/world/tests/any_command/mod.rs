@@ -145,6 +145,9 @@ fn any_scenery() -> impl Strategy<Value = Command> {
             .prop_map(|(layers, loaded)| Command::SetMapLayers { layers, loaded }),
         (prop::collection::vec(object, 0..3), any::<bool>())
             .prop_map(|(objects, enabled)| Command::SetEnvironmentObjects { objects, enabled }),
+        (1u32..8, prop::collection::vec(any_actor(), 0..3)).prop_map(|(sensor, vehicles)| {
+            Command::IgnoreVehicles { sensor: ActorId::new(sensor).unwrap(), vehicles }
+        }),
         (1u32..8, ".{0,60}").prop_map(|(sensor, text)| Command::SendV2x {
             sensor: ActorId::new(sensor).unwrap(),
             text,

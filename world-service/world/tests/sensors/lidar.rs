@@ -2,7 +2,8 @@
 
 use std::f32::consts::{PI, TAU};
 
-use schemas::{SemanticLidarPoint, Vec3, level_pose};
+use schemas::{ActorId, Command, ErrorCode, SemanticLidarPoint, Vec3, level_pose};
+use world::World;
 
 use crate::common::*;
 use crate::support::*;
@@ -70,6 +71,48 @@ fn points_lie_on_the_road_the_wall_and_the_car_and_say_which() {
         assert!(point.incidence_cos > 0.0 && point.incidence_cos <= 1.0 + 1.0e-5, "{point:?}");
     }
     assert!(met.iter().all(|&count| count > 50), "{met:?}");
+}
+
+#[test]
+fn an_ignored_car_lets_the_rays_of_that_sensor_through_until_another_list_comes() {
+    let mut world = world();
+    let ahead = car(&mut world, 590.0, 0.0);
+    let attributes = [("channels", "64"), ("points_per_second", "600000"), ("range", "60")];
+    let [blind, seeing] = [(); 2].map(|()| {
+        let turning = [&attributes[..], &[("rotation_frequency", "20")]].concat();
+        sensor(&mut world, SEMANTIC, None, place(580.0), &turning)
+    });
+    let meets_car = |world: &World, lidar| {
+        semantic_scan(world, lidar).points.iter().any(|point| point.actor == ahead.get())
+    };
+    world.apply(&Command::IgnoreVehicles { sensor: blind, vehicles: vec![ahead] }).unwrap();
+    run(&mut world, 1);
+    assert_eq!((meets_car(&world, blind), meets_car(&world, seeing)), (false, true));
+    let mut restored = World::restore(&world.snapshot(), world.id(), 1, |_| Some(flat())).unwrap();
+    run(&mut restored, 1);
+    assert_eq!((meets_car(&restored, blind), meets_car(&restored, seeing)), (false, true));
+    world.apply(&Command::IgnoreVehicles { sensor: blind, vehicles: Vec::new() }).unwrap();
+    run(&mut world, 1);
+    assert!(meets_car(&world, blind));
+}
+
+#[test]
+fn only_vehicles_are_ignored_and_only_by_sensors() {
+    let mut world = world();
+    let car = car(&mut world, 590.0, 0.0);
+    let lidar = sensor(&mut world, SEMANTIC, None, place(580.0), &[]);
+    let nobody = ActorId::new(999).unwrap();
+    for (sensor, vehicle, code) in [
+        (car, car, ErrorCode::InvalidArgument),
+        (lidar, lidar, ErrorCode::InvalidArgument),
+        (lidar, nobody, ErrorCode::UnknownActor),
+        (nobody, car, ErrorCode::UnknownActor),
+    ] {
+        let command = Command::IgnoreVehicles { sensor, vehicles: vec![vehicle] };
+        let before = world.state_hash();
+        assert_eq!(world.apply(&command).unwrap_err().code, code, "{command:?}");
+        assert_eq!(world.state_hash(), before);
+    }
 }
 
 #[test]

@@ -96,8 +96,36 @@ class Camera(object):
             return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
         return 0
 
+    # Actors that are not in the picture, and throw no shadow into it.
+    # Camera
+    def Ignored(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
+        if o != 0:
+            a = self._tab.Vector(o)
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, a + flatbuffers.number_types.UOffsetTFlags.py_type(j * 4))
+        return 0
+
+    # Camera
+    def IgnoredAsNumpy(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
+        if o != 0:
+            return self._tab.GetVectorAsNumpy(flatbuffers.number_types.Uint32Flags, o)
+        return 0
+
+    # Camera
+    def IgnoredLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Camera
+    def IgnoredIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
+        return o == 0
+
 def CameraStart(builder):
-    builder.StartObject(9)
+    builder.StartObject(10)
 
 def Start(builder):
     CameraStart(builder)
@@ -155,6 +183,18 @@ def CameraAddJpegQuality(builder, jpegQuality):
 
 def AddJpegQuality(builder, jpegQuality):
     CameraAddJpegQuality(builder, jpegQuality)
+
+def CameraAddIgnored(builder, ignored):
+    builder.PrependUOffsetTRelativeSlot(9, flatbuffers.number_types.UOffsetTFlags.py_type(ignored), 0)
+
+def AddIgnored(builder, ignored):
+    CameraAddIgnored(builder, ignored)
+
+def CameraStartIgnoredVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartIgnoredVector(builder, numElems: int) -> int:
+    return CameraStartIgnoredVector(builder, numElems)
 
 def CameraEnd(builder):
     return builder.EndObject()

@@ -36,3 +36,4 @@ class CommandBody(object):
     SetMapLayers = 30
     SetEnvironmentObjects = 31
     SendV2x = 32
+    IgnoreVehicles = 33
