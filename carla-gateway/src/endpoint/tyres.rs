@@ -37,13 +37,16 @@ impl Endpoint {
     }
 }
 
-/// `None` for what has not four wheels: riders lean no further for any tyre.
+/// The centre of mass is so low that tyres slide before the car tips over, as in CARLA, whose tyres
+/// push at its height. `None` for what has not four wheels: riders lean no further for any tyre.
 fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
     let Class::Vehicle(model) = blueprints::find(blueprint)?.class else { return None };
     let mut physics = model.physics.clone();
     if physics.wheels.len() < 4 {
         return None;
     }
+    let half_track_m = model.track_m / 2.0;
+    physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
     for wheel in &mut physics.wheels {
         wheel.tyre_friction = CARLA_FRICTION;
         if wheel.steer_rad_max > 0.0 {
@@ -56,6 +59,17 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn none_tips_over_before_its_tyres_slide() {
+        for blueprint in
+            ["vehicle.volkswagen.t2", "vehicle.mini.cooper_s", "vehicle.mitsubishi.fusorosa"]
+        {
+            let physics = as_in_carla(blueprint).unwrap();
+            let half_track_m = physics.wheels[0].position_m.y.abs();
+            assert!(half_track_m >= 3.5 * physics.centre_of_mass_m.z * 0.999, "{blueprint}");
+        }
+    }
 
     #[test]
     fn cars_get_carlas_tyres_and_only_their_front_wheels_its_lock() {

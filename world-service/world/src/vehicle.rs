@@ -164,6 +164,9 @@ impl VehicleState {
             let wheel = &fit.wheels[index];
             let mut brake = brakes::wheel(wheel, self.brake_pressure, self.control.hand_brake);
             brake.torque_nm *= guard.brake_share(wheel);
+            if brakes::holds(self.control.throttle, self.wheels[index].spin_radps, forward_mps) {
+                brake.torque_nm = brake.torque_nm.max(wheel.physics.brake_nm_max);
+            }
             let input = WheelInput {
                 fit,
                 wheel,

@@ -46,9 +46,32 @@ fn a_braked_car_on_a_slope_of_ten_percent_stays_where_it_is() {
     let drift_m = (position_m(&world, car) - start_m).norm();
     assert!(drift_m < 1.0e-3, "{drift_m} m");
     control(&mut world, car, VehicleControl::default());
+    run(&mut world, 20 * 60);
+    let drift_m = (position_m(&world, car) - start_m).norm();
+    assert!(drift_m < 1.0e-2, "released, it is held: {drift_m} m");
+    let linear_mps = Some(Vec3::new(-1.0, 0.0, 0.0));
+    world.apply(&Command::SetVelocity { actor: car, linear_mps, angular_radps: None }).unwrap();
     run(&mut world, 40);
     let rolled_m = position_m(&world, car).x - start_m.x;
-    assert!(rolled_m < -0.5, "released, it rolls back: {rolled_m} m");
+    assert!(rolled_m < -0.5, "pushed, it rolls back: {rolled_m} m");
+}
+
+#[test]
+fn every_vehicle_put_on_a_slope_stays_until_it_is_driven() {
+    for id in ["vehicle.volkswagen.t2", "vehicle.carlamotors.firetruck", "vehicle.kawasaki.ninja"] {
+        let mut world = world_on(slope_of_ten_percent(), 0.05);
+        let pose = schemas::level_pose(Vec3::new(0.0, LANE_Y_M, 100.1), 0.0);
+        let car = spawn_at(&mut world, id, pose, 0.0);
+        run(&mut world, 40);
+        let start_m = position_m(&world, car);
+        run(&mut world, 20 * 60);
+        let drift_m = (position_m(&world, car) - start_m).norm();
+        assert!(drift_m < 1.0e-2, "{id}: {drift_m} m");
+        control(&mut world, car, VehicleControl { throttle: 0.6, ..Default::default() });
+        run(&mut world, 60);
+        let driven_m = position_m(&world, car).x - start_m.x;
+        assert!(driven_m > 1.0, "{id}: {driven_m} m");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::WheelInput;
 use super::fit::WheelFit;
+use super::tyre::ANTI_LOCK_MPS;
 
 /// Share of full pressure that builds up per second: 0.16 s from none to full.
 const BUILD_UP_PER_SEC: f32 = 6.25;
@@ -20,6 +21,12 @@ pub(super) struct WheelBrake {
 /// Pressure after `dt_secs` towards what the pedal asks.
 pub(super) fn pressure(present: f32, pedal: f32, dt_secs: f32) -> f32 {
     present + (pedal - present).clamp(-RELEASE_PER_SEC * dt_secs, BUILD_UP_PER_SEC * dt_secs)
+}
+
+/// Whether a wheel that stands is held until there is throttle, as hill-hold does and as programs
+/// expect of CARLA's cars. A push faster than a wheel may lock lets it roll.
+pub(super) fn holds(throttle: f32, spin_radps: f32, forward_mps: f32) -> bool {
+    throttle <= 0.0 && spin_radps == 0.0 && forward_mps.abs() < ANTI_LOCK_MPS
 }
 
 /// The brake of one wheel; the hand brake may lock it.

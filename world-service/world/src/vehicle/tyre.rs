@@ -43,7 +43,7 @@ const USUAL_STIFFNESS: f32 = 22.0;
 /// brings sooner.
 const CONTROLLED_SHARE: f32 = 0.85;
 /// Below this speed anti-lock lets the wheel lock, so that the vehicle comes to a stand.
-const ANTI_LOCK_MPS: f32 = 1.5;
+pub(super) const ANTI_LOCK_MPS: f32 = 1.5;
 /// Speed below which traction control allows the slip velocity of this speed.
 const LAUNCH_MPS: f32 = 4.5;
 
