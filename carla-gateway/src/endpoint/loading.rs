@@ -73,6 +73,7 @@ impl Endpoint {
         self.end_episode().await;
         self.episodes_begun += 1;
         tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
+        self.mention_tyres(&map);
         self.weather = WeatherParameters::of(&frame.weather);
         self.lights = street_lights(&map);
         self.lights_follow_the_sun = true;

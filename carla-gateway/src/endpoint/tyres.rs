@@ -13,6 +13,17 @@ const CARLA_FRICTION: f32 = 3.5;
 const CARLA_STEER_RAD: f32 = 70.0 * std::f32::consts::PI / 180.0;
 
 impl Endpoint {
+    /// Tells of the option once cars with real tyres are to drive a town of CARLA's.
+    pub(crate) fn mention_tyres(&self, map: &roads::Map) {
+        if self.config.tyres == Tyres::Real && is_carlas_town(map.name(), map.text()) {
+            tracing::info!(
+                port = self.port,
+                map = map.name(),
+                "real tyres do not hold its corners at its speeds: --carla-tyres has CARLA's"
+            );
+        }
+    }
+
     /// Gives those of these new actors that are cars CARLA's tyres, where they are wanted.
     pub(crate) async fn fit_tyres(&mut self, spawned: &[ActorId]) -> Result<(), Refusal> {
         if self.config.tyres == Tyres::Real {
@@ -37,6 +48,12 @@ impl Endpoint {
     }
 }
 
+/// Whether this is a file of CARLA's for one of its towns, and not a town of ours.
+fn is_carlas_town(name: &str, text: &str) -> bool {
+    name.starts_with("Town")
+        && !text.lines().take(4).any(|line| line.contains("vendor=\"Causeway\""))
+}
+
 /// The centre of mass is so low that tyres slide before the car tips over, as in CARLA, whose tyres
 /// push at its height. `None` for what has not four wheels: riders lean no further for any tyre.
 fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
@@ -59,6 +76,15 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_town_of_ours_is_not_taken_for_carlas() {
+        let ours = roads::town::build("Town01").unwrap();
+        assert!(!is_carlas_town("Town01", &ours));
+        let carlas = "<OpenDRIVE>\n<header revMajor=\"1\" revMinor=\"4\" name=\"\" version=\"1\">";
+        assert!(is_carlas_town("Town10HD_Opt", carlas));
+        assert!(!is_carlas_town("Mine", carlas));
+    }
 
     #[test]
     fn none_tips_over_before_its_tyres_slide() {
