@@ -247,3 +247,21 @@ def test_long_frames_give_one_scan_each(world):
     assert 1_000 < len(scans[-1]) <= 2_000
     assert math.isclose(sum(scans[-1].get_point_count(at) for at in range(32)), len(scans[-1]))
     lidar.stop()
+
+
+def test_boxes_of_the_level_have_those_of_vehicles_and_walkers(world):
+    label = carla.CityObjectLabel
+    assert not world.get_level_bbs(label.Car) and not world.get_level_bbs(label.Pedestrians)
+    of_map = len(world.get_level_bbs())
+    car, walker = spawn_car(world), spawn_walker(world)
+    ticks(world, 3)
+    for actor, its_label in ((car, label.Car), (walker, label.Pedestrians)):
+        (box,) = world.get_level_bbs(its_label)
+        own = actor.bounding_box.get_world_vertices(actor.get_transform())
+        found = box.get_world_vertices(carla.Transform())
+        assert all(a.distance(b) < 0.01 for a, b in zip(own, found, strict=True))
+    assert len(world.get_level_bbs()) == of_map + 2
+    car.destroy()
+    walker.destroy()
+    world.tick()
+    assert not world.get_level_bbs(label.Car) and not world.get_level_bbs(label.Pedestrians)

@@ -1,6 +1,6 @@
 //! What stands in the map: its boxes, and what of it is there.
 
-use schemas::{Command, Pose, Translation3, Vec3, limits};
+use schemas::{ActorKind, Command, Pose, Translation3, Vec3, limits};
 
 use super::astray;
 use crate::dialect::{BoundingBox, EnvironmentObject, Transform, Vector3D};
@@ -16,8 +16,8 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "get_all_level_BBs" => {
             let (_, tag): (Meta, u8) = request.args()?;
             let objects = objects(endpoint, tag)?;
-            let boxes: Vec<BoundingBox> =
-                objects.into_iter().map(|object| object.bounding_box).collect();
+            let mut boxes = boxes_of_actors(endpoint, tag)?;
+            boxes.extend(objects.into_iter().map(|object| object.bounding_box));
             Payload::value(&boxes)
         }
         "get_environment_objects" => {
@@ -68,6 +68,24 @@ fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, R
     let loaded = objects.filter(|object| !object.goes_with(unloaded));
     let wanted = loaded.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
     Ok(wanted.map(told).collect())
+}
+
+/// Vehicles and walkers that are in the world now: CARLA lists their boxes with those of the map.
+fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {
+    let episode = endpoint.known_episode()?;
+    let in_world = episode.frame.actors.iter().filter_map(|state| {
+        let known = episode.actor(state.id.get())?;
+        let is_wanted = tag == ANY_TAG || known.semantic_tags.contains(&tag);
+        if !is_wanted || !matches!(state.kind, ActorKind::Vehicle | ActorKind::Walker) {
+            return None;
+        }
+        let BoundingBox { location, rotation, .. } = known.bounding_box;
+        let placed =
+            Transform::of(&(state.world_from_actor * Transform { location, rotation }.ours()));
+        let Transform { location, rotation } = placed;
+        Some(BoundingBox { location, rotation, ..known.bounding_box })
+    });
+    Ok(in_world.collect())
 }
 
 fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
