@@ -54,8 +54,9 @@ fn is_carlas_town(name: &str, text: &str) -> bool {
         && !text.lines().take(4).any(|line| line.contains("vendor=\"Causeway\""))
 }
 
-/// The centre of mass is so low that tyres slide before the car tips over, as in CARLA, whose tyres
-/// push at its height. `None` for what has not four wheels: riders lean no further for any tyre.
+/// The centre of mass is so low that tyres slide before the car tips over: with so much grip a van
+/// would lie down in a corner. `None` for what has not four wheels: riders lean no further for any
+/// tyre.
 fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
     let Class::Vehicle(model) = blueprints::find(blueprint)?.class else { return None };
     let mut physics = model.physics.clone();
