@@ -23,10 +23,20 @@ use crate::rpc::{Answer, Payload, Refusal, Request};
 pub(crate) use lamps::of_map as street_lights;
 use table::{Group, METHODS};
 
-/// Answers what needs no endpoint, even while it ticks: a Traffic Manager reads the settings
-/// between two frames, on a thread of its own, and must have them before the next frame comes.
+/// The client whose protocol this is.
+const VERSION: &str = "0.9.16";
+
+/// Answers what needs no endpoint, even while it ticks or loads.
+///
+/// A Traffic Manager reads the settings between two frames, on a thread of its own, and must have
+/// them before the next frame comes. A client that has loaded a map has no episode until it knows
+/// the version, and a Traffic Manager that looks for it meanwhile ends the process.
 pub(crate) fn at_once(request: &Request, settings: &EpisodeSettings) -> Option<Answer> {
-    (request.method == "get_episode_settings").then(|| Payload::value(settings))
+    match request.method.as_str() {
+        "version" => Some(Payload::value(VERSION)),
+        "get_episode_settings" => Some(Payload::value(settings)),
+        _ => None,
+    }
 }
 
 /// Answers one call.

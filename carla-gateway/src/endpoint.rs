@@ -55,8 +55,8 @@ pub(crate) enum Event {
     Disconnected(ConnectionId),
     /// A client calls.
     Call(Connection, Request),
-    /// A client has read the settings.
-    SettingsRead(ConnectionId),
+    /// A client has called and was answered already.
+    Answered(ConnectionId),
     /// A stream has lost its last listener.
     Deserted(u32),
 }
@@ -262,7 +262,7 @@ impl Endpoint {
                 }
                 self.caller = None;
             }
-            Event::SettingsRead(client) => self.traffic_managers.note_call(client, Instant::now()),
+            Event::Answered(client) => self.traffic_managers.note_call(client, Instant::now()),
             Event::Deserted(stream) => self.note_deserted(stream),
         }
     }

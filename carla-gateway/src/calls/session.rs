@@ -9,12 +9,8 @@ use crate::maps;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 use crate::stream::{WORLD_OBSERVER, token};
 
-/// The client whose protocol this is.
-const VERSION: &str = "0.9.16";
-
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
-        "version" => Payload::value(VERSION),
         "get_episode_info" => {
             let token = token_of(WORLD_OBSERVER, endpoint);
             Payload::value(&(endpoint.episodes_begun, token))

@@ -156,7 +156,7 @@ async fn read(mut reader: OwnedReadHalf, connection: &Connection, desk: &Desk) -
                     let event =
                         if let Some(answer) = calls::at_once(&request, &desk.settings.borrow()) {
                             connection.outbox.answer(&request, &answer);
-                            Event::SettingsRead(connection.id)
+                            Event::Answered(connection.id)
                         } else {
                             Event::Call(connection.clone(), request)
                         };
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn settings_are_told_while_the_endpoint_is_busy() {
+    async fn settings_and_version_are_told_while_the_endpoint_is_busy() {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
         let (events, _nobody_takes_them) = mpsc::channel(8);
@@ -197,13 +197,17 @@ mod tests {
         let (_posted, settings) = watch::channel(settings);
         tokio::spawn(serve(listener, Desk { events, settings }));
         let mut client = TcpStream::connect(address).await.unwrap();
-        for (id, method) in [(1, "tick_cue"), (2, "get_episode_settings")] {
+        for (id, method) in [(1, "tick_cue"), (2, "version"), (3, "get_episode_settings")] {
             let call = rmp_serde::to_vec(&(0, id, method, ((false,),))).unwrap();
             client.write_all(&call).await.unwrap();
         }
-        let mut start = [0; 11];
-        client.read_exact(&mut start).await.unwrap();
-        // The second request's reply, without an error, with a value in its envelope.
-        assert_eq!(start, [0x94, 1, 0xce, 0, 0, 0, 2, 0xc0, 0x91, 0x92, 0x01]);
+        let mut version = [0; 18];
+        client.read_exact(&mut version).await.unwrap();
+        assert_eq!(version[..11], [0x94, 1, 0xce, 0, 0, 0, 2, 0xc0, 0x91, 0x92, 0x01]);
+        assert_eq!(version[11..], *b"\xa60.9.16");
+        let mut settings = [0; 11];
+        client.read_exact(&mut settings).await.unwrap();
+        // Without an error, with a value in its envelope.
+        assert_eq!(settings, [0x94, 1, 0xce, 0, 0, 0, 3, 0xc0, 0x91, 0x92, 0x01]);
     }
 }
