@@ -1,5 +1,7 @@
 //! Navigation agents: CARLA's basic and behaviour agents inside the tick.
 
+mod change;
+mod courtesy;
 mod traits;
 
 use roads::Map;
@@ -56,6 +58,10 @@ pub struct Agent {
     stood_secs: f32,
     /// The stop sign it may pass: its lane.
     passed: Option<LaneId>,
+    /// How long it has been standing for want of room on the lane beside.
+    waited_secs: f32,
+    /// Until it may make way again.
+    calm_secs: f32,
 }
 
 /// What an agent knows besides the world.
@@ -95,6 +101,8 @@ impl Agent {
             lateral: Lateral::default(),
             stood_secs: 0.0,
             passed: None,
+            waited_secs: 0.0,
+            calm_secs: 0.0,
         }
     }
 
@@ -138,6 +146,9 @@ impl Agent {
     pub fn is_consistent(&self, network: &Network) -> bool {
         self.path.is_consistent(network)
             && self.target_m.iter().all(|value| value.is_finite())
+            && [self.stood_secs, self.waited_secs, self.calm_secs]
+                .iter()
+                .all(|secs| secs.is_finite())
             && self.lateral.is_finite()
             && self.longitudinal.is_finite()
     }
@@ -171,7 +182,7 @@ impl Agent {
         self.path = path;
         self.status =
             if places_m.is_empty() { AgentStatus::Wandering } else { AgentStatus::OnRoute };
-        (self.stood_secs, self.passed) = (0.0, None);
+        (self.stood_secs, self.passed, self.waited_secs) = (0.0, None, 0.0);
         self.target_m = view.world_from_vehicle.translation.vector;
         Ok(())
     }
@@ -199,6 +210,8 @@ impl Agent {
             return self.brake(1.0);
         }
         let traits = Traits::of(&self.options);
+        self.make_way(senses, &traits, speed_mps);
+        let change_m = self.await_room(senses, speed_mps);
         let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(left_m);
         let reach_m = (reach_m / SPACING_M).ceil() * SPACING_M;
         if let Some(target) = self.path.at(senses.network, reach_m) {
@@ -211,7 +224,8 @@ impl Agent {
         if self.must_stop(senses, &traits, speed_mps) {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }
-        let free_mps = self.free_speed(&points, &traits, speed_mps);
+        let braked_mps = (2.0 * EASY_MPS2 * change_m).sqrt();
+        let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
         let ahead = self.first_ahead(senses, &points);
         let target_mps = match ahead {
             Some(ahead) => match traits.follow(&self.options, speed_mps, &ahead) {
@@ -305,14 +319,18 @@ impl Agent {
         if self.options.ignore_vehicles {
             return None;
         }
-        let room = Room {
-            id: senses.body.id,
-            front_m: senses.body.half_m.x,
-            half_width_m: senses.body.half_m.y,
-            beside_m: 0.3,
-            beside_walkers_m: 0.8,
-        };
-        senses.scene.ahead(points, &room)
+        senses.scene.ahead(points, &room(senses))
+    }
+}
+
+/// The room that a vehicle needs on its way.
+fn room(senses: &Senses<'_>) -> Room {
+    Room {
+        id: senses.body.id,
+        front_m: senses.body.half_m.x,
+        half_width_m: senses.body.half_m.y,
+        beside_m: 0.3,
+        beside_walkers_m: 0.8,
     }
 }
 

@@ -22,6 +22,7 @@
 //! **Frames:** world x east, y north, z up; positive steer and angles to the left.
 
 mod agent;
+mod beside;
 mod lane_change;
 mod network;
 mod path;

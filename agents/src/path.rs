@@ -1,5 +1,7 @@
 //! A way over lanes, from where a vehicle is.
 
+mod change;
+
 use std::collections::VecDeque;
 
 use nalgebra::ComplexField;
@@ -7,6 +9,7 @@ use schemas::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::network::{Lane, LaneId, LanePoint, Network, Place, Stop};
+pub(crate) use change::NextChange;
 
 /// One lane of the way, or the change from it to the lane beside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,44 +112,10 @@ impl Path {
         Some(Place { lane: onto, at_m: from.abreast_m(self.at_m, to) })
     }
 
-    /// Whether the first leg leads to the lane beside.
-    pub(crate) fn is_changing(&self) -> bool {
-        self.legs.front().is_some_and(|leg| leg.onto.is_some())
-    }
-
-    /// Whether the first leg leads to the lane on the left; `None` if it changes no lane.
-    pub(crate) fn changes_to_left(&self, network: &Network) -> Option<bool> {
-        let leg = self.legs.front()?;
-        let onto = leg.onto?;
-        Some(network.lane(leg.lane)?.left.is_some_and(|left| left.lane == onto))
-    }
-
     /// The lane of the first leg.
     pub(crate) fn own<'n>(&self, network: &'n Network) -> Option<(LaneId, &'n Lane)> {
         let leg = self.legs.front()?;
         Some((leg.lane, network.lane(leg.lane)?))
-    }
-
-    /// The same way as if the change of the first leg were done.
-    pub(crate) fn changed(&self, network: &Network) -> Option<Self> {
-        let leg = self.legs.front()?;
-        let (lane, onto) = (network.lane(leg.lane)?, network.lane(leg.onto?)?);
-        let mut path = Self::default();
-        path.push(Leg {
-            lane: leg.onto?,
-            from_m: lane.abreast_m(self.at_m, onto),
-            to_m: lane.abreast_m(leg.to_m, onto),
-            onto: None,
-        });
-        self.legs.iter().skip(1).for_each(|leg| path.push(*leg));
-        Some(path)
-    }
-
-    /// The lane that the first leg changes to, abreast of the vehicle.
-    pub(crate) fn beside_point(&self, network: &Network) -> Option<LanePoint> {
-        let leg = self.legs.front()?;
-        let (lane, onto) = (network.lane(leg.lane)?, network.lane(leg.onto?)?);
-        Some(onto.at(lane.abreast_m(self.at_m, onto)))
     }
 
     pub(crate) fn length_m(&self) -> f32 {
@@ -164,15 +133,6 @@ impl Path {
 
     pub(crate) fn last(&self) -> Option<&Leg> {
         self.legs.back()
-    }
-
-    /// Ends a change on the lane that the vehicle is nearer to; the way ends with that lane.
-    pub(crate) fn settle(&mut self, network: &Network) {
-        let Some(here) = self.place(network) else { return };
-        let Some(lane) = network.lane(here.lane) else { return };
-        *self = Self::default();
-        let (from_m, to_m) = (here.at_m, lane.length_m());
-        self.push(Leg { lane: here.lane, from_m, to_m, onto: None });
     }
 
     /// Drops the legs that begin at a distance or beyond, but never the one under the vehicle.

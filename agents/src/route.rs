@@ -125,9 +125,9 @@ fn legs(
     legs
 }
 
-/// The legs over lanes that lie side by side: changes as early as markings allow, then the rest, to
-/// the end of the last lane if no place on it is given.
-fn across(
+/// Adds the legs over lanes that lie side by side: changes as early as markings allow, then the
+/// rest, to the end of the last lane if no place on it is given.
+pub(crate) fn across(
     network: &Network,
     run: &[LaneId],
     (begins_m, ends_m): (f32, Option<f32>),

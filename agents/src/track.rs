@@ -10,11 +10,13 @@ const LANE_DISTANCE_M_MAX: f64 = 6.0;
 /// Sideways acceleration that curves ahead are taken with, and braking towards them.
 const CURVE_MPS2: f64 = 3.0;
 const CURVE_BRAKING_MPS2: f64 = 2.5;
-/// Spacing of the places ahead whose curvature counts.
+/// Spacing of the places ahead whose curvature counts, along the road's reference line.
 const PREVIEW_STEP_M: f64 = 4.0;
 const PREVIEW_COUNT_MAX: usize = 12;
-/// Chord over which curvature is measured.
+/// Chord over which curvature is measured, along the road's reference line; on the lane it counts
+/// as at least so long.
 const CHORD_M: f64 = 2.0;
+const CHORD_M_MIN: f64 = 0.2;
 
 /// A place on a lane that moves along with the vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -90,17 +92,21 @@ impl Track {
         let preview_m = speed * speed / (2.0 * CURVE_BRAKING_MPS2) + 2.0 * PREVIEW_STEP_M;
         let mut limit = f64::INFINITY;
         let mut at = self.at;
-        for step in 0..PREVIEW_COUNT_MAX {
-            let distance_m = step as f64 * PREVIEW_STEP_M;
+        let mut lane = map.pose(&at);
+        let mut distance_m = 0.0;
+        for _ in 0..PREVIEW_COUNT_MAX {
             if distance_m > preview_m {
                 break;
             }
-            let lane = map.pose(&at);
             let curvature = curvature_per_m(map, &at, &lane).abs().max(1.0e-6);
             let braked = 2.0 * CURVE_BRAKING_MPS2 * distance_m;
             limit = f64::min(limit, (CURVE_MPS2 / curvature + braked).sqrt());
             match straightest(map, &at, &lane, PREVIEW_STEP_M) {
-                Some(next) => at = next,
+                Some(next) => {
+                    let there = map.pose(&next);
+                    distance_m += way_m(&lane, &there);
+                    (at, lane) = (next, there);
+                }
                 None => {
                     limit = f64::min(limit, braked.sqrt());
                     break;
@@ -136,9 +142,16 @@ fn straightest(
 /// Of the lane's middle, positive to the left; 0 at its end.
 fn curvature_per_m(map: &Map, at: &Waypoint, lane: &Isometry3<f64>) -> f64 {
     let Some(next) = straightest(map, at, lane, CHORD_M) else { return 0.0 };
-    let (from, to) = (heading_of(lane), heading_of(&map.pose(&next)));
+    let there = map.pose(&next);
+    let (from, to) = (heading_of(lane), heading_of(&there));
     // The sine of the turn; on the curves of roads it equals the turn to within a percent.
-    (from.x * to.y - from.y * to.x) / CHORD_M
+    let turn = from.x * to.y - from.y * to.x;
+    turn / way_m(lane, &there).max(CHORD_M_MIN)
+}
+
+/// From one pose of a lane to another near it, seen from above.
+fn way_m(from: &Isometry3<f64>, to: &Isometry3<f64>) -> f64 {
+    (to.translation.vector - from.translation.vector).xy().norm()
 }
 
 #[cfg(test)]
@@ -148,7 +161,7 @@ mod tests {
     use super::*;
 
     /// 100 m straight along x, 40 m to the left with a radius of 25 m in the road's middle, and
-    /// 60 m straight on.
+    /// 60 m straight on. One lane 4 m wide to the right of it.
     const BEND: &str = r#"<?xml version="1.0"?>
 <OpenDRIVE>
   <header revMajor="1" revMinor="4" name="bend" version="1" north="0" south="0" east="0" west="0"/>
@@ -165,8 +178,21 @@ mod tests {
     </laneSection></lanes>
   </road>
 </OpenDRIVE>"#;
-    /// Of the road's middle, along which `Map::next` measures.
-    const RADIUS_M: f64 = 25.0;
+    /// Of the lane's middle.
+    const RADIUS_M: f64 = 27.0;
+
+    #[test]
+    fn curvature_is_that_of_the_lane_outside_and_inside_of_the_roads_curve() {
+        let right = BEND.replace("0.04", "-0.04").replace("25.7300", "-25.7300");
+        let right = right.replace(r#"hdg="1.6""#, r#"hdg="-1.6""#);
+        for (text, wanted_m) in [(BEND, 27.0), (right.as_str(), -23.0)] {
+            let map = Map::parse("bend", text).unwrap();
+            let pose = level_pose(Vec3::new(104.0, -2.0, 0.0), 0.0);
+            let track = Track::nearest(&map, &pose).unwrap();
+            let found = f64::from(track.place(&map, &pose, Vec3::zeros()).curvature_per_m);
+            assert!((found * wanted_m - 1.0).abs() < 0.005, "{found}, {wanted_m} m");
+        }
+    }
 
     fn limit_mps(x_m: f32, speed_mps: f32) -> f32 {
         let map = Map::parse("bend", BEND).unwrap();

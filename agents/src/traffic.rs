@@ -264,7 +264,7 @@ impl Driver {
             least = least.min(manner.behind(speed_mps, free_mps, ahead.leader()));
         }
         // Until a change is done, those on the other lane count as well as those in the way.
-        if let Some(changed) = self.path.changed(senses.network) {
+        if let Some(changed) = self.path.changed(senses.network, 0) {
             changed.sample(senses.network, horizon_m, SPACING_M, &mut points);
             if let Some(beside) = senses.scene.ahead(&points, &room(senses)) {
                 least = least.min(manner.behind(speed_mps, free_mps, beside.leader()));

@@ -33,6 +33,8 @@ pub(super) struct Traits {
     pub light_m: f32,
     /// How hard it brakes for lights and what is near.
     pub brake: f32,
+    /// Whether it lets faster vehicles pass.
+    pub makes_way: bool,
 }
 
 impl Traits {
@@ -48,17 +50,21 @@ impl Traits {
                 emergency_m,
                 light_m: 5.0,
                 brake: 0.6,
+                makes_way: true,
             };
         let traits = match options.behaviour {
             AgentBehaviour::Basic => Self {
                 is_basic: true,
                 max_mps: BASIC_MPS,
                 brake: 0.5,
+                makes_way: false,
                 ..behaviour(0.0, 0.0, 0.0, 5.0, 5.0)
             },
             AgentBehaviour::Cautious => behaviour(40.0, 6.0, 12.0, 12.0, 6.0),
             AgentBehaviour::Normal => behaviour(50.0, 3.0, 10.0, 10.0, 5.0),
-            AgentBehaviour::Aggressive => behaviour(70.0, 1.0, 8.0, 8.0, 4.0),
+            AgentBehaviour::Aggressive => {
+                Self { makes_way: false, ..behaviour(70.0, 1.0, 8.0, 8.0, 4.0) }
+            }
         };
         Self {
             light_m: options.light_distance_m.unwrap_or(traits.light_m),
@@ -78,6 +84,12 @@ impl Traits {
             (true, false) => own_mps,
             (false, _) => own_mps.min((limit_mps - self.margin_mps).max(0.0)),
         }
+    }
+
+    /// Whoever is nearer behind than this presses under a limit: half its kilometres per hour in
+    /// metres.
+    pub(super) fn pressed_m(&self, limit_mps: f32) -> f32 {
+        self.proximity_m.max(0.5 * limit_mps / KMH)
     }
 
     /// How far it looks.

@@ -1,14 +1,13 @@
 //! Whether another lane is better: MOBIL over the lanes beside.
 
-use nalgebra::RealField;
-
 use super::claims::Claims;
 use super::manner::Manner;
 use super::{LANES_MAX, SPACING_M, room};
 use crate::agent::Senses;
-use crate::network::{Beside, LaneId, Network, wrapped};
+use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
+use crate::network::{Beside, LaneId, Network};
 use crate::path::{Leg, Path, PathPoint, heading};
-use crate::scene::{Ahead, Body};
+use crate::scene::Ahead;
 
 /// How often a driver thinks about it.
 pub(super) const THINK_SECS: f32 = 1.0;
@@ -17,18 +16,6 @@ const CHANGE_SECS: f32 = 3.5;
 const CHANGE_M_MIN: f32 = 18.0;
 /// Slower than this nobody changes.
 const SPEED_MPS_MIN: f32 = 3.0;
-/// Whoever is behind on the other lane must not have to brake harder.
-const SAFE_MPS2: f32 = 2.0;
-/// Standing room to those behind on the other lane, and time at their speed.
-const BEHIND_M: f32 = 3.0;
-const BEHIND_SECS: f32 = 0.8;
-/// How far back somebody counts.
-const BACK_M: f32 = 50.0;
-/// Middles of vehicles on one lane, and on the next, are nearer than this to its middle.
-const LANE_M: f32 = 1.8;
-const LANES_M: f32 = 5.5;
-/// Room to vehicles on the lane beyond.
-const BEYOND_M: f32 = 4.0;
 /// What leaving a lane that ends is worth.
 const DEAD_END_MPS2: f32 = 3.0;
 
@@ -81,17 +68,12 @@ fn over(
     speed_mps: f32,
     beside: &Beside,
 ) -> Option<Path> {
-    let (own_id, lane) = path.own(network)?;
+    let (_, lane) = path.own(network)?;
     let needed_m = (CHANGE_SECS * speed_mps).max(CHANGE_M_MIN);
     if at_m < beside.from_m || at_m + needed_m > beside.to_m.min(lane.length_m()) {
         return None;
     }
-    let target = network.lane(beside.lane)?;
-    let to_m = at_m + needed_m;
-    let mut new = Path::default();
-    new.push(Leg { lane: own_id, from_m: at_m, to_m, onto: Some(beside.lane) });
-    let from_m = lane.abreast_m(to_m, target);
-    new.push(Leg { lane: beside.lane, from_m, to_m: target.length_m(), onto: None });
+    let mut new = path.aside(network, beside.lane, needed_m)?;
     // As far as the old way reached, by the first of the ways on: the driver draws none here.
     for _ in 0..LANES_MAX {
         let last: LaneId = new.last()?.last_lane();
@@ -117,12 +99,12 @@ fn gain(
     asked: &Asked,
 ) -> Option<f32> {
     let mut points: Vec<PathPoint> = Vec::new();
-    let there = new.changed(senses.network)?;
+    let there = new.changed(senses.network, 0)?;
     there.sample(senses.network, manner.horizon_m(asked.speed_mps), SPACING_M, &mut points);
     let ahead = senses.scene.ahead(&points, &room(senses));
     let free = manner.free(asked.speed_mps, asked.free_mps);
     let then_mps2 = match &ahead {
-        Some(ahead) if ahead.gap_m < BEHIND_M => return None,
+        Some(ahead) if ahead.gap_m < ROOM_M => return None,
         Some(ahead) => free.min(manner.behind(asked.speed_mps, asked.free_mps, ahead.leader())),
         None => free,
     };
@@ -141,47 +123,26 @@ fn loss(
     new: &Path,
     speed_mps: f32,
 ) -> Option<f32> {
-    let middle_m = senses.body.centre_m;
-    let target = new.beside_point(senses.network)?;
+    let target = new.beside_point(senses.network, 0)?;
     let along = heading(&target);
     // The side of the target lane that is away from the own vehicle.
-    let own = target.point_m - middle_m;
-    let toward = along.x * own.y - along.y * own.x;
+    let own = target.point_m - senses.body.centre_m;
+    let to_left = along.x * own.y - along.y * own.x > 0.0;
     let mut worst_mps2: f32 = 0.0;
     let mut safe = true;
-    senses.scene.near(&middle_m, BACK_M, |body: &Body| {
-        if body.id == senses.body.id || body.is_walker {
-            return;
-        }
-        let away = body.centre_m - target.point_m;
-        let back_m = -away.dot(&along);
-        let side = along.x * away.y - along.y * away.x;
-        let beside_m = side.abs();
-        let body_rad = RealField::atan2(body.forward.y, body.forward.x);
-        let turned = wrapped(body_rad - target.heading_rad).abs() > 0.8;
-        let reach_m = senses.body.half_m.x + body.half_m.x;
-        if turned {
-            return;
-        }
+    neighbours(senses.scene, senses.body, &target, |other| {
         // Whoever already changes to the same lane from the one beyond has it, whoever is abreast
         // there may want to.
-        let beyond = (LANE_M..LANES_M).contains(&beside_m) && side * toward > 0.0;
-        let comes = || claims.is_changing(body.id, toward < 0.0);
-        let abreast = back_m.abs() < reach_m + BEYOND_M;
-        if beyond && (abreast || comes()) {
+        let comes = || claims.is_changing(other.id, !to_left);
+        if other.is_beyond(to_left) && (other.is_abreast() || comes()) {
             safe = false;
         }
-        if back_m > BACK_M || beside_m > LANE_M || back_m < -reach_m {
+        if !other.is_behind() {
             return;
         }
-        let gap_m = back_m - reach_m;
-        let their_mps = along.dot(&body.velocity_mps).max(0.0);
-        let closing_mps = (their_mps - speed_mps).max(0.0);
-        let needed_mps2 = closing_mps * closing_mps / (2.0 * gap_m.max(0.1));
-        if gap_m < BEHIND_M + BEHIND_SECS * their_mps || needed_mps2 > SAFE_MPS2 {
-            safe = false;
-        }
-        let their = manner.behind(their_mps, their_mps.max(5.0) * 1.2, (gap_m, speed_mps));
+        safe &= other.has_room(speed_mps);
+        let free_mps = other.along_mps.max(5.0) * 1.2;
+        let their = manner.behind(other.along_mps, free_mps, (other.gap_m(), speed_mps));
         worst_mps2 = worst_mps2.max(-their);
     });
     safe.then_some(worst_mps2.max(0.0))

@@ -314,4 +314,36 @@ mod tests {
         assert_eq!(claims.grant(&network, &crossing, id(1), 1), Ok(()));
         assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
     }
+
+    /// A left turn of our towns that oncoming traffic crosses where nobody has room to wait before
+    /// it, and a way of that traffic; it meets nobody else there.
+    fn short_left_turn() -> (Network, [LaneId; 2]) {
+        let towns = ["Town03_Opt", "Town05_Opt", "Town07_Opt", "Town02_Opt"];
+        let found = towns.into_iter().find_map(|town| {
+            let text = roads::town::build(town).unwrap();
+            let network = Network::new(&roads::Map::parse(town, &text).unwrap());
+            let lanes = (0..network.lane_count() as LaneId).find_map(|id| {
+                let lane = network.lane(id)?;
+                let oncoming = lane.conflicts.iter().filter(|conflict| {
+                    network.lane(conflict.lane).is_some_and(|other| other.is_oncoming(lane))
+                });
+                let first = oncoming.min_by(|a, b| a.from_m.total_cmp(&b.from_m))?;
+                let short = (BEFORE_M..BEFORE_M + INSIDE_M_MIN).contains(&first.from_m);
+                let joins = network.lane(first.lane)?.joins(lane);
+                Some([id, first.lane]).filter(|_| short && !joins)
+            });
+            Some((network, lanes?))
+        });
+        found.unwrap()
+    }
+
+    #[test]
+    fn nobody_waits_inside_a_junction_before_he_is_well_inside() {
+        let (network, [left, straight]) = short_left_turn();
+        let [left, straight] = [left, straight].map(|it| way(&network, it));
+        let mut claims = Claims::default();
+        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
+        assert_eq!(claims.grant(&network, &left, id(2), 1), Err(id(1)));
+        assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
+    }
 }

@@ -4,8 +4,8 @@ use nalgebra::ComplexField;
 use schemas::{ActorId, AgentBehaviour, Vec3, level_pose};
 
 use super::*;
-use crate::VehicleView;
 use crate::scene::Scene;
+use crate::{Body, VehicleView};
 
 const RADIUS_M: f32 = 2_000.0;
 

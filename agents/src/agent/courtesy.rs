@@ -1,0 +1,108 @@
+//! Makes way: whoever is pressed by a faster vehicle behind lets it pass on a free lane beside.
+//!
+//! **Source:** when and to which side is what CARLA's `BehaviorAgent` does about tailgating. Unlike
+//! it an agent looks whether the lane beside has room and comes back to its route.
+
+use schemas::AgentStatus;
+
+use super::change::{LENGTH_M_MIN, has_room};
+use super::traits::Traits;
+use super::{Agent, Senses};
+use crate::beside::neighbours;
+use crate::network::{Beside, Network, Place};
+use crate::path::{Leg, Path};
+use crate::route;
+
+/// Slower than this nobody makes way.
+const SPEED_MPS_MIN: f32 = 10.0 / 3.6;
+/// Who has made way does not again for so long, and who could not thinks again after so long.
+const AGAIN_SECS: f32 = 10.0;
+const THINK_SECS: f32 = 1.0;
+/// The change takes this long, and the vehicle stays on the other lane at least as long as this.
+const CHANGE_SECS: f32 = 3.5;
+const STAY_SECS: f32 = 6.0;
+/// What coming back may cost more than the way that was left, in metres of way.
+const DETOUR_M: f32 = 60.0;
+/// Legs of the way that are tried as ends of the way back.
+const LEGS_MAX: usize = 4;
+
+impl Agent {
+    /// Changes to a lane beside, if somebody faster is close behind and there is room.
+    pub(super) fn make_way(&mut self, senses: &Senses<'_>, traits: &Traits, speed_mps: f32) {
+        self.calm_secs = (self.calm_secs - senses.dt_secs).max(0.0);
+        if self.calm_secs > 0.0 || speed_mps < SPEED_MPS_MIN || !traits.makes_way {
+            return;
+        }
+        if self.options.ignore_vehicles || !self.is_pressed(senses, traits, speed_mps) {
+            return;
+        }
+        self.calm_secs = THINK_SECS;
+        if let Some(path) = self.aside(senses, speed_mps) {
+            self.path = path;
+            self.calm_secs = AGAIN_SECS;
+        }
+    }
+
+    /// Whether somebody faster is close behind on the lane.
+    fn is_pressed(&self, senses: &Senses<'_>, traits: &Traits, speed_mps: f32) -> bool {
+        let Some(here) = self.path.at(senses.network, 0.0) else { return false };
+        let near_m = traits.pressed_m(here.point.limit_mps);
+        let mut pressed = false;
+        neighbours(senses.scene, senses.body, &here.point, |other| {
+            let close = (0.0..near_m).contains(&other.gap_m());
+            pressed |= other.is_behind() && close && other.along_mps > speed_mps;
+        });
+        pressed
+    }
+
+    /// The way over the lane on the right, else over that on the left, if it has room.
+    fn aside(&self, senses: &Senses<'_>, speed_mps: f32) -> Option<Path> {
+        let network = senses.network;
+        let (_, lane) = self.path.own(network)?;
+        if lane.junction.is_some() || self.path.is_changing() {
+            return None;
+        }
+        let at_m = self.path.place(network)?.at_m;
+        let length_m = (CHANGE_SECS * speed_mps).max(LENGTH_M_MIN);
+        [lane.right, lane.left].into_iter().flatten().find_map(|beside: Beside| {
+            let marked = at_m >= beside.from_m && at_m + length_m <= beside.to_m;
+            let path = self.path.aside(network, beside.lane, length_m).filter(|_| marked)?;
+            let change = path.next_change(network)?;
+            let free = network.lane(beside.lane)?.goes_on || self.status == AgentStatus::OnRoute;
+            if !free || !has_room(senses, &path, &change, speed_mps) {
+                return None;
+            }
+            match self.status {
+                AgentStatus::OnRoute => back(network, &self.path, &path, speed_mps),
+                _ => Some(path),
+            }
+        })
+    }
+}
+
+/// The way aside, and back to the old way where it passes no place by.
+fn back(network: &Network, old: &Path, aside: &Path, speed_mps: f32) -> Option<Path> {
+    let mut legs: Vec<Leg> = aside.ahead().map(|(_, leg)| *leg).collect();
+    let stay = legs.last_mut()?;
+    stay.to_m = stay.to_m.min(stay.from_m + STAY_SECS * speed_mps);
+    let from = Place { lane: stay.lane, at_m: stay.to_m };
+    let driven_m: f32 = legs.iter().map(Leg::length_m).sum();
+    let ends: Vec<(f32, Leg)> =
+        old.ahead().map(|(begins_m, leg)| (begins_m + leg.length_m(), *leg)).collect();
+    for (index, (ends_m, leg)) in ends.iter().enumerate().take(LEGS_MAX) {
+        if leg.onto.is_some() {
+            return None;
+        }
+        let to = Place { lane: leg.lane, at_m: leg.to_m };
+        let most_m = ends_m - driven_m + DETOUR_M;
+        let way = route::plan(network, from, to).filter(|_| *ends_m > driven_m);
+        if let Some((_, way)) = way.filter(|(cost_m, _)| *cost_m < most_m) {
+            return Some(old.with(0..=index, legs.into_iter().chain(way)));
+        }
+        // Another leg on the same lane: a place to pass is in between.
+        if ends.get(index + 1).is_some_and(|(_, next)| next.lane == leg.lane) {
+            return None;
+        }
+    }
+    None
+}
