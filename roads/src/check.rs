@@ -16,6 +16,8 @@ const GAP_MAX_M: f64 = 0.01;
 const KINK_MAX_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// A lane of this length begins where it ends in the client's single precision, in metres.
 const SLIVER_MAX_M: f64 = 1.0e-6;
+/// The client finds no place on the lanes of a last section that is shorter, in metres.
+const SECTION_M_MIN: f64 = 1.0e-12;
 /// How far a road's length may differ from the sum of its geometries, in metres.
 const LENGTH_OFF_MAX_M: f64 = 0.01;
 
@@ -105,15 +107,25 @@ fn geometry(road: &Road, report: &mut Report) {
             found,
         ));
     }
-    let beyond = road.sections.iter().find(|section| section.start_s > road.length_m);
+    let with_lanes = || road.sections.iter().filter(|section| section.lanes.len() > 1);
+    let beyond = road.sections.iter().find(|section| {
+        let has_lanes = section.lanes.len() > 1;
+        let least_m = if has_lanes { SECTION_M_MIN } else { 0.0 };
+        section.start_s + least_m > road.length_m
+    });
     if let Some(section) = beyond {
         report.push(fault(
             Severity::BreaksClient,
             road,
             Some(section.start_s),
             "lane sections that begin on the road",
-            format!("one beyond its length of {} m", road.length_m),
+            format!("one at or beyond its length of {} m", road.length_m),
         ));
+    }
+    let again = with_lanes().zip(with_lanes().skip(1)).find(|(a, b)| a.start_s == b.start_s);
+    if let Some((_, section)) = again {
+        let (wanted, found) = ("lane sections that begin one after the other", "two at one place");
+        report.push(fault(Severity::BreaksClient, road, Some(section.start_s), wanted, found));
     }
     let sum_m: f64 = road.geometries.iter().map(|geometry| geometry.length_m).sum();
     if (sum_m - road.length_m).abs() > LENGTH_OFF_MAX_M {

@@ -15,7 +15,7 @@ use crate::limits;
 use crate::model::{Junction, Model, Road};
 use crate::signals::Controller;
 use crate::size;
-use number::{id_or_zero, text};
+use number::{NUMBER_CHARS_MAX, id_or_zero, text};
 use tree::Node;
 
 /// Reads a map. Faults go to the report; what is returned is usable when the report is empty.
@@ -24,6 +24,12 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
     if xodr.len() > limits::TEXT_BYTES_MAX {
         let found = format!("{} bytes", xodr.len());
         report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
+        return Model::default();
+    }
+    if let Some(zero) = xodr.bytes().position(|byte| byte == 0) {
+        let line = xodr.bytes().take(zero).filter(|byte| *byte == b'\n').count() + 1;
+        let found = format!("a zero byte in line {line}, as UTF-16 and binary files have them");
+        report.add(None, None, "UTF-8 text", found);
         return Model::default();
     }
     let mut reading = Reading::default();
@@ -75,15 +81,19 @@ impl Reading {
     fn geo_reference(&mut self, header: Node<'_, '_>) {
         let Some(reference) = child(header, "geoReference") else { return };
         let words = reference.text();
-        let value = |key: &str| {
-            words
-                .split_whitespace()
-                .find_map(|word| word.strip_prefix(key))
-                .and_then(|number| number.parse::<f64>().ok())
-                .filter(|degrees| degrees.abs() <= 360.0)
+        let mut value = |key: &str| {
+            let mut numbers = words.split_whitespace().filter_map(|word| word.strip_prefix(key));
+            if let Some(none) = numbers.clone().find(|number| !is_degrees(number)) {
+                let wanted = format!("a number after {key} in geoReference");
+                self.report.add(None, None, wanted, shown(none));
+            }
+            numbers
+                .find_map(|number| number.parse().ok())
+                .filter(|degrees: &f64| degrees.abs() <= 360.0)
         };
-        self.latitude_deg = self.latitude_deg.or(value("+lat_0="));
-        self.longitude_deg = self.longitude_deg.or(value("+lon_0="));
+        let place = [value("+lat_0="), value("+lon_0=")];
+        self.latitude_deg = self.latitude_deg.or(place[0]);
+        self.longitude_deg = self.longitude_deg.or(place[1]);
     }
 
     fn road(&mut self, node: Node<'_, '_>) {
@@ -116,6 +126,20 @@ impl Reading {
         }
         model
     }
+}
+
+/// Whether the client can read it: it ends at text that does not begin with a number, and at
+/// numbers too large or too small for double precision.
+fn is_degrees(text: &str) -> bool {
+    let is_word = |word: &str| {
+        text.trim_start_matches(['+', '-']).get(..3).is_some_and(|t| t.eq_ignore_ascii_case(word))
+    };
+    let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
+    let is_zero = !mantissa.contains(|digit| ('1'..='9').contains(&digit));
+    let fits = |number: f64| number.is_finite() && (is_zero || number.abs() >= f64::MIN_POSITIVE);
+    let starts = (1..=text.len().min(NUMBER_CHARS_MAX)).rev().filter_map(|end| text.get(..end));
+    let number = starts.filter_map(|start| start.parse().ok()).next();
+    is_word("nan") || is_word("inf") || number.is_some_and(fits)
 }
 
 /// Elements with this name directly below `node`, whatever their namespace.

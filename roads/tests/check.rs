@@ -48,6 +48,24 @@ fn a_spiral_without_change_breaks_the_client() {
     }));
 }
 
+#[test]
+fn sections_that_begin_together_or_at_the_end_break_the_client() {
+    let text = format!("<OpenDRIVE>{}</OpenDRIVE>", road(1, 0.0, "", "", "<line/>"));
+    let (begin, end) = (text.find("<laneSection").unwrap(), text.find("</lanes>").unwrap());
+    let broken = |starts: &[&str]| {
+        let one = |s: &&str| text[begin..end].replace("s=\"0\"", &format!("s=\"{s}\""));
+        let sections: String = starts.iter().map(one).collect();
+        let faults = found(&text.replace(&text[begin..end], &sections));
+        faults.into_iter().find(|(severity, _)| *severity == Severity::BreaksClient)
+    };
+    for starts in [&["0", "50"][..], &["0", "60"], &["0", "0"], &["0", "20", "20"]] {
+        assert!(broken(starts).unwrap().1.contains("lane sections that begin"), "{starts:?}");
+    }
+    for starts in [&["0"][..], &["0", "20", "40"], &["0", "49.999"], &["0", "20", "20.0001"]] {
+        assert_eq!(broken(starts), None, "{starts:?}");
+    }
+}
+
 /// Road 1 through junction 100 by road 3 to road 2, with these connections.
 fn crossing(connections: &str) -> String {
     let junction = "elementType=\"junction\" elementId=\"100\"";

@@ -135,6 +135,32 @@ fn entities_depth_and_size_do_not_blow_up() {
 }
 
 #[test]
+fn text_in_another_encoding_is_told_from_broken_xml() {
+    let text = map_with(LINE, WIDTH, "");
+    assert!(Map::parse("test", &format!("\u{feff}{text}")).is_ok(), "a mark of UTF-8");
+    let utf16: String = text.chars().flat_map(|character| [character, '\0']).collect();
+    for zeros in [utf16.as_str(), &text.replace("link", "li\0nk"), "\0\0\0"] {
+        let refused = refusal(zeros).to_string();
+        assert!(refused.contains("UTF-8") && refused.contains("line 1"), "{refused}");
+    }
+}
+
+#[test]
+fn an_origin_that_is_no_number_is_refused() {
+    let text = |words: &str| {
+        let header = format!("<header><geoReference>{words}</geoReference></header>");
+        map_with(LINE, WIDTH, "").replace("<header/>", &header)
+    };
+    for words in ["+lat_0=north", "+lon_0=", "+lat_0=1e400", "+lon_0=1e-400 +lat_0=4"] {
+        let refused = refusal(&text(words)).to_string();
+        assert!(refused.contains("geoReference"), "{refused}");
+    }
+    for words in ["+lat_0=49 +lon_0=-8.5", "+lat_0=0 +lon_0=0e5", "+lat_0=nan", "+k=x", ""] {
+        assert!(Map::parse("test", &text(words)).is_ok(), "{words}");
+    }
+}
+
+#[test]
 fn roads_of_absurd_total_length_are_refused_before_they_are_tabulated() {
     let road = |id: u32| {
         let geometry = LINE.replace("length=\"100\"", "length=\"1e6\"").replace(
@@ -241,7 +267,7 @@ proptest! {
 #[test]
 fn a_tiny_step_between_waypoints_is_refused_with_the_limit() {
     let map = Map::parse("town", &roads::town::build("Town02").unwrap()).unwrap();
-    for step_m in [0.0, -1.0, f64::NAN, 1e-9, f64::MIN_POSITIVE] {
+    for step_m in [0.0, -1.0, f64::NAN, 1e-4, 1e-9, f64::MIN_POSITIVE] {
         let refusal = map.generate_waypoints(step_m).unwrap_err();
         assert!(refusal.to_string().contains("at most 10000000"), "{refusal}");
     }

@@ -57,6 +57,11 @@ def document(*parts: str) -> str:
     return f'<?xml version="1.0"?><OpenDRIVE><header/>{"".join(parts)}</OpenDRIVE>'
 
 
+def origin(words: str) -> str:
+    reference = f"<header><geoReference>{words}</geoReference></header>"
+    return document(road()).replace("<header/>", reference)
+
+
 def two_roads(first: str, second: str) -> str:
     """A road of some sections and one that follows it."""
     return document(
@@ -267,6 +272,25 @@ MAPS = {
     "a section beyond the road": document(
         road(sections=section(0, right=BACK) + section(80, right=ONE))
     ),
+    "a section at the end of the road": document(
+        road(sections=section(0, right=lane(-1)) + section(50, right=lane(-1)))
+    ),
+    "a section just before the end of the road": document(
+        road(sections=section(0, right=lane(-1)) + section(49.999, right=lane(-1)))
+    ),
+    "two sections at one place": document(
+        road(sections=section(0, right=lane(-1)) + 2 * section(20, right=lane(-1)))
+    ),
+    "two sections at one place, one of them without lanes": document(
+        road(sections=section(0) + section(0, right=lane(-1)))
+    ),
+    "an origin that is no number": origin("+proj=tmerc +lat_0=north +lon_0=8"),
+    "an origin without number": origin("+lon_0="),
+    "an origin beyond all numbers": origin("+lat_0=1e400"),
+    "an origin below all numbers": origin("+lat_0=1e-400"),
+    "an origin of not a number": origin("+lat_0=nan"),
+    "an origin with a letter after it": origin("+lat_0=49x"),
+    "a zero byte": document(road()).replace("r1", "r\0"),
     "a road without length": document(road(length=0)),
     "a spiral that is none": document(
         road(geometry=LINE.replace("<line/>", '<spiral curvStart="0.01" curvEnd="0.01"/>'))

@@ -42,7 +42,7 @@ fn leading_number(text: &str) -> Option<f64> {
 }
 
 /// No number is written with more characters.
-const NUMBER_CHARS_MAX: usize = 64;
+pub(super) const NUMBER_CHARS_MAX: usize = 64;
 
 /// A number that may be anything: text that is no number is 0.
 pub(super) fn number_or_zero(node: Node<'_, '_>, name: &str) -> f64 {
