@@ -127,7 +127,16 @@ mod tests {
     #[test]
     fn events_stay_apart_and_of_states_the_last_counts() {
         let event = |distance_m| Measurement::Obstacle { other: None, tag: 3, distance_m };
-        assert_eq!(merge(vec![datum(0.0, event(1.0)), datum(0.0, event(2.0))]).len(), 2);
+        let events = [
+            event(1.0),
+            Measurement::V2x(Vec::new()),
+            Measurement::V2xCustom(Vec::new()),
+            Measurement::LaneInvasion { marks: Vec::new() },
+        ];
+        for event in events {
+            let twice = vec![datum(0.0, event.clone()), datum(1.0, event)];
+            assert_eq!(merge(twice.clone()), twice, "both, and in order");
+        }
         let state =
             |altitude_m| Measurement::Gnss { latitude_deg: 0.0, longitude_deg: 0.0, altitude_m };
         let merged = merge(vec![datum(0.0, state(1.0)), datum(0.0, state(2.0))]);

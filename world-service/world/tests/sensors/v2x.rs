@@ -98,6 +98,48 @@ fn messages_come_as_often_as_motion_asks_for() {
     assert!((99..=101).contains(&fixed), "every 0.1 s: {fixed}");
 }
 
+/// The ticks of 50 ms in which a car sends that is at rest but for what is done to it.
+fn sent(ticks: u16, mut act: impl FnMut(&mut World, ActorId, u16)) -> Vec<u16> {
+    let mut world = world();
+    let [sender, receiver] = [0.0, 50.0].map(|x_m| car(&mut world, x_m, 0.0));
+    radio(&mut world, sender, &[]);
+    let ear = radio(&mut world, receiver, &[]);
+    let mut sent = Vec::new();
+    for tick in 1..=ticks {
+        act(&mut world, sender, tick);
+        world.tick().unwrap();
+        sent.extend(heard(&world, ear).iter().map(|_| tick));
+    }
+    sent
+}
+
+fn turn_to(world: &mut World, car: ActorId, heading_rad: f32) {
+    let place_m = position_m(world, car);
+    let world_from_actor = level_pose(place_m, heading_rad);
+    world.apply(&Command::SetPose { actor: car, world_from_actor }).unwrap();
+}
+
+#[test]
+fn a_turn_or_another_speed_asks_for_a_message() {
+    assert_eq!(sent(60, |_, _, _| ()), [1, 21, 41]);
+    for (turn_deg, wanted) in [(3.0f32, &[1, 21, 41][..]), (6.0, &[1, 10, 19, 28, 37, 57])] {
+        let turned = sent(60, |world, car, tick| {
+            if tick == 10 {
+                turn_to(world, car, turn_deg.to_radians());
+            }
+        });
+        assert_eq!(turned, wanted, "{turn_deg}°; as soon again three times, then every second");
+    }
+    for (speed_mps, count) in [(0.4, 3), (0.8, 6)] {
+        let faster = sent(60, |world, car, tick| {
+            let speed_mps = if tick < 10 { 0.0 } else { speed_mps };
+            let velocity_mps = Some(Vec3::new(speed_mps, 0.0, 0.0));
+            world.apply(&Command::SetConstantVelocity { actor: car, velocity_mps }).unwrap();
+        });
+        assert_eq!(faster.len(), count, "{speed_mps} m/s: {faster:?}");
+    }
+}
+
 #[test]
 fn vehicles_and_houses_between_weaken_and_distance_ends() {
     let power_dbm =
