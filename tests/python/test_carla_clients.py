@@ -167,6 +167,26 @@ def test_a_lost_world_raises_and_comes_back(start_site):
         assert spawn_car(fresh_world).is_alive
 
 
+def test_the_tick_that_finds_its_world_dead_shows_the_last_frame_once_more(start_site):
+    site = start_site("--no-render")
+    client = connect(site.carla_port)
+    world = client.get_world()
+    with synchronous(world):
+        car = spawn_car(world)
+        before = ticks(world, 5)
+        last = world.get_snapshot()
+        subprocess.run(["kill", "-9", str(child(site, "world"))], check=True)
+        assert world.tick() == before + 1
+        again = world.get_snapshot()
+        assert again.frame == before + 1
+        assert again.timestamp.elapsed_seconds == last.timestamp.elapsed_seconds
+        assert again.find(car.id).get_transform() == last.find(car.id).get_transform()
+        with pytest.raises(RuntimeError, match="world is gone"):
+            world.tick()
+        assert world.get_snapshot().frame == before + 1
+        eventually(client.reload_world)
+
+
 def test_who_comes_after_the_loss_finds_a_new_world(start_site):
     site = start_site("--no-render")
     old = connect(site.carla_port).get_world()
