@@ -9,7 +9,7 @@ use schemas::Vec3;
 /// Cells of one ground, so that a long road does not cost gigabytes.
 const CELLS_MAX: usize = 1 << 20;
 /// Side of a cell unless the ground is too large for it.
-const CELL_M: f32 = 4.0;
+const CELL_M: f32 = 2.0;
 /// Tolerance at triangle edges, so that no point falls between two triangles.
 const EDGE_M: f32 = 1.0e-3;
 /// Friction coefficient of a dry tyre where there is no mesh: that of grass.
@@ -29,12 +29,24 @@ pub(crate) struct Surface {
     pub friction: f32,
 }
 
-/// One triangle as a plane z = height + slope · (xy − corner) with its outline.
+/// One triangle as a plane z = corner + slope · (xy − corner) with its outline.
 #[derive(Clone, Debug)]
 struct Face {
-    corners: [Vec3; 3],
+    corner: Vec3,
+    slope: Vector2<f32>,
+    /// Of the outline: inside all of them is in the triangle.
+    edges: [Edge; 3],
     normal: Vec3,
     friction: f32,
+    /// Lowest and highest corner along each axis.
+    bounds: (Vec3, Vec3),
+}
+
+/// A straight border seen from above; inside is where across · (xy − corner) ≥ outside.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    across: Vector2<f32>,
+    outside: f32,
 }
 
 /// Triangles seen from above, findable by x and y.
@@ -156,11 +168,11 @@ impl Ground {
         };
         let corners_m = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
         let plane_m = corners_m.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        plane_m.min(face.bounds().1.z) + EDGE_M
+        plane_m.min(face.bounds.1.z) + EDGE_M
     }
 
     fn for_cells_of(&self, face: &Face, mut visit: impl FnMut(usize)) {
-        let (low, high) = face.bounds();
+        let (low, high) = face.bounds;
         let index = |coordinate: f32, origin: f32, count: usize| {
             (((coordinate - origin) / self.cell_m).max(0.0) as usize).min(count - 1)
         };
@@ -177,48 +189,53 @@ impl Ground {
 }
 
 impl Face {
-    fn bounds(&self) -> (Vec3, Vec3) {
-        let [a, b, c] = self.corners;
-        (a.inf(&b).inf(&c), a.sup(&b).sup(&c))
-    }
-
     /// Whether the outline seen from above, widened by [`EDGE_M`], holds the point.
     fn covers(&self, point: Vec3) -> bool {
-        let [a, b, c] = self.corners;
-        [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
-            let edge = to - from;
-            let side = edge.x * (point.y - from.y) - edge.y * (point.x - from.x);
-            side >= -EDGE_M * (edge.x.abs() + edge.y.abs())
-        })
+        let from_corner = point.xy() - self.corner.xy();
+        self.edges.iter().all(|edge| edge.across.dot(&from_corner) >= edge.outside)
     }
 
     fn height_m(&self, point: Vec3) -> f32 {
-        let [corner, ..] = self.corners;
-        let offset = (point.x - corner.x) * self.normal.x + (point.y - corner.y) * self.normal.y;
-        corner.z - offset / self.normal.z
+        self.corner.z + self.slope.dot(&(point.xy() - self.corner.xy()))
+    }
+}
+
+impl Edge {
+    /// Between two corners, counter-clockwise.
+    fn new(corner: Vec3, from: Vec3, to: Vec3) -> Self {
+        let along = (to - from).xy();
+        let across = Vector2::new(-along.y, along.x);
+        let tolerance = EDGE_M * (along.x.abs() + along.y.abs());
+        Self { across, outside: across.dot(&(from - corner).xy()) - tolerance }
     }
 }
 
 /// A face with upward normal and counter-clockwise corners; `None` for walls and slivers.
 fn face((corners, friction): ([Vec3; 3], f32)) -> Option<Face> {
-    let [a, b, c] = corners;
+    let [a, mut b, mut c] = corners;
     let cross = (b - a).cross(&(c - a));
-    let normal = cross.try_normalize(1.0e-9)?;
+    let mut normal = cross.try_normalize(1.0e-9)?;
     // Steeper than 70° is a wall: nothing drives or lies on it.
     if normal.z.abs() < 0.34 {
         return None;
     }
-    if normal.z > 0.0 {
-        Some(Face { corners, normal, friction })
-    } else {
-        Some(Face { corners: [a, c, b], normal: -normal, friction })
+    if normal.z < 0.0 {
+        (b, c, normal) = (c, b, -normal);
     }
+    Some(Face {
+        corner: a,
+        slope: -normal.xy() / normal.z,
+        edges: [(a, b), (b, c), (c, a)].map(|(from, to)| Edge::new(a, from, to)),
+        normal,
+        friction,
+        bounds: (a.inf(&b).inf(&c), a.sup(&b).sup(&c)),
+    })
 }
 
 fn bounds(faces: &[Face]) -> (Vec3, Vec3) {
     faces
         .iter()
-        .map(Face::bounds)
+        .map(|face| face.bounds)
         .reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
         .unwrap_or((Vec3::zeros(), Vec3::zeros()))
 }

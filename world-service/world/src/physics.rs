@@ -8,6 +8,7 @@
 
 mod contact;
 mod fault;
+mod near_pairs;
 mod shapes;
 mod switch;
 mod workspace;
@@ -106,7 +107,7 @@ impl Physics {
             bodies: RigidBodySet::new(),
             colliders: ColliderSet::new(),
             islands: IslandManager::new(),
-            broad_phase: BroadPhaseBvh::new(),
+            broad_phase: near_pairs::of_few(),
             narrow_phase: NarrowPhase::new(),
         }
     }
@@ -210,6 +211,7 @@ impl Physics {
         }
         // The first substep applies impulses before Rapier's own step computes these.
         self.bodies[handle].recompute_mass_properties_from_colliders(&self.colliders);
+        self.outgrow_tree();
         handle
     }
 

@@ -27,6 +27,22 @@ fn hit_pedestrians_are_reported_with_both_ids_and_the_impulse() {
 }
 
 #[test]
+fn who_stands_in_the_way_is_hit_also_after_many_others_came() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, KMH_40);
+    let group = [-0.8, 0.8].map(|beside_m| walker(&mut world, 25.0, beside_m));
+    run(&mut world, 20);
+    for index in 0..30u8 {
+        walker(&mut world, -50.0 - 2.0 * f32::from(index), 0.0);
+    }
+    let collisions = run(&mut world, 60);
+    for walker in group {
+        let is_hit = |hit: &Collision| (hit.actor, hit.other) == (car, Some(walker));
+        assert!(collisions.iter().any(is_hit), "{walker}");
+    }
+}
+
+#[test]
 fn the_reported_impulse_is_the_momentum_that_the_pedestrian_gained() {
     let mut world = world();
     car(&mut world, 0.0, KMH_40);
