@@ -202,6 +202,13 @@ impl Endpoint {
         self.caller
     }
 
+    /// The client's Traffic Managers take a step before its present call returns.
+    pub(crate) fn expect_step(&mut self) {
+        if let Some(client) = self.caller {
+            self.traffic_managers.note_frame(client, Instant::now());
+        }
+    }
+
     /// Whether the client whose call is being answered runs on this machine.
     pub(crate) fn is_caller_here(&self) -> bool {
         let caller = self.caller.and_then(|caller| self.clients.get(&caller));

@@ -61,14 +61,24 @@ def test_the_same_seed_drives_the_same_way(site):
     assert first == second
 
 
-def test_a_signal_that_the_client_loses_stops_nobody(site, tmp_path):
-    source, library = SESSION.with_name("lose_signals.c"), tmp_path / "lose_signals.so"
+def losing_signals(folder: Path, every: int) -> dict:
+    source, library = SESSION.with_name("lose_signals.c"), folder / "lose_signals.so"
     subprocess.run(["cc", "-shared", "-fPIC", source, "-o", library, "-ldl"], check=True)
-    losing = {"LD_PRELOAD": str(library), "LOSE_EVERY": "60"}
+    return {"LD_PRELOAD": str(library), "LOSE_EVERY": str(every)}
+
+
+def test_a_signal_that_the_client_loses_stops_nobody(site, tmp_path):
     town = {"name": "Town10HD", "vehicles": 10, "ticks": 150}
-    disturbed = drive(site, 8155, **town, environment=losing)
+    disturbed = drive(site, 8155, **town, environment=losing_signals(tmp_path, every=60))
     assert disturbed["said"].count("lost signal") >= 2
     assert disturbed["trace"] == drive(site, 8156, **town)["trace"]
+
+
+def test_a_signal_that_is_lost_when_settings_change_stops_nobody(site, tmp_path):
+    # The last signal of this drive is that of its change back to asynchronous mode.
+    losing = losing_signals(tmp_path, every=22)
+    disturbed = drive(site, 8157, "Town10HD", vehicles=5, ticks=18, environment=losing)
+    assert disturbed["said"].count("lost signal") == 1
 
 
 def test_far_cars_are_led_and_keep_to_the_road(site):

@@ -23,6 +23,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "set_episode_settings" => {
             let (_, settings): (Meta, EpisodeSettings) = request.args()?;
             change_settings(endpoint, settings)?;
+            endpoint.expect_step();
             Payload::value(&endpoint.frame_number)
         }
         "tick_cue" => {

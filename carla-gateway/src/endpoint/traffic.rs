@@ -1,7 +1,7 @@
 //! Traffic Managers of clients, and waking one that has slept through a frame.
 //!
 //! A Traffic Manager in synchronous mode steps on a thread of the client, once for each of its
-//! ticks: it sends a batch of controls, reads the settings and goes to sleep. The client library
+//! ticks and changes of the settings: it sends a batch of controls, reads the settings and goes to sleep. The client library
 //! signals a new frame without the lock under which that thread falls asleep: a signal in between
 //! is lost, and then both threads wait for each other for ever. On a busy machine that happens once
 //! in some thousand ticks. Switched to asynchronous mode and back, the Traffic Manager gets the
@@ -84,7 +84,7 @@ impl TrafficManagers {
         }
     }
 
-    /// A client has got the frame it asked for.
+    /// A client waits for the steps of its Traffic Managers.
     pub(super) fn note_frame(&mut self, client: ConnectionId, now: Instant) {
         for manager in self.of(client).filter(|manager| manager.steps) {
             manager.steps = false;
