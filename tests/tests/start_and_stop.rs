@@ -66,6 +66,13 @@ fn a_service_that_hangs_is_killed_within_the_same_three_seconds() {
 fn a_second_ctrl_c_does_not_wait_for_a_service_that_hangs() {
     let mut site = Site::without_renderer();
     let hanging = site.pid(Service::World);
+    // Who is still on the way to the bus would wait for the world as well.
+    eventually("all services", SOON, || {
+        let log = site.process().log();
+        let is_up =
+            |service| log.lines().any(|line| line.contains(service) && line.contains("up after"));
+        if is_up("scenario-1") && is_up("gateway-1") { Ok(()) } else { Err(log) }
+    });
     kill_process(hanging, Signal::STOP).unwrap();
     let started = Instant::now();
     site.process().signal(Signal::INT);

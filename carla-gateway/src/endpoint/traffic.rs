@@ -1,11 +1,11 @@
 //! Traffic Managers of clients, and waking one that has slept through a frame.
 //!
 //! A Traffic Manager in synchronous mode steps on a thread of the client, once for each of its
-//! ticks and changes of the settings: it sends a batch of controls, reads the settings and goes to sleep. The client library
-//! signals a new frame without the lock under which that thread falls asleep: a signal in between
-//! is lost, and then both threads wait for each other for ever. On a busy machine that happens once
-//! in some thousand ticks. Switched to asynchronous mode and back, the Traffic Manager gets the
-//! signal again and goes on with the step that it owes.
+//! ticks and changes of the settings: it sends a batch of controls, reads the settings and goes to
+//! sleep. The client library signals a new frame without the lock under which that thread falls
+//! asleep: a signal in between is lost, and then both threads wait for each other for ever. On a
+//! busy machine that happens once in some thousand ticks. Switched to asynchronous mode and back,
+//! the Traffic Manager gets the signal again and goes on with the step that it owes.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
