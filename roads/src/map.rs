@@ -1,6 +1,6 @@
 //! A map and the questions it answers.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
@@ -78,8 +78,8 @@ pub struct LaneInfo {
 #[derive(Debug)]
 pub struct Map {
     name: String,
-    text: String,
-    digest: String,
+    text: Arc<str>,
+    digest: OnceLock<String>,
     pub(crate) model: Model,
     pub(crate) table: LaneTable,
     shapes: Shapes,
@@ -99,8 +99,16 @@ impl Map {
     /// # Errors
     /// [`MapError`] with the faults of a text that cannot be used.
     pub fn parse(name: &str, xodr: &str) -> Result<Self, MapError> {
+        Self::parse_shared(name, Arc::from(xodr))
+    }
+
+    /// As [`Map::parse`], without a copy of the text.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn parse_shared(name: &str, xodr: Arc<str>) -> Result<Self, MapError> {
         let mut report = Report::default();
-        let model = xml::read(xodr, &mut report);
+        let model = xml::read(&xodr, &mut report);
         if !report.is_empty() {
             return Err(MapError {
                 name: name.to_owned(),
@@ -113,11 +121,10 @@ impl Map {
         let links = Links::new(&model, &table);
         let index = ProjectionIndex::new(&model, &table, &shapes);
         let spawn_points = spawn::spawn_points(&model, &table);
-        let digest = blake3::hash(xodr.as_bytes()).to_hex().to_string();
         let mut map = Self {
             name: name.to_owned(),
-            text: xodr.to_owned(),
-            digest,
+            text: xodr,
+            digest: OnceLock::new(),
             model,
             table,
             shapes,
@@ -149,9 +156,11 @@ impl Map {
     }
 
     /// BLAKE3 of the text, 64 lower-case hexadecimal digits.
+    ///
+    /// **Cost:** computed on the first call.
     #[must_use]
     pub fn digest(&self) -> &str {
-        &self.digest
+        self.digest.get_or_init(|| blake3::hash(self.text.as_bytes()).to_hex().to_string())
     }
 
     /// The nearest place on a lane of these types, however far away; `None` without such a lane.

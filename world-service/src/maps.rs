@@ -54,7 +54,7 @@ enum Source {
 #[derive(Debug, PartialEq, Eq)]
 struct Text {
     digest: String,
-    xodr: String,
+    xodr: Arc<str>,
 }
 
 impl<T> Maps<T> {
@@ -146,7 +146,7 @@ impl<T> Maps<T> {
             .chain(texts)
             .find(|text| text.digest == digest)
             .or_else(uploaded)
-            .map(|text| text.xodr.clone().into_bytes())
+            .map(|text| text.xodr.as_bytes().to_vec())
             .ok_or_else(|| {
                 Error::new(ErrorCode::UnknownAsset, "no asset with this digest").found(digest)
             })
@@ -184,7 +184,7 @@ impl<T> Maps<T> {
 
 impl Text {
     fn new(xodr: String) -> Self {
-        Self { digest: blake3::hash(xodr.as_bytes()).to_hex().to_string(), xodr }
+        Self { digest: blake3::hash(xodr.as_bytes()).to_hex().to_string(), xodr: xodr.into() }
     }
 }
 
@@ -247,7 +247,7 @@ impl<T> Entry<T> {
     fn town(&self, name: &str, build: fn(Arc<roads::Map>) -> T) -> Result<Arc<T>, Error> {
         let load = || {
             let text = self.text(name)?;
-            let map = roads::Map::parse(name, &text.xodr).map_err(|cause| {
+            let map = roads::Map::parse_shared(name, Arc::clone(&text.xodr)).map_err(|cause| {
                 Error::new(ErrorCode::UnknownMap, format!("the map {name:?} cannot be used"))
                     .found(cause)
             })?;
