@@ -26,15 +26,17 @@ use table::{Group, METHODS};
 /// The client whose protocol this is.
 const VERSION: &str = "0.9.16";
 
+/// The call by which clients read the settings.
+pub(crate) const READ_OF_SETTINGS: &str = "get_episode_settings";
+
 /// Answers what needs no endpoint, even while it ticks or loads.
 ///
 /// A Traffic Manager reads the settings between two frames, on a thread of its own, and must have
-/// them before the next frame comes. A client that has loaded a map has no episode until it knows
-/// the version, and a Traffic Manager that looks for it meanwhile ends the process.
+/// them before the next frame comes.
 pub(crate) fn at_once(request: &Request, settings: &EpisodeSettings) -> Option<Answer> {
     match request.method.as_str() {
         "version" => Some(Payload::value(VERSION)),
-        "get_episode_settings" => Some(Payload::value(settings)),
+        READ_OF_SETTINGS => Some(Payload::value(settings)),
         _ => None,
     }
 }

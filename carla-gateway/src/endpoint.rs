@@ -2,6 +2,7 @@
 //! the order of their arrival, ticks happen between them.
 
 mod cameras;
+mod changeover;
 mod clock;
 mod late;
 mod loading;
@@ -35,6 +36,7 @@ use crate::rpc::{Connection, ConnectionId, Refusal, Request};
 use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
 use cameras::Darkroom;
+use changeover::Changeover;
 use late::LateAnswers;
 use traffic::TrafficManagers;
 
@@ -115,6 +117,7 @@ pub(crate) struct Endpoint {
     newest_client: Option<ConnectionId>,
     caller: Option<ConnectionId>,
     late: LateAnswers,
+    changeover: Option<Changeover>,
     streams_opened: u32,
     /// Streams whose listener is on the way: how many will have come then, until when it is
     /// awaited.
@@ -164,6 +167,7 @@ impl Endpoint {
             newest_client: None,
             caller: None,
             late: LateAnswers::default(),
+            changeover: None,
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
@@ -219,6 +223,7 @@ impl Endpoint {
     pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
         loop {
             self.give_late_answers();
+            self.hurry_changeover();
             if self.next_tick_at().is_some_and(|at| at <= Instant::now()) {
                 self.tick_by_itself().await;
                 continue;
@@ -227,6 +232,7 @@ impl Endpoint {
                 self.wake_late_managers();
             }
             let others = self.traffic_managers.next_due().into_iter().chain(self.late.next_due());
+            let others = others.chain(self.changeover.as_ref().map(Changeover::due));
             let event = match self.next_tick_at().into_iter().chain(others).min() {
                 Some(at) => tokio::select! {
                     event = events.recv() => event,
@@ -255,6 +261,7 @@ impl Endpoint {
             Event::Disconnected(client) => {
                 self.clients.remove(&client);
                 self.traffic_managers.forget(client);
+                self.changeover.take_if(|changeover| changeover.client() == client);
             }
             Event::Call(connection, request) => {
                 self.caller = Some(connection.id);
@@ -269,21 +276,23 @@ impl Endpoint {
                 }
                 self.caller = None;
             }
-            Event::Answered(client) => self.traffic_managers.note_call(client, Instant::now()),
+            Event::Answered(client) => {
+                self.traffic_managers.note_call(client, Instant::now());
+                self.note_read(client);
+            }
             Event::Deserted(stream) => self.note_deserted(stream),
         }
     }
 
-    fn wake_late_managers(&mut self) {
-        for (port, client) in self.traffic_managers.take_late(Instant::now()) {
-            if let Some(host) = self.clients.get(&client) {
-                tokio::spawn(traffic::wake(host.address, port));
-            }
-        }
-    }
-
     async fn answer(&mut self, connection: Connection, request: Request) {
+        self.note_changeover(connection.id, &request);
         let answer = calls::answer(self, &request).await;
+        if request.method == "load_new_episode"
+            && answer.is_ok()
+            && self.traffic_managers.count(connection.id) > 0
+        {
+            return self.change_over(connection, request, answer).await;
+        }
         if let (Err(refusal), true) = (&answer, request.asynchronous) {
             tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
         }

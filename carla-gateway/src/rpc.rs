@@ -1,6 +1,7 @@
 //! MessagePack-RPC over TCP as CARLA's client speaks it: framing, requests, replies, connections.
 
 mod framing;
+mod gate;
 mod message;
 mod server;
 

@@ -15,6 +15,7 @@ from running_site import healthy, wait_for
 pytest.importorskip("carla", reason="the client is not installed")
 
 SESSION = Path(__file__).parent / "traffic_session.py"
+CHANGING = Path(__file__).parent / "changing_session.py"
 #: What a car may stand over the edge of its lane in a curve: the client looks at its middle.
 OVER_THE_EDGE_M = 1.5
 #: The Traffic Manager brakes behind the sign, not before it.
@@ -92,6 +93,23 @@ def test_cars_drive_at_the_worlds_own_pace(site):
     moving = [car for car in cars if car["way_m"] > 5.0]
     assert len(moving) > 10, cars
     assert max(car["off_road_m"] for car in cars) < OVER_THE_EDGE_M
+
+
+@pytest.mark.parametrize("mode", ["synchronous", "asynchronous"])
+def test_a_traffic_manager_drives_on_each_map_that_its_client_loads(site, mode):
+    port = 8162 if mode == "synchronous" else 8163
+    command = [sys.executable, CHANGING, str(site.carla_port), str(port), mode]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=240)
+    assert run.returncode == 0, run.stderr[-2000:]
+    seen = json.loads(run.stdout.splitlines()[-1])
+    assert [town["town"].rsplit("/", 1)[-1] for town in seen] == [
+        "Town02",
+        "Town10HD_Opt",
+        "Town10HD_Opt",
+        "Town01",
+    ]
+    assert all(town["longest_way_m"] > 3.0 for town in seen), seen
+    assert all(town["farthest_m"] < OVER_THE_EDGE_M for town in seen), seen
 
 
 def test_a_traffic_manager_may_have_the_port_of_the_openenv_face(start_site):

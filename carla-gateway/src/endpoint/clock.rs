@@ -9,6 +9,7 @@ use tokio::time::Instant;
 
 use super::Endpoint;
 use super::cameras::Poses;
+use super::changeover::Changeover;
 use crate::dialect::EpisodeSettings;
 use crate::pictures::Shape;
 use crate::rpc::{Connection, Payload, Refusal, Request};
@@ -18,8 +19,12 @@ use crate::sensors::merge;
 const PAUSE_AFTER_FAILURE: Duration = Duration::from_millis(500);
 
 impl Endpoint {
-    /// When the world ticks by itself: never while nobody is connected, or while clients tick.
+    /// When the world ticks by itself: never while nobody is connected, while clients tick, or
+    /// while the Traffic Managers of one change over to a new world.
     pub(super) fn next_tick_at(&self) -> Option<Instant> {
+        if self.changeover.as_ref().is_some_and(Changeover::is_loading) {
+            return None;
+        }
         if self.clients.is_empty() || self.episode.is_none() || self.lost.is_some() {
             return None;
         }

@@ -19,7 +19,7 @@ use crate::stream::WORLD_OBSERVER;
 
 /// How long the world stands still after a load: a client that still follows the old episode would
 /// not survive a snapshot of the new one while it changes over.
-const QUIET_AFTER_LOAD: Duration = Duration::from_millis(250);
+pub(super) const QUIET_AFTER_LOAD: Duration = Duration::from_millis(250);
 /// Length of a tick until a client chooses one.
 const DT_SECS: f64 = 0.05;
 /// How long worlds outlive the gateway.

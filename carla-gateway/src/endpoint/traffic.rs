@@ -15,6 +15,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::Instant;
 
+use super::Endpoint;
 use crate::rpc::ConnectionId;
 
 /// Traffic Managers of one endpoint.
@@ -61,6 +62,11 @@ impl TrafficManagers {
     /// Whether there was one.
     pub(crate) fn remove(&mut self, port: u16) -> bool {
         self.running.remove(&port).is_some()
+    }
+
+    /// How many run in a client.
+    pub(super) fn count(&mut self, client: ConnectionId) -> usize {
+        self.of(client).count()
     }
 
     /// A client and all it runs are gone.
@@ -110,8 +116,19 @@ impl TrafficManagers {
     }
 }
 
+impl Endpoint {
+    /// Wakes Traffic Managers that have slept through a frame.
+    pub(super) fn wake_late_managers(&mut self) {
+        for (port, client) in self.traffic_managers.take_late(Instant::now()) {
+            if let Some(host) = self.clients.get(&client) {
+                tokio::spawn(wake(host.address, port));
+            }
+        }
+    }
+}
+
 /// Signals the newest frame once more to a Traffic Manager.
-pub(super) async fn wake(host: IpAddr, port: u16) {
+async fn wake(host: IpAddr, port: u16) {
     tracing::warn!(%host, port, "a Traffic Manager has slept through a frame and is woken");
     let waking = async {
         let mut manager = TcpStream::connect((host, port)).await?;

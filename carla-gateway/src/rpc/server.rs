@@ -9,6 +9,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Notify, Semaphore, mpsc, watch};
 
 use super::framing::Framer;
+use super::gate::Gate;
 use super::message::{Answer, Payload, Request, encode_reply};
 use crate::calls;
 use crate::dialect::EpisodeSettings;
@@ -42,6 +43,8 @@ pub(crate) struct Connection {
     pub(crate) id: ConnectionId,
     /// The way back.
     pub(crate) outbox: Outbox,
+    /// Where its reads of the settings pass, or wait.
+    pub(crate) gate: Arc<Gate>,
 }
 
 impl Outbox {
@@ -115,7 +118,7 @@ async fn converse(socket: TcpStream, id: ConnectionId, desk: Desk) {
     let writing = tokio::spawn(write(writer, outgoing, Arc::clone(&outbox.waiting_bytes)));
     if desk.events.send(Event::Connected(id, whereabouts)).await.is_ok() {
         let overrun = Arc::clone(&outbox.overrun);
-        let connection = Connection { id, outbox };
+        let connection = Connection { id, outbox, gate: Arc::default() };
         tokio::select! {
             reason = read(reader, &connection, &desk) => {
                 if let Some(reason) = reason {
@@ -153,19 +156,30 @@ async fn read(mut reader: OwnedReadHalf, connection: &Connection, desk: &Desk) -
                     if request.asynchronous {
                         connection.outbox.acknowledge(request.id);
                     }
-                    let event =
-                        if let Some(answer) = calls::at_once(&request, &desk.settings.borrow()) {
-                            connection.outbox.answer(&request, &answer);
-                            Event::Answered(connection.id)
-                        } else {
-                            Event::Call(connection.clone(), request)
-                        };
+                    let answer = calls::at_once(&request, &desk.settings.borrow());
+                    let event = if let Some(answer) = answer {
+                        tell_at_once(request, &answer, connection);
+                        Event::Answered(connection.id)
+                    } else {
+                        Event::Call(connection.clone(), request)
+                    };
                     if desk.events.send(event).await.is_err() {
                         return None;
                     }
                 }
             }
         }
+    }
+}
+
+/// Gives an answer that needs no endpoint; reads of the settings may have to wait.
+fn tell_at_once(request: Request, answer: &Answer, connection: &Connection) {
+    if request.method == calls::READ_OF_SETTINGS {
+        for read in connection.gate.pass(request) {
+            connection.outbox.answer(&read, answer);
+        }
+    } else {
+        connection.outbox.answer(&request, answer);
     }
 }
 

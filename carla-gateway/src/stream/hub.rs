@@ -117,6 +117,15 @@ impl Hub {
         }
     }
 
+    /// Sends the message that is kept for who comes next to those who are here, too.
+    pub(crate) async fn publish_last(&self, stream: u32) {
+        let last = self.lock().open.get(&stream).and_then(|stream| stream.last.clone());
+        if let Some(last) = last {
+            let behind = self.offer(stream, &last);
+            self.note_losses(behind.len() as u64);
+        }
+    }
+
     /// Sends to all listeners: at once and with losses, or waiting for each.
     pub(crate) async fn publish(&self, stream: u32, message: Vec<u8>, waits: bool) {
         let message = Arc::new(message);
