@@ -147,6 +147,20 @@ def test_a_lease_ends_the_waiting(start_site, tmp_path):
             assert gateway.wait(SOON_SECS) == 0
 
 
+def test_every_client_has_the_map_that_one_of_them_loads(start_site):
+    site = start_site("--no-render")
+    client, other = connect(site.carla_port), connect(site.carla_port)
+    world = client.get_world()
+    for name in ("Town02", "Town01", "Town10HD_Opt"):
+        loaded = other.load_world(name)
+        frame = loaded.wait_for_tick().frame
+        while world.wait_for_tick().frame < frame:
+            pass
+        town = world.get_map()
+        assert town.name.endswith(name)
+        assert len(town.get_spawn_points()) == len(loaded.get_map().get_spawn_points())
+
+
 def test_a_lost_world_raises_and_comes_back(start_site):
     site = start_site("--no-render")
     client = connect(site.carla_port)

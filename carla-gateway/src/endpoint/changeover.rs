@@ -71,6 +71,7 @@ impl Endpoint {
         let load = Some((load, answer));
         self.changeover = Some(Changeover { connection, load, without_map, until: now + PATIENCE });
         self.hub.publish_last(WORLD_OBSERVER).await;
+        self.note_flags_told();
     }
 
     /// A client is about to get an answer.

@@ -14,7 +14,13 @@ impl Endpoint {
     pub(super) async fn show_frame(&mut self, delta_secs: f64) -> Result<(), Refusal> {
         let payload = self.snapshot(delta_secs)?;
         self.hub.publish(WORLD_OBSERVER, payload, self.settings.synchronous_mode).await;
+        self.note_flags_told();
         Ok(())
+    }
+
+    /// All who listen have been told what they have to ask for again.
+    pub(super) fn note_flags_told(&mut self) {
+        (self.map_is_new, self.lights_are_new) = (false, false);
     }
 
     /// The newest frame as clients read it.
@@ -33,10 +39,10 @@ impl Endpoint {
         Ok(snapshot::encode(&episode.frame, &moment, |id| episode.signal(id)))
     }
 
-    /// What clients have to ask for again, each told once.
-    fn flags(&mut self) -> u32 {
-        let map = if std::mem::take(&mut self.map_is_new) { MAP_CHANGED } else { 0 };
-        let lights = if std::mem::take(&mut self.lights_are_new) { LIGHTS_CHANGED } else { 0 };
+    /// What clients have to ask for again.
+    fn flags(&self) -> u32 {
+        let map = if self.map_is_new { MAP_CHANGED } else { 0 };
+        let lights = if self.lights_are_new { LIGHTS_CHANGED } else { 0 };
         map | lights
     }
 
