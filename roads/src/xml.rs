@@ -26,9 +26,8 @@ pub(crate) fn read(xodr: &str, report: &mut Report) -> Model {
         report.add(None, None, format!("at most {} bytes", limits::TEXT_BYTES_MAX), found);
         return Model::default();
     }
-    if xodr.as_bytes().contains(&0) {
-        let line =
-            xodr.bytes().take_while(|byte| *byte != 0).filter(|byte| *byte == b'\n').count() + 1;
+    if let Some(zero) = memchr::memchr(0, xodr.as_bytes()) {
+        let line = xodr.bytes().take(zero).filter(|byte| *byte == b'\n').count() + 1;
         let found = format!("a zero byte in line {line}, as UTF-16 and binary files have them");
         report.add(None, None, "UTF-8 text", found);
         return Model::default();

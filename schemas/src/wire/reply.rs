@@ -21,6 +21,9 @@ const REPLY: Kind =
 /// What most replies have beside their content.
 const ENVELOPE_BYTES: usize = 1024;
 
+/// What most results of a tick have beside their frame.
+const TICKED_BYTES: usize = 128;
+
 type CommandReplies<'a> = Vector<'a, ForwardsUOffset<fb::CommandReply<'a>>>;
 
 /// A reply as bytes.
@@ -42,7 +45,7 @@ fn content_bytes(reply: &Reply) -> usize {
         Reply::Ticked(results) => results
             .iter()
             .flat_map(|result| &result.outcome)
-            .map(|ticked| ticked.frame.0.len())
+            .map(|ticked| TICKED_BYTES + ticked.frame.0.len())
             .sum(),
         Reply::WorldCreated { frame, .. } => frame.0.len(),
         Reply::Snapshot(snapshot) => snapshot.len(),
