@@ -6,7 +6,7 @@
 //! in which every way is measured in turn, and the two ratios that are promised.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot run stops")]
 
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusConfig, Endpoint, Lane};
@@ -44,17 +44,20 @@ async fn main() {
     let echo = Echo::open().await;
 
     let (mut own, mut bare, mut over_bus) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut own_batch, mut batch_of_20, mut batch_of_1) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut own_batch, mut own_round) = (Vec::new(), Vec::new());
+    let (mut batch_of_20, mut batch_of_1) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         own.push(site.own_ticks());
         bare.push(echo.queries().await);
         over_bus.push(site.bus_ticks().await);
         own_batch.push(site.own_batches());
+        own_round.push(site.own_rounds());
         batch_of_20.push(site.bus_batches(20).await);
         batch_of_1.push(site.bus_batches(1).await);
     }
-    let [own, bare, over_bus, own_batch, batch_of_20, batch_of_1] =
-        [own, bare, over_bus, own_batch, batch_of_20, batch_of_1].map(middle);
+    let [own, bare, over_bus] = [own, bare, over_bus].map(middle);
+    let [own_batch, own_round, batch_of_20, batch_of_1] =
+        [own_batch, own_round, batch_of_20, batch_of_1].map(middle);
     println!("one tick inside the process         {:8.1} µs", micros(own));
     println!("a bare query round trip             {:8.1} µs", micros(bare));
     println!("one tick over the bus               {:8.1} µs", micros(over_bus));
@@ -62,12 +65,13 @@ async fn main() {
     println!("  without the tick itself           {ratio:8.2} × the bare query");
     println!("64 worlds on all cores, each one tick:");
     println!("  inside the process                {:8.1} µs", micros(own_batch));
-    for (tick_count, time) in [(1, batch_of_1), (20, batch_of_20)] {
+    for (name, time) in [
+        ("there, threads waiting for each  ", own_round),
+        ("in round trips of  1 ticks each  ", batch_of_1),
+        ("in round trips of 20 ticks each  ", batch_of_20),
+    ] {
         let percent = 100.0 * own_batch.as_secs_f64() / time.as_secs_f64();
-        println!(
-            "  in round trips of {tick_count:2} ticks each   {:8.1} µs, {percent:.0} % of the rate",
-            micros(time)
-        );
+        println!("  {name} {:8.1} µs, {percent:.0} % of the rate", micros(time));
     }
     service.stop().await;
 }
@@ -202,6 +206,36 @@ impl Site {
             }
         });
         begun.elapsed() / BATCH_TICKS
+    }
+
+    /// The same, but every tick is handed to threads that wait for it, and waited for: what the
+    /// machine takes of a round trip before a bus does.
+    fn own_rounds(&self) -> Duration {
+        let threads = std::thread::available_parallelism().unwrap().get();
+        let mut worlds: Vec<World> = (0..WORLDS).map(|seed| self.own_world(seed)).collect();
+        std::thread::scope(|scope| {
+            let (done, all_done) = mpsc::channel();
+            let parts = worlds.chunks_mut(WORLDS as usize / threads);
+            let orders: Vec<mpsc::Sender<()>> = parts
+                .map(|part| {
+                    let (order, ordered) = mpsc::channel();
+                    let done = done.clone();
+                    scope.spawn(move || {
+                        for () in ordered {
+                            part.iter_mut().for_each(|world| world.tick().unwrap());
+                            done.send(()).unwrap();
+                        }
+                    });
+                    order
+                })
+                .collect();
+            let begun = Instant::now();
+            for _ in 0..BATCH_TICKS {
+                orders.iter().for_each(|order| order.send(()).unwrap());
+                all_done.iter().take(orders.len()).count();
+            }
+            begun.elapsed() / BATCH_TICKS
+        })
     }
 
     async fn bus_batches(&self, tick_count: u32) -> Duration {
