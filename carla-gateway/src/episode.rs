@@ -12,6 +12,8 @@ use crate::pictures::Film;
 use crate::skeleton::Custom;
 use crate::stream::token;
 
+/// The type of actors by which clients steer walkers.
+const WALKER_CONTROLLER: &str = "controller.ai.walker";
 /// Descriptions of actors that are gone are kept up to this number.
 const GONE_MAX: usize = 256;
 
@@ -192,6 +194,12 @@ impl Episode {
     /// What is known of an actor.
     pub(crate) fn actor(&self, id: u32) -> Option<&Actor> {
         self.actors.get(&id)
+    }
+
+    /// Whether a client steers a walker.
+    pub(crate) fn is_steered(&self, walker: u32) -> bool {
+        let mut hanging = self.actors.values().filter(|actor| actor.parent_id == walker);
+        hanging.any(|actor| actor.description.type_id == WALKER_CONTROLLER)
     }
 
     /// The OpenDRIVE signal that a light or sign stands for.

@@ -110,6 +110,25 @@ def test_the_traffic_manager_drives_cars_in_synchronous_mode(client, world):
     manager.shut_down()
 
 
+def test_a_walkers_controller_starts_only_where_the_client_finds_a_way(world):
+    """From elsewhere the client would look for one until its stack is full."""
+    library = world.get_blueprint_library()
+    pedestrian = library.filter("walker.pedestrian.*")[0]
+    controller = library.find("controller.ai.walker")
+    outside = world.get_map().get_spawn_points()[0].location + carla.Location(x=5_000.0)
+    walker = world.spawn_actor(pedestrian, carla.Transform(outside))
+    world.tick()
+    strays = world.spawn_actor(controller, carla.Transform(), attach_to=walker)
+    with pytest.raises(RuntimeError, match="more than 12 m away from all sidewalks"):
+        strays.start()
+    inside = carla.Transform(world.get_random_location_from_navigation())
+    walker = world.spawn_actor(pedestrian, inside)
+    world.tick()
+    strolls = world.spawn_actor(controller, carla.Transform(), attach_to=walker)
+    strolls.start()
+    strolls.stop()
+
+
 def test_cars_have_carlas_tyres_where_the_site_is_told_so(start_site):
     site = start_site("--no-render", "--carla-tyres")
     world = connect(site.carla_port).get_world()

@@ -1,5 +1,7 @@
 //! Calls about any actor.
 
+use std::sync::Arc;
+
 use schemas::{ActorId, Attachment, AttachmentKind, Command, Error, ErrorCode, Vec3};
 
 use super::orders::{self, queue};
@@ -141,9 +143,30 @@ async fn switch(endpoint: &mut Endpoint, request: &Request) -> Answer {
         "set_actor_collisions" => schemas::BodySwitch::Collisions,
         _ => schemas::BodySwitch::Physics,
     };
+    if switch == schemas::BodySwitch::Collisions && !on {
+        check_ground(endpoint, id).await?;
+    }
     match endpoint.run_now(vec![Command::SetSwitch { actor, switch, on }]).await?.pop() {
         Some(Err(error)) => Err(Refusal(error.to_string())),
         _ => Ok(Payload::Void),
+    }
+}
+
+/// A controller that starts switches the collisions of its walker off. Sent anywhere, it ends the
+/// client's process when it finds no ground to walk on where the walker stands.
+async fn check_ground(endpoint: &mut Endpoint, id: u32) -> Result<(), Refusal> {
+    let episode = endpoint.episode()?;
+    let Some(walker) = episode.state(id).filter(|_| episode.is_steered(id)) else { return Ok(()) };
+    let place = walker.world_from_actor.translation.vector;
+    let navigation = Arc::clone(&episode.navigation);
+    match navigation.file().await {
+        Some(file) if !file.has_ground_at([0, 1, 2].map(|axis| f64::from(place[axis]))) => {
+            Err(Refusal(format!(
+                "walker {id} stands more than 12 m away from all sidewalks, crossings and roads: nobody \
+             can find a way from there"
+            )))
+        }
+        _ => Ok(()),
     }
 }
 
