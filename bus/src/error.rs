@@ -1,5 +1,7 @@
 //! Why a process cannot take its place on the bus.
 
+use schemas::{ServiceId, ServiceKind};
+
 use crate::Endpoint;
 
 /// Why the bus cannot be opened or served. Nothing stays declared.
@@ -40,5 +42,24 @@ pub enum BusError {
         key: String,
         /// What the transport says.
         cause: String,
+    },
+    /// The system refuses a socket beside the bus.
+    #[error("no shortcut to {key:?}: {cause}")]
+    Shortcut {
+        /// To what.
+        key: String,
+        /// What the operating system says.
+        cause: std::io::Error,
+    },
+    /// Two services of one kind have one name.
+    #[error(
+        "another {} service on this bus is named \"{id}\"; give one of them another --id",
+        kind.as_str()
+    )]
+    NameTaken {
+        /// Which kind.
+        kind: ServiceKind,
+        /// Whose name.
+        id: ServiceId,
     },
 }

@@ -12,7 +12,7 @@ use crate::{Bus, Lane, Presence};
 pub struct Host {
     /// The bus.
     pub bus: Bus,
-    /// The service that has been up for longest.
+    /// Of those that are up, the one that was heard of first: at the beginning the first by name.
     pub id: ServiceId,
     /// The fast way to it; `None` until it is open.
     pub lane: Option<Arc<Lane>>,

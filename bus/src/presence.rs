@@ -11,7 +11,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
 
-use crate::query::ask;
+use crate::query::{ask, ask_others};
 use crate::{Bus, BusError, Serving};
 
 /// How long a service that has just come up may take to describe itself.
@@ -62,13 +62,19 @@ impl Bus {
     /// Tells everyone that a service is up, and answers what it is.
     ///
     /// # Errors
-    /// [`BusError::Declare`] when the session is closed.
+    /// [`BusError::NameTaken`] when another of its kind has its name, as far as it can be heard; of
+    /// two that come at the same moment both may be told. [`BusError::Declare`] when the session is
+    /// closed.
     pub async fn announce(&self, alive: Alive) -> Result<Announcement, BusError> {
         let key = keys::alive(alive.kind, &alive.id);
         let bytes = wire::encode_alive(&alive);
         // First the description, then the token: who sees the token can ask.
         let description =
             self.serve(&key, move |incoming| incoming.reply_bytes(bytes.clone())).await?;
+        // After the description, so that two that come together hear of each other.
+        if ask_others(&self.session, &key, DESCRIBE_DEADLINE).await {
+            return Err(BusError::NameTaken { kind: alive.kind, id: alive.id });
+        }
         let token = self
             .session
             .liveliness()

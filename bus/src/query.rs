@@ -8,7 +8,7 @@ use schemas::{Error, ErrorCode, Reply};
 use tokio::sync::oneshot;
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, QueryTarget, ReplyError};
-use zenoh::sample::Sample;
+use zenoh::sample::{Locality, Sample};
 
 /// The transport forgets a question this much later than the asker does, so that the asker's own
 /// clock decides.
@@ -42,6 +42,36 @@ pub(crate) async fn ask_all(
     deadline: Duration,
 ) -> Result<Vec<u8>, Error> {
     put(session, (key, payload, payload_bytes_max), QueryTarget::All, deadline).await
+}
+
+/// All answers of all who serve `key` by the deadline.
+///
+/// # Errors
+/// [`ErrorCode::Unreachable`] when nobody answers; the first refusal.
+pub(crate) async fn ask_every(
+    session: &Session,
+    key: &str,
+    payload: Vec<u8>,
+    deadline: Duration,
+) -> Result<Vec<Vec<u8>>, Error> {
+    let question = session.get(key).payload(payload).express(true).target(QueryTarget::All);
+    let question = question.consolidation(ConsolidationMode::None).timeout(deadline);
+    let replies = question.await.map_err(|cause| cannot_ask(key, &cause))?;
+    let mut answers = Vec::new();
+    while let Ok(reply) = replies.recv_async().await {
+        let answer = reply.into_result();
+        let answer = answer.map_err(|no| error_of(key, deadline, &no.payload().to_bytes()))?;
+        answers.push(answer.payload().to_bytes().into_owned());
+    }
+    if answers.is_empty() { Err(nobody_answers(key)) } else { Ok(answers) }
+}
+
+/// Whether anybody but this process answers on `key`.
+pub(crate) async fn ask_others(session: &Session, key: &str, deadline: Duration) -> bool {
+    let question = session.get(key).express(true).allowed_destination(Locality::Remote);
+    let question = question.consolidation(ConsolidationMode::None).timeout(deadline);
+    let Ok(replies) = question.await else { return false };
+    replies.recv_async().await.is_ok_and(|reply| reply.result().is_ok())
 }
 
 /// What came so far. Dropped by the transport after the last answer: then a refusal counts, and
@@ -105,22 +135,32 @@ async fn put(
         .consolidation(ConsolidationMode::None)
         .timeout(deadline + GRACE)
         .callback(on_reply);
-    question.await.map_err(|cause| {
-        Error::new(ErrorCode::Unreachable, format!("cannot ask {key:?}: {cause}"))
-    })?;
+    question.await.map_err(|cause| cannot_ask(key, &cause))?;
     match tokio::time::timeout(deadline, receiver).await {
         Err(_) => Err(timed_out(key, deadline)),
-        Ok(Err(_)) => Err(Error::new(ErrorCode::Unreachable, format!("nobody answers on {key:?}"))),
+        Ok(Err(_)) => Err(nobody_answers(key)),
         Ok(Ok(Ok(sample))) => Ok(sample.payload().to_bytes().into_owned()),
         Ok(Ok(Err(refusal))) => Err(error_of(key, deadline, &refusal.payload().to_bytes())),
     }
 }
 
+fn cannot_ask(key: &str, cause: &zenoh::Error) -> Error {
+    Error::new(ErrorCode::Unreachable, format!("cannot ask {key:?}: {cause}"))
+}
+
+fn nobody_answers(key: &str) -> Error {
+    Error::new(ErrorCode::Unreachable, format!("nobody answers on {key:?}"))
+}
+
 /// What a refusal says: the service's error, or a word of the transport.
 fn error_of(key: &str, deadline: Duration, refusal: &[u8]) -> Error {
+    if refusal == b"Timeout" { timed_out(key, deadline) } else { refusal_of(key, refusal) }
+}
+
+/// What a refusal of a service says.
+pub(crate) fn refusal_of(key: &str, refusal: &[u8]) -> Error {
     match wire::decode_reply(refusal) {
         Ok(Reply::Error(error)) => error,
-        _ if refusal == b"Timeout" => timed_out(key, deadline),
         _ => Error::new(ErrorCode::Unreachable, format!("{key:?} was refused"))
             .found(String::from_utf8_lossy(refusal)),
     }

@@ -9,7 +9,7 @@ use tokio::sync::{OnceCell, oneshot};
 use zenoh::Wait;
 
 use crate::config::Speed;
-use crate::query::{ask, ask_all};
+use crate::query::{ask, ask_all, ask_every};
 use crate::{BusConfig, BusError, Endpoint};
 
 /// How long the session of the lanes may take to connect to where the usual one is connected.
@@ -112,6 +112,21 @@ impl Bus {
         reply_of(&reply)
     }
 
+    /// Asks all who serve `key`; one reply each.
+    ///
+    /// # Errors
+    /// As for [`request`](Self::request), when nobody answers or one refuses.
+    pub async fn request_every(
+        &self,
+        key: &str,
+        request: &Request,
+        deadline: Duration,
+    ) -> Result<Vec<Reply>, Error> {
+        let payload = wire::encode_request(request);
+        let replies = ask_every(&self.session, key, payload, deadline).await?;
+        replies.iter().map(|reply| reply_of(reply)).collect()
+    }
+
     /// Has one renderer draw all cameras of a job. Gives its reply as it came, for whoever asked
     /// for the pictures to [decode](wire::decode_reply).
     ///
@@ -123,9 +138,17 @@ impl Bus {
         job: &RenderJob,
         deadline: Duration,
     ) -> Result<Vec<u8>, Error> {
-        let payload = wire::encode_render_job(job);
-        let key = keys::render_job(worker);
-        ask(&self.session, &key, payload, limits::REPLY_BYTES_MAX, deadline).await
+        self.draw_bytes(worker, wire::encode_render_job(job), deadline).await
+    }
+
+    /// [`draw`](Self::draw) with a job that is already encoded.
+    pub(crate) async fn draw_bytes(
+        &self,
+        worker: &ServiceId,
+        job: Vec<u8>,
+        deadline: Duration,
+    ) -> Result<Vec<u8>, Error> {
+        ask(&self.session, &keys::render_job(worker), job, limits::REPLY_BYTES_MAX, deadline).await
     }
 
     /// The OpenDRIVE text of a map, by its digest, from any service that has it.

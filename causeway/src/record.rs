@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::{Bus, BusConfig, Endpoint};
-use schemas::{Error, ErrorCode, Reply, Request, Tenant, WorldId, keys};
+use schemas::{Error, ErrorCode, Reply, Request, Tenant, WorldId, WorldInfo, keys};
 use world_service::journal::{JournalError, verify};
 
 /// A world service that has not answered by then is too busy or gone.
@@ -20,7 +20,7 @@ pub(crate) struct Args {
 
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Command {
-    /// Name the worlds of a site.
+    /// Name the worlds of all world services of a bus.
     List(Site),
     /// Keep a journal of a world from now on, in the folder that its service was given.
     Start(Where),
@@ -103,8 +103,15 @@ pub(crate) fn run(args: Args) -> Result<(), RecordError> {
 }
 
 fn list(site: &Site) -> Result<(), RecordError> {
-    let reply = site.ask(&keys::worlds(&site.tenant), &Request::ListWorlds)?;
-    let Reply::Worlds(worlds) = reply else { return Ok(()) };
+    let replies = site.run(async |bus| {
+        bus.request_every(&keys::worlds(&site.tenant), &Request::ListWorlds, DEADLINE).await
+    })?;
+    let worlds = replies.into_iter().filter_map(|reply| match reply {
+        Reply::Worlds(worlds) => Some(worlds),
+        _ => None,
+    });
+    let mut worlds: Vec<WorldInfo> = worlds.flatten().collect();
+    worlds.sort_by_key(|world| world.world);
     for world in worlds {
         let owner = world.owner.map_or_else(|| "nobody".to_owned(), |owner| owner.to_string());
         let (id, map, tick) = (world.world.get(), world.map, world.tick);
@@ -118,11 +125,13 @@ fn record(place: &Where, on: bool) -> Result<(), RecordError> {
         RecordError::Refused(Error::new(ErrorCode::UnknownWorld, "no world has the id 0"))
     })?;
     let key = keys::world(&place.site.tenant, world);
-    place.site.ask(&key, &Request::RecordWorld { world, on }).map(drop)
+    let request = Request::RecordWorld { world, on };
+    place.site.run(async |bus| bus.request(&key, &request, DEADLINE).await).map(drop)
 }
 
 impl Site {
-    fn ask(&self, key: &str, request: &Request) -> Result<Reply, RecordError> {
+    /// Asks something on the bus of the site.
+    fn run<T>(&self, ask: impl AsyncFn(&Bus) -> Result<T, Error>) -> Result<T, RecordError> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
@@ -130,9 +139,9 @@ impl Site {
             .map_err(RecordError::Threads)?;
         runtime.block_on(async {
             let bus = Bus::open(BusConfig::connecting(self.connect.clone())).await?;
-            let reply = bus.request(key, request, DEADLINE).await;
+            let answer = ask(&bus).await;
             bus.close().await;
-            reply.map_err(RecordError::Refused)
+            answer.map_err(RecordError::Refused)
         })
     }
 }

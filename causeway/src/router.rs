@@ -29,12 +29,16 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
     runtime.block_on(async {
         let mut interrupt = signal(SignalKind::interrupt()).map_err(|error| Failure::of(&error))?;
         let mut terminate = signal(SignalKind::terminate()).map_err(|error| Failure::of(&error))?;
-        let _bus = open(args).await.map_err(|error| Failure::of(&error))?;
+        // A router that is to be joined may hang.
+        let routing = async {
+            let _bus = open(args).await?;
+            std::future::pending::<Result<(), BusError>>().await
+        };
         tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
+            routed = routing => routed.map_err(|error| Failure::of(&error)),
+            _ = interrupt.recv() => Ok(()),
+            _ = terminate.recv() => Ok(()),
         }
-        Ok(())
     })
 }
 

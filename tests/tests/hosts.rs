@@ -121,6 +121,34 @@ fn a_map_that_only_one_service_has_is_found() {
 }
 
 #[test]
+fn the_worlds_of_all_services_are_listed() {
+    let hosts = Hosts::start();
+    let mut worlds: Vec<u64> =
+        hosts.names.iter().map(|name| hosts.create(name, "Town02").get()).collect();
+    worlds.sort_unstable();
+    let mut list = Process::start(&["record", "list", "--connect", &hosts.bus]);
+    assert!(list.wait(SOON).success(), "{}", list.log());
+    let listed = || -> Option<Vec<u64>> {
+        list.log().lines().map(|line| line.split_whitespace().next()?.parse().ok()).collect()
+    };
+    // Its last lines may still be on their way.
+    eventually("all worlds", SOON, || {
+        if listed().as_ref() == Some(&worlds) { Ok(()) } else { Err(list.log()) }
+    });
+}
+
+#[test]
+fn a_second_service_of_the_same_name_ends_with_a_line_that_says_so() {
+    let hosts = Hosts::start();
+    let mut second = Process::start(&["world", "--connect", &hosts.bus, "--id", "world-b"]);
+    assert_eq!(second.wait(SOON).code(), Some(1), "{}", second.log());
+    let told = |line: &str| line.contains("\"world-b\"") && line.contains("--id");
+    second.wait_for_line("the name and the flag", |line| told(line).then_some(()));
+    let world = hosts.create(&hosts.names[1], "Town02");
+    hosts.tick(world);
+}
+
+#[test]
 fn sessions_of_two_faces_drive_beside_each_other() {
     let hosts = Hosts::start();
     let mut faces = Vec::new();

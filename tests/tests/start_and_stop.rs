@@ -177,6 +177,24 @@ fn every_service_runs_alone_against_a_router() {
 }
 
 #[test]
+fn a_signal_ends_a_service_whose_bus_hangs_while_it_joins() {
+    for arguments in [
+        &["router", "--listen", "tcp/127.0.0.1:0"][..],
+        &["world"],
+        &["world", "--listen", "tcp/127.0.0.1:0"],
+        &["render", "--adapter", "no such adapter"],
+        &["scenario", "--http", "127.0.0.1:0"],
+    ] {
+        let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+        let bus = format!("tcp/{}", silent.local_addr().unwrap());
+        let mut process = Process::start(&[arguments, &["--connect", &bus]].concat());
+        let _joining = silent.accept().unwrap();
+        process.signal(Signal::TERM);
+        assert_eq!(process.wait(END_WITHIN).code(), Some(0), "{arguments:?}\n{}", process.log());
+    }
+}
+
+#[test]
 fn a_signal_ends_a_service_that_runs_alone() {
     for arguments in [
         &["router", "--listen", "tcp/127.0.0.1:0"][..],

@@ -71,7 +71,12 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
         use tokio::signal::unix::{SignalKind, signal};
         let mut terminate = signal(SignalKind::terminate()).map_err(system("signals"))?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(system("signals"))?;
-        let service = start(config).await?;
+        // A bus may hang while it is joined.
+        let service = tokio::select! {
+            service = start(config) => service?,
+            _ = terminate.recv() => return Ok(()),
+            _ = interrupt.recv() => return Ok(()),
+        };
         tokio::select! {
             _ = terminate.recv() => {}
             _ = interrupt.recv() => {}
