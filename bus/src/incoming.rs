@@ -1,7 +1,7 @@
 //! The answering side: keys that a service serves, and the requests that come in on them.
 
 use schemas::wire;
-use schemas::{Error, ErrorCode, RenderJob, Reply, Request, limits};
+use schemas::{Error, ErrorCode, RenderJob, Reply, Request, keys, limits};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::pubsub::Subscriber;
@@ -9,6 +9,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::sample::Sample;
 
 use crate::lane::{self, QuestionNote};
+use crate::shortcut::{Desk, Taking};
 use crate::{Bus, BusError};
 
 /// A key expression that is served as long as this value lives.
@@ -21,6 +22,7 @@ pub struct Serving {
 enum Declared {
     Queries { _queryable: Queryable<()> },
     Lane { _subscriber: Subscriber<()> },
+    Shortcut { _name: Queryable<()>, _taking: Taking },
 }
 
 /// One request that waits for its answer. May be answered from any thread; dropped unanswered, it
@@ -34,6 +36,7 @@ pub struct Incoming {
 enum Way {
     Query(Query),
     Lane { question: Sample, note: QuestionNote, session: zenoh::Session },
+    Shortcut { key: String, question: Vec<u8>, desk: Desk },
 }
 
 impl Bus {
@@ -49,8 +52,16 @@ impl Bus {
         key_expr: &str,
         handler: impl Fn(Incoming) + Send + Sync + 'static,
     ) -> Result<Serving, BusError> {
-        let queryable = self
-            .session
+        let queryable = self.answer_queries(key_expr, handler).await?;
+        Ok(Serving { _declared: Declared::Queries { _queryable: queryable } })
+    }
+
+    async fn answer_queries(
+        &self,
+        key_expr: &str,
+        handler: impl Fn(Incoming) + Send + Sync + 'static,
+    ) -> Result<Queryable<()>, BusError> {
+        self.session
             .declare_queryable(key_expr)
             .complete(true)
             .callback(move |query| handler(Incoming { way: Some(Way::Query(query)) }))
@@ -58,8 +69,25 @@ impl Bus {
             .map_err(|cause| BusError::Declare {
                 key: key_expr.to_owned(),
                 cause: cause.to_string(),
-            })?;
-        Ok(Serving { _declared: Declared::Queries { _queryable: queryable } })
+            })
+    }
+
+    /// Serves a key for those on the same machine who come by a shortcut, past the bus; all others
+    /// want [`serve`](Self::serve) besides.
+    ///
+    /// `handler` is under the same rules.
+    ///
+    /// # Errors
+    /// As for [`serve`](Self::serve), and [`BusError::Shortcut`] when the system refuses a socket.
+    pub async fn serve_shortcut(
+        &self,
+        key: &str,
+        handler: impl Fn(Incoming) + Send + Sync + 'static,
+    ) -> Result<Serving, BusError> {
+        let (name, taking) = self.take_shortcuts(key, handler)?;
+        let tell = move |incoming: Incoming| incoming.reply_bytes(name.clone().into_bytes());
+        let name = self.answer_queries(&keys::shortcut_to(key), tell).await?;
+        Ok(Serving { _declared: Declared::Shortcut { _name: name, _taking: taking } })
     }
 
     /// Serves a key for those who ask on a [`Lane`](crate::Lane); queries want
@@ -96,22 +124,38 @@ impl Bus {
 }
 
 impl Way {
-    fn payload(&self) -> Option<&ZBytes> {
-        match self {
-            Self::Query(query) => query.payload(),
-            Self::Lane { question, .. } => Some(question.payload()),
-        }
-    }
-
     fn key(&self) -> &str {
         match self {
             Self::Query(query) => query.key_expr().as_str(),
             Self::Lane { question, .. } => question.key_expr().as_str(),
+            Self::Shortcut { key, .. } => key,
+        }
+    }
+
+    fn payload_bytes(&self) -> usize {
+        match self {
+            Self::Query(query) => query.payload().map_or(0, ZBytes::len),
+            Self::Lane { question, .. } => question.payload().len(),
+            Self::Shortcut { question, .. } => question.len(),
+        }
+    }
+
+    fn payload(&self) -> Vec<u8> {
+        let owned = |payload: &ZBytes| payload.to_bytes().into_owned();
+        match self {
+            Self::Query(query) => query.payload().map(owned).unwrap_or_default(),
+            Self::Lane { question, .. } => owned(question.payload()),
+            Self::Shortcut { question, .. } => question.clone(),
         }
     }
 }
 
 impl Incoming {
+    /// A question that came by a shortcut.
+    pub(crate) fn by_shortcut(key: String, question: Vec<u8>, desk: Desk) -> Self {
+        Self { way: Some(Way::Shortcut { key, question, desk }) }
+    }
+
     /// The key that was asked.
     pub fn key(&self) -> &str {
         self.way.as_ref().map_or("", Way::key)
@@ -119,8 +163,7 @@ impl Incoming {
 
     /// The bytes that came with it; a copy, aligned for decoding.
     pub fn payload(&self) -> Vec<u8> {
-        let payload = self.way.as_ref().and_then(Way::payload);
-        payload.map(|payload| payload.to_bytes().into_owned()).unwrap_or_default()
+        self.way.as_ref().map(Way::payload).unwrap_or_default()
     }
 
     /// The verified request in it.
@@ -164,8 +207,7 @@ impl Incoming {
 
     /// Looks at the size before anything is copied.
     fn check_size(&self, bytes_max: usize) -> Result<(), Error> {
-        let payload = self.way.as_ref().and_then(Way::payload);
-        let payload_bytes = payload.map_or(0, |payload| payload.len());
+        let payload_bytes = self.way.as_ref().map_or(0, Way::payload_bytes);
         if payload_bytes <= bytes_max {
             Ok(())
         } else {
@@ -180,6 +222,7 @@ impl Incoming {
         let query = match self.way.take() {
             None => return,
             Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, reply),
+            Some(Way::Shortcut { desk, .. }) => return desk.answer(false, reply),
             Some(Way::Query(query)) => query,
         };
         // A wildcard was asked: answer under a key that the asker's expression contains.
@@ -194,6 +237,7 @@ impl Incoming {
         let query = match self.way.take() {
             None => return,
             Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, refusal),
+            Some(Way::Shortcut { desk, .. }) => return desk.answer(true, refusal),
             Some(Way::Query(query)) => query,
         };
         if let Err(cause) = query.reply_err(refusal).wait() {

@@ -21,6 +21,7 @@ use zenoh::sample::{Sample, SampleKind};
 
 use crate::query::timed_out;
 use crate::session::reply_of;
+use crate::shortcut::{Passage, Shortcut};
 use crate::{Bus, BusError};
 
 /// Bytes of one publication. The low-latency transport loses messages of 49,000 bytes and more
@@ -40,6 +41,8 @@ pub struct Lane {
     key: KeyExpr<'static>,
     asker: String,
     asked: Arc<Asked>,
+    /// Taken instead where there is one.
+    shortcut: Option<Shortcut>,
     _answers: Subscriber<()>,
     _presence: Subscriber<()>,
 }
@@ -105,9 +108,18 @@ impl Bus {
         let presence = self.session.liveliness().declare_subscriber(keys::alive(kind, id));
         let presence = presence.callback(on_presence).await.map_err(declare_error)?;
         let key = KeyExpr::try_from(key.to_owned()).map_err(declare_error)?;
-        let bus = self.clone();
-        let lane = Lane { bus, fast, key, asker, asked, _answers: answers, _presence: presence };
+        let mut lane = Lane {
+            bus: self.clone(),
+            fast,
+            key,
+            asker,
+            asked,
+            shortcut: None,
+            _answers: answers,
+            _presence: presence,
+        };
         lane.greet().await?;
+        lane.shortcut = self.shortcut(&lane.key).await;
         Ok(lane)
     }
 }
@@ -119,10 +131,32 @@ impl Lane {
     /// As for [`Bus::request`].
     pub async fn request(&self, request: &Request, deadline: Duration) -> Result<Reply, Error> {
         let payload = wire::encode_request(request);
+        if let Some(shortcut) = &self.shortcut
+            && let Ok(passage) = shortcut.enter().await
+        {
+            return reply_of(&self.ask_past_the_bus(passage, &payload, deadline).await?);
+        }
         if payload.len() > PART_BYTES {
             return self.bus.request_bytes(&self.key, payload, deadline).await;
         }
         reply_of(&self.ask(payload, deadline).await?)
+    }
+
+    /// Never asks twice: the first question may have been heard by a service that is gone.
+    async fn ask_past_the_bus(
+        &self,
+        passage: Passage<'_>,
+        payload: &[u8],
+        deadline: Duration,
+    ) -> Result<Vec<u8>, Error> {
+        let mut ticket = self.asked.ticket().ok_or_else(|| self.unreachable())?;
+        tokio::select! {
+            asked = passage.ask(payload, deadline) => {
+                asked.map_err(|cause| self.unreachable().found(cause))?
+            }
+            // Of a service that stands still only the bus takes notice.
+            _ = &mut ticket.answer => Err(self.unreachable()),
+        }
     }
 
     async fn ask(&self, payload: Vec<u8>, deadline: Duration) -> Result<Vec<u8>, Error> {

@@ -36,7 +36,9 @@ mod incoming;
 mod lane;
 mod presence;
 mod query;
+mod renderers;
 mod session;
+mod shortcut;
 mod tuning;
 
 pub use config::BusConfig;
@@ -47,5 +49,6 @@ pub use host::{Host, follow_hosts};
 pub use incoming::{Incoming, Serving};
 pub use lane::Lane;
 pub use presence::{Announcement, Presence, Watch};
+pub use renderers::Renderers;
 pub use session::Bus;
 pub use tuning::RUNTIME;

@@ -3,24 +3,21 @@
 use std::collections::BTreeSet;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusError, Host, Lane, Presence, follow_hosts};
-use schemas::{
-    Alive, Error, ErrorCode, Reply, Request, ServiceId, ServiceKind, Tenant, WorldId, keys,
-};
+use bus::{Bus, BusError, Host, Lane, Presence, Renderers, follow_hosts};
+use schemas::wire::decode_reply;
+use schemas::{Alive, Camera, Error, ErrorCode, Frame, Image, RenderJob, Reply, Request};
+use schemas::{ServiceId, ServiceKind, Tenant, WorldId, keys};
 use tokio::sync::watch;
 
 /// How long creation waits for a world service that is still starting.
 const START_WAIT: Duration = Duration::from_secs(10);
 /// Pause between two such questions.
 const RETRY_PAUSE: Duration = Duration::from_millis(50);
-/// Deadline of anything but a picture.
+/// Deadline of a question.
 const ASK_DEADLINE: Duration = Duration::from_secs(30);
-/// Deadline of a picture.
-const CAPTURE_DEADLINE: Duration = Duration::from_secs(40);
 
 /// How long a Traffic Manager may take to open its port.
 const TRAFFIC_MANAGER_START: Duration = Duration::from_secs(12);
@@ -34,6 +31,8 @@ pub(crate) type Later<'a, T> = Pin<Box<dyn Future<Output = Result<T, Error>> + S
 pub(crate) trait Site: Send + Sync + 'static {
     /// Asks a world, or whoever makes them.
     fn ask(&self, request: Request) -> Later<'_, Reply>;
+    /// One picture for each camera, of what a frame tells.
+    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>>;
     /// The OpenDRIVE text with this digest.
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>>;
     /// Whether a renderer is up.
@@ -47,7 +46,7 @@ pub(crate) struct BusSite {
     bus: Bus,
     tenant: Tenant,
     host: watch::Receiver<Option<Host>>,
-    renderers: Arc<AtomicUsize>,
+    renderers: Arc<Renderers>,
     gateway: ServiceId,
     /// Ports of Traffic Managers that others are being told of.
     starting: Arc<Mutex<BTreeSet<u16>>>,
@@ -78,15 +77,18 @@ impl BusSite {
         tenant: Tenant,
         gateway: ServiceId,
     ) -> Result<Self, BusError> {
-        let renderers = Arc::new(AtomicUsize::new(0));
+        let renderers = Arc::new(Renderers::default());
         let mut watch = bus.watch(Some(ServiceKind::Render)).await?;
-        let count = Arc::clone(&renderers);
+        let (known, of_renderers) = (Arc::clone(&renderers), bus.clone());
         tokio::spawn(async move {
             loop {
                 match watch.next().await {
-                    Presence::Up(_) => count.fetch_add(1, Ordering::Relaxed),
-                    Presence::Down(..) => count.fetch_sub(1, Ordering::Relaxed),
-                };
+                    Presence::Up(Alive { id, .. }) => {
+                        known.note(id.clone(), true);
+                        known.find_shortcut(&of_renderers, &id).await;
+                    }
+                    Presence::Down(_, id) => known.note(id, false),
+                }
             }
         });
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
@@ -134,7 +136,6 @@ impl Site for BusSite {
         Box::pin(async move {
             let world = match &request {
                 Request::RunCommands { world, .. }
-                | Request::Capture { world, .. }
                 | Request::DescribeActors { world, .. }
                 | Request::InspectVehicle { world, .. }
                 | Request::DestroyWorld { world }
@@ -145,9 +146,18 @@ impl Site for BusSite {
                 }
                 _ => return self.ask_worlds(&request).await,
             };
-            let is_picture = matches!(request, Request::Capture { .. });
-            let deadline = if is_picture { CAPTURE_DEADLINE } else { ASK_DEADLINE };
-            self.bus.request(&keys::world(&self.tenant, world), &request, deadline).await
+            self.bus.request(&keys::world(&self.tenant, world), &request, ASK_DEADLINE).await
+        })
+    }
+
+    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
+        Box::pin(async move {
+            let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
+            match decode_reply(&self.renderers.draw(&self.bus, &job).await?)? {
+                Reply::Images(images) => Ok(images.images),
+                Reply::Error(error) => Err(error),
+                _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer sent no pictures")),
+            }
         })
     }
 
@@ -175,6 +185,6 @@ impl Site for BusSite {
     }
 
     fn can_draw(&self) -> bool {
-        self.renderers.load(Ordering::Relaxed) > 0
+        self.renderers.is_any_up()
     }
 }

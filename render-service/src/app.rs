@@ -40,7 +40,7 @@ pub struct RenderService {
     worker: JoinHandle<()>,
     ended: Option<oneshot::Receiver<()>>,
     _announcement: Announcement,
-    _serving: Serving,
+    _servings: [Serving; 2],
 }
 
 /// Runs the service until it is told to end by SIGINT or SIGTERM.
@@ -102,9 +102,12 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
         })
         .map_err(system("threads"))?;
 
-    let of_bus = Arc::clone(&desk);
-    let serving =
-        bus.serve(&keys::render_job(&config.id), move |incoming| of_bus.put(incoming)).await?;
+    let key = keys::render_job(&config.id);
+    let take = |desk: Arc<Desk>| move |incoming| desk.put(incoming);
+    let servings = [
+        bus.serve(&key, take(Arc::clone(&desk))).await?,
+        bus.serve_shortcut(&key, take(Arc::clone(&desk))).await?,
+    ];
     let announcement = bus
         .announce(Alive {
             kind: ServiceKind::Render,
@@ -122,7 +125,7 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
         worker,
         ended: Some(ended),
         _announcement: announcement,
-        _serving: serving,
+        _servings: servings,
     })
 }
 

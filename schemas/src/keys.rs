@@ -9,6 +9,7 @@
 //! | `causeway/batch/{host}/tick` | query, publication | ticks of many worlds of one host, of any tenant |
 //! | `causeway/batch/{asker}/answer` | publication | answers to ticks that were published |
 //! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
+//! | `causeway/batch/{host}/shortcut`, `causeway/render/{worker}/shortcut` | query | name of a Unix socket that takes the same |
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
 //! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
 //!
@@ -76,6 +77,11 @@ pub fn batch_answer(asker: &str) -> String {
 /// Jobs for one renderer.
 pub fn render_job(worker: &ServiceId) -> String {
     format!("causeway/render/{worker}/job")
+}
+
+/// Where a service takes what is asked under a key of [`render_job`] or [`batch_tick`] past the bus.
+pub fn shortcut_to(key: &str) -> String {
+    format!("{}/shortcut", key.rsplit_once('/').map_or(key, |(service, _)| service))
 }
 
 /// Liveliness of one service, and what it says of itself.
@@ -208,7 +214,9 @@ mod tests {
     fn what_belongs_to_services_never_reaches_who_answers_tenants() {
         for id in ["world", "worlds", "tick", "job", "request"] {
             let id: ServiceId = id.parse().unwrap();
-            let mut keys = vec![batch_tick(&id), batch_answer(id.as_str()), render_job(&id)];
+            let mut keys = vec![batch_tick(&id), batch_answer(id.as_str())];
+            keys.extend([render_job(&id), shortcut_to(&render_job(&id))]);
+            keys.push(shortcut_to(&batch_tick(&id)));
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
             for key in keys {
                 for expression in [ANY_WORLDS, &any_worlds_of(&id), &any_world(1)] {

@@ -1,6 +1,7 @@
 """Many clients of CARLA at once, clients that die, and worlds that die."""
 
 import contextlib
+import queue
 import re
 import signal
 import socket
@@ -264,3 +265,28 @@ def test_twenty_walkers_walk_at_the_clients_hand(site):
         for brain in brains:
             brain.stop()
         assert min(ways_m) > 10.0, sorted(ways_m)
+
+
+def test_the_picture_that_loses_its_renderer_is_drawn_by_the_next_one(start_site):
+    site = start_site()
+    world = connect(site.carla_port).get_world()
+    with synchronous(world):
+        blueprint = world.get_blueprint_library().find("sensor.camera.rgb")
+        blueprint.set_attribute("image_size_x", "1280")
+        blueprint.set_attribute("image_size_y", "720")
+        camera = world.spawn_actor(blueprint, carla.Transform(carla.Location(z=40.0)))
+        pictures = queue.Queue()
+        camera.listen(lambda image: pictures.put(image.frame))
+        world.tick()
+        pictures.get(timeout=SOON_SECS)
+        lost = child(site, "render")
+        frame = world.tick()
+        subprocess.run(["kill", "-9", str(lost)], check=True)
+        assert pictures.get(timeout=SOON_SECS) == frame
+        # The next tick may come before the gateway hears of the new renderer, and goes without one.
+        deadline = time.monotonic() + SOON_SECS
+        while pictures.empty():
+            assert time.monotonic() < deadline
+            world.tick()
+            time.sleep(0.1)
+        camera.stop()

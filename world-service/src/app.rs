@@ -10,13 +10,12 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Serving};
+use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Renderers, Serving};
 use schemas::{Alive, ServiceKind};
 use tokio::task::AbortHandle;
 
 use crate::args::{Args, Config, ConfigError};
 use crate::maps::Maps;
-use crate::renderers::Renderers;
 use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
 use office::Office;
 use shard_thread::{Mailboxes, ShardThread};

@@ -17,7 +17,6 @@ mod args;
 pub mod journal;
 mod map_files;
 mod maps;
-mod renderers;
 pub mod service;
 mod simulation;
 

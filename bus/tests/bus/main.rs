@@ -7,3 +7,4 @@ mod hostile;
 mod lanes;
 mod presence;
 mod requests;
+mod shortcuts;

@@ -76,6 +76,10 @@ impl Site for Toy {
         Box::pin(std::future::ready(answer))
     }
 
+    fn draw(&self, _: Frame, _: Vec<schemas::Camera>) -> Later<'_, Vec<schemas::Image>> {
+        Box::pin(std::future::ready(Err(Error::new(ErrorCode::RendererUnavailable, "a toy"))))
+    }
+
     fn map_text(&self, _digest: String) -> Later<'_, Vec<u8>> {
         Box::pin(std::future::ready(Ok(TOWN.0.clone().into_bytes())))
     }

@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
-use schemas::{
-    ActorId, Camera, Frame, Image, ImageKind, Pose, Reply, Request, TagId, Tick, WorldId,
-};
+use schemas::{ActorId, Camera, Frame, Image, ImageKind, Pose, TagId};
 use tokio::time::Instant;
 
 use super::Endpoint;
@@ -50,12 +48,9 @@ struct Order {
     hub: Arc<Hub>,
     site: Arc<dyn Site>,
     darkroom: Arc<Darkroom>,
-    world: WorldId,
-    wanted: Vec<Camera>,
     cameras: Vec<Ordered>,
     movement: Movement,
     shapes: Arc<Vec<Shape>>,
-    tick: Tick,
     frame_number: u64,
     sim_secs: f64,
     waits: bool,
@@ -116,17 +111,15 @@ impl Endpoint {
             hub: Arc::clone(&self.hub),
             site: Arc::clone(&self.site),
             darkroom: Arc::clone(&self.darkroom),
-            world: episode.world,
-            wanted,
             cameras,
             movement: before.movement(&episode.frame),
             shapes: Arc::clone(&self.shapes),
-            tick: episode.frame.tick,
             frame_number: self.frame_number,
             sim_secs: episode.frame.sim_secs,
             waits: self.settings.synchronous_mode,
         };
-        self.pictures = Some(self.workers.spawn(order.deliver()));
+        let drawing = order.deliver(episode.frame.clone(), wanted);
+        self.pictures = Some(self.workers.spawn(drawing));
     }
 
     /// What one camera has to take, appended to what is wanted already; `None` for what is no
@@ -172,21 +165,15 @@ impl Endpoint {
 }
 
 impl Order {
-    async fn deliver(mut self) {
-        let wanted = std::mem::take(&mut self.wanted);
-        let request = Request::Capture { world: self.world, cameras: wanted };
-        let mut images = match self.site.ask(request).await {
-            Ok(Reply::Images(images)) => images,
-            Ok(_) => return tracing::warn!("the world service answered no pictures"),
+    async fn deliver(self, frame: Frame, wanted: Vec<Camera>) {
+        let mut images = match self.site.draw(frame, wanted).await {
+            Ok(images) => images,
             Err(error) => return tracing::warn!(%error, "cameras stay without pictures"),
         };
-        if images.tick != self.tick {
-            tracing::debug!(wanted = %self.tick, found = %images.tick, "pictures of a later tick");
-        }
         for camera in &self.cameras {
-            self.sketch(camera, &mut images.images);
+            self.sketch(camera, &mut images);
             for output in &camera.outputs {
-                match self.develop(camera, output, &images.images) {
+                match self.develop(camera, output, &images) {
                     Developed::Payload(payload) => {
                         self.hub.publish(output.stream, payload, self.waits).await;
                     }

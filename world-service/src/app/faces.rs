@@ -47,6 +47,7 @@ pub(super) async fn serve<S: Simulation>(
         bus.serve(&keys::any_world(number), world).await?,
         bus.serve(&keys::batch_tick(id), batch(dispatcher)).await?,
         bus.serve_lane(&keys::batch_tick(id), batch(dispatcher)).await?,
+        bus.serve_shortcut(&keys::batch_tick(id), batch(dispatcher)).await?,
         bus.serve(keys::ANY_ASSET, asset).await?,
     ])
 }

@@ -7,13 +7,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use bus::{Bus, FrameListeners};
+use bus::{Bus, FrameListeners, Renderers};
 use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Tenant, WorldId};
 use tokio::sync::Semaphore;
 
 use super::ServiceError;
 use crate::args::Journals;
-use crate::renderers::Renderers;
 use crate::service::{Answer, Answered, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
 
 /// Pictures that may wait for renderers, per shard.

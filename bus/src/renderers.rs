@@ -1,0 +1,157 @@
+//! Who can draw, and the way of one job to whoever does.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use schemas::{Error, ErrorCode, RenderJob, ServiceId, keys, wire};
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+use crate::Bus;
+use crate::shortcut::Shortcut;
+
+/// How long a job waits for a renderer to come, or to come back.
+const RENDERER_WAIT: Duration = Duration::from_secs(5);
+/// How long one renderer may take for one job.
+const DRAW_DEADLINE: Duration = Duration::from_secs(30);
+
+/// The renderers that are up. Whoever has frames to be drawn keeps one, and tells it who comes and
+/// goes.
+#[derive(Debug, Default)]
+pub struct Renderers {
+    live: watch::Sender<BTreeMap<ServiceId, Live>>,
+    comings: AtomicUsize,
+    turn: AtomicUsize,
+}
+
+/// A renderer that is up.
+#[derive(Clone, Debug)]
+struct Live {
+    /// The count of its coming.
+    coming: u64,
+    shortcut: Option<Arc<Shortcut>>,
+}
+
+impl Renderers {
+    /// Takes note of a renderer that came or went.
+    pub fn note(&self, id: ServiceId, is_up: bool) {
+        let coming = self.comings.fetch_add(1, Ordering::Relaxed) as u64;
+        self.live.send_modify(|live| {
+            if is_up {
+                live.insert(id, Live { coming, shortcut: None });
+            } else {
+                live.remove(&id);
+            }
+        });
+    }
+
+    /// From now on jobs take the shortcut to a renderer that is up, if it has one: worth it for
+    /// those who want large pictures and are not themselves who routes.
+    pub async fn find_shortcut(&self, bus: &Bus, id: &ServiceId) {
+        let found = bus.shortcut(&keys::render_job(id)).await;
+        tracing::debug!(renderer = %id, found = found.is_some(), "shortcut");
+        self.live.send_if_modified(|live| {
+            if let Some(renderer) = live.get_mut(id) {
+                renderer.shortcut = found.map(Arc::new);
+            }
+            false
+        });
+    }
+
+    /// Whether one is up.
+    pub fn is_any_up(&self) -> bool {
+        !self.live.borrow().is_empty()
+    }
+
+    /// Has one job drawn: by the next renderer in turn, or by another if that one is lost
+    /// meanwhile. Gives the renderer's reply as it came.
+    ///
+    /// # Errors
+    /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
+    /// there say that they cannot draw, or when one takes too long; other refusals as the renderer
+    /// gave them.
+    pub async fn draw(&self, bus: &Bus, job: &RenderJob) -> Result<Vec<u8>, Error> {
+        let payload = wire::encode_render_job(job);
+        let mut changes = self.live.subscribe();
+        let mut tried = BTreeSet::new();
+        let mut refusal = None;
+        let give_up_at = Instant::now() + RENDERER_WAIT;
+        loop {
+            let next = self.next_but(&tried);
+            let Some((id, renderer)) = next else {
+                // A renderer that says that it cannot draw is not worth waiting for.
+                if let Some(refusal) = refusal {
+                    return Err(refusal);
+                }
+                let changed = tokio::time::timeout_at(give_up_at, changes.changed()).await;
+                if !matches!(changed, Ok(Ok(()))) {
+                    return Err(none_came(&tried));
+                }
+                continue;
+            };
+            match self.ask(bus, &id, &renderer, &payload).await {
+                Err(lost) if lost.code == ErrorCode::Unreachable => {
+                    tracing::warn!(renderer = %id, "a renderer was lost with a job; trying another");
+                }
+                Err(slow) if slow.code == ErrorCode::TimedOut => {
+                    return Err(Error { code: ErrorCode::RendererUnavailable, ..slow });
+                }
+                Err(unable) if unable.code == ErrorCode::RendererUnavailable => {
+                    refusal = Some(unable)
+                }
+                drawn_or_refused => return drawn_or_refused,
+            }
+            tried.insert((id, renderer.coming));
+        }
+    }
+
+    /// Asks by the shortcut; where that leads nowhere, on the bus.
+    async fn ask(
+        &self,
+        bus: &Bus,
+        id: &ServiceId,
+        renderer: &Live,
+        job: &[u8],
+    ) -> Result<Vec<u8>, Error> {
+        if let Some(shortcut) = &renderer.shortcut {
+            let asked = async { shortcut.enter().await?.ask(job, DRAW_DEADLINE).await };
+            let asked = tokio::select! {
+                asked = asked => asked,
+                // Of one that stands still only the bus takes notice.
+                () = self.until_gone(id, renderer.coming) => Err(std::io::ErrorKind::TimedOut.into()),
+            };
+            match asked {
+                Ok(answer) => return answer,
+                Err(cause) => tracing::debug!(renderer = %id, %cause, "asked on the bus instead"),
+            }
+        }
+        bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE).await
+    }
+
+    async fn until_gone(&self, id: &ServiceId, coming: u64) {
+        let is_up = |live: &Live| live.coming == coming;
+        let mut live = self.live.subscribe();
+        // The sender is not dropped before this value.
+        let _ = live.wait_for(|live| !live.get(id).is_some_and(is_up)).await;
+    }
+
+    fn next_but(&self, tried: &BTreeSet<(ServiceId, u64)>) -> Option<(ServiceId, Live)> {
+        let live = self.live.borrow();
+        let untried: Vec<(&ServiceId, &Live)> = live
+            .iter()
+            .filter(|(id, renderer)| !tried.contains(&((*id).clone(), renderer.coming)))
+            .collect();
+        let turn = self.turn.fetch_add(1, Ordering::Relaxed);
+        let (id, renderer) = untried.get(turn.checked_rem(untried.len())?)?;
+        Some(((*id).clone(), (*renderer).clone()))
+    }
+}
+
+fn none_came(tried: &BTreeSet<(ServiceId, u64)>) -> Error {
+    let found = if tried.is_empty() { "no renderer is up" } else { "the renderer was lost" };
+    Error::new(ErrorCode::RendererUnavailable, "nobody can draw this picture; the world goes on")
+        .wanted(format_args!("a render service within {} s", RENDERER_WAIT.as_secs()))
+        .found(found)
+}
