@@ -11,8 +11,10 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusConfig, Endpoint};
-use schemas::{Reply, Request, TickItem, TickOutcome, TickResult, WorldId, keys};
+use bus::{Bus, BusConfig, Endpoint, Incoming, Lane};
+use schemas::{
+    Error, Reply, Request, ServiceKind, TickItem, TickOutcome, TickResult, WorldId, keys,
+};
 use zenoh::{Config, Session, Wait};
 
 const ASK_BYTES: usize = 200;
@@ -46,7 +48,10 @@ async fn main() {
         "query",
         "query, low latency",
         "Bus::request of a tick",
+        "Lane::request of a tick",
+        "the same, by a shortcut",
     ];
+    let lanes = [lane(&bus, "bus").await, lane(&bus, "shortcut").await];
     let mut medians = vec![Vec::new(); names.len()];
     for _ in 0..ROUNDS {
         medians[0].push(median(|| tcp_trip(&mut tcp)));
@@ -54,14 +59,10 @@ async fn main() {
         medians[2].push(median(|| fast_pair.trip()));
         medians[3].push(median(|| query(&plain)));
         medians[4].push(median(|| query(&fast)));
-        let mut trips = Vec::with_capacity(TRIPS);
-        for _ in 0..TRIPS {
-            let begun = Instant::now();
-            let reply = bus.request(&key, &tick, Duration::from_secs(5)).await;
-            assert!(matches!(reply, Ok(Reply::Ticked(_))));
-            trips.push(begun.elapsed());
-        }
-        medians[5].push(middle(trips));
+        let deadline = Duration::from_secs(5);
+        medians[5].push(median_of(|| bus.request(&key, &tick, deadline)).await);
+        medians[6].push(median_of(|| lanes[0].request(&tick, deadline)).await);
+        medians[7].push(median_of(|| lanes[1].request(&tick, deadline)).await);
     }
     let base = middle(medians[0].clone());
     for (name, medians) in names.iter().zip(medians) {
@@ -69,6 +70,21 @@ async fn main() {
         let ratio = median.as_secs_f64() / base.as_secs_f64();
         println!("{name:32} {:7.1} µs {ratio:5.1} ×", median.as_secs_f64() * 1e6);
     }
+}
+
+async fn median_of<F: Future<Output = Result<Reply, Error>>>(ask: impl Fn() -> F) -> Duration {
+    let mut trips = Vec::with_capacity(TRIPS);
+    for _ in 0..TRIPS {
+        let begun = Instant::now();
+        assert!(matches!(ask().await, Ok(Reply::Ticked(_))));
+        trips.push(begun.elapsed());
+    }
+    middle(trips)
+}
+
+async fn lane(bus: &Bus, host: &str) -> Lane {
+    let host = host.parse().unwrap();
+    bus.lane(&keys::batch_tick(&host), (ServiceKind::World, &host)).await.unwrap()
 }
 
 fn middle(mut times: Vec<Duration>) -> Duration {
@@ -216,13 +232,17 @@ async fn serve() {
         outcome: Ok(TickOutcome::new(schemas::wire::encode_frame(&frame()))),
     };
     let reply = Reply::Ticked(vec![result]);
-    let _serving = bus
-        .serve(&keys::any_world(0), move |incoming| {
-            assert!(incoming.request().is_ok());
-            incoming.reply(&reply);
-        })
-        .await
-        .unwrap();
+    let answer = move |incoming: Incoming| {
+        assert!(incoming.request().is_ok());
+        incoming.reply(&reply);
+    };
+    let lane_key = |host: &str| keys::batch_tick(&host.parse().unwrap());
+    let _servings = [
+        bus.serve(&keys::any_world(0), answer.clone()).await.unwrap(),
+        bus.serve_lane(&lane_key("bus"), answer.clone()).await.unwrap(),
+        bus.serve_lane(&lane_key("shortcut"), answer.clone()).await.unwrap(),
+        bus.serve_shortcut(&lane_key("shortcut"), answer).await.unwrap(),
+    ];
     println!("{tcp_port} {zenoh_port} {}", bus.listening()[0].port());
     let (mut stream, _) = tcp.accept().unwrap();
     stream.set_nodelay(true).unwrap();
