@@ -79,7 +79,7 @@ pub fn render_job(worker: &ServiceId) -> String {
     format!("causeway/render/{worker}/job")
 }
 
-/// Where a service takes what is asked under a key of [`render_job`] or [`batch_tick`] past the bus.
+/// Where a service takes past the bus what is asked under [`render_job`] or [`batch_tick`].
 pub fn shortcut_to(key: &str) -> String {
     format!("{}/shortcut", key.rsplit_once('/').map_or(key, |(service, _)| service))
 }
