@@ -95,3 +95,74 @@ fn people_get_more_room_beside_and_ahead() {
     let car = ahead(car(2, Vec3::new(20.0, 0.0, 0.0), Vec3::x())).unwrap();
     assert_eq!(car.leader(), (car.gap_m, car.along_mps));
 }
+
+const RADIUS_M: f32 = 16.75;
+const STRAIGHT_M: f32 = 10.0;
+
+/// 10 m straight ahead, then to the left on a circle.
+fn left_turn(at_m: f32) -> LanePoint {
+    let turn_rad = (at_m - STRAIGHT_M).max(0.0) / RADIUS_M;
+    let forward_m = at_m.min(STRAIGHT_M) + RADIUS_M * turn_rad.sin();
+    LanePoint {
+        at_m,
+        point_m: Vec3::new(forward_m, RADIUS_M * (1.0 - turn_rad.cos()), 0.0),
+        heading_rad: turn_rad,
+        curvature_per_m: if at_m < STRAIGHT_M { 0.0 } else { 1.0 / RADIUS_M },
+        limit_mps: 0.0,
+    }
+}
+
+/// A car that has driven so far on the left turn. Its middle is on the turn, and its rear axle,
+/// 1.4 m behind, follows its own course within it.
+fn turning(driven_m: f32) -> Body {
+    let at = left_turn(driven_m);
+    let heading_rad = at.heading_rad - 1.4 * at.curvature_per_m;
+    let forward = Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
+    Body { half_m: Vec3::new(2.45, 0.95, 0.7), ..car(OWN, at.point_m, forward) }
+}
+
+/// Whether two boxes touch: no side of either has the other beyond it.
+fn touch(a: &Body, b: &Body) -> bool {
+    let sides = |body: &Body| [body.forward, Vec3::new(-body.forward.y, body.forward.x, 0.0)];
+    let reach_m = |body: &Body, along: &Vec3| {
+        let [length, width] = sides(body).map(|side| side.dot(along).abs());
+        length * body.half_m.x + width * body.half_m.y
+    };
+    let apart = |along: &Vec3| {
+        (a.centre_m - b.centre_m).dot(along).abs() > reach_m(a, along) + reach_m(b, along)
+    };
+    !sides(a).iter().chain(&sides(b)).any(apart)
+}
+
+/// Cars stand about the way straight ahead, and for each of them it is tried out whether a car
+/// that turns off would touch it.
+#[test]
+fn whoever_would_be_touched_in_a_turn_is_seen_before() {
+    let points: Vec<PathPoint> = (0..18)
+        .map(|index| 2.0 * index as f32)
+        .map(|ahead_m| PathPoint { point: left_turn(ahead_m), ahead_m })
+        .collect();
+    let own = turning(0.0).half_m;
+    let room = Room {
+        id: id(OWN),
+        front_m: own.x,
+        half_width_m: own.y,
+        beside_m: 0.1,
+        beside_walkers_m: 0.6,
+    };
+    let mut touched = 0;
+    for step in 0..1_000_u16 {
+        let [ahead, across, turn] = [step % 20, step / 20 % 10, step / 200].map(f32::from);
+        let heading_rad = 0.2 * (turn - 2.0);
+        let forward = Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
+        let centre_m = Vec3::new(17.0 + 0.25 * ahead, 0.3 * (across - 5.0), 0.0);
+        let other = Body { velocity_mps: Vec3::zeros(), ..car(2, centre_m, forward) };
+        let mut places_m = (0..500).map(|place| 0.05 * place as f32);
+        let Some(touch_m) = places_m.find(|at_m| touch(&turning(*at_m), &other)) else { continue };
+        touched += 1;
+        let seen = Scene::new(vec![other], Vec::new()).ahead(&points, &room);
+        let gap_m = seen.map(|ahead| ahead.gap_m);
+        assert!(gap_m.is_some_and(|gap_m| gap_m < touch_m + 0.5), "{other:?}: {gap_m:?}");
+    }
+    assert!((300..900).contains(&touched), "{touched} of 1000");
+}

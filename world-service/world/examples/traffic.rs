@@ -1,8 +1,8 @@
 //! Traffic of our own in a town: what it hits, how fast it flows, who waits for whom.
 //!
 //! `cargo run --release -p world --example traffic -- Town02_Opt 100 10` drives 100 vehicles for 10
-//! simulated minutes and prints a row per minute. A fourth word `hybrid` takes the dynamics away
-//! from vehicles that nobody is near.
+//! simulated minutes and prints a row per minute. A fourth word is the seed of the world, else it
+//! is 7; a fifth word `hybrid` takes the dynamics away from vehicles that nobody is near.
 #![allow(clippy::unwrap_used, reason = "an example stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,11 +42,15 @@ fn main() {
     let name = args.next().unwrap_or_else(|| "Town10HD_Opt".to_owned());
     let count: u32 = args.next().map_or(100, |count| count.parse().expect("a number of vehicles"));
     let minutes: u32 = args.next().map_or(1, |minutes| minutes.parse().expect("minutes"));
+    let seed: u64 = args.next().map_or(7, |seed| seed.parse().expect("a seed"));
     let hybrid = args.next().is_some_and(|word| word == "hybrid");
     let text = roads::town::build(&name).expect("one of our towns");
     let map = Arc::new(Map::parse(&name, &text).unwrap());
-    let mut world = start(&map, count, hybrid);
-    println!("{name}, {count} vehicles, {minutes} min{}", if hybrid { ", hybrid" } else { "" });
+    let mut world = start(&map, count, seed, hybrid);
+    println!(
+        "{name}, {count} vehicles, {minutes} min, seed {seed}{}",
+        if hybrid { ", hybrid" } else { "" }
+    );
     println!("minute  mean m/s  standing  stuck>60s  contacts  off road  ticks/s");
     let mut tally = Tally::default();
     let mut began = Instant::now();
@@ -69,10 +73,10 @@ fn main() {
     explain(&world, &tally);
 }
 
-fn start(map: &Arc<Map>, count: u32, hybrid: bool) -> World {
+fn start(map: &Arc<Map>, count: u32, seed: u64, hybrid: bool) -> World {
     let id = WorldId::new(1).unwrap();
     let map = Arc::new(Town::new(Arc::clone(map)));
-    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map };
+    let config = WorldConfig { id, epoch: 1, seed, dt_secs: DT_SECS, map };
     let mut world = World::with_traffic(config).unwrap();
     world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
     if hybrid {

@@ -8,6 +8,7 @@ use std::sync::{Arc, LazyLock};
 use common::*;
 use schemas::{
     ActorId, ActorKind, AgentBehaviour, Command, ErrorCode, Vec3, VehicleControl, WorldId,
+    level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -104,6 +105,30 @@ fn traffic_stops_for_a_car_and_a_person_in_its_way() {
         assert!(speed_mps(&world, own) < 0.1, "person {person}");
         assert!((2.5..16.0).contains(&gap_m), "person {person}: {gap_m} m");
     }
+}
+
+/// A car waits straight ahead in a junction of Town07; whoever comes behind it goes straight on or
+/// turns off past its corners.
+#[test]
+fn who_turns_off_behind_a_car_that_waits_in_a_junction_does_not_clip_it() {
+    let map = Arc::new(Town::new(roads("Town07_Opt")));
+    let at = |x_m: f32| level_pose(Vec3::new(x_m, 23.25, 2.0), 0.0);
+    let mut turned = 0;
+    for waits_m in [78.0, 79.0, 80.0, 80.7, 81.5, 82.5, 83.5, 85.0] {
+        for seed in 1..=6 {
+            let id = WorldId::new(1).unwrap();
+            let config = WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map: Arc::clone(&map) };
+            let mut world = World::new(config).unwrap();
+            spawn_at(&mut world, "vehicle.dodge.charger_2020", at(waits_m), 0.0);
+            let actor = spawn_at(&mut world, "vehicle.ford.crown", at(50.0), 0.0);
+            let behaviour = AgentBehaviour::Normal;
+            world.apply(&Command::SetTraffic { actor, behaviour }).unwrap();
+            let hits = run(&mut world, 400);
+            assert!(hits.is_empty(), "{waits_m} m, seed {seed}: {hits:?}");
+            turned += u32::from((position_m(&world, actor).y - 23.25).abs() > 10.0);
+        }
+    }
+    assert!(turned > 5, "{turned} of 48 turned off");
 }
 
 #[test]

@@ -1,0 +1,169 @@
+//! The strip of road that a vehicle needs on its path, and what is in it.
+
+use super::{Ahead, Body, Room};
+use crate::path::{PathPoint, heading};
+use schemas::Vec3;
+
+/// Bodies higher or lower than this are on another storey.
+const STOREY_M: f32 = 2.5;
+/// No vehicle turns more tightly.
+const CURVATURE_PER_M_MAX: f32 = 0.2;
+
+/// The path of a vehicle with the room that its box needs beside it.
+pub(super) struct Strip<'a> {
+    points: &'a [PathPoint],
+    room: &'a Room,
+    /// How far a front corner swings out where the nose is at a point, to the left and right.
+    swing_m: Vec<[f32; 2]>,
+    swing_m_max: f32,
+}
+
+impl<'a> Strip<'a> {
+    pub(super) fn new(points: &'a [PathPoint], room: &'a Room) -> Self {
+        let swing_m: Vec<[f32; 2]> =
+            (0..points.len()).map(|index| swing_m(points, index, room.front_m)).collect();
+        let swing_m_max = swing_m.iter().flatten().copied().fold(0.0, f32::max);
+        Self { points, room, swing_m, swing_m_max }
+    }
+
+    /// A body as circles along its length, and its corners, each held against the path.
+    pub(super) fn ahead(&self, body: &Body) -> Option<Ahead> {
+        let Room { front_m, half_width_m, beside_m, beside_walkers_m, .. } = *self.room;
+        let radius_m = body.half_m.y.min(body.half_m.x);
+        let side_m = half_width_m + if body.is_walker { beside_walkers_m } else { beside_m };
+        let around_m = body.half_m.xy().norm();
+        if !self.comes_near(&body.centre_m, side_m + around_m + self.swing_m_max + 0.01) {
+            return None;
+        }
+        let mut nearest: Option<(f32, usize)> = None;
+        let mut note = |along_m: f32, segment: usize| {
+            if nearest.is_none_or(|(least_m, _)| along_m < least_m) {
+                nearest = Some((along_m, segment));
+            }
+        };
+        let reach_m = (body.half_m.x - radius_m).max(0.0);
+        let count = (reach_m / radius_m.max(0.2)).ceil().min(8.0) as i32;
+        for circle in -count..=count {
+            let offset_m = if count == 0 { 0.0 } else { reach_m * circle as f32 / count as f32 };
+            let centre_m = body.centre_m + body.forward * offset_m;
+            if let Some((along_m, segment)) = self.meet(&centre_m, side_m + radius_m) {
+                note(along_m - radius_m, segment);
+            }
+        }
+        // People are as round as a circle. Corners beside the own flank have been passed.
+        for corner_m in corners_m(body).into_iter().filter(|_| !body.is_walker) {
+            let met = self.meet(&corner_m, side_m).filter(|(along_m, _)| *along_m >= front_m);
+            if let Some((along_m, segment)) = met {
+                note(along_m, segment);
+            }
+        }
+        let (along_m, segment) = nearest?;
+        let along_mps =
+            self.points.get(segment).map_or(0.0, |at| heading(&at.point).dot(&body.velocity_mps));
+        Some(Ahead {
+            id: body.id,
+            gap_m: along_m - front_m,
+            length_m: 2.0 * body.half_m.x,
+            along_mps,
+            speed_mps: body.velocity_mps.norm(),
+            is_walker: body.is_walker,
+        })
+    }
+
+    /// Whether the path comes within a distance of a point, seen from above.
+    fn comes_near(&self, centre_m: &Vec3, within_m: f32) -> bool {
+        let mut index = 0;
+        while let Some(ends) = self.segment(index) {
+            let beside = Beside::of(ends, centre_m);
+            if beside.away_m < within_m {
+                return true;
+            }
+            index += beside.segments_beyond(within_m);
+        }
+        false
+    }
+
+    /// Where a path that comes within a distance of a point, or farther by the swing of the
+    /// corners, is nearest to it, the first time that it comes so near, and on which segment.
+    fn meet(&self, centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
+        let mut index = 0;
+        let mut met: Option<(f32, f32, usize)> = None;
+        while let Some(ends @ [from, _]) = self.segment(index) {
+            let beside = Beside::of(ends, centre_m);
+            let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
+            let behind = index == 0 && beside.along_m < 0.0;
+            let along_m = from.ahead_m + beside.along_m.clamp(0.0, beside.length_m);
+            let swing_m =
+                if along_m < self.room.front_m { 0.0 } else { self.swing(index, &beside) };
+            let within = beside.away_m < within_m + swing_m && same_storey && !behind;
+            if within && met.is_none_or(|(least_m, _, _)| beside.away_m < least_m) {
+                met = Some((beside.away_m, along_m, index));
+                index += 1;
+            } else if met.is_some() {
+                break;
+            } else {
+                index += beside.segments_beyond(within_m + self.swing_m_max);
+            }
+        }
+        met.map(|(_, along_m, segment)| (along_m, segment))
+    }
+
+    fn segment(&self, index: usize) -> Option<&'a [PathPoint; 2]> {
+        self.points.get(index..index + 2)?.first_chunk()
+    }
+
+    fn swing(&self, segment: usize, beside: &Beside) -> f32 {
+        let [left_m, right_m] = self.swing_m.get(segment + 1).copied().unwrap_or_default();
+        if beside.on_left { left_m } else { right_m }
+    }
+}
+
+/// How far the front corners swing out of the strip while the nose comes to a point.
+///
+/// In a bend the nose is tangent ahead of the middle, and points outwards besides, because only
+/// the rear axle goes along its own course: each is curvature · half length² / 2, if the rear axle
+/// is half of half the length behind the middle.
+fn swing_m(points: &[PathPoint], index: usize, front_m: f32) -> [f32; 2] {
+    let until = points.get(..=index).unwrap_or_default();
+    let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
+    let under = until.iter().rev().take_while(|at| nose_m - at.ahead_m <= front_m);
+    let bends =
+        under.map(|at| at.point.curvature_per_m.clamp(-CURVATURE_PER_M_MAX, CURVATURE_PER_M_MAX));
+    let (right, left) = bends.fold((0.0_f32, 0.0_f32), |(right, left), bend_per_m| {
+        (right.min(bend_per_m), left.max(bend_per_m))
+    });
+    [-right, left].map(|bend_per_m| bend_per_m * front_m * front_m)
+}
+
+fn corners_m(body: &Body) -> [Vec3; 4] {
+    let length_m = body.forward * body.half_m.x;
+    let width_m = Vec3::new(-body.forward.y, body.forward.x, 0.0) * body.half_m.y;
+    [length_m + width_m, length_m - width_m, width_m - length_m, -length_m - width_m]
+        .map(|offset_m| body.centre_m + offset_m)
+}
+
+/// A point beside one segment of a path, seen from above.
+struct Beside {
+    /// Along the segment's direction from its start; the segment's own length.
+    along_m: f32,
+    length_m: f32,
+    /// From the nearest point of the segment.
+    away_m: f32,
+    on_left: bool,
+}
+
+impl Beside {
+    fn of([from, to]: &[PathPoint; 2], centre_m: &Vec3) -> Self {
+        let way = (to.point.point_m - from.point.point_m).xy();
+        let beside = (centre_m - from.point.point_m).xy();
+        let length_m = way.norm().max(1.0e-3);
+        let along_m = beside.dot(&way) / length_m;
+        let away_m = (beside - way * (along_m / length_m).clamp(0.0, 1.0)).norm();
+        Self { along_m, length_m, away_m, on_left: way.perp(&beside) > 0.0 }
+    }
+
+    /// Segments of this length on which no point of the path is nearer than the distance left.
+    fn segments_beyond(&self, within_m: f32) -> usize {
+        (((self.away_m - within_m).max(0.0) / self.length_m) as usize).max(1)
+    }
+}
