@@ -5,24 +5,21 @@ mod courtesy;
 mod traits;
 
 use roads::Map;
-use schemas::{AgentOptions, AgentStatus, TrafficLightColour, Vec3, VehicleControl, yaw_rad};
+use schemas::{AgentOptions, AgentStatus, TrafficLightColour, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
-use crate::network::{LaneId, Network, Place, Stop, nearest_place};
-use crate::path::{Leg, Path, PathPoint};
+use crate::network::{LaneId, Network, Stop};
+use crate::path::{Path, PathPoint};
 use crate::pid::{Lateral, Longitudinal};
 use crate::pilot::VehicleView;
-use crate::route;
-use crate::scene::{Ahead, Room, Scene};
+use crate::scene::{Ahead, Room};
+use crate::senses::Senses;
+use crate::{route, wander};
 use traits::Traits;
 
-/// A vehicle's lane is at most this far from it.
-const LANE_M: f32 = 5.0;
 /// The path of an agent without a destination is kept this long, and per metre per second longer.
 const WANDER_M: f32 = 30.0;
 const WANDER_SECS: f32 = 4.0;
-/// Most lanes that are added to it in one tick.
-const WANDER_LANES_MAX: usize = 64;
 /// A target counts as reached from here, and per metre per second of speed from farther away.
 const TARGET_M: f32 = 3.0;
 const TARGET_SECS: f32 = 0.5;
@@ -43,6 +40,9 @@ const STANDING_MPS: f32 = 0.2;
 const STOP_SECS: f32 = 1.0;
 /// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
 const AT_LINE_M: f32 = 4.0;
+/// Room on each side, towards vehicles and towards people.
+const BESIDE_M: f32 = 0.3;
+const BESIDE_WALKERS_M: f32 = 0.8;
 
 /// A driver with a destination or without.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,21 +62,6 @@ pub struct Agent {
     waited_secs: f32,
     /// Until it may make way again.
     calm_secs: f32,
-}
-
-/// What an agent knows besides the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Senses<'a> {
-    /// Lanes of the map.
-    pub network: &'a Network,
-    /// Everybody.
-    pub scene: &'a Scene,
-    /// The own vehicle.
-    pub view: &'a VehicleView,
-    /// The own box.
-    pub body: &'a crate::scene::Body,
-    /// Length of the tick.
-    pub dt_secs: f32,
 }
 
 /// No way leads from one place to the next.
@@ -168,9 +153,10 @@ impl Agent {
         places_m: &[Vec3],
     ) -> Result<(), Unreachable> {
         let mut path = Path::default();
-        let mut from = start(network, map, view).ok_or(Unreachable { index: 0 })?;
+        let here = network.vehicle_place(map, &view.world_from_vehicle);
+        let mut from = here.ok_or(Unreachable { index: 0 })?;
         for (index, place_m) in places_m.iter().enumerate() {
-            let ways = candidates(network, map, place_m).into_iter();
+            let ways = network.point_places(map, place_m).into_iter();
             let ways = ways.filter_map(|to| Some((route::plan(network, from, to)?, to)));
             let best = ways.min_by(|((a, _), _), ((b, _), _)| a.total_cmp(b));
             let ((_, legs), to) = best.ok_or(Unreachable { index })?;
@@ -199,7 +185,9 @@ impl Agent {
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward);
         if self.status == AgentStatus::Wandering {
-            self.wander(senses.network, map, view, speed_mps, draw);
+            wander::begin(&mut self.path, senses.network, map, view);
+            let wanted_m = WANDER_M + WANDER_SECS * speed_mps.max(0.0);
+            wander::extend(&mut self.path, senses.network, wanted_m, draw);
         }
         self.path.follow(senses.network, &position_m);
         let left_m = self.path.length_m();
@@ -245,30 +233,6 @@ impl Agent {
 
     fn brake(&self, brake: f32) -> VehicleControl {
         VehicleControl { brake, steer: self.lateral.held(), ..VehicleControl::default() }
-    }
-
-    /// Keeps some way ahead, any of those that go on.
-    fn wander(
-        &mut self,
-        network: &Network,
-        map: &Map,
-        view: &VehicleView,
-        speed_mps: f32,
-        draw: &mut dyn FnMut() -> u64,
-    ) {
-        if self.path.is_empty() {
-            let place = start(network, map, view);
-            let lane = place.and_then(|place| network.lane(place.lane).zip(Some(place)));
-            if let Some((lane, Place { lane: id, at_m })) = lane {
-                self.path.push(Leg { lane: id, from_m: at_m, to_m: lane.length_m(), onto: None });
-            }
-        }
-        let wanted_m = WANDER_M + WANDER_SECS * speed_mps.max(0.0);
-        for _ in 0..WANDER_LANES_MAX {
-            let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
-            let Some(leg) = last.and_then(|last| any_next(network, last, draw)) else { return };
-            self.path.push(leg);
-        }
     }
 
     /// Whether a red light or a stop sign is near.
@@ -323,57 +287,9 @@ impl Agent {
     }
 }
 
-/// The room that a vehicle needs on its way.
+/// The room that an agent's vehicle needs on its way.
 fn room(senses: &Senses<'_>) -> Room {
-    Room {
-        id: senses.body.id,
-        front_m: senses.body.half_m.x,
-        half_width_m: senses.body.half_m.y,
-        beside_m: 0.3,
-        beside_walkers_m: 0.8,
-    }
-}
-
-/// The next lane of a path, by choice among those that go on.
-pub(crate) fn any_next(
-    network: &Network,
-    last: &Leg,
-    draw: &mut dyn FnMut() -> u64,
-) -> Option<Leg> {
-    let all = &network.lane(last.last_lane())?.next;
-    let endless = |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.goes_on);
-    let good: Vec<LaneId> = all.iter().filter(endless).copied().collect();
-    let choice = if good.is_empty() { all } else { &good };
-    let index = match choice.len() {
-        0 => return None,
-        1 => 0,
-        count => (draw() % count as u64) as usize,
-    };
-    let lane = *choice.get(index)?;
-    Some(Leg { lane, from_m: 0.0, to_m: network.lane(lane)?.length_m(), onto: None })
-}
-
-/// The lane that a vehicle is on and looks along; else the nearest one.
-fn start(network: &Network, map: &Map, view: &VehicleView) -> Option<Place> {
-    let position_m = view.world_from_vehicle.translation.vector;
-    let heading_rad = yaw_rad(&view.world_from_vehicle);
-    let along = network.along(&position_m, heading_rad, LANE_M).map(|near| near.place);
-    along.or_else(|| nearest_place(network, map, &position_m))
-}
-
-/// Places on lanes that a point may mean: the nearest, and those hardly farther away.
-fn candidates(network: &Network, map: &Map, point_m: &Vec3) -> Vec<Place> {
-    /// Half a lane's width, beyond which lanes lie side by side.
-    const SAME_M: f32 = 1.0;
-    let near = network.near(point_m, LANE_M);
-    let least_m = near.iter().map(|near| near.away_m).fold(f32::INFINITY, f32::min);
-    let places: Vec<Place> =
-        near.iter().filter(|near| near.away_m < least_m + SAME_M).map(|near| near.place).collect();
-    if places.is_empty() {
-        nearest_place(network, map, point_m).into_iter().collect()
-    } else {
-        places
-    }
+    Room::of(senses.body, BESIDE_M, BESIDE_WALKERS_M)
 }
 
 #[cfg(test)]

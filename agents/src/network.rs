@@ -7,6 +7,7 @@
 mod build;
 mod conflicts;
 mod grid;
+mod places;
 mod stops;
 
 use std::collections::BTreeMap;
@@ -16,7 +17,6 @@ use roads::{Map, Waypoint};
 use schemas::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-pub(crate) use build::nearest_place;
 use grid::Grid;
 
 /// Ways into a junction that begin this much turned from each other begin opposite.

@@ -73,6 +73,14 @@ pub(crate) struct Room {
     pub beside_walkers_m: f32,
 }
 
+impl Room {
+    /// What a vehicle with this box needs, with so much on each side towards vehicles and people.
+    pub(crate) fn of(body: &Body, beside_m: f32, beside_walkers_m: f32) -> Self {
+        let Body { id, half_m, .. } = *body;
+        Self { id, front_m: half_m.x, half_width_m: half_m.y, beside_m, beside_walkers_m }
+    }
+}
+
 impl Scene {
     /// A scene of these bodies; `lights` by position among the map's traffic lights, none in a
     /// world without lights.

@@ -12,27 +12,23 @@ mod manner;
 mod stops;
 
 use roads::Map;
-use schemas::{AgentBehaviour, Pose, UnitQuaternion, Vec3, VehicleControl, yaw_rad};
+use schemas::{AgentBehaviour, Pose, UnitQuaternion, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
-use crate::agent::{Senses, any_next};
 use crate::lane_change::Reference;
 use crate::network::{LaneId, Network};
-use crate::path::{Leg, Path, heading};
+use crate::path::{Path, heading};
 use crate::scene::Room;
-use crate::{steering, track};
+use crate::senses::Senses;
+use crate::{steering, track, wander};
 pub use claims::Claims;
 use grants::{Grants, Way};
 use manner::Manner;
 pub use stops::Held;
 
-/// A vehicle's lane is at most this far from it.
-const LANE_M: f32 = 5.0;
 /// Way ahead that is kept, at rest and per second of driving.
 const WAY_M: f32 = 40.0;
 const WAY_SECS: f32 = 6.0;
-/// Most lanes that are added to the way in one tick.
-const LANES_MAX: usize = 64;
 /// Spacing of the places on the way that count.
 const SPACING_M: f32 = 2.0;
 /// How far before a line or an entry a vehicle stops.
@@ -45,6 +41,9 @@ const BETWEEN_SECS: f32 = 1.5;
 const LEAD_SECS: f32 = 0.12;
 /// Way over which the climb of the road is taken.
 const CLIMB_M: f32 = 2.0;
+/// Room on each side, towards vehicles and towards people.
+const BESIDE_M: f32 = 0.35;
+const BESIDE_WALKERS_M: f32 = 0.6;
 /// Full brake stands for this.
 const BRAKE_MPS2: f32 = 9.0;
 
@@ -132,17 +131,7 @@ impl Driver {
     ) {
         let (network, view) = (senses.network, senses.view);
         let position_m = view.world_from_vehicle.translation.vector;
-        if self.path.is_empty() {
-            let heading_rad = yaw_rad(&view.world_from_vehicle);
-            let near = network.along(&position_m, heading_rad, LANE_M);
-            let place = near
-                .map(|near| near.place)
-                .or_else(|| crate::network::nearest_place(network, map, &position_m));
-            if let Some((place, lane)) = place.and_then(|at| Some((at, network.lane(at.lane)?))) {
-                let to_m = lane.length_m();
-                self.path.push(Leg { lane: place.lane, from_m: place.at_m, to_m, onto: None });
-            }
-        }
+        wander::begin(&mut self.path, network, map, view);
         let before_m = self.path.length_m();
         self.path.follow(network, &position_m);
         let driven_m = (before_m - self.path.length_m()).max(0.0);
@@ -152,11 +141,7 @@ impl Driver {
             claims.change(senses.body.id, to_left);
         }
         let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
-        for _ in 0..LANES_MAX {
-            let last = self.path.last().filter(|_| self.path.length_m() < wanted_m);
-            let Some(leg) = last.and_then(|last| any_next(network, last, draw)) else { break };
-            self.path.push(leg);
-        }
+        wander::extend(&mut self.path, network, wanted_m, draw);
         self.grants.drive_on(&self.path, driven_m, senses.body.half_m.x);
         self.grants.tell(network, &self.path, senses.body, claims);
         let way = Way::next(network, &self.path, &self.grants, self.room_m(senses));
@@ -288,13 +273,7 @@ impl Driver {
     }
 }
 
-/// The room that a vehicle needs on its way.
+/// The room that a vehicle of traffic needs on its way.
 fn room(senses: &Senses<'_>) -> Room {
-    Room {
-        id: senses.body.id,
-        front_m: senses.body.half_m.x,
-        half_width_m: senses.body.half_m.y,
-        beside_m: 0.35,
-        beside_walkers_m: 0.6,
-    }
+    Room::of(senses.body, BESIDE_M, BESIDE_WALKERS_M)
 }

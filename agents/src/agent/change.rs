@@ -1,10 +1,11 @@
 //! Lane changes of agents: begun where the lane beside has room, put off elsewhere.
 
-use super::{Agent, EASY_MPS2, SPACING_M, STANDING_MPS, Senses, room};
+use super::{Agent, EASY_MPS2, SPACING_M, STANDING_MPS, room};
 use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
 use crate::network::{Network, Place};
 use crate::path::{Leg, NextChange, Path};
 use crate::route;
+use crate::senses::Senses;
 
 /// A change is decided on this far before it begins, and per metre per second from farther away.
 const LOOK_M: f32 = 3.0;

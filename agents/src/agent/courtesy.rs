@@ -5,13 +5,14 @@
 
 use schemas::AgentStatus;
 
+use super::Agent;
 use super::change::{LENGTH_M_MIN, has_room};
 use super::traits::Traits;
-use super::{Agent, Senses};
 use crate::beside::neighbours;
 use crate::network::{Beside, Network, Place};
 use crate::path::{Leg, Path};
 use crate::route;
+use crate::senses::Senses;
 
 /// Slower than this nobody makes way.
 const SPEED_MPS_MIN: f32 = 10.0 / 3.6;

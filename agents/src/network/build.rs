@@ -1,7 +1,7 @@
 //! From a map to its network.
 
-use roads::{LaneChange, LaneTypes, Map, Waypoint};
-use schemas::{Vec3, yaw_rad};
+use roads::{LaneChange, Map, Waypoint};
+use schemas::yaw_rad;
 
 use super::grid::Grid;
 use super::{Beside, Lane, LaneId, LanePoint, Network, conflicts, stops, wrapped};
@@ -157,10 +157,4 @@ fn mark_endless(network: &mut Network) {
             }
         }
     }
-}
-
-/// Where a point is on the map's own lanes, for points far from every lane's middle.
-pub(crate) fn nearest_place(network: &Network, map: &Map, point_m: &Vec3) -> Option<super::Place> {
-    let point: nalgebra::Vector3<f64> = nalgebra::convert(*point_m);
-    network.place(&map.nearest(point.into(), LaneTypes::DRIVING)?)
 }

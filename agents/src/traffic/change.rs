@@ -2,12 +2,13 @@
 
 use super::claims::Claims;
 use super::manner::Manner;
-use super::{LANES_MAX, SPACING_M, room};
-use crate::agent::Senses;
+use super::{SPACING_M, room};
 use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
 use crate::network::{Beside, LaneId, Network};
 use crate::path::{Leg, Path, PathPoint, heading};
 use crate::scene::Ahead;
+use crate::senses::Senses;
+use crate::wander::LANES_MAX;
 
 /// How often a driver thinks about it.
 pub(super) const THINK_SECS: f32 = 1.0;

@@ -7,9 +7,9 @@ use super::claims::Claims;
 use super::grants::Way;
 use super::manner::Manner;
 use super::{BEFORE_LINE_M, Driver, STANDING_MPS};
-use crate::agent::Senses;
 use crate::network::Stop;
 use crate::scene::Ahead;
+use crate::senses::Senses;
 
 /// How long a vehicle stands at a stop sign.
 const STOP_SECS: f32 = 1.0;
