@@ -197,6 +197,7 @@ def test_the_tick_that_finds_its_world_dead_shows_the_last_frame_once_more(start
         again = world.get_snapshot()
         assert again.frame == before + 1
         assert again.timestamp.elapsed_seconds == last.timestamp.elapsed_seconds
+        assert (last.timestamp.delta_seconds > 0.0, again.timestamp.delta_seconds) == (True, 0.0)
         assert again.find(car.id).get_transform() == last.find(car.id).get_transform()
         with pytest.raises(RuntimeError, match="world is gone"):
             world.tick()

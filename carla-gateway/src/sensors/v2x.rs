@@ -209,6 +209,30 @@ mod tests {
         assert_eq!([at(408), at(416), at(424) & 0xff], [1, 6, 0x21]);
     }
 
+    /// Numbers of ETSI TS 102 894-2.
+    #[test]
+    fn what_nobody_knows_is_said_to_be_unavailable() {
+        let at = record(message());
+        assert_eq!([at(64), at(72), at(80), at(96)], [4_095, 4_095, 3_601, 15], "of the place");
+        assert_eq!([at(160), at(184), at(192), at(200), at(224)], [4, 102, 30_001, 7, 8]);
+        assert_eq!([at(288), at(312)], [102, 102], "of accelerations to the left and up");
+    }
+
+    #[test]
+    fn what_a_number_cannot_hold_is_said_to_be_unavailable_or_its_end() {
+        let numbers = |speed_mps: f32, mps2: f32, yaw_rate_radps: f32| {
+            let acceleration_mps2 = Vec3::new(mps2, -mps2, mps2);
+            let known = message().motion.unwrap();
+            let motion = StationMotion { speed_mps, acceleration_mps2, yaw_rate_radps, ..known };
+            let at = record(AwarenessMessage { motion: Some(motion), ..message() });
+            [at(128), at(176), at(280), at(304), at(216)]
+        };
+        assert_eq!(numbers(163.82, 16.0, 5.718), [16_382, 160, -160, 160, 32_762], "the last");
+        assert_eq!(numbers(200.0, 16.1, 5.72), [16_382, 161, 161, 161, 32_767]);
+        let unknown = f32::NAN;
+        assert_eq!(numbers(unknown, -16.1, -5.72), [16_383, 161, 161, 161, 32_767]);
+    }
+
     #[test]
     fn a_road_side_unit_tells_no_motion() {
         let kind = StationKind::RoadSideUnit;
@@ -218,10 +242,12 @@ mod tests {
 
     #[test]
     fn a_text_fills_at_most_its_hundred_bytes() {
-        let text = "x".repeat(120);
-        let message = CustomMessage { station: ActorId::new(7).unwrap(), text };
+        let text: String = ('a'..='z').cycle().take(120).collect();
+        let message = CustomMessage { station: ActorId::new(7).unwrap(), text: text.clone() };
         let bytes = custom(Vec::new(), &[Received { power_dbm: 0.0, message }]);
         assert_eq!(bytes.len(), CUSTOM_BYTES);
-        assert_eq!((bytes[31], bytes[32], bytes[131], bytes[132]), (0, b'x', b'x', 0));
+        assert_eq!(bytes[24..32], 7_u64.to_le_bytes());
+        assert_eq!(bytes[32..132], text.as_bytes()[..100]);
+        assert_eq!(bytes[132..], [0; 4]);
     }
 }

@@ -168,6 +168,51 @@ fn vehicles_and_houses_between_weaken_and_distance_ends() {
     assert_eq!(power_dbm(None, ahead, &[("receiver_sensitivity", "-10")]), None);
 }
 
+/// Without a word about fading it is that of ETSI: 3.3 dB on a highway in sight of each other.
+#[test]
+fn powers_scatter_unless_somebody_turns_fading_off() {
+    let scatter_db = |attributes: &[(&str, &str)]| {
+        let mut world = world();
+        let (sender, receiver) = (car(&mut world, 100.0, 0.0), car(&mut world, 130.0, 0.0));
+        let fixed = [attributes, &[("fixed_rate", "true")]].concat();
+        let [_, ear] = [sender, receiver]
+            .map(|on| sensor(&mut world, "sensor.other.v2x", Some(on), Pose::identity(), &fixed));
+        let mut powers_dbm = Vec::new();
+        for _ in 0..400 {
+            world.tick().unwrap();
+            powers_dbm.extend(heard(&world, ear).iter().map(|received| received.power_dbm));
+        }
+        assert!((199..=201).contains(&powers_dbm.len()), "{}", powers_dbm.len());
+        let count = powers_dbm.len() as f32;
+        let mean_dbm = powers_dbm.iter().sum::<f32>() / count;
+        let square = |dbm: &f32| (dbm - mean_dbm) * (dbm - mean_dbm);
+        (powers_dbm.iter().map(square).sum::<f32>() / count).sqrt()
+    };
+    let etsi_db = scatter_db(&[]);
+    assert!((2.8..3.8).contains(&etsi_db), "{etsi_db}");
+    let off_db = scatter_db(&[STEADY]);
+    assert!(off_db < 0.01, "{off_db}");
+}
+
+#[test]
+fn a_road_side_unit_sends_twice_a_second_whatever_its_settings() {
+    let mut world = world();
+    let sign = spawn(&mut world, "static.prop.streetsign", 20.0, -9.0);
+    let receiver = car(&mut world, 40.0, 0.0);
+    radio(&mut world, sign, &[("fixed_rate", "true")]);
+    let ear = radio(&mut world, receiver, &[]);
+    let mut told = Vec::new();
+    for tick in 1..=30 {
+        world.tick().unwrap();
+        for Received { message, .. } in heard(&world, ear) {
+            assert_eq!((message.station, message.kind), (sign, StationKind::RoadSideUnit));
+            assert_eq!((message.motion, message.lights), (None, None));
+            told.push(tick);
+        }
+    }
+    assert_eq!(told, [1, 11, 21]);
+}
+
 #[test]
 fn an_ambulance_tells_its_lights_twice_a_second() {
     let mut world = world();

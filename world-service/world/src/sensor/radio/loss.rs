@@ -157,6 +157,8 @@ impl Loss {
         20.0 * log10(4.0 * f64::pi() * ground_m / (self.wave_m() * ComplexField::sqrt(sum)))
     }
 
+    /// Below 0 for a roof far below the line, which loses nothing.
+    ///
     /// - **Source:** ITU-R P.526, diffraction at a single knife edge. CARLA measures the height of
     ///   the roof from the ground instead of from the line of sight, which loses more.
     fn knife_edge_db(&self, edge: &Edge) -> f64 {
@@ -164,9 +166,6 @@ impl Loss {
             (edge.before_m.max(DISTANCE_M_MIN), edge.behind_m.max(DISTANCE_M_MIN));
         let zone = 2.0 / self.wave_m() * (1.0 / before_m + 1.0 / behind_m);
         let v = edge.height_m * ComplexField::sqrt(zone);
-        if v <= -0.78 {
-            return 0.0;
-        }
         let from = v - 0.1;
         6.9 + 20.0 * log10(ComplexField::sqrt(from * from + 1.0) + from)
     }
@@ -244,5 +243,25 @@ mod tests {
         near(at(0.0), 6.03);
         assert!(at(0.5) > at(0.2) && at(0.2) > at(0.0));
         near(at(-1.0), 0.0);
+        near(at(-1.0e9), 0.0);
+    }
+
+    #[test]
+    fn fading_is_as_etsi_measured_or_as_it_is_given() {
+        let vehicles = Sight::Vehicles(Vec::new());
+        let wanted_db = [
+            ("highway", [3.3, 3.8, 6.8]),
+            ("rural", [4.25, 4.55, 6.8]),
+            ("urban", [5.2, 5.3, 6.8]),
+        ];
+        for (area, wanted_db) in wanted_db {
+            let etsi = loss(&[("scenario", area), ("custom_fading_stddev", "9")]);
+            let found_db =
+                [&Sight::Free, &vehicles, &Sight::Blocked].map(|sight| etsi.fading_db(sight));
+            assert_eq!(found_db, wanted_db, "{area}");
+        }
+        let custom = loss(&[("use_etsi_fading", "false"), ("custom_fading_stddev", "1.5")]);
+        assert_eq!([Sight::Free, vehicles].map(|sight| custom.fading_db(&sight)), [1.5, 1.5]);
+        assert_eq!(loss(&[("use_etsi_fading", "false")]).fading_db(&Sight::Free), 0.0);
     }
 }
