@@ -135,12 +135,7 @@ def junctions(built, folder, minutes):
         told = json.loads(quiet(built / "examples" / "junctions", name, count, minutes))
         ways, secs = told["routes"], 60 * minutes
         town = Town(built, name, folder, TURN_MPS2)
-        rows = {
-            "ours": (
-                {id: told["passes"].get(id, 0) for id in town.junctions},
-                told["mean_mps"],
-            )
-        }
+        rows = {"ours": {id: told["passes"].get(id, 0) for id in town.junctions}}
         rows["SUMO, drivers like ours"] = town.drive(ways, secs, LIKE_OURS)[1]
         town = Town(built, name, folder, TURN_MPS2_OWN)
         rows["SUMO, its own drivers"] = town.drive(ways, secs, SUMO_OWN)[1]
