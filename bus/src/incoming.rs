@@ -75,7 +75,7 @@ impl Bus {
     /// Serves a key for those on the same machine who come by a shortcut, past the bus; all others
     /// want [`serve`](Self::serve) besides.
     ///
-    /// `handler` is under the same rules.
+    /// `handler` runs on a thread of the asker's connection: what it does holds up nobody else.
     ///
     /// # Errors
     /// As for [`serve`](Self::serve), and [`BusError::Shortcut`] when the system refuses a socket.

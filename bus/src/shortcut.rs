@@ -5,37 +5,36 @@
 //! shortcut listens on a Unix socket beside the bus; its name, which no file system knows, is told
 //! on the bus. Where it leads nowhere, as on another machine, the asker stays with the bus.
 //!
-//! A connection begins with a byte of welcome and carries one question at a time: its length and
-//! its bytes, then whether the answer is a refusal, its length and its bytes.
+//! A connection begins with a byte of welcome and carries one question at a time. A message, the
+//! question or the answer, is a byte that says whether it is a refusal, its length and its bytes.
 
-use std::io::{self, IoSlice};
-use std::net::Shutdown;
-use std::os::fd::AsFd;
+mod serving;
+
+use std::io::{self, IoSlice, IoSliceMut};
 use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr, UnixListener as StdListener, UnixStream as StdStream};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::os::unix::net::{SocketAddr, UnixStream as StdStream};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use bytes::BufMut;
 use schemas::{Error, keys, limits};
-use tokio::net::{UnixListener, UnixStream};
-use tokio::sync::{Semaphore, mpsc};
-use tokio::task::{AbortHandle, JoinSet};
+use tokio::net::UnixStream;
 
+use crate::Bus;
 use crate::query::{ask, refusal_of, timed_out};
-use crate::{Bus, BusError, Incoming};
 
-/// Connections that a service accepts; who comes beyond that is told at once, and asks on the bus.
-const CONNECTIONS_MAX: usize = 256;
+pub(crate) use serving::{Desk, Taking};
+
 /// Says that there is room.
 const WELCOME: u8 = 1;
 /// Connections that an asker keeps open between two questions.
 const IDLE_MAX: usize = 4;
 /// How long the service may take to say where its shortcut is, and that there is room.
 const NAME_DEADLINE: Duration = Duration::from_millis(500);
-
-/// Shortcuts this process has served.
-static SERVED: AtomicU64 = AtomicU64::new(0);
+/// Bytes before those of a message: whether it is a refusal, and how many follow.
+const HEAD_BYTES: usize = 5;
+/// Room for what comes together with a head: nearly every message whole.
+const FIRST_BYTES: usize = 8 * 1024;
 
 /// A way to one service past the bus.
 #[derive(Debug)]
@@ -52,15 +51,6 @@ pub(crate) struct Passage<'a> {
     stream: UnixStream,
 }
 
-/// Takes connections until it is dropped, and answers no more then.
-pub(crate) struct Taking(AbortHandle);
-
-impl Drop for Taking {
-    fn drop(&mut self) {
-        self.0.abort();
-    }
-}
-
 impl Bus {
     /// The shortcut to what a service serves under `key`; `None` when it has none that leads there.
     pub(crate) async fn shortcut(&self, key: &str) -> Option<Shortcut> {
@@ -73,27 +63,6 @@ impl Bus {
         shortcut.enter().await.ok()?;
         Some(shortcut)
     }
-
-    /// Listens for those who come by a shortcut; gives its name.
-    pub(crate) fn take_shortcuts(
-        &self,
-        key: &str,
-        handler: impl Fn(Incoming) + Send + Sync + 'static,
-    ) -> Result<(String, Taking), BusError> {
-        // No other session has this number, on this machine or another.
-        let number = SERVED.fetch_add(1, Ordering::Relaxed);
-        let name = format!("causeway-{}-{number}", self.session.zid());
-        let listener =
-            listen(&name).map_err(|cause| BusError::Shortcut { key: key.to_owned(), cause })?;
-        let task = tokio::spawn(take(listener, key.to_owned(), Arc::new(handler)));
-        Ok((name, Taking(task.abort_handle())))
-    }
-}
-
-fn listen(name: &str) -> io::Result<UnixListener> {
-    let listener = StdListener::bind_addr(&SocketAddr::from_abstract_name(name)?)?;
-    listener.set_nonblocking(true)?;
-    UnixListener::from_std(listener)
 }
 
 impl Shortcut {
@@ -115,7 +84,7 @@ impl Shortcut {
         let stream = StdStream::connect_addr(&self.address)?;
         stream.set_nonblocking(true)?;
         let stream = UnixStream::from_std(stream)?;
-        tokio::time::timeout(NAME_DEADLINE, read_exactly(&stream, 1)).await??;
+        tokio::time::timeout(NAME_DEADLINE, read_exactly(&stream, Vec::new(), 1)).await??;
         Ok(stream)
     }
 
@@ -149,171 +118,105 @@ impl Passage<'_> {
 }
 
 async fn exchange(stream: &UnixStream, question: &[u8]) -> io::Result<(bool, Vec<u8>)> {
-    let head = length(question)?.to_le_bytes();
-    write_from(stream, &head, question, 0).await?;
-    let head = read_exactly(stream, 5).await?;
-    let [is_refusal, length @ ..] = head.as_slice() else { return Err(too_short()) };
-    Ok((*is_refusal != 0, read_exactly(stream, length_in(length, limits::MAP_BYTES_MAX)?).await?))
-}
-
-/// Takes connections for ever; those it has end with it.
-async fn take(
-    listener: UnixListener,
-    key: String,
-    handler: Arc<impl Fn(Incoming) + Send + Sync + 'static>,
-) {
-    let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
-    let mut connections = JoinSet::new();
+    write(stream, &head_of(false, question)?, question).await?;
+    let mut arriving = Arriving::default();
     loop {
-        let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
-            Some(_) = connections.join_next() => continue,
-        };
-        let Ok((stream, _)) = accepted else {
-            tokio::task::yield_now().await;
-            continue;
-        };
-        let Ok(seat) = Arc::clone(&seats).try_acquire_owned() else { continue };
-        let (key, handler) = (key.clone(), Arc::clone(&handler));
-        connections.spawn(async move {
-            if let Err(cause) = attend(stream, &key, &*handler).await {
-                tracing::trace!(key, %cause, "an asker has left the shortcut");
-            }
-            drop(seat);
-        });
-    }
-}
-
-/// A connection of an asker.
-struct Line {
-    stream: UnixStream,
-    /// Whether a question waits for its answer; a second one would break the order.
-    is_asked: AtomicBool,
-    rests: mpsc::Sender<Rest>,
-}
-
-/// What of an answer did not find room in the socket at once.
-struct Rest {
-    head: [u8; 5],
-    bytes: Vec<u8>,
-    written: usize,
-}
-
-/// Closes the connection also while somebody is about to answer.
-struct Hanging<'a>(&'a UnixStream);
-
-impl Drop for Hanging<'_> {
-    fn drop(&mut self) {
-        let stream = self.0.as_fd().try_clone_to_owned().map(StdStream::from);
-        if let Err(cause) = stream.and_then(|stream| stream.shutdown(Shutdown::Both)) {
-            tracing::trace!(%cause, "the asker had left the shortcut");
-        }
-    }
-}
-
-/// Answers one question after the other.
-async fn attend(stream: UnixStream, key: &str, handler: impl Fn(Incoming)) -> io::Result<()> {
-    write_from(&stream, &[WELCOME], &[], 0).await?;
-    let (rests, mut waiting) = mpsc::channel(1);
-    let line = Arc::new(Line { stream, is_asked: AtomicBool::new(false), rests });
-    let _hanging = Hanging(&line.stream);
-    loop {
-        let question = tokio::select! {
-            // Nothing is lost: whoever still reads an answer asks nothing.
-            Some(Rest { head, bytes, written }) = waiting.recv() => {
-                write_from(&line.stream, &head, &bytes, written).await?;
-                continue;
-            }
-            question = read_question(&line.stream) => question?,
-        };
-        if line.is_asked.swap(true, Ordering::AcqRel) {
-            return Err(io::Error::other("a question before the answer to the last one"));
-        }
-        handler(Incoming::by_shortcut(key.to_owned(), question, Desk(Arc::clone(&line))));
-    }
-}
-
-async fn read_question(stream: &UnixStream) -> io::Result<Vec<u8>> {
-    let head = read_exactly(stream, 4).await?;
-    read_exactly(stream, length_in(&head, limits::REPLY_BYTES_MAX)?).await
-}
-
-/// Where the answer to a question goes.
-pub(crate) struct Desk(Arc<Line>);
-
-impl Desk {
-    /// Whoever answers writes to the socket himself, as far as there is room: short answers wake
-    /// the asker and nobody else.
-    pub(crate) fn answer(self, is_refusal: bool, bytes: Vec<u8>) {
-        let Self(line) = self;
-        // Fits: no answer has more than the limit of a map.
-        let [a, b, c, d] = (bytes.len() as u32).to_le_bytes();
-        let head = [u8::from(is_refusal), a, b, c, d];
-        // Before the asker can ask again.
-        line.is_asked.store(false, Ordering::Release);
-        match try_write(&line.stream, &head, &bytes, 0) {
-            Ok(written) if written < head.len() + bytes.len() => {
-                // There is room: one answer at a time. Nobody is there when the service has ended.
-                let _ = line.rests.try_send(Rest { head, bytes, written });
-            }
+        stream.readable().await?;
+        match stream.try_read_vectored(&mut arriving.room()) {
+            Ok(count) if arriving.is_open(count)? => break,
             Ok(_) => {}
-            // The connection ends by itself then.
-            Err(cause) => tracing::trace!(%cause, "the asker has left the shortcut"),
+            Err(empty) if empty.kind() == io::ErrorKind::WouldBlock => {}
+            Err(cause) => return Err(cause),
         }
     }
+    let (is_refusal, bytes, length) = arriving.opened(limits::MAP_BYTES_MAX)?;
+    Ok((is_refusal, read_exactly(stream, bytes, length).await?))
 }
 
-/// Writes what follows the first `written` bytes of two slices.
-async fn write_from(
-    stream: &UnixStream,
-    head: &[u8],
-    bytes: &[u8],
-    mut written: usize,
-) -> io::Result<()> {
+async fn write(stream: &UnixStream, head: &[u8], bytes: &[u8]) -> io::Result<()> {
+    let mut written = 0;
     while written < head.len() + bytes.len() {
         stream.writable().await?;
-        written += try_write(stream, head, bytes, written)?;
+        match stream.try_write_vectored(&rest_of(head, bytes, written)) {
+            Ok(count) => written += count,
+            Err(full) if full.kind() == io::ErrorKind::WouldBlock => {}
+            Err(cause) => return Err(cause),
+        }
     }
     Ok(())
 }
 
-/// How many more bytes there was room for.
-fn try_write(stream: &UnixStream, head: &[u8], bytes: &[u8], written: usize) -> io::Result<usize> {
-    let head_left = head.get(written..).unwrap_or_default();
-    let bytes_left = bytes.get(written.saturating_sub(head.len())..).unwrap_or_default();
-    match stream.try_write_vectored(&[IoSlice::new(head_left), IoSlice::new(bytes_left)]) {
-        Err(full) if full.kind() == io::ErrorKind::WouldBlock => Ok(0),
-        written => written,
-    }
-}
-
-async fn read_exactly(stream: &UnixStream, length: usize) -> io::Result<Vec<u8>> {
-    let mut message = Vec::with_capacity(length);
-    while message.len() < length {
+/// Reads on until there are so many bytes.
+async fn read_exactly(
+    stream: &UnixStream,
+    mut bytes: Vec<u8>,
+    length: usize,
+) -> io::Result<Vec<u8>> {
+    bytes.reserve_exact(length - bytes.len());
+    while bytes.len() < length {
         stream.readable().await?;
-        let missing = length - message.len();
-        let mut room = bytes::BufMut::limit(&mut message, missing);
-        match stream.try_read_buf(&mut room) {
+        let missing = length - bytes.len();
+        match stream.try_read_buf(&mut (&mut bytes).limit(missing)) {
             Ok(0) => return Err(too_short()),
             Ok(_) => {}
             Err(empty) if empty.kind() == io::ErrorKind::WouldBlock => {}
             Err(cause) => return Err(cause),
         }
     }
-    Ok(message)
+    Ok(bytes)
 }
 
-fn length(message: &[u8]) -> io::Result<u32> {
-    u32::try_from(message.len()).map_err(io::Error::other)
+/// A message whose head has not come yet.
+struct Arriving {
+    head: [u8; HEAD_BYTES],
+    bytes: Vec<u8>,
+    count: usize,
 }
 
-fn length_in(head: &[u8], bytes_max: usize) -> io::Result<usize> {
-    let length = u32::from_le_bytes(head.try_into().map_err(|_| too_short())?) as usize;
-    if length <= bytes_max {
-        Ok(length)
-    } else {
-        Err(io::Error::other(format!("{length} bytes, of at most {bytes_max}")))
+impl Default for Arriving {
+    fn default() -> Self {
+        Self { head: [0; HEAD_BYTES], bytes: vec![0; FIRST_BYTES], count: 0 }
     }
+}
+
+impl Arriving {
+    /// Where to read to.
+    fn room(&mut self) -> [IoSliceMut<'_>; 2] {
+        let head = self.head.get_mut(self.count..).unwrap_or_default();
+        [IoSliceMut::new(head), IoSliceMut::new(&mut self.bytes)]
+    }
+
+    /// Whether the head is complete after so many bytes more.
+    fn is_open(&mut self, count: usize) -> io::Result<bool> {
+        self.count += count;
+        if count == 0 { Err(too_short()) } else { Ok(self.count >= HEAD_BYTES) }
+    }
+
+    /// Whether it is a refusal, what has come of its bytes, and how many it has.
+    fn opened(mut self, bytes_max: usize) -> io::Result<(bool, Vec<u8>, usize)> {
+        let [is_refusal, length @ ..] = self.head;
+        let length = u32::from_le_bytes(length) as usize;
+        self.bytes.truncate(self.count - HEAD_BYTES);
+        if length > bytes_max {
+            Err(io::Error::other(format!("{length} bytes, of at most {bytes_max}")))
+        } else if self.bytes.len() > length {
+            Err(io::Error::other("more than one message"))
+        } else {
+            Ok((is_refusal != 0, self.bytes, length))
+        }
+    }
+}
+
+fn head_of(is_refusal: bool, bytes: &[u8]) -> io::Result<[u8; HEAD_BYTES]> {
+    let [a, b, c, d] = u32::try_from(bytes.len()).map_err(io::Error::other)?.to_le_bytes();
+    Ok([u8::from(is_refusal), a, b, c, d])
+}
+
+/// What follows the first `written` bytes of a head and its bytes.
+fn rest_of<'a>(head: &'a [u8], bytes: &'a [u8], written: usize) -> [IoSlice<'a>; 2] {
+    let head_left = head.get(written..).unwrap_or_default();
+    let bytes_left = bytes.get(written.saturating_sub(head.len())..).unwrap_or_default();
+    [IoSlice::new(head_left), IoSlice::new(bytes_left)]
 }
 
 fn too_short() -> io::Error {
@@ -326,6 +229,7 @@ mod tests {
 
     use schemas::Reply;
 
+    use super::serving::CONNECTIONS_MAX;
     use super::*;
     use crate::{BusConfig, Endpoint};
 
@@ -357,7 +261,7 @@ mod tests {
             move || {
                 let mut stream = StdStream::connect_addr(&address).unwrap();
                 stream.read_exact(&mut [0]).unwrap();
-                stream.write_all(&u32::MAX.to_le_bytes()).unwrap();
+                stream.write_all(&[0, 255, 255, 255, 255]).unwrap();
                 stream.read(&mut [0; 8]).unwrap()
             }
         });

@@ -18,7 +18,7 @@ use crate::args::{Args, Config, ConfigError};
 use crate::maps::Maps;
 use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
 use office::Office;
-use shard_thread::{Mailboxes, ShardThread};
+use shard_thread::{Mailboxes, ShardThread, Workshop};
 
 /// Why the service cannot start or had to end.
 #[derive(Debug, thiserror::Error)]
@@ -109,8 +109,9 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
     let listeners = bus.frame_listeners().await?;
     let mut threads = Vec::with_capacity(shard_count + 1);
+    let mut workshops = Vec::with_capacity(shard_count);
     for (index, inbox) in inboxes.into_iter().enumerate() {
-        let shard = ShardThread {
+        let thread = ShardThread {
             index,
             bus: bus.clone(),
             listeners: listeners.clone(),
@@ -119,13 +120,16 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
             runtime: tokio::runtime::Handle::current(),
             journals: config.journals.clone(),
         };
-        threads.push(shard.spawn(Arc::clone(&ids), seats.clone(), inbox)?);
+        let workshop = Arc::new(Workshop::new(thread, Arc::clone(&ids), seats.clone()));
+        threads.push(workshop.open(inbox)?);
+        workshops.push(workshop);
     }
     let dispatcher = Arc::new(Dispatcher::new(jobs.clone()));
     let office = Office { maps, ids, seats, epoch, dispatcher: Arc::clone(&dispatcher), mailboxes };
     let (desk, office_thread) = office.spawn()?;
     threads.push(office_thread);
-    let servings = faces::serve(&bus, (&config.id, number), &dispatcher, &desk).await?;
+    let servings =
+        faces::serve(&bus, (&config.id, number), &dispatcher, workshops.into(), &desk).await?;
     let presence = follow_presence(&bus, jobs.clone(), renderers).await?;
     let announcement = bus.announce(alive(&config)).await?;
     for endpoint in bus.listening() {

@@ -1,4 +1,5 @@
-//! The keys the service answers. Runs on the bus's threads: routes or refuses, nothing else.
+//! The keys the service answers. Runs on the bus's threads: routes or refuses, nothing else. Only
+//! those who come by a shortcut lend their threads to the worlds they want ticked.
 
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
@@ -7,13 +8,18 @@ use bus::{Bus, BusError, Incoming, Serving};
 use schemas::{Error, ErrorCode, Request, ServiceId, Tenant, WorldId, keys};
 
 use super::office::OfficeJob;
+use super::shard_thread::Workshop;
 use crate::service::{Answer, Answered, Dispatcher, Simulation};
+
+/// Of every shard.
+type Workshops<S> = Arc<[Arc<Workshop<S>>]>;
 
 /// Serves all keys of a world service with this name and number.
 pub(super) async fn serve<S: Simulation>(
     bus: &Bus,
     (id, number): (&ServiceId, u32),
     dispatcher: &Arc<Dispatcher<S>>,
+    workshops: Workshops<S>,
     desk: &SyncSender<OfficeJob>,
 ) -> Result<Vec<Serving>, BusError> {
     let worlds = || {
@@ -28,10 +34,16 @@ pub(super) async fn serve<S: Simulation>(
         Some((tenant, world)) => route(&for_world, &desk_for_world, tenant, Some(world), incoming),
         None => incoming.refuse(unknown_key()),
     };
-    let batch = |dispatcher: &Arc<Dispatcher<S>>| {
+    let batch = |workshops: Option<Workshops<S>>| {
         let dispatcher = Arc::clone(dispatcher);
         move |incoming: Incoming| match incoming.request() {
-            Ok(Request::TickWorlds(items)) => dispatcher.tick(None, items, answer(incoming)),
+            Ok(Request::TickWorlds(items)) => {
+                let here = |shard: usize, job| match &workshops {
+                    Some(workshops) => workshops[shard].lend_a_hand(job),
+                    None => Some(job),
+                };
+                dispatcher.tick(None, items, answer(incoming), here);
+            }
             Ok(_) => incoming.refuse(unfit("ticks of worlds")),
             Err(error) => incoming.refuse(error),
         }
@@ -45,9 +57,9 @@ pub(super) async fn serve<S: Simulation>(
         bus.serve(keys::ANY_WORLDS, worlds()).await?,
         bus.serve(&keys::any_worlds_of(id), worlds()).await?,
         bus.serve(&keys::any_world(number), world).await?,
-        bus.serve(&keys::batch_tick(id), batch(dispatcher)).await?,
-        bus.serve_lane(&keys::batch_tick(id), batch(dispatcher)).await?,
-        bus.serve_shortcut(&keys::batch_tick(id), batch(dispatcher)).await?,
+        bus.serve(&keys::batch_tick(id), batch(None)).await?,
+        bus.serve_lane(&keys::batch_tick(id), batch(None)).await?,
+        bus.serve_shortcut(&keys::batch_tick(id), batch(Some(workshops))).await?,
         bus.serve(keys::ANY_ASSET, asset).await?,
     ])
 }

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
@@ -39,7 +39,14 @@ pub(super) struct ShardThread<S: Simulation> {
     pub(super) journals: Option<Journals>,
 }
 
-/// Where the results of one shard's thread go.
+/// Where the worlds of one shard are worked on: by a thread of its own, or by those who lend theirs,
+/// one at a time.
+pub(super) struct Workshop<S: Simulation> {
+    shard: Mutex<Shard<S>>,
+    outlet: BusOutlet<S>,
+}
+
+/// Where the results of one shard go.
 struct BusOutlet<S: Simulation> {
     thread: ShardThread<S>,
     captures: Arc<Semaphore>,
@@ -55,8 +62,13 @@ impl<S: Simulation> Mailboxes<S> {
     pub(super) fn adopt(&self, id: WorldId, world: Hosted<S>) {
         let index = Ids::shard_of(id, self.boxes.len());
         self.boxes[index].lock().unwrap_or_else(PoisonError::into_inner).push((id, world));
-        // A shard that is too busy to be told will look into its box anyway.
-        let _ = self.jobs[index].try_send(Job::Adopted);
+        self.knock(index);
+    }
+
+    /// Has a shard's thread look into its box and at its clock.
+    fn knock(&self, index: usize) {
+        // One that is too busy to be told will look anyway.
+        let _ = self.jobs[index].try_send(Job::LookAgain);
     }
 
     fn empty(&self, index: usize) -> Vec<(WorldId, Hosted<S>)> {
@@ -64,39 +76,69 @@ impl<S: Simulation> Mailboxes<S> {
     }
 }
 
-impl<S: Simulation> ShardThread<S> {
-    /// Starts the thread, which ends with [`Job::Stop`].
-    pub(super) fn spawn(
-        self,
-        ids: Arc<Ids>,
-        seats: Seats,
+impl<S: Simulation> Workshop<S> {
+    /// Without worlds, and nobody at work yet.
+    pub(super) fn new(thread: ShardThread<S>, ids: Arc<Ids>, seats: Seats) -> Self {
+        let shard = Mutex::new(Shard::new(ids, seats));
+        let outlet = BusOutlet { thread, captures: Arc::new(Semaphore::new(CAPTURES_MAX)) };
+        Self { shard, outlet }
+    }
+
+    /// Starts the thread that works here, which ends with [`Job::Stop`].
+    pub(super) fn open(
+        self: &Arc<Self>,
         inbox: Receiver<Job<S>>,
     ) -> Result<JoinHandle<()>, ServiceError> {
-        let shard = Shard::new(ids, seats);
-        let outlet = BusOutlet { thread: self, captures: Arc::new(Semaphore::new(CAPTURES_MAX)) };
+        let workshop = Arc::clone(self);
         std::thread::Builder::new()
-            .name(format!("shard-{}", outlet.thread.index))
-            .spawn(move || run(shard, &outlet, &inbox))
+            .name(format!("shard-{}", self.outlet.thread.index))
+            .spawn(move || workshop.run(&inbox))
             .map_err(|cause| ServiceError::System { what: "threads", cause })
     }
-}
 
-fn run<S: Simulation>(mut shard: Shard<S>, outlet: &BusOutlet<S>, inbox: &Receiver<Job<S>>) {
-    loop {
-        let received = match shard.next_end() {
-            None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some(end) => inbox.recv_timeout(end.saturating_duration_since(Instant::now())),
-        };
+    /// Does a job at once, on the caller's thread; gives it back while somebody is at work here.
+    pub(super) fn lend_a_hand(&self, job: Job<S>) -> Option<Job<S>> {
+        let Ok(mut shard) = self.shard.try_lock() else { return Some(job) };
+        let due = shard.next_end();
+        self.work(&mut shard, Some(job));
+        let is_due_sooner = shard.next_end().is_some_and(|end| due.is_none_or(|due| end < due));
+        drop(shard);
+        if is_due_sooner {
+            self.outlet.thread.mailboxes.knock(self.outlet.thread.index);
+        }
+        None
+    }
+
+    fn run(&self, inbox: &Receiver<Job<S>>) {
+        loop {
+            let due = self.lock().next_end();
+            let received = match due {
+                None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
+                Some(end) => inbox.recv_timeout(end.saturating_duration_since(Instant::now())),
+            };
+            let job = match received {
+                Ok(Job::Stop) | Err(RecvTimeoutError::Disconnected) => return,
+                Ok(job) => Some(job),
+                Err(RecvTimeoutError::Timeout) => None,
+            };
+            self.work(&mut self.lock(), job);
+        }
+    }
+
+    fn work(&self, shard: &mut Shard<S>, job: Option<Job<S>>) {
         let now = Instant::now();
-        for (id, world) in outlet.thread.mailboxes.empty(outlet.thread.index) {
+        for (id, world) in self.outlet.thread.mailboxes.empty(self.outlet.thread.index) {
             shard.adopt(now, id, world);
         }
-        match received {
-            Ok(Job::Stop) | Err(RecvTimeoutError::Disconnected) => return,
-            Ok(job) => shard.handle(now, job, outlet),
-            Err(RecvTimeoutError::Timeout) => {}
+        if let Some(job) = job {
+            shard.handle(now, job, &self.outlet);
         }
-        shard.expire_leases(now, outlet);
+        shard.expire_leases(now, &self.outlet);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shard<S>> {
+        // Worlds that panic are put aside; the rest is as good as before.
+        self.shard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

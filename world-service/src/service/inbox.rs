@@ -67,8 +67,8 @@ pub enum Job<S: super::Simulation> {
         /// When that was noticed.
         now: Instant,
     },
-    /// A world was adopted; its lease may end before the next job.
-    Adopted,
+    /// A world was adopted, or a lease begun that may end before the next job.
+    LookAgain,
     /// The end of the shard.
     Stop,
 }
@@ -133,7 +133,7 @@ impl<S: super::Simulation> Dispatcher<S> {
     ) -> Option<(Request, Answer)> {
         let (world, work) = match request {
             Request::TickWorlds(items) => {
-                self.tick(Some(&tenant), items, answer);
+                self.tick(Some(&tenant), items, answer, |_, job| Some(job));
                 return None;
             }
             Request::ListWorlds => {
@@ -169,8 +169,15 @@ impl<S: super::Simulation> Dispatcher<S> {
         None
     }
 
-    /// Ticks many worlds at once, of one tenant or of any.
-    pub fn tick(&self, tenant: Option<&Tenant>, items: Vec<TickItem>, answer: Answer) {
+    /// Ticks many worlds at once, of one tenant or of any. The part of one shard is offered to
+    /// `here`, which does it or gives it back, once the others are under way.
+    pub fn tick(
+        &self,
+        tenant: Option<&Tenant>,
+        items: Vec<TickItem>,
+        answer: Answer,
+        here: impl FnOnce(usize, Job<S>) -> Option<Job<S>>,
+    ) {
         if items.is_empty() {
             return answer(Reply::Ticked(Vec::new()).into());
         }
@@ -179,19 +186,27 @@ impl<S: super::Simulation> Dispatcher<S> {
         for (index, item) in items.into_iter().enumerate() {
             parts[Ids::shard_of(item.world, self.shards.len())].push((index, item));
         }
-        for (shard, items) in self.shards.iter().zip(parts) {
-            if items.is_empty() {
-                continue;
-            }
-            let job = Job::Tick { tenant: tenant.cloned(), items, gather: Arc::clone(&gather) };
-            if let Err(refused) = shard.try_send(job)
-                && let Job::Tick { items, .. } = refused_job(refused)
-            {
-                let busy = |(index, item): (usize, TickItem)| {
-                    (index, TickResult { world: item.world, outcome: Err(too_busy()) })
-                };
-                gather.give(items.into_iter().map(busy));
-            }
+        let parts = parts.into_iter().enumerate().filter(|(_, items)| !items.is_empty());
+        let mut jobs = parts.map(|(shard, items)| {
+            (shard, Job::Tick { tenant: tenant.cloned(), items, gather: Arc::clone(&gather) })
+        });
+        let first = jobs.next();
+        jobs.for_each(|(shard, job)| self.send_ticks(shard, job));
+        if let Some((shard, job)) = first
+            && let Some(job) = here(shard, job)
+        {
+            self.send_ticks(shard, job);
+        }
+    }
+
+    fn send_ticks(&self, shard: usize, job: Job<S>) {
+        if let Err(refused) = self.shards[shard].try_send(job)
+            && let Job::Tick { items, gather, .. } = refused_job(refused)
+        {
+            let busy = |(index, item): (usize, TickItem)| {
+                (index, TickResult { world: item.world, outcome: Err(too_busy()) })
+            };
+            gather.give(items.into_iter().map(busy));
         }
     }
 

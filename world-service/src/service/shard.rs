@@ -102,7 +102,7 @@ impl<S: Simulation> Shard<S> {
                 gather.give([(index, own.map(|(id, world)| world.info(*id)).collect())]);
             }
             Job::Owner { id, is_up, now } => self.note_owner(now, id, is_up),
-            Job::Adopted | Job::Stop => {}
+            Job::LookAgain | Job::Stop => {}
         }
     }
 

@@ -1,0 +1,228 @@
+//! The serving side of a shortcut: every connection has a thread of its own, which may do what is
+//! asked itself; somebody who waits for work need not be woken then.
+
+use std::io::{self, Read, Write};
+use std::net::Shutdown;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixListener as StdListener, UnixStream};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::Duration;
+
+use rustix::net::{SendAncillaryBuffer, SendFlags, sendmsg};
+use schemas::limits;
+use tokio::net::UnixListener;
+use tokio::task::AbortHandle;
+
+use super::{Arriving, WELCOME, head_of, rest_of, too_short};
+use crate::{Bus, BusError, Incoming};
+
+/// Connections that a service accepts; who comes beyond that is told at once, and asks on the bus.
+pub(super) const CONNECTIONS_MAX: usize = 256;
+/// Before the next connection is accepted where the system had no room for one.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
+
+/// Shortcuts this process has served.
+static SERVED: AtomicU64 = AtomicU64::new(0);
+
+/// Takes connections until it is dropped, and answers no more then.
+pub(crate) struct Taking {
+    task: AbortHandle,
+    lines: Arc<Lines>,
+}
+
+impl Drop for Taking {
+    fn drop(&mut self) {
+        self.task.abort();
+        self.lines.close();
+    }
+}
+
+impl Bus {
+    /// Listens for those who come by a shortcut; gives its name.
+    pub(crate) fn take_shortcuts(
+        &self,
+        key: &str,
+        handler: impl Fn(Incoming) + Send + Sync + 'static,
+    ) -> Result<(String, Taking), BusError> {
+        // No other session has this number, on this machine or another.
+        let number = SERVED.fetch_add(1, Ordering::Relaxed);
+        let name = format!("causeway-{}-{number}", self.session.zid());
+        let listener =
+            listen(&name).map_err(|cause| BusError::Shortcut { key: key.to_owned(), cause })?;
+        let lines = Arc::new(Lines::default());
+        let handler: Arc<Handler> = Arc::new(handler);
+        let task = tokio::spawn(take(listener, Arc::clone(&lines), key.to_owned(), handler));
+        Ok((name, Taking { task: task.abort_handle(), lines }))
+    }
+}
+
+type Handler = dyn Fn(Incoming) + Send + Sync;
+
+fn listen(name: &str) -> io::Result<UnixListener> {
+    let listener = StdListener::bind_addr(&SocketAddr::from_abstract_name(name)?)?;
+    listener.set_nonblocking(true)?;
+    UnixListener::from_std(listener)
+}
+
+/// Takes connections for ever.
+async fn take(listener: UnixListener, lines: Arc<Lines>, key: String, handler: Arc<Handler>) {
+    loop {
+        let accepted = match listener.accept().await {
+            Ok((stream, _)) => stream.into_std(),
+            Err(cause) => Err(cause),
+        };
+        let attended = accepted.and_then(|stream| attend(stream, &lines, &key, &handler));
+        if let Err(cause) = attended {
+            tracing::warn!(key, %cause, "a shortcut cannot be opened");
+            tokio::time::sleep(ACCEPT_PAUSE).await;
+        }
+    }
+}
+
+/// Gives a connection its thread, if there is room for it.
+fn attend(stream: UnixStream, lines: &Lines, key: &str, handler: &Arc<Handler>) -> io::Result<()> {
+    stream.set_nonblocking(false)?;
+    let Some(line) = lines.admit(stream) else { return Ok(()) };
+    let (key, handler) = (key.to_owned(), Arc::clone(handler));
+    let attending = move || {
+        let _hanging = Hanging(&line);
+        if let Err(cause) = line.attend(&key, &*handler) {
+            tracing::trace!(key, %cause, "an asker has left the shortcut");
+        }
+    };
+    std::thread::Builder::new().name("shortcut".to_owned()).spawn(attending).map(drop)
+}
+
+/// The connections there are.
+#[derive(Default)]
+struct Lines(Mutex<Open>);
+
+#[derive(Default)]
+struct Open {
+    lines: Vec<Weak<Line>>,
+    is_over: bool,
+}
+
+impl Lines {
+    /// `None` when there is no room for another.
+    fn admit(&self, stream: UnixStream) -> Option<Arc<Line>> {
+        let mut open = self.lock();
+        open.lines.retain(|line| line.strong_count() > 0);
+        if open.is_over || open.lines.len() >= CONNECTIONS_MAX {
+            return None;
+        }
+        let line = Arc::new(Line { stream, is_asked: AtomicBool::new(false) });
+        open.lines.push(Arc::downgrade(&line));
+        Some(line)
+    }
+
+    /// Ends all, and admits no more.
+    fn close(&self) {
+        let mut open = self.lock();
+        open.is_over = true;
+        open.lines.iter().filter_map(Weak::upgrade).for_each(|line| line.hang_up());
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Open> {
+        // Nothing panics while it holds the lock.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A connection of an asker.
+struct Line {
+    stream: UnixStream,
+    /// Whether a question waits for its answer; a second one would break the order.
+    is_asked: AtomicBool,
+}
+
+/// Closes the connection also while somebody is about to answer, and after a panic.
+struct Hanging<'a>(&'a Line);
+
+impl Drop for Hanging<'_> {
+    fn drop(&mut self) {
+        self.0.hang_up();
+    }
+}
+
+impl Line {
+    /// Has one question after the other answered.
+    fn attend(self: &Arc<Self>, key: &str, handler: &Handler) -> io::Result<()> {
+        (&self.stream).write_all(&[WELCOME])?;
+        loop {
+            let question = self.read_question()?;
+            if self.is_asked.swap(true, Ordering::AcqRel) {
+                return Err(io::Error::other("a question before the answer to the last one"));
+            }
+            handler(Incoming::by_shortcut(key.to_owned(), question, Desk(Arc::clone(self))));
+        }
+    }
+
+    fn read_question(&self) -> io::Result<Vec<u8>> {
+        let mut arriving = Arriving::default();
+        loop {
+            let count = (&self.stream).read_vectored(&mut arriving.room())?;
+            if arriving.is_open(count)? {
+                break;
+            }
+        }
+        let (_, mut question, length) = arriving.opened(limits::REPLY_BYTES_MAX)?;
+        let missing = length - question.len();
+        question.reserve_exact(missing);
+        (&self.stream).take(missing as u64).read_to_end(&mut question)?;
+        if question.len() == length { Ok(question) } else { Err(too_short()) }
+    }
+
+    /// How much of an answer there was room for.
+    fn try_write(&self, head: &[u8], bytes: &[u8]) -> io::Result<usize> {
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        let parts = rest_of(head, bytes, 0);
+        match sendmsg(&self.stream, &parts, &mut SendAncillaryBuffer::default(), flags) {
+            Err(rustix::io::Errno::AGAIN) => Ok(0),
+            written => Ok(written?),
+        }
+    }
+
+    fn hang_up(&self) {
+        if let Err(cause) = self.stream.shutdown(Shutdown::Both) {
+            tracing::trace!(%cause, "the asker had left the shortcut");
+        }
+    }
+}
+
+/// Where the answer to a question goes.
+pub(crate) struct Desk(Arc<Line>);
+
+impl Desk {
+    /// Whoever answers writes to the socket himself, as far as there is room, and never waits.
+    pub(crate) fn answer(self, is_refusal: bool, bytes: Vec<u8>) {
+        let Self(line) = self;
+        // Before the asker can ask again.
+        line.is_asked.store(false, Ordering::Release);
+        let head = head_of(is_refusal, &bytes);
+        let sent = head.and_then(|head| Ok((head, line.try_write(&head, &bytes)?)));
+        let sent = sent.and_then(|(head, written)| match written {
+            all if all == head.len() + bytes.len() => Ok(()),
+            written => finish(&line, head.to_vec(), bytes, written),
+        });
+        // Whoever reads questions there hears of it by himself.
+        if let Err(cause) = sent {
+            tracing::trace!(%cause, "the asker has left the shortcut");
+            line.hang_up();
+        }
+    }
+}
+
+/// Writes the rest of a large answer as the asker reads it.
+fn finish(line: &Arc<Line>, head: Vec<u8>, bytes: Vec<u8>, written: usize) -> io::Result<()> {
+    let line = Arc::clone(line);
+    let finishing = move || {
+        let rest = rest_of(&head, &bytes, written);
+        let sent = rest.iter().try_for_each(|part| (&line.stream).write_all(part));
+        if let Err(cause) = sent {
+            tracing::trace!(%cause, "the asker has left the shortcut");
+        }
+    };
+    std::thread::Builder::new().name("answer".to_owned()).spawn(finishing).map(drop)
+}
