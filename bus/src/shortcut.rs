@@ -261,6 +261,7 @@ mod tests {
             move || {
                 let mut stream = StdStream::connect_addr(&address).unwrap();
                 stream.read_exact(&mut [0]).unwrap();
+                stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
                 stream.write_all(&[0, 255, 255, 255, 255]).unwrap();
                 stream.read(&mut [0; 8]).unwrap()
             }
@@ -271,5 +272,30 @@ mod tests {
         let asked = passage.ask(&[1, 2, 3], Duration::from_secs(10)).await;
         assert_eq!(asked.unwrap().unwrap(), schemas::wire::encode_reply(&Reply::Done));
         assert_eq!(shortcut.lock().len(), 1);
+    }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn who_does_not_read_keeps_nobody_who_answers() {
+        const BYTES: usize = 3_000_000;
+        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let (answered, answers) = std::sync::mpsc::channel();
+        let answer = move |asked: crate::Incoming| {
+            asked.reply_bytes(vec![7; BYTES]);
+            answered.send(()).unwrap();
+        };
+        let (name, _taking) = bus.take_shortcuts("key", answer).unwrap();
+        let address = SocketAddr::from_abstract_name(name).unwrap();
+        tokio::task::spawn_blocking(move || {
+            let mut stream = StdStream::connect_addr(&address).unwrap();
+            stream.read_exact(&mut [0]).unwrap();
+            stream.write_all(&[0, 1, 0, 0, 0, 9]).unwrap();
+            answers.recv_timeout(Duration::from_secs(10)).expect("whoever answers waits");
+            // Nothing is lost of what the asker reads late.
+            let mut answer = vec![0; HEAD_BYTES + BYTES];
+            stream.read_exact(&mut answer).unwrap();
+            assert!(answer[HEAD_BYTES..].iter().all(|byte| *byte == 7));
+        })
+        .await
+        .unwrap();
     }
 }

@@ -5,6 +5,7 @@
 mod any_command;
 mod common;
 mod journals;
+mod lending;
 mod owners;
 mod shard;
 mod sharing;
