@@ -1,15 +1,20 @@
 //! Group commit for ticks: many sessions share one round trip to the world service.
 //!
 //! A step that finds no round trip under way is sent at once. Steps that come while one is under
-//! way wait for it and then go out together.
+//! way wait for it and then go out together. Worlds are divided among a few queues as the world
+//! service divides them among its threads, by their ids: who asks one thread need not wait for
+//! another.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemas::limits::WORLDS_PER_BATCH_MAX;
-use schemas::{Error, ErrorCode, TickItem, TickOutcome, TickResult};
+use schemas::{Error, ErrorCode, TickItem, TickOutcome, TickResult, WorldId};
 use tokio::sync::oneshot;
 
 use crate::world_port::WorldPort;
+
+/// Round trips under way at once: more would be small and wait for the same threads.
+const QUEUES: usize = 2;
 
 type Waiter = oneshot::Sender<Result<TickOutcome, Error>>;
 
@@ -21,7 +26,7 @@ pub struct Ticker {
 
 struct Shared {
     port: Arc<dyn WorldPort>,
-    queue: Mutex<Queue>,
+    queues: [Mutex<Queue>; QUEUES],
 }
 
 /// Bounded by the number of sessions, each of which waits for its only step.
@@ -32,13 +37,20 @@ struct Queue {
     waiters: Vec<Waiter>,
 }
 
+/// One of the queues.
+#[derive(Clone)]
+struct Line {
+    shared: Arc<Shared>,
+    index: usize,
+}
+
 /// Sees to it that the queue goes on, even if the session that holds it is cancelled.
-struct Turn<'a>(&'a Ticker);
+struct Turn<'a>(&'a Line);
 
 impl Ticker {
     /// A ticker of one port.
     pub fn new(port: Arc<dyn WorldPort>) -> Self {
-        Self { shared: Arc::new(Shared { port, queue: Mutex::new(Queue::default()) }) }
+        Self { shared: Arc::new(Shared { port, queues: Default::default() }) }
     }
 
     /// Carries out one item, alone or together with others.
@@ -46,6 +58,17 @@ impl Ticker {
     /// # Errors
     /// Those of the port, and of the item's own world.
     pub async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
+        self.line(item.world).tick(item).await
+    }
+
+    fn line(&self, world: WorldId) -> Line {
+        let index = (world.get() % QUEUES as u64) as usize;
+        Line { shared: Arc::clone(&self.shared), index }
+    }
+}
+
+impl Line {
+    async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
         let (mine, answer) = {
             let mut queue = self.lock();
             if queue.under_way {
@@ -75,7 +98,7 @@ impl Ticker {
 
     fn lock(&self) -> MutexGuard<'_, Queue> {
         // Nothing panics while it holds the lock.
-        self.shared.queue.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared.queues[self.index].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What waits, up to one batch; ends the turn when nothing does.
@@ -206,30 +229,46 @@ mod tests {
                 Err(error) => assert_eq!((world, error.code), (13, ErrorCode::UnknownWorld)),
             }
         }
-        assert_eq!(port.batches.load(Ordering::Relaxed), 2);
-        assert_eq!(port.largest.load(Ordering::Relaxed), 49);
+        assert_eq!(port.batches.load(Ordering::Relaxed), 2 * QUEUES);
+        assert_eq!(port.largest.load(Ordering::Relaxed), 24);
+    }
+
+    #[tokio::test]
+    async fn who_asks_another_thread_of_the_world_service_does_not_wait() {
+        let port = Arc::new(Slow::default());
+        let ticker = Ticker::new(Arc::clone(&port) as Arc<dyn WorldPort>);
+        let steps = [1, 2].map(|world| {
+            let ticker = ticker.clone();
+            tokio::spawn(async move { ticker.tick(item(world)).await })
+        });
+        let asked = || port.batches.load(Ordering::Relaxed);
+        while asked() < 2 && !steps[0].is_finished() {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!(asked(), 2);
     }
 
     #[tokio::test]
     async fn a_cancelled_step_does_not_hold_up_those_behind_it() {
         let ticker = Ticker::new(Arc::new(Slow::default()));
+        let line = ticker.line(item(1).world);
         let first = tokio::spawn({
             let ticker = ticker.clone();
             async move { ticker.tick(item(1)).await }
         });
-        while !ticker.lock().under_way {
+        while !line.lock().under_way {
             tokio::task::yield_now().await;
         }
         let second = tokio::spawn({
             let ticker = ticker.clone();
-            async move { ticker.tick(item(2)).await }
+            async move { ticker.tick(item(3)).await }
         });
-        while ticker.lock().items.is_empty() {
+        while line.lock().items.is_empty() {
             tokio::task::yield_now().await;
         }
         first.abort();
         let answer = tokio::time::timeout(Duration::from_secs(5), second).await;
         assert!(answer.unwrap().unwrap().is_ok());
-        assert!(ticker.tick(item(3)).await.is_ok());
+        assert!(ticker.tick(item(5)).await.is_ok());
     }
 }
