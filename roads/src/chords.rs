@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::geometry::{PlanPose, Shape, unit};
-use crate::lanes::{LaneEntry, LaneIndex, LaneTable, direction, parts, placed};
+use crate::lanes::{LaneEntry, LaneIndex, LaneTable, direction, parts, placed, sign};
 use crate::model::{Model, Road, Section};
 use crate::shapes::Shapes;
 
@@ -157,7 +157,7 @@ impl Place {
     fn on_lane(&self, middle: (f64, f64), forward: bool) -> LanePlace {
         let pose = placed(self.reference, self.along, middle, self.height);
         let turned = if middle.1 == 0.0 { self.along } else { unit(pose.heading_rad) };
-        let pose = direction(pose, forward);
+        let pose = direction(pose, sign(forward));
         let [sin, cos] = turned.map(|v| if forward { v } else { -v });
         let level = pose.pitch_rad == 0.0;
         let (sin_pitch, cos_pitch) = if level { (0.0, 1.0) } else { pose.pitch_rad.sin_cos() };

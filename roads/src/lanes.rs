@@ -24,6 +24,9 @@ pub(crate) struct LaneEntry {
     pub(crate) end_s: f64,
     /// Whether its traffic runs along s.
     pub(crate) forward: bool,
+    /// 1 where it does, -1 where it does not: that cannot be foreseen, and a factor costs less than
+    /// a branch.
+    pub(crate) sign: f64,
 }
 
 impl LaneEntry {
@@ -91,6 +94,7 @@ impl LaneTable {
                 let least_id = section.lanes.first().map_or(0, |lane| lane.id);
                 table.sections.push(SectionLanes { first, end, least_id });
                 table.lanes.extend(section.lanes.iter().enumerate().map(|(lane_index, lane)| {
+                    let forward = road.runs_forward(lane.id);
                     LaneEntry {
                         road: road_index as u32,
                         road_id: road.id,
@@ -99,7 +103,8 @@ impl LaneTable {
                         lane_id: lane.id,
                         start_s: section.start_s,
                         end_s: section.end_s,
-                        forward: road.runs_forward(lane.id),
+                        forward,
+                        sign: sign(forward),
                     }
                 }));
             }
@@ -141,7 +146,13 @@ impl LaneTable {
         if guess < end && self.get(guess)?.lane_id == lane_id {
             return Some(guess);
         }
-        (first..end.min(guess)).find(|index| self.get(*index).is_some_and(|e| e.lane_id == lane_id))
+        self.find_among(first..end.min(guess), lane_id)
+    }
+
+    /// As [`LaneTable::find_in`], where ids have gaps.
+    #[cold]
+    fn find_among(&self, mut lanes: Range<LaneIndex>, lane_id: i32) -> Option<LaneIndex> {
+        lanes.find(|index| self.get(*index).is_some_and(|entry| entry.lane_id == lane_id))
     }
 
     /// The road with this id.
@@ -246,7 +257,7 @@ pub(crate) fn lane_pose(road: &Road, section: &Section, lane_id: i32, s: f64) ->
     let lateral = lateral(road, section, lane_id, s);
     let middle = (lateral.middle, lateral.middle_slope);
     let pose = placed(reference, unit(reference.heading_rad), middle, road.elevation.at(s));
-    direction(pose, road.runs_forward(lane_id))
+    direction(pose, sign(road.runs_forward(lane_id)))
 }
 
 /// A place beside the reference line, looking along s. `unit` is sine and cosine of the line's
@@ -266,11 +277,15 @@ pub(crate) fn placed(
     }
 }
 
-/// The same place, looking the way its traffic runs.
+/// 1 for traffic along s, -1 against.
+pub(crate) fn sign(forward: bool) -> f64 {
+    if forward { 1.0 } else { -1.0 }
+}
+
+/// The same place, looking the way its traffic runs, which `sign` says.
 #[inline]
-pub(crate) fn direction(pose: LanePose, forward: bool) -> LanePose {
-    // Which way lanes run cannot be foreseen: selected values cost less than a branch.
-    let (turn_rad, sign) = if forward { (0.0, 1.0) } else { (std::f64::consts::PI, -1.0) };
+pub(crate) fn direction(pose: LanePose, sign: f64) -> LanePose {
+    let turn_rad = (1.0 - sign) * std::f64::consts::FRAC_PI_2;
     LanePose { heading_rad: pose.heading_rad + turn_rad, pitch_rad: pose.pitch_rad * sign, ..pose }
 }
 

@@ -18,6 +18,7 @@
 //!
 //! The crate does no input or output, starts no threads and reads no clock.
 
+mod arc;
 mod check;
 mod chords;
 mod crosswalks;

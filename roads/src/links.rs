@@ -13,30 +13,33 @@ use crate::model::{Model, Road};
 #[derive(Debug, Default)]
 pub(crate) struct Links {
     /// Those that can be moved along.
-    pub(crate) next: Vec<Vec<LaneIndex>>,
-    pub(crate) previous: Vec<Vec<LaneIndex>>,
+    next: Lists,
+    previous: Lists,
     /// All that follow a lane, of lanes that lead into one which leads back.
     mutual: BTreeMap<LaneIndex, Vec<LaneIndex>>,
 }
 
 impl Links {
     pub(crate) fn new(model: &Model, table: &LaneTable) -> Self {
-        let mut next: Vec<Vec<LaneIndex>> =
-            table.lanes.iter().map(|entry| following(model, table, entry)).collect();
-        let mutual = take_mutual(&mut next);
-        let mut previous = vec![Vec::new(); next.len()];
-        for (from, followers) in (0..).zip(&next) {
-            for to in followers {
-                if let Some(leading) = previous.get_mut(*to as usize) {
-                    leading.push(from);
-                }
-            }
+        let mut next = Lists::with_capacity(table.lanes.len());
+        let mut found = Vec::new();
+        for entry in &table.lanes {
+            found.clear();
+            following(model, table, entry, &mut found);
+            next.push(&found);
         }
+        let mutual = mutual(&next);
+        if !mutual.is_empty() {
+            next = without(&next, &mutual);
+        }
+        let previous = next.reversed();
         Self { next, previous, mutual }
     }
 
+    /// Those that can be moved along.
+    #[inline]
     pub(crate) fn next_of(&self, lane: LaneIndex) -> &[LaneIndex] {
-        self.next.get(lane as usize).map_or(&[], Vec::as_slice)
+        self.next.of(lane)
     }
 
     /// As [`Links::next_of`], with those that lead back.
@@ -49,15 +52,78 @@ impl Links {
         self.mutual.contains_key(&lane)
     }
 
+    #[inline]
     pub(crate) fn previous_of(&self, lane: LaneIndex) -> &[LaneIndex] {
-        self.previous.get(lane as usize).map_or(&[], Vec::as_slice)
+        self.previous.of(lane)
     }
 }
 
-fn following(model: &Model, table: &LaneTable, entry: &LaneEntry) -> Vec<LaneIndex> {
-    let Some((road, _, lane)) = parts(model, entry) else { return Vec::new() };
+/// A list for every lane, one behind the other: most are one lane long.
+#[derive(Debug, Default)]
+struct Lists {
+    /// Where each begins, and at last where all end.
+    firsts: Vec<u32>,
+    all: Vec<LaneIndex>,
+}
+
+impl Lists {
+    fn with_capacity(lanes: usize) -> Self {
+        let mut firsts = Vec::with_capacity(lanes + 1);
+        firsts.push(0);
+        Self { firsts, all: Vec::with_capacity(lanes) }
+    }
+
+    #[allow(clippy::cast_possible_truncation, reason = "a lane follows few lanes, all of one road")]
+    fn push(&mut self, list: &[LaneIndex]) {
+        self.all.extend_from_slice(list);
+        self.firsts.push(self.all.len() as u32);
+    }
+
+    #[inline]
+    fn of(&self, lane: LaneIndex) -> &[LaneIndex] {
+        let own = self.firsts.get(lane as usize..lane as usize + 2);
+        let Some(&[first, end]) = own else { return &[] };
+        self.all.get(first as usize..end as usize).unwrap_or_default()
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (LaneIndex, &[LaneIndex])> {
+        (0..).zip(self.firsts.windows(2)).map(|(lane, _)| (lane, self.of(lane)))
+    }
+
+    /// For every lane those in whose lists it stands, in their order.
+    fn reversed(&self) -> Self {
+        let mut firsts = vec![0; self.firsts.len()];
+        // Counted one place further on, the sums are where the lists begin.
+        for to in &self.all {
+            if let Some(count) = firsts.get_mut(*to as usize + 1) {
+                *count += 1;
+            }
+        }
+        let mut sum = 0;
+        for first in &mut firsts {
+            sum += *first;
+            *first = sum;
+        }
+        let mut free = firsts.clone();
+        let mut all = vec![0; self.all.len()];
+        for (from, list) in self.iter() {
+            for to in list {
+                let Some(place) = free.get_mut(*to as usize) else { continue };
+                if let Some(leading) = all.get_mut(*place as usize) {
+                    *leading = from;
+                }
+                *place += 1;
+            }
+        }
+        Self { firsts, all }
+    }
+}
+
+/// Adds the lanes that follow one.
+fn following(model: &Model, table: &LaneTable, entry: &LaneEntry, found: &mut Vec<LaneIndex>) {
+    let Some((road, _, lane)) = parts(model, entry) else { return };
     if lane.id == 0 {
-        return Vec::new();
+        return;
     }
     let (link_id, next_road) = if entry.forward {
         (lane.successor, road.successor)
@@ -65,18 +131,14 @@ fn following(model: &Model, table: &LaneTable, entry: &LaneEntry) -> Vec<LaneInd
         (lane.predecessor, road.predecessor)
     };
     if link_id != 0 && has_section_beyond(road, entry) {
-        return beyond(model, table, entry, link_id).into_iter().collect();
-    }
-    if let Some(target) = model.road_index(next_road) {
-        if link_id == 0 {
-            return Vec::new();
+        found.extend(beyond(model, table, entry, link_id));
+    } else if let Some(target) = model.road_index(next_road) {
+        if link_id != 0 {
+            found.extend(first_section_with(model, table, target, link_id));
         }
-        return first_section_with(model, table, target, link_id).into_iter().collect();
+    } else if !has_section_beyond(road, entry) {
+        through_junction(model, table, (road, lane.id), next_road, found);
     }
-    if has_section_beyond(road, entry) {
-        return Vec::new();
-    }
-    through_junction(model, table, road, lane.id, next_road)
 }
 
 fn has_section_beyond(road: &Road, entry: &LaneEntry) -> bool {
@@ -116,23 +178,21 @@ fn first_section_with(
 fn through_junction(
     model: &Model,
     table: &LaneTable,
-    road: &Road,
-    lane_id: i32,
+    (road, lane_id): (&Road, i32),
     junction: u32,
-) -> Vec<LaneIndex> {
-    let mut found = Vec::new();
+    found: &mut Vec<LaneIndex>,
+) {
     let connecting = model.junction(junction).map_or(&[][..], |j| &j.connecting_roads);
     for target in connecting.iter().filter_map(|id| model.road_index(*id)) {
         let Some(connecting_road) = model.roads.get(target) else { continue };
         let last = connecting_road.sections.len().saturating_sub(1);
         if connecting_road.predecessor == road.id {
-            push_matching(model, table, target, 0, &mut found, |l| l.predecessor == lane_id);
+            push_matching(model, table, target, 0, found, |l| l.predecessor == lane_id);
         }
         if connecting_road.successor == road.id {
-            push_matching(model, table, target, last, &mut found, |l| l.successor == lane_id);
+            push_matching(model, table, target, last, found, |l| l.successor == lane_id);
         }
     }
-    found
 }
 
 fn push_matching(
@@ -156,22 +216,22 @@ fn push_matching(
     }
 }
 
-/// Takes the links of lanes that each lead into the other out; returns all links of such lanes.
-fn take_mutual(next: &mut [Vec<LaneIndex>]) -> BTreeMap<LaneIndex, Vec<LaneIndex>> {
-    let leads = |from: LaneIndex, to: LaneIndex| {
-        next.get(from as usize).is_some_and(|followers| followers.contains(&to))
-    };
-    let mutual: BTreeMap<LaneIndex, Vec<LaneIndex>> = (0..)
-        .zip(next.iter())
-        .filter(|(from, followers)| followers.iter().any(|to| leads(*to, *from)))
-        .map(|(from, followers)| (from, followers.clone()))
-        .collect();
-    for (from, all) in &mutual {
-        let leads_back =
-            |to: &LaneIndex| mutual.get(to).is_some_and(|followers| followers.contains(from));
-        if let Some(followers) = next.get_mut(*from as usize) {
-            *followers = all.iter().copied().filter(|to| !leads_back(to)).collect();
-        }
+/// All links of the lanes that lead into one which leads back.
+fn mutual(next: &Lists) -> BTreeMap<LaneIndex, Vec<LaneIndex>> {
+    let leads_back = |from, list: &[LaneIndex]| list.iter().any(|to| next.of(*to).contains(&from));
+    let own = next.iter().filter(|(from, list)| leads_back(*from, list));
+    own.map(|(from, list)| (from, list.to_vec())).collect()
+}
+
+/// The lists without links of lanes that each lead into the other.
+fn without(next: &Lists, mutual: &BTreeMap<LaneIndex, Vec<LaneIndex>>) -> Lists {
+    let mut rest = Lists::with_capacity(next.firsts.len());
+    let mut kept = Vec::new();
+    for (from, list) in next.iter() {
+        let leads_back = |to: &LaneIndex| mutual.get(to).is_some_and(|back| back.contains(&from));
+        kept.clear();
+        kept.extend(list.iter().copied().filter(|to| !leads_back(to)));
+        rest.push(&kept);
     }
-    mutual
+    rest
 }

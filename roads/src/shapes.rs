@@ -82,7 +82,7 @@ impl Shapes {
         let (reference, along) = geometry.at_with_direction(s - geometry.start_s);
         let t = s - start.s;
         let (middle, height) = (evaluate(stretch.middle, t), evaluate(stretch.height, t));
-        Some(direction(placed(reference, along, middle, height), entry.forward))
+        Some(direction(placed(reference, along, middle, height), entry.sign))
     }
 
     #[inline]

@@ -95,8 +95,8 @@ pub(crate) fn driving_lanes(model: &Model, table: &LaneTable) -> Vec<(Waypoint, 
 
 pub(crate) fn joints(model: &Model, table: &LaneTable, links: &Links) -> Vec<(Waypoint, Waypoint)> {
     let mut joints = Vec::new();
-    for (from, followers) in table.lanes.iter().zip(&links.next) {
-        for to in followers.iter().filter_map(|to| table.get(*to)) {
+    for (index, from) in (0..).zip(&table.lanes) {
+        for to in links.next_of(index).iter().filter_map(|to| table.get(*to)) {
             let end = waypoint(model, from, from.exit_s());
             if let (Some(end), Some(start)) = (end, waypoint(model, to, to.entry_s())) {
                 joints.push((end, start));

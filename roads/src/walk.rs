@@ -1,6 +1,6 @@
 //! Moving along lanes.
 
-use crate::lanes::{LaneIndex, LaneTable};
+use crate::lanes::{LaneEntry, LaneIndex, LaneTable};
 use crate::limits;
 use crate::links::Links;
 
@@ -9,6 +9,18 @@ use crate::links::Links;
 pub(crate) enum Way {
     Ahead,
     Back,
+}
+
+impl Way {
+    /// The road coordinate where a walk enters a lane.
+    fn entry_s(self, lane: &LaneEntry) -> f64 {
+        if self == Self::Ahead { lane.entry_s() } else { lane.exit_s() }
+    }
+
+    /// The lanes a walk goes on in.
+    fn from(self, lane: LaneIndex, links: &Links) -> &[LaneIndex] {
+        if self == Self::Ahead { links.next_of(lane) } else { links.previous_of(lane) }
+    }
 }
 
 /// Tells all places `distance_m` along the lanes from one place.
@@ -27,34 +39,39 @@ pub(crate) fn walk(
     if distance_m.is_nan() || distance_m < 0.0 {
         return;
     }
-    // Most walks end in the lane they begin in; those need no list.
-    let mut first = Some((start.0, start.1, distance_m));
+    let way_sign = if way == Way::Ahead { 1.0 } else { -1.0 };
+    let (mut index, mut s, mut rest_m) = (start.0, start.1, distance_m);
+    // Most walks end in the lane they begin in, or in the only one that follows: no list for those.
     let mut pending = Vec::new();
-    let (mut entered, mut told) = (0, 0);
-    while let Some((index, s, rest_m)) = first.take().or_else(|| pending.pop()) {
-        entered += 1;
-        let Some(entry) = table.get(index) else { continue };
-        if entered > limits::WALK_LANES_MAX || told >= limits::WALK_RESULTS_MAX {
-            break;
-        }
-        let along_s = entry.forward == (way == Way::Ahead);
-        // Which way lanes run cannot be foreseen: a factor costs less than a branch.
-        let sign = if along_s { 1.0 } else { -1.0 };
-        let left_m = (if along_s { entry.end_s } else { entry.start_s } - s) * sign;
+    let mut told = 0;
+    for _ in 0..limits::WALK_LANES_MAX {
+        let Some(entry) = table.get(index) else { break };
+        let sign = entry.sign * way_sign;
+        let left_m = (if sign > 0.0 { entry.end_s } else { entry.start_s } - s) * sign;
+        let mut linked: &[LaneIndex] = &[];
         if rest_m <= left_m {
             tell(index, s + rest_m * sign);
             told += 1;
+            if told >= limits::WALK_RESULTS_MAX {
+                break;
+            }
+        } else {
+            linked = way.from(index, links);
+            rest_m -= left_m;
+        }
+        if let [only] = linked {
+            let Some(entry) = table.get(*only) else { break };
+            (index, s) = (*only, way.entry_s(entry));
             continue;
         }
-        let linked = match way {
-            Way::Ahead => links.next_of(index),
-            Way::Back => links.previous_of(index),
-        };
         // Reversed, so that the first branch is taken from the stack first.
-        pending.extend(linked.iter().rev().filter_map(|next| {
-            let entry = table.get(*next)?;
-            let s = if entry.forward == (way == Way::Ahead) { entry.start_s } else { entry.end_s };
-            Some((*next, s, rest_m - left_m))
-        }));
+        pending.extend(
+            linked
+                .iter()
+                .rev()
+                .filter_map(|next| Some((*next, way.entry_s(table.get(*next)?), rest_m))),
+        );
+        let Some(next) = pending.pop() else { break };
+        (index, s, rest_m) = next;
     }
 }

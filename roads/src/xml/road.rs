@@ -6,7 +6,7 @@ use super::number::{Numbers, id_or_zero, leading_integer, text};
 use super::tree::Node;
 use super::{child, children, lanes, objects};
 use crate::error::{Report, shown};
-use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table, unit};
+use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table};
 use crate::limits;
 use crate::model::{Road, SpeedLimit};
 
@@ -136,7 +136,7 @@ fn geometry(
         }
         _ => return None,
     };
-    Some(Geometry { start_s, length_m, start, start_unit: unit(start.heading_rad), shape })
+    Some(Geometry::new(start_s, length_m, start, shape))
 }
 
 fn polynomial(
