@@ -3,7 +3,9 @@
 Times carla.Map of the wheel `carla` 0.9.16 and the crate `roads` in one run: the same maps, the
 same points. The wheel is called through Python, which costs time of its own; what reading one
 attribute costs is measured and taken off every call. Its lists are made of Python objects, which
-cannot be told apart from the work inside. Both sides compute the pose of every waypoint.
+cannot be told apart from the work inside. Both sides compute the pose of every waypoint. A load is
+of the text in memory, and ends when the map is dropped; spawn points and speed limits, which the
+client's library does not work out, are not part of it.
 
     python roads/benches/beside_wheel.py [MAP.xodr ...]
 

@@ -86,8 +86,8 @@ pub struct Map {
     pub(crate) links: Links,
     index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
-    pub(crate) speed_limits: SpeedLimits,
-    spawn_points: Vec<Isometry3<f64>>,
+    speed_limits: OnceLock<SpeedLimits>,
+    spawn_points: OnceLock<Vec<Isometry3<f64>>>,
     surroundings: OnceLock<Vec<Vec<Object>>>,
     scenery: OnceLock<Vec<SceneryBox>>,
     environment: OnceLock<Vec<EnvironmentObject>>,
@@ -120,7 +120,6 @@ impl Map {
         let shapes = Shapes::new(&model, &table);
         let links = Links::new(&model, &table);
         let index = ProjectionIndex::new(&model, &table, &shapes);
-        let spawn_points = spawn::spawn_points(&model, &table);
         let mut map = Self {
             name: name.to_owned(),
             text: xodr,
@@ -131,15 +130,14 @@ impl Map {
             links,
             index,
             landmarks: Landmarks::default(),
-            speed_limits: SpeedLimits::default(),
-            spawn_points,
+            speed_limits: OnceLock::new(),
+            spawn_points: OnceLock::new(),
             surroundings: OnceLock::new(),
             scenery: OnceLock::new(),
             environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
         map.landmarks = Landmarks::new(&map);
-        map.speed_limits = SpeedLimits::new(&map);
         Ok(map)
     }
 
@@ -300,10 +298,15 @@ impl Map {
 
     /// Where vehicles may start: lane middles outside junctions, half a metre above the ground.
     ///
-    /// **Order:** by road, section, lane and road coordinate.
+    /// **Order:** by road, section, lane and road coordinate. **Cost:** worked out on the first
+    /// call.
     #[must_use]
     pub fn spawn_points(&self) -> &[Isometry3<f64>] {
-        &self.spawn_points
+        self.spawn_points.get_or_init(|| spawn::spawn_points(&self.model, &self.table))
+    }
+
+    pub(crate) fn speed_limits(&self) -> &SpeedLimits {
+        self.speed_limits.get_or_init(|| SpeedLimits::new(self))
     }
 
     /// The solid things beside the roads: from the map's objects, or generated surroundings.

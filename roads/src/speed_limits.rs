@@ -1,4 +1,4 @@
-//! Speed limits by place, worked out once for all lanes.
+//! Speed limits by place, worked out once for all lanes, when somebody asks for one.
 //!
 //! A sign holds from its place on for the lanes it applies to, through the lanes that follow, until
 //! the next one. Where lanes join that were told different things, the road's own type says what
@@ -47,7 +47,7 @@ struct Posted {
 }
 
 /// The limits of all lanes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct SpeedLimits {
     /// By lane.
     told: Vec<Told>,
@@ -102,20 +102,20 @@ impl Map {
     /// The speed limit in force at a place, in metres per second; `None` where none is posted.
     ///
     /// The last sign that the traffic met, and where it met none, the limit of the road's type
-    /// record. **Cost:** logarithmic in the size of the map.
+    /// record. **Cost:** logarithmic in the size of the map; the first call works all of them out.
     #[must_use]
     pub fn speed_limit_mps(&self, waypoint: &Waypoint) -> Option<f64> {
         let lane = self.lane_index(waypoint)?;
         let entry = self.table.get(lane)?;
         let after_m = (waypoint.s - entry.entry_s()).abs();
-        if let Some(signs) = self.speed_limits.posted.get(&lane) {
+        if let Some(signs) = self.speed_limits().posted.get(&lane) {
             let passed = signs.partition_point(|sign| sign.after_m <= after_m);
             if let Some(last) = passed.checked_sub(1).and_then(|last| signs.get(last)) {
                 return Some(last.limit_mps);
             }
         }
         let by_type = || self.model.road(waypoint.road)?.speed_limit_mps(waypoint.s);
-        match self.speed_limits.told.get(lane as usize).copied().unwrap_or_default() {
+        match self.speed_limits().told.get(lane as usize).copied().unwrap_or_default() {
             Told::Nothing => by_type(),
             Told::One { limit_mps } => Some(limit_mps),
             Told::Several { lowest_mps } => by_type().or(Some(lowest_mps)),
