@@ -47,7 +47,7 @@ struct Reading {
     is_map: bool,
     latitude_deg: Option<f64>,
     longitude_deg: Option<f64>,
-    roads: BTreeMap<u32, Road>,
+    roads: Vec<Road>,
     /// Metres of polynomials so far.
     polynomial_m: f64,
     signals: signals::Reading,
@@ -99,16 +99,30 @@ impl Reading {
     fn road(&mut self, node: Node<'_, '_>) {
         let Some(road) = road::read(node, &mut self.polynomial_m, &mut self.report) else { return };
         self.signals.add_road(&road, node, &mut self.report);
-        let id = road.id;
-        if self.roads.insert(id, road).is_some() {
-            let wanted = "road ids that are whole numbers and unique";
-            self.report.add(Some(id), None, wanted, "a second road");
+        self.roads.push(road);
+    }
+
+    /// The roads in the order of their ids.
+    fn sorted_roads(&mut self) -> Vec<Road> {
+        let mut roads = std::mem::take(&mut self.roads);
+        // Many maps list them so.
+        if !roads.is_sorted_by(|a, b| a.id < b.id) {
+            roads.sort_by_key(|road| road.id);
+            for pair in roads.windows(2) {
+                if let [a, b] = pair
+                    && a.id == b.id
+                {
+                    let wanted = "road ids that are whole numbers and unique";
+                    self.report.add(Some(b.id), None, wanted, "a second road");
+                }
+            }
         }
+        roads
     }
 
     fn end(mut self, report: &mut Report) -> Model {
         let mut model = Model {
-            roads: std::mem::take(&mut self.roads).into_values().collect(),
+            roads: self.sorted_roads(),
             latitude_deg: self.latitude_deg,
             longitude_deg: self.longitude_deg,
             ..Model::default()
@@ -145,6 +159,14 @@ fn is_degrees(text: &str) -> bool {
 /// Elements with this name directly below `node`, whatever their namespace.
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children_named(name)
+}
+
+/// What is made of each of those elements, in a list with no room to spare: maps are made of short
+/// lists.
+fn list<T>(node: Node<'_, '_>, name: &'static str, read: impl FnMut(Node<'_, '_>) -> T) -> Vec<T> {
+    let mut list = Vec::with_capacity(children(node, name).count());
+    list.extend(children(node, name).map(read));
+    list
 }
 
 fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {

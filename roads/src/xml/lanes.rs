@@ -1,11 +1,11 @@
 //! Lane sections, widths and road marks.
 
-use super::children;
 use super::number::{Numbers, lane_id, text};
 use super::road::cubic;
 use super::tree::Node;
+use super::{children, list};
 use crate::error::shown;
-use crate::geometry::{Cubic, Profile};
+use crate::geometry::Profile;
 use crate::kinds::{LaneType, MarkColor, MarkType};
 use crate::model::{Lane, Mark, MarkChange, Section};
 
@@ -14,8 +14,7 @@ pub(super) fn sections(
     road_length_m: f64,
     numbers: &mut Numbers<'_>,
 ) -> Vec<Section> {
-    let mut sections: Vec<Section> =
-        children(lanes, "laneSection").map(|node| section(node, numbers)).collect();
+    let mut sections = list(lanes, "laneSection", |node| section(node, numbers));
     sections.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let ends: Vec<f64> =
         sections.iter().skip(1).map(|section| section.start_s).chain([road_length_m]).collect();
@@ -27,12 +26,12 @@ pub(super) fn sections(
 
 fn section(node: Node<'_, '_>, numbers: &mut Numbers<'_>) -> Section {
     let start_s = numbers.required(node, "s");
-    let mut lanes: Vec<Lane> = ["left", "center", "right"]
-        .into_iter()
-        .flat_map(|side| children(node, side))
-        .flat_map(|side| children(side, "lane"))
-        .map(|lane_node| lane(lane_node, start_s, numbers))
-        .collect();
+    let of_sides = || {
+        let sides = ["left", "center", "right"].into_iter().flat_map(|side| children(node, side));
+        sides.flat_map(|side| children(side, "lane"))
+    };
+    let mut lanes = Vec::with_capacity(of_sides().count());
+    lanes.extend(of_sides().map(|lane_node| lane(lane_node, start_s, numbers)));
     lanes.sort_by_key(|lane| lane.id);
     let road = Some(numbers.road);
     if lanes.windows(2).any(|pair| matches!(pair, [a, b] if a.id == b.id)) {
@@ -52,9 +51,9 @@ fn lane(node: Node<'_, '_>, section_s: f64, numbers: &mut Numbers<'_>) -> Lane {
             .map_or(0, |neighbour| lane_id(neighbour, "id"))
     };
     let id = lane_id(node, "id");
-    let mut width: Vec<Cubic> = children(node, "width")
-        .map(|record| cubic(record, section_s + numbers.required(record, "sOffset"), numbers))
-        .collect();
+    let mut width = list(node, "width", |record| {
+        cubic(record, section_s + numbers.required(record, "sOffset"), numbers)
+    });
     width.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     if let Some(first) = width.first()
         && first.start_s > section_s
@@ -64,8 +63,7 @@ fn lane(node: Node<'_, '_>, section_s: f64, numbers: &mut Numbers<'_>) -> Lane {
         let found = format!("s = {}", first.start_s);
         numbers.report.add(Some(numbers.road), Some(section_s), wanted, found);
     }
-    let mut marks: Vec<Mark> =
-        children(node, "roadMark").map(|record| mark(record, section_s, numbers)).collect();
+    let mut marks = list(node, "roadMark", |record| mark(record, section_s, numbers));
     marks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     if node.attribute("id").is_none() {
         let found = shown(text(node, "type"));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::number::{Numbers, id_or_zero, leading_integer, text};
 use super::tree::Node;
-use super::{child, children, lanes, objects};
+use super::{child, children, lanes, list, objects};
 use crate::error::{Report, shown};
 use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table};
 use crate::limits;
@@ -58,9 +58,7 @@ pub(super) fn read(
 
 /// Cubic records in the order of their starts; the first must start at 0.
 fn profile(parent: Node<'_, '_>, name: &'static str, numbers: &mut Numbers<'_>) -> Profile {
-    let mut records: Vec<Cubic> = children(parent, name)
-        .map(|node| cubic(node, numbers.required(node, "s"), numbers))
-        .collect();
+    let mut records = list(parent, name, |node| cubic(node, numbers.required(node, "s"), numbers));
     records.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     if let Some(first) = records.first()
         && first.start_s > 0.0
@@ -86,11 +84,9 @@ fn geometries(
     polynomial_m: &mut f64,
     numbers: &mut Numbers<'_>,
 ) -> Vec<Geometry> {
-    let mut geometries: Vec<Geometry> = child(road, "planView")
-        .into_iter()
-        .flat_map(|plan| children(plan, "geometry"))
-        .filter_map(|node| geometry(node, polynomial_m, numbers))
-        .collect();
+    let of_plan = || child(road, "planView").into_iter().flat_map(|p| children(p, "geometry"));
+    let mut geometries = Vec::with_capacity(of_plan().count());
+    geometries.extend(of_plan().filter_map(|node| geometry(node, polynomial_m, numbers)));
     geometries.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     if geometries.is_empty() {
         numbers.report.add(Some(numbers.road), None, "a planView with geometry", "none");
@@ -155,21 +151,19 @@ fn polynomial(
 }
 
 fn speed_limits(road: Node<'_, '_>, numbers: &mut Numbers<'_>) -> Vec<SpeedLimit> {
-    let mut limits: Vec<SpeedLimit> = children(road, "type")
-        .map(|node| {
-            let limit_mps = child(node, "speed").and_then(|speed| {
-                let factor = match text(speed, "unit") {
-                    "km/h" => 1.0 / 3.6,
-                    "mph" => 0.447_04,
-                    _ => 1.0,
-                };
-                // "no limit" and "undefined" are legal values that are no numbers.
-                let max: f64 = text(speed, "max").trim().parse().ok()?;
-                (max > 0.0 && max.is_finite()).then_some(max * factor)
-            });
-            SpeedLimit { start_s: numbers.optional(node, "s"), limit_mps }
-        })
-        .collect();
+    let mut limits = list(road, "type", |node| {
+        let limit_mps = child(node, "speed").and_then(|speed| {
+            let factor = match text(speed, "unit") {
+                "km/h" => 1.0 / 3.6,
+                "mph" => 0.447_04,
+                _ => 1.0,
+            };
+            // "no limit" and "undefined" are legal values that are no numbers.
+            let max: f64 = text(speed, "max").trim().parse().ok()?;
+            (max > 0.0 && max.is_finite()).then_some(max * factor)
+        });
+        SpeedLimit { start_s: numbers.optional(node, "s"), limit_mps }
+    });
     limits.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     limits
 }
