@@ -117,7 +117,11 @@ impl<'i, F: FnMut(bool, Node<'_, 'i>)> Reader<'i, F> {
     }
 
     fn skip_space(&mut self) {
-        // Lines begin with many spaces.
+        match self.peek() {
+            Some(byte) if byte.is_ascii_whitespace() => self.at += 1,
+            _ => return,
+        }
+        // After the end of a line many spaces follow.
         let (chunks, _) = self.text.as_bytes().get(self.at..).unwrap_or_default().as_chunks();
         self.at += chunks.iter().take_while(|chunk| **chunk == [b' '; CHUNK]).count() * CHUNK;
         self.pass(|byte| byte.is_ascii_whitespace());
