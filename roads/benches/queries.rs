@@ -8,6 +8,7 @@ mod grid;
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
@@ -134,15 +135,15 @@ fn growth(_: &mut Criterion) {
     let mut maps = Vec::new();
     let mut last_s = None;
     for roads in [2_500, 10_000, 40_000] {
-        let text = grid::grid(roads);
+        let text: Arc<str> = grid::grid(roads).into();
         let best_s = (0..ROUNDS).map(|_| {
             let started = Instant::now();
-            black_box(Map::parse("grid", &text).is_ok());
+            black_box(Map::parse_shared("grid", Arc::clone(&text)).is_ok());
             started.elapsed().as_secs_f64()
         });
         let best_s = best_s.fold(f64::INFINITY, f64::min);
         let before_kb = resident_kb();
-        maps.push(Map::parse("grid", &text));
+        maps.push(Map::parse_shared("grid", Arc::clone(&text)));
         let grown_kb = resident_kb().saturating_sub(before_kb);
         let times = last_s.map_or_else(String::new, |last_s| {
             format!(", {:.1} times as long as a quarter of them", best_s / last_s)
