@@ -253,22 +253,6 @@ async fn serve() {
 }
 
 fn frame() -> schemas::Frame {
-    schemas::Frame {
-        world: WorldId::new(1).unwrap(),
-        tick: schemas::Tick(1),
-        epoch: 1,
-        dt_secs: 0.05,
-        state_hash: 1,
-        seed: 1,
-        map: schemas::MapRef { name: "Town10HD_Opt".to_owned(), digest: "0".repeat(64) },
-        weather: schemas::Weather::CLEAR_NOON,
-        types: Vec::new(),
-        actors: Vec::new(),
-        collisions: Vec::new(),
-        traffic_lights: Vec::new(),
-        agents: Vec::new(),
-        hidden: schemas::HiddenScenery::default(),
-        halted: Vec::new(),
-        sim_secs: 0.05,
-    }
+    let map = schemas::MapRef { name: "Town10HD_Opt".to_owned(), digest: "0".repeat(64) };
+    schemas::Frame::empty(WorldId::new(1).unwrap(), map)
 }

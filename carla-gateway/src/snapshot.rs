@@ -184,28 +184,18 @@ fn put_vector(out: &mut Vec<u8>, vector: Vector3D) {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorId, HiddenScenery, MapRef, Tick, Vec3, Weather, WorldId, level_pose};
+    use schemas::{ActorId, MapRef, Tick, Vec3, WorldId, level_pose};
 
     use super::*;
 
     fn frame(actors: Vec<ActorState>) -> Frame {
+        let map = MapRef { name: "Town".to_owned(), digest: "0".repeat(64) };
         Frame {
-            world: WorldId::new(1).unwrap(),
             tick: Tick(3),
-            epoch: 1,
-            dt_secs: 0.05,
             sim_secs: 0.15,
-            state_hash: 0,
-            seed: 0,
-            map: MapRef { name: "Town".to_owned(), digest: "0".repeat(64) },
-            weather: Weather::CLEAR_NOON,
             types: vec!["vehicle.lincoln.mkz".to_owned()],
             actors,
-            collisions: Vec::new(),
-            traffic_lights: Vec::new(),
-            agents: Vec::new(),
-            hidden: HiddenScenery::default(),
-            halted: Vec::new(),
+            ..Frame::empty(WorldId::new(1).unwrap(), map)
         }
     }
 

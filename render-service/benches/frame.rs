@@ -11,8 +11,8 @@ use std::sync::Arc;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, ImageEncoding, ImageKind, MapRef,
-    Pose, RenderJob, Tick, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Vec3, WorldId, level_pose,
 };
 
 const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];
@@ -99,23 +99,12 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         jpeg_quality: 75,
         ignored: Vec::new(),
     };
+    let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
     let frame = Frame {
-        world: WorldId::new(1).expect("not zero"),
-        tick: Tick(0),
-        epoch: 1,
-        dt_secs: 0.05,
-        state_hash: 0,
-        seed: 0,
-        map: MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() },
-        weather: Weather::CLEAR_NOON,
+        sim_secs: 1.0,
         types: vec!["vehicle.tesla.model3".to_owned()],
         actors,
-        collisions: Vec::new(),
-        traffic_lights: Vec::new(),
-        agents: Vec::new(),
-        hidden: HiddenScenery::default(),
-        halted: Vec::new(),
-        sim_secs: 1.0,
+        ..Frame::empty(WorldId::new(1).expect("not zero"), map)
     };
     RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }
 }

@@ -11,8 +11,8 @@ use std::time::Instant;
 
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, Image, ImageEncoding, ImageKind,
-    MapRef, Pose, RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
 };
 use turbojpeg::{PixelFormat, Subsamp};
 
@@ -177,23 +177,12 @@ fn camera(view: &str, kind: ImageKind) -> Camera {
 
 /// Cars and people around an ego car at `start`.
 fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Frame {
+    let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
     let mut frame = Frame {
-        world: WorldId::new(1).expect("not zero"),
         tick: Tick(33),
-        epoch: 1,
-        dt_secs: 0.05,
-        state_hash: 0,
-        seed: 0,
-        map: MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() },
-        weather,
-        types: Vec::new(),
-        actors: Vec::new(),
-        collisions: Vec::new(),
-        traffic_lights: Vec::new(),
-        agents: Vec::new(),
-        hidden: HiddenScenery::default(),
-        halted: Vec::new(),
         sim_secs: 1.0,
+        weather,
+        ..Frame::empty(WorldId::new(1).expect("not zero"), map)
     };
     let ego = (start, [2.4, 1.0, 0.74], 0x303030);
     let place = |ahead_m: f32, left_m: f32, z_m: f32, turn_rad: f32| {

@@ -154,32 +154,13 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{
-        Camera, Frame, HiddenScenery, ImageEncoding, ImageKind, MapRef, Pose, Tick, Weather,
-        WorldId,
-    };
+    use schemas::{Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, WorldId};
 
     use super::*;
 
     fn job() -> RenderJob {
-        let frame = Frame {
-            world: WorldId::new(1).unwrap(),
-            tick: Tick(1),
-            epoch: 1,
-            dt_secs: 0.05,
-            state_hash: 1,
-            seed: 0,
-            map: MapRef { name: String::new(), digest: "d".to_owned() },
-            weather: Weather::CLEAR_NOON,
-            types: Vec::new(),
-            actors: Vec::new(),
-            collisions: Vec::new(),
-            traffic_lights: Vec::new(),
-            agents: Vec::new(),
-            hidden: HiddenScenery::default(),
-            halted: Vec::new(),
-            sim_secs: 0.05,
-        };
+        let map = MapRef { name: String::new(), digest: "d".to_owned() };
+        let frame = Frame::empty(WorldId::new(1).unwrap(), map);
         let camera = Camera {
             id: 1,
             carrier: None,

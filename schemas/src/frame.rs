@@ -307,6 +307,28 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// The first frame of a world with nobody in it, which goes on in ticks of 50 ms.
+    pub fn empty(world: WorldId, map: MapRef) -> Self {
+        Self {
+            world,
+            tick: Tick(0),
+            epoch: 0,
+            dt_secs: 0.05,
+            sim_secs: 0.0,
+            state_hash: 0,
+            seed: 0,
+            map,
+            weather: Weather::CLEAR_NOON,
+            types: Vec::new(),
+            actors: Vec::new(),
+            collisions: Vec::new(),
+            traffic_lights: Vec::new(),
+            agents: Vec::new(),
+            hidden: HiddenScenery::default(),
+            halted: Vec::new(),
+        }
+    }
+
     /// The state of one actor.
     pub fn actor(&self, id: ActorId) -> Option<&ActorState> {
         let at = self.actors.binary_search_by_key(&id, |actor| actor.id).ok()?;

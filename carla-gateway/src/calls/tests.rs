@@ -8,11 +8,9 @@ use std::sync::{Arc, LazyLock};
 
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use schemas::WorldId;
 use schemas::wire::encode_frame;
-use schemas::{
-    Error, ErrorCode, Frame, HiddenScenery, MapRef, Reply, Tick, TickOutcome, TickResult,
-};
-use schemas::{Weather, WorldId};
+use schemas::{Error, ErrorCode, Frame, MapRef, Reply, TickOutcome, TickResult};
 
 use super::table::{METHODS, State};
 use super::*;
@@ -32,24 +30,8 @@ static TOWN: LazyLock<(String, MapRef)> = LazyLock::new(|| {
 
 impl Toy {
     fn frame(&self) -> schemas::EncodedFrame {
-        encode_frame(&Frame {
-            world: WorldId::new(1).unwrap(),
-            tick: Tick(0),
-            epoch: 1,
-            dt_secs: 0.05,
-            sim_secs: 0.0,
-            state_hash: 0,
-            seed: 0,
-            map: MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) },
-            weather: Weather::CLEAR_NOON,
-            types: Vec::new(),
-            actors: Vec::new(),
-            collisions: Vec::new(),
-            traffic_lights: Vec::new(),
-            agents: Vec::new(),
-            hidden: HiddenScenery::default(),
-            halted: Vec::new(),
-        })
+        let map = MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) };
+        encode_frame(&Frame::empty(WorldId::new(1).unwrap(), map))
     }
 }
 

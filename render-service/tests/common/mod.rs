@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use render_service::{AdapterChoice, Material, Renderer, Surface, TownScene, WallKind};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, HiddenScenery, Image, ImageEncoding, ImageKind,
-    MapRef, Pose, RenderJob, Tick, UnitQuaternion, Vec3, Weather, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, Image, ImageEncoding, ImageKind, MapRef, Pose,
+    RenderJob, Tick, UnitQuaternion, Vec3, WorldId, level_pose,
 };
 
 pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
@@ -56,23 +56,14 @@ pub(crate) fn pillar(material: Material, centre: [f32; 2], half: f32, height: f3
 }
 
 pub(crate) fn frame(actors: Vec<ActorState>) -> Frame {
+    let map = MapRef { name: "Square".to_owned(), digest: DIGEST.to_owned() };
     Frame {
-        world: WorldId::new(1).unwrap(),
         tick: Tick(20),
-        epoch: 1,
-        dt_secs: 0.05,
         state_hash: 99,
-        seed: 0,
-        map: MapRef { name: "Square".to_owned(), digest: DIGEST.to_owned() },
-        weather: Weather::CLEAR_NOON,
+        sim_secs: 1.0,
         types: vec!["vehicle.tesla.model3".to_owned()],
         actors,
-        collisions: Vec::new(),
-        traffic_lights: Vec::new(),
-        agents: Vec::new(),
-        hidden: HiddenScenery::default(),
-        halted: Vec::new(),
-        sim_secs: 1.0,
+        ..Frame::empty(WorldId::new(1).unwrap(), map)
     }
 }
 
