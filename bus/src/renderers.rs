@@ -5,59 +5,66 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use schemas::{Error, ErrorCode, RenderJob, ServiceId, keys, wire};
+use schemas::{
+    Alive, Error, ErrorCode, Images, RenderJob, Reply, ServiceId, ServiceKind, keys, wire,
+};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
-use crate::Bus;
 use crate::shortcut::Shortcut;
+use crate::{Bus, Presence};
 
 /// How long a job waits for a renderer to come, or to come back.
 const RENDERER_WAIT: Duration = Duration::from_secs(5);
 /// How long one renderer may take for one job.
 const DRAW_DEADLINE: Duration = Duration::from_secs(30);
 
-/// The renderers that are up. Whoever has frames to be drawn keeps one, and tells it who comes and
-/// goes.
-#[derive(Debug, Default)]
+/// The renderers that are up. Whoever has frames to be drawn keeps one.
+#[derive(Default)]
 pub struct Renderers {
     live: watch::Sender<BTreeMap<ServiceId, Live>>,
-    comings: AtomicUsize,
     turn: AtomicUsize,
 }
 
 /// A renderer that is up.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Live {
+    bus: Bus,
     /// The count of its coming.
-    coming: u64,
+    coming: usize,
+    /// Past whoever routes, which large pictures are worth.
     shortcut: Option<Arc<Shortcut>>,
 }
 
 impl Renderers {
-    /// Takes note of a renderer that came or went.
-    pub fn note(&self, id: ServiceId, is_up: bool) {
-        let coming = self.comings.fetch_add(1, Ordering::Relaxed) as u64;
-        self.live.send_modify(|live| {
-            if is_up {
-                live.insert(id, Live { coming, shortcut: None });
-            } else {
-                live.remove(&id);
-            }
-        });
+    /// Follows the renderers of a bus that may still be connecting.
+    pub fn follow(bus: watch::Receiver<Option<Bus>>) -> Arc<Self> {
+        let renderers = Arc::new(Self::default());
+        tokio::spawn(Arc::clone(&renderers).run(bus));
+        renderers
     }
 
-    /// From now on jobs take the shortcut to a renderer that is up, if it has one: worth it for
-    /// those who want large pictures and are not themselves who routes.
-    pub async fn find_shortcut(&self, bus: &Bus, id: &ServiceId) {
-        let found = bus.shortcut(&keys::render_job(id)).await;
-        tracing::debug!(renderer = %id, found = found.is_some(), "shortcut");
-        self.live.send_if_modified(|live| {
-            if let Some(renderer) = live.get_mut(id) {
-                renderer.shortcut = found.map(Arc::new);
+    async fn run(self: Arc<Self>, mut bus: watch::Receiver<Option<Bus>>) {
+        let Ok(bus) = bus.wait_for(Option::is_some).await.map(|bus| bus.clone()) else { return };
+        let Some(bus) = bus else { return };
+        let mut presence = match bus.watch(Some(ServiceKind::Render)).await {
+            Ok(presence) => presence,
+            Err(error) => {
+                tracing::error!(%error, "renderers cannot be followed");
+                return;
             }
-            false
-        });
+        };
+        for coming in 0.. {
+            match presence.next().await {
+                Presence::Up(Alive { id, .. }) => {
+                    let shortcut = bus.shortcut(&keys::render_job(&id)).await.map(Arc::new);
+                    tracing::debug!(renderer = %id, found = shortcut.is_some(), "shortcut");
+                    let renderer = Live { bus: bus.clone(), coming, shortcut };
+                    self.live.send_modify(|live| drop(live.insert(id, renderer)));
+                }
+                Presence::Down(_, id) => self.live.send_modify(|live| drop(live.remove(&id))),
+            }
+        }
     }
 
     /// Whether one is up.
@@ -66,14 +73,22 @@ impl Renderers {
     }
 
     /// Has one job drawn: by the next renderer in turn, or by another if that one is lost
-    /// meanwhile. Gives the renderer's reply as it came.
+    /// meanwhile.
     ///
     /// # Errors
     /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
     /// there say that they cannot draw, or when one takes too long; other refusals as the renderer
     /// gave them.
-    pub async fn draw(&self, bus: &Bus, job: &RenderJob) -> Result<Vec<u8>, Error> {
-        let payload = wire::encode_render_job(job);
+    pub async fn draw(&self, job: &RenderJob) -> Result<Images, Error> {
+        match wire::decode_reply(&self.drawn(&wire::encode_render_job(job)).await?)? {
+            Reply::Images(images) => Ok(images),
+            Reply::Error(error) => Err(error),
+            _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer sent no pictures")),
+        }
+    }
+
+    /// The renderer's reply as it came.
+    async fn drawn(&self, job: &[u8]) -> Result<Vec<u8>, Error> {
         let mut changes = self.live.subscribe();
         let mut tried = BTreeSet::new();
         let mut refusal = None;
@@ -91,7 +106,7 @@ impl Renderers {
                 }
                 continue;
             };
-            match self.ask(bus, &id, &renderer, &payload).await {
+            match self.ask(&id, &renderer, job).await {
                 Err(lost) if lost.code == ErrorCode::Unreachable => {
                     tracing::warn!(renderer = %id, "a renderer was lost with a job; trying another");
                 }
@@ -108,13 +123,7 @@ impl Renderers {
     }
 
     /// Asks by the shortcut; where that leads nowhere, on the bus.
-    async fn ask(
-        &self,
-        bus: &Bus,
-        id: &ServiceId,
-        renderer: &Live,
-        job: &[u8],
-    ) -> Result<Vec<u8>, Error> {
+    async fn ask(&self, id: &ServiceId, renderer: &Live, job: &[u8]) -> Result<Vec<u8>, Error> {
         if let Some(shortcut) = &renderer.shortcut {
             let asked = async { shortcut.enter().await?.ask(job, DRAW_DEADLINE).await };
             let asked = tokio::select! {
@@ -127,17 +136,17 @@ impl Renderers {
                 Err(cause) => tracing::debug!(renderer = %id, %cause, "asked on the bus instead"),
             }
         }
-        bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE).await
+        renderer.bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE).await
     }
 
-    async fn until_gone(&self, id: &ServiceId, coming: u64) {
+    async fn until_gone(&self, id: &ServiceId, coming: usize) {
         let is_up = |live: &Live| live.coming == coming;
         let mut live = self.live.subscribe();
         // The sender is not dropped before this value.
         let _ = live.wait_for(|live| !live.get(id).is_some_and(is_up)).await;
     }
 
-    fn next_but(&self, tried: &BTreeSet<(ServiceId, u64)>) -> Option<(ServiceId, Live)> {
+    fn next_but(&self, tried: &BTreeSet<(ServiceId, usize)>) -> Option<(ServiceId, Live)> {
         let live = self.live.borrow();
         let untried: Vec<(&ServiceId, &Live)> = live
             .iter()
@@ -149,7 +158,7 @@ impl Renderers {
     }
 }
 
-fn none_came(tried: &BTreeSet<(ServiceId, u64)>) -> Error {
+fn none_came(tried: &BTreeSet<(ServiceId, usize)>) -> Error {
     let found = if tried.is_empty() { "no renderer is up" } else { "the renderer was lost" };
     Error::new(ErrorCode::RendererUnavailable, "nobody can draw this picture; the world goes on")
         .wanted(format_args!("a render service within {} s", RENDERER_WAIT.as_secs()))

@@ -106,7 +106,7 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
     };
     let _announcement = bus.announce(alive).await?;
     let site: Arc<dyn Site> =
-        Arc::new(BusSite::start(bus, config.tenant.clone(), config.id.clone()).await?);
+        Arc::new(BusSite::start(bus, config.tenant.clone(), config.id.clone()));
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());

@@ -6,8 +6,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusError, Host, Lane, Presence, Renderers, follow_hosts};
-use schemas::wire::decode_reply;
+use bus::{Bus, BusError, Host, Lane, Renderers, follow_hosts};
 use schemas::{Alive, Camera, Error, ErrorCode, Frame, Image, RenderJob, Reply, Request};
 use schemas::{ServiceId, ServiceKind, Tenant, WorldId, keys};
 use tokio::sync::watch;
@@ -69,31 +68,11 @@ async fn announce_traffic_manager(bus: &Bus, id: ServiceId, port: u16) -> Result
 
 impl BusSite {
     /// On a bus that is connected.
-    ///
-    /// # Errors
-    /// When the bus does not tell who is up.
-    pub(crate) async fn start(
-        bus: Bus,
-        tenant: Tenant,
-        gateway: ServiceId,
-    ) -> Result<Self, BusError> {
-        let renderers = Arc::new(Renderers::default());
-        let mut watch = bus.watch(Some(ServiceKind::Render)).await?;
-        let (known, of_renderers) = (Arc::clone(&renderers), bus.clone());
-        tokio::spawn(async move {
-            loop {
-                match watch.next().await {
-                    Presence::Up(Alive { id, .. }) => {
-                        known.note(id.clone(), true);
-                        known.find_shortcut(&of_renderers, &id).await;
-                    }
-                    Presence::Down(_, id) => known.note(id, false),
-                }
-            }
-        });
+    pub(crate) fn start(bus: Bus, tenant: Tenant, gateway: ServiceId) -> Self {
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
+        let renderers = Renderers::follow(connected.clone());
         let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
-        Ok(Self { bus, tenant, host, renderers, gateway, starting: Arc::default() })
+        Self { bus, tenant, host, renderers, gateway, starting: Arc::default() }
     }
 
     /// Over the fast lane, once it is open: it leads to the host of all worlds of this gateway.
@@ -153,11 +132,7 @@ impl Site for BusSite {
     fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
         Box::pin(async move {
             let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
-            match decode_reply(&self.renderers.draw(&self.bus, &job).await?)? {
-                Reply::Images(images) => Ok(images.images),
-                Reply::Error(error) => Err(error),
-                _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer sent no pictures")),
-            }
+            Ok(self.renderers.draw(&job).await?.images)
         })
     }
 

@@ -41,14 +41,10 @@ pub const MAPS_MAX: usize = 16;
 pub const WORLD_LEASE_MILLIS: u32 = 5_000;
 /// How long a reset waits for a world service that is still starting.
 pub const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
-/// How often it looks meanwhile.
-pub const WORLD_SERVICE_POLL: Duration = Duration::from_millis(5);
 /// Answer time of one batch of ticks.
 pub const TICK_DEADLINE: Duration = Duration::from_secs(10);
 /// Answer time of anything else asked of a world.
 pub const WORLD_DEADLINE: Duration = Duration::from_secs(10);
-/// Answer time of a picture, which may have to wait for a restarted renderer.
-pub const CAPTURE_DEADLINE: Duration = Duration::from_secs(20);
 /// How often sessions are searched for idle ones.
 pub const REAP_EVERY: Duration = Duration::from_secs(5);
 

@@ -4,7 +4,7 @@ pub mod table;
 
 use std::sync::Arc;
 
-use schemas::{EncodedFrame, Error, ErrorCode, Frame, Images, TickItem, wire};
+use schemas::{EncodedFrame, Error, ErrorCode, Frame, Image, TickItem, wire};
 use serde_json::{Map, Value};
 
 use crate::action::{Action, ActionKind};
@@ -214,12 +214,10 @@ impl Session {
     }
 
     async fn capture(&mut self) -> Result<Report, SessionError> {
-        let (episode, world) = self.running.episode()?;
-        match self.backstage.port.capture(world.id(), vec![episode.camera()]).await {
-            Ok(images) => Ok(episode.captured(picture(images))),
-            Err(error) if is_gone(error.code) => Err(self.lost_or(error)),
-            Err(error) => Ok(episode.captured(Err(error.to_string()))),
-        }
+        let (episode, _) = self.running.episode()?;
+        let drawn = self.backstage.port.draw(episode.frame().clone(), vec![episode.camera()]);
+        let picture = drawn.await.map_err(|error| error.to_string()).and_then(picture);
+        Ok(episode.captured(picture))
     }
 
     /// Runs to its end even if the caller is cancelled, so that no world is made that nobody owns.
@@ -288,19 +286,15 @@ impl Running {
     }
 }
 
-/// Whether there is no such world any more.
-fn is_gone(code: ErrorCode) -> bool {
-    matches!(code, ErrorCode::UnknownWorld | ErrorCode::WorldQuarantined | ErrorCode::Unreachable)
-}
-
 /// Whether the world may be gone, or at another tick than the episode knows.
 fn ends_the_episode(code: ErrorCode) -> bool {
-    is_gone(code) || matches!(code, ErrorCode::WrongTick | ErrorCode::TimedOut)
+    use ErrorCode::{TimedOut, UnknownWorld, Unreachable, WorldQuarantined, WrongTick};
+    matches!(code, UnknownWorld | WorldQuarantined | Unreachable | WrongTick | TimedOut)
 }
 
-fn picture(images: Images) -> Result<String, String> {
+fn picture(images: Vec<Image>) -> Result<String, String> {
     use base64::Engine as _;
-    let image = images.images.into_iter().next().ok_or("the renderer sent no picture")?;
+    let image = images.into_iter().next().ok_or("the renderer sent no picture")?;
     Ok(base64::engine::general_purpose::STANDARD.encode(image.data))
 }
 

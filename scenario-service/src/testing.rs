@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use schemas::{
     ActorId, ActorKind, ActorState, Camera, Collision, Command, CommandReply, EncodedFrame, Error,
-    ErrorCode, Frame, HiddenScenery, Image, Images, MapRef, PilotMode, Pose, Tick, TickItem,
-    TickOutcome, TickResult, Vec3, VehicleControl, Weather, WorldId, wire,
+    ErrorCode, Frame, Image, MapRef, PilotMode, Pose, Tick, TickItem, TickOutcome, TickResult,
+    Vec3, VehicleControl, WorldId, wire,
 };
 
 use crate::scenario::Profile;
@@ -92,24 +92,8 @@ struct Toy {
 impl Toy {
     fn new(world: WorldId, seed: u64) -> Self {
         let map = map();
-        let frame = Frame {
-            world,
-            tick: Tick(0),
-            epoch: 1,
-            dt_secs: DT_SECS,
-            state_hash: seed,
-            seed,
-            map: MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() },
-            weather: Weather::CLEAR_NOON,
-            types: Vec::new(),
-            actors: Vec::new(),
-            collisions: Vec::new(),
-            traffic_lights: Vec::new(),
-            agents: Vec::new(),
-            hidden: HiddenScenery::default(),
-            halted: Vec::new(),
-            sim_secs: 0.0,
-        };
+        let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
+        let frame = Frame { state_hash: seed, seed, ..Frame::empty(world, map) };
         Self { frame, lane_shift_m: 0.0 }
     }
 
@@ -213,10 +197,8 @@ impl WorldPort for ToyWorlds {
         })
     }
 
-    fn capture(&self, world: WorldId, cameras: Vec<Camera>) -> Answer<'_, Images> {
+    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
         Box::pin(async move {
-            let worlds = self.worlds.lock().unwrap();
-            let frame = &worlds.get(&world).ok_or_else(unknown)?.frame;
             if self.blind.load(Ordering::Relaxed) {
                 return Err(Error::new(ErrorCode::RendererUnavailable, "no renderer is up"));
             }
@@ -228,8 +210,7 @@ impl WorldPort for ToyWorlds {
                 encoding: camera.encoding,
                 data: frame.state_hash.to_le_bytes().to_vec(),
             };
-            let images = cameras.into_iter().map(image).collect();
-            Ok(Images { tick: frame.tick, state_hash: frame.state_hash, images })
+            Ok(cameras.into_iter().map(image).collect())
         })
     }
 

@@ -157,7 +157,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::time::Duration;
 
-    use schemas::{Camera, EncodedFrame, Images, MapRef, WorldId};
+    use schemas::{Camera, EncodedFrame, Frame, Image, MapRef, WorldId};
 
     use super::*;
     use crate::world_port::{Answer, CreatedWorld, NewWorld};
@@ -197,7 +197,7 @@ mod tests {
             })
         }
 
-        fn capture(&self, _: WorldId, _: Vec<Camera>) -> Answer<'_, Images> {
+        fn draw(&self, _: Frame, _: Vec<Camera>) -> Answer<'_, Vec<Image>> {
             unreachable!("a ticker draws nothing")
         }
 

@@ -1,11 +1,11 @@
-//! The world side as sessions see it: a port, so that episodes run against the bus or against a
-//! toy.
+//! Worlds and pictures as sessions see them: a port, so that episodes run against the bus or
+//! against a toy.
 
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, Images, MapRef, TickItem};
+use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, Frame, Image, MapRef, TickItem};
 use schemas::{TickResult, WorldId};
 
 pub mod on_bus;
@@ -38,7 +38,8 @@ pub struct CreatedWorld {
 /// Length of one tick.
 pub const DT_SECS: f64 = 0.05;
 
-/// What sessions ask of world services. Every answer comes within a deadline of the port's own.
+/// What sessions ask of world services and renderers. Every answer comes within a deadline of the
+/// port's own.
 pub trait WorldPort: Send + Sync + 'static {
     /// Makes a world, or nothing.
     fn create(&self, world: NewWorld) -> Answer<'_, CreatedWorld>;
@@ -46,8 +47,8 @@ pub trait WorldPort: Send + Sync + 'static {
     fn destroy(&self, world: WorldId) -> Answer<'_, ()>;
     /// Advances many worlds; one result per item, in order.
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>>;
-    /// Draws the present frame of a world.
-    fn capture(&self, world: WorldId, cameras: Vec<Camera>) -> Answer<'_, Images>;
+    /// One picture for each camera, of what a frame tells.
+    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>>;
     /// All maps.
     fn maps(&self) -> Answer<'_, Vec<MapRef>>;
     /// The OpenDRIVE text with this digest.

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `causeway/{tenant}/worlds` | query | [`Request`](crate::Request) about worlds and maps |
 //! | `causeway/{tenant}/host/{host}/worlds` | query | the same of one world service |
-//! | `causeway/{tenant}/world/{number}/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks, capture |
+//! | `causeway/{tenant}/world/{number}/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks |
 //! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
 //! | `causeway/batch/{host}/tick` | query, publication | ticks of many worlds of one host, of any tenant |
 //! | `causeway/batch/{asker}/answer` | publication | answers to ticks that were published |
@@ -38,7 +38,7 @@ pub fn any_worlds_of(host: &ServiceId) -> String {
     format!("causeway/*/host/{host}/worlds")
 }
 
-/// Requests to one world: commands, ticks, capture. The number before the world's id is that of its
+/// Requests to one world: commands, ticks. The number before the world's id is that of its
 /// [host](WorldId::host): only there somebody answers.
 // The last chunk keeps `causeway/alive/world/{id}` and `causeway/batch/world/tick` from matching
 // [`any_world`]: the transport knows no reserved words.

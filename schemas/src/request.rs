@@ -1,6 +1,6 @@
 //! What can be asked of a world service, and what it answers.
 
-use crate::{ActorDescription, ActorId, Camera, Collision, Command, Error, Image, MapRef, RayHit};
+use crate::{ActorDescription, ActorId, Collision, Command, Error, Image, MapRef, RayHit};
 use crate::{SensorDatum, ServiceId, Tick, Vec3, VehicleReport, WorldId};
 
 /// Keeps a world alive as long as a service is, plus a grace time.
@@ -69,13 +69,6 @@ pub enum Request {
     },
     /// Advances one or many worlds.
     TickWorlds(Vec<TickItem>),
-    /// Draws the present frame; never ticks.
-    Capture {
-        /// Of which world.
-        world: WorldId,
-        /// With which cameras.
-        cameras: Vec<Camera>,
-    },
     /// What does not change from tick to tick.
     DescribeActors {
         /// Of which world.

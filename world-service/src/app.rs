@@ -1,4 +1,4 @@
-//! Wires worlds, maps and renderers to the bus; owns all threads and clocks.
+//! Wires worlds and maps to the bus; owns all threads and clocks.
 
 mod faces;
 mod office;
@@ -10,7 +10,7 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Renderers, Serving};
+use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Serving};
 use schemas::{Alive, ServiceKind};
 use tokio::task::AbortHandle;
 
@@ -102,7 +102,6 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     let epoch = RandomState::new().build_hasher().finish();
     let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
     let number = ids.host();
-    let renderers = Arc::new(Renderers::default());
     let shard_count = config.shard_count.get();
     let (jobs, inboxes): (Vec<_>, Vec<_>) =
         (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
@@ -116,8 +115,6 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
             bus: bus.clone(),
             listeners: listeners.clone(),
             mailboxes: Arc::clone(&mailboxes),
-            renderers: Arc::clone(&renderers),
-            runtime: tokio::runtime::Handle::current(),
             journals: config.journals.clone(),
         };
         let workshop = Arc::new(Workshop::new(thread, Arc::clone(&ids), seats.clone()));
@@ -130,7 +127,7 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     threads.push(office_thread);
     let servings =
         faces::serve(&bus, (&config.id, number), &dispatcher, workshops.into(), &desk).await?;
-    let presence = follow_presence(&bus, jobs.clone(), renderers).await?;
+    let presence = follow_presence(&bus, jobs.clone()).await?;
     let announcement = bus.announce(alive(&config)).await?;
     for endpoint in bus.listening() {
         tracing::info!(%endpoint, threads = shard_count, "worlds live here");
@@ -186,11 +183,10 @@ fn alive(config: &Config) -> Alive {
     }
 }
 
-/// Tells shards which owners are up, and the renderers who can draw.
+/// Tells shards which owners are up.
 async fn follow_presence<S: Simulation>(
     bus: &Bus,
     shards: Vec<SyncSender<Job<S>>>,
-    renderers: Arc<Renderers>,
 ) -> Result<AbortHandle, BusError> {
     let mut watch = bus.watch(None).await?;
     let task = tokio::spawn(async move {
@@ -200,9 +196,6 @@ async fn follow_presence<S: Simulation>(
                 Presence::Down(kind, id) => (kind, id, false),
             };
             tracing::info!(kind = kind.as_str(), %id, is_up, "presence");
-            if kind == ServiceKind::Render {
-                renderers.note(id.clone(), is_up);
-            }
             for shard in &shards {
                 tell(shard, &id, is_up).await;
             }

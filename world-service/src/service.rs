@@ -15,7 +15,7 @@ pub use gather::Gather;
 pub use hosted::{Hosted, guarded};
 pub use ids::{Ids, Seat, Seats};
 pub use inbox::{Dispatcher, JOBS_MAX, Job, WorldWork};
-pub use ports::{Answer, Answered, NewWorld, Outlet, Question, Simulation};
+pub use ports::{Answer, NewWorld, Outlet, Question, Simulation};
 pub use recorded::Recorded;
 pub use roster::Roster;
 pub use shard::Shard;

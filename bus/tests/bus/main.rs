@@ -6,5 +6,6 @@ mod frames;
 mod hostile;
 mod lanes;
 mod presence;
+mod renderers;
 mod requests;
 mod shortcuts;

@@ -3,52 +3,27 @@
 
 use std::sync::Arc;
 
-use bus::{Bus, Incoming, Renderers, Serving};
-use schemas::{Error, ErrorCode, Frame, HiddenScenery, MapRef, RenderJob, ServiceId};
-use schemas::{Tick, Weather, WorldId, keys};
+use bus::{Bus, Incoming, Serving};
+use schemas::{Error, ErrorCode, Image, ImageEncoding, ImageKind, Images, RenderJob, Reply, keys};
 
-use crate::common::{Site, tenant};
+use crate::common::{Site, announce_renderer, job, renderer, renderers};
 
 const PICTURE_BYTES: usize = 3_000_000;
 
-fn renderer() -> ServiceId {
-    "render-0".parse().unwrap()
-}
-
-fn job(seed: u64) -> RenderJob {
-    let frame = Frame {
-        world: WorldId::new(1).unwrap(),
-        tick: Tick(7),
-        epoch: 1,
-        dt_secs: 0.05,
-        sim_secs: 0.35,
-        state_hash: 0,
-        seed,
-        map: MapRef { name: "Town".to_owned(), digest: "0".repeat(64) },
-        weather: Weather::CLEAR_NOON,
-        types: Vec::new(),
-        actors: Vec::new(),
-        collisions: Vec::new(),
-        traffic_lights: Vec::new(),
-        agents: Vec::new(),
-        hidden: HiddenScenery::default(),
-        halted: Vec::new(),
-    };
-    RenderJob { tenant: tenant(), frame, cameras: Vec::new() }
-}
-
 /// Three million bytes that tell the way and the job they are of.
-fn picture(way: u8, job: &RenderJob) -> Vec<u8> {
-    let mut bytes = vec![job.frame.seed as u8; PICTURE_BYTES];
-    bytes[0] = way;
-    bytes
+fn picture(way: u8, job: &RenderJob) -> Images {
+    let mut data = vec![job.frame.seed as u8; PICTURE_BYTES];
+    data[0] = way;
+    let (kind, encoding) = (ImageKind::Rgb, ImageEncoding::Jpeg);
+    let image = Image { camera: 0, width_px: 1, height_px: 1, kind, encoding, data };
+    Images { tick: job.frame.tick, state_hash: 0, images: vec![image] }
 }
 
 fn answer(way: u8) -> impl Fn(Incoming) + Send + Sync + 'static {
     move |incoming| {
         assert_eq!(incoming.key(), keys::render_job(&renderer()));
         match incoming.render_job() {
-            Ok(job) => incoming.reply_bytes(picture(way, &job)),
+            Ok(job) => incoming.reply(&Reply::Images(picture(way, &job))),
             Err(error) => incoming.refuse(error),
         }
     }
@@ -62,26 +37,20 @@ async fn serve_shortcut(bus: &Bus, handler: impl Fn(Incoming) + Send + Sync + 's
     bus.serve_shortcut(&keys::render_job(&renderer()), handler).await.unwrap()
 }
 
-async fn known(asker: &Bus) -> Arc<Renderers> {
-    let renderers = Arc::new(Renderers::default());
-    renderers.note(renderer(), true);
-    renderers.find_shortcut(asker, &renderer()).await;
-    renderers
-}
-
 #[tokio::test(flavor = "multi_thread")]
 async fn jobs_that_are_asked_at_once_get_their_own_large_answers_past_the_bus() {
     let site = Site::open().await;
     let _on_bus = serve_bus(&site.service).await;
     let _shortcut = serve_shortcut(&site.service, answer(b'S')).await;
-    let renderers = known(&site.client).await;
+    let _up = announce_renderer(&site.service).await;
+    let renderers = renderers(&site.client);
     // More than an asker keeps connections for.
     let asking: Vec<_> = (1..=9)
         .map(|seed| {
-            let (renderers, client) = (Arc::clone(&renderers), site.client.clone());
+            let renderers = Arc::clone(&renderers);
             tokio::spawn(async move {
                 let job = job(seed);
-                assert!(renderers.draw(&client, &job).await.unwrap() == picture(b'S', &job));
+                assert!(renderers.draw(&job).await.unwrap() == picture(b'S', &job));
             })
         })
         .collect();
@@ -97,8 +66,9 @@ async fn a_refusal_comes_by_the_shortcut_as_one() {
         incoming.refuse(Error::new(ErrorCode::InvalidArgument, "no such camera"));
     };
     let _shortcut = serve_shortcut(&site.service, refuse).await;
-    let renderers = known(&site.client).await;
-    let refusal = renderers.draw(&site.client, &job(1)).await.unwrap_err();
+    let _up = announce_renderer(&site.service).await;
+    let renderers = renderers(&site.client);
+    let refusal = renderers.draw(&job(1)).await.unwrap_err();
     assert_eq!(refusal.code, ErrorCode::InvalidArgument, "{refusal}");
 }
 
@@ -109,22 +79,24 @@ async fn a_shortcut_that_closes_in_mid_job_leaves_the_bus() {
     let (inbox, mut kept) = tokio::sync::mpsc::channel(1);
     let shortcut =
         serve_shortcut(&site.service, move |incoming| inbox.try_send(incoming).unwrap()).await;
-    let renderers = known(&site.client).await;
+    let _up = announce_renderer(&site.service).await;
+    let renderers = renderers(&site.client);
     let drawing = {
-        let (renderers, client) = (Arc::clone(&renderers), site.client.clone());
-        tokio::spawn(async move { renderers.draw(&client, &job(1)).await })
+        let renderers = Arc::clone(&renderers);
+        tokio::spawn(async move { renderers.draw(&job(1)).await })
     };
     let unanswered = kept.recv().await.unwrap();
     drop(shortcut);
     assert!(drawing.await.unwrap().unwrap() == picture(b'B', &job(1)));
     drop(unanswered);
-    assert!(renderers.draw(&site.client, &job(2)).await.unwrap() == picture(b'B', &job(2)));
+    assert!(renderers.draw(&job(2)).await.unwrap() == picture(b'B', &job(2)));
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn who_serves_no_shortcut_is_asked_on_the_bus() {
     let site = Site::open().await;
     let _on_bus = serve_bus(&site.service).await;
-    let renderers = known(&site.client).await;
-    assert!(renderers.draw(&site.client, &job(3)).await.unwrap() == picture(b'B', &job(3)));
+    let _up = announce_renderer(&site.service).await;
+    let renderers = renderers(&site.client);
+    assert!(renderers.draw(&job(3)).await.unwrap() == picture(b'B', &job(3)));
 }

@@ -1,16 +1,15 @@
 //! The world port over the bus.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, Host, follow_hosts};
-use schemas::{Camera, Error, ErrorCode, Images, Lease, MapRef, Reply, Request, ServiceId};
-use schemas::{ServiceKind, Tenant, TickItem, TickResult, WorldId, keys};
+use bus::{Bus, Host, Renderers, follow_hosts};
+use schemas::{Camera, Error, ErrorCode, Frame, Image, Lease, MapRef, RenderJob, Reply, Request};
+use schemas::{ServiceId, ServiceKind, Tenant, TickItem, TickResult, WorldId, keys};
 use tokio::sync::watch;
 
 use super::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
-use crate::limits::{
-    CAPTURE_DEADLINE, TICK_DEADLINE, WORLD_DEADLINE, WORLD_LEASE_MILLIS, WORLD_SERVICE_WAIT,
-};
+use crate::limits::{TICK_DEADLINE, WORLD_DEADLINE, WORLD_LEASE_MILLIS, WORLD_SERVICE_WAIT};
 
 /// Pause before a question is put again to a service that has only just come up.
 const RETRY_PAUSE: Duration = Duration::from_millis(5);
@@ -18,15 +17,17 @@ const RETRY_PAUSE: Duration = Duration::from_millis(5);
 /// Worlds of one tenant on the bus.
 pub struct BusWorlds {
     host: watch::Receiver<Option<Host>>,
+    renderers: Arc<Renderers>,
     tenant: Tenant,
     owner: ServiceId,
 }
 
 impl BusWorlds {
-    /// Follows the world services of a bus that may still be connecting.
+    /// Follows the world services and renderers of a bus that may still be connecting.
     pub fn start(bus: watch::Receiver<Option<Bus>>, tenant: Tenant, owner: ServiceId) -> Self {
+        let renderers = Renderers::follow(bus.clone());
         let host = follow_hosts(bus, ServiceKind::World, keys::batch_tick);
-        Self { host, tenant, owner }
+        Self { host, renderers, tenant, owner }
     }
 
     /// The world service, waiting for one that is still starting or restarting.
@@ -125,15 +126,10 @@ impl WorldPort for BusWorlds {
         })
     }
 
-    fn capture(&self, world: WorldId, cameras: Vec<Camera>) -> Answer<'_, Images> {
+    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
         Box::pin(async move {
-            let host = self.host_now()?;
-            let key = keys::world(&self.tenant, world);
-            let request = Request::Capture { world, cameras };
-            match host.bus.request(&key, &request, CAPTURE_DEADLINE).await? {
-                Reply::Images(images) => Ok(images),
-                _ => Err(unexpected("images")),
-            }
+            let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
+            Ok(self.renderers.draw(&job).await?.images)
         })
     }
 

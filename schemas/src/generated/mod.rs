@@ -31,8 +31,6 @@ mod body_switch_generated;
 pub use self::body_switch_generated::*;
 mod camera_generated;
 pub use self::camera_generated::*;
-mod capture_generated;
-pub use self::capture_generated::*;
 mod cast_rays_generated;
 pub use self::cast_rays_generated::*;
 mod collision_event_generated;

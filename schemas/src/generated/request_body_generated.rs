@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REQUEST_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REQUEST_BODY: u8 = 16;
+pub const ENUM_MAX_REQUEST_BODY: u8 = 15;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 17] = [
+pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 16] = [
   RequestBody::NONE,
   RequestBody::CreateWorld,
   RequestBody::ListWorlds,
@@ -26,7 +26,6 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 17] = [
   RequestBody::ForkWorld,
   RequestBody::RunCommands,
   RequestBody::TickWorlds,
-  RequestBody::Capture,
   RequestBody::DescribeActors,
   RequestBody::InspectVehicle,
   RequestBody::CastRays,
@@ -50,16 +49,15 @@ impl RequestBody {
   pub const ForkWorld: Self = Self(7);
   pub const RunCommands: Self = Self(8);
   pub const TickWorlds: Self = Self(9);
-  pub const Capture: Self = Self(10);
-  pub const DescribeActors: Self = Self(11);
-  pub const InspectVehicle: Self = Self(12);
-  pub const CastRays: Self = Self(13);
-  pub const PutMap: Self = Self(14);
-  pub const ShareClock: Self = Self(15);
-  pub const RecordWorld: Self = Self(16);
+  pub const DescribeActors: Self = Self(10);
+  pub const InspectVehicle: Self = Self(11);
+  pub const CastRays: Self = Self(12);
+  pub const PutMap: Self = Self(13);
+  pub const ShareClock: Self = Self(14);
+  pub const RecordWorld: Self = Self(15);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 16;
+  pub const ENUM_MAX: u8 = 15;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::CreateWorld,
@@ -71,7 +69,6 @@ impl RequestBody {
     Self::ForkWorld,
     Self::RunCommands,
     Self::TickWorlds,
-    Self::Capture,
     Self::DescribeActors,
     Self::InspectVehicle,
     Self::CastRays,
@@ -92,7 +89,6 @@ impl RequestBody {
       Self::ForkWorld => Some("ForkWorld"),
       Self::RunCommands => Some("RunCommands"),
       Self::TickWorlds => Some("TickWorlds"),
-      Self::Capture => Some("Capture"),
       Self::DescribeActors => Some("DescribeActors"),
       Self::InspectVehicle => Some("InspectVehicle"),
       Self::CastRays => Some("CastRays"),

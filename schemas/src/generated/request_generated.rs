@@ -186,20 +186,6 @@ impl<'a> Request<'a> {
 
   #[inline]
   #[allow(non_snake_case)]
-  pub fn body_as_capture(&self) -> Option<Capture<'a>> {
-    if self.body_type() == RequestBody::Capture {
-      let u = self.body();
-      // Safety:
-      // Created from a valid Table for this object
-      // Which contains a valid union in this slot
-      Some(unsafe { Capture::init_from_table(u) })
-    } else {
-      None
-    }
-  }
-
-  #[inline]
-  #[allow(non_snake_case)]
   pub fn body_as_describe_actors(&self) -> Option<DescribeActors<'a>> {
     if self.body_type() == RequestBody::DescribeActors {
       let u = self.body();
@@ -302,7 +288,6 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::ForkWorld => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ForkWorld>>("RequestBody::ForkWorld", pos),
           RequestBody::RunCommands => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RunCommands>>("RequestBody::RunCommands", pos),
           RequestBody::TickWorlds => v.verify_union_variant::<flatbuffers::ForwardsUOffset<TickWorlds>>("RequestBody::TickWorlds", pos),
-          RequestBody::Capture => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Capture>>("RequestBody::Capture", pos),
           RequestBody::DescribeActors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DescribeActors>>("RequestBody::DescribeActors", pos),
           RequestBody::InspectVehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicle>>("RequestBody::InspectVehicle", pos),
           RequestBody::CastRays => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CastRays>>("RequestBody::CastRays", pos),
@@ -422,13 +407,6 @@ impl core::fmt::Debug for Request<'_> {
         },
         RequestBody::TickWorlds => {
           if let Some(x) = self.body_as_tick_worlds() {
-            ds.field("body", &x)
-          } else {
-            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
-          }
-        },
-        RequestBody::Capture => {
-          if let Some(x) = self.body_as_capture() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -46,7 +46,7 @@ pub fn decode_render_job(bytes: &[u8]) -> Result<RenderJob, Error> {
     })
 }
 
-pub(super) fn cameras_out<'a>(
+fn cameras_out<'a>(
     builder: &mut FlatBufferBuilder<'a>,
     cameras: &[Camera],
 ) -> WIPOffset<Vector<'a, ForwardsUOffset<fb::Camera<'a>>>> {
@@ -74,9 +74,7 @@ pub(super) fn cameras_out<'a>(
     builder.create_vector(&raw)
 }
 
-pub(super) fn cameras_in(
-    raw: Vector<'_, ForwardsUOffset<fb::Camera<'_>>>,
-) -> Result<Vec<Camera>, Error> {
+fn cameras_in(raw: Vector<'_, ForwardsUOffset<fb::Camera<'_>>>) -> Result<Vec<Camera>, Error> {
     check_count("cameras", raw.len(), CAMERAS_PER_JOB_MAX)?;
     raw.iter()
         .map(|raw| {

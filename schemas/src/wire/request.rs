@@ -2,7 +2,6 @@
 
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
-use super::camera::{cameras_in, cameras_out};
 use super::command::{commands_in, commands_out};
 use super::parts::{actor_in, vec3_in, vec3_out, world_in};
 use super::{Kind, check_count, root};
@@ -71,8 +70,7 @@ fn body_out(
             (Body::RunCommands, fb::RunCommands::create(b, &args).as_union_value())
         }
         Request::TickWorlds(items) => (Body::TickWorlds, tick_out(b, items)),
-        Request::Capture { .. }
-        | Request::DescribeActors { .. }
+        Request::DescribeActors { .. }
         | Request::InspectVehicle { .. }
         | Request::CastRays { .. } => question_out(b, request),
         Request::PutMap { name, text } => {
@@ -122,11 +120,6 @@ fn question_out(
 ) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
     use fb::RequestBody as Body;
     match request {
-        Request::Capture { world, cameras } => {
-            let cameras = Some(cameras_out(b, cameras));
-            let args = fb::CaptureArgs { world: world.get(), cameras };
-            (Body::Capture, fb::Capture::create(b, &args).as_union_value())
-        }
         Request::DescribeActors { world, actors } => {
             let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
             let actors = Some(b.create_vector(&ids));
@@ -173,10 +166,6 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     }
     if let Some(ticks) = raw.body_as_tick_worlds() {
         return ticks_in(&ticks);
-    }
-    if let Some(capture) = raw.body_as_capture() {
-        let cameras = cameras_in(capture.cameras())?;
-        return Ok(Request::Capture { world: world_in(capture.world())?, cameras });
     }
     if let Some(destroy) = raw.body_as_destroy_world() {
         return Ok(Request::DestroyWorld { world: world_in(destroy.world())? });

@@ -232,7 +232,6 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::ForkWorld { world: world(), count: 8, lease: lease() },
         Request::RunCommands { world: world(), commands: commands() },
         Request::TickWorlds(vec![item, bare]),
-        Request::Capture { world: world(), cameras: vec![camera()] },
         Request::DescribeActors { world: world(), actors: vec![actor(1), actor(2)] },
         Request::InspectVehicle { world: world(), actor: actor(1) },
         Request::CastRays { world: world(), rays: vec![(Vec3::x(), Vec3::z())] },

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
 
 use bus::{Bus, BusError, Incoming, Serving};
-use schemas::{Error, ErrorCode, Request, ServiceId, Tenant, WorldId, keys};
+use schemas::{Error, ErrorCode, Reply, Request, ServiceId, Tenant, WorldId, keys};
 
 use super::office::OfficeJob;
 use super::shard_thread::Workshop;
-use crate::service::{Answer, Answered, Dispatcher, Simulation};
+use crate::service::{Answer, Dispatcher, Simulation};
 
 /// Of every shard.
 type Workshops<S> = Arc<[Arc<Workshop<S>>]>;
@@ -90,17 +90,14 @@ fn send(desk: &SyncSender<OfficeJob>, job: OfficeJob) {
         let busy =
             Error::new(ErrorCode::Capacity, "too many worlds are being made; nothing was done");
         match job {
-            OfficeJob::Request { answer, .. } => answer(busy.into()),
+            OfficeJob::Request { answer, .. } => answer(Reply::Error(busy)),
             OfficeJob::Asset { incoming, .. } => incoming.refuse(busy),
         }
     }
 }
 
 fn answer(incoming: Incoming) -> Answer {
-    Box::new(move |answered| match answered {
-        Answered::Reply(reply) => incoming.reply(&reply),
-        Answered::Drawn(reply) => incoming.reply_bytes(reply),
-    })
+    Box::new(move |reply| incoming.reply(&reply))
 }
 
 fn is_about(request: &Request, key_world: WorldId) -> bool {
@@ -113,8 +110,7 @@ fn is_about(request: &Request, key_world: WorldId) -> bool {
         | Request::InspectVehicle { world, .. }
         | Request::CastRays { world, .. }
         | Request::ShareClock { world, .. }
-        | Request::RecordWorld { world, .. }
-        | Request::Capture { world, .. } => *world == key_world,
+        | Request::RecordWorld { world, .. } => *world == key_world,
         Request::TickWorlds(items) => items.iter().all(|item| item.world == key_world),
         _ => false,
     }

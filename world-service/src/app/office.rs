@@ -13,7 +13,7 @@ use super::ServiceError;
 use super::shard_thread::Mailboxes;
 use crate::maps::Maps;
 use crate::service::{
-    Answer, Answered, Dispatcher, Hosted, Ids, Job, NewWorld, Seat, Seats, Simulation, guarded,
+    Answer, Dispatcher, Hosted, Ids, Job, NewWorld, Seat, Seats, Simulation, guarded,
 };
 
 /// Requests that may wait for the office.
@@ -82,16 +82,14 @@ impl<S: Simulation> Office<S> {
                 Err(error) => incoming.refuse(error),
             },
             OfficeJob::Request { tenant, request, answer } => match request {
-                Request::ListMaps => answer(Reply::Maps(self.maps.list(&tenant)).into()),
+                Request::ListMaps => answer(Reply::Maps(self.maps.list(&tenant))),
                 Request::PutMap { name, text } => {
                     let put = self.maps.put(&tenant, &name, text);
-                    answer(put.map_or_else(Answered::from, |()| Reply::Done.into()));
+                    answer(put.map_or_else(Reply::Error, |()| Reply::Done));
                 }
                 Request::RestoreWorld { snapshot, lease } => {
-                    answer(
-                        self.restore(tenant, &snapshot, lease)
-                            .map_or_else(Answered::from, Answered::from),
-                    );
+                    let restored = self.restore(tenant, &snapshot, lease);
+                    answer(restored.unwrap_or_else(Reply::Error));
                 }
                 create => self.create(tenant, create, answer),
             },
@@ -101,12 +99,12 @@ impl<S: Simulation> Office<S> {
     /// Finds the map and leaves the rest to the shard of the new world.
     fn create(&self, tenant: Tenant, request: Request, answer: Answer) {
         let Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } = request else {
-            return answer(Error::new(ErrorCode::Internal, "a request went astray").into());
+            return answer(Reply::Error(Error::new(ErrorCode::Internal, "a request went astray")));
         };
         let found = self.seat().and_then(|seat| Ok((seat, self.maps.town(&tenant, &map)?)));
         let (seat, town) = match found {
             Ok(found) => found,
-            Err(error) => return answer(error.into()),
+            Err(error) => return answer(Reply::Error(error)),
         };
         let new = NewWorld { id: self.ids.next(), epoch: self.epoch, seed, dt_secs, town, traffic };
         let shard = self.dispatcher.shard(new.id);

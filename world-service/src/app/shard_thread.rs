@@ -7,16 +7,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use bus::{Bus, FrameListeners, Renderers};
-use schemas::{EncodedFrame, Error, ErrorCode, RenderJob, Tenant, WorldId};
-use tokio::sync::Semaphore;
+use bus::{Bus, FrameListeners};
+use schemas::{EncodedFrame, Error, ErrorCode, Tenant, WorldId};
 
 use super::ServiceError;
 use crate::args::Journals;
-use crate::service::{Answer, Answered, Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
+use crate::service::{Hosted, Ids, Job, Outlet, Seats, Shard, Simulation};
 
-/// Pictures that may wait for renderers, per shard.
-const CAPTURES_MAX: usize = 256;
 /// Journals of one world, one after the other.
 const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
 
@@ -28,14 +25,12 @@ pub(super) struct Mailboxes<S: Simulation> {
     jobs: Vec<SyncSender<Job<S>>>,
 }
 
-/// What a shard's thread needs of the process.
+/// What a shard's thread needs of the process, and where its results go.
 pub(super) struct ShardThread<S: Simulation> {
     pub(super) index: usize,
     pub(super) bus: Bus,
     pub(super) listeners: FrameListeners,
     pub(super) mailboxes: Arc<Mailboxes<S>>,
-    pub(super) renderers: Arc<Renderers>,
-    pub(super) runtime: tokio::runtime::Handle,
     pub(super) journals: Option<Journals>,
 }
 
@@ -43,13 +38,7 @@ pub(super) struct ShardThread<S: Simulation> {
 /// one at a time.
 pub(super) struct Workshop<S: Simulation> {
     shard: Mutex<Shard<S>>,
-    outlet: BusOutlet<S>,
-}
-
-/// Where the results of one shard go.
-struct BusOutlet<S: Simulation> {
-    thread: ShardThread<S>,
-    captures: Arc<Semaphore>,
+    outlet: ShardThread<S>,
 }
 
 impl<S: Simulation> Mailboxes<S> {
@@ -78,10 +67,8 @@ impl<S: Simulation> Mailboxes<S> {
 
 impl<S: Simulation> Workshop<S> {
     /// Without worlds, and nobody at work yet.
-    pub(super) fn new(thread: ShardThread<S>, ids: Arc<Ids>, seats: Seats) -> Self {
-        let shard = Mutex::new(Shard::new(ids, seats));
-        let outlet = BusOutlet { thread, captures: Arc::new(Semaphore::new(CAPTURES_MAX)) };
-        Self { shard, outlet }
+    pub(super) fn new(outlet: ShardThread<S>, ids: Arc<Ids>, seats: Seats) -> Self {
+        Self { shard: Mutex::new(Shard::new(ids, seats)), outlet }
     }
 
     /// Starts the thread that works here, which ends with [`Job::Stop`].
@@ -91,7 +78,7 @@ impl<S: Simulation> Workshop<S> {
     ) -> Result<JoinHandle<()>, ServiceError> {
         let workshop = Arc::clone(self);
         std::thread::Builder::new()
-            .name(format!("shard-{}", self.outlet.thread.index))
+            .name(format!("shard-{}", self.outlet.index))
             .spawn(move || workshop.run(&inbox))
             .map_err(|cause| ServiceError::System { what: "threads", cause })
     }
@@ -104,7 +91,7 @@ impl<S: Simulation> Workshop<S> {
         let is_due_sooner = shard.next_end().is_some_and(|end| due.is_none_or(|due| end < due));
         drop(shard);
         if is_due_sooner {
-            self.outlet.thread.mailboxes.knock(self.outlet.thread.index);
+            self.outlet.mailboxes.knock(self.outlet.index);
         }
         None
     }
@@ -127,7 +114,7 @@ impl<S: Simulation> Workshop<S> {
 
     fn work(&self, shard: &mut Shard<S>, job: Option<Job<S>>) {
         let now = Instant::now();
-        for (id, world) in self.outlet.thread.mailboxes.empty(self.outlet.thread.index) {
+        for (id, world) in self.outlet.mailboxes.empty(self.outlet.index) {
             shard.adopt(now, id, world);
         }
         if let Some(job) = job {
@@ -142,19 +129,19 @@ impl<S: Simulation> Workshop<S> {
     }
 }
 
-impl<S: Simulation> Outlet<S> for BusOutlet<S> {
+impl<S: Simulation> Outlet<S> for ShardThread<S> {
     fn has_listeners(&self) -> bool {
-        self.thread.listeners.any()
+        self.listeners.any()
     }
 
     fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame) {
-        if self.thread.listeners.any() {
-            self.thread.bus.publish_frame(tenant, world, frame);
+        if self.listeners.any() {
+            self.bus.publish_frame(tenant, world, frame);
         }
     }
 
     fn journal(&self, world: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error> {
-        let Some(journals) = &self.thread.journals else {
+        let Some(journals) = &self.journals else {
             return Err(Error::new(ErrorCode::Unsupported, "this world service keeps no journals")
                 .wanted("one started with --journals DIR"));
         };
@@ -175,21 +162,7 @@ impl<S: Simulation> Outlet<S> for BusOutlet<S> {
         }
     }
 
-    fn capture(&self, job: RenderJob, answer: Answer) {
-        let Ok(permit) = Arc::clone(&self.captures).try_acquire_owned() else {
-            let busy = Error::new(ErrorCode::Capacity, "too many pictures are waiting")
-                .wanted(format_args!("at most {CAPTURES_MAX}"));
-            return answer(busy.into());
-        };
-        let (bus, renderers) = (self.thread.bus.clone(), Arc::clone(&self.thread.renderers));
-        self.thread.runtime.spawn(async move {
-            let drawn = renderers.draw(&bus, &job).await;
-            answer(drawn.map_or_else(Answered::from, Answered::Drawn));
-            drop(permit);
-        });
-    }
-
     fn adopt(&self, id: WorldId, world: Hosted<S>) {
-        self.thread.mailboxes.adopt(id, world);
+        self.mailboxes.adopt(id, world);
     }
 }

@@ -49,7 +49,7 @@ impl<T> Gather<T> {
         let finish = state.finish.take();
         drop(state);
         if let Some((finish, answer)) = finish {
-            answer(finish(results).into());
+            answer(finish(results));
         }
     }
 }
@@ -60,20 +60,18 @@ mod tests {
 
     use schemas::WorldId;
 
-    use super::super::Answered;
     use super::*;
 
     #[test]
     fn the_last_result_answers_in_the_order_of_the_indices() {
         let (sender, replies) = mpsc::sync_channel(2);
-        let answer: Answer = Box::new(move |answered| sender.send(answered).unwrap());
+        let answer: Answer = Box::new(move |reply| sender.send(reply).unwrap());
         let gather = Gather::new(3, answer, Reply::Forked);
         let id = |value| WorldId::new(value).unwrap();
         gather.give([(2, id(3))]);
         gather.give([(2, id(9)), (7, id(9))]);
         assert!(replies.try_recv().is_err());
         gather.give([(0, id(1)), (1, id(2))]);
-        let Ok(Answered::Reply(reply)) = replies.try_recv() else { panic!("no reply") };
-        assert_eq!(reply, Reply::Forked(vec![id(1), id(2), id(3)]));
+        assert_eq!(replies.try_recv().unwrap(), Reply::Forked(vec![id(1), id(2), id(3)]));
     }
 }

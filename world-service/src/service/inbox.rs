@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::{Duration, Instant};
 
-use schemas::{Camera, Command, Error, ErrorCode, Lease, Reply, Request, ServiceId, Tenant};
+use schemas::{Command, Error, ErrorCode, Lease, Reply, Request, ServiceId, Tenant};
 use schemas::{TickItem, TickResult, WorldId, WorldInfo};
 
 use super::{Answer, Gather, Ids, Question, Seat};
@@ -88,8 +88,6 @@ pub enum WorldWork {
     },
     /// Changes without a tick.
     Commands(Vec<Command>),
-    /// Pictures of the present frame.
-    Capture(Vec<Camera>),
     /// A look at it.
     Look(Question),
     /// Somebody takes part in its clock; without a lease, no more.
@@ -144,7 +142,6 @@ impl<S: super::Simulation> Dispatcher<S> {
             Request::SnapshotWorld { world } => (world, WorldWork::Snapshot),
             Request::ForkWorld { world, count, lease } => (world, WorldWork::Fork { count, lease }),
             Request::RunCommands { world, commands } => (world, WorldWork::Commands(commands)),
-            Request::Capture { world, cameras } => (world, WorldWork::Capture(cameras)),
             Request::DescribeActors { world, actors } => {
                 (world, WorldWork::Look(Question::Actors(actors)))
             }
@@ -179,7 +176,7 @@ impl<S: super::Simulation> Dispatcher<S> {
         here: impl FnOnce(usize, Job<S>) -> Option<Job<S>>,
     ) {
         if items.is_empty() {
-            return answer(Reply::Ticked(Vec::new()).into());
+            return answer(Reply::Ticked(Vec::new()));
         }
         let gather = Gather::new(items.len(), answer, Reply::Ticked);
         let mut parts: Vec<Vec<(usize, TickItem)>> = vec![Vec::new(); self.shards.len()];
@@ -233,7 +230,7 @@ impl<S: super::Simulation> Dispatcher<S> {
         if let Err(refused) = self.shard(world).try_send(job)
             && let Job::World { answer, .. } = refused_job(refused)
         {
-            answer(too_busy().into());
+            answer(Reply::Error(too_busy()));
         }
     }
 }

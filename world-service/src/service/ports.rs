@@ -4,30 +4,10 @@ use std::io::Write;
 use std::sync::Arc;
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
-use schemas::{RenderJob, Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
+use schemas::{Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
 
 /// Tells one asker. Dropped uncalled, the asker hears of an internal error.
-pub type Answer = Box<dyn FnOnce(Answered) + Send>;
-
-/// What an asker is told.
-pub enum Answered {
-    /// By this service.
-    Reply(Reply),
-    /// By a renderer, in its own bytes: pictures are large, and only their asker looks into them.
-    Drawn(Vec<u8>),
-}
-
-impl From<Reply> for Answered {
-    fn from(reply: Reply) -> Self {
-        Self::Reply(reply)
-    }
-}
-
-impl From<Error> for Answered {
-    fn from(error: Error) -> Self {
-        Self::Reply(Reply::Error(error))
-    }
-}
+pub type Answer = Box<dyn FnOnce(Reply) + Send>;
 
 /// What a new world starts from.
 pub struct NewWorld<T> {
@@ -136,9 +116,6 @@ pub trait Outlet<S> {
     /// # Errors
     /// `Unsupported` where none are kept, or the file cannot be made.
     fn journal(&self, world: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error>;
-
-    /// Has a job drawn and answered; never waits.
-    fn capture(&self, job: RenderJob, answer: Answer);
 
     /// Gives a new world to the shard of its id, before anything else that this shard is sent
     /// later.

@@ -5,16 +5,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
-use schemas::limits::CAMERAS_PER_JOB_MAX;
-use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, ErrorCode, Lease, RenderJob};
-use schemas::{Reply, ServiceId, Tenant, WorldId};
+use schemas::{Command, CommandReply, EncodedFrame, Error, ErrorCode, Lease, Reply, ServiceId};
+use schemas::{Tenant, WorldId};
 
 use super::hosted::guarded;
 use super::inbox::WorldWork;
 use super::tick::furnish;
-use super::{
-    Answer, Answered, Hosted, Ids, Job, NewWorld, Outlet, Recorded, Seats, Simulation, Waiter,
-};
+use super::{Answer, Hosted, Ids, Job, NewWorld, Outlet, Recorded, Seats, Simulation, Waiter};
 use crate::journal::Journal;
 
 /// The worlds of one thread, and who of their owners is up.
@@ -95,7 +92,7 @@ impl<S: Simulation> Shard<S> {
                     }
                     Err(error) => Reply::Error(error),
                 };
-                answer(reply.into());
+                answer(reply);
             }
             Job::List { tenant, index, gather } => {
                 let own = self.worlds.iter().filter(|(_, world)| world.tenant == tenant);
@@ -133,7 +130,7 @@ impl<S: Simulation> Shard<S> {
     ) {
         let hosted = match find(&mut self.worlds, Some(tenant), id) {
             Ok(hosted) => hosted,
-            Err(error) => return answer(error.into()),
+            Err(error) => return answer(Reply::Error(error)),
         };
         let reply = match work {
             WorldWork::Destroy => {
@@ -148,12 +145,6 @@ impl<S: Simulation> Shard<S> {
                 hosted.with(id, |world| Ok(Reply::CommandReplies(world.run(id, &commands))))
             }
             WorldWork::Look(question) => hosted.with(id, |world| world.answer(&question)),
-            WorldWork::Capture(cameras) => {
-                match hosted.with(id, |world| render_job(&**world, tenant, cameras)) {
-                    Ok(job) => return outlet.capture(job, answer),
-                    Err(error) => Err(error),
-                }
-            }
             WorldWork::Share { participant, lease } => {
                 let shared = hosted.share(now, id, (participant, lease), outlet);
                 self.find_next_end();
@@ -162,7 +153,7 @@ impl<S: Simulation> Shard<S> {
             WorldWork::Record(on) => hosted.with(id, |world| record(world, id, on, outlet)),
             WorldWork::Fork { count, lease } => self.fork(tenant, id, count, lease, outlet),
         };
-        answer(reply.map_or_else(Answered::from, Answered::from));
+        answer(reply.unwrap_or_else(Reply::Error));
     }
 
     fn fork(
@@ -235,26 +226,6 @@ fn record<S: Simulation>(
     })?;
     world.record(Some(journal));
     Ok(Reply::Done)
-}
-
-fn render_job<S: Simulation>(
-    world: &S,
-    tenant: &Tenant,
-    cameras: Vec<Camera>,
-) -> Result<RenderJob, Error> {
-    if cameras.is_empty() || cameras.len() > CAMERAS_PER_JOB_MAX {
-        return Err(Error::new(ErrorCode::InvalidArgument, "a picture needs cameras")
-            .wanted(format_args!("1 to {CAMERAS_PER_JOB_MAX} cameras"))
-            .found(cameras.len()));
-    }
-    let frame = world.frame();
-    let lost =
-        cameras.iter().filter_map(|camera| camera.carrier).find(|id| frame.actor(*id).is_none());
-    if let Some(carrier) = lost {
-        return Err(Error::new(ErrorCode::UnknownActor, "a camera's carrier is not in the world")
-            .found(carrier));
-    }
-    Ok(RenderJob { tenant: tenant.clone(), frame, cameras })
 }
 
 type Furnished<S> = (S, EncodedFrame, Vec<CommandReply>);

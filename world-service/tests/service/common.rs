@@ -2,10 +2,7 @@
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusConfig, Endpoint};
-use schemas::{
-    ActorId, Camera, Command, EncodedFrame, Error, Frame, ImageEncoding, ImageKind, Lease, Pose,
-    Reply, Request, Tenant, TickItem,
-};
+use schemas::{Command, EncodedFrame, Error, Frame, Lease, Reply, Request, Tenant, TickItem};
 use schemas::{TickOutcome, Vec3, WorldId, WorldInfo, keys, level_pose, wire};
 use world_service::{Config, WorldService};
 
@@ -126,21 +123,5 @@ pub(crate) async fn until<F: Future<Output = bool>>(what: &str, condition: impl 
     while !condition().await {
         assert!(begun.elapsed() < deadline(), "never: {what}");
         tokio::time::sleep(Duration::from_millis(5)).await;
-    }
-}
-
-/// Two pixels.
-pub(crate) fn camera(carrier: Option<ActorId>) -> Camera {
-    Camera {
-        id: 3,
-        carrier,
-        carrier_from_camera: Pose::identity(),
-        width_px: 2,
-        height_px: 1,
-        horizontal_fov_rad: 1.5,
-        kind: ImageKind::Rgb,
-        encoding: ImageEncoding::Rgba8,
-        jpeg_quality: 90,
-        ignored: Vec::new(),
     }
 }

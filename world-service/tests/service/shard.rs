@@ -7,13 +7,12 @@ use std::time::{Duration, Instant};
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame};
 use schemas::{
-    Lease, MapRef, RenderJob, Reply, SensorDatum, Tenant, Tick, TickItem, TickOutcome, WorldId,
-    WorldInfo,
+    Lease, MapRef, Reply, SensorDatum, Tenant, Tick, TickItem, TickOutcome, WorldId, WorldInfo,
 };
 use world::{Town, World};
 use world_service::service::{
-    Answer, Answered, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard,
-    Simulation, WorldWork,
+    Answer, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard, Simulation,
+    WorldWork,
 };
 
 use crate::common::{MAP, car, decoded, tenant, ticks};
@@ -115,7 +114,7 @@ impl Simulation for Fragile {
     }
 }
 
-/// Nobody listens, nobody draws; forks and journals are kept.
+/// Nobody listens; forks and journals are kept.
 #[derive(Default)]
 pub(crate) struct Nobody {
     adopted: RefCell<Vec<(WorldId, Hosted<Fragile>)>>,
@@ -147,10 +146,6 @@ impl Outlet<Fragile> for Nobody {
         Ok((Box::new(self.journal.clone()), 1 << 30))
     }
 
-    fn capture(&self, _: RenderJob, answer: Answer) {
-        answer(Reply::Done.into());
-    }
-
     fn adopt(&self, id: WorldId, world: Hosted<Fragile>) {
         self.adopted.borrow_mut().push((id, world));
     }
@@ -168,10 +163,7 @@ pub(crate) struct Bench {
 
 /// Passes replies on.
 pub(crate) fn answer(sender: mpsc::SyncSender<Reply>) -> Answer {
-    Box::new(move |answered| match answered {
-        Answered::Reply(reply) => sender.send(reply).unwrap(),
-        Answered::Drawn(_) => panic!("nobody draws here"),
-    })
+    Box::new(move |reply| sender.send(reply).unwrap())
 }
 
 impl Bench {
@@ -343,19 +335,4 @@ fn forks_take_seats_and_give_them_back() {
         assert_eq!(bench.work(fork, WorldWork::Destroy), Reply::Done);
     }
     assert!(bench.seats.take(15).is_ok());
-}
-
-#[test]
-fn a_picture_through_the_eyes_of_nobody_is_refused() {
-    let mut bench = Bench::new();
-    let world = bench.create(1, None);
-    let camera = crate::common::camera(ActorId::new(99));
-    for (cameras, code) in
-        [(vec![camera], ErrorCode::UnknownActor), (Vec::new(), ErrorCode::InvalidArgument)]
-    {
-        let Reply::Error(error) = bench.work(world, WorldWork::Capture(cameras)) else {
-            panic!("drawn")
-        };
-        assert_eq!(error.code, code);
-    }
 }

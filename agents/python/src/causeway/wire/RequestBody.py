@@ -13,10 +13,9 @@ class RequestBody(object):
     ForkWorld = 7
     RunCommands = 8
     TickWorlds = 9
-    Capture = 10
-    DescribeActors = 11
-    InspectVehicle = 12
-    CastRays = 13
-    PutMap = 14
-    ShareClock = 15
-    RecordWorld = 16
+    DescribeActors = 10
+    InspectVehicle = 11
+    CastRays = 12
+    PutMap = 13
+    ShareClock = 14
+    RecordWorld = 15
