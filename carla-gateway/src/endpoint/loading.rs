@@ -20,6 +20,9 @@ use crate::stream::WORLD_OBSERVER;
 /// How long the world stands still after a load: a client that still follows the old episode would
 /// not survive a snapshot of the new one while it changes over.
 pub(super) const QUIET_AFTER_LOAD: Duration = Duration::from_millis(250);
+/// How long listeners may take to read the rest of the old episode's streams. A client that is at
+/// a measurement while it has no episode, as for a moment after a load, ends its process.
+const REST_WAIT: Duration = Duration::from_secs(1);
 /// Length of a tick until a client chooses one.
 const DT_SECS: f64 = 0.05;
 /// How long worlds outlive the gateway.
@@ -125,6 +128,7 @@ impl Endpoint {
             self.hub.close(stream);
             self.darkroom.forget(stream);
         }
+        self.hub.wait_for_leaving(Instant::now() + REST_WAIT).await;
         if let Err(error) = self.site.ask(Request::DestroyWorld { world: old.world }).await {
             tracing::debug!(%error, "the old world could not be destroyed");
         }

@@ -1,7 +1,7 @@
 //! Who listens to what. Slow listeners lose messages in asynchronous mode and hold the simulation
 //! up in synchronous mode, as in CARLA; the memory they take is bounded either way.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -27,6 +27,8 @@ pub(crate) struct Hub {
 #[derive(Default)]
 struct Streams {
     open: BTreeMap<u32, Stream>,
+    /// Listeners of streams that ended, who still have messages to read.
+    leaving: BTreeSet<u64>,
     next_listener: u64,
     losses: u64,
 }
@@ -59,9 +61,21 @@ impl Hub {
         self.lock().open.entry(stream).or_insert(opened);
     }
 
-    /// Ends a stream; its listeners are disconnected.
+    /// Ends a stream; its listeners are disconnected when they have read what was sent.
     pub(crate) fn close(&self, stream: u32) {
-        self.lock().open.remove(&stream);
+        let mut streams = self.lock();
+        let listeners = streams.open.remove(&stream).map(|stream| stream.listeners);
+        streams.leaving.extend(listeners.into_iter().flatten().map(|(id, _)| id));
+    }
+
+    /// Waits until the listeners of all streams that ended have read everything and left.
+    pub(crate) async fn wait_for_leaving(&self, until: Instant) {
+        let mut changes = self.changes.subscribe();
+        while !self.lock().leaving.is_empty() {
+            if tokio::time::timeout_at(until, changes.changed()).await.is_err() {
+                return;
+            }
+        }
     }
 
     /// How many listen.
@@ -95,6 +109,9 @@ impl Hub {
     /// Gives a place up, and tells how many are left.
     pub(crate) fn leave(&self, stream: u32, listener: u64) -> usize {
         let mut streams = self.lock();
+        if streams.leaving.remove(&listener) {
+            self.changes.send_modify(|version| *version += 1);
+        }
         let Some(stream) = streams.open.get_mut(&stream) else { return 0 };
         stream.listeners.remove(&listener);
         stream.listeners.len()
@@ -213,6 +230,25 @@ mod tests {
             assert_eq!(listener.messages.recv().await.unwrap()[0], number);
         }
         sending.await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn who_listens_to_a_stream_that_ends_is_waited_for_until_it_has_left() {
+        let hub = Arc::new(Hub::new());
+        hub.open(7, false);
+        let (first, second) = (hub.listen(7).unwrap(), hub.listen(7).unwrap());
+        hub.leave(7, second.id);
+        hub.close(7);
+        let late = Instant::now() + Duration::from_secs(10);
+        let waiting = tokio::spawn({
+            let hub = Arc::clone(&hub);
+            async move { hub.wait_for_leaving(late).await }
+        });
+        tokio::task::yield_now().await;
+        assert!(!waiting.is_finished());
+        hub.leave(7, first.id);
+        waiting.await.unwrap();
+        assert!(Instant::now() < late, "nobody was noticed to leave");
     }
 
     #[tokio::test]

@@ -16,6 +16,9 @@ const LISTENERS_MAX: usize = 2_048;
 /// How long a client may take to say which stream it wants.
 const NAME_WAIT: Duration = Duration::from_secs(5);
 
+/// How long a client may take to read the rest of a stream that ended.
+const REST_WAIT: Duration = Duration::from_secs(2);
+
 /// Accepts listeners for ever.
 pub(crate) async fn serve(listener: TcpListener, hub: Arc<Hub>, events: mpsc::Sender<Event>) {
     let seats = Arc::new(Semaphore::new(LISTENERS_MAX));
@@ -63,11 +66,15 @@ async fn deliver(socket: TcpStream, mut listener: Listener) {
             // Clients say nothing more: whatever this gives, they are gone.
             _ = reader.read(&mut nothing) => return,
         };
-        let Some(message) = message else { return };
+        let Some(message) = message else { break };
         let length = (message.len() as u32).to_le_bytes();
         let mut framed = Buf::chain(&length[..], &message[..]);
         if writer.write_all_buf(&mut framed).await.is_err() {
             return;
         }
+    }
+    // The client closes its side when it has dealt with everything before the end.
+    if writer.shutdown().await.is_ok() {
+        let _ = tokio::time::timeout(REST_WAIT, reader.read(&mut nothing)).await;
     }
 }
