@@ -82,6 +82,16 @@ def test_the_documentation_page_needs_nobody_else(http):
     assert 'src="http' not in page.text and 'href="http' not in page.text
 
 
+@pytest.mark.parametrize("path", ["/", "/web", "/web/"])
+def test_a_person_finds_a_page_to_play_at(base_url, path):
+    with httpx.Client(base_url=base_url, follow_redirects=True) as browser:
+        page = browser.get(path)
+    assert page.status_code == 200
+    assert "data-reset" in page.text
+    # The page asks for `ws` beside itself.
+    assert page.url.join("ws").path == "/ws"
+
+
 def test_reset_and_step_answer_like_the_session(http):
     reset = http.post("/reset", json={"scenario_name": "bias_2v0", "seed": 4})
     assert reset.status_code == 200

@@ -26,6 +26,8 @@ ACCEPTED = [
     {"route_steps": "2.0"},
     {"route_steps": True},
     {"route_steps": None},
+    {"route_steps": "1_0.0"},
+    {"target_speed_kmh": "1_0.5"},
     {"destination_x": -1e300, "destination_y": "12.5", "destination_z": None},
 ]
 
@@ -51,6 +53,8 @@ REFUSED = [
     {"route_steps": 2.5},
     {"route_steps": "2.5"},
     {"route_steps": "many"},
+    {"route_steps": "1e1"},
+    {"route_steps": "1__0"},
     {"route_steps": [1]},
     {"metadata": []},
     {"metadata": None},

@@ -222,7 +222,7 @@ pub fn number(at: &str, input: &Value, bounds: Bounds) -> Result<f64, FieldError
     let value = match input {
         Value::Number(number) => number.as_f64().unwrap_or(f64::NAN),
         Value::Bool(flag) => f64::from(u8::from(*flag)),
-        Value::String(text) => text.trim().parse().map_err(|_| {
+        Value::String(text) => number_in(text).ok_or_else(|| {
             let msg = "Input should be a valid number, unable to parse string as a number";
             FieldError::new("float_parsing", at, msg, input)
         })?,
@@ -258,16 +258,10 @@ pub fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldError> {
             None => number.as_f64().unwrap_or(f64::NAN),
         },
         Value::Bool(flag) => f64::from(u8::from(*flag)),
-        Value::String(text) => {
-            if let Ok(value) = text.trim().parse::<u64>() {
-                return at_least(at, input, value, min);
-            }
-            let parsed = text.trim().parse::<f64>().ok().filter(|value| value.fract() == 0.0);
-            parsed.ok_or_else(|| {
-                let msg = "Input should be a valid integer, unable to parse string as an integer";
-                FieldError::new("int_parsing", at, msg, input)
-            })?
-        }
+        Value::String(text) => integer_in(text).ok_or_else(|| {
+            let msg = "Input should be a valid integer, unable to parse string as an integer";
+            FieldError::new("int_parsing", at, msg, input)
+        })?,
         _ => return Err(FieldError::new("int_type", at, "Input should be a valid integer", input)),
     };
     if !value.is_finite() {
@@ -282,6 +276,26 @@ pub fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldError> {
     }
     // Saturates; what is larger than 2⁶⁴ has no other meaning to any user of this function.
     at_least(at, input, value as u64, min)
+}
+
+/// The number in a text; single underscores group digits, as in Python.
+fn number_in(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let grouped = text.split('_').all(|group| !group.is_empty());
+    if grouped { text.replace('_', "").parse().ok() } else { None }
+}
+
+/// The whole number in a text: digits, perhaps a sign before and zeros behind a point.
+fn integer_in(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let digits = text.strip_prefix(['+', '-']).unwrap_or(text);
+    let (whole, zeros) = digits.split_once('.').unwrap_or((digits, "0"));
+    let are_digits =
+        |group: &str| !group.is_empty() && group.bytes().all(|byte| byte.is_ascii_digit());
+    let is_integral = whole.split('_').all(are_digits)
+        && !zeros.is_empty()
+        && zeros.bytes().all(|byte| byte == b'0');
+    if is_integral { number_in(text) } else { None }
 }
 
 fn at_least(at: &str, input: &Value, value: u64, min: u64) -> Result<u64, FieldError> {

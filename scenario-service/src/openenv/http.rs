@@ -26,6 +26,8 @@ const SESSION_HEADER: &str = "x-session-id";
 pub(super) fn router(face: Arc<Face>) -> Router {
     let mut router = Router::new()
         .route("/", page(docs::INDEX))
+        .route("/web", page(docs::INDEX))
+        .route("/web/", get_only(get(|| async { to_page() })))
         .route("/docs", page(docs::API))
         .route("/redoc", page(docs::API))
         .route("/health", fixed(json!({ "status": "healthy" })))
@@ -63,6 +65,11 @@ fn fixed(value: Value) -> Routes {
 
 fn page(html: &'static str) -> Routes {
     get_only(get(move || async move { Html(html) }))
+}
+
+/// To the page without a slash at the end, whose addresses are relative to it.
+fn to_page() -> Response {
+    (StatusCode::TEMPORARY_REDIRECT, [(header::LOCATION, "../web")]).into_response()
 }
 
 async fn metrics(State(face): State<Arc<Face>>) -> Json<Value> {

@@ -35,6 +35,24 @@ fn numbers_are_read_from_texts_and_booleans() {
 }
 
 #[test]
+fn numbers_in_texts_are_written_as_in_python() {
+    for (text, value) in [("1_0", 10.0), ("1_0.5", 10.5), ("+1_0.0_0", 10.0), (" 1e0_1\n", 10.0)] {
+        let action = parse(json!({ "target_speed_kmh": text })).unwrap();
+        assert_eq!(action.target_speed_kmh, Some(value), "{text}");
+    }
+    for (text, value) in [("1_0", 10), ("+1_0.00", 10), ("007", 7), (" 3 ", 3)] {
+        assert_eq!(parse(json!({ "route_steps": text })).unwrap().route_steps, Some(value));
+    }
+    for text in ["_1", "1_", "1__0", "", "_"] {
+        assert_eq!(kinds(json!({ "destination_x": text }))[0].0, "float_parsing", "{text}");
+        assert_eq!(kinds(json!({ "route_steps": text }))[0].0, "int_parsing", "{text}");
+    }
+    for text in ["1e3", "1.", ".0", "1.0_0", "+_1", "++1"] {
+        assert_eq!(kinds(json!({ "route_steps": text }))[0].0, "int_parsing", "{text}");
+    }
+}
+
+#[test]
 fn null_is_allowed_only_where_the_type_says_so() {
     assert!(
         parse(json!({
