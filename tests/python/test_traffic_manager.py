@@ -16,6 +16,7 @@ pytest.importorskip("carla", reason="the client is not installed")
 
 SESSION = Path(__file__).parent / "traffic_session.py"
 CHANGING = Path(__file__).parent / "changing_session.py"
+LEAVING = Path(__file__).parent / "leaving_session.py"
 #: What a car may stand over the edge of its lane in a curve: the client looks at its middle.
 OVER_THE_EDGE_M = 1.5
 #: The Traffic Manager brakes behind the sign, not before it.
@@ -110,6 +111,13 @@ def test_a_traffic_manager_drives_on_each_map_that_its_client_loads(site, mode):
     ]
     assert all(town["longest_way_m"] > 3.0 for town in seen), seen
     assert all(town["farthest_m"] < OVER_THE_EDGE_M for town in seen), seen
+
+
+def test_a_car_can_be_destroyed_while_a_traffic_manager_drives_it(site):
+    """The client ends when its Traffic Manager is in the middle of a step with the car."""
+    command = [sys.executable, LEAVING, str(site.carla_port), "8164"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert (run.returncode, run.stdout) == (0, "8\n"), run.stderr[-2000:]
 
 
 def test_a_traffic_manager_may_have_the_port_of_the_openenv_face(start_site):

@@ -126,6 +126,7 @@ pub(super) async fn destroy(endpoint: &mut Endpoint, id: u32) -> Result<bool, Re
     let reply = endpoint.run_now(vec![Command::DestroyActor { actor }]).await?.pop();
     match reply {
         Some(Ok(_)) => {
+            endpoint.answer_after_managers_step(id);
             endpoint.forget(id);
             Ok(true)
         }

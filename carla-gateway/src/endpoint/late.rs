@@ -4,6 +4,11 @@
 //! with the new actors, so that one such call takes a frame, as it does in CARLA. Clients look up
 //! where actors are in the newest snapshot that has reached them, and their walker controllers end
 //! the process when they start a walker that is not in it.
+//!
+//! The same holds for a call that destroys a vehicle, from a client with a Traffic Manager: the
+//! client takes the vehicle away when it reads the answer, and a Traffic Manager that is in the
+//! middle of a step with a snapshot that has the vehicle still ends the process. One frame later
+//! that step is over.
 
 use tokio::time::Instant;
 
@@ -39,6 +44,18 @@ impl Endpoint {
     /// The present call has put actors into the world: its answer waits for a frame.
     pub(crate) fn answer_with_next_frame(&mut self) {
         self.late.next_is_late = self.ticks_by_itself();
+    }
+
+    /// The present call has destroyed an actor, which a step of the caller's Traffic Managers may
+    /// be about.
+    pub(crate) fn answer_after_managers_step(&mut self, actor: u32) {
+        let actor = self.episode.as_ref().and_then(|episode| episode.actor(actor));
+        let is_vehicle =
+            actor.is_some_and(|actor| actor.description.type_id.starts_with("vehicle."));
+        let managers = self.caller.map_or(0, |client| self.traffic_managers.count(client));
+        if is_vehicle && managers > 0 {
+            self.answer_with_next_frame();
+        }
     }
 
     /// Answers now, or with the next frame.
