@@ -9,26 +9,60 @@ pub struct Translated {
     pub ignored: Vec<String>,
 }
 
-/// Puts CARLA's flags, which begin with a single dash, into the words of a subcommand. Others stay.
-///
-/// `port_flag` is the subcommand's name for the ports of endpoints.
-pub fn translate(arguments: impl IntoIterator<Item = String>, port_flag: &str) -> Translated {
+/// What of CARLA's launcher has a meaning here, as a subcommand calls it.
+#[derive(Clone, Copy, Debug)]
+pub struct Flags {
+    /// The ports of endpoints.
+    pub port: &'static str,
+    /// The map of an endpoint's first world.
+    pub map: &'static str,
+}
+
+/// CARLA's flags that scripts also write with two dashes, which it takes as well.
+const WITH_TWO_DASHES: [&str; 12] = [
+    "--carla-rpc-port",
+    "--carla-port",
+    "--world-port",
+    "--carla-streaming-port",
+    "--carla-secondary-port",
+    "--carla-server",
+    "--quality-level",
+    "--opengl",
+    "--vulkan",
+    "--nosound",
+    "--nullrhi",
+    "--renderoffscreen",
+];
+
+/// Puts CARLA's flags, which begin with a single dash, and its map, which stands alone, into the
+/// words of a subcommand. Others stay.
+pub fn translate(arguments: impl IntoIterator<Item = String>, flags: Flags) -> Translated {
     let mut translated = Translated { arguments: Vec::new(), ignored: Vec::new() };
+    // Whether the word before is an option of ours, or a flag of CARLA's, that lacks its value.
+    let (mut is_value, mut is_carlas_value) = (false, false);
     for argument in arguments {
-        let is_carlas = argument.starts_with('-')
-            && !argument.starts_with("--")
-            && argument.len() > 2
-            && argument.as_bytes()[1].is_ascii_alphabetic();
-        if !is_carlas {
-            translated.arguments.push(argument);
+        if std::mem::take(&mut is_carlas_value) && !argument.starts_with('-') {
+            translated.ignored.push(argument);
             continue;
         }
         let (name, value) = argument.split_once('=').unwrap_or((&argument, ""));
-        match (name.to_ascii_lowercase().as_str(), value) {
-            ("-carla-rpc-port" | "-carla-port" | "-world-port", port) if !port.is_empty() => {
-                translated.arguments.extend([port_flag.to_owned(), port.to_owned()]);
+        let name = name.to_ascii_lowercase();
+        if !is_value && (argument.starts_with("/Game/") || argument.starts_with("Town")) {
+            let map = argument.rsplit('/').next().unwrap_or_default();
+            translated.arguments.extend([flags.map.to_owned(), map.to_owned()]);
+            continue;
+        }
+        if !is_carlas(&name) {
+            is_value = argument.starts_with("--") && !argument.contains('=');
+            translated.arguments.push(argument);
+            continue;
+        }
+        (is_value, is_carlas_value) = (false, argument.ends_with('='));
+        match (name.trim_start_matches('-'), value) {
+            ("carla-rpc-port" | "carla-port" | "world-port", port) if !port.is_empty() => {
+                translated.arguments.extend([flags.port.to_owned(), port.to_owned()]);
             }
-            ("-fps", fps) if !fps.is_empty() => {
+            ("fps", fps) if !fps.is_empty() => {
                 translated.arguments.extend(["--fps".to_owned(), fps.to_owned()]);
             }
             _ => translated.ignored.push(argument),
@@ -37,9 +71,17 @@ pub fn translate(arguments: impl IntoIterator<Item = String>, port_flag: &str) -
     translated
 }
 
+fn is_carlas(name: &str) -> bool {
+    let has_one_dash =
+        name.starts_with('-') && name.len() > 2 && name.as_bytes()[1].is_ascii_alphabetic();
+    has_one_dash || WITH_TWO_DASHES.contains(&name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const FLAGS: Flags = Flags { port: "--carla", map: "--carla-map" };
 
     fn words(line: &str) -> Vec<String> {
         line.split_whitespace().map(str::to_owned).collect()
@@ -48,8 +90,21 @@ mod tests {
     #[test]
     fn a_start_script_of_carla_is_understood() {
         let line = "-RenderOffScreen -quality-level=Low -carla-rpc-port=2010 -fps=20 --bus x -h";
-        let translated = translate(words(line), "--carla");
+        let translated = translate(words(line), FLAGS);
         assert_eq!(translated.arguments, words("--carla 2010 --fps 20 --bus x -h"));
         assert_eq!(translated.ignored, words("-RenderOffScreen -quality-level=Low"));
+    }
+
+    #[test]
+    fn a_map_may_stand_alone_and_flags_may_have_two_dashes() {
+        let line = "causeway up /Game/Carla/Maps/Town02 --world-port=2010 --opengl --maps /Game/x";
+        let translated = translate(words(line), FLAGS);
+        let ours = "causeway up --carla-map Town02 --carla 2010 --maps /Game/x";
+        assert_eq!(translated.arguments, words(ours));
+        assert_eq!(translated.ignored, words("--opengl"));
+        let translated =
+            translate(words("up --render=1 Town03_Opt -windowed -ResX= 80 -ResY="), FLAGS);
+        assert_eq!(translated.arguments, words("up --render=1 --carla-map Town03_Opt"));
+        assert_eq!(translated.ignored, words("-windowed -ResX= 80 -ResY="));
     }
 }

@@ -30,4 +30,4 @@ mod stream;
 
 pub use app::{RunError, run};
 pub use config::{Args, Config, ConfigError, Tyres};
-pub use launcher::{Translated, translate};
+pub use launcher::{Flags, Translated, translate};
