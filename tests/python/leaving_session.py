@@ -12,7 +12,7 @@ import carla
 
 from traffic_session import synchronous
 
-ROUNDS = 8
+ROUNDS = 12
 TICKS = 5
 
 
