@@ -34,8 +34,8 @@ pub(super) struct ShardThread<S: Simulation> {
     pub(super) journals: Option<Journals>,
 }
 
-/// Where the worlds of one shard are worked on: by a thread of its own, or by those who lend theirs,
-/// one at a time.
+/// Where the worlds of one shard are worked on: by a thread of its own, or by those who lend
+/// theirs, one at a time.
 pub(super) struct Workshop<S: Simulation> {
     shard: Mutex<Shard<S>>,
     outlet: ShardThread<S>,
