@@ -25,6 +25,11 @@ const DEADLINE: Duration = Duration::from_secs(20);
 
 #[tokio::main]
 async fn main() {
+    // A task, as those who ask are in the services: `main` would have to be woken besides.
+    tokio::spawn(measure()).await.unwrap();
+}
+
+async fn measure() {
     let service = world_service::start(Config {
         listen: vec![Endpoint::loopback(0)],
         connect: Vec::new(),
