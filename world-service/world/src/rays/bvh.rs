@@ -46,6 +46,8 @@ impl Bvh {
 
     /// Visits the leaves a ray may meet within `reach_m`, roughly from near to far. `visit` takes
     /// the leaf and the reach and returns the reach from then on.
+    // Within its callers it takes a fifth more: there are too few registers for both.
+    #[inline(never)]
     pub(crate) fn walk(
         &self,
         ray: &Ray,

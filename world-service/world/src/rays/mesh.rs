@@ -50,6 +50,8 @@ impl Mesh {
     }
 
     /// The nearest triangle within `reach_m`.
+    // Not within its callers either ([`Bvh::walk`]).
+    #[inline(never)]
     pub(crate) fn nearest(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Option<Hit> {
         let mut nearest = None;
         self.bvh.walk(ray, reach_m, stack, |pack, reach_m| {
