@@ -245,7 +245,7 @@ mod tests {
         while asked() < 2 && !steps[0].is_finished() {
             tokio::task::yield_now().await;
         }
-        assert_eq!(asked(), 2);
+        assert_eq!((asked(), steps[0].is_finished()), (2, false));
     }
 
     #[tokio::test]
