@@ -298,4 +298,23 @@ mod tests {
         .await
         .unwrap();
     }
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn who_asks_on_without_reading_is_cut_off() {
+        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let answer = |asked: crate::Incoming| asked.reply_bytes(vec![7; 3_000_000]);
+        let (name, _taking) = bus.take_shortcuts("key", answer).unwrap();
+        let address = SocketAddr::from_abstract_name(name).unwrap();
+        tokio::task::spawn_blocking(move || {
+            let mut stream = StdStream::connect_addr(&address).unwrap();
+            stream.read_exact(&mut [0]).unwrap();
+            let begun = std::time::Instant::now();
+            while stream.write_all(&[0, 1, 0, 0, 0, 9]).is_ok() {
+                assert!(begun.elapsed() < Duration::from_secs(5), "every question is taken");
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        })
+        .await
+        .unwrap();
+    }
 }

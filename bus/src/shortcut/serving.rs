@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use std::net::Shutdown;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener as StdListener, UnixStream};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
@@ -19,8 +19,11 @@ use crate::{Bus, BusError, Incoming};
 
 /// Connections that a service accepts; who comes beyond that is told at once, and asks on the bus.
 pub(super) const CONNECTIONS_MAX: usize = 256;
+/// Answers of one connection that are written on as their asker reads: one that is just done, and
+/// the next. Who asks on without reading is cut off.
+const RESTS_MAX: usize = 2;
 /// Before the next connection is accepted where the system had no room for one.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
+const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 
 /// Shortcuts this process has served.
 static SERVED: AtomicU64 = AtomicU64::new(0);
@@ -112,7 +115,11 @@ impl Lines {
         if open.is_over || open.lines.len() >= CONNECTIONS_MAX {
             return None;
         }
-        let line = Arc::new(Line { stream, is_asked: AtomicBool::new(false) });
+        let line = Arc::new(Line {
+            stream,
+            is_asked: AtomicBool::default(),
+            rests: AtomicUsize::default(),
+        });
         open.lines.push(Arc::downgrade(&line));
         Some(line)
     }
@@ -135,6 +142,8 @@ struct Line {
     stream: UnixStream,
     /// Whether a question waits for its answer; a second one would break the order.
     is_asked: AtomicBool,
+    /// Answers that wait to be read.
+    rests: AtomicUsize,
 }
 
 /// Closes the connection also while somebody is about to answer, and after a panic.
@@ -216,6 +225,9 @@ impl Desk {
 
 /// Writes the rest of a large answer as the asker reads it.
 fn finish(line: &Arc<Line>, head: Vec<u8>, bytes: Vec<u8>, written: usize) -> io::Result<()> {
+    if line.rests.fetch_add(1, Ordering::AcqRel) >= RESTS_MAX {
+        return Err(io::Error::other("questions of an asker that does not read"));
+    }
     let line = Arc::clone(line);
     let finishing = move || {
         let rest = rest_of(&head, &bytes, written);
@@ -223,6 +235,7 @@ fn finish(line: &Arc<Line>, head: Vec<u8>, bytes: Vec<u8>, written: usize) -> io
         if let Err(cause) = sent {
             tracing::trace!(%cause, "the asker has left the shortcut");
         }
+        line.rests.fetch_sub(1, Ordering::AcqRel);
     };
     std::thread::Builder::new().name("answer".to_owned()).spawn(finishing).map(drop)
 }
