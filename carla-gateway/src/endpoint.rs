@@ -4,7 +4,9 @@
 mod cameras;
 mod changeover;
 mod clock;
+mod held;
 mod late;
+mod listeners;
 mod loading;
 mod telling;
 mod traffic;
@@ -20,7 +22,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 
 use roads::MapLayer;
-use schemas::{ActorId, Command};
+use schemas::Command;
 use tokio::runtime;
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -37,6 +39,7 @@ use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
 use cameras::Darkroom;
 use changeover::Changeover;
+use held::{HeldLoads, LOAD};
 use late::LateAnswers;
 use traffic::TrafficManagers;
 
@@ -118,6 +121,7 @@ pub(crate) struct Endpoint {
     caller: Option<ConnectionId>,
     late: LateAnswers,
     changeover: Option<Changeover>,
+    held: HeldLoads,
     streams_opened: u32,
     /// Streams whose listener is on the way: how many will have come then, until when it is
     /// awaited.
@@ -168,6 +172,7 @@ impl Endpoint {
             caller: None,
             late: LateAnswers::default(),
             changeover: None,
+            held: HeldLoads::default(),
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
@@ -224,6 +229,7 @@ impl Endpoint {
         loop {
             self.give_late_answers();
             self.hurry_changeover();
+            self.do_held_load().await;
             if self.next_tick_at().is_some_and(|at| at <= Instant::now()) {
                 self.tick_by_itself().await;
                 continue;
@@ -233,6 +239,7 @@ impl Endpoint {
             }
             let others = self.traffic_managers.next_due().into_iter().chain(self.late.next_due());
             let others = others.chain(self.changeover.as_ref().map(Changeover::due));
+            let others = others.chain(self.next_load_due());
             let event = match self.next_tick_at().into_iter().chain(others).min() {
                 Some(at) => tokio::select! {
                     event = events.recv() => event,
@@ -261,6 +268,7 @@ impl Endpoint {
             Event::Disconnected(client) => {
                 self.clients.remove(&client);
                 self.traffic_managers.forget(client);
+                self.held.forget(client);
                 self.changeover.take_if(|changeover| changeover.client() == client);
             }
             Event::Call(connection, request) => {
@@ -271,7 +279,7 @@ impl Endpoint {
                 }
                 if request.method == "tick_cue" && self.settings.synchronous_mode {
                     self.answer_and_tick(&connection, &request).await;
-                } else {
+                } else if let Some((connection, request)) = self.hold(connection, request) {
                     self.answer(connection, request).await;
                 }
                 self.caller = None;
@@ -287,60 +295,16 @@ impl Endpoint {
     async fn answer(&mut self, connection: Connection, request: Request) {
         self.note_changeover(connection.id, &request);
         let answer = calls::answer(self, &request).await;
-        if request.method == "load_new_episode"
-            && answer.is_ok()
-            && self.traffic_managers.count(connection.id) > 0
-        {
-            return self.change_over(connection, request, answer).await;
+        if request.method == LOAD && answer.is_ok() {
+            self.note_load();
+            if self.traffic_managers.count(connection.id) > 0 {
+                return self.change_over(connection, request, answer).await;
+            }
         }
         if let (Err(refusal), true) = (&answer, request.asynchronous) {
             tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
         }
         self.answer_in_time(connection, request, answer);
-    }
-
-    fn note_deserted(&mut self, stream: u32) {
-        let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
-        if let Some(sensor) = sensor
-            && !self.is_wanted(sensor)
-        {
-            self.pending.push(Command::Listen { sensor, on: false });
-        }
-    }
-
-    /// Whether anybody listens to a sensor, or is on the way.
-    fn is_wanted(&self, sensor: ActorId) -> bool {
-        let streams = self.episode.iter().flat_map(|episode| episode.streams_of(sensor.get()));
-        streams.into_iter().any(|stream| {
-            self.expected.contains_key(&stream) || self.hub.listener_count(stream) > 0
-        })
-    }
-
-    /// A client will listen to a stream within a moment: the next tick waits for it.
-    pub(crate) fn expect_listener(&mut self, stream: u32) {
-        /// How long a tick waits for a client that asked for a token.
-        const PATIENCE: std::time::Duration = std::time::Duration::from_millis(500);
-        let sensor = self.episode.as_ref().and_then(|episode| episode.sensor(stream));
-        if let Some(sensor) = sensor
-            && self.hub.listener_count(stream) == 0
-            && !self.expected.contains_key(&stream)
-        {
-            self.pending.push(Command::Listen { sensor, on: true });
-        }
-        if sensor.is_none() && stream != WORLD_OBSERVER {
-            return;
-        }
-        let now = Instant::now();
-        let (comings, until) =
-            self.expected.entry(stream).or_insert_with(|| (self.hub.comings(stream), now));
-        (*comings, *until) = (*comings + 1, now + PATIENCE);
-    }
-
-    async fn await_listeners(&mut self) {
-        for (stream, (comings, until)) in std::mem::take(&mut self.expected) {
-            self.hub.wait_for(stream, comings, until).await;
-            self.note_deserted(stream);
-        }
     }
 
     /// The episode.

@@ -16,6 +16,7 @@ pytest.importorskip("carla", reason="the client is not installed")
 
 SESSION = Path(__file__).parent / "traffic_session.py"
 CHANGING = Path(__file__).parent / "changing_session.py"
+LOADING = Path(__file__).parent / "loading_session.py"
 LEAVING = Path(__file__).parent / "leaving_session.py"
 #: What a car may stand over the edge of its lane in a curve: the client looks at its middle.
 OVER_THE_EDGE_M = 1.5
@@ -111,6 +112,15 @@ def test_a_traffic_manager_drives_on_each_map_that_its_client_loads(site, mode):
     ]
     assert all(town["longest_way_m"] > 3.0 for town in seen), seen
     assert all(town["farthest_m"] < OVER_THE_EDGE_M for town in seen), seen
+
+
+def test_two_clients_load_at_once_while_a_traffic_manager_runs_in_each(site):
+    """One that is about a new map when that is replaced ends its client."""
+    commands = [[sys.executable, LOADING, str(site.carla_port), port] for port in ("8165", "8166")]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for command in commands]
+    said = [run.communicate(timeout=240)[0] for run in runs]
+    assert [run.returncode for run in runs] == [0, 0]
+    assert said == ["4\n", "4\n"]
 
 
 def test_a_car_can_be_destroyed_while_a_traffic_manager_drives_it(site):

@@ -69,6 +69,11 @@ impl TrafficManagers {
         self.of(client).count()
     }
 
+    /// Whether any runs in another client.
+    pub(super) fn run_beside(&self, client: ConnectionId) -> bool {
+        self.running.values().any(|manager| manager.owner != client)
+    }
+
     /// A client and all it runs are gone.
     pub(super) fn forget(&mut self, client: ConnectionId) {
         self.running.retain(|_, manager| manager.owner != client);
