@@ -241,6 +241,25 @@ mod tests {
         assert_eq!(number(state, 4), -0.25);
         assert_eq!(state[15..19], (-1i32).to_le_bytes());
         assert_eq!(number(state, 19), 30.0);
-        assert_eq!(state[24], 0);
+        assert_eq!(state[23..25], [2, 0]);
+    }
+
+    #[test]
+    fn a_vehicle_at_a_stop_sign_sees_red_without_a_light() {
+        let id = |number| ActorId::new(number).unwrap();
+        let pose = level_pose(Vec3::zeros(), 0.0);
+        let sign = ActorState::at_rest(id(1), ActorKind::TrafficSign, 0, pose);
+        let mut car = ActorState::at_rest(id(24), ActorKind::Vehicle, 0, pose);
+        car.traffic_light = Some(sign.id);
+        let moment = Moment {
+            frame_number: 1,
+            episode_id: 1,
+            delta_secs: 0.05,
+            platform_secs: 0.0,
+            flags: 0,
+        };
+        let bytes = encode(&frame(vec![sign, car]), &moment, |_| None);
+        let state = &bytes[84 + RECORD_BYTES + 65..];
+        assert_eq!(state[23..29], [0, 0, 0, 0, 0, 0]);
     }
 }

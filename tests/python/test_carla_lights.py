@@ -157,7 +157,9 @@ def test_lights_stop_traffic_before_the_junction_that_they_rule(world):
         assert led_to & {(place.road_id, place.lane_id) for place in ruled}
         # Whoever stops there is in the box of the light.
         volume = light.trigger_volume
-        assert all(volume.contains(stop.transform.location, light.get_transform()) for stop in stops)
+        assert all(
+            volume.contains(stop.transform.location, light.get_transform()) for stop in stops
+        )
 
 
 def test_a_light_has_its_lamps_above_its_foot_and_before_its_traffic(world):
