@@ -48,6 +48,25 @@ fn there_is_level_road_under_every_driving_lane_also_across_lane_and_road_border
 }
 
 #[test]
+fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
+    let text = roads::town::build("Town04_Opt").expect("the town is ours");
+    let map = Map::parse("Town04_Opt", &text).unwrap();
+    let mesh = ground(&map);
+    let is_beside_the_land = |place: &roads::Waypoint| {
+        (15..=18).contains(&place.road) && place.lane == -1 && place.s > 30.0
+    };
+    let mut count = 0;
+    for place in map.generate_waypoints(31.0).unwrap().iter().filter(|p| is_beside_the_land(p)) {
+        let pose = map.pose(place);
+        let at = pose * Point3::new(0.0, 1.75 + 0.5, 0.0);
+        let deep_m = pose.translation.z - highest(&mesh, at.x, at.y);
+        assert!((0.0..0.15).contains(&deep_m), "{deep_m} m at {place:?}");
+        count += 1;
+    }
+    assert!(count > 150, "{count}");
+}
+
+#[test]
 fn sidewalks_are_a_kerb_higher_than_the_road() {
     let map = town();
     let mesh = ground(&map);
