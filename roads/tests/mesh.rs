@@ -6,6 +6,9 @@ use nalgebra::{Point3, Vector3};
 use roads::mesh::{GroundMesh, Material, ground, render};
 use roads::{LaneTypes, Map};
 
+/// What drives below a bridge is lower than this, in metres.
+const BRIDGE_CLEAR_M: f64 = 4.5;
+
 fn town() -> Map {
     let text = roads::town::build("Town10HD_Opt").expect("the town is ours");
     Map::parse("Town10HD_Opt", &text).unwrap_or_else(|error| panic!("{error}"))
@@ -59,8 +62,13 @@ fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
     for place in map.generate_waypoints(31.0).unwrap().iter().filter(|p| is_beside_the_land(p)) {
         let pose = map.pose(place);
         let at = pose * Point3::new(0.0, 1.75 + 0.5, 0.0);
-        let deep_m = pose.translation.z - highest(&mesh, at.x, at.y);
-        assert!((0.0..0.15).contains(&deep_m), "{deep_m} m at {place:?}");
+        let below_m: Vec<f64> = heights(&mesh, at.x, at.y)
+            .iter()
+            .map(|(z, _)| pose.translation.z - z)
+            .filter(|below_m| *below_m > -BRIDGE_CLEAR_M)
+            .collect();
+        let nearest_m = below_m.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((0.0..0.15).contains(&nearest_m), "{nearest_m} m at {place:?}");
         count += 1;
     }
     assert!(count > 150, "{count}");
