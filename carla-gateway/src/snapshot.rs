@@ -88,7 +88,7 @@ fn put_actor(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState, signal: Optio
         ActorKind::TrafficLight => {
             put_signal(out, signal);
             if let Some(light) = light_of(frame, actor) {
-                put_light(out, light);
+                put_light(out, light, pole_index(frame, light));
             }
         }
         ActorKind::TrafficSign => put_signal(out, signal),
@@ -102,6 +102,12 @@ fn light_of<'a>(frame: &'a Frame, actor: &ActorState) -> Option<&'a TrafficLight
     frame.traffic_lights.get(at)
 }
 
+/// Which of the lights of its group it is.
+fn pole_index(frame: &Frame, light: &TrafficLightState) -> u32 {
+    let before = frame.traffic_lights.iter().take_while(|other| other.actor != light.actor);
+    before.map(|other| u32::from(other.group == light.group)).sum()
+}
+
 fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     let control = &actor.control;
     for number in [control.throttle, -control.steer, control.brake] {
@@ -113,11 +119,15 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
     let posted_kmh = (carla::kmh(actor.speed_limit_mps) * 100.0).round() / 100.0;
     let limit_kmh = if posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH };
     out.extend_from_slice(&limit_kmh.to_le_bytes());
-    let light =
-        actor.traffic_light.and_then(|id| frame.actor(id).and_then(|light| light_of(frame, light)));
-    out.push(
-        light.map_or(colour_index(TrafficLightColour::Green), |light| colour_index(light.colour)),
-    );
+    let holder = actor.traffic_light.and_then(|id| frame.actor(id));
+    let light = holder.and_then(|holder| light_of(frame, holder));
+    // As CARLA does: red at a stop sign, without a light.
+    let colour = match (light, holder) {
+        (Some(light), _) => light.colour,
+        (None, Some(_)) => TrafficLightColour::Red,
+        (None, None) => TrafficLightColour::Green,
+    };
+    out.push(colour_index(colour));
     out.push(u8::from(light.is_some()));
     out.extend_from_slice(&light.map_or(0, |light| light.actor.get()).to_le_bytes());
     out.push(match actor.failure {
@@ -137,11 +147,11 @@ fn put_signal(out: &mut Vec<u8>, signal: Option<&str>) {
     out.extend_from_slice(&id);
 }
 
-fn put_light(out: &mut Vec<u8>, light: &TrafficLightState) {
+fn put_light(out: &mut Vec<u8>, light: &TrafficLightState, pole_index: u32) {
     for secs in [light.green_secs, light.yellow_secs, light.red_secs, light.elapsed_secs] {
         out.extend_from_slice(&secs.to_le_bytes());
     }
-    out.extend_from_slice(&u32::from(light.group).to_le_bytes());
+    out.extend_from_slice(&pole_index.to_le_bytes());
     out.push(u8::from(light.frozen));
     out.push(colour_index(light.colour));
 }
@@ -231,6 +241,25 @@ mod tests {
         assert_eq!(number(state, 4), -0.25);
         assert_eq!(state[15..19], (-1i32).to_le_bytes());
         assert_eq!(number(state, 19), 30.0);
-        assert_eq!(state[24], 0);
+        assert_eq!(state[23..25], [2, 0]);
+    }
+
+    #[test]
+    fn a_vehicle_at_a_stop_sign_sees_red_without_a_light() {
+        let id = |number| ActorId::new(number).unwrap();
+        let pose = level_pose(Vec3::zeros(), 0.0);
+        let sign = ActorState::at_rest(id(1), ActorKind::TrafficSign, 0, pose);
+        let mut car = ActorState::at_rest(id(24), ActorKind::Vehicle, 0, pose);
+        car.traffic_light = Some(sign.id);
+        let moment = Moment {
+            frame_number: 1,
+            episode_id: 1,
+            delta_secs: 0.05,
+            platform_secs: 0.0,
+            flags: 0,
+        };
+        let bytes = encode(&frame(vec![sign, car]), &moment, |_| None);
+        let state = &bytes[84 + RECORD_BYTES + 65..];
+        assert_eq!(state[23..29], [0, 0, 0, 0, 0, 0]);
     }
 }

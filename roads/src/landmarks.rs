@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::kinds::{LaneType, LaneTypes};
 use crate::lanes::LaneIndex;
@@ -60,7 +60,27 @@ impl Landmark {
     pub fn applies_to(&self, lane: i32) -> bool {
         self.validities.iter().any(|[from, to]| (*from..=*to).contains(&lane))
     }
+
+    /// The foot of its post: x along the traffic it addresses, z up.
+    #[must_use]
+    pub fn foot(&self) -> Isometry3<f64> {
+        let foot = self.pose.point - Vector3::z() * self.z_offset_m;
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.pose.heading_rad);
+        Isometry3::from_parts(Translation3::from(foot), turn)
+    }
+
+    /// The middle of a light's lamps, whose housing is [`LIGHT_HEAD_HALF_M`] large.
+    #[must_use]
+    pub fn light_head(&self) -> Isometry3<f64> {
+        let [before_m, above_m] = LIGHT_HEAD_M;
+        self.foot() * Translation3::new(-before_m, 0.0, above_m)
+    }
 }
+
+/// Half of the size of the housing of a light's lamps, in metres: along the traffic, across, up.
+pub const LIGHT_HEAD_HALF_M: [f64; 3] = [0.21, 0.30, 0.66];
+/// Where that housing hangs at its post, in metres: before it, and above its foot.
+const LIGHT_HEAD_M: [f64; 2] = [0.2, 3.3];
 
 /// A landmark ahead of a place.
 #[derive(Clone, Debug, PartialEq)]

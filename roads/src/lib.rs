@@ -57,7 +57,7 @@ pub use environment::{EnvironmentObject, MapLayer, SemanticLabel};
 pub use error::{Diagnostic, MapError, Report, Severity, TooManyWaypoints};
 pub use geo::GeoPlace;
 pub use kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
-pub use landmarks::{Landmark, LandmarkAhead};
+pub use landmarks::{LIGHT_HEAD_HALF_M, Landmark, LandmarkAhead};
 pub use lanes::LanePose;
 pub use lights::{LightController, LightGroup, TrafficLight, TrafficLights};
 pub use map::{LaneInfo, LaneMark, Map, Waypoint};

@@ -6,6 +6,9 @@ use nalgebra::{Point3, Vector3};
 use roads::mesh::{GroundMesh, Material, ground, render};
 use roads::{LaneTypes, Map};
 
+/// What drives below a bridge is lower than this, in metres.
+const BRIDGE_CLEAR_M: f64 = 4.5;
+
 fn town() -> Map {
     let text = roads::town::build("Town10HD_Opt").expect("the town is ours");
     Map::parse("Town10HD_Opt", &text).unwrap_or_else(|error| panic!("{error}"))
@@ -45,6 +48,30 @@ fn there_is_level_road_under_every_driving_lane_also_across_lane_and_road_border
         let z = highest(&mesh, at.x, at.y);
         assert!(z.abs() < 1e-4, "ground at {z} m, {side_m} m beside {place:?}");
     }
+}
+
+#[test]
+fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
+    let text = roads::town::build("Town04_Opt").expect("the town is ours");
+    let map = Map::parse("Town04_Opt", &text).unwrap();
+    let mesh = ground(&map);
+    let is_beside_the_land = |place: &roads::Waypoint| {
+        (15..=18).contains(&place.road) && place.lane == -1 && place.s > 30.0
+    };
+    let mut count = 0;
+    for place in map.generate_waypoints(31.0).unwrap().iter().filter(|p| is_beside_the_land(p)) {
+        let pose = map.pose(place);
+        let at = pose * Point3::new(0.0, 1.75 + 0.5, 0.0);
+        let below_m: Vec<f64> = heights(&mesh, at.x, at.y)
+            .iter()
+            .map(|(z, _)| pose.translation.z - z)
+            .filter(|below_m| *below_m > -BRIDGE_CLEAR_M)
+            .collect();
+        let nearest_m = below_m.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!((0.0..0.15).contains(&nearest_m), "{nearest_m} m at {place:?}");
+        count += 1;
+    }
+    assert!(count > 150, "{count}");
 }
 
 #[test]

@@ -253,6 +253,9 @@ fn towns_have_what_their_names_promise() {
     }
 }
 
+/// What drives below a bridge is lower than this, in metres.
+const BRIDGE_CLEAR_M: f64 = 4.5;
+
 #[test]
 fn the_land_around_covers_no_driving_lane_even_under_bridges() {
     for map in towns() {
@@ -269,8 +272,9 @@ fn the_land_around_covers_no_driving_lane_even_under_bridges() {
             let at = map.pose(&place).translation.vector;
             for triangle in &land {
                 let Some(height_m) = height_at(triangle, [at.x, at.y]) else { continue };
-                // Land far above would be a hill over a tunnel; there is none.
-                assert!(height_m < at.z - 0.01, "{}: land {height_m} m at {place:?}", map.name());
+                // Far above are the banks of a bridge.
+                let covers = (at.z - 0.01..at.z + BRIDGE_CLEAR_M).contains(&height_m);
+                assert!(!covers, "{}: land {height_m} m at {place:?}", map.name());
             }
         }
     }

@@ -138,7 +138,7 @@ pub struct ActorState {
     pub failure: VehicleFailure,
     /// Of the road under a vehicle; 0 where none is posted.
     pub speed_limit_mps: f32,
-    /// The traffic light in whose trigger box a vehicle is.
+    /// The traffic light in whose trigger box a vehicle is, or the stop sign that holds it.
     pub traffic_light: Option<ActorId>,
     /// How a walker wants to move; zero for others.
     pub walker: WalkerControl,

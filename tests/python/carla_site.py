@@ -54,6 +54,16 @@ def spawn_car(world: carla.World, index: int = 0, **attributes: str) -> carla.Ve
     return world.spawn_actor(blueprint, world.get_map().get_spawn_points()[index])
 
 
+def spawn_at(world: carla.World, place: carla.Waypoint, **attributes: str) -> carla.Vehicle:
+    """A car on a lane."""
+    blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
+    for name, value in attributes.items():
+        blueprint.set_attribute(name, value)
+    pose = place.transform
+    pose.location.z += 0.3
+    return world.spawn_actor(blueprint, pose)
+
+
 def ticks(world: carla.World, count: int) -> int:
     frame = 0
     for _ in range(count):

@@ -76,6 +76,35 @@ def test_a_new_map_is_a_new_episode_without_the_old_actors(client, world):
     client.load_world("Town10HD_Opt", reset_settings=False)
 
 
+def test_every_map_is_loaded_with_places_to_start_on_its_lanes(client):
+    ids = [client.get_world().id]
+    for path in client.get_available_maps():
+        if path.endswith("_Opt"):
+            continue
+        world = client.load_world(path.rsplit("/", 1)[-1])
+        town = world.get_map()
+        assert path.endswith(town.name)
+        ids.append(world.id)
+        points = town.get_spawn_points()
+        assert points
+        for point in points[::9]:
+            lane = town.get_waypoint(point.location)
+            assert lane.transform.location.distance_2d(point.location) < 0.5
+            assert lane.lane_type == carla.LaneType.Driving
+    assert len(set(ids)) == len(ids) == 9
+
+
+def test_a_car_of_the_world_before_is_dead_and_its_handle_sees_the_next_world(client, world):
+    car = spawn_car(world)
+    world.tick()
+    client.load_world("Town01", reset_settings=False)
+    assert not car.is_alive
+    assert not car.destroy()
+    assert world.get_map().name.endswith("Town01")
+    assert car.id not in [actor.id for actor in world.get_actors()]
+    client.load_world("Town10HD_Opt", reset_settings=False)
+
+
 def test_an_unknown_map_is_named_in_the_error(client):
     with pytest.raises(RuntimeError, match="Map 'Town99' not found"):
         client.load_world("Town99")

@@ -1,10 +1,11 @@
 //! Calls about traffic lights.
 
-use schemas::Command;
+use roads::LIGHT_HEAD_HALF_M;
+use schemas::{ActorKind, Command, Vec3};
 
 use super::astray;
 use super::orders::{self, queue};
-use crate::dialect::{BatchCommand, BoundingBox, Location, Transform};
+use crate::dialect::{BatchCommand, BoundingBox, Transform, Vector3D};
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
@@ -72,18 +73,29 @@ async fn set_time(endpoint: &mut Endpoint, request: &Request) -> Answer {
 fn group(endpoint: &mut Endpoint, id: u32) -> Result<Vec<u32>, Refusal> {
     let lights = &endpoint.episode()?.frame.traffic_lights;
     let own = lights.iter().find(|light| light.actor.get() == id);
-    let own =
-        own.ok_or_else(|| Refusal(format!("Actor is not a traffic light. Actor Id: {id}")))?;
+    let own = own.ok_or_else(|| no_light(id))?;
     let same = lights.iter().filter(|light| light.group == own.group);
     Ok(same.map(|light| light.actor.get()).collect())
 }
 
-/// The housing of the lamps, in the world.
+/// The housing of the lamps, in the world; a light has one.
 fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.episode()?;
     let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
-    let Some(actor) = episode.actor(id) else { return Ok(Vec::new()) };
-    let centre_m = state.world_from_actor.transform_point(&state.box_centre_m.into()).coords;
-    let rotation = Transform::of(&state.world_from_actor).rotation;
-    Ok(vec![BoundingBox { location: Location::of(centre_m), rotation, ..actor.bounding_box }])
+    if state.kind != ActorKind::TrafficLight {
+        return Err(no_light(id));
+    }
+    let signal = episode.signal(id);
+    let mut landmarks = episode.map.landmarks().iter();
+    let found = landmarks.find(|landmark| Some(landmark.id.as_str()) == signal);
+    let housing = found.map(|landmark| {
+        let Transform { location, rotation } = Transform::of(&landmark.light_head().cast());
+        let half_m = Vec3::from(LIGHT_HEAD_HALF_M.map(|metres| metres as f32));
+        BoundingBox { location, extent: Vector3D::size(half_m), rotation, actor_id: id }
+    });
+    Ok(housing.into_iter().collect())
+}
+
+fn no_light(id: u32) -> Refusal {
+    Refusal(format!("Actor is not a traffic light. Actor Id: {id}"))
 }

@@ -194,7 +194,7 @@ pub(crate) static METHODS: &[Method] = {
         full(Lights, "reset_traffic_light_group"),
         full(Lights, "reset_all_traffic_lights"),
         full(Lights, "get_group_traffic_lights"),
-        partly(Lights, "get_light_boxes", "one box around all lamps"),
+        full(Lights, "get_light_boxes"),
         full(Sensor, "enable_gbuffers"),
         full(Sensor, "are_gbuffers_enabled"),
         partly(Sensor, "get_gbuffer_token", NO_MATERIALS),

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use super::strip::{cuts, pieces};
-use super::terrain::skirt_m;
+use super::terrain::{drop_m, skirt_m};
 use super::{Material, Sink};
 use crate::Map;
 use crate::kinds::LaneType;
@@ -14,6 +14,9 @@ use crate::model::{Lane, Object, Road, Section};
 pub(crate) const KERB_M: f64 = 0.15;
 /// Width of the stones along a sidewalk's inner edge, in metres.
 const STONE_M: f64 = 0.2;
+/// Width of the bank from a road without kerb down to the land, for each metre of height: flat
+/// enough for a wheel that leaves the road to come back.
+const BANK_M_PER_M: f64 = 5.0;
 /// Junction areas whose heights differ by less are one level floor, in metres.
 const LEVEL_M: f64 = 1e-3;
 /// How far below the connecting roads the floor of a sloping junction lies, in metres.
@@ -32,11 +35,20 @@ struct Style {
     detail: Detail,
     /// How far below the road its sides reach, in metres.
     skirt_m: f64,
+    /// How far below the road its banks end, in metres.
+    bank_m: f64,
+}
+
+impl Style {
+    /// How deep the side of a road goes on below its bank; `None` where the land is met there.
+    fn below_bank_m(self) -> Option<f64> {
+        (self.skirt_m > self.bank_m).then_some(-self.skirt_m)
+    }
 }
 
 /// All that is paved.
 pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
-    let style = Style { detail, skirt_m: skirt_m(map) };
+    let style = Style { detail, skirt_m: skirt_m(map), bank_m: drop_m(map) };
     for road in &map.model.roads {
         for section in &road.sections {
             let cuts = cuts(road, section);
@@ -76,6 +88,7 @@ fn lane_surface(
     let height_m = if raised { KERB_M } else { 0.0 };
     let sign = f64::from(lane.id.signum());
     let [inner_edge, outer_edge] = open_edges(road, section, lane);
+    let bank_width_m = BANK_M_PER_M * style.bank_m;
     let borders = |s: f64| {
         let at = lateral(road, section, lane.id, s);
         let wide = (at.outer - at.inner).abs() > STONE_M;
@@ -105,10 +118,18 @@ fn lane_surface(
             band(Material::Curb, [inner0, inner1], [inner0, inner1], [0.0, KERB_M]);
             band(Material::Curb, [outer0, outer1], [outer0, outer1], [KERB_M, -style.skirt_m]);
         } else if outer_edge {
-            band(Material::Grass, [outer0, outer1], [outer0, outer1], [0.0, -style.skirt_m]);
+            let [foot0, foot1] = [outer0, outer1].map(|t| t + sign * bank_width_m);
+            band(Material::Grass, [outer0, outer1], [foot0, foot1], [0.0, -style.bank_m]);
+            if let Some(deep_m) = style.below_bank_m() {
+                band(Material::Grass, [foot0, foot1], [foot0, foot1], [-style.bank_m, deep_m]);
+            }
         }
         if inner_edge {
-            band(Material::Grass, [inner0, inner1], [inner0, inner1], [-style.skirt_m, 0.0]);
+            let [foot0, foot1] = [inner0, inner1].map(|t| t - sign * bank_width_m);
+            band(Material::Grass, [foot0, foot1], [inner0, inner1], [-style.bank_m, 0.0]);
+            if let Some(deep_m) = style.below_bank_m() {
+                band(Material::Grass, [foot0, foot1], [foot0, foot1], [deep_m, -style.bank_m]);
+            }
         }
     }
 }

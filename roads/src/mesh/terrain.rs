@@ -29,6 +29,11 @@ fn is_level(map: &Map) -> bool {
     map.bounds().is_none_or(|(min, max)| max.z - min.z < LEVEL_M)
 }
 
+/// How far the land lies below the roads beside them, in metres.
+pub(super) fn drop_m(map: &Map) -> f64 {
+    if is_level(map) { DROP_M } else { HILL_DROP_M }
+}
+
 /// How far below the road its sides must reach to meet the land, in metres.
 pub(super) fn skirt_m(map: &Map) -> f64 {
     // On a slope the land is lower still beside a road that bends.

@@ -549,7 +549,8 @@ impl<'a> ActorState {
     }
   }
 
-  /// The traffic light in whose trigger box a vehicle is; 0 for none.
+  /// The traffic light in whose trigger box a vehicle is, or the stop sign that holds it; 0 for
+  /// none.
   pub fn traffic_light(&self) -> u32 {
     let mut mem = core::mem::MaybeUninit::<<u32 as EndianScalar>::Scalar>::uninit();
     // Safety:

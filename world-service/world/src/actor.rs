@@ -205,7 +205,7 @@ impl Actor {
             road_wheel_rad: vehicle.map_or(0.0, |state| state.road_wheel_rad),
             colour_rgb: self.colour_rgb,
             speed_limit_mps: rules.speed_limit_mps,
-            traffic_light: rules.light,
+            traffic_light: rules.holder(),
             parent: self.body.attachment().map(|to| to.parent),
             lights: self.lights,
             doors: self.doors,

@@ -175,12 +175,14 @@ impl State {
             let Some(body) = actor.rigid() else { continue };
             let (blueprint, led_by_hand) = (actor.blueprint(), !actor.switches.physics);
             let Some(vehicle) = actor.vehicle_mut() else { continue };
-            if self.physics.is_asleep(body) && !led_by_hand {
+            let waits = vehicle.rules.is_held_for_a_time();
+            if self.physics.is_asleep(body) && !led_by_hand && !waits {
                 continue;
             }
             let pose = self.physics.state(body).world_from_body;
             let outline = OrientedBox::new(&pose, blueprint);
-            vehicle.rules.update(&town.roads, &town.traffic, &pose, &outline, &mut near);
+            let dt_secs = self.dt_secs;
+            vehicle.rules.update(&town.roads, &town.traffic, &pose, &outline, &mut near, dt_secs);
         }
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::Vector3;
-use roads::{LaneTypes, Map};
+use roads::{LaneTypes, Map, SignKind};
 use schemas::{
     ActorId, ActorKind, Command, ErrorCode, Frame, Pose, TrafficLightColour as Colour,
     TrafficLightState, Vec3, WorldId,
@@ -260,6 +260,37 @@ fn a_vehicle_knows_its_light_from_when_its_front_enters_the_box_until_it_has_lef
     // The box is 3 m long and its front 25 m ahead; the car is 4.9 m long.
     assert!((19.0..20.0).contains(&first), "{at_light_m:?}");
     assert!((26.8..27.9).contains(&last), "{at_light_m:?}");
+}
+
+#[test]
+fn a_stop_sign_holds_a_vehicle_for_two_seconds_even_when_it_sleeps() {
+    let text = roads::town::build("Town04_Opt").unwrap();
+    let map = Arc::new(Map::parse("Town04_Opt", &text).unwrap());
+    let signs = map.traffic_signs();
+    let (index, place) = signs
+        .iter()
+        .enumerate()
+        .find_map(|(index, sign)| {
+            (sign.kind == SignKind::Stop).then(|| (index, sign.boxes.first().unwrap().middle))
+        })
+        .unwrap();
+    let sign = ActorId::new((map.traffic_lights().lights.len() + index) as u32 + 1).unwrap();
+    let mut pose: Pose = nalgebra::convert(map.pose(&place));
+    pose.translation.vector.z += 0.3;
+    let mut world =
+        World::with_traffic(WorldConfig { map: Arc::new(Town::new(map)), ..config() }).unwrap();
+    let car = Command::spawn("vehicle.lincoln.mkz", pose, Vec3::zeros());
+    let car = world.apply(&car).unwrap().unwrap();
+    let control = schemas::VehicleControl { brake: 1.0, ..Default::default() };
+    world.apply(&Command::SetControl { actor: car, control }).unwrap();
+    let mut held = Vec::new();
+    for _ in 0..80 {
+        world.tick().unwrap();
+        held.push(world.frame().actor(car).unwrap().traffic_light);
+    }
+    let ticks = held.iter().filter(|holder| **holder == Some(sign)).count();
+    assert!((39..=41).contains(&ticks), "{ticks}");
+    assert!(held[ticks..].iter().all(Option::is_none));
 }
 
 #[test]

@@ -12,10 +12,6 @@ use super::{Body, Placer, glowing, linear, opaque};
 
 /// Height of a light's post, in metres.
 const LIGHT_POST_M: f32 = 3.9;
-/// Height of the middle of a light's head, in metres.
-const HEAD_M: f32 = 3.3;
-/// How far the head stands before its post, in metres.
-const HEAD_AHEAD_M: f32 = 0.2;
 /// Radius of a light's and of a sign's post, in metres.
 const POST_RADIUS_M: [f32; 2] = [0.07, 0.035];
 /// How deep posts begin below the road, in metres: the land beside it is lower.
@@ -70,14 +66,13 @@ pub(crate) fn of_map(map: &roads::Map) -> Vec<Signal> {
 }
 
 fn place_signal(landmark: &Landmark, place: u32) -> Signal {
-    let at: Vec3 = landmark.pose.point.coords.cast();
-    let foot_m = at - Vec3::z() * landmark.z_offset_m as f32;
-    let turn = Matrix4::from_axis_angle(&Vec3::z_axis(), landmark.pose.heading_rad as f32);
-    let world_from_actor = Matrix4::new_translation(&foot_m) * turn;
+    let foot = landmark.foot();
+    let foot_m: Vec3 = foot.translation.vector.cast();
+    let world_from_actor = foot.to_matrix().cast();
     let label = TagId::of_scenery(SemanticTag::Poles, place);
     let mut placer = Placer { world_from_actor, label, parts: Vec::new() };
     let (top_m, head) = if landmark.dynamic {
-        (LIGHT_POST_M, Some(put_light(&mut placer, place)))
+        (LIGHT_POST_M, Some(put_light(&mut placer, landmark, place)))
     } else {
         (put_sign(&mut placer, landmark, place), None)
     };
@@ -91,11 +86,11 @@ fn place_signal(landmark: &Landmark, place: u32) -> Signal {
 }
 
 /// Returns the place of the lamps.
-fn put_light(placer: &mut Placer, place: u32) -> usize {
+fn put_light(placer: &mut Placer, landmark: &Landmark, place: u32) -> usize {
     put_post(placer, LIGHT_POST_M, POST_RADIUS_M[0]);
     placer.label = TagId::of_scenery(SemanticTag::TrafficLight, place);
-    let head = Vec3::new(-HEAD_AHEAD_M, 0.0, HEAD_M);
-    placer.put(Shape::LightHead, Matrix4::new_translation(&head), lamps(None));
+    let head = landmark.foot().inv_mul(&landmark.light_head());
+    placer.put(Shape::LightHead, head.to_matrix().cast(), lamps(None));
     placer.parts.len() - 1
 }
 

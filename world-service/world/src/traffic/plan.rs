@@ -27,10 +27,10 @@ pub(crate) struct TrafficPlan {
     pub controller_of: Vec<usize>,
     /// Position of the group, by light.
     group_of: Vec<u16>,
-    /// Where vehicles wait for lights.
+    /// Where vehicles wait for lights and at stop signs.
     boxes: Option<Scenery>,
-    /// Position of the light, by box.
-    light_of_box: Vec<usize>,
+    /// The light or stop sign, by box.
+    holder_of_box: Vec<ActorId>,
 }
 
 impl TrafficPlan {
@@ -41,29 +41,36 @@ impl TrafficPlan {
             ..Self::default()
         };
         let mut boxes: Vec<(Pose, Vec3)> = Vec::new();
-        for (light, of) in found.lights.iter().enumerate() {
-            plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
+        for of in &found.lights {
+            let id = plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
             plan.signals.push(of.id.clone());
             plan.controller_of.push(of.controller);
             let group = found.controllers.get(of.controller).map_or(0, |found| found.group);
             plan.group_of.push(u16::try_from(group).unwrap_or(u16::MAX));
-            boxes.extend(of.boxes.iter().map(|trigger| {
-                (nalgebra::convert(trigger.pose), nalgebra::convert(trigger.half_extent_m))
-            }));
-            plan.light_of_box.resize(boxes.len(), light);
+            boxes.extend(of.boxes.iter().map(placed));
+            plan.holder_of_box.resize(boxes.len(), id);
         }
         plan.controllers = found.controllers.into_iter().map(|found| found.lights).collect();
-        plan.boxes = (!boxes.is_empty()).then(|| Scenery::new(boxes));
         for sign in map.traffic_signs() {
-            if let Some(blueprint) = blueprint_of(sign.kind) {
-                plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
-                plan.signals.push(sign.id);
+            let Some(blueprint) = blueprint_of(sign.kind) else { continue };
+            let id = plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
+            plan.signals.push(sign.id);
+            if sign.kind == SignKind::Stop {
+                boxes.extend(sign.boxes.iter().map(placed));
+                plan.holder_of_box.resize(boxes.len(), id);
             }
         }
+        plan.boxes = (!boxes.is_empty()).then(|| Scenery::new(boxes));
         plan
     }
 
-    fn add(&mut self, kind: ActorKind, blueprint: &str, pose: SignalPose, boxes: &[TriggerBox]) {
+    fn add(
+        &mut self,
+        kind: ActorKind,
+        blueprint: &str,
+        pose: SignalPose,
+        boxes: &[TriggerBox],
+    ) -> ActorId {
         let known = self.types.iter().position(|known| known == blueprint);
         let type_index = known.unwrap_or_else(|| {
             self.types.push(blueprint.to_owned());
@@ -77,6 +84,7 @@ impl TrafficPlan {
         // There are fewer blueprints than u16 values.
         let at_rest = ActorState::at_rest(id, kind, type_index as u16, pose);
         self.actors.push(ActorState { box_centre_m, box_half_extent_m, ..at_rest });
+        id
     }
 
     /// All of them, as every frame shows them; [`types`](Self::types) holds their blueprints.
@@ -108,11 +116,6 @@ impl TrafficPlan {
         (light < self.light_count()).then_some(light)
     }
 
-    /// The id of a light.
-    pub(crate) fn light_id(&self, light: usize) -> Option<ActorId> {
-        self.actors.get(light).map(|actor| actor.id)
-    }
-
     /// What a frame does not say of an actor.
     pub(crate) fn description(&self, actor: &ActorState) -> ActorDescription {
         let index = actor.id.get() as usize - 1;
@@ -129,10 +132,16 @@ impl TrafficPlan {
         }
     }
 
-    /// The light in one of whose boxes a vehicle is; of several the one with the nearest box.
+    /// The id of a light.
+    pub(crate) fn light_id(&self, light: usize) -> Option<ActorId> {
+        self.actors.get(light).map(|actor| actor.id)
+    }
+
+    /// The light or stop sign in one of whose boxes a vehicle is; of several the one with the
+    /// nearest box.
     ///
     /// `near` is scratch space.
-    pub(crate) fn light_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
+    pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<ActorId> {
         let boxes = self.boxes.as_ref()?;
         near.clear();
         boxes.find(Reach { centre_m: vehicle.centre_m(), radius_m: vehicle.radius_m() }, near);
@@ -146,8 +155,12 @@ impl TrafficPlan {
                 nearest = Some(candidate);
             }
         }
-        self.light_of_box.get(nearest?.1 as usize).copied()
+        self.holder_of_box.get(nearest?.1 as usize).copied()
     }
+}
+
+fn placed(trigger: &TriggerBox) -> (Pose, Vec3) {
+    (nalgebra::convert(trigger.pose), nalgebra::convert(trigger.half_extent_m))
 }
 
 /// CARLA's semantic tags `TrafficLight` and `TrafficSigns`.

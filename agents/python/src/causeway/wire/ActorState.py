@@ -88,7 +88,8 @@ class ActorState(object):
     # Of the road under a vehicle; 0 where none is posted.
     # ActorState
     def SpeedLimitMps(self): return self._tab.Get(flatbuffers.number_types.Float32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(132))
-    # The traffic light in whose trigger box a vehicle is; 0 for none.
+    # The traffic light in whose trigger box a vehicle is, or the stop sign that holds it; 0 for
+    # none.
     # ActorState
     def TrafficLight(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(136))
     # Zero for anything but walkers.
