@@ -36,6 +36,13 @@ def test_a_ray_into_the_air_meets_nothing(world):
     assert len(world.cast_ray(start, start + carla.Location(z=50.0))) == 0
 
 
+@pytest.mark.parametrize("length", [0.1, 1.0, 10.0])
+def test_how_far_a_ray_looks_does_not_depend_on_the_length_of_its_direction(world, length):
+    start, down = over_a_road(world), carla.Vector3D(0.0, 0.0, -length)
+    assert world.project_point(start, down, 2.9) is None
+    assert world.project_point(start, down, 3.1).location.z == pytest.approx(0.0, abs=0.01)
+
+
 def test_a_ray_through_a_car_meets_it_and_then_the_road(world):
     car = spawn_car(world)
     ticks(world, 40)
