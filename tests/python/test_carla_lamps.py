@@ -26,8 +26,27 @@ def lamps(world):
     return manager
 
 
-def colours(found: list[carla.Color]) -> list[tuple[int, int, int]]:
-    return [(one.r, one.g, one.b) for one in found]
+@pytest.fixture
+def seen(site, world, lamps):
+    """Intensity, colour, group and whether they burn, of some lamps, as another client hears."""
+    manager = connect(site.carla_port).get_world().get_lightmanager()
+
+    def told(light: carla.Light) -> tuple:
+        colour = light.color.r, light.color.g, light.color.b
+        return light.intensity, colour, light.light_group, light.is_on
+
+    def look(own: list[carla.Light], wanted: list[tuple]) -> list[tuple]:
+        """Once they are as wanted, or it is too late; each client tells its own lights itself."""
+        deadline = time.monotonic() + SOON_SECS
+        while True:
+            ticks(world, 2)
+            theirs = {light.id: light for light in manager.get_all_lights()}
+            found = [told(theirs[light.id]) for light in own]
+            if found == wanted or time.monotonic() > deadline:
+                return found
+            time.sleep(0.02)
+
+    return look
 
 
 def test_lamps_are_on_poles_and_belong_to_the_street(world, lamps):
@@ -57,61 +76,48 @@ def test_what_is_switched_off_is_listed_and_comes_on_again(world, lamps):
     assert [one.is_on for one in few] == [True, True, False]
 
 
-def test_colour_intensity_and_group_come_back(world, lamps):
+def test_colour_intensity_and_group_are_told_to_others(lamps, seen):
     few = lamps.get_all_lights(STREET)[:2]
     lamps.set_color(few, carla.Color(1, 2, 3))
     lamps.set_intensity(few, 123.0)
     lamps.set_light_group(few, carla.LightGroup.Building)
-    ticks(world, 2)
-    assert colours(lamps.get_color(few)) == [(1, 2, 3)] * 2
-    assert lamps.get_intensity(few) == [123.0] * 2
-    assert lamps.get_light_group(few) == [carla.LightGroup.Building] * 2
+    wanted = [(123.0, (1, 2, 3), carla.LightGroup.Building, True)] * 2
+    assert seen(few, wanted) == wanted
     assert len(lamps.get_all_lights(carla.LightGroup.Building)) == 2
     lamps.set_colors(few, [carla.Color(4, 5, 6), carla.Color(7, 8, 9)])
     lamps.set_intensities(few, [10.0, 20.0])
     lamps.set_light_groups(few, [STREET, carla.LightGroup.Other])
-    ticks(world, 2)
-    assert colours(lamps.get_color(few)) == [(4, 5, 6), (7, 8, 9)]
+    wanted = [(10.0, (4, 5, 6), STREET, True), (20.0, (7, 8, 9), carla.LightGroup.Other, True)]
+    assert seen(few, wanted) == wanted
     assert lamps.get_intensity(few) == [10.0, 20.0]
     assert lamps.get_light_group(few) == [STREET, carla.LightGroup.Other]
 
 
-def test_a_state_sets_everything_at_once(world, lamps):
+def test_a_state_sets_everything_at_once(lamps, seen):
     light, other = lamps.get_all_lights(STREET)[:2]
-    light.set_light_state(
-        carla.LightState(50.0, carla.Color(9, 8, 7), carla.LightGroup.Street, False)
-    )
-    lamps.set_light_states(
-        [other], [carla.LightState(60.0, carla.Color(1, 1, 1), carla.LightGroup.Street, True)]
-    )
-    ticks(world, 2)
-    found = lamps.get_light_state([light, other])
-    assert [state.intensity for state in found] == [50.0, 60.0]
-    assert [state.active for state in found] == [False, True]
-    assert colours([state.color for state in found]) == [(9, 8, 7), (1, 1, 1)]
-    assert [state.group for state in found] == [STREET] * 2
+    light.set_light_state(carla.LightState(50.0, carla.Color(9, 8, 7), STREET, False))
+    lamps.set_light_states([other], [carla.LightState(60.0, carla.Color(1, 1, 1), STREET, True)])
+    wanted = [(50.0, (9, 8, 7), STREET, False), (60.0, (1, 1, 1), STREET, True)]
+    assert seen([light, other], wanted) == wanted
     light.set_color(carla.Color(3, 3, 3))
     light.set_intensity(70.0)
     light.set_light_group(carla.LightGroup.Vehicle)
-    ticks(world, 2)
-    assert (light.intensity, light.light_group) == (70.0, carla.LightGroup.Vehicle)
-    assert colours([light.color]) == [(3, 3, 3)]
+    wanted[0] = 70.0, (3, 3, 3), carla.LightGroup.Vehicle, False
+    assert seen([light, other], wanted) == wanted
 
 
-def test_another_client_sees_the_same_lamps(site, world, lamps):
-    other = connect(site.carla_port).get_world()
-    theirs = other.get_lightmanager()
-    world.tick()
+def test_what_one_client_switches_off_is_off_for_another(lamps, seen):
     few = lamps.get_all_lights(STREET)[:2]
-    ids = {one.id for one in few}
+    intensity, light = few[0].intensity, few[0].color
+    colour = light.r, light.g, light.b
+
+    def burning(*on: bool) -> list[tuple]:
+        return [(intensity, colour, STREET, burns) for burns in on]
+
     lamps.turn_off(few)
-    lamps.set_intensity(few, 42.0)
-    deadline, dark = time.monotonic() + SOON_SECS, set()
-    while dark != ids and time.monotonic() < deadline:
-        ticks(world, 2)
-        dark = {one.id for one in theirs.get_turned_off_lights(STREET)}
-    assert dark == ids
-    assert [one.intensity for one in theirs.get_all_lights() if one.id in ids] == [42.0] * 2
+    assert seen(few, burning(False, False)) == burning(False, False)
+    few[0].turn_on()
+    assert seen(few, burning(True, False)) == burning(True, False)
 
 
 def test_the_cycle_of_day_and_night_switches_what_was_switched(world, lamps):
