@@ -84,7 +84,7 @@ fn append<T: Serialize>(out: &mut Vec<u8>, body: &T) -> Option<()> {
 
 /// Angle, channels, points per channel: the same for both lidars.
 fn scan_head<T>(out: &mut Vec<u8>, scan: &Scan<T>) {
-    out.extend_from_slice(&(-scan.end_angle_rad).to_le_bytes());
+    out.extend_from_slice(&scan.end_angle_rad.to_le_bytes());
     out.extend_from_slice(&(scan.points_per_channel.len() as u32).to_le_bytes());
     for count in &scan.points_per_channel {
         out.extend_from_slice(&count.to_le_bytes());

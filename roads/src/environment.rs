@@ -4,6 +4,7 @@ mod labels;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
+pub(crate) use labels::of_object;
 pub use labels::{MapLayer, SemanticLabel};
 
 use crate::crosswalks::corners;
@@ -113,7 +114,7 @@ fn thing(
     position: usize,
     scenery: Option<u32>,
 ) -> Option<EnvironmentObject> {
-    let (label, layer) = labels::of_object(object)?;
+    let (label, layer) = of_object(object)?;
     let is_outlined = object.is_crosswalk() || !object.corners.is_empty();
     let (pose, half_extent_m) = if is_outlined && layer == MapLayer::Decals {
         flat_box(&corners(road, object, &object.corners, 0.0))?

@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::environment::{self, SemanticLabel};
 use crate::lanes::lateral_point;
 use crate::map::Map;
 use crate::model::{Object, Road};
@@ -32,6 +33,8 @@ pub struct SceneryBox {
     pub half_extent_m: Vector3<f64>,
     /// What it is.
     pub kind: SceneryKind,
+    /// What cameras and lidars see in it.
+    pub label: SemanticLabel,
     /// Height of the whole thing above its foot in metres; more than the box for trees.
     pub height_m: f64,
     /// Radius of a tree's crown in metres, 0 for everything else.
@@ -62,6 +65,7 @@ pub(crate) fn kind(object: &Object) -> Option<SceneryKind> {
 
 pub(crate) fn scenery_box(road: &Road, object: &Object) -> Option<SceneryBox> {
     let kind = kind(object)?;
+    let (label, _) = environment::of_object(object)?;
     let (length_m, width_m) = if object.radius_m > 0.0 {
         (2.0 * object.radius_m, 2.0 * object.radius_m)
     } else {
@@ -86,6 +90,7 @@ pub(crate) fn scenery_box(road: &Road, object: &Object) -> Option<SceneryBox> {
         ),
         half_extent_m,
         kind,
+        label,
         height_m: object.height_m,
         crown_radius_m,
     })

@@ -46,7 +46,7 @@ pub struct RadarDetection {
 /// A scan: points grouped by channel, top channel first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scan<Point> {
-    /// Where the scan stopped, counter-clockwise from the sensor's x axis.
+    /// Where the scan stopped, clockwise from the left edge of the field of view.
     pub end_angle_rad: f32,
     /// How many points each channel has.
     pub points_per_channel: Vec<u32>,

@@ -1,6 +1,7 @@
 """Worlds of the site's CARLA endpoint, each test with a fresh one."""
 
 import contextlib
+import queue
 
 import carla
 
@@ -69,3 +70,23 @@ def ticks(world: carla.World, count: int) -> int:
     for _ in range(count):
         frame = world.tick()
     return frame
+
+
+ROOF = carla.Transform(carla.Location(z=2.0))
+
+
+def attach(
+    world: carla.World,
+    parent: carla.Actor | None,
+    blueprint_id: str,
+    place: carla.Transform = ROOF,
+    **attributes: str,
+) -> tuple[carla.Sensor, queue.Queue]:
+    """A sensor on the roof, or where `place` says, and the queue of what it measures."""
+    blueprint = world.get_blueprint_library().find(blueprint_id)
+    for name, value in attributes.items():
+        blueprint.set_attribute(name, value)
+    sensor = world.spawn_actor(blueprint, place, attach_to=parent)
+    measured = queue.Queue()
+    sensor.listen(measured.put)
+    return sensor, measured

@@ -44,7 +44,8 @@ class Site:
 def start(log: Path, *flags: str, **environment: str) -> Site:
     """Starts a site and waits until it is healthy."""
     ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"]
-    carla = [] if "--carla" in flags else ["--carla", "0"]
+    says_port = any(flag.split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
+    carla = [] if says_port else ["--carla", "0"]
     command = [binary(), "up", *ports, *carla, *flags]
     with log.open("wb") as output:
         process = subprocess.Popen(

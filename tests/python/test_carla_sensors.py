@@ -1,25 +1,11 @@
 """Sensors, traffic lights and walkers through CARLA's own client."""
 
-import queue
-
 import carla
 import pytest
 
-from carla_site import spawn_car, ticks
+from carla_site import attach, spawn_car, ticks
 
 WAIT_SECS = 10.0
-
-
-def attach(world: carla.World, car: carla.Actor, blueprint_id: str, **attributes: str):
-    """A sensor on the roof and the queue of what it measures."""
-    blueprint = world.get_blueprint_library().find(blueprint_id)
-    for name, value in attributes.items():
-        blueprint.set_attribute(name, value)
-    place = carla.Transform(carla.Location(z=2.0))
-    sensor = world.spawn_actor(blueprint, place, attach_to=car)
-    measured = queue.Queue()
-    sensor.listen(measured.put)
-    return sensor, measured
 
 
 @pytest.mark.parametrize(

@@ -11,17 +11,11 @@ use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
 /// Shapes of one endpoint; the oldest go first.
 const SHAPES_MAX: usize = 16_384;
-/// How long a shape stays whose client does not say.
-const LIFE_SECS: f64 = 1.0;
 
 pub(super) fn draw(endpoint: &mut Endpoint, request: &Request) -> Answer {
     let (_, shape): (Meta, DebugShape) = request.args()?;
-    let life_secs = match f64::from(shape.life_secs) {
-        // As CARLA says it: permanent.
-        0.0 => None,
-        secs if secs > 0.0 => Some(secs),
-        _ => Some(LIFE_SECS),
-    };
+    // Others stay until they are cleared, as in CARLA.
+    let life_secs = Some(f64::from(shape.life_secs)).filter(|secs| *secs > 0.0);
     let Some(figure) = figure(&shape.primitive)? else { return Ok(Payload::Void) };
     let now_secs = endpoint.episode()?.frame.sim_secs;
     let (red, green, blue) = shape.colour;

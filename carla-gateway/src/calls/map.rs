@@ -10,6 +10,9 @@ use crate::endpoint::Endpoint;
 use crate::maps;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
+/// Shorter directions are none, as in CARLA.
+const LENGTH_MIN: f32 = 1.0e-4;
+
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     match request.method.as_str() {
         "get_map_info" => {
@@ -33,11 +36,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         "project_point" => {
             let (_, start, direction, distance): (Meta, Location, Vector3D, f32) =
                 request.args()?;
-            let end = Location {
-                x: start.x + direction.x * distance,
-                y: start.y + direction.y * distance,
-                z: start.z + direction.z * distance,
-            };
+            let end = end_of(start, direction, distance);
             let nearest = ray(endpoint, start, end).await?.into_iter().next();
             Payload::value(&(nearest.is_some(), nearest.unwrap_or_default()))
         }
@@ -72,6 +71,15 @@ async fn navigation(endpoint: &mut Endpoint, request: &Request) -> Answer {
             Payload::value(Bytes::new(bytes))
         }
     }
+}
+
+/// As far from `start` as `distance_m`, whatever the length of `direction`; `start` itself where it
+/// has none.
+fn end_of(start: Location, direction: Vector3D, distance_m: f32) -> Location {
+    let Vector3D { x, y, z } = direction;
+    let length = x.hypot(y).hypot(z);
+    let share = if length > LENGTH_MIN { distance_m / length } else { 0.0 };
+    Location { x: start.x + x * share, y: start.y + y * share, z: start.z + z * share }
 }
 
 async fn ray(

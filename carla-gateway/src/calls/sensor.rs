@@ -33,7 +33,6 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Ok(Payload::Void)
         }
         "is_sensor_enabled_for_ros" => Payload::value(&false),
-        // Without effect, and nobody waits: the compatibility page says so.
         "send" => {
             let (_, sensor, text): (Meta, u32, String) = request.args()?;
             endpoint.episode()?.actor(sensor).ok_or_else(|| unknown_actor(sensor))?;
@@ -41,6 +40,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             endpoint.queue(Command::SendV2x { sensor, text }).await?;
             Ok(Payload::Void)
         }
+        // Without effect, and nobody waits: the compatibility page says so.
         "disable_sensor_for_ros" | "enable_sensor_for_ros" => {
             tracing::warn!(method = request.method, "this call has no effect");
             Ok(Payload::Void)

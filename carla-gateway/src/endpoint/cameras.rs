@@ -308,7 +308,9 @@ pub(crate) fn camera(
     };
     let fov_deg = actor.number("fov", 90.0)?;
     if !(fov_deg > 0.0 && fov_deg <= FIELD_OF_VIEW_DEG_MAX) {
-        return Err(Refusal(format!("fov must be 0 to {FIELD_OF_VIEW_DEG_MAX}, not {fov_deg}")));
+        return Err(Refusal(format!(
+            "fov must be above 0, at most {FIELD_OF_VIEW_DEG_MAX}, not {fov_deg}"
+        )));
     }
     Ok(Camera {
         id,

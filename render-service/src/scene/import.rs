@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use roads::SceneryKind;
 use roads::mesh::Material as RoadMaterial;
 use schemas::{SemanticTag, TagId, Vec3};
 
@@ -46,18 +45,8 @@ impl TownScene {
 /// The packed label of the thing at a place of the map's scenery.
 fn label_of(map: &roads::Map, place: u32) -> Option<u32> {
     let thing = map.scenery().get(place as usize)?;
-    Some(TagId::of_scenery(tag_of(thing.kind), place))
-}
-
-fn tag_of(kind: SceneryKind) -> SemanticTag {
-    match kind {
-        SceneryKind::Building => SemanticTag::Buildings,
-        SceneryKind::Pole => SemanticTag::Poles,
-        SceneryKind::Tree => SemanticTag::Vegetation,
-        SceneryKind::Barrier => SemanticTag::GuardRail,
-        // The roads crate may learn new kinds before this one does.
-        _ => SemanticTag::Static,
-    }
+    let tag = SemanticTag::from_number(thing.label as u8).unwrap_or(SemanticTag::Static);
+    Some(TagId::of_scenery(tag, place))
 }
 
 /// What draws a material, and in which kind of wall; `None` for what is not drawn.

@@ -1,10 +1,12 @@
 //! CARLA's semantic labels and map layers, and which object has which.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Object;
 use crate::scenery::{SceneryKind, kind};
 
 /// What semantic cameras see in a thing; the numbers are CARLA's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the names are CARLA's")]
@@ -49,7 +51,7 @@ impl MapLayer {
 }
 
 /// Label and layer of an object; `None` for an object of no known kind.
-pub(super) fn of_object(object: &Object) -> Option<(SemanticLabel, MapLayer)> {
+pub(crate) fn of_object(object: &Object) -> Option<(SemanticLabel, MapLayer)> {
     if object.is_crosswalk() || object.object_type == "roadMark" {
         return Some((SemanticLabel::RoadLines, MapLayer::Decals));
     }

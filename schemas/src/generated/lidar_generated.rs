@@ -47,7 +47,7 @@ impl<'a> Lidar<'a> {
   }
 
 
-  /// Where the scan stopped, counter-clockwise from the sensor's x axis.
+  /// Where the scan stopped, clockwise from the left edge of the field of view.
   #[inline]
   pub fn end_angle_rad(&self) -> f32 {
     // Safety:

@@ -1,6 +1,5 @@
 //! CARLA's semantic tags of what rays hit.
 
-use roads::SceneryKind;
 use roads::mesh::Material;
 use schemas::SemanticTag;
 
@@ -13,17 +12,6 @@ pub(crate) const fn of_material(material: Material) -> u8 {
         Material::Curb | Material::Sidewalk => SemanticTag::Sidewalks,
         Material::Grass => SemanticTag::Terrain,
         _ => SemanticTag::Roads,
-    };
-    tag.number()
-}
-
-pub(crate) const fn of_scenery(kind: SceneryKind) -> u8 {
-    let tag = match kind {
-        SceneryKind::Building => SemanticTag::Buildings,
-        SceneryKind::Pole => SemanticTag::Poles,
-        SceneryKind::Tree => SemanticTag::Vegetation,
-        SceneryKind::Barrier => SemanticTag::GuardRail,
-        _ => SemanticTag::Static,
     };
     tag.number()
 }

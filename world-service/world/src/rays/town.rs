@@ -72,7 +72,7 @@ fn faces(mesh: &GroundMesh) -> Vec<Face> {
 
 /// A box, and the crown above it if it is the trunk of a tree.
 fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
-    let tag = tag::of_scenery(item.kind);
+    let tag = item.label as u8;
     let world_from_box: Pose = nalgebra::convert(item.pose);
     let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
     let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, Owner::Map(place));

@@ -26,10 +26,13 @@ pub(crate) struct Imu {
 
 impl Imu {
     pub(super) fn new(settings: Settings) -> Result<Self, Error> {
+        // CARLA's spins count clockwise about x and z.
+        let [bias_x, bias_y, bias_z] =
+            settings.axes("noise_gyro_bias_?", -NOISE_MAX..=NOISE_MAX)?;
         Ok(Self {
             acceleration_deviation: settings.axes("noise_accel_stddev_?", 0.0..=NOISE_MAX)?,
             gyro_deviation: settings.axes("noise_gyro_stddev_?", 0.0..=NOISE_MAX)?,
-            gyro_bias: settings.axes("noise_gyro_bias_?", -NOISE_MAX..=NOISE_MAX)?,
+            gyro_bias: [-bias_x, bias_y, -bias_z],
             velocity_mps: None,
             acceleration_mps2: Vec3::zeros(),
         })

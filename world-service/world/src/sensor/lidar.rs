@@ -160,7 +160,7 @@ impl Beams {
         let pose = &mount.world_from_sensor;
         let mut stack = Stack::new();
         let mut scan = Scan {
-            end_angle_rad: self.azimuth_rad(self.turned_rad),
+            end_angle_rad: self.turned_rad as f32,
             points_per_channel: Vec::with_capacity(self.channels as usize),
             points: Vec::with_capacity(self.channels as usize * azimuths.len()),
         };

@@ -10,7 +10,7 @@ use crate::common::*;
 use crate::support::*;
 
 // Tags of CARLA.
-const RAIL: u8 = 28;
+const WALL: u8 = 4;
 const WALKER: u8 = 12;
 const CAR: u8 = 14;
 
@@ -31,7 +31,7 @@ fn an_obstacle_sensor_tells_how_far_its_ball_can_move() {
     let dynamic = sensor(&mut world, "sensor.other.obstacle", None, at, &dynamic);
     run(&mut world, 1);
     let (other, tag, distance_m) = obstacle(&world, far).expect("the wall is there");
-    assert_eq!((other, tag), (None, RAIL));
+    assert_eq!((other, tag), (None, WALL));
     assert!((distance_m - 19.0).abs() < 1.0e-3, "19.5 m less the radius: {distance_m}");
     assert_eq!(obstacle(&world, near), None);
     assert_eq!(obstacle(&world, dynamic), None);
@@ -99,7 +99,7 @@ fn a_collision_with_the_scenery_has_no_other_but_its_tag() {
     }
     assert!(!events.is_empty());
     for (other, tag, impulse_ns) in events {
-        assert_eq!((other, tag), (None, RAIL));
+        assert_eq!((other, tag), (None, WALL));
         assert!(impulse_ns.x < 0.0, "{impulse_ns}");
     }
 }

@@ -20,7 +20,7 @@ const DOWNWARD: [(&str, &str); 5] = [
 ];
 // Tags of CARLA.
 const ROAD: u32 = 1;
-const RAIL: u32 = 28;
+const WALL: u32 = 4;
 const CAR: u32 = 14;
 const MILLIMETRE: f32 = 1.0e-3;
 
@@ -54,7 +54,7 @@ fn points_lie_on_the_road_the_wall_and_the_car_and_say_which() {
             met[0] += 1;
             assert_eq!(point.actor, 0);
             at_m.z
-        } else if point.tag == RAIL {
+        } else if point.tag == WALL {
             met[1] += 1;
             least(&[at_m.x - 599.5, at_m.x - 600.5, at_m.z - 3.0, at_m.y.abs() - 15.0])
         } else if point.tag == CAR {
@@ -137,7 +137,7 @@ fn channels_and_azimuths_follow_from_the_attributes() {
         // Ten turns a second: half a turn clockwise in a tick, from behind.
         let start_rad = if tick % 2 == 0 { PI } else { 0.0 };
         let apart = |a: f32, b: f32| ((a - b + PI).rem_euclid(TAU) - PI).abs();
-        assert!(apart(scan.end_angle_rad, start_rad - PI) < 1.0e-5, "{}", scan.end_angle_rad);
+        assert!((scan.end_angle_rad - start_rad).abs() < 1.0e-5, "{}", scan.end_angle_rad);
         for (index, point) in scan.points.iter().enumerate() {
             let (channel, turn) = ((index / 100) as f32, (index % 100) as f32);
             let [x, y, z] = point.position_m;

@@ -27,7 +27,7 @@ fn a_projected_point_is_the_first_thing_in_its_direction() {
     let from_m = Vec3::new(580.0, 0.0, 1.0);
     let hit = world.project_point(from_m, Vec3::x() * 3.0, 100.0).unwrap().unwrap();
     assert!((hit.position_m - Vec3::new(599.5, 0.0, 1.0)).norm() < 1.0e-3, "{hit:?}");
-    assert_eq!((hit.actor, hit.tag), (None, 28));
+    assert_eq!((hit.actor, hit.tag), (None, 4));
     assert_eq!(world.project_point(from_m, Vec3::x(), 19.0).unwrap(), None);
     let refused = world.project_point(from_m, Vec3::zeros(), 1.0).unwrap_err();
     assert_eq!(refused.code, ErrorCode::InvalidArgument);

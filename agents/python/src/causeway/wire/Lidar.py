@@ -25,7 +25,7 @@ class Lidar(object):
     def Init(self, buf, pos):
         self._tab = flatbuffers.table.Table(buf, pos)
 
-    # Where the scan stopped, counter-clockwise from the sensor's x axis.
+    # Where the scan stopped, clockwise from the left edge of the field of view.
     # Lidar
     def EndAngleRad(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(4))

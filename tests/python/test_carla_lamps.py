@@ -1,0 +1,133 @@
+"""The light manager and its lamps through CARLA's own client."""
+
+import time
+
+import carla
+import pytest
+
+from carla_site import connect, ticks
+
+STREET = carla.LightGroup.Street
+SOON_SECS = 10.0
+
+
+@pytest.fixture
+def lamps(world):
+    """The manager by night, all lamps burning."""
+    weather = world.get_weather()
+    weather.sun_altitude_angle = -30.0
+    world.set_weather(weather)
+    manager = world.get_lightmanager()
+    ticks(world, 3)
+    assert all(manager.is_active(manager.get_all_lights()))
+    # Nobody else switches them.
+    manager.set_day_night_cycle(False)
+    ticks(world, 2)
+    return manager
+
+
+@pytest.fixture
+def seen(site, world, lamps):
+    """Intensity, colour, group and whether they burn, of some lamps, as another client hears."""
+    manager = connect(site.carla_port).get_world().get_lightmanager()
+
+    def told(light: carla.Light) -> tuple:
+        colour = light.color.r, light.color.g, light.color.b
+        return light.intensity, colour, light.light_group, light.is_on
+
+    def look(own: list[carla.Light], wanted: list[tuple]) -> list[tuple]:
+        """Once they are as wanted, or it is too late; each client tells its own lights itself."""
+        deadline = time.monotonic() + SOON_SECS
+        while True:
+            ticks(world, 2)
+            theirs = {light.id: light for light in manager.get_all_lights()}
+            found = [told(theirs[light.id]) for light in own]
+            if found == wanted or time.monotonic() > deadline:
+                return found
+            time.sleep(0.02)
+
+    return look
+
+
+def test_lamps_are_on_poles_and_belong_to_the_street(world, lamps):
+    lights = lamps.get_all_lights(STREET)
+    poles = world.get_environment_objects(carla.CityObjectLabel.Poles)
+    assert len(lights) == len(lamps.get_all_lights()) == len(poles) > 20
+    assert len({light.id for light in lights}) == len(lights)
+    for light in lights[:20]:
+        nearest = min(pole.transform.location.distance_2d(light.location) for pole in poles)
+        assert nearest < 3.0 and light.location.z > 3.0
+    assert not lamps.get_all_lights(carla.LightGroup.Building)
+
+
+def test_what_is_switched_off_is_listed_and_comes_on_again(world, lamps):
+    few = lamps.get_all_lights(STREET)[:3]
+    total = len(lamps.get_all_lights())
+    lamps.turn_off(few)
+    ticks(world, 2)
+    off = lamps.get_turned_off_lights(STREET)
+    assert sorted(one.id for one in off) == sorted(one.id for one in few)
+    assert len(lamps.get_turned_on_lights(STREET)) == total - 3
+    assert lamps.is_active(few) == [False] * 3
+    few[0].turn_on()
+    lamps.set_active(few[1:], [True, False])
+    ticks(world, 2)
+    assert lamps.is_active(few) == [True, True, False]
+    assert [one.is_on for one in few] == [True, True, False]
+
+
+def test_colour_intensity_and_group_are_told_to_others(lamps, seen):
+    few = lamps.get_all_lights(STREET)[:2]
+    lamps.set_color(few, carla.Color(1, 2, 3))
+    lamps.set_intensity(few, 123.0)
+    lamps.set_light_group(few, carla.LightGroup.Building)
+    wanted = [(123.0, (1, 2, 3), carla.LightGroup.Building, True)] * 2
+    assert seen(few, wanted) == wanted
+    assert len(lamps.get_all_lights(carla.LightGroup.Building)) == 2
+    lamps.set_colors(few, [carla.Color(4, 5, 6), carla.Color(7, 8, 9)])
+    lamps.set_intensities(few, [10.0, 20.0])
+    lamps.set_light_groups(few, [STREET, carla.LightGroup.Other])
+    wanted = [(10.0, (4, 5, 6), STREET, True), (20.0, (7, 8, 9), carla.LightGroup.Other, True)]
+    assert seen(few, wanted) == wanted
+    assert lamps.get_intensity(few) == [10.0, 20.0]
+    assert lamps.get_light_group(few) == [STREET, carla.LightGroup.Other]
+
+
+def test_a_state_sets_everything_at_once(lamps, seen):
+    light, other = lamps.get_all_lights(STREET)[:2]
+    light.set_light_state(carla.LightState(50.0, carla.Color(9, 8, 7), STREET, False))
+    lamps.set_light_states([other], [carla.LightState(60.0, carla.Color(1, 1, 1), STREET, True)])
+    wanted = [(50.0, (9, 8, 7), STREET, False), (60.0, (1, 1, 1), STREET, True)]
+    assert seen([light, other], wanted) == wanted
+    light.set_color(carla.Color(3, 3, 3))
+    light.set_intensity(70.0)
+    light.set_light_group(carla.LightGroup.Vehicle)
+    wanted[0] = 70.0, (3, 3, 3), carla.LightGroup.Vehicle, False
+    assert seen([light, other], wanted) == wanted
+
+
+def test_what_one_client_switches_off_is_off_for_another(lamps, seen):
+    few = lamps.get_all_lights(STREET)[:2]
+    intensity, light = few[0].intensity, few[0].color
+    colour = light.r, light.g, light.b
+
+    def burning(*on: bool) -> list[tuple]:
+        return [(intensity, colour, STREET, burns) for burns in on]
+
+    lamps.turn_off(few)
+    assert seen(few, burning(False, False)) == burning(False, False)
+    few[0].turn_on()
+    assert seen(few, burning(True, False)) == burning(True, False)
+
+
+def test_the_cycle_of_day_and_night_switches_what_was_switched(world, lamps):
+    lamps.turn_off(lamps.get_all_lights())
+    ticks(world, 2)
+    assert not lamps.get_turned_on_lights(STREET)
+    lamps.set_day_night_cycle(True)
+    weather = world.get_weather()
+    for altitude_deg, burn in ((45.0, False), (-30.0, True)):
+        weather.sun_altitude_angle = altitude_deg
+        world.set_weather(weather)
+        ticks(world, 4)
+        assert {one.is_on for one in lamps.get_all_lights()} == {burn}
