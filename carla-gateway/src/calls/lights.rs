@@ -73,7 +73,7 @@ fn group(endpoint: &mut Endpoint, id: u32) -> Result<Vec<u32>, Refusal> {
     let lights = &endpoint.episode()?.frame.traffic_lights;
     let own = lights.iter().find(|light| light.actor.get() == id);
     let own =
-        own.ok_or_else(|| Refusal(format!("Actor is not a traffic light. Actor Id: {id}")))?;
+        own.ok_or_else(|| Refusal(format!("Actor is not a traffic light.  Actor Id: {id}")))?;
     let same = lights.iter().filter(|light| light.group == own.group);
     Ok(same.map(|light| light.actor.get()).collect())
 }
