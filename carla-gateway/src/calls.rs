@@ -69,9 +69,30 @@ pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
         Group::Refused => Err(refused(request)),
     };
     match answer {
-        Err(refusal) => without_world(request, refusal),
+        Err(refusal) => without_world(request, worded(method, refusal)),
         answer => answer,
     }
+}
+
+/// As CARLA words what goes wrong with an actor; spawning and destroying have words of their own.
+fn worded(method: &table::Method, refusal: Refusal) -> Refusal {
+    let is_about_life = method.name.starts_with("spawn_") || method.name.starts_with("destroy_");
+    match method.group {
+        Group::Actor | Group::Vehicle | Group::Walker | Group::Lights if !is_about_life => {
+            by_function(method.name, &refusal)
+        }
+        _ => refusal,
+    }
+}
+
+/// CARLA's words for a function that could not do something.
+fn by_function(name: &str, why: &Refusal) -> Refusal {
+    Refusal(format!("Responding error from function {name}: {why}"))
+}
+
+/// CARLA's words for an actor that is no vehicle, walker or whatever a function is about.
+fn wrong_kind(id: u32) -> Refusal {
+    Refusal(format!("Actor does not match the expected type.  Actor Id: {id}"))
 }
 
 /// A refusal, but for calls whose failure would end the client's process: its Traffic Manager makes

@@ -51,7 +51,11 @@ fn uid_of(blueprint: &Blueprint) -> u32 {
     at.map_or(0, |at| at as u32 + 1)
 }
 
-/// The blueprint a client wants, and the attributes that differ from its defaults.
+/// What the world chooses itself for an actor that is not told.
+const CHOSEN_BY_WORLD: [&str; 2] = ["role_name", "color"];
+
+/// The blueprint a client wants, and the attributes that differ from what the world makes of them
+/// by itself.
 ///
 /// # Errors
 /// CARLA's text for a blueprint that does not exist; what is wrong with an attribute.
@@ -66,7 +70,7 @@ pub(crate) fn order(
     for given in &description.attributes {
         let Some(known) = blueprint.attribute(&given.id) else { continue };
         let value = known.kind.written(&given.value);
-        if value == known.value {
+        if value == known.value && !CHOSEN_BY_WORLD.contains(&known.id) {
             continue;
         }
         if !known.accepts(&value) {
@@ -194,8 +198,10 @@ mod tests {
                 value: value.to_owned(),
             }],
         };
-        let (_, attributes) = order(&with("role_name", "hero")).unwrap();
-        assert_eq!(attributes.len(), 1);
+        for role in ["hero", "autopilot"] {
+            let (_, attributes) = order(&with("role_name", role)).unwrap();
+            assert_eq!(attributes[0].value, role);
+        }
         let (_, attributes) = order(&with("sticky_control", "true")).unwrap();
         assert_eq!(attributes, []);
         let (_, attributes) = order(&with("sticky_control", "False")).unwrap();

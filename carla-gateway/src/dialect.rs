@@ -19,7 +19,7 @@ pub(crate) use actor::{Actor, ActorAttribute, ActorDefinition, ActorDescription,
 pub(crate) use command::{BatchCommand, BatchResponse};
 pub(crate) use debug::{DebugShape, Line, Primitive};
 pub(crate) use geometry::{BoundingBox, Location, Rotation, Transform, Vector2D, Vector3D};
-pub(crate) use geometry::{spin_deg, spin_from_deg};
+pub(crate) use geometry::{spin_deg, spin_from_deg, twist_from_deg};
 pub(crate) use physics::{TelemetryData, VehiclePhysicsControl, counted as counted_wheels};
 pub(crate) use scenery::{EnvironmentObject, LabelledPoint, LightState};
 pub(crate) use settings::{EpisodeSettings, MapInfo, OpendriveParameters, Token};

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use schemas::{ActorDescription, ActorId, ActorState, Frame, WorldId};
+use schemas::{ActorDescription, ActorId, ActorState, Frame, Pose, WorldId};
 
 use crate::catalogue;
 use crate::dialect::Actor;
@@ -40,8 +40,10 @@ pub(crate) struct Episode {
     ignored: BTreeMap<u32, Vec<ActorId>>,
     /// Poses that clients made, by walker.
     custom_poses: BTreeMap<u32, Custom>,
+    /// Actors whose physics clients switched off.
+    unsimulated: BTreeSet<u32>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
-    pub(crate) wheel_angles: BTreeMap<(u32, u8), WheelAngles>,
+    wheel_angles: BTreeMap<(u32, u8), WheelAngles>,
 }
 
 /// Angles at which a client holds a wheel, in degrees.
@@ -75,6 +77,7 @@ impl Episode {
             textured: BTreeSet::new(),
             ignored: BTreeMap::new(),
             custom_poses: BTreeMap::new(),
+            unsimulated: BTreeSet::new(),
             wheel_angles: BTreeMap::new(),
         }
     }
@@ -124,7 +127,7 @@ impl Episode {
         self.textured.remove(&actor);
         self.ignored.remove(&actor);
         self.custom_poses.remove(&actor);
-        self.wheel_angles.retain(|(vehicle, _), _| *vehicle != actor);
+        self.note_physics(actor, true);
         for stream in &streams {
             self.actor_of_stream.remove(stream);
         }
@@ -181,6 +184,27 @@ impl Episode {
         self.textured.contains(&camera)
     }
 
+    /// Notes that the physics of an actor was switched: it takes its wheels out of a client's hands.
+    pub(crate) fn note_physics(&mut self, actor: u32, on: bool) {
+        if on {
+            self.unsimulated.remove(&actor);
+            self.wheel_angles.retain(|(vehicle, _), _| *vehicle != actor);
+        } else if self.state(actor).is_some() {
+            self.unsimulated.insert(actor);
+        }
+    }
+
+    /// How clients hold a wheel.
+    pub(crate) fn wheel_angles(&self, vehicle: u32, wheel: u8) -> WheelAngles {
+        self.wheel_angles.get(&(vehicle, wheel)).copied().unwrap_or_default()
+    }
+
+    /// As [`wheel_angles`](Self::wheel_angles), to change it; `None` while its physics is on.
+    pub(crate) fn wheel_angles_mut(&mut self, vehicle: u32, wheel: u8) -> Option<&mut WheelAngles> {
+        let is_held = self.unsimulated.contains(&vehicle);
+        is_held.then(|| self.wheel_angles.entry((vehicle, wheel)).or_default())
+    }
+
     /// Remembers which vehicles a sensor does not see.
     pub(crate) fn set_ignored(&mut self, sensor: u32, vehicles: Vec<ActorId>) {
         self.ignored.insert(sensor, vehicles);
@@ -225,6 +249,12 @@ impl Episode {
     /// The newest state of an actor.
     pub(crate) fn state(&self, id: u32) -> Option<&ActorState> {
         self.frame.actor(ActorId::new(id)?)
+    }
+
+    /// The frame in which clients put an actor elsewhere: that of its parent, or the world.
+    pub(crate) fn carrier(&self, state: &ActorState) -> Pose {
+        let parent = state.parent.and_then(|parent| self.frame.actor(parent));
+        parent.map_or_else(Pose::identity, |parent| parent.world_from_actor)
     }
 
     /// As [`state`](Self::state), to keep it true between ticks.

@@ -3,7 +3,7 @@
 import carla
 import pytest
 
-from carla_site import connect, spawn_car, ticks
+from carla_site import STEP_SECS, connect, spawn_car, ticks
 
 
 def test_a_car_stands_where_it_was_spawned_with_what_it_was_given(world):
@@ -83,6 +83,78 @@ def test_a_batch_spawns_chains_and_destroys(client, world):
     gone = client.apply_batch_sync([carla.command.DestroyActor(id) for id in ids], True)
     assert not any(response.error for response in gone)
     assert len(world.get_actors().filter("vehicle.*")) == 0
+
+
+def test_actors_are_listed_filtered_and_found(world):
+    cars = [spawn_car(world, index) for index in (0, 4)]
+    world.tick()
+    actors = world.get_actors()
+    found = [actor.id for actor in actors.filter("vehicle.*")]
+    assert sorted(found) == sorted(car.id for car in cars)
+    assert [actors[at].id for at in range(len(actors))] == [actor.id for actor in actors]
+    assert actors.find(cars[0].id).type_id == "vehicle.lincoln.mkz_2020"
+    assert actors.find(99_999) is None and world.get_actor(99_999) is None
+    assert len(actors.filter("vehicle.audi.*")) == 0
+    assert [actor.id for actor in world.get_actors([cars[1].id, 99_999])] == [cars[1].id]
+    assert {actor.id for actor in actors} == {one.id for one in world.get_snapshot()}
+    with pytest.raises(IndexError):
+        actors[len(actors)]
+
+
+def test_an_actor_tells_of_the_frame_what_its_snapshot_does(world):
+    car = spawn_car(world)
+    car.apply_control(carla.VehicleControl(throttle=0.8, steer=0.3))
+    ticks(world, 40)
+    snapshot = world.get_snapshot().find(car.id)
+    assert snapshot.id == car.id and world.get_snapshot().find(99_999) is None
+    assert snapshot.get_transform() == car.get_transform()
+    assert snapshot.get_velocity() == car.get_velocity()
+    assert snapshot.get_angular_velocity() == car.get_angular_velocity()
+    assert snapshot.get_acceleration() == car.get_acceleration()
+    before, place = car.get_velocity(), car.get_location()
+    world.tick()
+    change = (car.get_velocity() - before) / STEP_SECS
+    assert change.length() > 0.2
+    assert (car.get_acceleration() - change).length() < 1e-3
+    mean = (car.get_velocity() + before) / 2
+    assert ((car.get_location() - place) / STEP_SECS).distance(mean) < 0.2
+
+
+def test_an_actor_says_what_it_is(world):
+    car = spawn_car(world)
+    world.tick()
+    label = carla.CityObjectLabel
+    thing = world.get_blueprint_library().find("static.prop.constructioncone")
+    cone = world.spawn_actor(thing, world.get_map().get_spawn_points()[4])
+    assert type(cone) is carla.Actor and cone.type_id == "static.prop.constructioncone"
+    assert car.is_alive and car.is_active and not car.is_dormant
+    assert car.actor_state == carla.ActorState.Active
+    assert list(car.semantic_tags) == [int(label.Car)]
+    assert car.parent is None and car.get_world().id == world.id
+    assert car.bounding_box.actor_id == car.id
+    bike = world.get_blueprint_library().find("vehicle.yamaha.yzf")
+    rider = world.spawn_actor(bike, world.get_map().get_spawn_points()[8])
+    assert int(label.Motorcycle) in list(rider.semantic_tags)
+    assert rider.bounding_box.extent.y < 0.6 < car.bounding_box.extent.y
+
+
+def test_boxes_of_actors_contain_what_is_inside_them(world):
+    car = spawn_car(world)
+    ticks(world, 10)
+    box, here = car.bounding_box, car.get_transform()
+    corners = box.get_world_vertices(here)
+    assert len(corners) == len(box.get_local_vertices()) == 8
+    middle = sum((carla.Vector3D(at.x, at.y, at.z) for at in corners), carla.Vector3D()) / 8
+    # The client transforms in place.
+    assert middle.distance(here.transform(carla.Location(box.location))) < 1e-3
+    assert box.contains(here.location + carla.Location(z=0.5), here)
+    assert not box.contains(here.location + carla.Location(y=1.5), here)
+    lowest = min(corner.z for corner in corners)
+    assert lowest == pytest.approx(here.location.z, abs=0.1)
+    for corner in corners:
+        back = here.inverse_transform(corner)
+        assert abs(back.x - box.location.x) == pytest.approx(box.extent.x, abs=1e-3)
+        assert abs(back.y - box.location.y) == pytest.approx(box.extent.y, abs=1e-3)
 
 
 def test_light_state_is_read_by_who_wrote_it(world):

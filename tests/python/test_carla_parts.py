@@ -78,7 +78,7 @@ def test_every_walker_may_be_asked_to_use_a_wheelchair(world):
     assert world.spawn_actor(unable, place).is_alive
 
 
-def test_wheels_steer_by_ackermann_and_stay_where_they_are_held(world):
+def test_wheels_steer_by_ackermann_and_are_held_without_physics(world):
     car = spawn_car(world)
     car.apply_control(carla.VehicleControl(steer=1.0, hand_brake=True))
     ticks(world, 40)
@@ -87,11 +87,14 @@ def test_wheels_steer_by_ackermann_and_stay_where_they_are_held(world):
         car.get_wheel_steer_angle(at) for at in (wheel.FL_Wheel, wheel.FR_Wheel, wheel.BL_Wheel)
     )
     assert right > left > 10.0 and rear == 0.0
-    car.set_wheel_steer_direction(wheel.FL_Wheel, -20.0)
-    car.set_wheel_pitch_angle(wheel.FR_Wheel, 5.0)
-    world.tick()
-    assert car.get_wheel_steer_angle(wheel.FL_Wheel) == pytest.approx(-20.0)
-    assert car.get_wheel_pitch_angle(wheel.FR_Wheel) == pytest.approx(5.0)
+    for physics, held in ((True, left), (False, -20.0), (True, left)):
+        car.set_simulate_physics(physics)
+        car.set_wheel_steer_direction(wheel.FL_Wheel, -20.0)
+        car.set_wheel_pitch_angle(wheel.FR_Wheel, 5.0)
+        world.tick()
+        assert car.get_wheel_steer_angle(wheel.FL_Wheel) == pytest.approx(held, abs=2.0)
+        pitch = car.get_wheel_pitch_angle(wheel.FR_Wheel)
+        assert pitch == pytest.approx(0.0 if physics else 5.0)
 
 
 def test_bones_of_a_car_are_where_its_wheels_are(world):

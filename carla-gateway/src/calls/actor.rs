@@ -19,7 +19,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
             Payload::value(&spawn(endpoint, &description, &transform, None).await?)
         }
         "spawn_actor_with_parent" => {
-            let (_, description, transform, parent, kind, _socket): (
+            let (_, description, transform, parent, kind, socket): (
                 Meta,
                 ActorDescription,
                 Transform,
@@ -27,11 +27,11 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
                 u8,
                 String,
             ) = request.args()?;
-            let parent = ActorId::new(parent).ok_or_else(|| {
-                Refusal("unable to attach actor: parent actor not found".to_owned())
-            })?;
-            let attachment = Attachment { parent, kind: attachment_kind(kind) };
-            Payload::value(&spawn(endpoint, &description, &transform, Some(attachment)).await?)
+            let attachment =
+                Attachment { parent: self::parent(parent)?, kind: attachment_kind(kind) };
+            let at =
+                parts::on_socket(endpoint.episode()?, attachment.parent.get(), &socket, &transform);
+            Payload::value(&spawn(endpoint, &description, &at, Some(attachment)).await?)
         }
         "destroy_actor" => {
             let (_, id): (Meta, u32) = request.args()?;
@@ -89,9 +89,7 @@ pub(super) fn spawn_refusal(error: &Error) -> Refusal {
         ErrorCode::SpawnBlocked => {
             Refusal("Spawn failed because of collision at spawn position".to_owned())
         }
-        ErrorCode::UnknownActor => {
-            Refusal("unable to attach actor: parent actor not found".to_owned())
-        }
+        ErrorCode::UnknownActor => no_parent(),
         _ => Refusal(format!("Spawn failed because of invalid actor description: {error}")),
     }
 }
@@ -119,9 +117,22 @@ async fn spawn(
     endpoint.episode()?.actor(id.get()).cloned().ok_or_else(unknown)
 }
 
+/// # Errors
+/// For 0, which nobody has.
+pub(super) fn parent(id: u32) -> Result<ActorId, Refusal> {
+    ActorId::new(id).ok_or_else(no_parent)
+}
+
+fn no_parent() -> Refusal {
+    Refusal("unable to attach actor: parent actor not found".to_owned())
+}
+
+pub(super) fn not_found() -> Refusal {
+    Refusal("unable to destroy actor: not found".to_owned())
+}
+
 /// Whether there was such an actor.
 pub(super) async fn destroy(endpoint: &mut Endpoint, id: u32) -> Result<bool, Refusal> {
-    let not_found = || Refusal("unable to destroy actor: not found".to_owned());
     let actor = ActorId::new(id).ok_or_else(not_found)?;
     let reply = endpoint.run_now(vec![Command::DestroyActor { actor }]).await?.pop();
     match reply {
@@ -147,8 +158,11 @@ async fn switch(endpoint: &mut Endpoint, request: &Request) -> Answer {
     if switch == schemas::BodySwitch::Collisions && !on {
         check_ground(endpoint, id).await?;
     }
+    if switch == schemas::BodySwitch::Physics {
+        endpoint.episode()?.note_physics(id, on);
+    }
     match endpoint.run_now(vec![Command::SetSwitch { actor, switch, on }]).await?.pop() {
-        Some(Err(error)) => Err(Refusal(error.to_string())),
+        Some(Err(error)) => Err(orders::refusal(&error, id)),
         _ => Ok(Payload::Void),
     }
 }

@@ -5,7 +5,7 @@ use std::pin::Pin;
 
 use schemas::{ActorId, Attachment, AttachmentKind, Command, CommandReply};
 
-use super::{actor, orders, vehicle};
+use super::{actor, by_function, orders, parts, vehicle};
 use crate::dialect::{BatchCommand, BatchResponse};
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
@@ -23,7 +23,7 @@ enum Step {
 
 /// A command that the world has.
 enum Sent {
-    Change(u32),
+    Change(u32, &'static str),
     Destroy(u32),
     Spawn(Vec<BatchCommand>),
 }
@@ -50,13 +50,14 @@ fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Ru
     Box::pin(async move {
         let (mut steps, mut sent) = (Vec::with_capacity(commands.len()), Vec::new());
         for command in commands {
+            let function = command.function();
             match prepare(endpoint, command).await {
                 Ok(Prepared { order: Some(order), step }) => {
                     sent.push(order);
                     steps.push(step);
                 }
                 Ok(Prepared { order: None, step }) => steps.push(step),
-                Err(refusal) => steps.push(Step::Done(Err(refusal))),
+                Err(refusal) => steps.push(Step::Done(Err(by_name(function, refusal)))),
             }
         }
         let replies = if sent.is_empty() { Vec::new() } else { endpoint.run_now(sent).await? };
@@ -92,30 +93,36 @@ struct Prepared {
 }
 
 async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepared, Refusal> {
+    let function = command.function();
     match command {
         BatchCommand::Spawn(spawn) => {
             // CARLA attaches rigidly here, whatever the uninitialised field says.
-            let parent = spawn.parent.0.map(orders::actor).transpose()?;
+            let parent = spawn.parent.0.map(actor::parent).transpose()?;
             let attachment =
                 parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid });
             if spawn.description.type_id.starts_with("sensor.camera.") {
                 endpoint.need_renderer().await?;
             }
-            let order = actor::spawn_command(&spawn.description, &spawn.transform, attachment)?;
+            let on = spawn.parent.0.unwrap_or(0);
+            let at = parts::on_socket(endpoint.episode()?, on, &spawn.socket, &spawn.transform);
+            let order = actor::spawn_command(&spawn.description, &at, attachment)?;
             Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Spawn(spawn.do_after)) })
         }
         BatchCommand::Destroy(id) => {
-            let order = Command::DestroyActor { actor: orders::actor(id)? };
+            let order =
+                Command::DestroyActor { actor: ActorId::new(id).ok_or_else(actor::not_found)? };
             Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Destroy(id)) })
         }
         BatchCommand::Physics(id, physics) => {
             let order = vehicle::physics_command(endpoint, id, &physics).await?;
-            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) })
+            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Change(id, function)) })
         }
         other => {
             let id = target(&other);
             Ok(match orders::command(endpoint, &other)? {
-                Some(order) => Prepared { order: Some(order), step: Step::Sent(Sent::Change(id)) },
+                Some(order) => {
+                    Prepared { order: Some(order), step: Step::Sent(Sent::Change(id, function)) }
+                }
                 None => Prepared { order: None, step: Step::Done(Ok(id)) },
             })
         }
@@ -147,16 +154,24 @@ fn settle(
                     endpoint.forget(id);
                     Ok(id)
                 }
-                (Sent::Change(id), Some(Ok(_))) => Ok(id),
-                (Sent::Destroy(_), Some(Err(_))) => {
-                    Err(Refusal("unable to destroy actor: not found".to_owned()))
+                (Sent::Change(id, _), Some(Ok(_))) => Ok(id),
+                (Sent::Destroy(_), Some(Err(_))) => Err(actor::not_found()),
+                (Sent::Change(id, function), Some(Err(error))) => {
+                    Err(by_function(function, &orders::refusal(&error, id)))
                 }
-                (Sent::Change(_), Some(Err(error))) => Err(Refusal(error.to_string())),
             },
         };
         responses.push(BatchResponse(result.map_err(|refusal| refusal.0)));
     }
     (responses, followers)
+}
+
+/// The words of a function for why it refuses a command.
+fn by_name(function: &str, refusal: Refusal) -> Refusal {
+    match function {
+        "spawn_actor" | "destroy_actor" => refusal,
+        _ => by_function(function, &refusal),
+    }
 }
 
 /// Whom a command is about; 0 for none.

@@ -97,5 +97,5 @@ fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> 
 }
 
 fn no_light(id: u32) -> Refusal {
-    Refusal(format!("Actor is not a traffic light. Actor Id: {id}"))
+    Refusal(format!("Actor is not a traffic light.  Actor Id: {id}"))
 }

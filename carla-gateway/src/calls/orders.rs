@@ -1,8 +1,9 @@
 //! CARLA's commands as commands of ours.
 
-use schemas::{ActorId, BodySwitch, Command, PushKind, Translation3, Vec3};
+use schemas::{ActorId, ActorKind, BodySwitch, Command, Error, ErrorCode, Pose, PushKind, Vec3};
 
-use crate::dialect::{BatchCommand as From, Vector3D, spin_from_deg};
+use super::wrong_kind;
+use crate::dialect::{BatchCommand as From, Vector3D, spin_from_deg, twist_from_deg};
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Payload, Refusal};
 use crate::snapshot::colour_of;
@@ -13,6 +14,7 @@ use crate::snapshot::colour_of;
 /// # Errors
 /// What cannot be; spawning and destroying have their own ways.
 pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<Command>, Refusal> {
+    check_kind(endpoint, command)?;
     let order = match command {
         From::Control(id, control) => {
             Command::SetControl { actor: actor(*id)?, control: control.ours() }
@@ -33,6 +35,7 @@ pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<
         | From::AngularImpulse(..)
         | From::Torque(..) => motion(endpoint, command)?,
         From::SimulatePhysics(id, on) => {
+            endpoint.episode()?.note_physics(*id, *on);
             Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Physics, on: *on }
         }
         From::EnableGravity(id, on) => {
@@ -61,19 +64,36 @@ pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<
     Ok(Some(order))
 }
 
+/// # Errors
+/// For what only vehicles or walkers do, of anything else.
+fn check_kind(endpoint: &mut Endpoint, command: &From) -> Result<(), Refusal> {
+    let (id, wanted) = match command {
+        From::Control(id, _)
+        | From::Ackermann(id, _)
+        | From::Lights(id, _)
+        | From::Autopilot(id, _)
+        | From::DebugTelemetry(id, _) => (*id, ActorKind::Vehicle),
+        From::WalkerControl(id, _) | From::WalkerState(id, ..) => (*id, ActorKind::Walker),
+        _ => return Ok(()),
+    };
+    let found = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?.kind;
+    if found == wanted { Ok(()) } else { Err(wrong_kind(id)) }
+}
+
 /// Only for what [`command`] sends here.
 fn motion(endpoint: &mut Endpoint, command: &From) -> Result<Command, Refusal> {
     Ok(match command {
         From::Transform(id, transform) => {
             finite(transform.is_finite())?;
-            Command::SetPose { actor: actor(*id)?, world_from_actor: transform.ours() }
+            place(endpoint, *id, transform.ours())?
         }
         From::Location(id, location) => {
             let at_m = vector(*location)?;
-            let state = endpoint.episode()?.state(*id).ok_or_else(|| unknown_actor(*id))?;
-            let mut world_from_actor = state.world_from_actor;
-            world_from_actor.translation = Translation3::from(at_m);
-            Command::SetPose { actor: actor(*id)?, world_from_actor }
+            let episode = endpoint.episode()?;
+            let state = episode.state(*id).ok_or_else(|| unknown_actor(*id))?;
+            let carrier = episode.carrier(state);
+            let rotation = carrier.rotation.inverse() * state.world_from_actor.rotation;
+            place(endpoint, *id, Pose::from_parts(at_m.into(), rotation))?
         }
         From::WalkerState(id, transform, speed) => {
             finite(transform.is_finite() && speed.is_finite())?;
@@ -104,6 +124,16 @@ fn motion(endpoint: &mut Endpoint, command: &From) -> Result<Command, Refusal> {
     })
 }
 
+/// Puts an actor elsewhere, in the frame of what carries it.
+fn place(endpoint: &mut Endpoint, id: u32, pose: Pose) -> Result<Command, Refusal> {
+    let episode = endpoint.episode()?;
+    let carrier = episode.state(id).map(|state| episode.carrier(state));
+    if let Some((state, carrier)) = episode.state_mut(id).zip(carrier) {
+        state.world_from_actor = carrier * pose;
+    }
+    Ok(Command::SetPose { actor: actor(id)?, world_from_actor: pose })
+}
+
 /// Queues a command that nobody waits for.
 pub(super) async fn queue(endpoint: &mut Endpoint, from: &From) -> Answer {
     if let Some(order) = command(endpoint, from)? {
@@ -123,6 +153,14 @@ pub(super) async fn hold_velocity(
     Ok(Payload::Void)
 }
 
+/// What the world refuses to do with an actor, in CARLA's words where CARLA has some.
+pub(super) fn refusal(error: &Error, id: u32) -> Refusal {
+    match error.code {
+        ErrorCode::UnknownActor => unknown_actor(id),
+        _ => Refusal(error.to_string()),
+    }
+}
+
 /// # Errors
 /// For 0, which nobody has.
 pub(super) fn actor(id: u32) -> Result<ActorId, Refusal> {
@@ -139,10 +177,9 @@ fn vector(theirs: Vector3D) -> Result<Vec3, Refusal> {
     Ok(ours)
 }
 
-/// Turning follows the mirror the other way round.
 fn twist(theirs: Vector3D) -> Result<Vec3, Refusal> {
-    let ours = vector(theirs)?;
-    Ok(Vec3::new(-ours.x, -ours.y, -ours.z))
+    vector(theirs)?;
+    Ok(twist_from_deg(theirs))
 }
 
 fn finite(is_finite: bool) -> Result<(), Refusal> {

@@ -43,7 +43,7 @@ pub(super) fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
         let mut parts = components(episode, state).into_iter();
         let part = parts.find(|part| part.name == name).ok_or_else(|| {
             let name: String = name.chars().take(128).collect();
-            Refusal(format!("Component not found. Component Name: {name}"))
+            Refusal(format!("Component not found.  Component Name: {name}"))
         })?;
         let is_world = method == "get_actor_component_world_transform";
         let pose = if is_world { part.in_world } else { part.in_carrier };
@@ -70,10 +70,19 @@ pub(super) fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
     Payload::value(&bones.map(|bone| Transform::of(&pose(bone))).collect::<Vec<Transform>>())
 }
 
+/// What a client describes relative to a socket of an actor, relative to the actor; relative to the
+/// actor already where there is no such socket.
+pub(super) fn on_socket(episode: &Episode, id: u32, socket: &str, on: &Transform) -> Transform {
+    let Some(state) = episode.state(id).filter(|_| !socket.is_empty()) else { return *on };
+    let mut bones = bones(state, episode.frame.type_of(state), episode.custom_pose(id)).into_iter();
+    bones.find(|bone| bone.name == socket).map_or(*on, |bone| {
+        Transform::of(&(state.world_from_actor.inverse() * bone.in_world * on.ours()))
+    })
+}
+
 /// The root, then what it carries. The root of an actor that stands alone is carried by the world.
 fn components(episode: &Episode, state: &ActorState) -> Vec<Part> {
-    let parent = state.parent.and_then(|parent| episode.state(parent.get()));
-    let world_from_parent = parent.map_or(Pose::identity(), |parent| parent.world_from_actor);
+    let world_from_parent = episode.carrier(state);
     let part = |name: &str, place_m: Vec3| {
         let in_carrier = Pose::from_parts(Translation3::from(place_m), UnitQuaternion::identity());
         let in_world = state.world_from_actor * in_carrier;

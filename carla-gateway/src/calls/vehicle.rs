@@ -3,7 +3,7 @@
 use schemas::{ActorKind, ActorState, Command};
 
 use super::orders::{self, queue};
-use super::{astray, parts};
+use super::{astray, parts, wrong_kind};
 use crate::dialect::{
     AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData,
     VehicleControl, VehiclePhysicsControl, counted_wheels,
@@ -73,7 +73,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
 fn wheel_angles(endpoint: &mut Endpoint, id: u32, wheel: u8) -> Result<(f32, f32), Refusal> {
     let mean_rad = vehicle(endpoint, id)?.road_wheel_rad;
     let episode = endpoint.episode()?;
-    let held = episode.wheel_angles.get(&(id, wheel)).copied().unwrap_or_default();
+    let held = episode.wheel_angles(id, wheel);
     let type_id = episode.state(id).map_or("", |state| episode.frame.type_of(state));
     let driven_rad = parts::model(type_id)
         .map_or(0.0, |model| parts::wheel_rad(model, usize::from(wheel), mean_rad));
@@ -88,11 +88,12 @@ fn hold_wheel(endpoint: &mut Endpoint, request: &Request) -> Answer {
     if wheel >= WHEELS_MAX || !degrees.is_finite() {
         return Err(Refusal(format!("no vehicle holds wheel {wheel} at {degrees} degrees")));
     }
-    let angles = endpoint.episode()?.wheel_angles.entry((id, wheel)).or_default();
-    if request.method == "set_wheel_steer_direction" {
-        angles.steer = Some(degrees);
-    } else {
-        angles.pitch = degrees;
+    match endpoint.episode()?.wheel_angles_mut(id, wheel) {
+        Some(angles) if request.method == "set_wheel_steer_direction" => {
+            angles.steer = Some(degrees);
+        }
+        Some(angles) => angles.pitch = degrees,
+        None => tracing::warn!(vehicle = id, "wheels are held only without physics"),
     }
     Ok(Payload::Void)
 }
@@ -139,6 +140,7 @@ pub(super) async fn physics_command(
     id: u32,
     control: &VehiclePhysicsControl,
 ) -> Result<Command, Refusal> {
+    vehicle(endpoint, id)?;
     let now = endpoint.inspect(id).await?.physics;
     let wanted = counted_wheels(now.wheels.len());
     if control.wheel_count() != wanted {
@@ -158,7 +160,7 @@ fn vehicle(endpoint: &mut Endpoint, id: u32) -> Result<&ActorState, Refusal> {
     if state.kind == ActorKind::Vehicle {
         return Ok(state);
     }
-    Err(Refusal(format!("Actor is not a Vehicle. Actor Id: {id}")))
+    Err(wrong_kind(id))
 }
 
 /// Bits of CARLA's number of a door.

@@ -4,8 +4,8 @@ use blueprints::Class;
 use schemas::{ActorKind, ActorState, Command, PushKind, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::astray;
 use super::orders::{self, queue};
+use super::{astray, wrong_kind};
 use crate::dialect::{BatchCommand, Transform, WalkerControl};
 use crate::endpoint::{Endpoint, unknown_actor};
 use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
@@ -100,5 +100,5 @@ fn walker(endpoint: &mut Endpoint, id: u32) -> Result<ActorState, Refusal> {
     if state.kind == ActorKind::Walker {
         return Ok(state.clone());
     }
-    Err(Refusal(format!("Actor is not a Walker. Actor Id: {id}")))
+    Err(wrong_kind(id))
 }

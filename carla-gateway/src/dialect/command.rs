@@ -48,6 +48,36 @@ pub(crate) enum BatchCommand {
     TrafficLight(u32, u8),
 }
 
+impl BatchCommand {
+    /// The call that does the same.
+    pub(crate) fn function(&self) -> &'static str {
+        match self {
+            Self::Spawn(_) => "spawn_actor",
+            Self::Destroy(_) => "destroy_actor",
+            Self::Control(..) => "apply_control_to_vehicle",
+            Self::Ackermann(..) => "apply_ackermann_control_to_vehicle",
+            Self::WalkerControl(..) => "apply_control_to_walker",
+            Self::Physics(..) => "apply_physics_control",
+            Self::Transform(..) => "set_actor_transform",
+            Self::WalkerState(..) => "set_walker_state",
+            Self::TargetVelocity(..) => "set_actor_target_velocity",
+            Self::TargetAngularVelocity(..) => "set_actor_target_angular_velocity",
+            Self::Impulse(..) => "add_actor_impulse",
+            Self::Force(..) => "add_actor_force",
+            Self::AngularImpulse(..) => "add_actor_angular_impulse",
+            Self::Torque(..) => "add_actor_torque",
+            Self::SimulatePhysics(..) => "set_actor_simulate_physics",
+            Self::EnableGravity(..) => "set_actor_enable_gravity",
+            Self::Autopilot(..) => "set_actor_autopilot",
+            Self::DebugTelemetry(..) => "show_vehicle_debug_telemetry",
+            Self::Lights(..) => "set_vehicle_light_state",
+            Self::Location(..) => "set_actor_location",
+            Self::Console(_) => "console_command",
+            Self::TrafficLight(..) => "set_traffic_light_state",
+        }
+    }
+}
+
 impl<'de> Deserialize<'de> for BatchCommand {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]

@@ -67,10 +67,18 @@ pub(crate) fn spin_deg(ours_radps: Vec3) -> Vector3D {
     Vector3D { x, y, z }
 }
 
-/// The inverse of [`spin_deg`]; also turns torques, when no degrees are meant.
+/// The inverse of [`spin_deg`].
 pub(crate) fn spin_from_deg(theirs_degps: Vector3D) -> Vec3 {
     let Vector3D { x, y, z } = theirs_degps;
     Vec3::new(-x.to_radians(), y.to_radians(), -z.to_radians())
+}
+
+/// Torques and angular impulses of CARLA's, whose masses are kilograms, lengths centimetres and
+/// angles degrees.
+pub(crate) fn twist_from_deg(theirs: Vector3D) -> Vec3 {
+    /// Square metres in a square centimetre.
+    const M2_PER_CM2: f32 = 1e-4;
+    spin_from_deg(theirs) * M2_PER_CM2
 }
 
 impl Transform {

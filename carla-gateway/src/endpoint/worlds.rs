@@ -141,8 +141,9 @@ impl Endpoint {
     /// Those of the world.
     pub(crate) async fn inspect(&mut self, actor: u32) -> Result<VehicleReport, Refusal> {
         self.flush().await?;
-        let world = self.episode()?.world;
-        let actor = ActorId::new(actor).ok_or_else(|| unknown_actor(actor))?;
+        let episode = self.episode()?;
+        let actor = episode.state(actor).ok_or_else(|| unknown_actor(actor))?.id;
+        let world = episode.world;
         match self.ask(Request::InspectVehicle { world, actor }).await? {
             Reply::Vehicle(report) => Ok(*report),
             _ => Err(unexpected()),
@@ -165,5 +166,5 @@ impl Endpoint {
 
 /// CARLA's words for an id that nobody has.
 pub(crate) fn unknown_actor(id: u32) -> Refusal {
-    Refusal(format!("Actor could not be found in the registry. Actor Id: {id}"))
+    Refusal(format!("Actor could not be found in the registry.  Actor Id: {id}"))
 }

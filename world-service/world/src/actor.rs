@@ -30,6 +30,8 @@ pub(crate) struct Actor {
     pub switches: Switches,
     /// Mean over the last tick.
     pub acceleration_mps2: Vec3,
+    /// Velocity at the end of the last tick.
+    pub last_mps: Vec3,
     pub outside: Outside,
     /// `None` for everything without wheels.
     pub vehicle: Option<Box<Vehicle>>,

@@ -220,6 +220,7 @@ impl World {
             doors: 0,
             switches,
             acceleration_mps2: Vec3::zeros(),
+            last_mps: request.linear_mps,
             outside: Outside::default(),
             vehicle,
             walker,

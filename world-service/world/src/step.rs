@@ -42,7 +42,6 @@ impl World {
         self.state.heed_triggers();
         self.state.drive(&self.town);
         self.state.navigate(&self.town);
-        let velocities_mps = self.state.velocities();
         self.state.bring_scenery(&self.town);
         let mut log = ContactLog::default();
         let (count, substep_secs) = self.state.step.substeps(dt_secs);
@@ -57,7 +56,7 @@ impl World {
         self.state.halt_states();
         self.state.carry_attached(dt_secs as f32);
         self.state.settle(dt_secs as f32);
-        self.state.measure_acceleration(&velocities_mps);
+        self.state.measure_acceleration();
         self.state.collisions = self.state.contacts.conclude(log);
         self.state.follow_rules(&self.town);
         self.state.tick = Tick(self.state.tick.0 + 1);
@@ -119,6 +118,9 @@ impl State {
             let told_mps = actor.outside.told_mps.norm();
             if let Some((spec, walker)) = actor.walker_mut().filter(|_| physics_off) {
                 walker.stride(spec, told_mps, dt_secs);
+                if walker.is_left() {
+                    actor.outside.told_mps = Vec3::zeros();
+                }
             }
             if let Some(vehicle) = actor.vehicle.as_deref_mut() {
                 let up = self.physics.up(body);
@@ -186,12 +188,13 @@ impl State {
         }
     }
 
-    fn measure_acceleration(&mut self, before_mps: &[Vec3]) {
+    /// Pushes and velocities that clients gave since the last tick count, as in CARLA.
+    fn measure_acceleration(&mut self) {
         let dt_secs = self.dt_secs as f32;
-        let after_mps = self.velocities();
-        let change = after_mps.into_iter().zip(before_mps);
-        for (actor, (after_mps, before_mps)) in self.actors.iter_mut().zip(change) {
-            actor.acceleration_mps2 = (after_mps - before_mps) / dt_secs;
+        let velocities_mps = self.velocities();
+        for (actor, velocity_mps) in self.actors.iter_mut().zip(velocities_mps) {
+            let before_mps = std::mem::replace(&mut actor.last_mps, velocity_mps);
+            actor.acceleration_mps2 = (velocity_mps - before_mps) / dt_secs;
         }
     }
 }

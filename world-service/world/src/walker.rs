@@ -39,6 +39,8 @@ const STANDING_MPS: f32 = 0.05;
 const STRIDE_M: f32 = 0.9;
 const STRIDE_M_PER_MPS: f32 = 0.4;
 const ADULT_M: f32 = 1.75;
+/// Clients that lead walkers miss a tick now and then.
+const UNTOLD_TICKS_MAX: u8 = 10;
 
 /// What only walkers have.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -53,6 +55,8 @@ pub(crate) struct Walker {
     pub stroller: Option<Box<Stroller>>,
     /// The velocity it gave itself; a body that has quite another one was hit.
     pub own_mps: Vec3,
+    /// Ticks since a client last said how it walks while its physics is off.
+    pub untold_ticks: u8,
 }
 
 /// What a walker's weight rests on.
@@ -74,15 +78,16 @@ pub(crate) struct Gait {
 }
 
 impl Walker {
-    /// Standing, or on its way with a velocity from outside.
+    /// Standing, or on its way with a velocity from outside. A speed alone sends it east, as in CARLA.
     pub(crate) fn new(linear_mps: Vec3) -> Self {
         Self {
-            control: WalkerControl::default(),
+            control: WalkerControl { direction: Vec3::x(), ..WalkerControl::default() },
             stance: Stance::Feet,
             gait_rad: 0.0,
             jump_waits: false,
             stroller: None,
             own_mps: linear_mps,
+            untold_ticks: 0,
         }
     }
 
@@ -96,7 +101,8 @@ impl Walker {
         let flag = |on: bool| f32::from(u8::from(on));
         let head = [self.control.speed_mps, flag(self.control.jump), flag(self.jump_waits)];
         let vectors = self.control.direction.iter().chain(self.own_mps.iter()).copied();
-        head.into_iter().chain([stance, self.gait_rad]).chain(vectors)
+        let rest = [stance, self.gait_rad, f32::from(self.untold_ticks)];
+        head.into_iter().chain(rest).chain(vectors)
     }
 
     /// Takes a new wish; a jump is made once.
@@ -114,6 +120,7 @@ impl Walker {
     pub(crate) fn place(&mut self, linear_mps: Vec3) {
         self.stance = Stance::Feet;
         self.own_mps = linear_mps;
+        self.untold_ticks = 0;
     }
 
     /// Moves its legs for a time at a speed.
@@ -123,6 +130,12 @@ impl Walker {
             let phase_rad = self.gait_rad + speed_mps * dt_secs / stride_m * TAU;
             self.gait_rad = phase_rad - (phase_rad / TAU).floor() * TAU;
         }
+    }
+
+    /// Whether nobody has said for long how it walks: who led it has left it standing.
+    pub(crate) fn is_left(&mut self) -> bool {
+        self.untold_ticks = self.untold_ticks.saturating_add(1);
+        self.untold_ticks > UNTOLD_TICKS_MAX
     }
 
     /// One substep on the feet or in a jump; `None` for who lies.

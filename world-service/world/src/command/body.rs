@@ -32,6 +32,7 @@ impl World {
         }
         if let Some((_, walker)) = actor.walker_mut() {
             walker.own_mps = linear_mps;
+            walker.untold_ticks = 0;
         }
         if actor.switches.physics {
             self.state.physics.set_velocity(handle, linear_mps, angular_radps);

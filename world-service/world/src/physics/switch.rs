@@ -15,7 +15,9 @@ impl Physics {
 
     /// Off: the body does not fall.
     pub(crate) fn set_gravity(&mut self, handle: BodyHandle, on: bool) {
-        self.bodies[handle].set_gravity_scale(if on { 1.0 } else { 0.0 }, true);
+        let body = &mut self.bodies[handle];
+        body.set_gravity_scale(if on { 1.0 } else { 0.0 }, false);
+        body.wake_up(true);
     }
 
     /// Off: nothing touches the body.
