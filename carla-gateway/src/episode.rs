@@ -184,7 +184,7 @@ impl Episode {
         self.textured.contains(&camera)
     }
 
-    /// Notes that the physics of an actor was switched: it takes its wheels out of a client's hands.
+    /// Notes that the physics of an actor was switched: it takes its wheels back from clients.
     pub(crate) fn note_physics(&mut self, actor: u32, on: bool) {
         if on {
             self.unsimulated.remove(&actor);

@@ -204,3 +204,15 @@ def test_wheels_change_braking_and_steering(track):
         wheel.max_steer_angle = 20.0
     track.change(wheels=wheels)
     assert sum(track.front_angles()) / 2 == pytest.approx(20.0, abs=1.0)
+
+
+def test_a_control_lasts_one_tick_unless_it_is_sticky(world):
+    keeps, forgets = spawn_car(world, 0), spawn_car(world, 5, sticky_control="false")
+    ticks(world, 20)
+    for car in (keeps, forgets):
+        car.apply_control(carla.VehicleControl(throttle=1.0))
+    world.tick()
+    assert keeps.get_control().throttle == forgets.get_control().throttle == 1.0
+    ticks(world, 30)
+    assert (keeps.get_control().throttle, forgets.get_control().throttle) == (1.0, 0.0)
+    assert keeps.get_velocity().length() > 2.0 > 0.5 > forgets.get_velocity().length()

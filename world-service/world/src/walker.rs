@@ -78,7 +78,7 @@ pub(crate) struct Gait {
 }
 
 impl Walker {
-    /// Standing, or on its way with a velocity from outside. A speed alone sends it east, as in CARLA.
+    /// Standing, or on its way with a velocity from outside. A speed alone sends it east.
     pub(crate) fn new(linear_mps: Vec3) -> Self {
         Self {
             control: WalkerControl { direction: Vec3::x(), ..WalkerControl::default() },
