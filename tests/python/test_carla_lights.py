@@ -77,6 +77,13 @@ def test_a_light_shows_each_colour_as_long_as_it_was_told(world, light):
     assert [colour for colour, _ in seen[:3]] == [GREEN, YELLOW, RED]
 
 
+def test_a_light_may_stay_green_as_good_as_for_ever(world, light):
+    light.set_green_time(1e6)
+    world.tick()
+    assert light.get_green_time() == 1e6
+    assert shown(world, light, 260) == [(GREEN, 260)]
+
+
 def test_elapsed_time_counts_from_the_last_change(world, light):
     elapsed = light.get_elapsed_time()
     ticks(world, 10)

@@ -6,7 +6,7 @@ import queue
 import carla
 import pytest
 
-from carla_site import spawn_car, ticks
+from carla_site import connect, spawn_car, ticks
 
 
 def spawn_walker(world: carla.World) -> carla.Walker:
@@ -188,9 +188,10 @@ def test_friction_triggers_hold_inside_their_box(world):
     assert car.get_physics_control().wheels[0].tire_friction == pytest.approx(own)
 
 
-def test_street_lights_burn_by_night_and_obey(world):
+def test_street_lights_burn_by_night_and_obey(site, world):
     world.tick()
-    manager = world.get_lightmanager()
+    # A client keeps the lights of every map that it has seen.
+    manager = connect(site.carla_port).get_world().get_lightmanager()
     lights = manager.get_all_lights(carla.LightGroup.Street)
     assert len(lights) > 20 and not any(light.is_on for light in lights)
     weather = world.get_weather()

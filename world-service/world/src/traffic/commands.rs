@@ -5,8 +5,9 @@ use schemas::{ActorId, Error, ErrorCode, TrafficLightColour};
 use crate::check;
 use crate::world::World;
 
-/// Longest time a light may be told to show one colour: a day.
-const SHOWN_SECS_MAX: f32 = 86_400.0;
+/// Longest time a light may be told to show one colour: thirty years, which programs mean by for
+/// ever.
+const SHOWN_SECS_MAX: f32 = 1.0e9;
 
 impl World {
     /// `times_secs` are green, yellow and red; `None` stays.
