@@ -37,7 +37,7 @@ use crate::pictures::Shape;
 use crate::rpc::{Connection, ConnectionId, Refusal, Request};
 use crate::site::Site;
 use crate::stream::{Hub, WORLD_OBSERVER};
-use cameras::Darkroom;
+use cameras::{Darkroom, Poses};
 use changeover::Changeover;
 use held::{HeldLoads, LOAD};
 use late::LateAnswers;
@@ -127,6 +127,8 @@ pub(crate) struct Endpoint {
     /// awaited.
     expected: BTreeMap<u32, (u64, Instant)>,
     pictures: Option<JoinHandle<()>>,
+    /// Where all were in the newest frame that clients have seen.
+    poses: Poses,
     darkroom: Arc<Darkroom>,
     /// Where pictures are made ready, away from the calls.
     workers: runtime::Handle,
@@ -176,6 +178,7 @@ impl Endpoint {
             streams_opened: WORLD_OBSERVER,
             expected: BTreeMap::new(),
             pictures: None,
+            poses: Poses::default(),
             darkroom: Arc::default(),
             workers,
             started: now,

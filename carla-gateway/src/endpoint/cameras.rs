@@ -267,6 +267,7 @@ impl Darkroom {
 }
 
 /// Where everything was in the frame before, ordered by id.
+#[derive(Default)]
 pub(super) struct Poses(Vec<(ActorId, Pose)>);
 
 impl Poses {

@@ -91,9 +91,10 @@ impl Endpoint {
         let ticks = (delta_secs / DT_SECS_MAX).ceil().clamp(1.0, 100.0);
         let dt_secs = (delta_secs / ticks).clamp(DT_SECS_MIN, DT_SECS_MAX);
         self.last_tick = now;
-        let before = Poses::in_frame(&self.episode()?.frame);
         let outcome = self.tick_world(ticks as u32, Some(dt_secs)).await?;
         self.frame_number += 1;
+        let poses = Poses::in_frame(&self.episode()?.frame);
+        let before = std::mem::replace(&mut self.poses, poses);
         let frame_dt_secs = self.episode()?.frame.dt_secs;
         let is_exact = (frame_dt_secs - dt_secs).abs() < 1e-9;
         self.show_frame(if is_exact { delta_secs } else { frame_dt_secs * ticks }).await?;

@@ -9,6 +9,7 @@ use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
 use tokio::time::Instant;
 
 use super::Endpoint;
+use super::cameras::Poses;
 use super::worlds::refused;
 use crate::calls::street_lights;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
@@ -120,6 +121,7 @@ impl Endpoint {
         self.expected.clear();
         self.lights.clear();
         self.shapes = Arc::default();
+        self.poses = Poses::default();
         if let Some(pictures) = self.pictures.take() {
             pictures.abort();
         }
