@@ -6,9 +6,9 @@ use super::motorway::{Motorway, TERMINAL_M};
 use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
 use super::profile::{Edge, Profile};
 
-const MOTORWAY: Motorway = Motorway { lanes: 3, limit_kmh: 100 };
+const MOTORWAY: Motorway = Motorway { lanes: 3, limit_kmh: 80 };
 const STREET: Profile = Profile::street(1, 40);
-const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 80);
+const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 60);
 /// With a footpath on one side, so that people can walk from village to village.
 const PATH_LEFT: Profile = COUNTRY.edged(Edge::Footpath, Edge::Verge);
 const PATH_RIGHT: Profile = COUNTRY.edged(Edge::Verge, Edge::Footpath);

@@ -6,7 +6,7 @@ use super::profile::{Edge, Extra, Profile};
 
 const STREET: Profile = Profile::street(2, 30);
 const AVENUE: Profile = Profile::street(3, 30);
-const VIADUCT: Profile = Profile::two_way(2, Edge::HardShoulder, 80);
+const VIADUCT: Profile = Profile::two_way(2, Edge::HardShoulder, 60);
 const WEST: f64 = -230.0;
 const EAST: f64 = 165.0;
 const SOUTH: f64 = -220.0;

@@ -4,7 +4,7 @@ use super::course::{Bend, distance_m};
 use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
 use super::profile::{Edge, Profile};
 
-const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 60);
+const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 40);
 const VILLAGE: Profile = Profile::street(1, 30);
 /// Roads turn with this radius where there is room, in metres.
 const RADIUS_M: f64 = 45.0;
