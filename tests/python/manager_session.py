@@ -22,7 +22,7 @@ from manager_stage import (
     travelled,
 )
 
-WAKING_SECS = 10.0
+DRIVING_SECS = 10.0
 #: One road that leads nowhere.
 DEAD_END = document(road(length=80))
 #: A second client, whose car the Traffic Manager of the first one drives.
@@ -154,19 +154,20 @@ def shared_port(stage: Stage) -> dict:
 
 
 def left_asynchronous(stage: Stage) -> dict:
-    """Who forgets the Traffic Manager's synchronous mode drives all the same."""
-    stage.manager.set_synchronous_mode(False)
-    car = stage.car(100.0)
+    """Who never thinks of the Traffic Manager's mode has a car driven all the same."""
+    port = stage.port + 3
+    manager = stage.client.get_trafficmanager(port)
+    car = stage.car(100.0, driven=False)
     stage.world.tick()
+    car.set_autopilot(True, port)
     start, way_m = car.get_location(), 0.0
-    # The client may lose the signal of the change; the server wakes it after two seconds.
-    deadline = time.monotonic() + WAKING_SECS
+    deadline = time.monotonic() + DRIVING_SECS
     while way_m < 30.0 and time.monotonic() < deadline:
         stage.world.tick()
         time.sleep(0.001)
         way_m = car.get_location().distance(start)
-    stage.manager.set_synchronous_mode(True)
-    stage.world.tick()
+    car.set_autopilot(False, port)
+    manager.shut_down()
     return {"way_m": way_m}
 
 

@@ -25,10 +25,10 @@ def seen(site):
 
 def test_a_vehicle_drives_at_its_share_of_the_limit_or_its_own_speed(seen):
     kmh = seen["speed_differences"]
-    assert kmh["limit"] == 100.0
-    assert kmh["slower_25"] == pytest.approx(75.0, rel=0.1)
-    assert kmh["slower_50"] == pytest.approx(50.0, rel=0.1)
-    assert kmh["slower_80"] == pytest.approx(20.0, rel=0.1)
+    assert kmh["limit"] == 80.0
+    assert kmh["slower_25"] == pytest.approx(60.0, rel=0.1)
+    assert kmh["slower_50"] == pytest.approx(40.0, rel=0.1)
+    assert kmh["slower_80"] == pytest.approx(16.0, rel=0.1)
     assert kmh["desired_15"] == pytest.approx(15.0, rel=0.1)
 
 
