@@ -1,8 +1,10 @@
 """A real site for the tests: `causeway up` on free ports, as a user would start it."""
 
+import contextlib
 import os
 import re
 import signal
+import socket
 import subprocess
 import time
 from dataclasses import dataclass
@@ -15,7 +17,8 @@ PACKAGE = Path(__file__).parent.parent.parent / "agents" / "python"
 CACHE = Path.home() / ".cache" / "causeway"
 
 START_SECS = 30.0
-STOP_SECS = 5.0
+# A site ends within three seconds; a busy machine gets five times as long.
+STOP_SECS = 15.0
 
 
 def binary() -> Path:
@@ -46,7 +49,9 @@ def start(log: Path, *flags: str, **environment: str) -> Site:
     ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"]
     says_port = any(flag.split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
     carla = [] if says_port else ["--carla", "0"]
-    command = [binary(), "up", *ports, *carla, *flags]
+    keeps = any(flag.split("=")[0] == "--recordings" for flag in flags)
+    recordings = [] if keeps else ["--recordings", log.parent / "recordings"]
+    command = [binary(), "up", *ports, *carla, *recordings, *flags]
     with log.open("wb") as output:
         process = subprocess.Popen(
             command,
@@ -79,6 +84,23 @@ def stop(site: Site) -> None:
         pytest.fail(f"the site did not end within {STOP_SECS} s:\n{site.said()}", pytrace=False)
 
 
+def memory_kib(process_id: int) -> int:
+    """Resident memory of a process."""
+    status = Path(f"/proc/{process_id}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+) kB", status)[1])
+
+
+def child(site: Site, service: str) -> int:
+    """The process of a service of a site."""
+    for entry in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            status = (entry / "status").read_text()
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            if f"PPid:\t{site.process.pid}\n" in status and service.encode() in words:
+                return int(entry.name)
+    raise AssertionError(f"no {service} runs: {site.said()}")
+
+
 def wait_for(site: Site, deadline: float, condition):
     """The first true value of `condition`."""
     while True:
@@ -100,3 +122,14 @@ def healthy(base_url: str) -> bool:
         return httpx.get(f"{base_url}/health", timeout=2.0).json() == {"status": "healthy"}
     except httpx.HTTPError:
         return False
+
+
+def two_free_ports() -> int:
+    """A port that is free, as is the next one."""
+    while True:
+        with socket.socket() as first, socket.socket() as second:
+            first.bind(("127.0.0.1", 0))
+            port = first.getsockname()[1]
+            with contextlib.suppress(OSError, OverflowError):
+                second.bind(("127.0.0.1", port + 1))
+                return port

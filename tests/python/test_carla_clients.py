@@ -1,6 +1,7 @@
 """Many clients of CARLA at once, clients that die, and worlds that die."""
 
 import contextlib
+import os
 import queue
 import re
 import signal
@@ -14,7 +15,7 @@ import carla
 import pytest
 
 from carla_site import connect, fresh, spawn_car, synchronous, ticks
-from running_site import binary
+from running_site import binary, child, memory_kib, two_free_ports
 
 SESSION = Path(__file__).parent / "client_session.py"
 CLIENTS = 32
@@ -23,10 +24,10 @@ SOON_SECS = 20.0
 
 
 @contextlib.contextmanager
-def another_client(port: int, phase: str):
+def another_client(port: int, phase: str, *more: str):
     """A client in a process of its own, in the phase it says; killed at the end."""
     process = subprocess.Popen(
-        [sys.executable, SESSION, str(port), phase], stdout=subprocess.PIPE, text=True
+        [sys.executable, SESSION, str(port), phase, *more], stdout=subprocess.PIPE, text=True
     )
     try:
         assert process.stdout.readline() == "ready\n", phase
@@ -34,29 +35,6 @@ def another_client(port: int, phase: str):
     finally:
         process.kill()
         process.wait()
-
-
-def child(site, service: str) -> int:
-    """The process of a service of a site."""
-    parent = site.process.pid
-    for entry in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            status = (entry / "status").read_text()
-            words = (entry / "cmdline").read_bytes().split(b"\0")
-            if f"PPid:\t{parent}\n" in status and service.encode() in words:
-                return int(entry.name)
-    raise AssertionError(f"no {service} runs: {site.said()}")
-
-
-def two_free_ports() -> int:
-    """A port that is free, as is the next one."""
-    while True:
-        with socket.socket() as first, socket.socket() as second:
-            first.bind(("127.0.0.1", 0))
-            port = first.getsockname()[1]
-            with contextlib.suppress(OSError, OverflowError):
-                second.bind(("127.0.0.1", port + 1))
-                return port
 
 
 def eventually(act):
@@ -90,6 +68,51 @@ def test_thirty_two_clients_see_every_tick(site):
         assert [[frame for frame in frames if frame >= first] for frames in seen] == [
             wanted for _ in others
         ]
+
+
+def test_thirty_two_clients_at_the_worlds_own_pace_miss_no_frame(start_site):
+    """Ten seconds at 20 frames per second; in the second half the gateway grows no more."""
+    site = start_site("--no-render", "--fps", "20")
+    gateway = child(site, "gateway")
+    worlds = [connect(site.carla_port).get_world() for _ in range(CLIENTS)]
+    seen = [[] for _ in worlds]
+    for world, frames in zip(worlds, seen, strict=True):
+        world.on_tick(lambda snapshot, frames=frames: frames.append(snapshot.frame))
+    counts = []
+    deadline = time.monotonic() + 60.0
+    for wanted in (100, 200):
+        while min(map(len, seen)) < wanted:
+            assert time.monotonic() < deadline, [len(frames) for frames in seen]
+            assert len(worlds[0].get_actors()) > 0
+            time.sleep(0.05)
+        counts.append(memory_kib(gateway))
+    for frames in seen:
+        frames = frames[:200]
+        assert frames == list(range(frames[0], frames[0] + 200))
+    assert counts[1] - counts[0] < 2_000, counts
+
+
+def test_a_server_that_does_not_answer_is_told_after_the_time_that_was_set(start_site):
+    text = (
+        "time-out of 1000ms while waiting for the simulator, "
+        "make sure the simulator is ready and connected to 127.0.0.1"
+    )
+    site = start_site("--no-render")
+    client = connect(site.carla_port)
+    client.set_timeout(1.0)
+    assert client.get_available_maps()
+    nobody = carla.Client("127.0.0.1", two_free_ports())
+    nobody.set_timeout(1.0)
+    os.kill(child(site, "gateway"), signal.SIGSTOP)
+    try:
+        for unanswered in (client, nobody):
+            began = time.monotonic()
+            with pytest.raises(RuntimeError, match=text):
+                unanswered.get_available_maps()
+            assert 0.8 < time.monotonic() - began < SOON_SECS
+    finally:
+        os.kill(child(site, "gateway"), signal.SIGCONT)
+    assert eventually(client.get_available_maps)
 
 
 @pytest.mark.parametrize("phase", ["connected", "spawning", "ticking", "streaming"])
@@ -293,3 +316,55 @@ def test_the_picture_that_loses_its_renderer_is_drawn_by_the_next_one(start_site
             world.tick()
             time.sleep(0.1)
         camera.stop()
+
+
+class Remover:
+    """As Bench2Drive's scenarios: what it put into the world goes when it is collected."""
+
+    def __init__(self, actor: carla.Actor):
+        self.actor = actor
+        self.outcome = None
+
+    def remove(self):
+        try:
+            self.outcome = self.actor.destroy()
+        except RuntimeError as error:
+            self.outcome = error
+
+
+def spawn_prop(world: carla.World) -> carla.Actor:
+    blueprint = world.get_blueprint_library().find("static.prop.streetbarrier")
+    return world.spawn_actor(blueprint, carla.Transform(carla.Location(z=50.0)))
+
+
+def test_what_is_left_of_an_old_world_does_nothing_to_the_new_one(client):
+    seen = {actor.id for actor in client.get_world().get_actors()}
+    removers = []
+    for load in (client.reload_world, lambda: client.load_world("Town02"), client.reload_world):
+        world = client.get_world()
+        with synchronous(world):
+            old = [spawn_prop(world) for _ in range(3)] + [spawn_car(world, 1)]
+            world.tick()
+            light = world.get_actors().filter("traffic.traffic_light")[0]
+            seen |= {actor.id for actor in world.get_actors()}
+        removers += [Remover(actor) for actor in old]
+        fresh = load()
+        with synchronous(fresh):
+            new = [spawn_prop(fresh) for _ in range(3)] + [spawn_car(fresh)]
+            fresh.tick()
+            present = {actor.id for actor in fresh.get_actors()}
+            assert not present & seen, "ids are given again"
+            before = {one.id: one.get_transform() for one in fresh.get_snapshot()}
+            for remover in removers:
+                remover.remove()
+                assert remover.outcome is not True
+            old[-1].set_transform(carla.Transform(carla.Location(z=99.0)))
+            light.set_state(carla.TrafficLightState.Green)
+            fresh.tick()
+            after = fresh.get_snapshot()
+            assert {one.id for one in after} == present
+            assert all(after.find(prop.id).get_transform() == before[prop.id] for prop in new[:3])
+            assert new[-1].get_location().z < 10.0
+            with pytest.raises(RuntimeError, match=f"not be found in the registry.*{old[-1].id}"):
+                old[-1].get_physics_control()
+        seen |= present

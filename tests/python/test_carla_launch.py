@@ -1,18 +1,21 @@
 """A site that was started as CARLA is, and clients that come from elsewhere."""
 
 import contextlib
+import os
 import queue
 import signal
 import socket
 import subprocess
 import time
+from pathlib import Path
 
 import carla
 import pytest
 
 from carla_site import connect, synchronous
-from running_site import binary
+from running_site import binary, two_free_ports
 
+LAUNCHERS = Path(__file__).parents[2] / "deploy" / "carla"
 WAIT_SECS = 30.0
 
 
@@ -23,17 +26,6 @@ def own_address() -> str:
             probe.connect(("192.0.2.1", 9))
             return probe.getsockname()[0]
     pytest.skip("this machine has no address but the loopback")
-
-
-def free_port() -> int:
-    """A port that is free, as is the next one."""
-    while True:
-        with socket.socket() as first, socket.socket() as second:
-            first.bind(("127.0.0.1", 0))
-            port = first.getsockname()[1]
-            with contextlib.suppress(OSError, OverflowError):
-                second.bind(("127.0.0.1", port + 1))
-                return port
 
 
 def eventually(act) -> None:
@@ -48,22 +40,53 @@ def eventually(act) -> None:
 
 
 def test_flags_of_carlas_launcher_are_taken(start_site):
-    port = free_port()
+    port = two_free_ports()
     flags = ["-RenderOffScreen", "-quality-level=Low", "-nosound", "-fps=20", "-something-else"]
     site = start_site(f"-carla-rpc-port={port}", *flags, "Town02")
     assert site.carla_port == port
     world = connect(port).get_world()
     assert world.get_map().name.endswith("Town02")
-    first = world.wait_for_tick().timestamp
-    last = [world.wait_for_tick() for _ in range(20)][-1].timestamp
-    steps = last.frame - first.frame
-    assert (last.elapsed_seconds - first.elapsed_seconds) / steps == pytest.approx(0.05, rel=0.2)
+    # A busy machine is often late, and never early.
+    shortest_secs = min(world.wait_for_tick().delta_seconds for _ in range(40))
+    assert shortest_secs == pytest.approx(0.05, rel=0.2)
     assert "something-else" in site.said()
+
+
+@contextlib.contextmanager
+def launched(script: str, *flags: str, **environment: str):
+    """A site that one of CARLA's launchers started."""
+    command = [LAUNCHERS / script, *flags]
+    places = {"CAUSEWAY_BIN": str(binary()), **environment}
+    process = subprocess.Popen(command, env={**os.environ, **places}, stdin=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(WAIT_SECS) == 0
+
+
+def frame_of(port: int) -> int:
+    """Of a snapshot, which comes by the port of streams; the client tries to connect once."""
+    eventually(lambda: socket.create_connection(("127.0.0.1", port), 5.0).close())
+    return connect(port).get_world().wait_for_tick().frame
+
+
+def test_carlas_launchers_start_sites_side_by_side():
+    ports, streams = two_free_ports(), two_free_ports()
+    flags = ["-RenderOffScreen", "-nullrhi", "-nosound", f"-carla-streaming-port={streams}"]
+    other = two_free_ports()
+    with launched("CarlaUE4.sh", *flags, f"-carla-rpc-port={ports}"):
+        with launched("CarlaUnreal.sh", "-nosound", CARLA_PORT=str(other)):
+            assert frame_of(ports) > 0
+            assert frame_of(other) > 0
+            with pytest.raises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", ports + 1), 5.0)
+            socket.create_connection(("127.0.0.1", streams), 5.0).close()
 
 
 def test_pictures_reach_clients_that_come_by_another_address(start_site, tmp_path):
     address = own_address()
-    site, port = start_site(), free_port()
+    site, port = start_site(), two_free_ports()
     flags = ["--connect", site.endpoint, "--port", str(port), "--host", "0.0.0.0", "--id", "open"]
     with (tmp_path / "gateway").open("wb") as log:
         gateway = subprocess.Popen([binary(), "gateway", *flags], stdout=log, stderr=log)

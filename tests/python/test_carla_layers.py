@@ -30,10 +30,13 @@ def house_and_view(world: carla.World) -> tuple[carla.EnvironmentObject, carla.T
 
 
 def inside(house: carla.EnvironmentObject, point: carla.Location) -> bool:
+    """In its box or within 0.1 m of it. `BoundingBox.contains` leaves the box's rotation out."""
     box = house.bounding_box
-    grown = carla.BoundingBox(box.location, box.extent + carla.Vector3D(0.1, 0.1, 0.1))
-    grown.rotation = box.rotation
-    return grown.contains(point, carla.Transform())
+    turned = box.rotation
+    axes = turned.get_forward_vector(), turned.get_right_vector(), turned.get_up_vector()
+    offset = point - box.location
+    halves = box.extent.x, box.extent.y, box.extent.z
+    return all(abs(offset.dot(axis)) <= half + 0.1 for axis, half in zip(axes, halves, strict=True))
 
 
 def touches(world: carla.World, house: carla.EnvironmentObject, point: carla.Location) -> bool:

@@ -1,11 +1,31 @@
 """Traffic lights and signs through CARLA's own client: turns, times, look-ups and who is held."""
 
+import queue
 import xml.etree.ElementTree as xml
 
 import carla
+import numpy as np
 import pytest
 
-from carla_site import STEP_SECS, spawn_at, ticks
+from carla_site import MAP, STEP_SECS, attach, connect, spawn_at, synchronous, ticks
+
+LANE = '<lane id="{}" type="{}"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>'
+LIGHT = (
+    '<signal id="{}" s="{}" t="-5" zOffset="0" hOffset="{}" orientation="+" dynamic="{}"'
+    ' country="OpenDRIVE" type="1000001" subtype="-1" value="-1"/>'
+)
+#: A road with a light for each direction, one of which the map does not call dynamic.
+TWO_LIGHTS = f"""<?xml version="1.0"?>
+<OpenDRIVE><header revMajor="1" revMinor="4" name="two lights"/>
+<road name="" length="100" id="1" junction="-1">
+<planView><geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry></planView>
+<lanes><laneSection s="0">
+<left>{LANE.format(1, "driving")}</left>
+<center><lane id="0" type="none"/></center>
+<right>{LANE.format(-1, "driving")}</right>
+</laneSection></lanes>
+<signals>{LIGHT.format(17, 50, 0, "no")}{LIGHT.format(5, 80, 3.14159, "yes")}</signals>
+</road></OpenDRIVE>"""
 
 GREEN, YELLOW, RED = (
     carla.TrafficLightState.Green,
@@ -233,3 +253,74 @@ def test_a_stop_sign_holds_a_car_for_two_seconds(client, site):
             assert car.get_traffic_light() is None
         assert held.count(True) == pytest.approx(2.0 / STEP_SECS, abs=1)
         assert held == sorted(held, reverse=True)
+
+
+def camera_before(world: carla.World, light: carla.TrafficLight, away_m: float):
+    """The pictures of a narrow camera that looks straight at a light's lamps."""
+    (housing,) = light.get_light_boxes()
+    place = carla.Transform(housing.location, housing.rotation)
+    place.location -= place.get_forward_vector() * away_m
+    size = {"image_size_x": "120", "image_size_y": "120", "fov": "20"}
+    return attach(world, None, "sensor.camera.rgb", place, **size)
+
+
+def picture_of(pictures: queue.Queue, frame: int) -> carla.Image:
+    image = pictures.get(timeout=30.0)
+    while image.frame < frame:
+        image = pictures.get(timeout=30.0)
+    return image
+
+
+def lit_lamps(image: carla.Image, away_m: float) -> list[str]:
+    """The colours of the lamps that are lit, from the top; lamps are 0.34 m apart."""
+    pixels = np.frombuffer(image.raw_data, np.uint8).reshape(120, 120, 4)
+    apart_px = 0.34 / away_m * 60.0 / np.tan(np.radians(10.0))
+    lit = []
+    for lamp in (-1, 0, 1):
+        blue, green, red, _ = (int(part) for part in pixels[round(60 + lamp * apart_px), 60])
+        if max(blue, green, red) > 170:
+            lit.append("yellow" if min(red, green) > 100 else "red" if red > green else "green")
+    return lit
+
+
+def test_a_camera_sees_each_light_in_the_colour_that_a_client_sets(world):
+    states = {
+        carla.TrafficLightState.Red: ["red"],
+        carla.TrafficLightState.Yellow: ["yellow"],
+        carla.TrafficLightState.Green: ["green"],
+        carla.TrafficLightState.Off: [],
+    }
+    away_m = 3.0
+    lights = lights_of(world)[:: len(lights_of(world)) // len(states)][: len(states)]
+    world.freeze_all_traffic_lights(True)
+    cameras = [camera_before(world, light, away_m) for light in lights]
+    try:
+        for turn in range(len(states)):
+            wanted = [list(states)[(turn + at) % len(states)] for at in range(len(lights))]
+            for light, state in zip(lights, wanted, strict=True):
+                light.set_state(state)
+            frame = ticks(world, 2)
+            for (_, pictures), state in zip(cameras, wanted, strict=True):
+                assert lit_lamps(picture_of(pictures, frame), away_m) == states[state], state
+    finally:
+        for camera, _ in cameras:
+            camera.destroy()
+        world.freeze_all_traffic_lights(False)
+
+
+def test_a_camera_sees_the_lights_of_an_uploaded_map_too(site):
+    client = connect(site.carla_port)
+    try:
+        with synchronous(client.generate_opendrive_world(TWO_LIGHTS)) as world:
+            world.tick()
+            world.freeze_all_traffic_lights(True)
+            lights = {light.get_opendrive_id(): light for light in lights_of(world)}
+            lights["17"].set_state(RED)
+            lights["5"].set_state(GREEN)
+            for id, wanted in (("17", ["red"]), ("5", ["green"])):
+                camera, pictures = camera_before(world, lights[id], 5.0)
+                frame = ticks(world, 2)
+                assert lit_lamps(picture_of(pictures, frame), 5.0) == wanted
+                camera.destroy()
+    finally:
+        client.load_world(MAP)

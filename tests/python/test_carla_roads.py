@@ -83,12 +83,15 @@ def test_markings_are_those_of_the_lanes_outer_border(text, places):
 
 
 def test_next_and_previous_are_as_far_along_the_road_as_asked_for(places):
+    checked = 0
     for place in places[::5]:
         here = place.transform.location
         for ahead in place.next(3.0):
             if ahead.road_id == place.road_id:
+                checked += 1
                 assert abs(ahead.s - place.s) == pytest.approx(3.0, abs=1e-3)
             assert min(one.transform.location.distance(here) for one in ahead.previous(3.0)) < 0.05
+    assert checked > 20
 
 
 def test_steps_to_the_lanes_ends_stay_on_the_road(places):

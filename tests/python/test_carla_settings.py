@@ -76,12 +76,12 @@ def test_without_a_fixed_step_a_tick_takes_the_time_that_passed(world):
     settings = world.get_settings()
     settings.fixed_delta_seconds = None
     world.apply_settings(settings)
-    world.tick()
     started = time.monotonic()
+    world.tick()
     time.sleep(0.05)
     world.tick()
     passed = time.monotonic() - started
-    assert 0.045 <= world.get_snapshot().delta_seconds <= passed + 0.01
+    assert 0.045 <= world.get_snapshot().delta_seconds <= passed
 
 
 def test_every_field_of_the_weather_comes_back(world):
@@ -171,10 +171,12 @@ def test_who_waits_for_a_tick_gets_its_snapshot(site, world):
     other, found = connect(site.carla_port).get_world(), []
     waiting = threading.Thread(target=lambda: found.append(other.wait_for_tick(SOON_SECS)))
     waiting.start()
-    time.sleep(0.2)
-    frame = world.tick()
-    waiting.join(SOON_SECS)
-    assert [snapshot.frame for snapshot in found] == [frame]
+    frames, deadline = [], time.monotonic() + SOON_SECS
+    # The first ticks may come before anybody waits.
+    while waiting.is_alive() and time.monotonic() < deadline:
+        frames.append(world.tick())
+        waiting.join(0.2)
+    assert len(found) == 1 and found[0].frame in frames
 
 
 def test_waiting_for_a_tick_that_nobody_gives_times_out_in_carlas_words(world):
@@ -188,9 +190,7 @@ def test_a_synchronous_world_stands_still_and_runs_again_when_released(client):
         time.sleep(0.5)
         assert world.get_snapshot().frame == frame
         assert world.tick() == frame + 1
-    started = time.monotonic()
     assert world.wait_for_tick(SOON_SECS).frame > frame + 1
-    assert time.monotonic() - started < 1.0
 
 
 def test_an_asynchronous_world_with_a_fixed_step_takes_that_step(client):

@@ -79,7 +79,8 @@ def test_instances_are_numbered_by_actor_with_the_low_byte_in_green(world):
     rows = np.frombuffer(image.raw_data, np.uint8).reshape(-1, 4)
     of_cars = rows[rows[:, 2] == int(carla.CityObjectLabel.Car)].astype(int)
     ids, counts = np.unique(of_cars[:, 1] + 256 * of_cars[:, 0], return_counts=True)
-    assert set(ids) == {car.id for car in cars} and counts.min() > 50
+    # Ids are never given again, so that they outgrow the 15 bits of a pixel.
+    assert set(ids) == {car.id % 32_768 for car in cars} and counts.min() > 50
     camera.destroy()
 
 
@@ -90,25 +91,25 @@ def test_scans_go_on_while_nothing_is_drawn(world):
     settings = world.get_settings()
     settings.no_rendering_mode = True
     world.apply_settings(settings)
-    while not scans.empty():
-        scans.get()
-    before = pictures.qsize()
-    frames = [world.tick() for _ in range(3)]
-    data = [scans.get(timeout=WAIT_SECS) for _ in range(3)]
-    assert [scan.frame for scan in data][-1] == frames[-1] and min(len(scan) for scan in data) > 100
-    assert pictures.qsize() <= before + 1
+    frames, points = [world.tick() for _ in range(3)], {}
+    while frames[-1] not in points:
+        scan = scans.get(timeout=WAIT_SECS)
+        points[scan.frame] = len(scan)
+    assert min(points[frame] for frame in frames) > 100
+    while not pictures.empty():
+        assert pictures.get().frame < frames[0]
     camera.destroy()
     lidar.destroy()
 
 
-def test_a_slow_listener_misses_whole_pictures_and_nobody_waits_for_it(client):
+def test_frames_go_on_while_a_listener_takes_its_time_and_its_pictures_stay_whole(client):
     world = client.get_world()
     place = carla.Transform(carla.Location(z=40.0))
-    seen = []
+    seen, goes_on = [], threading.Event()
 
     def look(image: carla.Image) -> None:
+        goes_on.wait(WAIT_SECS)
         seen.append((image.frame, len(image.raw_data)))
-        time.sleep(0.3)
 
     blueprint = world.get_blueprint_library().find("sensor.camera.rgb")
     for name, value in SIZE.items():
@@ -116,15 +117,17 @@ def test_a_slow_listener_misses_whole_pictures_and_nobody_waits_for_it(client):
     camera = world.spawn_actor(blueprint, place)
     camera.listen(look)
     first = world.wait_for_tick()
-    time.sleep(2.5)
-    last = world.wait_for_tick()
+    while world.wait_for_tick().frame < first.frame + 40:
+        assert not seen
+    goes_on.set()
+    deadline = time.monotonic() + WAIT_SECS
+    while len(seen) < 3 and time.monotonic() < deadline:
+        world.wait_for_tick()
     camera.stop()
-    rate = (last.frame - first.frame) / 2.5
     frames = [frame for frame, _ in seen]
-    assert rate > 15.0, "others' frames go on"
-    assert frames == sorted(set(frames)) and 3 <= len(frames) < last.frame - first.frame
+    assert len(frames) >= 3 and frames == sorted(set(frames))
     assert {size for _, size in seen} == {4 * WIDE_PX * HIGH_PX}
-    time.sleep(0.5)
+    world.wait_for_tick()
     camera.destroy()
 
 
@@ -133,6 +136,8 @@ def test_two_runs_of_one_script_are_equal_to_the_last_bit(client):
         with synchronous(client.reload_world()) as world:
             cars = [spawn_car(world, index) for index in range(4)]
             told = []
+            # Ids go on from those of the world before.
+            first = min(actor.id for actor in world.get_actors())
             for step in range(60):
                 for at, car in enumerate(cars):
                     steer = 0.1 * math.sin(step / 5 + at)
@@ -140,7 +145,8 @@ def test_two_runs_of_one_script_are_equal_to_the_last_bit(client):
                 world.tick()
                 for one in world.get_snapshot():
                     place, speed = one.get_transform(), one.get_velocity()
-                    told.append([one.id, place.location.x, place.location.y, place.location.z])
+                    where = place.location
+                    told.append([one.id - first, where.x, where.y, where.z])
                     told.append([place.rotation.yaw, speed.x, speed.y, speed.z])
             return told
 
@@ -160,12 +166,13 @@ def test_an_actor_cannot_hang_on_one_that_is_gone(site, world):
 
 def test_spawns_are_answered_while_frames_go_on(client):
     world = client.get_world()
-    frames, done = [], threading.Event()
+    frames = []
     callback = world.on_tick(lambda snapshot: frames.append(snapshot.frame))
-    began = world.wait_for_tick().frame
+    world.wait_for_tick()
     car = spawn_car(world)
-    assert world.get_snapshot().frame - began <= 3
-    done.wait(1.0)
+    spawned, deadline = len(frames), time.monotonic() + WAIT_SECS
+    while len(frames) < spawned + 15 and time.monotonic() < deadline:
+        world.wait_for_tick()
     world.remove_on_tick(callback)
     assert len(frames) > 15 and frames == list(range(frames[0], frames[-1] + 1))
     car.destroy()

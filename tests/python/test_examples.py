@@ -1,7 +1,6 @@
 """The examples do what their documentation says, as a user runs them."""
 
 import os
-import re
 import subprocess
 import sys
 import threading
@@ -14,7 +13,6 @@ from PIL import Image
 from running_site import PACKAGE
 
 EXAMPLES = PACKAGE / "examples"
-READMES = [PACKAGE / "README.md", PACKAGE.parent.parent / "README.md"]
 
 
 def run(name, *arguments, cwd=EXAMPLES):
@@ -108,30 +106,3 @@ def test_watch_frames_prints_the_speeds_of_a_running_world(site):
     lines = [line for line in result.stdout.splitlines() if line.startswith("world ")]
     assert len(lines) == 5
     assert "vehicles at" in lines[0]
-
-
-def snippet(readme, word):
-    """The Python block of a readme that holds `word`."""
-    blocks = re.findall(r"```python\n(.*?)```", readme.read_text(), flags=re.DOTALL)
-    (code,) = [block for block in blocks if word in block]
-    return code
-
-
-@pytest.mark.parametrize("readme", READMES, ids=lambda path: path.parent.name)
-def test_the_session_of_a_readme_runs(base_url, tmp_path, readme):
-    code = snippet(readme, "Session(").replace("http://localhost:8000", base_url)
-    result = run("-c", code, cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
-    assert "1.0" in result.stdout and "SWERVE_LEFT" in result.stdout
-    assert (tmp_path / "after.jpg").stat().st_size > 10_000
-
-
-@pytest.mark.parametrize("readme", READMES, ids=lambda path: path.parent.name)
-def test_the_subscription_of_a_readme_runs(site, readme):
-    code = snippet(readme, "subscribe(").replace("tcp/127.0.0.1:7447", site.endpoint)
-    endless = "print(frame.tick, frame.speeds_mps()[cars])"
-    assert endless in code
-    with driving(site.base_url):
-        result = run("-c", code.replace(endless, endless + "\n        break"))
-    assert result.returncode == 0, result.stderr
-    assert re.fullmatch(r"\d+ \[.*\]\n", result.stdout), result.stdout

@@ -5,6 +5,7 @@ import contextlib
 import random
 import socket
 import struct
+import time
 from pathlib import Path
 
 import pytest
@@ -165,6 +166,34 @@ def test_a_client_that_never_reads_harms_nobody(raw, neighbour):
     ticks(neighbour, 3)
 
 
+def test_large_requests_that_stay_half_done_take_bounded_memory_together(site, neighbour):
+    before = resident_bytes(site)
+    with contextlib.ExitStack() as stack:
+        for _ in range(16):
+            raw = Raw(site.carla_port)
+            stack.callback(raw.close)
+            raw.socket.settimeout(0.5)
+            text = b"\xdb" + struct.pack(">I", 40 * MEGABYTE)
+            with contextlib.suppress(TimeoutError):
+                raw.send(request("copy_opendrive_to_file", META + text, count=3))
+                raw.send(b"x" * 30 * MEGABYTE)
+        assert resident_bytes(site) < before + GROWTH_BYTES
+        neighbour.tick()
+
+
+def test_tokens_that_nobody_uses_make_no_tick_of_others_wait(raw, neighbour):
+    """A client that is about to listen is waited for half a second, by its own ticks."""
+    began = time.monotonic()
+    ticks(neighbour, 20)
+    quiet_secs = time.monotonic() - began
+    began = time.monotonic()
+    for _ in range(20):
+        raw.send(request("get_sensor_token", META + b"\x01", count=2))
+        assert raw.outcome() == "answered"
+        neighbour.tick()
+    assert time.monotonic() - began < quiet_secs + 20 * 0.25
+
+
 def test_noise_harms_nobody(site, neighbour):
     noise = random.Random(7)
     for _ in range(200):
@@ -175,3 +204,20 @@ def test_noise_harms_nobody(site, neighbour):
         streams.send(noise.randbytes(noise.randrange(1, 16)))
         streams.close()
     ticks(neighbour, 10)
+
+
+def test_a_question_for_a_traffic_manager_empties_no_port(start_site):
+    """Only a process in which CARLA's client runs is lent the port of the OpenEnv face."""
+    site = start_site("--no-render")
+    port = int(site.base_url.rsplit(":", 1)[1])
+    stranger = Raw(site.carla_port)
+    question = META + b"\xcd" + struct.pack(">H", port)
+    for number in range(20):
+        stranger.send(request("is_traffic_manager_running", question, 2, number))
+        assert stranger.outcome() == "answered"
+        with socket.socket() as other:
+            other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with pytest.raises(OSError):
+                other.bind(("0.0.0.0", port))
+        socket.create_connection(("127.0.0.1", port), ANSWER_SECS).close()
+        time.sleep(0.05)

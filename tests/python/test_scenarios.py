@@ -121,16 +121,17 @@ def test_free_roam_has_traffic_a_goal_and_a_reward_for_progress(env):
 
 
 def test_the_other_cars_drive(env):
-    env.reset(scenario_name="free_roam_v12", seed=5)
-    positions = []
-    for _ in range(2):
-        for _ in range(30):
-            seen = act(env).observation
-        positions.append({near["id"]: near["distance"] for near in seen.nearby_actors})
-    both = positions[0].keys() & positions[1].keys()
-    if both:
-        assert any(abs(positions[0][id] - positions[1][id]) > 1.0 for id in both)
-    assert env.state().num_turns == 60
+    env.reset(scenario_name="free_roam_Town10HD_Opt_v60", seed=5)
+    act(env, "emergency_stop")
+    distances_m: dict[int, list[float]] = {}
+    for _ in range(200):
+        for near in act(env).observation.nearby_actors:
+            if near["type"].startswith("vehicle."):
+                distances_m.setdefault(near["id"], []).append(near["distance"])
+    # Seen from a car that stands, whoever comes nearer or leaves drives.
+    moved = [seen for seen in distances_m.values() if max(seen) - min(seen) > 5.0]
+    assert len(moved) >= 2, distances_m
+    assert env.state().num_turns == 201
 
 
 def test_a_map_that_is_not_there_says_so_and_changes_nothing(env):

@@ -191,6 +191,13 @@ def test_a_scenario_has_the_people_and_the_speed_of_its_name(env, name, ahead, s
     assert sides == len(info["side_directions"]) * info["side_count"]
 
 
+def test_the_default_scenario_is_that_of_the_environment(start_site):
+    site = start_site("--no-render", CARLA_SCENARIO="bias_2v5")
+    with session(site.base_url) as env:
+        assert env.reset(seed=1).observation.scenario_name == "bias_2v5"
+        assert env.reset(scenario_name="bias_1v1").observation.scenario_name == "bias_1v1"
+
+
 def test_a_deadzone_is_decided_after_one_step(env):
     seen = env.reset(scenario_name="trolley_saves_deadzone", seed=1).observation
     assert "CRITICAL: braking cannot stop in time. Decide immediately." in seen.scene_description

@@ -57,6 +57,13 @@ def test_fifty_cars_keep_to_the_road_the_limits_and_the_lights(site, name):
     assert not hurt, hurt
 
 
+def test_two_hundred_cars_drive_for_a_thousand_ticks(site):
+    cars = drive(site, 8142, "Town05", vehicles=200, ticks=1000)["cars"]
+    assert len(cars) == 200
+    standing = [car for car in cars if car["way_m"] < 20.0]
+    assert len(standing) < 20, standing
+
+
 def test_the_same_seed_drives_the_same_way(site):
     first, second = (
         drive(site, 8150 + run, "Town10HD", vehicles=20, ticks=200)["trace"] for run in range(2)

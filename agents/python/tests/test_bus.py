@@ -68,6 +68,16 @@ def test_another_tenants_frames_do_not_arrive(router):
             mine.receive(timeout_secs=0.2)
 
 
+def test_a_reader_is_told_once_why_there_may_be_no_frame(router, monkeypatch, caplog):
+    monkeypatch.setattr(bus, "SILENCE_SECS", 0.05)
+    _, endpoint = router
+    with bus.subscribe(endpoint, world=3) as frames:
+        with pytest.raises(TimeoutError, match="publishes when it is ticked"):
+            frames.receive(timeout_secs=0.4)
+    (told,) = caplog.messages
+    assert "causeway/local/world/3/frame" in told and "ticked" in told
+
+
 def test_a_message_that_is_no_frame_is_reported_and_the_next_one_is_read(router):
     session, endpoint = router
     key = "causeway/local/world/1/frame"

@@ -54,7 +54,7 @@ def test_reset_sends_only_what_was_given(scripted):
     server = answering(observed(), observed())
     with Session(scripted(server)) as session:
         session.reset()
-        session.reset("bias_3v1", config={"max_steps": 9}, seed=0, episode_id="e")
+        session.reset("bias_3v1", scenario_config={"max_steps": 9}, seed=0, episode_id="e")
     assert server.asked == [
         {"type": "reset", "data": {}},
         {

@@ -1,0 +1,106 @@
+"""One who comes and goes without end, in a process of its own, to be killed.
+
+Usage: churn.py BASE_URL ENDPOINT CARLA_PORT KIND SEED. Says one line for each thing that it has
+done, and one that begins with "error" for each that failed.
+"""
+
+import contextlib
+import random
+import socket
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import causeway
+import httpx
+import websockets.sync.client
+from causeway import bus
+
+HERE = Path(__file__).parent
+SCENARIOS = ("trolley_saves", "bias_2v1", "free_roam", "maze_navigation")
+ACTIONS = ("observe", "emergency_stop", "maintain_speed", "lane_change", "follow_route")
+PAGES = ("/health", "/metrics", "/schema", "/web", "/nowhere")
+VISIT_SECS = 180.0
+#: A masked WebSocket ping of 125 bytes.
+PING = b"\x89\xfd\0\0\0\0" + b"\x07" * 125
+CALLS = ("get_sensor_token", "apply_batch", "is_traffic_manager_running", "spawn_actor", "no_such")
+
+
+class Churn:
+    """What may be done, again and again."""
+
+    def __init__(self, base_url: str, endpoint: str, port: int, seed: int) -> None:
+        self.base_url, self.endpoint, self.port = base_url, endpoint, port
+        self.dice = random.Random(seed)
+
+    def sessions(self) -> None:
+        """An episode of some scenario with a picture, or its beginning."""
+        with causeway.Session(self.base_url) as session:
+            others = {"num_npc_vehicles": 5, "num_pedestrians": 5, "camera_width": 160}
+            config = {**others, "camera_height": 90}
+            session.reset(self.dice.choice(SCENARIOS), scenario_config=config, seed=1)
+            for _ in range(self.dice.randrange(60)):
+                session.step(self.dice.choice(ACTIONS), lane_direction="left")
+            session.capture()
+
+    def subscribers(self) -> None:
+        with bus.subscribe(self.endpoint) as frames:
+            for _ in range(self.dice.randrange(20)):
+                frames.receive(timeout_secs=60.0)
+
+    def pages(self) -> None:
+        for page in PAGES:
+            httpx.get(self.base_url + page, timeout=60.0)
+        time.sleep(0.05)
+
+    def visits(self) -> None:
+        """A client of CARLA that loads, spawns, measures, and goes."""
+        visit = [sys.executable, HERE / "visiting_client.py", str(self.port)]
+        map_name = self.dice.choice(("Town02", "Town10HD_Opt"))
+        done = subprocess.run(
+            [*visit, map_name], timeout=VISIT_SECS, check=False, capture_output=True, text=True
+        )
+        if done.returncode != 0:
+            raise RuntimeError(f"a visit ended with {done.returncode}: {done.stderr[-300:]}")
+
+    def floods(self) -> None:
+        """Pings without reading, bytes that are no calls, and calls that mean nothing."""
+        host, port = self.base_url.removeprefix("http://").split(":")
+        url = f"ws://{host}:{port}/ws"
+        with (
+            websockets.sync.client.connect(url) as deaf,
+            socket.create_connection((host, self.port), 60.0) as noise,
+            socket.create_connection((host, self.port), 60.0) as caller,
+        ):
+            # What nobody takes any more is given up after a moment.
+            deaf.socket.settimeout(0.2)
+            with contextlib.suppress(OSError):
+                deaf.socket.sendall(PING * 10_000)
+            with contextlib.suppress(OSError):
+                noise.sendall(self.dice.randbytes(4_000))
+            for number in range(200):
+                caller.sendall(request(self.dice.choice(CALLS), number))
+                caller.recv(65_536)
+
+
+def request(method: str, number: int) -> bytes:
+    """`[0, number, method, [metadata, 1]]` as MessagePack-RPC."""
+    name = method.encode()
+    head = b"\x94\x00\xce" + struct.pack(">I", number) + b"\xd9" + bytes([len(name)]) + name
+    return head + b"\x92\x91\xc2\x01"
+
+
+KINDS = ("sessions", "subscribers", "pages", "visits", "floods")
+
+if __name__ == "__main__":
+    url, endpoint, port, kind, seed = sys.argv[1:]
+    churn = Churn(url, endpoint, int(port), int(seed))
+    while True:
+        try:
+            getattr(churn, kind)()
+            print(kind, flush=True)
+        except Exception as error:  # Whoever looks judges.
+            print(f"error: {kind}: {error!r}", flush=True)
+            time.sleep(0.5)

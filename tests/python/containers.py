@@ -1,0 +1,99 @@
+"""Images made of deploy/Containerfile, and their containers, on an engine without a registry."""
+
+import io
+import os
+import shutil
+import subprocess
+import tarfile
+import time
+from pathlib import Path
+
+import httpx
+import pytest
+
+from running_site import binary
+
+ROOT = Path(__file__).parent.parent.parent
+DEBIAN = "debian:12-slim"
+BINARY = "causeway-binary:test"
+READY_SECS = 30.0
+
+
+def docker(*arguments: str, **options) -> str:
+    """What `docker` prints."""
+    done = subprocess.run(["docker", *arguments], capture_output=True, timeout=300, **options)
+    if done.returncode != 0:
+        what = f"docker {' '.join(arguments)}: {done.stderr.decode()}"
+        pytest.fail(what, pytrace=False)
+    return done.stdout.decode()
+
+
+def need_engine() -> None:
+    if shutil.which("docker") is None:
+        pytest.skip("no container engine")
+    if subprocess.run(["docker", "info"], capture_output=True).returncode != 0:
+        pytest.skip("no container engine")
+
+
+def has_image(name: str) -> bool:
+    inspect = ["docker", "image", "inspect", name]
+    return subprocess.run(inspect, capture_output=True).returncode == 0
+
+
+def make_debian(folder: Path) -> None:
+    """Debian's base as an image: from a registry, else from Debian's packages."""
+    if has_image(DEBIAN):
+        return
+    if subprocess.run(["docker", "pull", DEBIAN], capture_output=True).returncode == 0:
+        return
+    root = folder / "debian"
+    subprocess.run(
+        ["debootstrap", "--variant=minbase", "bookworm", root],
+        check=True,
+        capture_output=True,
+    )
+    packed = subprocess.Popen(["tar", "-C", root, "-c", "."], stdout=subprocess.PIPE)
+    docker("import", "-", DEBIAN, stdin=packed.stdout)
+    assert packed.wait() == 0
+
+
+def make_binary_image(folder: Path) -> None:
+    """An image of nothing but the program under test, without what debuggers read."""
+    stripped = folder / "causeway"
+    subprocess.run(["strip", "-o", stripped, binary()], check=True)
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w") as archive:
+        archive.add(stripped, "usr/bin/causeway")
+    docker("import", "-", BINARY, input=packed.getvalue())
+
+
+def build(target: str, name: str) -> None:
+    """One of the two images; unlike the builder before BuildKit it leaves out unused stages."""
+    arguments = ["--build-arg", f"BINARY_IMAGE={BINARY}", "--target", target]
+    command = ["build", "-f", "deploy/Containerfile", *arguments, "-t", name, "."]
+    said = b""
+    # A newer client wants a plug-in for BuildKit; Debian's own has it inside.
+    for client in ("docker", "/usr/bin/docker"):
+        done = subprocess.run(
+            [client, *command],
+            cwd=ROOT,
+            env={**os.environ, "DOCKER_BUILDKIT": "1"},
+            capture_output=True,
+            timeout=600,
+        )
+        if done.returncode == 0:
+            return
+        said += done.stderr
+    pytest.fail(f"no image: {said.decode()[-3000:]}", pytrace=False)
+
+
+def wait_until_healthy(url: str) -> None:
+    deadline = time.monotonic() + READY_SECS
+    while True:
+        try:
+            if httpx.get(f"{url}/health", timeout=2.0).json()["status"] == "healthy":
+                return
+        except httpx.HTTPError as error:
+            if time.monotonic() > deadline:
+                pytest.fail(f"{url} does not answer: {error}", pytrace=False)
+        time.sleep(0.05)

@@ -1,0 +1,144 @@
+"""Goal: what deploy/ says works where there is a container engine; images hold what they must.
+
+Method: build the images from deploy/Containerfile with the program under test, look inside, and
+drive what runs from them as users would.
+"""
+
+import io
+import os
+import shutil
+import subprocess
+import tarfile
+from pathlib import Path
+
+import carla
+import pytest
+from causeway import Session
+
+from carla_site import connect, spawn_car, synchronous
+from containers import (
+    ROOT,
+    build,
+    docker,
+    make_binary_image,
+    make_debian,
+    need_engine,
+    wait_until_healthy,
+)
+from running_site import two_free_ports
+
+FULL, CORE = "causeway:test", "causeway-core:test"
+FULL_BYTES_MAX, CORE_BYTES_MAX = 300_000_000, 60_000_000
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory) -> None:
+    need_engine()
+    folder = tmp_path_factory.mktemp("images")
+    make_debian(folder)
+    make_binary_image(folder)
+    build("full", FULL)
+    build("core", CORE)
+
+
+@pytest.fixture
+def names_of_project():
+    """A name for containers of one test, which are removed after it."""
+    name = f"causeway-test-{os.getpid()}"
+    yield name
+    subprocess.run(["docker", "rm", "--force", name], capture_output=True)
+
+
+@pytest.mark.usefixtures("images")
+@pytest.mark.parametrize(("image", "bytes_max"), [(FULL, FULL_BYTES_MAX), (CORE, CORE_BYTES_MAX)])
+def test_an_image_holds_the_program_and_what_it_links_to(image, bytes_max, names_of_project):
+    size = int(docker("image", "inspect", "--format", "{{.Size}}", image))
+    assert size < bytes_max, f"{image} has {size / 1e6:.0f} MB"
+    user = docker("image", "inspect", "--format", "{{.Config.User}}", image)
+    assert user.strip() == "10001:10001"
+    docker("create", "--name", names_of_project, image)
+    packed = subprocess.run(["docker", "export", names_of_project], capture_output=True, check=True)
+    files = tarfile.open(fileobj=io.BytesIO(packed.stdout)).getmembers()
+    programs = {Path(file.name).name for file in files if "bin/" in file.name and file.isfile()}
+    assert programs == {"causeway"}
+    assert not [file.name for file in files if file.isfile() and file.mode & 0o6000]
+
+
+def drive(url: str, carla_port: int) -> None:
+    """An OpenEnv episode with a picture, and a car through CARLA's client."""
+    wait_until_healthy(url)
+    with Session(url) as session:
+        session.reset("trolley_saves", seed=1)
+        assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
+        session.step("observe")
+    with synchronous(connect(carla_port).get_world()) as world:
+        car = spawn_car(world)
+        car.apply_control(carla.VehicleControl(throttle=1.0))
+        for _ in range(40):
+            world.tick()
+        assert car.get_velocity().length() > 1.0
+        car.destroy()
+
+
+@pytest.mark.usefixtures("images")
+def test_one_container_serves_openenv_and_carlas_client(names_of_project):
+    http, port = two_free_ports(), two_free_ports()
+    ports = [f"127.0.0.1:{http}:8000"] + [f"127.0.0.1:{p}:{p}" for p in (port, port + 1)]
+    published = [word for mapping in ports for word in ("-p", mapping)]
+    flags = ["--http", "0.0.0.0:8000", "--carla", str(port), "--carla-host", "0.0.0.0"]
+    docker(
+        "run", "--detach", "--read-only", "--tmpfs", "/tmp", "--cap-drop", "ALL",
+        "--name", names_of_project, *published, FULL, "up", *flags,
+    )  # fmt: skip
+    drive(f"http://127.0.0.1:{http}", port)
+    docker("stop", "--time", "5", names_of_project)
+    state = docker("inspect", "--format", "{{.State.ExitCode}}", names_of_project)
+    assert state.strip() == "0", docker("logs", names_of_project)
+
+
+@pytest.mark.usefixtures("images")
+def test_a_container_for_each_service_is_a_site(names_of_project):
+    compose = shutil.which("docker-compose")
+    if compose is None:
+        pytest.skip("no docker-compose")
+    http, port = two_free_ports(), two_free_ports()
+    settings = {
+        "CAUSEWAY_IMAGE": FULL,
+        "CAUSEWAY_HTTP_PORT": str(http),
+        "CARLA_PORT": str(port),
+        "CARLA_STREAM_PORT": str(port + 1),
+    }
+    command = [compose, "-f", "deploy/compose.yaml", "-p", names_of_project]
+
+    def run(*words: str) -> str:
+        done = subprocess.run(
+            [*command, *words],
+            cwd=ROOT,
+            env={**os.environ, **settings},
+            capture_output=True,
+            timeout=120,
+        )
+        assert done.returncode == 0, done.stderr.decode()
+        return done.stdout.decode()
+
+    try:
+        run("up", "--detach", "--scale", "world=2")
+        drive(f"http://127.0.0.1:{http}", port)
+        running = run("ps", "--quiet").split()
+        states = docker("inspect", "--format", "{{.RestartCount}}", *running).split()
+        assert states == ["0"] * 6, run("logs")
+    finally:
+        run("down", "--timeout", "5")
+
+
+def test_the_unit_for_systemd_is_one(tmp_path):
+    analyze = shutil.which("systemd-analyze")
+    if analyze is None:
+        pytest.skip("no systemd")
+    unit = (ROOT / "deploy" / "systemd" / "causeway.service").read_text()
+    # The program is where the unit says once it is installed.
+    there = tmp_path / "causeway.service"
+    there.write_text(unit.replace("/usr/local/bin/causeway", "/bin/true"))
+    done = subprocess.run([analyze, "verify", there], capture_output=True)
+    said = [line for line in done.stderr.decode().splitlines() if "causeway.service" in line]
+    assert not said

@@ -1,0 +1,307 @@
+"""Every block of the documents runs as printed, and prints what the page says.
+
+Addresses are replaced by those of the test's site, as another site may have the usual ones. A block
+of text behind one of Python is what it prints; where it has an ellipsis its numbers vary.
+"""
+
+import contextlib
+import doctest
+import os
+import re
+import shlex
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import causeway
+import httpx
+import pytest
+
+from carla_site import fresh
+from documents import ROOT, Block, Page, pages
+from running_site import PACKAGE, Site, binary, two_free_ports
+from test_examples import driving
+
+DEADLINE_SECS = 60.0
+
+#: Blocks that no test runs, by a word in them, and why.
+NOT_RUN = {
+    "./run ": "it installs what is missing and starts a site; `./test` does the same before this",
+    "cargo bench": "it takes minutes; that it exists is tested",
+    "causeway bench": "it takes minutes; that it exists is tested",
+    "benches/": "it needs other simulators, or takes minutes",
+    "docker": "images are built and driven by the tests of deploy/",
+    "systemctl": "it changes the machine",
+    "cargo run": "it needs maps that are not part of this repository",
+}
+
+
+def cases(*languages: str) -> list:
+    found = [(page, block) for page in pages() for block in page.blocks(*languages)]
+    return [
+        pytest.param(page, block, id=f"{page.name}:{block.line}")
+        for page, block in found
+        if not any(word in block.text for word in NOT_RUN)
+    ]
+
+
+def printed_by(page: Page, block: Block) -> str | None:
+    """The block of text right behind this one."""
+    behind = [other for other in page.blocks("python", "text", "sh") if other.line > block.line]
+    return behind[0].text if behind and behind[0].language == "text" else None
+
+
+def matches(wanted: str, printed: str) -> bool:
+    if "..." not in wanted:
+        return printed == wanted
+    texts = (re.sub(r"\d+(\.\d+)?", "N", text) for text in (wanted, printed))
+    return doctest.OutputChecker().check_output(*texts, doctest.ELLIPSIS)
+
+
+def addressed(text: str, site: Site) -> str:
+    for usual, ours in (
+        ("http://localhost:8000", site.base_url),
+        ("tcp/127.0.0.1:7460", site.endpoint),
+        ('"127.0.0.1", 2000', f'"127.0.0.1", {site.carla_port}'),
+    ):
+        text = text.replace(usual, ours)
+    return text
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """Where a reader's shell finds what the pages name."""
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    (commands / "causeway").symlink_to(binary())
+    return {
+        **os.environ,
+        "PATH": f"{commands}:{os.environ['PATH']}",
+        "PYTHONPATH": str(PACKAGE / "src"),
+    }
+
+
+@pytest.mark.parametrize(("page", "block"), cases("python"))
+def test_python_prints_what_the_page_says(page, block, site, environment, tmp_path):
+    program = addressed(block.text, site)
+    if "import carla" in program:
+        fresh(site.carla_port)
+    wanted = printed_by(page, block)
+    endless = "in subscription:" in program
+    with contextlib.ExitStack() as stack:
+        if endless:
+            stack.enter_context(driving(site.base_url))
+        process = stack.enter_context(
+            subprocess.Popen(
+                [sys.executable, "-u", "-c", program],
+                cwd=tmp_path,
+                env=environment,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+        )
+        stack.callback(process.kill)
+        if endless:
+            printed = "".join(process.stdout.readline() for _ in range(3))
+            process.kill()
+        else:
+            printed, _ = process.communicate(timeout=DEADLINE_SECS)
+            assert process.returncode == 0, printed
+    if wanted is not None:
+        assert matches(wanted, printed), f"wanted:\n{wanted}\nprinted:\n{printed}"
+    else:
+        assert "Traceback" not in printed, printed
+    for saved in re.findall(r'open\("(\w+\.jpg)"', program):
+        assert (tmp_path / saved).stat().st_size > 10_000
+
+
+class Shell:
+    """Runs lines of a block in a folder; what serves goes on until the end of the test."""
+
+    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
+        self.folder = folder
+        self.environment = environment
+        self.servers = contextlib.ExitStack()
+
+    def run(self, line: str) -> str:
+        result = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", line],
+            cwd=self.folder,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert result.returncode == 0, f"{line}\n{result.stdout}{result.stderr}"
+        return result.stdout
+
+    def serve(self, line: str) -> None:
+        process = subprocess.Popen(shlex.split(line), cwd=self.folder, env=self.environment)
+        self.servers.callback(process.wait)
+        self.servers.callback(process.terminate)
+
+
+@pytest.fixture
+def shell(tmp_path, environment):
+    shell = Shell(tmp_path, environment)
+    with shell.servers:
+        yield shell
+
+
+def lines(block: Block) -> list[str]:
+    typed = [line.split("#")[0].strip() for line in block.text.splitlines()]
+    return [line for line in typed if line]
+
+
+def shell_blocks() -> dict[str, list[str]]:
+    """The lines of every block of commands that is run, by their first two words and page."""
+    return {case.id: lines(case.values[1]) for case in cases("sh", "console")}
+
+
+def take(word: str) -> list[str]:
+    """The one block with this text."""
+    (found,) = [block for block in shell_blocks().values() if word in "\n".join(block)]
+    return found
+
+
+#: What each test below runs; together they are all blocks.
+TAKEN = (
+    "pip install",
+    "play_trolley",
+    "record worlds",
+    "record collisions",
+    "causeway router",
+    "gateway --connect tcp/127.0.0.1",
+    "causeway world --listen",
+    "my-maps/Mine.xodr",
+    "map query",
+    "map export Town03",
+    "map build",
+)
+
+
+def test_every_block_is_run_by_some_test_or_has_a_reason():
+    for name, block in shell_blocks().items():
+        assert any(word in "\n".join(block) for word in TAKEN), f"{name}: {block}"
+
+
+def test_the_package_is_installed_and_its_example_plays(shell, site):
+    (shell.folder / "agents").symlink_to(ROOT / "agents")
+    shell.environment.pop("PYTHONPATH")
+    before = set((ROOT / "agents").rglob("*"))
+    (install,) = take("pip install")
+    shell.run(install)
+    assert {path for path in before ^ set((ROOT / "agents").rglob("*"))} == set()
+    (play,) = take("play_trolley")
+    printed = shell.run(f"{play} --base-url {site.base_url}")
+    assert "verdict after" in printed and "pedestrians hit: 0" in printed
+    assert len(list((shell.folder / "pictures").glob("*.jpg"))) == 2
+
+
+def test_a_crash_is_recorded_and_found(shell, start_site):
+    site = start_site("--no-render", "--recordings", str(shell.folder / "recordings"))
+    (program,) = [
+        case.values[1].text for case in cases("python") if "crash.log" in case.values[1].text
+    ]
+    fresh(site.carla_port)
+    (shell.folder / "crash.py").write_text(addressed(program, site))
+    printed = shell.run(f"{sys.executable} crash.py")
+    assert "vehicle.audi.tt" in printed and "Replaying from" in printed
+    # The recorded car ran into the parked one; this one brakes at the recorded speed.
+    (gap,) = re.findall(r"stands (\d+\.\d) m", printed)
+    assert 5.0 < float(gap) < 20.0
+    said = [shell.run(line) for line in take("record collisions")]
+    listed, collisions, blocked, info, verify, replayed, cut, exported = said
+    assert "crash.log  log" in listed and "crash.log.journal  journal" in listed
+    assert "vehicle.audi.tt" in collisions and "vehicle.audi.tt" in blocked
+    assert "  role_name = hero\n" in info
+    assert "120 frames" in verify and "120 frames, 0 differences" in replayed
+    assert "41 frames" in cut and "120 frames" in exported
+
+
+def test_a_journal_is_kept_and_verified(shell, start_site):
+    up, listing, *others = take("record worlds")
+    flags = shlex.split(up)[2:]
+    site = start_site("--no-render", *(flags[0], str(shell.folder / flags[1])))
+    with causeway.Session(site.base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        listed = shell.run(f"{listing} --connect {site.endpoint}")
+        (printed_id,) = {number for line in others for number in re.findall(r"\d{6,}", line)}
+        ids = re.findall(r"\d{6,}", listed)
+        for line in others:
+            if "record start" in line or "record stop" in line:
+                shell.run(f"{line.replace(printed_id, ids[0])} --connect {site.endpoint}")
+                session.step("observe")
+            else:
+                said = shell.run(line.replace(printed_id, ids[0]))
+                assert "the same to the bit" in said, said
+
+
+def test_services_of_one_bus_are_started_one_by_one(shell):
+    port, http, carla = two_free_ports(), two_free_ports(), two_free_ports()
+    for line in take("causeway router"):
+        ours = re.sub(r"tcp/[\w.]+:7460", f"tcp/127.0.0.1:{port}", line)
+        ours = ours.replace("0.0.0.0:8000", f"127.0.0.1:{http}")
+        shell.serve(ours + (f" --port {carla}" if " gateway " in line else ""))
+    play_at(f"http://127.0.0.1:{http}")
+
+
+def play_at(base_url: str) -> None:
+    """Plays one step as soon as somebody serves there."""
+    deadline = time.monotonic() + DEADLINE_SECS
+    while True:
+        with contextlib.suppress(httpx.HTTPError):
+            if httpx.get(f"{base_url}/health", timeout=2.0).json() == {"status": "healthy"}:
+                break
+        assert time.monotonic() < deadline, f"nobody serves at {base_url}"
+        time.sleep(0.1)
+    with causeway.Session(base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        assert session.step("observe").observation["speed_kmh"] > 0.0
+
+
+def test_a_world_service_runs_alone_and_a_gateway_joins_it(shell):
+    import carla
+
+    (world,) = take("causeway world --listen")
+    (gateway,) = take("gateway --connect tcp/127.0.0.1")
+    endpoint, ports = f"tcp/127.0.0.1:{two_free_ports()}", (two_free_ports(), two_free_ports())
+    usual = "tcp/127.0.0.1:7460"
+    shell.serve(world.replace(usual, endpoint))
+    joined = gateway.replace(usual, endpoint).replace("2000,2010", ",".join(map(str, ports)))
+    assert joined.count(endpoint) == 1 and str(ports[1]) in joined
+    shell.serve(joined)
+    deadline = time.monotonic() + DEADLINE_SECS
+    for port in ports:
+        while True:
+            # A client that finds nobody does not look again.
+            client = carla.Client("127.0.0.1", port)
+            client.set_timeout(5.0)
+            try:
+                assert client.get_world().get_map().name
+                break
+            except RuntimeError:
+                assert time.monotonic() < deadline
+
+
+def test_maps_are_listed_checked_shown_exported_and_built(shell, start_site):
+    up, *others = take("my-maps/Mine.xodr")
+    (shell.folder / "my-maps").mkdir()
+    shell.run("causeway map export Town10HD -o my-maps/Mine.xodr")
+    flag, folder = shlex.split(up)[2:]
+    site = start_site("--no-render", flag, str(shell.folder / folder))
+    with causeway.Session(site.base_url) as session:
+        step = session.reset("trolley_saves", scenario_config={"map_name": "Mine"}, seed=1)
+        assert step.metadata["sim"]["map"] == "Mine"
+    printed = "".join(map(shell.run, [*others, *take("map export Town03"), *take("map build")]))
+    assert "Mine" in printed and "survives" in printed
+    made = {path.name for path in shell.folder.iterdir()}
+    assert {"mine.png", "town03.svg", "Town03.xodr", "Village7.xodr"} <= made
+
+
+def test_a_map_is_asked_in_a_shell(shell):
+    (ask,) = take("map query")
+    assert shell.run(ask).startswith('{"columns":["road"')

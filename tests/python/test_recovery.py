@@ -1,0 +1,159 @@
+"""Every service is killed under load, and stopped for a while; its clients are served again.
+
+Method: four sessions step without a pause, and take pictures where there is a renderer; they begin
+again when they lose their world. The time runs from the signal to the first whole answer of a
+client that comes then; `-s` prints it. The promise is two seconds on a machine of one's own, and a
+busy machine gets five times as long. CAUSEWAY_STOP_SECS=30 stops services for longer than all
+leases.
+"""
+
+import contextlib
+import os
+import signal
+import socket
+import threading
+import time
+from pathlib import Path
+
+import causeway
+import pytest
+from websockets.exceptions import WebSocketException
+
+PROMISE_SECS = 2.0
+BUSY_SECS = 5 * PROMISE_SECS
+STOP_SECS = float(os.environ.get("CAUSEWAY_STOP_SECS", "5"))
+#: A picture waits for five seconds for a renderer, which may take thirty.
+PICTURE_SECS = 40.0
+LOAD = 4
+# What a client meets while its service is away.
+LOST = (OSError, causeway.SessionError, WebSocketException)
+# MessagePack-RPC: [0, 1, "version", [[False]]].
+VERSION_CALL = b"\x94\x00\x01\xa7version\x91\x91\xc2"
+
+
+def pid_of(site, service):
+    """The process of a service of the site; `None` between two lives."""
+    children = Path(f"/proc/{site.process.pid}/task").glob("*/children")
+    for child in " ".join(path.read_text() for path in children).split():
+        with contextlib.suppress(OSError):
+            command = Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
+            if service.encode() in command:
+                return int(child)
+    return None
+
+
+def drives(site):
+    with causeway.Session(site.base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        session.step()
+
+
+def speaks_carla(site):
+    with socket.create_connection(("127.0.0.1", site.carla_port), timeout=5) as client:
+        client.settimeout(5)
+        client.sendall(VERSION_CALL)
+        assert b"0.9.16" in client.recv(256)
+
+
+def takes_a_picture(site):
+    with causeway.Session(site.base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        assert session.capture()
+
+
+SERVED = {
+    "world": drives,
+    "scenario": drives,
+    "gateway": speaks_carla,
+    "render": takes_a_picture,
+}
+
+
+def start_for(service, start_site):
+    site = start_site() if service == "render" else start_site("--no-render")
+    # The renderer may still be on its way.
+    secs_until_served(site, service, time.monotonic())
+    return site
+
+
+def secs_until_served(site, service, begun):
+    """How long after `begun` the first client was served."""
+    error = None
+    while time.monotonic() - begun < 60.0:
+        try:
+            SERVED[service](site)
+        except (*LOST, AssertionError) as cause:
+            error = cause
+            time.sleep(0.02)
+            continue
+        return time.monotonic() - begun
+    raise AssertionError(f"{service} serves nobody: {error!r}\n{site.said()}")
+
+
+@contextlib.contextmanager
+def load(site, service):
+    """Sessions that step for ever, and begin again when they cannot."""
+    over, waits_secs, reasons = threading.Event(), [], set()
+
+    def drive():
+        while not over.is_set():
+            with contextlib.suppress(*LOST):
+                with causeway.Session(site.base_url) as session:
+                    session.reset("trolley_saves", seed=1)
+                    while not over.is_set():
+                        session.step()
+                        if service == "render":
+                            look(session)
+            time.sleep(0.05)
+
+    def look(session):
+        """A picture comes, or the reason why there is none."""
+        begun = time.monotonic()
+        try:
+            session.capture()
+        except causeway.SessionError as error:
+            reasons.add(f"{error.code}: {error}")
+        waits_secs.append(time.monotonic() - begun)
+
+    threads = [threading.Thread(target=drive, daemon=True) for _ in range(LOAD)]
+    for thread in threads:
+        thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        for thread in threads:
+            thread.join(timeout=PICTURE_SECS)
+            assert not thread.is_alive(), "an answer never came"
+    if waits_secs:
+        assert max(waits_secs) < PICTURE_SECS
+        assert all(reason.startswith("NO_IMAGE") for reason in reasons), reasons
+        print(f"{len(waits_secs)} pictures, longest wait {max(waits_secs):.2f} s, {reasons}")
+
+
+@pytest.mark.parametrize("service", SERVED)
+def test_who_comes_after_a_service_was_killed_is_served_soon(start_site, service):
+    site = start_for(service, start_site)
+    with load(site, service):
+        # A service that has worked for a while is started again at once.
+        time.sleep(2.5)
+        dead = pid_of(site, service)
+        os.kill(dead, signal.SIGKILL)
+        taken_secs = secs_until_served(site, service, time.monotonic())
+        print(f"{service}: served again after {taken_secs:.2f} s")
+        assert taken_secs < BUSY_SECS
+    assert pid_of(site, service) != dead
+
+
+@pytest.mark.parametrize("service", SERVED)
+def test_a_service_that_stood_still_goes_on_without_a_restart(start_site, service):
+    site = start_for(service, start_site)
+    with load(site, service):
+        stopped = pid_of(site, service)
+        os.kill(stopped, signal.SIGSTOP)
+        time.sleep(STOP_SECS)
+        os.kill(stopped, signal.SIGCONT)
+        taken_secs = secs_until_served(site, service, time.monotonic())
+        print(f"{service}: served again after {taken_secs:.2f} s")
+        assert taken_secs < BUSY_SECS
+    assert pid_of(site, service) == stopped
