@@ -50,7 +50,6 @@ pub struct Agent {
     options: AgentOptions,
     path: Path,
     status: AgentStatus,
-    driving: bool,
     target_m: Vec3,
     longitudinal: Longitudinal,
     lateral: Lateral,
@@ -73,14 +72,13 @@ pub struct Unreachable {
 }
 
 impl Agent {
-    /// An agent that does not drive yet and has nowhere to go.
+    /// An agent that has nowhere to go.
     #[must_use]
     pub fn new(options: AgentOptions) -> Self {
         Self {
             options,
             path: Path::default(),
             status: AgentStatus::Wandering,
-            driving: false,
             target_m: Vec3::zeros(),
             longitudinal: Longitudinal::default(),
             lateral: Lateral::default(),
@@ -95,17 +93,6 @@ impl Agent {
     #[must_use]
     pub fn with(self, options: AgentOptions) -> Self {
         Self { options, ..self }
-    }
-
-    /// Whether it drives.
-    #[must_use]
-    pub fn is_driving(&self) -> bool {
-        self.driving
-    }
-
-    /// Lets it drive, or stops it from driving. Its route stays.
-    pub fn drive(&mut self, on: bool) {
-        self.driving = on;
     }
 
     /// What it is about.

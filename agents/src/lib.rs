@@ -3,17 +3,17 @@
 //! - [`Pilot`] keeps a lane or changes to a neighbouring one at a target speed.
 //! - [`Agent`] drives to a destination or along given places, or wanders: CARLA's basic agent and
 //!   its behaviour agents, with their controllers and options. A world gives a vehicle an agent
-//!   with [`SetAgent`](schemas::Command::SetAgent), a route with
-//!   [`SetAgentRoute`](schemas::Command::SetAgentRoute), and the wheel with
-//!   [`DriveAgent`](schemas::Command::DriveAgent); every frame tells of it in
+//!   with [`AgentCommand::Set`](schemas::AgentCommand::Set), a route with
+//!   [`AgentCommand::SetRoute`](schemas::AgentCommand::SetRoute), and the wheel with
+//!   [`AgentCommand::Drive`](schemas::AgentCommand::Drive); every frame tells of it in
 //!   [`Frame::agents`](schemas::Frame::agents). Any other command that drives the vehicle takes
 //!   the wheel from the agent, which keeps its route.
 //! - [`Driver`] drives a vehicle of the world's own traffic, which a world gets with
-//!   [`SpawnTraffic`](schemas::Command::SpawnTraffic) and
-//!   [`SetTraffic`](schemas::Command::SetTraffic). Drivers look one after the other, then decide
-//!   one after the other; [`Claims`] is what they agree on in between.
+//!   [`TrafficCommand::Spawn`](schemas::TrafficCommand::Spawn) and
+//!   [`TrafficCommand::Join`](schemas::TrafficCommand::Join). Drivers look one after the other,
+//!   then decide one after the other; [`Claims`] is what they agree on in between.
 //! - [`Stroller`] walks on the navigation mesh:
-//!   [`SetWalkerAgent`](schemas::Command::SetWalkerAgent).
+//!   [`WalkerCommand::Agent`](schemas::WalkerCommand::Agent).
 //! - [`Network`] is the map as agents use it, [`Scene`] what they see of others.
 //!
 //! The state of each is plain data, so that a world carries it through snapshots and forks. No

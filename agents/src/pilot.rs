@@ -55,6 +55,13 @@ impl Pilot {
         Self { track, lane_change, speed: SpeedControl::new(target_speed_mps) }
     }
 
+    /// With what the driver before knew of the pedals that hold a speed here.
+    #[must_use]
+    pub fn after(mut self, before: &Self) -> Self {
+        self.speed = self.speed.after(&before.speed);
+        self
+    }
+
     /// The control for the next `dt_secs`.
     pub fn control(&mut self, map: &Map, view: &VehicleView, dt_secs: f32) -> VehicleControl {
         let forward = view.world_from_vehicle.rotation * Vec3::x();

@@ -28,6 +28,11 @@ impl SpeedControl {
         Self { target_mps, integral: 0.0 }
     }
 
+    /// To this target with the memory of another controller of the same vehicle.
+    pub(crate) fn after(self, before: &Self) -> Self {
+        Self { integral: before.integral, ..self }
+    }
+
     /// Throttle and brake, each 0 to 1, at most one of them above 0.
     pub(crate) fn pedals(&mut self, speed_mps: f32, limit_mps: f32, dt_secs: f32) -> (f32, f32) {
         let target_mps = self.target_mps.min(limit_mps);

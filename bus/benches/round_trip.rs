@@ -11,9 +11,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusConfig, Endpoint, Incoming, Lane};
+use bus::{Bus, BusAddress, BusConfig, Channel, Incoming};
 use schemas::{
-    Error, Reply, Request, ServiceKind, TickItem, TickOutcome, TickResult, WorldId, keys,
+    Alive, Error, Reply, Request, ServiceKind, TickItem, TickOutcome, TickResult, WorldId, keys,
 };
 use zenoh::{Config, Session, Wait};
 
@@ -35,7 +35,7 @@ async fn main() {
     tcp.set_nodelay(true).unwrap();
     let plain = zenoh::open(config(None, Some(server.zenoh), false)).await.unwrap();
     let fast = zenoh::open(config(None, Some(server.zenoh), true)).await.unwrap();
-    let bus = Bus::open(BusConfig::connecting(Endpoint::loopback(server.bus))).await.unwrap();
+    let bus = Bus::open(BusConfig::connecting(BusAddress::loopback(server.bus))).await.unwrap();
     let pair = Pair::new(&plain);
     let fast_pair = Pair::new(&fast);
     let world = WorldId::new(1).unwrap();
@@ -48,10 +48,9 @@ async fn main() {
         "query",
         "query, low latency",
         "Bus::request of a tick",
-        "Lane::request of a tick",
-        "the same, by a shortcut",
+        "Channel::request by a shortcut",
     ];
-    let lanes = [lane(&bus, "bus").await, lane(&bus, "shortcut").await];
+    let channel = channel(&bus, "shortcut").await;
     let mut medians = vec![Vec::new(); names.len()];
     for _ in 0..ROUNDS {
         medians[0].push(median(|| tcp_trip(&mut tcp)));
@@ -61,8 +60,7 @@ async fn main() {
         medians[4].push(median(|| query(&fast)));
         let deadline = Duration::from_secs(5);
         medians[5].push(median_of(|| bus.request(&key, &tick, deadline)).await);
-        medians[6].push(median_of(|| lanes[0].request(&tick, deadline)).await);
-        medians[7].push(median_of(|| lanes[1].request(&tick, deadline)).await);
+        medians[6].push(median_of(|| channel.request(&tick, deadline)).await);
     }
     let base = middle(medians[0].clone());
     for (name, medians) in names.iter().zip(medians) {
@@ -82,9 +80,9 @@ async fn median_of<F: Future<Output = Result<Reply, Error>>>(ask: impl Fn() -> F
     middle(trips)
 }
 
-async fn lane(bus: &Bus, host: &str) -> Lane {
+async fn channel(bus: &Bus, host: &str) -> Channel {
     let host = host.parse().unwrap();
-    bus.lane(&keys::batch_tick(&host), (ServiceKind::World, &host)).await.unwrap()
+    bus.channel(&keys::batch_tick(&host), (ServiceKind::World, &host)).await.unwrap()
 }
 
 fn middle(mut times: Vec<Duration>) -> Duration {
@@ -129,16 +127,16 @@ struct Pair {
 impl Pair {
     fn new(session: &Session) -> Self {
         let (sender, answers) = mpsc::sync_channel(16);
-        let lane = session.zid().to_string();
+        let channel = session.zid().to_string();
         let subscriber = session
-            .declare_subscriber(format!("bench/answer/{lane}"))
+            .declare_subscriber(format!("bench/answer/{channel}"))
             .callback(move |sample| {
                 let _ = sender.try_send(sample.payload().len());
             })
             .wait()
             .unwrap();
         let ask =
-            session.declare_publisher(format!("bench/ask/{lane}")).express(true).wait().unwrap();
+            session.declare_publisher(format!("bench/ask/{channel}")).express(true).wait().unwrap();
         let pair = Self { ask, answers, _subscriber: subscriber };
         // Both subscriptions travel first.
         while pair.answers.recv_timeout(Duration::from_millis(50)).is_err() {
@@ -226,7 +224,7 @@ async fn serve() {
         })
         .await
         .unwrap();
-    let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+    let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
     let result = TickResult {
         world: WorldId::new(1).unwrap(),
         outcome: Ok(TickOutcome::new(schemas::wire::encode_frame(&frame()))),
@@ -236,12 +234,20 @@ async fn serve() {
         assert!(incoming.request().is_ok());
         incoming.reply(&reply);
     };
-    let lane_key = |host: &str| keys::batch_tick(&host.parse().unwrap());
+    let alive = Alive {
+        kind: ServiceKind::World,
+        id: "shortcut".parse().unwrap(),
+        version: String::new(),
+        pid: 0,
+        capacity: 1,
+        detail: String::new(),
+    };
+    let key = keys::batch_tick(&alive.id);
+    let _announcement = bus.announce(alive).await.unwrap();
     let _servings = [
         bus.serve(&keys::any_world(0), answer.clone()).await.unwrap(),
-        bus.serve_lane(&lane_key("bus"), answer.clone()).await.unwrap(),
-        bus.serve_lane(&lane_key("shortcut"), answer.clone()).await.unwrap(),
-        bus.serve_shortcut(&lane_key("shortcut"), answer).await.unwrap(),
+        bus.serve(&key, answer.clone()).await.unwrap(),
+        bus.serve_shortcut(&key, answer).await.unwrap(),
     ];
     println!("{tcp_port} {zenoh_port} {}", bus.listening()[0].port());
     let (mut stream, _) = tcp.accept().unwrap();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use schemas::limits;
 
-use crate::{BusError, Endpoint};
+use crate::{BusAddress, BusError};
 
 /// Largest message the transport accepts, in bytes: the largest legal payload and its envelope.
 const MESSAGE_BYTES_MAX: usize = {
@@ -18,8 +18,9 @@ const MESSAGE_BYTES_MAX: usize = {
 };
 /// A silent peer is given up after this time.
 const LEASE_MILLIS: u64 = 2_000;
-/// A connection that says nothing is closed after this time.
-const ACCEPT_TIMEOUT_MILLIS: u64 = 1_000;
+/// A connection on which nothing is said is given up after this time, by either side: the kernel of
+/// a process that hangs still accepts.
+const HANDSHAKE_TIMEOUT_MILLIS: u64 = 1_000;
 /// Sessions one process accepts: four times the planned number.
 const SESSIONS_MAX: usize = 4_096;
 /// A receiver of a reply that takes nothing for this time is cut off; meanwhile it holds up the
@@ -31,15 +32,6 @@ const PARTS_WAITING_MAX: usize = 16;
 /// First and longest pause between two attempts to connect.
 const RETRY_MILLIS: (u64, u64) = (10, 500);
 
-/// Which transport a session wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Speed {
-    /// Messages of any size, sent by threads of the transport.
-    Usual,
-    /// Small messages only, sent by whoever has something to say.
-    Fast,
-}
-
 /// How a process sits on the bus.
 ///
 /// Who listens passes traffic on, so that all who connect to it reach each other; who only connects
@@ -47,30 +39,30 @@ pub(crate) enum Speed {
 #[derive(Clone, Debug, Default)]
 pub struct BusConfig {
     /// Where others may connect; port 0 means any free one.
-    pub listen: Vec<Endpoint>,
+    pub listen: Vec<BusAddress>,
     /// Whom to connect to, and to reconnect to for ever. Who only connects uses the first that
     /// answers; who also listens connects to all.
-    pub connect: Vec<Endpoint>,
+    pub connect: Vec<BusAddress>,
     /// How long [`Bus::open`](crate::Bus::open) waits for the first connection; `None`: for ever.
     pub connect_deadline: Option<Duration>,
 }
 
 impl BusConfig {
-    /// Everyone who connects to this endpoint reaches everyone else.
-    pub fn listening(endpoint: Endpoint) -> Self {
-        Self { listen: vec![endpoint], ..Self::default() }
+    /// Everyone who connects to this address reaches everyone else.
+    pub fn listening(address: BusAddress) -> Self {
+        Self { listen: vec![address], ..Self::default() }
     }
 
     /// On the bus of somebody who listens.
-    pub fn connecting(endpoint: Endpoint) -> Self {
-        Self { connect: vec![endpoint], ..Self::default() }
+    pub fn connecting(address: BusAddress) -> Self {
+        Self { connect: vec![address], ..Self::default() }
     }
 
     /// The transport's settings.
-    pub(crate) fn to_zenoh(&self, speed: Speed) -> Result<zenoh::Config, BusError> {
-        let quoted = |endpoints: &[Endpoint]| {
+    pub(crate) fn to_zenoh(&self) -> Result<zenoh::Config, BusError> {
+        let quoted = |addresses: &[BusAddress]| {
             let texts: Vec<String> =
-                endpoints.iter().map(|endpoint| format!("\"{endpoint}\"")).collect();
+                addresses.iter().map(|address| format!("\"{address}\"")).collect();
             format!("[{}]", texts.join(","))
         };
         // Peers that only connect do not hear of each other's declarations through the one in the
@@ -81,14 +73,14 @@ impl BusConfig {
             None => "-1".to_owned(),
         };
         let (retry_first, retry_max) = RETRY_MILLIS;
-        // Who listens leaves the choice to each of those who connect.
-        let is_fast = speed == Speed::Fast || !self.listen.is_empty();
+        // Who listens serves those who come, whether or not the others answer that it should join.
+        let waits_for_others = self.listen.is_empty();
         let settings = [
             ("mode", mode.to_owned()),
             ("listen/endpoints", quoted(&self.listen)),
             ("connect/endpoints", quoted(&self.connect)),
             ("connect/timeout_ms", connect_millis),
-            ("connect/exit_on_failure", "true".to_owned()),
+            ("connect/exit_on_failure", waits_for_others.to_string()),
             (
                 "connect/retry",
                 format!(
@@ -99,10 +91,12 @@ impl BusConfig {
             ("scouting/gossip/enabled", "false".to_owned()),
             // Half a second of waiting for discoveries that are switched off.
             ("scouting/delay", "0".to_owned()),
-            ("transport/unicast/accept_timeout", ACCEPT_TIMEOUT_MILLIS.to_string()),
-            // The two exclude each other.
-            ("transport/unicast/qos/enabled", (!is_fast).to_string()),
-            ("transport/unicast/lowlatency", is_fast.to_string()),
+            ("transport/unicast/open_timeout", HANDSHAKE_TIMEOUT_MILLIS.to_string()),
+            ("transport/unicast/accept_timeout", HANDSHAKE_TIMEOUT_MILLIS.to_string()),
+            ("transport/unicast/qos/enabled", "false".to_owned()),
+            // Nobody may choose it either: whoever publishes writes to its sockets himself, and one
+            // receiver that stands still then stops the process that sends.
+            ("transport/unicast/lowlatency", "false".to_owned()),
             ("transport/unicast/max_sessions", SESSIONS_MAX.to_string()),
             ("transport/link/tx/lease", LEASE_MILLIS.to_string()),
             ("transport/link/tx/queue/size/data", PARTS_WAITING_MAX.to_string()),
@@ -113,7 +107,7 @@ impl BusConfig {
             ("transport/link/rx/max_message_size", MESSAGE_BYTES_MAX.to_string()),
         ];
         if self.listen.is_empty() && self.connect.is_empty() {
-            return Err(BusError::NoEndpoint);
+            return Err(BusError::NoAddress);
         }
         let mut config = zenoh::Config::default();
         for (name, value) in settings {
@@ -131,13 +125,13 @@ mod tests {
 
     #[test]
     fn every_setting_is_one_the_transport_knows() {
-        BusConfig::listening(Endpoint::loopback(0)).to_zenoh(Speed::Usual).unwrap();
-        BusConfig::connecting(Endpoint::loopback(7447)).to_zenoh(Speed::Fast).unwrap();
+        BusConfig::listening(BusAddress::loopback(0)).to_zenoh().unwrap();
+        BusConfig::connecting(BusAddress::loopback(7460)).to_zenoh().unwrap();
         BusConfig {
             connect_deadline: Some(Duration::from_secs(1)),
-            ..BusConfig::connecting(Endpoint::loopback(7447))
+            ..BusConfig::connecting(BusAddress::loopback(7460))
         }
-        .to_zenoh(Speed::Usual)
+        .to_zenoh()
         .unwrap();
     }
 }

@@ -2,7 +2,7 @@
 
 use schemas::{ServiceId, ServiceKind};
 
-use crate::Endpoint;
+use crate::BusAddress;
 
 /// Why the bus cannot be opened or served. Nothing stays declared.
 #[derive(Debug, thiserror::Error)]
@@ -10,20 +10,20 @@ use crate::Endpoint;
 pub enum BusError {
     /// A bus of one.
     #[error("neither an address to listen on nor one to connect to; give --listen or --connect")]
-    NoEndpoint,
+    NoAddress,
     /// The port is taken or the address is not ours.
-    #[error("cannot listen on {endpoint}: {cause}; free it or give another --listen")]
+    #[error("cannot listen on {address}: {cause}; free it or give another --listen")]
     Listen {
         /// As given.
-        endpoint: Endpoint,
+        address: BusAddress,
         /// What the operating system says.
         cause: std::io::Error,
     },
     /// Nobody answered there before the deadline.
-    #[error("no bus at {}: {cause}", endpoints.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))]
+    #[error("no bus at {}: {cause}", addresses.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))]
     Connect {
         /// As given.
-        endpoints: Vec<Endpoint>,
+        addresses: Vec<BusAddress>,
         /// What the transport says.
         cause: String,
     },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemas::{ServiceId, ServiceKind};
 use tokio::sync::watch;
 
-use crate::{Bus, Lane, Presence};
+use crate::{Bus, Channel, Presence};
 
 /// A service to ask, and the bus it is on.
 #[derive(Clone)]
@@ -15,7 +15,7 @@ pub struct Host {
     /// Of those that are up, the one that was heard of first: at the beginning the first by name.
     pub id: ServiceId,
     /// The fast way to it; `None` until it is open.
-    pub lane: Option<Arc<Lane>>,
+    pub channel: Option<Arc<Channel>>,
 }
 
 /// Services that are up, and which of them is told.
@@ -25,8 +25,8 @@ struct Follower {
     told: Arc<watch::Sender<Option<Host>>>,
 }
 
-/// Follows the services of a kind, on a bus that may still be connecting. Lanes are opened to what
-/// they serve under `key`.
+/// Follows the services of a kind, on a bus that may still be connecting. Channels are opened to
+/// what they serve under `key`.
 pub fn follow_hosts(
     bus: watch::Receiver<Option<Bus>>,
     kind: ServiceKind,
@@ -69,11 +69,11 @@ impl Follower {
         if known.as_ref() == up.first() {
             return;
         }
-        let new = |id: &ServiceId| Host { bus: bus.clone(), id: id.clone(), lane: None };
+        let new = |id: &ServiceId| Host { bus: bus.clone(), id: id.clone(), channel: None };
         self.told.send_replace(up.first().map(new));
         if let Some(id) = up.first() {
             let key = (self.key)(id);
-            tokio::spawn(open_lane(
+            tokio::spawn(open_channel(
                 bus.clone(),
                 key,
                 self.kind,
@@ -84,24 +84,26 @@ impl Follower {
     }
 }
 
-/// Opens the lane to a host; where that fails, it is asked by queries for good.
-async fn open_lane(
+/// Opens the channel to a host; where that fails, it is asked by queries for good.
+async fn open_channel(
     bus: Bus,
     key: String,
     kind: ServiceKind,
     id: ServiceId,
     told: Arc<watch::Sender<Option<Host>>>,
 ) {
-    match bus.lane(&key, (kind, &id)).await {
-        Ok(lane) => {
+    match bus.channel(&key, (kind, &id)).await {
+        Ok(channel) => {
             told.send_if_modified(|host| match host {
                 Some(host) if host.id == id => {
-                    host.lane = Some(Arc::new(lane));
+                    host.channel = Some(Arc::new(channel));
                     true
                 }
                 _ => false,
             });
         }
-        Err(error) => tracing::warn!(host = %id, %error, "questions go as queries: no fast lane"),
+        Err(error) => {
+            tracing::warn!(host = %id, %error, "questions go as queries: no fast channel")
+        }
     }
 }

@@ -4,12 +4,9 @@ use schemas::wire;
 use schemas::{Error, ErrorCode, RenderJob, Reply, Request, keys, limits};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
-use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
-use zenoh::sample::Sample;
 
-use crate::lane::{self, QuestionNote};
-use crate::shortcut::{Desk, Taking};
+use crate::shortcut::{Listening, Responder};
 use crate::{Bus, BusError};
 
 /// A key expression that is served as long as this value lives.
@@ -21,22 +18,20 @@ pub struct Serving {
 /// Held, never read.
 enum Declared {
     Queries { _queryable: Queryable<()> },
-    Lane { _subscriber: Subscriber<()> },
-    Shortcut { _name: Queryable<()>, _taking: Taking },
+    Shortcut { _name: Queryable<()>, _listening: Listening },
 }
 
 /// One request that waits for its answer. May be answered from any thread; dropped unanswered, it
 /// answers [`ErrorCode::Internal`], so that no asker waits in vain.
 #[must_use = "dropping it answers with an internal error"]
 pub struct Incoming {
-    way: Option<Way>,
+    origin: Option<Origin>,
 }
 
 /// How a request came, and its answer goes.
-enum Way {
+enum Origin {
     Query(Query),
-    Lane { question: Sample, note: QuestionNote, session: zenoh::Session },
-    Shortcut { key: String, question: Vec<u8>, desk: Desk },
+    Shortcut { key: String, question: Vec<u8>, responder: Responder },
 }
 
 impl Bus {
@@ -64,7 +59,7 @@ impl Bus {
         self.session
             .declare_queryable(key_expr)
             .complete(true)
-            .callback(move |query| handler(Incoming { way: Some(Way::Query(query)) }))
+            .callback(move |query| handler(Incoming { origin: Some(Origin::Query(query)) }))
             .await
             .map_err(|cause| BusError::Declare {
                 key: key_expr.to_owned(),
@@ -84,50 +79,17 @@ impl Bus {
         key: &str,
         handler: impl Fn(Incoming) + Send + Sync + 'static,
     ) -> Result<Serving, BusError> {
-        let (name, taking) = self.take_shortcuts(key, handler)?;
+        let (name, listening) = self.listen_for_shortcuts(key, handler)?;
         let tell = move |incoming: Incoming| incoming.reply_bytes(name.clone().into_bytes());
         let name = self.answer_queries(&keys::shortcut_to(key), tell).await?;
-        Ok(Serving { _declared: Declared::Shortcut { _name: name, _taking: taking } })
-    }
-
-    /// Serves a key for those who ask on a [`Lane`](crate::Lane); queries want
-    /// [`serve`](Self::serve) besides.
-    ///
-    /// `handler` is under the same rules.
-    ///
-    /// # Errors
-    /// As for [`serve`](Self::serve).
-    pub async fn serve_lane(
-        &self,
-        key: &str,
-        handler: impl Fn(Incoming) + Send + Sync + 'static,
-    ) -> Result<Serving, BusError> {
-        let session = self.fast_session().await?;
-        let answering = session.clone();
-        let on_question = move |question: Sample| {
-            let note = question.attachment().and_then(|note| QuestionNote::read(&note.to_bytes()));
-            let Some(note) = note else {
-                return tracing::debug!("a question that says not where its answer goes");
-            };
-            let session = answering.clone();
-            // A greeting: all it wants to know is that somebody is here.
-            if question.payload().is_empty() {
-                return lane::answer(&session, &note, Vec::new());
-            }
-            handler(Incoming { way: Some(Way::Lane { question, note, session }) });
-        };
-        let subscriber = session.declare_subscriber(key).callback(on_question).await;
-        let subscriber = subscriber
-            .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })?;
-        Ok(Serving { _declared: Declared::Lane { _subscriber: subscriber } })
+        Ok(Serving { _declared: Declared::Shortcut { _name: name, _listening: listening } })
     }
 }
 
-impl Way {
+impl Origin {
     fn key(&self) -> &str {
         match self {
             Self::Query(query) => query.key_expr().as_str(),
-            Self::Lane { question, .. } => question.key_expr().as_str(),
             Self::Shortcut { key, .. } => key,
         }
     }
@@ -135,7 +97,6 @@ impl Way {
     fn payload_bytes(&self) -> usize {
         match self {
             Self::Query(query) => query.payload().map_or(0, ZBytes::len),
-            Self::Lane { question, .. } => question.payload().len(),
             Self::Shortcut { question, .. } => question.len(),
         }
     }
@@ -144,7 +105,6 @@ impl Way {
         let owned = |payload: &ZBytes| payload.to_bytes().into_owned();
         match self {
             Self::Query(query) => query.payload().map(owned).unwrap_or_default(),
-            Self::Lane { question, .. } => owned(question.payload()),
             Self::Shortcut { question, .. } => question.clone(),
         }
     }
@@ -152,18 +112,18 @@ impl Way {
 
 impl Incoming {
     /// A question that came by a shortcut.
-    pub(crate) fn by_shortcut(key: String, question: Vec<u8>, desk: Desk) -> Self {
-        Self { way: Some(Way::Shortcut { key, question, desk }) }
+    pub(crate) fn by_shortcut(key: String, question: Vec<u8>, responder: Responder) -> Self {
+        Self { origin: Some(Origin::Shortcut { key, question, responder }) }
     }
 
     /// The key that was asked.
     pub fn key(&self) -> &str {
-        self.way.as_ref().map_or("", Way::key)
+        self.origin.as_ref().map_or("", Origin::key)
     }
 
     /// The bytes that came with it; a copy, aligned for decoding.
     pub fn payload(&self) -> Vec<u8> {
-        self.way.as_ref().map(Way::payload).unwrap_or_default()
+        self.origin.as_ref().map(Origin::payload).unwrap_or_default()
     }
 
     /// The verified request in it.
@@ -207,7 +167,7 @@ impl Incoming {
 
     /// Looks at the size before anything is copied.
     fn check_size(&self, bytes_max: usize) -> Result<(), Error> {
-        let payload_bytes = self.way.as_ref().map_or(0, Way::payload_bytes);
+        let payload_bytes = self.origin.as_ref().map_or(0, Origin::payload_bytes);
         if payload_bytes <= bytes_max {
             Ok(())
         } else {
@@ -219,11 +179,10 @@ impl Incoming {
         if reply.len() > limits::MAP_BYTES_MAX {
             return self.send_refusal(too_large("reply", limits::MAP_BYTES_MAX, reply.len()));
         }
-        let query = match self.way.take() {
+        let query = match self.origin.take() {
             None => return,
-            Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, reply),
-            Some(Way::Shortcut { desk, .. }) => return desk.answer(false, reply),
-            Some(Way::Query(query)) => query,
+            Some(Origin::Shortcut { responder, .. }) => return responder.answer(false, reply),
+            Some(Origin::Query(query)) => query,
         };
         // A wildcard was asked: answer under a key that the asker's expression contains.
         if let Err(cause) = query.reply(query.key_expr(), reply).express(true).wait() {
@@ -234,11 +193,10 @@ impl Incoming {
     /// Refusals travel as such, so that an answer of bare bytes cannot be taken for one.
     fn send_refusal(&mut self, error: Error) {
         let refusal = wire::encode_reply(&Reply::Error(error));
-        let query = match self.way.take() {
+        let query = match self.origin.take() {
             None => return,
-            Some(Way::Lane { note, session, .. }) => return lane::answer(&session, &note, refusal),
-            Some(Way::Shortcut { desk, .. }) => return desk.answer(true, refusal),
-            Some(Way::Query(query)) => query,
+            Some(Origin::Shortcut { responder, .. }) => return responder.answer(true, refusal),
+            Some(Origin::Query(query)) => query,
         };
         if let Err(cause) = query.reply_err(refusal).wait() {
             tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");
@@ -248,7 +206,7 @@ impl Incoming {
 
 impl Drop for Incoming {
     fn drop(&mut self) {
-        if self.way.is_some() {
+        if self.origin.is_some() {
             let error =
                 Error::new(ErrorCode::Internal, "the request was dropped without an answer");
             self.send_refusal(error);

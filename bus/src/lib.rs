@@ -4,10 +4,10 @@
 //! [`Bus`] is one process's place on it. A service [`serve`](Bus::serve)s keys and gets every
 //! request as an [`Incoming`], which it answers from any thread; a client
 //! [`request`](Bus::request)s and gets one typed reply or one typed error within its deadline.
-//! What is asked often and small goes through a [`Lane`]. [`announce`](Bus::announce) and
+//! What is asked often and small goes through a [`Channel`]. [`announce`](Bus::announce) and
 //! [`watch`](Bus::watch) tell who is up.
 //!
-//! Sizes are checked and buffers verified on both sides before anything else sees them. Endpoints
+//! Sizes are checked and buffers verified on both sides before anything else sees them. Addresses
 //! are explicit; nothing is discovered. Requests and replies may block, up to a deadline; whatever
 //! fans out is dropped rather than awaited.
 //!
@@ -19,7 +19,7 @@
 //! use bus::{Bus, BusConfig};
 //! use schemas::{Request, Tenant, keys};
 //!
-//! let bus = Bus::open(BusConfig::connecting("tcp/127.0.0.1:7447".parse()?)).await?;
+//! let bus = Bus::open(BusConfig::connecting("tcp/127.0.0.1:7460".parse()?)).await?;
 //! let tenant: Tenant = "local".parse()?;
 //! let maps = bus.request(&keys::worlds(&tenant), &Request::ListMaps, Duration::from_secs(1)).await?;
 //! println!("{maps:?}");
@@ -27,28 +27,29 @@
 //! # }
 //! ```
 
+mod address;
+mod channel;
 mod config;
-mod endpoint;
 mod error;
 mod frames;
 mod host;
 mod incoming;
-mod lane;
 mod presence;
+mod publishing;
 mod query;
 mod renderers;
 mod session;
 mod shortcut;
 mod tuning;
 
+pub use address::{BusAddress, InvalidBusAddress, site_address};
+pub use channel::Channel;
 pub use config::BusConfig;
-pub use endpoint::{Endpoint, InvalidEndpoint};
 pub use error::BusError;
 pub use frames::{FrameListeners, FrameSubscription, PublishedFrame};
 pub use host::{Host, follow_hosts};
 pub use incoming::{Incoming, Serving};
-pub use lane::Lane;
-pub use presence::{Announcement, Presence, Watch};
+pub use presence::{Announcement, Presence, Watch, unused_id};
 pub use renderers::Renderers;
 pub use session::Bus;
 pub use tuning::RUNTIME;

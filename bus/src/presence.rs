@@ -1,12 +1,15 @@
 //! Who is up: liveliness tokens, and what their owners say of themselves.
 
 use std::collections::BTreeMap;
+use std::hash::{BuildHasher, RandomState};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use schemas::wire;
 use schemas::{Alive, ServiceId, ServiceKind, keys, limits};
 use tokio::sync::Notify;
+use tokio::task::JoinSet;
+use tokio::time::Instant;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::SampleKind;
@@ -16,6 +19,10 @@ use crate::{Bus, BusError, Serving};
 
 /// How long a service that has just come up may take to describe itself.
 const DESCRIBE_DEADLINE: Duration = Duration::from_millis(500);
+/// Services that are asked at once what they are.
+const DESCRIBING_MAX: usize = 256;
+/// How long one that answers waits for those before it by name.
+const ORDER_PATIENCE: Duration = Duration::from_millis(50);
 
 type Key = (ServiceKind, ServiceId);
 
@@ -43,7 +50,28 @@ pub struct Watch {
     seen: Arc<Seen>,
     /// What [`next`](Self::next) has told, with the generation it told.
     told: BTreeMap<Key, u64>,
+    /// Services that are being asked what they are or have answered, and are not told yet.
+    asked: BTreeMap<Key, u64>,
+    /// When the oldest of those that are being asked was.
+    asked_at: Instant,
+    describing: JoinSet<(Key, u64, Alive)>,
+    described: BTreeMap<Key, (u64, Alive)>,
     _subscriber: Subscriber<()>,
+}
+
+/// A name that no other process has: its kind and six random letters.
+///
+/// What a process has leased under its name must not be kept alive by the next one, so a process
+/// that is started again has another.
+pub fn unused_id(kind: ServiceKind) -> ServiceId {
+    const LETTERS: u64 = 26;
+    let mut random = RandomState::new().hash_one(std::process::id());
+    let mut text = format!("{}-", kind.as_str());
+    for _ in 0..6 {
+        text.push(char::from(b'a' + (random % LETTERS) as u8));
+        random /= LETTERS;
+    }
+    text.parse().expect("a kind is a word of letters and hyphens")
 }
 
 #[derive(Default)]
@@ -107,55 +135,90 @@ impl Bus {
             .callback(on_change)
             .await
             .map_err(|cause| BusError::Declare { key, cause: cause.to_string() })?;
-        Ok(Watch { bus: self.clone(), seen, told: BTreeMap::new(), _subscriber: subscriber })
+        Ok(Watch {
+            bus: self.clone(),
+            seen,
+            told: BTreeMap::new(),
+            asked: BTreeMap::new(),
+            asked_at: Instant::now(),
+            describing: JoinSet::new(),
+            described: BTreeMap::new(),
+            _subscriber: subscriber,
+        })
     }
 }
 
 impl Watch {
     /// The next change. A service that does not describe itself in time is told with empty text
-    /// fields and capacity 0.
+    /// fields and capacity 0, and keeps nobody waiting who does. Of several that are up already the
+    /// first by name comes first, unless it takes its time.
     ///
     /// May be dropped and called again without losing a change.
     pub async fn next(&mut self) -> Presence {
         loop {
-            let changed = self.seen.changed.notified();
-            let gone = self.told.iter().find(|(service, told)| !self.seen.is_at(service, **told));
+            let seen = Arc::clone(&self.seen);
+            let changed = seen.changed.notified();
+            let gone = self.told.iter().find(|(service, told)| !seen.is_at(service, **told));
             if let Some((service, _)) = gone {
                 let (kind, id) = service.clone();
                 self.told.remove(&(kind, id.clone()));
                 return Presence::Down(kind, id);
             }
-            if let Some((service, generation)) = self.seen.first_not_in(&self.told) {
-                let alive = self.describe(&service).await;
+            self.ask_who_is_new();
+            let tells_at = self.asked_at + ORDER_PATIENCE;
+            if (self.describing.is_empty() || tells_at <= Instant::now())
+                && let Some((service, (generation, alive))) = self.described.pop_first()
+            {
+                self.asked.remove(&service);
                 // It may have gone while it was asked; then nobody need hear of it.
-                if self.seen.is_at(&service, generation) {
+                if seen.is_at(&service, generation) {
                     self.told.insert(service, generation);
                     return Presence::Up(alive);
                 }
                 continue;
             }
-            changed.await;
+            tokio::select! {
+                () = changed => {}
+                Some(Ok((service, generation, alive))) = self.describing.join_next() => {
+                    self.described.insert(service, (generation, alive));
+                }
+                () = tokio::time::sleep_until(tells_at), if !self.described.is_empty() => {}
+            }
         }
     }
 
-    async fn describe(&self, (kind, id): &Key) -> Alive {
-        let key = keys::alive(*kind, id);
-        let described =
-            ask(&self.bus.session, &key, Vec::new(), limits::REQUEST_BYTES_MAX, DESCRIBE_DEADLINE)
-                .await
-                .and_then(|bytes| wire::decode_alive(&bytes));
-        described.unwrap_or_else(|error| {
-            tracing::warn!(key, %error, "a service is up but does not say what it is");
-            Alive {
-                kind: *kind,
-                id: id.clone(),
-                version: String::new(),
-                pid: 0,
-                capacity: 0,
-                detail: String::new(),
+    fn ask_who_is_new(&mut self) {
+        while self.describing.len() < DESCRIBING_MAX
+            && let Some((service, generation)) = self.seen.first_not_in([&self.told, &self.asked])
+        {
+            if self.describing.is_empty() {
+                self.asked_at = Instant::now();
             }
-        })
+            self.asked.insert(service.clone(), generation);
+            let session = self.bus.session.clone();
+            self.describing.spawn(async move {
+                let alive = describe(&session, &service).await;
+                (service, generation, alive)
+            });
+        }
     }
+}
+
+async fn describe(session: &zenoh::Session, (kind, id): &Key) -> Alive {
+    let key = keys::alive(*kind, id);
+    let bytes_max = limits::REQUEST_BYTES_MAX;
+    let described = ask(session, &key, Vec::new(), bytes_max, DESCRIBE_DEADLINE).await;
+    described.and_then(|bytes| wire::decode_alive(&bytes)).unwrap_or_else(|error| {
+        tracing::warn!(key, %error, "a service is up but does not say what it is");
+        Alive {
+            kind: *kind,
+            id: id.clone(),
+            version: String::new(),
+            pid: 0,
+            capacity: 0,
+            detail: String::new(),
+        }
+    })
 }
 
 impl Seen {
@@ -184,9 +247,24 @@ impl Seen {
         self.lock().of.get(service) == Some(&generation)
     }
 
-    fn first_not_in(&self, told: &BTreeMap<Key, u64>) -> Option<(Key, u64)> {
+    fn first_not_in(&self, known: [&BTreeMap<Key, u64>; 2]) -> Option<(Key, u64)> {
         let generations = self.lock();
-        let found = generations.of.iter().find(|(service, _)| !told.contains_key(service));
+        let is_new = |service: &Key| known.iter().all(|known| !known.contains_key(service));
+        let found = generations.of.iter().find(|(service, _)| is_new(service));
         found.map(|(service, generation)| (service.clone(), *generation))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_processes_are_of_their_kind_and_differ() {
+        for kind in ServiceKind::ALL {
+            let (one, other) = (unused_id(kind), unused_id(kind));
+            assert!(one.as_str().starts_with(kind.as_str()), "{one}");
+            assert_ne!(one, other);
+        }
     }
 }

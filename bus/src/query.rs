@@ -115,9 +115,7 @@ async fn put(
     deadline: Duration,
 ) -> Result<Vec<u8>, Error> {
     if payload.len() > payload_bytes_max {
-        return Err(Error::new(ErrorCode::TooLarge, "the request is too large")
-            .wanted(format_args!("at most {payload_bytes_max} bytes"))
-            .found(format_args!("{} bytes", payload.len())));
+        return Err(too_large(payload.len(), payload_bytes_max));
     }
     let (sender, receiver) = oneshot::channel();
     let answers = Mutex::new(Answers { asker: Some(sender), refusal: None });
@@ -142,6 +140,12 @@ async fn put(
         Ok(Ok(Ok(sample))) => Ok(sample.payload().to_bytes().into_owned()),
         Ok(Ok(Err(refusal))) => Err(error_of(key, deadline, &refusal.payload().to_bytes())),
     }
+}
+
+fn too_large(found_bytes: usize, bytes_max: usize) -> Error {
+    Error::new(ErrorCode::TooLarge, "the request is too large")
+        .wanted(format_args!("at most {bytes_max} bytes"))
+        .found(format_args!("{found_bytes} bytes"))
 }
 
 fn cannot_ask(key: &str, cause: &zenoh::Error) -> Error {

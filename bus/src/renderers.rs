@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use schemas::{
-    Alive, Error, ErrorCode, Images, RenderJob, Reply, ServiceId, ServiceKind, keys, wire,
+    Alive, Error, ErrorCode, FrameBytes, Images, RenderJob, Reply, ServiceId, ServiceKind, keys,
+    wire,
 };
 use tokio::sync::watch;
 use tokio::time::Instant;
@@ -79,7 +80,10 @@ impl Renderers {
     /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
     /// there say that they cannot draw, or when one takes too long; other refusals as the renderer
     /// gave them.
-    pub async fn draw(&self, job: &RenderJob) -> Result<Images, Error> {
+    pub async fn draw<F>(&self, job: &RenderJob<F>) -> Result<Images, Error>
+    where
+        F: FrameBytes + Sync,
+    {
         match wire::decode_reply(&self.drawn(&wire::encode_render_job(job)).await?)? {
             Reply::Images(images) => Ok(images),
             Reply::Error(error) => Err(error),
@@ -125,7 +129,7 @@ impl Renderers {
     /// Asks by the shortcut; where that leads nowhere, on the bus.
     async fn ask(&self, id: &ServiceId, renderer: &Live, job: &[u8]) -> Result<Vec<u8>, Error> {
         if let Some(shortcut) = &renderer.shortcut {
-            let asked = async { shortcut.enter().await?.ask(job, DRAW_DEADLINE).await };
+            let asked = async { shortcut.connect().await?.ask(job, DRAW_DEADLINE).await };
             let asked = tokio::select! {
                 asked = asked => asked,
                 // Of one that stands still only the bus takes notice.

@@ -5,82 +5,52 @@ use std::time::Duration;
 
 use schemas::wire;
 use schemas::{Error, ErrorCode, RenderJob, Reply, Request, ServiceId, keys, limits};
-use tokio::sync::{OnceCell, oneshot};
+use tokio::sync::oneshot;
 use zenoh::Wait;
 
-use crate::config::Speed;
+use crate::publishing::Publishing;
 use crate::query::{ask, ask_all, ask_every};
-use crate::{BusConfig, BusError, Endpoint};
-
-/// How long the session of the lanes may take to connect to where the usual one is connected.
-const FAST_CONNECT_DEADLINE: Duration = Duration::from_secs(5);
+use crate::{BusAddress, BusConfig, BusError};
 
 /// One process's place on the bus. Cheap to clone; the place is given up with the last clone.
 #[derive(Clone)]
 pub struct Bus {
     pub(crate) session: zenoh::Session,
-    listening: Vec<Endpoint>,
-    connecting: Vec<Endpoint>,
-    /// Opened by the first lane.
-    fast: Arc<OnceCell<zenoh::Session>>,
+    listening: Vec<BusAddress>,
+    pub(crate) publishing: Arc<Publishing>,
 }
 
 impl Bus {
     /// Listens and connects.
     ///
     /// # Errors
-    /// [`BusError::Listen`] names the endpoint that cannot be taken; [`BusError::Connect`] after
+    /// [`BusError::Listen`] names the address that cannot be taken; [`BusError::Connect`] after
     /// [`BusConfig::connect_deadline`].
     pub async fn open(mut config: BusConfig) -> Result<Self, BusError> {
-        for endpoint in &mut config.listen {
-            *endpoint = endpoint
+        for address in &mut config.listen {
+            *address = address
                 .with_port()
-                .map_err(|cause| BusError::Listen { endpoint: endpoint.clone(), cause })?;
+                .map_err(|cause| BusError::Listen { address: address.clone(), cause })?;
         }
-        match open_apart(config.to_zenoh(Speed::Usual)?).await {
-            Ok(session) => Ok(Self {
-                session,
-                listening: config.listen,
-                connecting: config.connect,
-                fast: Arc::default(),
-            }),
+        match open_apart(config.to_zenoh()?).await {
+            Ok(session) => {
+                let publishing = Arc::new(Publishing::of(session.clone()));
+                Ok(Self { session, listening: config.listen, publishing })
+            }
             Err(cause) => Err(why_not_opened(config, cause)),
         }
     }
 
     /// Where others may connect; never with port 0.
-    pub fn listening(&self) -> &[Endpoint] {
+    pub fn listening(&self) -> &[BusAddress] {
         &self.listening
     }
 
     /// Gives up the place for all clones: what they serve ends, what they asked is unreachable.
     pub async fn close(&self) {
-        if let Some(fast) = self.fast.get()
-            && let Err(cause) = fast.close().await
-        {
-            tracing::debug!(%cause, "the fast lane was closed before");
-        }
         if let Err(cause) = self.session.close().await {
             tracing::debug!(%cause, "the bus was closed before");
         }
-    }
-
-    /// The session of the lanes. Who listens has only one, which is fast for whoever wants it.
-    pub(crate) async fn fast_session(&self) -> Result<zenoh::Session, BusError> {
-        if self.connecting.is_empty() {
-            return Ok(self.session.clone());
-        }
-        let open = || async {
-            let connect = self.connecting.clone();
-            let config = BusConfig {
-                connect: connect.clone(),
-                connect_deadline: Some(FAST_CONNECT_DEADLINE),
-                ..BusConfig::default()
-            };
-            let opened = open_apart(config.to_zenoh(Speed::Fast)?).await;
-            opened.map_err(|cause| BusError::Connect { endpoints: connect, cause })
-        };
-        self.fast.get_or_try_init(open).await.cloned()
     }
 
     /// Asks whoever serves `key`.
@@ -191,12 +161,12 @@ async fn open_apart(config: zenoh::Config) -> Result<zenoh::Session, String> {
     receiver.await.unwrap_or_else(|_| Err("opening it panicked".to_owned()))
 }
 
-/// Finds the endpoint that cannot be taken, which the transport's text does not name reliably.
+/// Finds the address that cannot be taken, which the transport's text does not name reliably.
 fn why_not_opened(config: BusConfig, cause: String) -> BusError {
-    for endpoint in &config.listen {
-        if let Err(cause) = endpoint.bind() {
-            return BusError::Listen { endpoint: endpoint.clone(), cause };
+    for address in &config.listen {
+        if let Err(cause) = address.bind() {
+            return BusError::Listen { address: address.clone(), cause };
         }
     }
-    BusError::Connect { endpoints: config.connect, cause }
+    BusError::Connect { addresses: config.connect, cause }
 }

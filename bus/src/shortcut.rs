@@ -17,13 +17,14 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use bytes::BufMut;
+use rustix::process::geteuid;
 use schemas::{Error, keys, limits};
 use tokio::net::UnixStream;
 
 use crate::Bus;
 use crate::query::{ask, refusal_of, timed_out};
 
-pub(crate) use serving::{Desk, Taking};
+pub(crate) use serving::{Listening, Responder};
 
 /// Says that there is room.
 const WELCOME: u8 = 1;
@@ -46,7 +47,7 @@ pub(crate) struct Shortcut {
 }
 
 /// A connection for one question.
-pub(crate) struct Passage<'a> {
+pub(crate) struct ShortcutConnection<'a> {
     shortcut: &'a Shortcut,
     stream: UnixStream,
 }
@@ -60,30 +61,33 @@ impl Bus {
         let address = SocketAddr::from_abstract_name(name).ok()?;
         let shortcut = Shortcut { key: key.to_owned(), address, idle: Mutex::default() };
         // Not kept: a connection is at its best in the threads that first use it.
-        shortcut.enter().await.ok()?;
+        shortcut.connect().await.ok()?;
         Some(shortcut)
     }
 }
 
 impl Shortcut {
-    /// Opens the way for a question.
+    /// Connects for a question.
     ///
     /// # Errors
     /// What the system says when the service is gone or has no room; it has not heard the question
     /// then.
-    pub(crate) async fn enter(&self) -> io::Result<Passage<'_>> {
+    pub(crate) async fn connect(&self) -> io::Result<ShortcutConnection<'_>> {
         let idle = self.lock().pop();
         let stream = match idle {
             Some(stream) => stream,
-            None => self.connect().await?,
+            None => self.open().await?,
         };
-        Ok(Passage { shortcut: self, stream })
+        Ok(ShortcutConnection { shortcut: self, stream })
     }
 
-    async fn connect(&self) -> io::Result<UnixStream> {
+    async fn open(&self) -> io::Result<UnixStream> {
         let stream = StdStream::connect_addr(&self.address)?;
         stream.set_nonblocking(true)?;
         let stream = UnixStream::from_std(stream)?;
+        if !is_of_our_user(&stream) {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
         tokio::time::timeout(NAME_DEADLINE, read_exactly(&stream, Vec::new(), 1)).await??;
         Ok(stream)
     }
@@ -94,7 +98,7 @@ impl Shortcut {
     }
 }
 
-impl Passage<'_> {
+impl ShortcutConnection<'_> {
     /// Asks, and waits for the answer or the service's refusal, or the word that it took too long.
     ///
     /// # Errors
@@ -114,6 +118,19 @@ impl Passage<'_> {
         }
         drop(idle);
         Ok(if is_refusal { Err(refusal_of(key, &bytes)) } else { Ok(bytes) })
+    }
+}
+
+/// Whether the process at the other end runs as we do: a name that is told on the bus may be
+/// anybody's, and everybody of the machine can connect to ours.
+fn is_of_our_user(stream: &UnixStream) -> bool {
+    match stream.peer_cred() {
+        Ok(peer) if peer.uid() == geteuid().as_raw() => true,
+        Ok(peer) => {
+            tracing::warn!(uid = peer.uid(), "a shortcut to or from another user is refused");
+            false
+        }
+        Err(_) => false,
     }
 }
 
@@ -231,30 +248,32 @@ mod tests {
 
     use super::serving::CONNECTIONS_MAX;
     use super::*;
-    use crate::{BusConfig, Endpoint};
+    use crate::{BusAddress, BusConfig};
 
     #[tokio::test(flavor = "multi_thread")]
     async fn who_finds_no_room_is_told_before_asking() {
-        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
-        let (name, _taking) = bus.take_shortcuts("key", |asked| asked.reply(&Reply::Done)).unwrap();
+        let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
+        let (name, _listening) =
+            bus.listen_for_shortcuts("key", |asked| asked.reply(&Reply::Done)).unwrap();
         let address = SocketAddr::from_abstract_name(name).unwrap();
         let shortcut = Shortcut { key: String::new(), address, idle: Mutex::default() };
         let mut inside = Vec::new();
         for _ in 0..CONNECTIONS_MAX {
-            inside.push(shortcut.enter().await.unwrap());
+            inside.push(shortcut.connect().await.unwrap());
         }
-        assert!(shortcut.enter().await.is_err());
+        assert!(shortcut.connect().await.is_err());
         drop(inside.pop());
         let begun = std::time::Instant::now();
-        while shortcut.enter().await.is_err() {
+        while shortcut.connect().await.is_err() {
             assert!(begun.elapsed() < Duration::from_secs(10), "the seat stays taken");
         }
     }
 
     #[tokio::test(flavor = "multi_thread")]
     async fn who_promises_too_much_is_cut_off_and_others_are_served() {
-        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
-        let (name, _taking) = bus.take_shortcuts("key", |asked| asked.reply(&Reply::Done)).unwrap();
+        let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
+        let (name, _listening) =
+            bus.listen_for_shortcuts("key", |asked| asked.reply(&Reply::Done)).unwrap();
         let address = SocketAddr::from_abstract_name(name).unwrap();
         let hostile = tokio::task::spawn_blocking({
             let address = address.clone();
@@ -268,8 +287,8 @@ mod tests {
         });
         assert_eq!(hostile.await.unwrap(), 0, "the connection stays open");
         let shortcut = Shortcut { key: String::new(), address, idle: Mutex::default() };
-        let passage = shortcut.enter().await.unwrap();
-        let asked = passage.ask(&[1, 2, 3], Duration::from_secs(10)).await;
+        let connection = shortcut.connect().await.unwrap();
+        let asked = connection.ask(&[1, 2, 3], Duration::from_secs(10)).await;
         assert_eq!(asked.unwrap().unwrap(), schemas::wire::encode_reply(&Reply::Done));
         assert_eq!(shortcut.lock().len(), 1);
     }
@@ -277,13 +296,13 @@ mod tests {
     #[tokio::test(flavor = "multi_thread")]
     async fn who_does_not_read_keeps_nobody_who_answers() {
         const BYTES: usize = 3_000_000;
-        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
         let (answered, answers) = std::sync::mpsc::channel();
         let answer = move |asked: crate::Incoming| {
             asked.reply_bytes(vec![7; BYTES]);
             answered.send(()).unwrap();
         };
-        let (name, _taking) = bus.take_shortcuts("key", answer).unwrap();
+        let (name, _listening) = bus.listen_for_shortcuts("key", answer).unwrap();
         let address = SocketAddr::from_abstract_name(name).unwrap();
         tokio::task::spawn_blocking(move || {
             let mut stream = StdStream::connect_addr(&address).unwrap();
@@ -301,9 +320,9 @@ mod tests {
 
     #[tokio::test(flavor = "multi_thread")]
     async fn who_asks_on_without_reading_is_cut_off() {
-        let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
         let answer = |asked: crate::Incoming| asked.reply_bytes(vec![7; 3_000_000]);
-        let (name, _taking) = bus.take_shortcuts("key", answer).unwrap();
+        let (name, _listening) = bus.listen_for_shortcuts("key", answer).unwrap();
         let address = SocketAddr::from_abstract_name(name).unwrap();
         tokio::task::spawn_blocking(move || {
             let mut stream = StdStream::connect_addr(&address).unwrap();

@@ -6,14 +6,18 @@ use std::time::Duration;
 
 use bus::{Bus, BusConfig, BusError};
 use schemas::{Alive, ServiceKind};
+use signals::Termination;
 use tokio::net::TcpListener;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
+use tokio::time::Instant;
 
-use crate::config::{Args, Config, ConfigError};
-use crate::endpoint::{EVENTS_MAX, Endpoint};
+use crate::config::{Args, Config, ConfigError, Ports, WorldConfig};
+use crate::endpoint::Endpoint;
+use crate::lobby::Lobby;
 use crate::maps::Maps;
+use crate::server::{EVENTS_MAX, Server};
 use crate::site::{BusSite, Site};
 use crate::{rpc, stream};
 
@@ -48,7 +52,7 @@ pub enum RunError {
 
 /// Both sockets of one endpoint.
 struct Sockets {
-    port: u16,
+    ports: Ports,
     calls: TcpListener,
     streams: TcpListener,
 }
@@ -66,36 +70,33 @@ pub fn run(args: &Args) -> Result<(), RunError> {
 }
 
 async fn serve(config: Config) -> Result<(), RunError> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut termination = Termination::follow()?;
     // The ports open before the bus is there: a client that comes at once waits instead of failing.
-    let mut sockets = Vec::with_capacity(config.ports.len());
-    for port in &config.ports {
-        sockets.push(open(&config, *port).await?);
+    let mut sockets = Vec::with_capacity(config.endpoints.len());
+    for ports in &config.endpoints {
+        sockets.push(open(&config, *ports).await?);
     }
     tokio::select! {
         result = gateway(config, sockets) => result,
-        _ = terminate.recv() => Ok(()),
-        _ = interrupt.recv() => Ok(()),
+        () = termination.requested() => Ok(()),
     }
 }
 
-async fn open(config: &Config, port: u16) -> Result<Sockets, RunError> {
+async fn open(config: &Config, ports: Ports) -> Result<Sockets, RunError> {
     let listen = async |port| {
         let address = SocketAddr::new(config.host, port);
         let listening = TcpListener::bind(address).await;
         listening.map_err(|cause| RunError::Listen { address, cause })
     };
-    let (calls, streams) = (listen(port).await?, listen(port.wrapping_add(1)).await?);
-    tracing::info!(address = %SocketAddr::new(config.host, port), "CARLA clients may connect");
-    Ok(Sockets { port, calls, streams })
+    let (calls, streams) = (listen(ports.calls).await?, listen(ports.streams).await?);
+    tracing::info!(address = %SocketAddr::new(config.host, ports.calls), "CARLA clients may connect");
+    Ok(Sockets { ports, calls, streams })
 }
 
 async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> {
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
-    let ports: Vec<String> = config.ports.iter().map(ToString::to_string).collect();
+    let ports: Vec<String> = config.endpoints.iter().map(|ports| ports.calls.to_string()).collect();
     let alive = Alive {
         kind: ServiceKind::Gateway,
         id: config.id.clone(),
@@ -105,8 +106,7 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
         detail: format!("{}:{}", config.host, ports.join(",")),
     };
     let _announcement = bus.announce(alive).await?;
-    let site: Arc<dyn Site> =
-        Arc::new(BusSite::start(bus, config.tenant.clone(), config.id.clone()));
+    let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()));
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
@@ -115,11 +115,11 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
             Arc::clone(&site),
             Arc::clone(&maps),
             config.world.clone(),
-            sockets.port,
+            sockets.ports,
             runtime::Handle::current(),
         );
         let (calls, streams) = (sockets.calls.into_std()?, sockets.streams.into_std()?);
-        let own = threads_of(sockets.port)?;
+        let own = threads_of(sockets.ports.calls)?;
         endpoints.spawn_on(attend(endpoint, calls, streams), own.handle());
         threads.push(Threads(Some(own)));
     }
@@ -155,10 +155,11 @@ async fn attend(
     streams: std::net::TcpListener,
 ) -> Result<(), std::io::Error> {
     let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
-    let (events, heard) = mpsc::channel(EVENTS_MAX);
-    tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub), events.clone()));
-    let desk = rpc::Desk { events, settings: endpoint.posted_settings() };
-    tokio::spawn(rpc::serve(calls, desk));
-    endpoint.run(heard).await;
+    let (events, told) = mpsc::channel(EVENTS_MAX);
+    tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub)));
+    tokio::spawn(rpc::serve(calls, events));
+    let WorldConfig { period, sync_lease, .. } = endpoint.config;
+    let lobby = Lobby::new(period, sync_lease, Instant::now());
+    Server::new(lobby, told, endpoint.stream_port).run(endpoint).await;
     Ok(())
 }

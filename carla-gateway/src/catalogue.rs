@@ -84,10 +84,10 @@ pub(crate) fn order(
 /// An actor as clients cache it, without its stream: what it was given, and defaults for the rest.
 pub(crate) fn actor(described: &Described) -> Actor {
     let blueprint = blueprints::find(&described.blueprint);
-    let id = described.id.get();
+    let id = described.id.into();
     Actor {
         id,
-        parent_id: described.attachment.map_or(0, |attachment| attachment.parent.get()),
+        parent_id: described.attachment.map(|attachment| attachment.parent).into(),
         description: ActorDescription {
             uid: blueprint.map_or(0, uid_of),
             type_id: described.blueprint.clone(),

@@ -1,10 +1,14 @@
 //! What was typed, and what the gateway runs with.
 
+use std::collections::BTreeSet;
 use std::net::IpAddr;
+use std::path::PathBuf;
 use std::time::Duration;
 
-use bus::Endpoint as BusEndpoint;
-use schemas::{ServiceId, Tenant};
+use bus::BusAddress;
+use schemas::{ServiceId, ServiceKind, Tenant};
+
+use crate::recorder::Shelf;
 
 /// Ticks per second in asynchronous mode unless told otherwise.
 const FPS: f64 = 30.0;
@@ -14,13 +18,22 @@ const FPS_MAX: f64 = 1_000.0;
 /// Lets clients of CARLA 0.9.16 drive worlds.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Bus endpoints to connect to, e.g. tcp/127.0.0.1:7447
-    #[arg(long, required = true, value_name = "ENDPOINT")]
-    pub connect: Vec<BusEndpoint>,
-    /// Ports of CARLA endpoints, each a world of its own; streams take the next port, and the one
-    /// after that stays free as in CARLA
-    #[arg(long, value_name = "PORT", default_value = "2000", value_delimiter = ',')]
+    /// Addresses of the bus; without them CARLA_HOST names the host
+    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
+        default_value = bus::site_address())]
+    pub connect: Vec<BusAddress>,
+    /// Ports of CARLA endpoints, each a world of its own
+    #[arg(
+        long,
+        env = "CARLA_PORT",
+        value_name = "PORT",
+        default_value = "2000",
+        value_delimiter = ','
+    )]
     pub port: Vec<u16>,
+    /// Ports of the endpoints' streams, one for each [default: the next after each --port]
+    #[arg(long, value_name = "PORT", value_delimiter = ',')]
+    pub stream_port: Vec<u16>,
     /// Address on which endpoints listen
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub host: IpAddr,
@@ -40,9 +53,16 @@ pub struct Args {
     /// Root of all randomness of new worlds
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Name on the bus; two of one kind need different ones
-    #[arg(long, default_value = "gateway", value_name = "NAME")]
+    /// Name on the bus; two of one kind need different ones [default: a random one]
+    #[arg(long, value_name = "NAME", default_value_t = bus::unused_id(ServiceKind::Gateway),
+        hide_default_value = true)]
     pub id: ServiceId,
+    /// Folder for CARLA's recordings, in it one for each tenant
+    #[arg(long, value_name = "DIR", default_value = "recordings")]
+    pub recordings: PathBuf,
+    /// What replayed vehicles do when a replay is over
+    #[arg(long, value_enum, default_value_t)]
+    pub after_replays: AfterReplays,
     /// Owner of the worlds
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: Tenant,
@@ -58,15 +78,34 @@ pub enum Tyres {
     Carla,
 }
 
+/// What replayed vehicles do when a replay is over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum AfterReplays {
+    /// They stand, as in CARLA 0.9.16, until a client drives them.
+    #[default]
+    Stand,
+    /// They drive on in the world's own traffic, as in CARLA before 0.9.9.
+    Drive,
+}
+
 /// What the gateway runs with; consistent.
 #[derive(Clone, Debug)]
 pub struct Config {
-    pub(crate) connect: Vec<BusEndpoint>,
-    pub(crate) ports: Vec<u16>,
+    pub(crate) connect: Vec<BusAddress>,
+    pub(crate) endpoints: Vec<Ports>,
     pub(crate) host: IpAddr,
     pub(crate) id: ServiceId,
     pub(crate) tenant: Tenant,
     pub(crate) world: WorldConfig,
+}
+
+/// Where clients of an endpoint connect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Ports {
+    /// For calls.
+    pub(crate) calls: u16,
+    /// For the streams of sensors.
+    pub(crate) streams: u16,
 }
 
 /// How worlds of an endpoint are made and run.
@@ -78,6 +117,9 @@ pub(crate) struct WorldConfig {
     /// Between two ticks in asynchronous mode.
     pub(crate) period: Duration,
     pub(crate) sync_lease: Option<Duration>,
+    pub(crate) after_replays: AfterReplays,
+    /// Where recordings lie.
+    pub(crate) shelf: Shelf,
     /// Keeps the worlds while it lives.
     pub(crate) owner: ServiceId,
 }
@@ -104,10 +146,14 @@ impl Config {
         }
         let lease = args.sync_lease.map(Duration::try_from_secs_f64).transpose();
         let sync_lease = lease.map_err(|why| wrong("sync-lease", why.to_string()))?;
-        check_ports(&args.port).map_err(|why| wrong("port", why))?;
+        let folder = std::path::absolute(args.recordings.join(args.tenant.as_str()));
+        let folder = folder.map_err(|why| wrong("recordings", why.to_string()))?;
+        // Users of this machine may name whole paths, as with CARLA.
+        let shelf = Shelf::new(folder, args.host.is_loopback());
+        let endpoints = pair(&args.port, &args.stream_port)?;
         Ok(Self {
             connect: args.connect.clone(),
-            ports: args.port.clone(),
+            endpoints,
             host: args.host,
             id: args.id.clone(),
             tenant: args.tenant.clone(),
@@ -117,27 +163,39 @@ impl Config {
                 tyres: args.tyres,
                 period: Duration::from_secs_f64(1.0 / args.fps),
                 sync_lease,
+                after_replays: args.after_replays,
+                shelf,
                 owner: args.id.clone(),
             },
         })
     }
 }
 
-/// Two ports of each endpoint are taken, so that none may follow another directly.
-fn check_ports(ports: &[u16]) -> Result<(), String> {
-    if ports.is_empty() {
-        return Err("wanted at least one".to_owned());
+/// Each port of calls with that of its streams; no port twice.
+fn pair(calls: &[u16], streams: &[u16]) -> Result<Vec<Ports>, ConfigError> {
+    let wrong = |setting, why: String| ConfigError { setting, why };
+    if calls.is_empty() {
+        return Err(wrong("port", "wanted at least one".to_owned()));
     }
-    for (index, port) in ports.iter().enumerate() {
-        let stream = port.checked_add(1).filter(|_| *port > 0);
-        let stream = stream.ok_or_else(|| format!("wanted 1 to 65534, found {port}"))?;
-        let clash =
-            |other: &u16| *other == *port || *other == stream || other.wrapping_add(1) == *port;
-        if ports.iter().skip(index + 1).any(clash) {
-            return Err(format!("{port} and its streams on {stream} are wanted twice"));
+    if !streams.is_empty() && streams.len() != calls.len() {
+        let why = format!("wanted one for each --port: {}, found {}", calls.len(), streams.len());
+        return Err(wrong("stream-port", why));
+    }
+    let mut taken = BTreeSet::new();
+    let mut pairs = Vec::with_capacity(calls.len());
+    for (index, &calls) in calls.iter().enumerate() {
+        let next = || calls.checked_add(1).filter(|_| calls > 0);
+        let streams = streams.get(index).copied().or_else(next).filter(|port| *port > 0);
+        let streams =
+            streams.ok_or_else(|| wrong("port", format!("wanted 1 to 65534, found {calls}")))?;
+        for port in [calls, streams] {
+            if port == 0 || !taken.insert(port) {
+                return Err(wrong("port", format!("{port} is wanted twice or is none")));
+            }
         }
+        pairs.push(Ports { calls, streams });
     }
-    Ok(())
+    Ok(pairs)
 }
 
 #[cfg(test)]
@@ -145,10 +203,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ports_whose_streams_would_clash_are_refused() {
-        assert_eq!(check_ports(&[2000, 2010]), Ok(()));
+    fn streams_take_the_next_port_unless_told() {
+        let pairs = pair(&[2000, 2010], &[]).unwrap();
+        let told = pair(&[2000, 2001], &[3000, 3001]).unwrap();
+        let of = |pairs: &[Ports]| pairs.iter().map(|p| (p.calls, p.streams)).collect::<Vec<_>>();
+        assert_eq!(of(&pairs), [(2000, 2001), (2010, 2011)]);
+        assert_eq!(of(&told), [(2000, 3000), (2001, 3001)]);
+    }
+
+    #[test]
+    fn ports_that_clash_are_refused() {
         for ports in [&[2000, 2001][..], &[2001, 2000], &[2000, 2000], &[0], &[65_535], &[]] {
-            assert!(check_ports(ports).is_err(), "{ports:?}");
+            assert_eq!(pair(ports, &[]).unwrap_err().setting, "port", "{ports:?}");
         }
+        assert_eq!(pair(&[2000], &[2000]).unwrap_err().setting, "port");
+        assert_eq!(pair(&[2000, 2010], &[2005]).unwrap_err().setting, "stream-port");
     }
 }

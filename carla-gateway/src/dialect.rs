@@ -15,7 +15,8 @@ mod vehicle;
 mod walker;
 mod weather;
 
-pub(crate) use actor::{Actor, ActorAttribute, ActorDefinition, ActorDescription, AttributeValue};
+pub(crate) use actor::AttributeValue;
+pub(crate) use actor::{Actor, ActorAttribute, ActorDefinition, ActorDescription, ActorRef};
 pub(crate) use command::{BatchCommand, BatchResponse};
 pub(crate) use debug::{DebugShape, Line, Primitive};
 pub(crate) use geometry::{BoundingBox, Location, Rotation, Transform, Vector2D, Vector3D};

@@ -1,85 +1,57 @@
-//! One CARLA server: its clients, its episode, its clock. Calls are answered one after the other in
-//! the order of their arrival, ticks happen between them.
+//! What one CARLA server has: its episode, with the world behind it, and its streams. It does one
+//! thing at a time, what a call or the [lobby](crate::lobby) asks for.
 
+mod branching;
 mod cameras;
-mod changeover;
 mod clock;
-mod held;
-mod late;
+mod ids;
+mod journal;
 mod listeners;
 mod loading;
+mod recording;
+mod street_lamps;
 mod telling;
-mod traffic;
 mod tyres;
 mod uploads;
 mod worlds;
 
 pub(crate) use cameras::check_camera;
-pub(crate) use worlds::unknown_actor;
 
-use std::collections::BTreeMap;
-use std::net::IpAddr;
 use std::sync::Arc;
 
 use roads::MapLayer;
-use schemas::Command;
+use schemas::{ActorId, Command, SharedFrame};
 use tokio::runtime;
-use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
-use crate::calls;
-use crate::config::WorldConfig;
-use crate::dialect::{EpisodeSettings, LightState, WeatherParameters};
+use crate::config::{Ports, WorldConfig};
+use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
+use crate::lobby::{Brief, Report, Timing, WorldState};
 use crate::maps::Maps;
 use crate::pictures::Shape;
-use crate::rpc::{Connection, ConnectionId, Refusal, Request};
+use crate::recorder::{Recorder, Shelf};
+use crate::replayer::Replayer;
+use crate::rpc::{Answer, Refusal};
 use crate::site::Site;
-use crate::stream::{Hub, WORLD_OBSERVER};
-use cameras::{Darkroom, Poses};
-use changeover::Changeover;
-use held::{HeldLoads, LOAD};
-use late::LateAnswers;
-use traffic::TrafficManagers;
+use crate::stream::{Hub, StreamId, WORLD_OBSERVER};
+use cameras::Darkroom;
+use ids::GivenIds;
+use listeners::Expected;
+use street_lamps::StreetLamps;
 
-/// Events that may wait; clients that send more are read more slowly.
-pub(crate) const EVENTS_MAX: usize = 1_024;
-/// Events that are handled between two looks at the clock.
-const EVENTS_PER_LOOK: usize = 64;
 /// What gravity measures at rest, in metres per second squared.
 pub(crate) const GRAVITY_MPS2: f32 = 9.81;
 /// Commands that wait for the next tick at most.
 const PENDING_MAX: usize = 4_096;
 
-/// What an endpoint hears.
-pub(crate) enum Event {
-    /// A client connected.
-    Connected(ConnectionId, Whereabouts),
-    /// A client is gone.
-    Disconnected(ConnectionId),
-    /// A client calls.
-    Call(Connection, Request),
-    /// A client has called and was answered already.
-    Answered(ConnectionId),
-    /// A stream has lost its last listener.
-    Deserted(u32),
-}
-
-/// Where a client runs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Whereabouts {
-    pub(crate) address: IpAddr,
-    /// Whether that is this machine.
-    pub(crate) is_here: bool,
-}
-
-/// A world that is gone.
-pub(crate) struct Loss {
-    /// What became of it.
-    pub(crate) why: String,
-    /// The last client that could know it; who comes later finds a new world.
-    newest_witness: Option<ConnectionId>,
+/// What the endpoint is told for a job, and what the job tells about its answer.
+struct Present {
+    brief: Brief,
+    timing: Timing,
+    expects_step: bool,
+    later: Option<JoinHandle<Answer>>,
 }
 
 /// The state of one CARLA server.
@@ -88,52 +60,45 @@ pub(crate) struct Endpoint {
     pub(crate) maps: Arc<Maps>,
     pub(crate) hub: Arc<Hub>,
     pub(crate) config: WorldConfig,
-    /// Of calls; streams have the next one.
+    /// Of calls.
     pub(crate) port: u16,
+    /// Of streams.
+    pub(crate) stream_port: u16,
     pub(crate) weather: WeatherParameters,
     /// Made at the first call that needs it.
     pub(crate) episode: Option<Episode>,
-    /// Set when the world of the episode is gone.
-    pub(crate) lost: Option<Loss>,
+    /// What became of the world of the episode, when it is gone.
+    pub(crate) lost: Option<String>,
     pub(crate) episodes_begun: u64,
     /// Of the newest snapshot; never goes back.
     pub(crate) frame_number: u64,
+    pub(crate) recorder: Recorder,
+    /// Whether the world keeps a journal beside the recording.
+    has_journal: bool,
+    pub(crate) replayer: Replayer,
     /// Wait for the next tick or flush.
     pub(crate) pending: Vec<Command>,
-    /// Those that run in clients.
-    pub(crate) traffic_managers: TrafficManagers,
-    /// Street lights of the map, as clients set them.
-    pub(crate) lights: Vec<LightState>,
-    /// Whether clients have to ask for the lights again.
-    pub(crate) lights_are_new: bool,
-    /// Whether the lights burn by night only.
-    pub(crate) lights_follow_the_sun: bool,
+    /// Street lights of the map.
+    pub(crate) lamps: StreetLamps,
     /// What clients drew into the world.
     pub(crate) shapes: Arc<Vec<Shape>>,
     /// What inertial sensors measure at rest.
     pub(crate) imui_gravity_mps2: f32,
     /// How the episode runs.
     settings: EpisodeSettings,
-    /// The same, for those who read them while the endpoint is busy.
-    posted_settings: watch::Sender<EpisodeSettings>,
-    clients: BTreeMap<ConnectionId, Whereabouts>,
-    newest_client: Option<ConnectionId>,
-    caller: Option<ConnectionId>,
-    late: LateAnswers,
-    changeover: Option<Changeover>,
-    held: HeldLoads,
-    streams_opened: u32,
-    /// Streams whose listener is on the way: how many will have come then, until when it is
-    /// awaited.
-    expected: BTreeMap<u32, (u64, Instant)>,
+    present: Present,
+    /// Of the streams that were ever opened.
+    newest_stream: StreamId,
+    /// In all its worlds.
+    pub(crate) given: GivenIds,
+    expected: Expected,
     pictures: Option<JoinHandle<()>>,
-    /// Where all were in the newest frame that clients have seen.
-    poses: Poses,
+    /// The newest frame that clients have seen.
+    shown: Option<SharedFrame>,
     darkroom: Arc<Darkroom>,
     /// Where pictures are made ready, away from the calls.
     workers: runtime::Handle,
     started: Instant,
-    last_tick: Instant,
     map_is_new: bool,
 }
 
@@ -143,53 +108,49 @@ impl Endpoint {
         site: Arc<dyn Site>,
         maps: Arc<Maps>,
         config: WorldConfig,
-        port: u16,
+        ports: Ports,
         workers: runtime::Handle,
     ) -> Self {
         let hub = Arc::new(Hub::new());
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
+        let recorder = Recorder::new(Shelf::clone(&config.shelf));
         Self {
             site,
             maps,
             hub,
             config,
-            port,
+            port: ports.calls,
+            stream_port: ports.streams,
             weather: WeatherParameters::of(&schemas::Weather::CLEAR_NOON),
             episode: None,
             lost: None,
             episodes_begun: 0,
             frame_number: 0,
+            recorder,
+            has_journal: false,
+            replayer: Replayer::default(),
             pending: Vec::new(),
-            traffic_managers: TrafficManagers::default(),
-            lights: Vec::new(),
-            lights_are_new: false,
-            lights_follow_the_sun: true,
+            lamps: StreetLamps::default(),
             shapes: Arc::default(),
             imui_gravity_mps2: GRAVITY_MPS2,
             settings: EpisodeSettings::default(),
-            posted_settings: watch::Sender::new(EpisodeSettings::default()),
-            clients: BTreeMap::new(),
-            newest_client: None,
-            caller: None,
-            late: LateAnswers::default(),
-            changeover: None,
-            held: HeldLoads::default(),
-            streams_opened: WORLD_OBSERVER,
-            expected: BTreeMap::new(),
+            present: Present {
+                brief: Brief { last_tick: now, caller: None, finds_new_world: false },
+                timing: Timing::Now,
+                expects_step: false,
+                later: None,
+            },
+            newest_stream: WORLD_OBSERVER,
+            given: GivenIds::default(),
+            expected: Expected::default(),
             pictures: None,
-            poses: Poses::default(),
+            shown: None,
             darkroom: Arc::default(),
             workers,
             started: now,
-            last_tick: now,
             map_is_new: false,
         }
-    }
-
-    /// The port of the streams.
-    pub(crate) fn stream_port(&self) -> u16 {
-        self.port.wrapping_add(1)
     }
 
     /// How the episode runs.
@@ -197,117 +158,60 @@ impl Endpoint {
         &self.settings
     }
 
-    /// Takes over settings; others see them at once.
+    /// Takes over settings.
     pub(crate) fn settle(&mut self, settings: EpisodeSettings) {
-        self.posted_settings.send_replace(settings.clone());
         self.settings = settings;
         self.queue_substeps();
     }
 
-    /// Where the settings can be read without the endpoint.
-    pub(crate) fn posted_settings(&self) -> watch::Receiver<EpisodeSettings> {
-        self.posted_settings.subscribe()
-    }
-
-    /// The client whose call is being answered.
-    pub(crate) fn caller(&self) -> Option<ConnectionId> {
-        self.caller
+    /// A job begins.
+    pub(crate) fn begin(&mut self, brief: Brief) {
+        let timing = Timing::Now;
+        self.present = Present { brief, timing, expects_step: false, later: None };
     }
 
     /// The client's Traffic Managers take a step before its present call returns.
     pub(crate) fn expect_step(&mut self) {
-        if let Some(client) = self.caller {
-            self.traffic_managers.note_frame(client, Instant::now());
+        self.present.expects_step = true;
+    }
+
+    /// The present call has put actors into the world: its answer waits for a frame.
+    pub(crate) fn answer_with_next_frame(&mut self) {
+        self.present.timing = Timing::WithNextFrame;
+    }
+
+    /// The present call is answered with what comes of this, whenever that is.
+    pub(crate) fn answer_later(&mut self, answer: JoinHandle<Answer>) {
+        self.present.later = Some(answer);
+    }
+
+    /// The present call has destroyed an actor, which a step of the caller's Traffic Managers may
+    /// be about.
+    pub(crate) fn answer_after_managers_step(&mut self, actor: ActorId) {
+        let actor = self.episode.as_ref().and_then(|episode| episode.actor(actor));
+        if actor.is_some_and(|actor| actor.description.type_id.starts_with("vehicle.")) {
+            self.present.timing = self.present.timing.max(Timing::AfterManagersStep);
         }
     }
 
-    /// Whether the client whose call is being answered runs on this machine.
-    pub(crate) fn is_caller_here(&self) -> bool {
-        let caller = self.caller.and_then(|caller| self.clients.get(&caller));
-        caller.is_some_and(|client| client.is_here)
-    }
-
-    /// Serves until nobody can send events any more.
-    pub(crate) async fn run(mut self, mut events: mpsc::Receiver<Event>) {
-        loop {
-            self.give_late_answers();
-            self.hurry_changeover();
-            self.do_held_load().await;
-            if self.next_tick_at().is_some_and(|at| at <= Instant::now()) {
-                self.tick_by_itself().await;
-                continue;
-            }
-            if events.is_empty() {
-                self.wake_late_managers();
-            }
-            let others = self.traffic_managers.next_due().into_iter().chain(self.late.next_due());
-            let others = others.chain(self.changeover.as_ref().map(Changeover::due));
-            let others = others.chain(self.next_load_due());
-            let event = match self.next_tick_at().into_iter().chain(others).min() {
-                Some(at) => tokio::select! {
-                    event = events.recv() => event,
-                    () = tokio::time::sleep_until(at) => continue,
-                },
-                None => events.recv().await,
-            };
-            let Some(event) = event else { return };
-            self.handle(event).await;
-            for _ in 1..EVENTS_PER_LOOK {
-                let Ok(event) = events.try_recv() else { break };
-                self.handle(event).await;
-            }
+    /// What came of a job.
+    pub(crate) fn report(&mut self, answer: Answer) -> Report {
+        let world = match (&self.episode, &self.lost) {
+            (None, _) => WorldState::None,
+            (Some(_), None) => WorldState::Alive,
+            (Some(_), Some(_)) => WorldState::Lost,
+        };
+        Report {
+            answer,
+            later: self.present.later.take(),
+            timing: self.present.timing,
+            expects_step: self.present.expects_step,
+            settings: self.settings.clone(),
+            frame_number: self.frame_number,
+            episodes_begun: self.episodes_begun,
+            world,
+            last_tick: self.present.brief.last_tick,
         }
-    }
-
-    async fn handle(&mut self, event: Event) {
-        match event {
-            Event::Connected(client, whereabouts) => {
-                if self.clients.is_empty() {
-                    self.last_tick = Instant::now();
-                }
-                self.clients.insert(client, whereabouts);
-                self.newest_client = self.newest_client.max(Some(client));
-            }
-            Event::Disconnected(client) => {
-                self.clients.remove(&client);
-                self.traffic_managers.forget(client);
-                self.held.forget(client);
-                self.changeover.take_if(|changeover| changeover.client() == client);
-            }
-            Event::Call(connection, request) => {
-                self.caller = Some(connection.id);
-                match request.method.as_str() {
-                    "apply_batch" => self.traffic_managers.note_batch(connection.id),
-                    _ => self.traffic_managers.note_call(connection.id, Instant::now()),
-                }
-                if request.method == "tick_cue" && self.settings.synchronous_mode {
-                    self.answer_and_tick(&connection, &request).await;
-                } else if let Some((connection, request)) = self.hold(connection, request) {
-                    self.answer(connection, request).await;
-                }
-                self.caller = None;
-            }
-            Event::Answered(client) => {
-                self.traffic_managers.note_call(client, Instant::now());
-                self.note_read(client);
-            }
-            Event::Deserted(stream) => self.note_deserted(stream),
-        }
-    }
-
-    async fn answer(&mut self, connection: Connection, request: Request) {
-        self.note_changeover(connection.id, &request);
-        let answer = calls::answer(self, &request).await;
-        if request.method == LOAD && answer.is_ok() {
-            self.note_load();
-            if self.traffic_managers.count(connection.id) > 0 {
-                return self.change_over(connection, request, answer).await;
-            }
-        }
-        if let (Err(refusal), true) = (&answer, request.asynchronous) {
-            tracing::debug!(method = request.method, %refusal, "a call nobody waits for");
-        }
-        self.answer_in_time(connection, request, answer);
     }
 
     /// The episode.
@@ -315,7 +219,7 @@ impl Endpoint {
     /// # Errors
     /// Why there is none; a client gets one with `reload_world` or `load_world`.
     pub(crate) fn episode(&mut self) -> Result<&mut Episode, Refusal> {
-        if let Some(Loss { why, .. }) = &self.lost {
+        if let Some(why) = &self.lost {
             return Err(Refusal(format!("{why}; reload_world() begins anew")));
         }
         self.known_episode()
@@ -334,8 +238,8 @@ impl Endpoint {
     /// # Errors
     /// As for [`load`](Self::load).
     pub(crate) async fn ensure_episode(&mut self) -> Result<(), Refusal> {
-        let is_late = |loss: &Loss| self.caller.is_some() && self.caller > loss.newest_witness;
-        if self.episode.is_some() && !self.lost.as_ref().is_some_and(is_late) {
+        let begins_anew = self.lost.is_some() && self.present.brief.finds_new_world;
+        if self.episode.is_some() && !begins_anew {
             return Ok(());
         }
         self.load("", MapLayer::ALL).await
@@ -345,7 +249,12 @@ impl Endpoint {
     pub(crate) fn note_loss(&mut self, why: impl std::fmt::Display) {
         let why = format!("the world is gone: {why}");
         tracing::warn!(port = self.port, why, "episode ended");
-        self.lost = Some(Loss { why, newest_witness: self.newest_client });
+        self.lost = Some(why);
+    }
+
+    /// Whether the sun is below the horizon.
+    pub(crate) fn is_night(&self) -> bool {
+        self.weather.ours().sun_altitude_rad <= 0.0
     }
 
     /// Queues a command for the next tick or flush.

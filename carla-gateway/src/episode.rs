@@ -1,16 +1,18 @@
 //! One world as clients see it: its map, its newest frame, and what is known of its actors.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use schemas::{ActorDescription, ActorId, ActorState, Frame, Pose, WorldId};
+use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, SharedFrame, WorldId};
 
 use crate::catalogue;
-use crate::dialect::Actor;
+use crate::dialect::{Actor, ActorRef};
 use crate::navigation::Navigation;
-use crate::pictures::Film;
+use crate::pictures::{Film, TextureId};
+use crate::rpc::Refusal;
 use crate::skeleton::Custom;
-use crate::stream::token;
+use crate::stream::{StreamId, token};
 
 /// The type of actors by which clients steer walkers.
 const WALKER_CONTROLLER: &str = "controller.ai.walker";
@@ -25,25 +27,28 @@ pub(crate) struct Episode {
     pub(crate) navigation: Arc<Navigation>,
     /// As clients name the map.
     pub(crate) map_name: String,
-    /// The newest state; kept true while commands change it between ticks.
-    pub(crate) frame: Frame,
+    /// The newest state.
+    pub(crate) frame: SharedFrame,
+    /// Who is otherwise by now: what clients changed since the frame, so that they read what they
+    /// wrote.
+    changed: BTreeMap<ActorId, ActorState>,
     pub(crate) spectator: Option<ActorId>,
-    actors: BTreeMap<u32, Actor>,
-    signals: BTreeMap<u32, String>,
-    stream_of_actor: BTreeMap<u32, u32>,
-    actor_of_stream: BTreeMap<u32, u32>,
-    /// Of textures of cameras, by camera and CARLA's number.
-    texture_streams: BTreeMap<(u32, u32), u32>,
+    actors: BTreeMap<ActorId, Actor>,
+    signals: BTreeMap<ActorId, String>,
+    stream_of_actor: BTreeMap<ActorId, StreamId>,
+    actor_of_stream: BTreeMap<StreamId, ActorId>,
+    /// Of textures of cameras.
+    texture_streams: BTreeMap<(ActorId, TextureId), StreamId>,
     /// Cameras whose textures clients switched on.
-    textured: BTreeSet<u32>,
+    textured: BTreeSet<ActorId>,
     /// Vehicles that sensors do not see, by sensor.
-    ignored: BTreeMap<u32, Vec<ActorId>>,
+    ignored: BTreeMap<ActorId, Vec<ActorId>>,
     /// Poses that clients made, by walker.
-    custom_poses: BTreeMap<u32, Custom>,
+    custom_poses: BTreeMap<ActorId, Custom>,
     /// Actors whose physics clients switched off.
-    unsimulated: BTreeSet<u32>,
+    unsimulated: BTreeSet<ActorId>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
-    wheel_angles: BTreeMap<(u32, u8), WheelAngles>,
+    wheel_angles: BTreeMap<(ActorId, u8), WheelAngles>,
 }
 
 /// Angles at which a client holds a wheel, in degrees.
@@ -59,7 +64,7 @@ impl Episode {
         world: WorldId,
         map: Arc<roads::Map>,
         map_name: String,
-        frame: Frame,
+        frame: SharedFrame,
     ) -> Self {
         let navigation = Arc::new(Navigation::new(Arc::clone(&map)));
         Self {
@@ -68,6 +73,7 @@ impl Episode {
             navigation,
             map_name,
             frame,
+            changed: BTreeMap::new(),
             spectator: None,
             actors: BTreeMap::new(),
             signals: BTreeMap::new(),
@@ -82,21 +88,31 @@ impl Episode {
         }
     }
 
-    /// Learns what an actor is. Gives the stream that is to be opened for it, with `next_stream`.
+    /// Goes on with a frame, in which all changes are.
+    pub(crate) fn show(&mut self, frame: SharedFrame) {
+        self.frame = frame;
+        self.changed.clear();
+    }
+
+    /// All actors, as clients changed them.
+    pub(crate) fn states(&self) -> impl Iterator<Item = &ActorState> {
+        self.frame.actors.iter().map(|state| self.changed.get(&state.id).unwrap_or(state))
+    }
+
+    /// Learns what an actor is. Gives `next_stream` if it is to be opened for it.
     pub(crate) fn learn(
         &mut self,
         described: &ActorDescription,
-        next_stream: &mut u32,
+        next_stream: StreamId,
         stream_port: u16,
-    ) -> Option<u32> {
+    ) -> Option<StreamId> {
         let mut actor = catalogue::actor(described);
-        let id = actor.id;
+        let id = described.id;
         let mut opened = None;
         if catalogue::has_stream(&described.blueprint) {
             let stream = *self.stream_of_actor.entry(id).or_insert_with(|| {
-                *next_stream += 1;
-                opened = Some(*next_stream);
-                *next_stream
+                opened = Some(next_stream);
+                next_stream
             });
             self.actor_of_stream.insert(stream, id);
             actor.stream_token = token(stream, stream_port).to_vec();
@@ -112,14 +128,13 @@ impl Episode {
     fn forget_the_gone(&mut self) {
         if self.actors.len() > self.frame.actors.len() + GONE_MAX {
             let frame = &self.frame;
-            self.actors
-                .retain(|id, _| ActorId::new(*id).is_some_and(|id| frame.actor(id).is_some()));
+            self.actors.retain(|id, _| frame.actor(*id).is_some());
         }
     }
 
     /// Forgets an actor; gives its streams, which are to be closed.
-    pub(crate) fn forget(&mut self, actor: u32) -> Vec<u32> {
-        let streams: Vec<u32> = self.streams_of(actor).collect();
+    pub(crate) fn forget(&mut self, actor: ActorId) -> Vec<StreamId> {
+        let streams: Vec<StreamId> = self.streams_of(actor).collect();
         self.actors.remove(&actor);
         self.signals.remove(&actor);
         self.stream_of_actor.remove(&actor);
@@ -135,43 +150,58 @@ impl Episode {
     }
 
     /// The own stream of an actor, and those of its textures.
-    pub(crate) fn streams_of(&self, actor: u32) -> impl Iterator<Item = u32> {
-        let textures = self.texture_streams.range((actor, 0)..=(actor, u32::MAX));
+    pub(crate) fn streams_of(&self, actor: ActorId) -> impl Iterator<Item = StreamId> {
+        let textures = self.texture_streams.range(TextureId::of_camera(actor));
         self.stream(actor).into_iter().chain(textures.map(|(_, stream)| *stream))
     }
 
     /// The pose that a client made for a walker.
-    pub(crate) fn custom_pose(&self, walker: u32) -> Option<&Custom> {
+    pub(crate) fn custom_pose(&self, walker: ActorId) -> Option<&Custom> {
         self.custom_poses.get(&walker)
     }
 
+    /// The poses that clients made.
+    pub(crate) fn custom_poses(&self) -> &BTreeMap<ActorId, Custom> {
+        &self.custom_poses
+    }
+
     /// As [`custom_pose`](Self::custom_pose), begun where there was none.
-    pub(crate) fn custom_pose_mut(&mut self, walker: u32) -> &mut Custom {
+    pub(crate) fn custom_pose_mut(&mut self, walker: ActorId) -> &mut Custom {
         self.custom_poses.entry(walker).or_default()
+    }
+
+    /// A walker moves its limbs itself again.
+    pub(crate) fn drop_custom_pose(&mut self, walker: ActorId) {
+        self.custom_poses.remove(&walker);
     }
 
     /// The stream of a camera's texture, which is `next` if it had none yet; `None` for what is no
     /// camera or no texture.
-    pub(crate) fn texture_stream(&mut self, camera: u32, number: u32, next: u32) -> Option<u32> {
-        Film::of_texture(number)?;
+    pub(crate) fn texture_stream(
+        &mut self,
+        camera: ActorId,
+        texture: TextureId,
+        next: StreamId,
+    ) -> Option<StreamId> {
+        Film::of_texture(texture)?;
         let is_camera =
             self.actor(camera).is_some_and(|actor| Film::of(&actor.description.type_id).is_some());
         if !is_camera {
             return None;
         }
-        let stream = *self.texture_streams.entry((camera, number)).or_insert(next);
+        let stream = *self.texture_streams.entry((camera, texture)).or_insert(next);
         self.actor_of_stream.insert(stream, camera);
         Some(stream)
     }
 
     /// Streams of the textures of a camera, and what they show.
-    pub(crate) fn textures(&self, camera: u32) -> impl Iterator<Item = (u32, Film)> {
-        let streams = self.texture_streams.range((camera, 0)..=(camera, u32::MAX));
-        streams.filter_map(|((_, number), stream)| Some((*stream, Film::of_texture(*number)?)))
+    pub(crate) fn textures(&self, camera: ActorId) -> impl Iterator<Item = (StreamId, Film)> {
+        let streams = self.texture_streams.range(TextureId::of_camera(camera));
+        streams.filter_map(|((_, texture), stream)| Some((*stream, Film::of_texture(*texture)?)))
     }
 
     /// Remembers that a client switched the textures of a camera on or off.
-    pub(crate) fn set_textured(&mut self, camera: u32, on: bool) {
+    pub(crate) fn set_textured(&mut self, camera: ActorId, on: bool) {
         if on {
             self.textured.insert(camera);
         } else {
@@ -180,12 +210,12 @@ impl Episode {
     }
 
     /// Whether a client switched the textures of a camera on.
-    pub(crate) fn is_textured(&self, camera: u32) -> bool {
+    pub(crate) fn is_textured(&self, camera: ActorId) -> bool {
         self.textured.contains(&camera)
     }
 
     /// Notes that the physics of an actor was switched: it takes its wheels back from clients.
-    pub(crate) fn note_physics(&mut self, actor: u32, on: bool) {
+    pub(crate) fn note_physics(&mut self, actor: ActorId, on: bool) {
         if on {
             self.unsimulated.remove(&actor);
             self.wheel_angles.retain(|(vehicle, _), _| *vehicle != actor);
@@ -195,78 +225,109 @@ impl Episode {
     }
 
     /// How clients hold a wheel.
-    pub(crate) fn wheel_angles(&self, vehicle: u32, wheel: u8) -> WheelAngles {
+    pub(crate) fn wheel_angles(&self, vehicle: ActorId, wheel: u8) -> WheelAngles {
         self.wheel_angles.get(&(vehicle, wheel)).copied().unwrap_or_default()
     }
 
     /// As [`wheel_angles`](Self::wheel_angles), to change it; `None` while its physics is on.
-    pub(crate) fn wheel_angles_mut(&mut self, vehicle: u32, wheel: u8) -> Option<&mut WheelAngles> {
+    pub(crate) fn wheel_angles_mut(
+        &mut self,
+        vehicle: ActorId,
+        wheel: u8,
+    ) -> Option<&mut WheelAngles> {
         let is_held = self.unsimulated.contains(&vehicle);
         is_held.then(|| self.wheel_angles.entry((vehicle, wheel)).or_default())
     }
 
     /// Remembers which vehicles a sensor does not see.
-    pub(crate) fn set_ignored(&mut self, sensor: u32, vehicles: Vec<ActorId>) {
+    pub(crate) fn set_ignored(&mut self, sensor: ActorId, vehicles: Vec<ActorId>) {
         self.ignored.insert(sensor, vehicles);
     }
 
     /// The vehicles that a sensor does not see.
-    pub(crate) fn ignored(&self, sensor: u32) -> &[ActorId] {
+    pub(crate) fn ignored(&self, sensor: ActorId) -> &[ActorId] {
         self.ignored.get(&sensor).map_or(&[], Vec::as_slice)
     }
 
     /// What is known of an actor.
-    pub(crate) fn actor(&self, id: u32) -> Option<&Actor> {
+    pub(crate) fn actor(&self, id: ActorId) -> Option<&Actor> {
         self.actors.get(&id)
     }
 
     /// Whether a client steers a walker.
-    pub(crate) fn is_steered(&self, walker: u32) -> bool {
-        let mut hanging = self.actors.values().filter(|actor| actor.parent_id == walker);
+    pub(crate) fn is_steered(&self, walker: ActorId) -> bool {
+        let on_it = |actor: &&Actor| actor.parent_id.id() == Some(walker);
+        let mut hanging = self.actors.values().filter(on_it);
         hanging.any(|actor| actor.description.type_id == WALKER_CONTROLLER)
     }
 
     /// The OpenDRIVE signal that a light or sign stands for.
-    pub(crate) fn signal(&self, id: u32) -> Option<&str> {
+    pub(crate) fn signal(&self, id: ActorId) -> Option<&str> {
         self.signals.get(&id).map(String::as_str)
     }
 
     /// Where an actor's measurements go.
-    pub(crate) fn stream(&self, actor: u32) -> Option<u32> {
+    pub(crate) fn stream(&self, actor: ActorId) -> Option<StreamId> {
         self.stream_of_actor.get(&actor).copied()
     }
 
     /// The sensor behind a stream.
-    pub(crate) fn sensor(&self, stream: u32) -> Option<ActorId> {
-        self.actor_of_stream.get(&stream).and_then(|id| ActorId::new(*id))
+    pub(crate) fn sensor(&self, stream: StreamId) -> Option<ActorId> {
+        self.actor_of_stream.get(&stream).copied()
     }
 
     /// All streams of sensors.
-    pub(crate) fn streams(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn streams(&self) -> impl Iterator<Item = StreamId> {
         self.actor_of_stream.keys().copied()
     }
 
     /// The newest state of an actor.
-    pub(crate) fn state(&self, id: u32) -> Option<&ActorState> {
-        self.frame.actor(ActorId::new(id)?)
+    pub(crate) fn state(&self, id: ActorId) -> Option<&ActorState> {
+        self.changed.get(&id).or_else(|| self.frame.actor(id))
+    }
+
+    /// The newest state of whom a client means.
+    ///
+    /// # Errors
+    /// Nobody has the id.
+    pub(crate) fn found(&self, id: ActorRef) -> Result<&ActorState, Refusal> {
+        id.id().and_then(|actor| self.state(actor)).ok_or_else(|| id.unknown())
+    }
+
+    /// As [`found`](Self::found), of what has to be of a kind.
+    ///
+    /// # Errors
+    /// Nobody has the id, or somebody else.
+    pub(crate) fn found_as(&self, id: ActorRef, kind: ActorKind) -> Result<&ActorState, Refusal> {
+        let state = self.found(id)?;
+        if state.kind == kind { Ok(state) } else { Err(id.wrong_kind()) }
+    }
+
+    /// The id of whom a client means, if it is known what that is.
+    ///
+    /// # Errors
+    /// Nobody has the id.
+    pub(crate) fn known(&self, id: ActorRef) -> Result<ActorId, Refusal> {
+        id.id().filter(|actor| self.actors.contains_key(actor)).ok_or_else(|| id.unknown())
     }
 
     /// The frame in which clients put an actor elsewhere: that of its parent, or the world.
     pub(crate) fn carrier(&self, state: &ActorState) -> Pose {
-        let parent = state.parent.and_then(|parent| self.frame.actor(parent));
+        let parent = state.parent.and_then(|parent| self.state(parent));
         parent.map_or_else(Pose::identity, |parent| parent.world_from_actor)
     }
 
     /// As [`state`](Self::state), to keep it true between ticks.
-    pub(crate) fn state_mut(&mut self, id: u32) -> Option<&mut ActorState> {
-        let id = ActorId::new(id)?;
-        let at = self.frame.actors.binary_search_by_key(&id, |actor| actor.id).ok()?;
-        self.frame.actors.get_mut(at)
+    pub(crate) fn state_mut(&mut self, id: ActorId) -> Option<&mut ActorState> {
+        match self.changed.entry(id) {
+            Entry::Occupied(changed) => Some(changed.into_mut()),
+            Entry::Vacant(vacant) => Some(vacant.insert(self.frame.actor(id)?.clone())),
+        }
     }
 
     /// Actors of the newest frame that nothing is known of.
     pub(crate) fn strangers(&self) -> Vec<ActorId> {
         let ids = self.frame.actors.iter().map(|actor| actor.id);
-        ids.filter(|id| !self.actors.contains_key(&id.get())).collect()
+        ids.filter(|id| !self.actors.contains_key(id)).collect()
     }
 }

@@ -14,6 +14,8 @@ pub struct Translated {
 pub struct Flags {
     /// The ports of endpoints.
     pub port: &'static str,
+    /// The ports of their streams.
+    pub stream_port: &'static str,
     /// The map of an endpoint's first world.
     pub map: &'static str,
 }
@@ -62,6 +64,9 @@ pub fn translate(arguments: impl IntoIterator<Item = String>, flags: Flags) -> T
             ("carla-rpc-port" | "carla-port" | "world-port", port) if !port.is_empty() => {
                 translated.arguments.extend([flags.port.to_owned(), port.to_owned()]);
             }
+            ("carla-streaming-port", port) if !port.is_empty() => {
+                translated.arguments.extend([flags.stream_port.to_owned(), port.to_owned()]);
+            }
             ("fps", fps) if !fps.is_empty() => {
                 translated.arguments.extend(["--fps".to_owned(), fps.to_owned()]);
             }
@@ -81,7 +86,8 @@ fn is_carlas(name: &str) -> bool {
 mod tests {
     use super::*;
 
-    const FLAGS: Flags = Flags { port: "--carla", map: "--carla-map" };
+    const FLAGS: Flags =
+        Flags { port: "--carla", stream_port: "--carla-stream", map: "--carla-map" };
 
     fn words(line: &str) -> Vec<String> {
         line.split_whitespace().map(str::to_owned).collect()
@@ -89,9 +95,11 @@ mod tests {
 
     #[test]
     fn a_start_script_of_carla_is_understood() {
-        let line = "-RenderOffScreen -quality-level=Low -carla-rpc-port=2010 -fps=20 --bus x -h";
+        let line = "-RenderOffScreen -quality-level=Low -carla-rpc-port=2010 \
+                    -carla-streaming-port=2500 -fps=20 --bus x -h";
         let translated = translate(words(line), FLAGS);
-        assert_eq!(translated.arguments, words("--carla 2010 --fps 20 --bus x -h"));
+        let ours = "--carla 2010 --carla-stream 2500 --fps 20 --bus x -h";
+        assert_eq!(translated.arguments, words(ours));
         assert_eq!(translated.ignored, words("-RenderOffScreen -quality-level=Low"));
     }
 

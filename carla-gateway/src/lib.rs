@@ -3,12 +3,13 @@
 //! - `rpc` and `stream` are the two channels of CARLA's protocol, without meaning.
 //! - `dialect` is its messages as types; `snapshot`, `sensors` and `pictures` are the payloads of
 //!   its streams.
-//! - `endpoint` is one CARLA server: its clients, episode and clock; `calls` is what each call
-//!   does.
+//! - `server` is one CARLA server: its `lobby`, where clients wait for their turn, and its
+//!   `endpoint`, the episode and its streams; `calls` is what each call does with that.
 //! - `skeleton` is where the limbs of pedestrians are.
+//! - `recorder` and `replayer` write and replay CARLA's recordings.
 //! - `site` is the world service behind the bus.
 //!
-//! The client does not check what it receives, so every payload has one encoder and golden bytes.
+//! The client does not check what it receives, so every payload has one encoder.
 
 mod app;
 mod calls;
@@ -18,16 +19,23 @@ mod dialect;
 mod endpoint;
 mod episode;
 mod launcher;
+mod lobby;
 mod maps;
 mod navigation;
 mod pictures;
+mod recorder;
+mod replayer;
 mod rpc;
 mod sensors;
+mod server;
 mod site;
 mod skeleton;
 mod snapshot;
 mod stream;
+mod wheels;
+mod whereabouts;
 
 pub use app::{RunError, run};
 pub use config::{Args, Config, ConfigError, Tyres};
 pub use launcher::{Flags, Translated, translate};
+pub use recorder::local_date;

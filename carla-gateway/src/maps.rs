@@ -1,27 +1,28 @@
 //! Maps by CARLA's names, parsed once per content.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lru::LruCache;
 use schemas::{Error, ErrorCode, MapRef, Reply, Request};
 
 use crate::site::Site;
 
 /// Parsed maps that are kept.
-const MAPS_MAX: usize = 4;
+const MAPS_MAX: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 /// Where CARLA keeps its maps.
 const FOLDER: &str = "Carla/Maps/";
 
 /// Maps of a site, shared by all endpoints of a process.
 pub(crate) struct Maps {
     site: Arc<dyn Site>,
-    /// Last used last.
-    parsed: Mutex<Vec<Arc<roads::Map>>>,
+    parsed: Mutex<LruCache<MapRef, Arc<roads::Map>>>,
 }
 
 impl Maps {
     /// No maps yet.
     pub(crate) fn new(site: Arc<dyn Site>) -> Self {
-        Self { site, parsed: Mutex::new(Vec::new()) }
+        Self { site, parsed: Mutex::new(LruCache::new(MAPS_MAX)) }
     }
 
     /// All maps, ordered by name.
@@ -45,21 +46,16 @@ impl Maps {
             let name: String = name.chars().take(128).collect();
             Error::new(ErrorCode::UnknownMap, format!("Map '{name}' not found"))
         })?;
-        match self.parsed(wanted) {
+        let parsed = self.parsed().get(wanted).cloned();
+        match parsed {
             Some(map) => Ok(map),
             None => self.fetch(wanted.clone()).await,
         }
     }
 
-    fn parsed(&self, wanted: &MapRef) -> Option<Arc<roads::Map>> {
+    fn parsed(&self) -> MutexGuard<'_, LruCache<MapRef, Arc<roads::Map>>> {
         // Nothing panics while it holds the lock.
-        let mut parsed = self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_it =
-            |map: &Arc<roads::Map>| map.digest() == wanted.digest && map.name() == wanted.name;
-        let at = parsed.iter().position(is_it)?;
-        let map = parsed.remove(at);
-        parsed.push(Arc::clone(&map));
-        Some(map)
+        self.parsed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     async fn fetch(&self, wanted: MapRef) -> Result<Arc<roads::Map>, Error> {
@@ -68,17 +64,15 @@ impl Maps {
         let text = self.site.map_text(wanted.digest.clone()).await?;
         let parse = move || {
             let text = String::from_utf8(text).map_err(|_| "it is not UTF-8".to_owned())?;
-            roads::Map::parse(&wanted.name, &text).map_err(|error| error.to_string())
+            let map = roads::Map::parse(&wanted.name, &text).map_err(|error| error.to_string())?;
+            Ok((map, wanted))
         };
         // A large map takes seconds to parse; streams must go on meanwhile.
         let parsed = tokio::task::spawn_blocking(parse).await;
-        let map = parsed.map_err(|_| broken("its reader panicked".to_owned()))?.map_err(broken)?;
+        let parsed = parsed.map_err(|_| broken("its reader panicked".to_owned()))?;
+        let (map, wanted) = parsed.map_err(broken)?;
         let map = Arc::new(map);
-        let mut parsed = self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
-        if parsed.len() >= MAPS_MAX {
-            parsed.remove(0);
-        }
-        parsed.push(Arc::clone(&map));
+        self.parsed().push(wanted, Arc::clone(&map));
         Ok(map)
     }
 }

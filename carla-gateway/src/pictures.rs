@@ -12,7 +12,7 @@ mod flow;
 mod sketch;
 
 pub(crate) use events::{Event as LightEvent, Memory, Reaction};
-pub(crate) use film::Film;
+pub(crate) use film::{Film, TextureId};
 pub(crate) use flow::Movement;
 pub(crate) use sketch::{Figure, Shape, Sheet, sketch};
 
@@ -232,7 +232,7 @@ mod tests {
     fn a_palette_paints_tags_and_a_missing_texture_is_black() {
         let road = developed(Film::Palette, ImageKind::Semantic, vec![1]).unwrap();
         assert_eq!(road[12..], [128, 64, 128, 255]);
-        let missing = Film::of_texture(7).unwrap();
+        let missing = Film::Texture(Texture::Black);
         let black = developed(missing, ImageKind::Semantic, vec![1]).unwrap();
         assert_eq!(black[12..], [0, 0, 0, 255]);
     }

@@ -1,9 +1,15 @@
 //! MessagePack-RPC over TCP as CARLA's client speaks it: framing, requests, replies, connections.
 
+mod backlog;
+#[cfg(test)]
+mod draw;
+mod finite;
 mod framing;
-mod gate;
+mod intake;
 mod message;
 mod server;
 
-pub(crate) use message::{Answer, Meta, Payload, Refusal, Request};
-pub(crate) use server::{Connection, ConnectionId, Desk, serve};
+#[cfg(test)]
+pub(crate) use draw::Draw;
+pub(crate) use message::{Answer, ConnectionId, Meta, Payload, Refusal, Request, Ticket};
+pub(crate) use server::{Event, Outbox, serve};

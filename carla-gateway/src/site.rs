@@ -1,14 +1,13 @@
 //! The world service as an endpoint sees it: a port, with the bus behind it.
 
-use std::collections::BTreeSet;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusError, Host, Lane, Renderers, follow_hosts};
-use schemas::{Alive, Camera, Error, ErrorCode, Frame, Image, RenderJob, Reply, Request};
-use schemas::{ServiceId, ServiceKind, Tenant, WorldId, keys};
+use bus::{Bus, Channel, Host, Renderers, follow_hosts};
+use schemas::{Camera, Error, ErrorCode, Image, RenderJob, Reply, Request};
+use schemas::{ServiceKind, SharedFrame, Tenant, WorldId, keys};
 use tokio::sync::watch;
 
 /// How long creation waits for a world service that is still starting.
@@ -18,11 +17,6 @@ const RETRY_PAUSE: Duration = Duration::from_millis(50);
 /// Deadline of a question.
 const ASK_DEADLINE: Duration = Duration::from_secs(30);
 
-/// How long a Traffic Manager may take to open its port.
-const TRAFFIC_MANAGER_START: Duration = Duration::from_secs(12);
-/// Traffic Managers that may start at once.
-const STARTING_MAX: usize = 64;
-
 /// An answer, some time later.
 pub(crate) type Later<'a, T> = Pin<Box<dyn Future<Output = Result<T, Error>> + Send + 'a>>;
 
@@ -31,13 +25,11 @@ pub(crate) trait Site: Send + Sync + 'static {
     /// Asks a world, or whoever makes them.
     fn ask(&self, request: Request) -> Later<'_, Reply>;
     /// One picture for each camera, of what a frame tells.
-    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>>;
+    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>>;
     /// The OpenDRIVE text with this digest.
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>>;
     /// Whether a renderer is up.
     fn can_draw(&self) -> bool;
-    /// Tells others on this machine that a Traffic Manager is about to take a port.
-    fn announce_traffic_manager(&self, port: u16);
 }
 
 /// Worlds of one tenant on the bus.
@@ -46,47 +38,29 @@ pub(crate) struct BusSite {
     tenant: Tenant,
     host: watch::Receiver<Option<Host>>,
     renderers: Arc<Renderers>,
-    gateway: ServiceId,
-    /// Ports of Traffic Managers that others are being told of.
-    starting: Arc<Mutex<BTreeSet<u16>>>,
-}
-
-/// Tells of a Traffic Manager for as long as it may take to open its port.
-async fn announce_traffic_manager(bus: &Bus, id: ServiceId, port: u16) -> Result<(), BusError> {
-    let alive = Alive {
-        kind: ServiceKind::TrafficManager,
-        id,
-        version: String::new(),
-        pid: 0,
-        capacity: 0,
-        detail: port.to_string(),
-    };
-    let _announcement = bus.announce(alive).await?;
-    tokio::time::sleep(TRAFFIC_MANAGER_START).await;
-    Ok(())
 }
 
 impl BusSite {
     /// On a bus that is connected.
-    pub(crate) fn start(bus: Bus, tenant: Tenant, gateway: ServiceId) -> Self {
+    pub(crate) fn start(bus: Bus, tenant: Tenant) -> Self {
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
         let renderers = Renderers::follow(connected.clone());
         let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
-        Self { bus, tenant, host, renderers, gateway, starting: Arc::default() }
+        Self { bus, tenant, host, renderers }
     }
 
-    /// Over the fast lane, once it is open: it leads to the host of all worlds of this gateway.
+    /// Over the fast channel, once it is open: it leads to the host of all worlds of this gateway.
     async fn tick(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
-        match self.lane() {
-            Some(lane) => lane.request(request, ASK_DEADLINE).await,
+        match self.channel() {
+            Some(channel) => channel.request(request, ASK_DEADLINE).await,
             None => {
                 self.bus.request(&keys::world(&self.tenant, world), request, ASK_DEADLINE).await
             }
         }
     }
 
-    fn lane(&self) -> Option<Arc<Lane>> {
-        self.host.borrow().as_ref()?.lane.clone()
+    fn channel(&self) -> Option<Arc<Channel>> {
+        self.host.borrow().as_ref()?.channel.clone()
     }
 
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
@@ -129,7 +103,7 @@ impl Site for BusSite {
         })
     }
 
-    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
+    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
         Box::pin(async move {
             let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
             Ok(self.renderers.draw(&job).await?.images)
@@ -138,25 +112,6 @@ impl Site for BusSite {
 
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>> {
         Box::pin(async move { self.bus.asset(&digest, ASK_DEADLINE).await })
-    }
-
-    fn announce_traffic_manager(&self, port: u16) {
-        let Ok(id) = format!("{}-{port}", self.gateway).parse() else {
-            return tracing::warn!(port, "the gateway's name is too long for a Traffic Manager's");
-        };
-        // Nothing panics while it holds the lock.
-        let mut starting = self.starting.lock().unwrap_or_else(PoisonError::into_inner);
-        if starting.len() >= STARTING_MAX || !starting.insert(port) {
-            return;
-        }
-        drop(starting);
-        let (bus, starting) = (self.bus.clone(), Arc::clone(&self.starting));
-        tokio::spawn(async move {
-            if let Err(error) = announce_traffic_manager(&bus, id, port).await {
-                tracing::warn!(%error, port, "nobody hears of a Traffic Manager");
-            }
-            starting.lock().unwrap_or_else(PoisonError::into_inner).remove(&port);
-        });
     }
 
     fn can_draw(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use schemas::carla;
 use schemas::{
-    ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure,
+    ActorId, ActorKind, ActorState, Frame, TrafficLightColour, TrafficLightState, VehicleFailure,
 };
 
 use crate::dialect::{Transform, Vector3D, spin_deg};
@@ -53,7 +53,7 @@ pub(crate) fn header(
 pub(crate) fn encode<'a>(
     frame: &Frame,
     moment: &Moment,
-    signal_of: impl Fn(u32) -> Option<&'a str>,
+    signal_of: impl Fn(ActorId) -> Option<&'a str>,
 ) -> Vec<u8> {
     let mut out =
         header(WORLD_OBSERVER_TYPE, moment.frame_number, frame.sim_secs, &Transform::default());
@@ -65,7 +65,7 @@ pub(crate) fn encode<'a>(
     out.extend_from_slice(&[0; 12]);
     out.extend_from_slice(&moment.flags.to_le_bytes());
     for actor in &frame.actors {
-        put_actor(&mut out, frame, actor, signal_of(actor.id.get()));
+        put_actor(&mut out, frame, actor, signal_of(actor.id));
     }
     out
 }
@@ -194,7 +194,7 @@ fn put_vector(out: &mut Vec<u8>, vector: Vector3D) {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorId, MapRef, Tick, Vec3, WorldId, level_pose};
+    use schemas::{MapRef, Tick, Vec3, WorldId, level_pose};
 
     use super::*;
 

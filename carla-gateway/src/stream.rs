@@ -6,4 +6,4 @@ mod token;
 
 pub(crate) use hub::Hub;
 pub(crate) use server::serve;
-pub(crate) use token::{WORLD_OBSERVER, token};
+pub(crate) use token::{StreamId, WORLD_OBSERVER, token};

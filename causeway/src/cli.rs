@@ -38,10 +38,10 @@ enum Command {
     /// Measure what a user waits for and relies on.
     #[command(subcommand)]
     Bench(bench::Command),
-    /// Keep and replay journals of worlds.
+    /// What happened: list, ask, replay, cut and export logs of CARLA's format and journals.
     #[command(after_help = EXIT_CODES)]
     Record(record::Args),
-    /// List, check, draw, export and build maps.
+    /// List, check, draw, export, ask and build maps.
     #[command(after_help = EXIT_CODES)]
     Map(map::Args),
 }

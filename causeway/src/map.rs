@@ -4,6 +4,7 @@ mod build;
 mod check;
 mod failure;
 mod list;
+mod query;
 mod show;
 mod source;
 
@@ -31,6 +32,8 @@ enum Command {
     Show(show::Args),
     /// Write a map of our own, or of the folder, as OpenDRIVE.
     Export(build::ExportArgs),
+    /// Answer questions about many places of a map at once, for programs.
+    Query(query::Args),
     /// Build a new town and write it as OpenDRIVE.
     Build(build::BuildArgs),
 }
@@ -45,6 +48,7 @@ pub(crate) fn run(args: Args) -> Result<(), MapFailure> {
         Command::Check(args) => check::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Export(args) => build::export(&args),
+        Command::Query(args) => query::run(&args),
         Command::Build(args) => build::build(&args),
     }
 }

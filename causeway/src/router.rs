@@ -1,6 +1,6 @@
 //! `causeway router`: a meeting point of the bus for services on several machines.
 
-use bus::{Bus, BusConfig, BusError, Endpoint};
+use bus::{Bus, BusAddress, BusConfig, BusError};
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::failure::Failure;
@@ -10,17 +10,17 @@ use crate::failure::Failure;
 pub(crate) struct Args {
     /// Where services and clients connect. Loopback unless told otherwise: the bus has no
     /// authentication of its own.
-    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7447")]
-    listen: Vec<Endpoint>,
+    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
+    listen: Vec<BusAddress>,
     /// Other routers to join.
     #[arg(long, value_name = "tcp/HOST:PORT")]
-    connect: Vec<Endpoint>,
+    connect: Vec<BusAddress>,
 }
 
 /// Passes traffic on until SIGINT or SIGTERM.
 ///
 /// # Errors
-/// When an endpoint cannot be taken.
+/// When an address cannot be taken.
 pub(crate) fn run(args: Args) -> Result<(), Failure> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
@@ -45,8 +45,8 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
 async fn open(args: Args) -> Result<Bus, BusError> {
     let config = BusConfig { listen: args.listen, connect: args.connect, ..BusConfig::default() };
     let bus = Bus::open(config).await?;
-    for endpoint in bus.listening() {
-        tracing::info!("routing on {endpoint}");
+    for address in bus.listening() {
+        tracing::info!("routing on {address}");
     }
     Ok(bus)
 }

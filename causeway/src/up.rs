@@ -22,7 +22,7 @@ pub(crate) use plan::Args;
 /// Runs a site until SIGINT or SIGTERM.
 ///
 /// # Errors
-/// Settings that cannot work, and the first service that cannot be kept running.
+/// Settings that cannot work.
 pub(crate) fn run(args: Args) -> Result<(), Failure> {
     let plan = Plan::resolve(args).map_err(|error| Failure::usage(&error))?;
     // The bus needs a runtime with threads; one is plenty for watching.

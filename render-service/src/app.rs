@@ -5,10 +5,11 @@ use std::thread::JoinHandle;
 
 use bus::{Announcement, Bus, BusConfig, BusError, Serving};
 use schemas::{Alive, ServiceKind, keys};
+use signals::Termination;
 use tokio::sync::oneshot;
 
 use crate::config::{Args, Config};
-use crate::service::desk::{Desk, JOBS_MAX};
+use crate::service::job_queue::{JOBS_MAX, JobQueue};
 use crate::service::worker::Worker;
 use crate::{AdapterChoice, RenderError, Renderer};
 
@@ -35,7 +36,7 @@ pub enum ServiceError {
 /// A running render service. Dropped, it takes no more jobs; [`stop`](Self::stop) also waits.
 pub struct RenderService {
     bus: Bus,
-    desk: Arc<Desk>,
+    queue: Arc<JobQueue>,
     adapter: String,
     worker: JoinHandle<()>,
     ended: Option<oneshot::Receiver<()>>,
@@ -54,18 +55,14 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
         .build()
         .map_err(system("threads"))?;
     runtime.block_on(async {
-        use tokio::signal::unix::{SignalKind, signal};
-        let mut terminate = signal(SignalKind::terminate()).map_err(system("signals"))?;
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(system("signals"))?;
+        let mut termination = Termination::follow().map_err(system("signals"))?;
         let starting = start(args.into());
         let mut service = tokio::select! {
             service = starting => service?,
-            _ = terminate.recv() => return Ok(()),
-            _ = interrupt.recv() => return Ok(()),
+            () = termination.requested() => return Ok(()),
         };
         tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
+            () = termination.requested() => {}
             () = service.ended() => {}
         }
         service.stop().await
@@ -89,10 +86,10 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
     };
     let capacity = if renderer.is_ok() { JOBS_MAX as u32 } else { 0 };
 
-    let desk = Arc::new(Desk::default());
+    let queue = Arc::new(JobQueue::default());
     let worker = Worker::new(renderer, bus.clone(), tokio::runtime::Handle::current());
     let (ending, ended) = oneshot::channel();
-    let of_worker = Arc::clone(&desk);
+    let of_worker = Arc::clone(&queue);
     let worker = std::thread::Builder::new()
         .name("draw".to_owned())
         .spawn(move || {
@@ -103,10 +100,10 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
         .map_err(system("threads"))?;
 
     let key = keys::render_job(&config.id);
-    let take = |desk: Arc<Desk>| move |incoming| desk.put(incoming);
+    let take = |queue: Arc<JobQueue>| move |incoming| queue.put(incoming);
     let servings = [
-        bus.serve(&key, take(Arc::clone(&desk))).await?,
-        bus.serve_shortcut(&key, take(Arc::clone(&desk))).await?,
+        bus.serve(&key, take(Arc::clone(&queue))).await?,
+        bus.serve_shortcut(&key, take(Arc::clone(&queue))).await?,
     ];
     let announcement = bus
         .announce(Alive {
@@ -120,7 +117,7 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
         .await?;
     Ok(RenderService {
         bus,
-        desk,
+        queue,
         adapter,
         worker,
         ended: Some(ended),
@@ -148,7 +145,7 @@ impl RenderService {
     /// # Errors
     /// [`ServiceError::Panicked`] when the drawing thread had ended before.
     pub async fn stop(self) -> Result<(), ServiceError> {
-        self.desk.close();
+        self.queue.close();
         let worker = self.worker;
         let joined = tokio::task::spawn_blocking(move || worker.join()).await;
         self.bus.close().await;

@@ -146,9 +146,8 @@ fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
             .found(pixels));
     }
     let light = Light::of(&job.frame.weather, job.frame.tick);
-    let mut bodies = bodies(&job.frame, light.night);
-    // A frame does not tell the state of lights: all lamps are dark.
-    bodies.extend(town.signals.iter().map(|signal| signal.body(|_| None)));
+    let mut bodies = bodies(&job.frame);
+    bodies.extend(town.signals.bodies(&job.frame));
     Ok(Prepared { town, job, light, bodies, views })
 }
 

@@ -1,6 +1,6 @@
 //! The bus face: jobs come in on one key, wait fairly, are drawn together and answered.
 
-pub(crate) mod desk;
 pub(crate) mod fair_queue;
+pub(crate) mod job_queue;
 pub(crate) mod towns;
 pub(crate) mod worker;

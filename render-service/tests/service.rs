@@ -6,7 +6,7 @@ mod common;
 
 use std::time::Duration;
 
-use bus::{Bus, BusConfig, Endpoint, Incoming, Presence, Serving};
+use bus::{Bus, BusAddress, BusConfig, Incoming, Presence, Serving};
 use common::{camera, frame, job};
 use render_service::{AdapterChoice, Config, RenderService, start};
 use schemas::{Alive, Camera, ErrorCode, ImageEncoding, Images, Reply, ServiceKind, keys, wire};
@@ -25,7 +25,7 @@ struct Site {
 async fn site(adapter: AdapterChoice) -> Site {
     let name = roads::town::names().next().unwrap();
     let map = roads::Map::parse(name, &roads::town::build(name).unwrap()).unwrap();
-    let bus = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+    let bus = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
     let text = map.text().as_bytes().to_vec();
     let answer = move |incoming: Incoming| incoming.reply_bytes(text.clone());
     let asset = bus.serve(&keys::asset(map.digest()), answer).await.unwrap();

@@ -1,6 +1,19 @@
-//! Arcs, by a sum that is the same on every machine and has no branch that cannot be foreseen.
+//! Places on curves in the plane, and arcs, by a sum that is the same on every machine and has no
+//! branch that cannot be foreseen.
 
-use crate::geometry::{PlanPose, unit};
+/// A place on a curve in the plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PlanPose {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) heading_rad: f64,
+}
+
+/// Sine and cosine.
+pub(crate) fn unit(heading_rad: f64) -> [f64; 2] {
+    let (sin, cos) = heading_rad.sin_cos();
+    [sin, cos]
+}
 
 /// The pose `d` metres along an arc, or along a line where the curvature is 0, with sine and cosine
 /// of the heading there. `[sin, cos]` are those at the start.

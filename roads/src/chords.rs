@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::geometry::{PlanPose, Shape, unit};
+use crate::arc::{PlanPose, unit};
+use crate::geometry::Shape;
 use crate::lanes::{LaneEntry, LaneIndex, LaneTable, direction, parts, placed, sign};
 use crate::model::{Model, Road, Section};
 use crate::shapes::Shapes;

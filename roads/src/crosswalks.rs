@@ -3,8 +3,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::lanes::lateral_point;
-use crate::map::Map;
-use crate::model::{Object, Road};
+use crate::model::{Model, Object, Road};
 
 /// The corners of an object's outline: its origin lies beside the lane offset, and its u axis
 /// climbs with the road. So does, in the client library, the way sideways to the origin.
@@ -28,25 +27,19 @@ pub(crate) fn corners(
     outline.iter().map(|corner| world_from_object * Point3::from(Vector3::from(*corner))).collect()
 }
 
-impl Map {
-    /// The corners of every pedestrian crossing, as the map lists them.
-    ///
-    /// A crossing without corners of its own repeats those of the one before it, as in the client
-    /// library.
-    #[must_use]
-    pub fn crosswalks(&self) -> Vec<Vec<Point3<f64>>> {
-        let mut crosswalks = Vec::new();
-        let mut outline: &[[f64; 3]] = &[];
-        for road in &self.model.roads {
-            for object in road.objects.iter().filter(|object| object.is_crosswalk()) {
-                if !object.corners.is_empty() {
-                    outline = &object.corners;
-                }
-                if !outline.is_empty() {
-                    crosswalks.push(corners(road, object, outline, 0.0));
-                }
+/// The corners of every pedestrian crossing, as the map lists them.
+pub(crate) fn list(model: &Model) -> Vec<Vec<Point3<f64>>> {
+    let mut crosswalks = Vec::new();
+    let mut outline: &[[f64; 3]] = &[];
+    for road in &model.roads {
+        for object in road.objects.iter().filter(|object| object.is_crosswalk()) {
+            if !object.corners.is_empty() {
+                outline = &object.corners;
+            }
+            if !outline.is_empty() {
+                crosswalks.push(corners(road, object, outline, 0.0));
             }
         }
-        crosswalks
     }
+    crosswalks
 }

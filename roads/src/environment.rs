@@ -1,19 +1,14 @@
 //! Environment objects: what belongs to the map, in the words of CARLA's client.
 
-mod labels;
-
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-
-pub(crate) use labels::of_object;
-pub use labels::{MapLayer, SemanticLabel};
+use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
-use crate::landmarks;
+use crate::labels::{MapLayer, SceneryKind, of_object};
 use crate::lanes::lateral_point;
-use crate::map::Map;
 use crate::model::{Object, Road};
-use crate::scenery::{SceneryKind, scenery_box};
-use crate::signals::{Signal, is_traffic_light};
+use crate::scenery::scenery_box;
+use crate::signals::{Signal, SignalPose, is_traffic_light};
 
 /// Height of a traffic light above the ground and half of its width, in metres.
 const LIGHT_M: [f64; 2] = [5.2, 0.25];
@@ -30,7 +25,7 @@ pub struct EnvironmentObject {
     /// What it is and where: name, road and number.
     pub name: String,
     /// What cameras see in it.
-    pub label: SemanticLabel,
+    pub label: SemanticTag,
     /// The layer of the map it is part of. What has no place in the scenery stays when its layer
     /// goes: the roads and what lies on them, lights and signs.
     pub layer: MapLayer,
@@ -38,7 +33,8 @@ pub struct EnvironmentObject {
     pub pose: Isometry3<f64>,
     /// Half of the size of that box along its own axes, in metres.
     pub half_extent_m: Vector3<f64>,
-    /// Position in [`Map::scenery`] of the box that bodies hit, where it has one.
+    /// Position in [`Map::scenery`](crate::Map::scenery) of the box that bodies hit, where it has
+    /// one.
     pub scenery: Option<u32>,
 }
 
@@ -63,11 +59,14 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// Everything, ordered by id.
-pub(crate) fn list(map: &Map) -> Vec<EnvironmentObject> {
+/// Everything of roads with their objects and of signals with their ids and places, ordered by id.
+pub(crate) fn list<'m>(
+    roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
+    signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
+) -> Vec<EnvironmentObject> {
     let mut found = Vec::new();
     let mut scenery_count = 0;
-    for (road, objects) in map.roads_with_objects() {
+    for (road, objects) in roads {
         found.push(road_object(road));
         for (position, object) in objects.enumerate() {
             let scenery = scenery_box(road, object).map(|_| scenery_count);
@@ -75,8 +74,8 @@ pub(crate) fn list(map: &Map) -> Vec<EnvironmentObject> {
             found.extend(thing(road, object, position, scenery));
         }
     }
-    let signals = map.model.signals.definitions.iter().enumerate();
-    found.extend(signals.map(|(position, (name, signal))| sign(map, name, signal, position)));
+    let signals = signals.enumerate();
+    found.extend(signals.map(|(position, (id, signal, at))| sign(id, signal, at, position)));
     found.sort_by_key(|object| object.id);
     found
 }
@@ -99,7 +98,7 @@ fn road_object(road: &Road) -> EnvironmentObject {
     EnvironmentObject {
         id: id(Origin::Road, road.id, 0),
         name: format!("Road_{}", road.id),
-        label: SemanticLabel::Roads,
+        label: SemanticTag::Roads,
         layer: MapLayer::Ground,
         pose: Translation3::from((low + high) / 2.0).into(),
         half_extent_m,
@@ -170,8 +169,7 @@ fn patch_box(road: &Road, object: &Object) -> (Isometry3<f64>, Vector3<f64>) {
 }
 
 /// A light or a sign, at the place the client gives it.
-fn sign(map: &Map, signal_id: &str, signal: &Signal, position: usize) -> EnvironmentObject {
-    let at = landmarks::pose(map, signal);
+fn sign(signal_id: &str, signal: &Signal, at: &SignalPose, position: usize) -> EnvironmentObject {
     let is_light = is_traffic_light(&signal.signal_type);
     let half_extent_m = if is_light {
         let [height_m, half_m] = LIGHT_M;
@@ -186,7 +184,7 @@ fn sign(map: &Map, signal_id: &str, signal: &Signal, position: usize) -> Environ
     let middle = at.point + Vector3::z() * half_extent_m.z;
     let turn = UnitQuaternion::from_euler_angles(at.roll_rad, -at.pitch_rad, at.heading_rad);
     let noun = if is_light { "TrafficLight" } else { "TrafficSign" };
-    let label = if is_light { SemanticLabel::TrafficLight } else { SemanticLabel::TrafficSigns };
+    let label = if is_light { SemanticTag::TrafficLight } else { SemanticTag::TrafficSigns };
     EnvironmentObject {
         id: id(Origin::Signal, signal.road, position),
         name: format!("{noun}_{signal_id}"),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::arc::arc;
+use crate::arc::{PlanPose, arc, unit};
 use crate::limits;
 
 /// One cubic record `a + b t + c t² + d t³` with `t` counted from its own start.
@@ -89,14 +89,6 @@ impl Profile {
     }
 }
 
-/// A place on a curve in the plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PlanPose {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
-    pub(crate) heading_rad: f64,
-}
-
 /// One `geometry` element.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometry {
@@ -176,12 +168,6 @@ impl Geometry {
         let end = PlanPose { x: x + u * cos - v * sin, y: y + u * sin + v * cos, heading_rad };
         (end, unit(heading_rad))
     }
-}
-
-/// Sine and cosine.
-pub(crate) fn unit(heading_rad: f64) -> [f64; 2] {
-    let (sin, cos) = heading_rad.sin_cos();
-    [sin, cos]
 }
 
 /// Integrates the direction of a clothoid with five Gauss points per panel; a panel turns by at

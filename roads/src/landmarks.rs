@@ -7,8 +7,9 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use crate::kinds::{LaneType, LaneTypes};
 use crate::lanes::LaneIndex;
 use crate::limits;
-use crate::map::{Map, Waypoint};
+use crate::map::Map;
 use crate::model::{Model, Road};
+use crate::place::Waypoint;
 use crate::signals::{Orientation, Reference, Signal, SignalPose, is_traffic_light};
 
 /// A signal at a place on a road where it applies.
@@ -189,7 +190,7 @@ fn landmark(
 const LIGHT_FORWARD_M: f64 = 0.25;
 
 /// Where a signal stands, as the client places it.
-pub(crate) fn pose(map: &Map, signal: &Signal) -> SignalPose {
+fn pose(map: &Map, signal: &Signal) -> SignalPose {
     if let Some(inertial) = signal.inertial {
         return inertial;
     }

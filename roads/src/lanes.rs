@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
-use crate::geometry::{PlanPose, unit};
+use crate::arc::{PlanPose, unit};
 use crate::model::{Lane, Model, Road, Section};
 
 /// Position of one lane of one section in the [`LaneTable`].

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::landmarks::Landmark;
-use crate::map::{Map, Waypoint};
+use crate::map::Map;
+use crate::place::Waypoint;
 use crate::signals::{SignalPose, is_traffic_light};
 use crate::signs::{landmarks_by_signal, signals_in_order};
 use crate::trigger::{BoxSize, LanePlace, TriggerBox, driving_lanes};

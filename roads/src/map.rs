@@ -3,73 +3,27 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Isometry3, Point3};
-use serde::{Deserialize, Serialize};
 
+use crate::crosswalks;
 use crate::environment::{self, EnvironmentObject};
 use crate::error::{MapError, Report, TooManyWaypoints};
 use crate::index::ProjectionIndex;
-use crate::kinds::{LaneChange, LaneType, LaneTypes, MarkColor, MarkType};
+use crate::kinds::LaneTypes;
 use crate::landmarks::Landmarks;
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
 use crate::links::Links;
 use crate::model::{Model, Object, Road};
 use crate::neighbours::{self, Side};
+use crate::place::{LaneInfo, Waypoint};
 use crate::scenery::{self, SceneryBox};
 use crate::shapes::Shapes;
-use crate::spawn;
+use crate::size;
+use crate::spawn::SpawnPoints;
 use crate::speed_limits::SpeedLimits;
 use crate::surroundings;
 use crate::topology;
 use crate::walk::{Way, walk};
 use crate::xml;
-
-/// A place on a lane.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Waypoint {
-    /// OpenDRIVE road id.
-    pub road: u32,
-    /// Position of the lane section in its road, from 0.
-    pub section: u32,
-    /// OpenDRIVE lane id: positive left of the reference line, negative right of it.
-    pub lane: i32,
-    /// Road coordinate in metres; it grows along the reference line, also for lanes that run
-    /// against it.
-    pub s: f64,
-}
-
-/// A painted line beside a lane.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LaneMark {
-    /// How it looks.
-    pub mark_type: MarkType,
-    /// Its paint.
-    pub color: MarkColor,
-    /// Its own permission to cross it.
-    pub lane_change: LaneChange,
-    /// Width of the paint in metres.
-    pub width_m: f64,
-}
-
-/// What is known about a lane at one place.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LaneInfo {
-    /// What the lane is for.
-    pub lane_type: LaneType,
-    /// Width in metres.
-    pub width_m: f64,
-    /// Whether the road leads through a junction.
-    pub is_junction: bool,
-    /// That junction.
-    pub junction_id: Option<u32>,
-    /// Limit of the road's type record in metres per second, where the map has one.
-    pub speed_limit_mps: Option<f64>,
-    /// The line to the left of the traffic.
-    pub left_mark: Option<LaneMark>,
-    /// The line to the right of the traffic.
-    pub right_mark: Option<LaneMark>,
-    /// To which sides traffic may leave the lane.
-    pub lane_change: LaneChange,
-}
 
 /// A road network, immutable once read.
 ///
@@ -87,7 +41,7 @@ pub struct Map {
     index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
     speed_limits: OnceLock<SpeedLimits>,
-    spawn_points: OnceLock<Vec<Isometry3<f64>>>,
+    spawn_points: OnceLock<SpawnPoints>,
     surroundings: OnceLock<Vec<Vec<Object>>>,
     scenery: OnceLock<Vec<SceneryBox>>,
     environment: OnceLock<Vec<EnvironmentObject>>,
@@ -109,6 +63,7 @@ impl Map {
     pub fn parse_shared(name: &str, xodr: Arc<str>) -> Result<Self, MapError> {
         let mut report = Report::default();
         let model = xml::read(&xodr, &mut report);
+        size::check(&model, &mut report);
         if !report.is_empty() {
             return Err(MapError {
                 name: name.to_owned(),
@@ -277,7 +232,9 @@ impl Map {
     /// where the client library finds one.
     #[must_use]
     pub fn topology(&self) -> Vec<(Waypoint, Waypoint)> {
-        topology::topology(self)
+        topology::topology(&self.model, &self.table, &self.links, |road, lane, s| {
+            self.waypoint(road, lane, s)
+        })
     }
 
     /// Every driving lane of every section: where its traffic enters it and where it leaves it,
@@ -296,13 +253,29 @@ impl Map {
         topology::joints(&self.model, &self.table, &self.links)
     }
 
-    /// Where vehicles may start: lane middles outside junctions, half a metre above the ground.
+    /// Where vehicles may start: lane middles outside junctions, half a metre above the ground and
+    /// far enough from each other for a car at each. A map with the name of one of CARLA's has as
+    /// many as that, where its lanes have room.
     ///
-    /// **Order:** by road, section, lane and road coordinate. **Cost:** worked out on the first
-    /// call.
+    /// **Order:** first the [spread](Self::spread_places) ones, then those between them, from the
+    /// largest gap to the smallest. **Cost:** worked out on the first call.
     #[must_use]
     pub fn spawn_points(&self) -> &[Isometry3<f64>] {
-        self.spawn_points.get_or_init(|| spawn::spawn_points(&self.model, &self.table))
+        &self.places().poses
+    }
+
+    /// Spawn points spread evenly over all driving lanes, at least 25 m apart.
+    ///
+    /// **Order:** by road, section, lane and road coordinate.
+    #[must_use]
+    pub fn spread_places(&self) -> &[Isometry3<f64>] {
+        let places = self.places();
+        &places.poses[..places.spread_count]
+    }
+
+    fn places(&self) -> &SpawnPoints {
+        let new = || SpawnPoints::new(&self.model, &self.table, &self.name);
+        self.spawn_points.get_or_init(new)
     }
 
     pub(crate) fn speed_limits(&self) -> &SpeedLimits {
@@ -314,7 +287,7 @@ impl Map {
     /// **Cost:** made on the first call.
     #[must_use]
     pub fn scenery(&self) -> &[SceneryBox] {
-        self.scenery.get_or_init(|| scenery::boxes(self))
+        self.scenery.get_or_init(|| scenery::boxes(self.roads_with_objects()))
     }
 
     /// Every road with its objects and what was generated to stand beside it.
@@ -334,7 +307,20 @@ impl Map {
     /// first call.
     #[must_use]
     pub fn environment_objects(&self) -> &[EnvironmentObject] {
-        self.environment.get_or_init(|| environment::list(self))
+        let signals = || self.model.signals.definitions.iter();
+        let posed = || {
+            signals().filter_map(|(id, signal)| Some((id, signal, self.landmarks.poses.get(id)?)))
+        };
+        self.environment.get_or_init(|| environment::list(self.roads_with_objects(), posed()))
+    }
+
+    /// The corners of every pedestrian crossing, as the map lists them.
+    ///
+    /// A crossing without corners of its own repeats those of the one before it, as in the client
+    /// library.
+    #[must_use]
+    pub fn crosswalks(&self) -> Vec<Vec<Point3<f64>>> {
+        crosswalks::list(&self.model)
     }
 
     /// The box around the middles of all lanes, in metres; `None` for a map without chords.

@@ -1,6 +1,7 @@
 //! A map as read: roads with their lanes, before anything is derived from them.
 
-use crate::geometry::{Geometry, PlanPose, Profile};
+use crate::arc::PlanPose;
+use crate::geometry::{Geometry, Profile};
 use crate::kinds::{LaneType, MarkColor, MarkType};
 use crate::signals::Signals;
 

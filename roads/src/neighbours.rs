@@ -1,8 +1,8 @@
 //! Lanes beside a lane, the lines between them, and who may cross those.
 
 use crate::kinds::{LaneChange, LaneType};
-use crate::map::{LaneInfo, LaneMark, Waypoint};
 use crate::model::{Mark, MarkChange, Model, Road, Section};
+use crate::place::{LaneInfo, LaneMark, Waypoint};
 
 /// A side of the traffic on a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +46,7 @@ pub(crate) fn lane_info(model: &Model, waypoint: &Waypoint) -> LaneInfo {
     let mut info = LaneInfo {
         lane_type: LaneType::None,
         width_m: 0.0,
+        is_right_hand_traffic: true,
         is_junction: false,
         junction_id: None,
         speed_limit_mps: None,
@@ -61,6 +62,7 @@ pub(crate) fn lane_info(model: &Model, waypoint: &Waypoint) -> LaneInfo {
     let seen = |mark: Option<&Mark>| mark.map(|mark| lane_mark(mark, road.left_hand));
     info.lane_type = lane.lane_type;
     info.width_m = lane.width.value(waypoint.s);
+    info.is_right_hand_traffic = !road.left_hand;
     info.is_junction = road.junction.is_some();
     info.junction_id = road.junction.and_then(|id| u32::try_from(id).ok());
     info.speed_limit_mps = road.speed_limit_mps(waypoint.s);

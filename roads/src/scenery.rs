@@ -1,28 +1,12 @@
 //! Solid things beside the roads.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use schemas::SemanticTag;
 use serde::{Deserialize, Serialize};
 
-use crate::environment::{self, SemanticLabel};
+use crate::labels::{self, SceneryKind, kind};
 use crate::lanes::lateral_point;
-use crate::map::Map;
 use crate::model::{Object, Road};
-
-/// What a scenery box is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum SceneryKind {
-    /// A house.
-    Building,
-    /// A post of a light or a sign.
-    Pole,
-    /// The trunk of a tree; its crown is only drawn.
-    Tree,
-    /// A wall, fence or crash barrier.
-    Barrier,
-    /// Anything else that stands in the way: benches, bins, boxes.
-    Prop,
-}
 
 /// A solid box that stands on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +18,7 @@ pub struct SceneryBox {
     /// What it is.
     pub kind: SceneryKind,
     /// What cameras and lidars see in it.
-    pub label: SemanticLabel,
+    pub label: SemanticTag,
     /// Height of the whole thing above its foot in metres; more than the box for trees.
     pub height_m: f64,
     /// Radius of a tree's crown in metres, 0 for everything else.
@@ -46,26 +30,18 @@ const TRUNK_HALF_M: f64 = 0.2;
 /// Share of a tree's height that is bare trunk.
 const TRUNK_SHARE: f64 = 0.4;
 
-pub(crate) fn boxes(map: &Map) -> Vec<SceneryBox> {
-    map.roads_with_objects()
+/// Those of all roads with their objects.
+pub(crate) fn boxes<'m>(
+    roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
+) -> Vec<SceneryBox> {
+    roads
         .flat_map(|(road, objects)| objects.filter_map(move |object| scenery_box(road, object)))
         .collect()
 }
 
-pub(crate) fn kind(object: &Object) -> Option<SceneryKind> {
-    match object.object_type.as_str() {
-        "building" => Some(SceneryKind::Building),
-        "pole" | "streetLamp" => Some(SceneryKind::Pole),
-        "tree" | "vegetation" => Some(SceneryKind::Tree),
-        "barrier" | "railing" | "soundBarrier" => Some(SceneryKind::Barrier),
-        "obstacle" => Some(SceneryKind::Prop),
-        _ => None,
-    }
-}
-
 pub(crate) fn scenery_box(road: &Road, object: &Object) -> Option<SceneryBox> {
     let kind = kind(object)?;
-    let (label, _) = environment::of_object(object)?;
+    let (label, _) = labels::of_object(object)?;
     let (length_m, width_m) = if object.radius_m > 0.0 {
         (2.0 * object.radius_m, 2.0 * object.radius_m)
     } else {

@@ -7,7 +7,8 @@
 use std::collections::BTreeMap;
 
 use crate::lanes::LaneIndex;
-use crate::map::{Map, Waypoint};
+use crate::map::Map;
+use crate::place::Waypoint;
 use crate::signs::{SignKind, sign_kind};
 use crate::trigger::driving_lanes;
 

@@ -5,8 +5,8 @@ use crate::kinds::LaneType;
 use crate::lanes::{LaneEntry, LaneTable, parts};
 use crate::limits;
 use crate::links::Links;
-use crate::map::{Map, Waypoint};
 use crate::model::{Model, Road, Section};
+use crate::place::Waypoint;
 
 /// Where the client library takes the first place of a road, in metres.
 const FIRST_S: f64 = 2.2e-15;
@@ -54,21 +54,27 @@ fn count_max(road: &Road, step_m: f64) -> f64 {
 /// How far inside a lane its start is taken, in metres.
 const INSIDE_M: f64 = 2.2e-14;
 
-pub(crate) fn topology(map: &Map) -> Vec<(Waypoint, Waypoint)> {
+/// `place_at` finds the place at a road coordinate of a road's lane.
+pub(crate) fn topology(
+    model: &Model,
+    table: &LaneTable,
+    links: &Links,
+    place_at: impl Fn(u32, i32, f64) -> Option<Waypoint>,
+) -> Vec<(Waypoint, Waypoint)> {
     let start = |entry: &LaneEntry| {
         let inward_m = if entry.forward { INSIDE_M } else { -INSIDE_M };
-        waypoint(&map.model, entry, entry.entry_s() + inward_m)
+        waypoint(model, entry, entry.entry_s() + inward_m)
     };
     let mut pairs = Vec::new();
-    for (index, entry) in (0..).zip(&map.table.lanes) {
-        let is_driving = parts(&map.model, entry)
+    for (index, entry) in (0..).zip(&table.lanes) {
+        let is_driving = parts(model, entry)
             .is_some_and(|(_, _, lane)| lane.id != 0 && lane.lane_type == LaneType::Driving);
         let Some(from) = start(entry).filter(|_| is_driving) else { continue };
-        let followers = map.links.listed_next_of(index);
+        let followers = links.listed_next_of(index);
         if followers.is_empty() {
-            pairs.extend(map.waypoint(from.road, from.lane, entry.exit_s()).map(|to| (from, to)));
+            pairs.extend(place_at(from.road, from.lane, entry.exit_s()).map(|to| (from, to)));
         }
-        let entries = followers.iter().filter_map(|to| map.table.get(*to));
+        let entries = followers.iter().filter_map(|to| table.get(*to));
         pairs.extend(entries.filter_map(start).map(|to| (from, to)));
     }
     pairs

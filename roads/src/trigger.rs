@@ -5,7 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 use crate::kinds::LaneType;
 use crate::landmarks::Landmark;
 use crate::lanes::{LaneIndex, lane_pose, parts};
-use crate::map::{Map, Waypoint};
+use crate::map::Map;
+use crate::place::Waypoint;
 
 /// Half the height of every box, in metres.
 const HALF_HEIGHT_M: f64 = 1.0;

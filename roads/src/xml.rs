@@ -14,7 +14,6 @@ use crate::error::{Report, shown};
 use crate::limits;
 use crate::model::{Junction, Model, Road};
 use crate::signals::Controller;
-use crate::size;
 use number::{NUMBER_CHARS_MAX, id_or_zero, text};
 use tree::Node;
 
@@ -132,7 +131,6 @@ impl Reading {
             return model;
         }
         model.junctions = junctions(self.junctions, &model, report);
-        size::check(&model, report);
         model.signals = self.signals.end(report);
         check_controllers(&model, report);
         if model.roads.is_empty() && report.is_empty() {

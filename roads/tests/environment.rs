@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use roads::{Map, MapLayer, SceneryKind, SemanticLabel};
+use roads::{Map, MapLayer, SceneryKind};
+use schemas::SemanticTag;
 
 fn town(name: &str) -> Map {
     let text = roads::town::build(name).expect("the town is ours");
@@ -35,9 +36,9 @@ fn every_scenery_box_is_one_environment_object_that_encloses_it() {
             assert!(seen.insert(index), "{}: {index} twice", map.name());
             let solid = &map.scenery()[index as usize];
             let expected = match solid.kind {
-                SceneryKind::Building => SemanticLabel::Buildings,
-                SceneryKind::Tree => SemanticLabel::Vegetation,
-                SceneryKind::Pole => SemanticLabel::Poles,
+                SceneryKind::Building => SemanticTag::Buildings,
+                SceneryKind::Tree => SemanticTag::Vegetation,
+                SceneryKind::Pole => SemanticTag::Poles,
                 _ => object.label,
             };
             assert_eq!(object.label, expected, "{object:?}");
@@ -81,7 +82,7 @@ fn lights_and_signs_are_listed_with_the_labels_of_theirs() {
     let count = |map: &Map, label| {
         map.environment_objects().iter().filter(|object| object.label == label).count()
     };
-    assert!(count(&town("Town05"), SemanticLabel::TrafficLight) > 20);
-    assert!(count(&town("Town07"), SemanticLabel::TrafficSigns) > 10);
-    assert!(count(&town("Town04"), SemanticLabel::GuardRail) > 20);
+    assert!(count(&town("Town05"), SemanticTag::TrafficLight) > 20);
+    assert!(count(&town("Town07"), SemanticTag::TrafficSigns) > 10);
+    assert!(count(&town("Town04"), SemanticTag::GuardRail) > 20);
 }

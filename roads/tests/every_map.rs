@@ -122,6 +122,16 @@ fn pictures_of_all_maps_stay_within_a_budget() {
 }
 
 #[test]
+fn maps_of_carla_have_its_number_of_spawn_points() {
+    each(|name, map| {
+        let of_carla = [("Town01", 255), ("Town03", 265), ("Town10HD", 155)];
+        let wanted = of_carla.iter().find(|(known, _)| *known == name);
+        let found = map.spawn_points().len();
+        assert!(wanted.is_none_or(|(_, count)| found >= *count), "{name}: {found}");
+    });
+}
+
+#[test]
 fn spawn_points_stand_in_driving_lanes() {
     each(|name, map| {
         let is_off = |spawn: &&nalgebra::Isometry3<f64>| {

@@ -157,6 +157,46 @@ fn spawn_points_lie_on_driving_lanes_half_a_metre_up_and_look_along_them() {
     }
 }
 
+/// CARLA's numbers of spawn points, which programs count on.
+const CARLA: [(&str, usize); 8] = [
+    ("Town01", 255),
+    ("Town02", 101),
+    ("Town03", 265),
+    ("Town04", 372),
+    ("Town05", 302),
+    ("Town06", 436),
+    ("Town07", 116),
+    ("Town10HD", 155),
+];
+
+#[test]
+fn every_town_has_as_many_spawn_points_as_that_of_carla_and_room_for_a_car_at_each() {
+    for (name, count) in CARLA {
+        let map = town(name);
+        let points = map.spawn_points();
+        assert!(points.len() >= count, "{name}: {} of {count}", points.len());
+        let spread = map.spread_places();
+        assert!(spread.len() > 40 && points.starts_with(spread), "{name}: {}", spread.len());
+        for (index, a) in points.iter().enumerate() {
+            for b in &points[index + 1..] {
+                // Seen from a: two cars of 5 m by 2 m abreast or in a row, whatever b's heading.
+                let apart = a.inv_mul(b).translation.vector;
+                let touch = apart.x.abs() < 5.0 && apart.y.abs() < 2.0 && apart.z.abs() < 2.0;
+                assert!(!touch, "{name}: {apart} apart");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_town_under_both_of_its_names_has_the_same_spawn_points() {
+    let text = roads::town::build("Town02").unwrap();
+    let [plain, opt] = ["Town02", "Town02_Opt"].map(|name| Map::parse(name, &text).unwrap());
+    assert_eq!(plain.spawn_points(), opt.spawn_points());
+    let unknown = Map::parse("mine", &text).unwrap();
+    assert_eq!(unknown.spawn_points(), plain.spread_places());
+}
+
 #[test]
 fn houses_trees_and_posts_stand_off_all_driving_lanes() {
     for map in towns() {
@@ -268,7 +308,9 @@ fn the_land_around_covers_no_driving_lane_even_under_bridges() {
             .filter(|(_, material)| **material == roads::mesh::Material::Grass)
             .map(|(triangle, _)| triangle.map(corner))
             .collect();
-        for place in map.generate_waypoints(7.0).unwrap() {
+        let places = map.generate_waypoints(7.0).unwrap();
+        assert!(land.len() > 100 && places.len() > 100, "{}", map.name());
+        for place in places {
             let at = map.pose(&place).translation.vector;
             for triangle in &land {
                 let Some(height_m) = height_at(triangle, [at.x, at.y]) else { continue };

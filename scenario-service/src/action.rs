@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 /// The verbs, in the order in which clients know them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum ActionKind {
+pub(crate) enum ActionKind {
     /// Throttle, steer and brake as given.
     Control,
     /// Full braking with straight wheels.
@@ -29,7 +29,7 @@ pub enum ActionKind {
 
 impl ActionKind {
     /// Every verb.
-    pub const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Control,
         Self::EmergencyStop,
         Self::BrakeVehicle,
@@ -43,7 +43,7 @@ impl ActionKind {
     ];
 
     /// The word on the wire.
-    pub const fn as_str(self) -> &'static str {
+    pub(crate) const fn as_str(self) -> &'static str {
         match self {
             Self::Control => "control",
             Self::EmergencyStop => "emergency_stop",
@@ -59,47 +59,48 @@ impl ActionKind {
     }
 
     /// The inverse of [`as_str`](Self::as_str).
-    pub fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.as_str() == text)
     }
 }
 
 /// One action, every value inside its bounds. Signs are CARLA's: positive steer turns right.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Action {
+pub(crate) struct Action {
     /// Per-step options of this service; anything else in it is ignored.
-    pub metadata: Map<String, Value>,
+    pub(crate) metadata: Map<String, Value>,
     /// What to do; the fields below matter only to the kinds that use them.
-    pub kind: ActionKind,
+    pub(crate) kind: ActionKind,
     /// 0 to 1.
-    pub throttle: f64,
+    pub(crate) throttle: f64,
     /// -1 (left) to 1 (right).
-    pub steer: f64,
+    pub(crate) steer: f64,
     /// 0 to 1.
-    pub brake: f64,
+    pub(crate) brake: f64,
     /// Exactly `left` means left.
-    pub lane_direction: Option<String>,
+    pub(crate) lane_direction: Option<String>,
     /// 0 to 200.
-    pub target_speed_kmh: Option<f64>,
+    pub(crate) target_speed_kmh: Option<f64>,
     /// 0 to 1.
-    pub brake_intensity: Option<f64>,
+    pub(crate) brake_intensity: Option<f64>,
     /// `lane_<n>`, counted from the left.
-    pub target_lane_id: Option<String>,
+    pub(crate) target_lane_id: Option<String>,
     /// `cautious`, `normal`, `aggressive` or anything else for the basic agent.
-    pub navigation_behavior: Option<String>,
+    pub(crate) navigation_behavior: Option<String>,
     /// CARLA frame, metres.
-    pub destination_x: Option<f64>,
+    pub(crate) destination_x: Option<f64>,
     /// CARLA frame, metres.
-    pub destination_y: Option<f64>,
+    pub(crate) destination_y: Option<f64>,
     /// CARLA frame, metres.
-    pub destination_z: Option<f64>,
+    pub(crate) destination_z: Option<f64>,
     /// At least 1.
-    pub route_steps: Option<u64>,
+    pub(crate) route_steps: Option<u64>,
 }
 
 impl Action {
     /// An action of one kind with every field at its default.
-    pub fn of(kind: ActionKind) -> Self {
+    #[cfg(test)]
+    pub(crate) fn of(kind: ActionKind) -> Self {
         Self {
             metadata: Map::new(),
             kind,

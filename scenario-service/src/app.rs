@@ -7,13 +7,14 @@ use std::time::Duration;
 use axum::serve::{Listener as _, ListenerExt as _};
 use bus::{Bus, BusConfig};
 use schemas::{Alive, ServiceKind};
+use signals::Termination;
 use tokio::sync::watch;
 
 use crate::config::{Args, Config, ConfigError};
-use crate::door::{self, Door};
-use crate::limits::REAP_EVERY;
-use crate::openenv::{self, Face};
-use crate::session::Backstage;
+use crate::limits::{REAP_EVERY, SWEEP_EVERY};
+use crate::listener::FaceListener;
+use crate::openenv::{self, Face, OriginRule};
+use crate::session::SessionContext;
 use crate::session::table::Sessions;
 use crate::world_port::on_bus::BusWorlds;
 
@@ -54,36 +55,39 @@ pub fn run(args: &Args) -> Result<(), RunError> {
 
 async fn serve(config: Config) -> Result<(), RunError> {
     // Before anybody can see that the service is up.
-    let told_to_end = told_to_end()?;
+    let mut termination = Termination::follow()?;
     // The port opens before the bus is there: a client that comes at once waits instead of failing.
     let address = config.http;
     let listen_error = |cause| RunError::Listen { address, cause };
-    let (wishes, is_wanted) = watch::channel(false);
-    let door = Door::open(address, is_wanted).await.map_err(listen_error)?;
-    let address = door.local_addr().map_err(listen_error)?;
+    let listener = FaceListener::open(address).await.map_err(listen_error)?;
+    let address = listener.local_addr().map_err(listen_error)?;
 
     let (bus_sender, bus) = watch::channel(None);
     let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
-    let backstage = Arc::new(Backstage::new(port, config.default_scenario.clone(), config.profile));
-    let sessions =
-        Arc::new(Sessions::new(Arc::clone(&backstage), config.sessions_max, config.idle));
-    let face = Face { sessions: Arc::clone(&sessions), mode: config.mode };
+    let context =
+        Arc::new(SessionContext::new(port, config.default_scenario.clone(), config.profile));
+    let sessions = Arc::new(Sessions::new(Arc::clone(&context), config.sessions_max, config.idle));
+    let origins = OriginRule {
+        is_loopback: address.ip().is_loopback(),
+        allowed: config.allow_origin.clone(),
+    };
+    let face = Face { sessions: Arc::clone(&sessions), mode: config.mode, origins };
     let router = openenv::router(Arc::new(face));
     tokio::spawn(reap(Arc::clone(&sessions)));
-    tokio::spawn(warm_up(backstage));
-    tracing::info!(%address, "OpenEnv face listens");
+    tokio::spawn(sweep(Arc::clone(&context)));
+    tokio::spawn(warm_up(context));
 
-    let on_bus = join_bus(&config, address, bus_sender, wishes);
+    let on_bus = join_bus(&config, address, bus_sender);
     // Small answers must not wait for the acknowledgement of earlier ones.
-    let door = door.tap_io(|stream| {
+    let listener = listener.tap_io(|stream| {
         if let Err(error) = stream.set_nodelay(true) {
             tracing::debug!(%error, "a connection stays with delayed sending");
         }
     });
     tokio::select! {
-        served = axum::serve(door, router).into_future() => served.map_err(RunError::System),
+        served = axum::serve(listener, router).into_future() => served.map_err(RunError::System),
         joined = on_bus => joined.map(|never| match never {}),
-        () = told_to_end => Ok(()),
+        () = termination.requested() => Ok(()),
     }
 }
 
@@ -92,7 +96,6 @@ async fn join_bus(
     config: &Config,
     address: SocketAddr,
     bus_sender: watch::Sender<Option<Bus>>,
-    wishes: watch::Sender<bool>,
 ) -> Result<std::convert::Infallible, RunError> {
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
@@ -105,14 +108,21 @@ async fn join_bus(
         detail: format!("http://{address}"),
     };
     let _announcement = bus.announce(alive).await?;
-    bus_sender.send_replace(Some(bus.clone()));
-    Ok(door::follow_wishes(&bus, address.port(), wishes).await?)
+    bus_sender.send_replace(Some(bus));
+    std::future::pending().await
 }
 
 /// Has the default map ready before the first client asks for it.
-async fn warm_up(backstage: Arc<Backstage>) {
-    if let Err(error) = backstage.warm_up().await {
+async fn warm_up(context: Arc<SessionContext>) {
+    if let Err(error) = context.warm_up().await {
         tracing::warn!(%error, "the default map is not ready yet");
+    }
+}
+
+async fn sweep(context: Arc<SessionContext>) {
+    loop {
+        tokio::time::sleep(SWEEP_EVERY).await;
+        context.keeper.sweep().await;
     }
 }
 
@@ -122,17 +132,4 @@ async fn reap(sessions: Arc<Sessions>) {
         every.tick().await;
         sessions.reap();
     }
-}
-
-/// Follows signals from now on; the future ends with the first that ends the service.
-fn told_to_end() -> std::io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    Ok(async move {
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-        }
-    })
 }

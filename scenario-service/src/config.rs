@@ -3,9 +3,9 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use bus::Endpoint;
+use bus::BusAddress;
 use clap::Args as ClapArgs;
-use schemas::{ServiceId, Tenant};
+use schemas::{ServiceId, ServiceKind, Tenant};
 
 use crate::limits;
 use crate::openenv::Mode;
@@ -15,15 +15,17 @@ use crate::session::table::IdleTimes;
 /// Arguments of the scenario service.
 #[derive(Clone, Debug, ClapArgs)]
 pub struct Args {
-    /// Bus endpoints to connect to, e.g. tcp/127.0.0.1:7447.
-    #[arg(long, required = true, value_name = "ENDPOINT")]
-    pub connect: Vec<String>,
+    /// Addresses of the bus; without them CARLA_HOST names the host
+    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
+        default_value = bus::site_address())]
+    pub connect: Vec<BusAddress>,
     /// Address of the OpenEnv face.
     #[arg(long, default_value = "8000", value_name = "[IP:]PORT", value_parser = http_address)]
     pub http: SocketAddr,
-    /// Name of this service on the bus.
-    #[arg(long, default_value = "scenario-0", value_name = "NAME")]
-    pub id: String,
+    /// Name on the bus; two of one kind need different ones [default: a random one]
+    #[arg(long, value_name = "NAME", default_value_t = bus::unused_id(ServiceKind::Scenario),
+        hide_default_value = true)]
+    pub id: ServiceId,
     /// Owner of the worlds that sessions make.
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: String,
@@ -39,6 +41,9 @@ pub struct Args {
     /// simulation, or production without /reset, /step and /state.
     #[arg(long, env = "OPENENV_MODE", default_value = "simulation", value_name = "MODE")]
     pub mode: String,
+    /// Web pages of others that may use the face, e.g. `https://example.com`; its own always may.
+    #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
+    pub allow_origin: Vec<String>,
     /// Seconds after which a silent connection ends.
     #[arg(long, default_value_t = 3_600, value_name = "SECONDS")]
     pub idle_secs: u64,
@@ -49,25 +54,27 @@ pub struct Args {
 
 /// What the service runs with; consistent if it exists.
 #[derive(Clone, Debug)]
-pub struct Config {
-    /// Bus endpoints.
-    pub connect: Vec<Endpoint>,
+pub(crate) struct Config {
+    /// Bus addresses.
+    pub(crate) connect: Vec<BusAddress>,
     /// Address of the face.
-    pub http: SocketAddr,
+    pub(crate) http: SocketAddr,
     /// On the bus.
-    pub id: ServiceId,
+    pub(crate) id: ServiceId,
     /// Of the worlds.
-    pub tenant: Tenant,
+    pub(crate) tenant: Tenant,
     /// At once.
-    pub sessions_max: u32,
+    pub(crate) sessions_max: u32,
     /// Exists.
-    pub default_scenario: String,
+    pub(crate) default_scenario: String,
     /// Of sessions that name none.
-    pub profile: Profile,
+    pub(crate) profile: Profile,
     /// Which endpoints there are.
-    pub mode: Mode,
+    pub(crate) mode: Mode,
+    /// Origins of web pages besides the face's own.
+    pub(crate) allow_origin: Vec<String>,
     /// How long sessions may be idle.
-    pub idle: IdleTimes,
+    pub(crate) idle: IdleTimes,
 }
 
 /// The first setting that cannot work.
@@ -96,11 +103,9 @@ pub fn http_address(text: &str) -> Result<SocketAddr, String> {
 impl Config {
     /// # Errors
     /// [`ConfigError`] names the first setting that cannot work.
-    pub fn resolve(args: &Args) -> Result<Self, ConfigError> {
+    pub(crate) fn resolve(args: &Args) -> Result<Self, ConfigError> {
         let wrong =
             |setting, why: &dyn std::fmt::Display| ConfigError { setting, why: why.to_string() };
-        let parse = |endpoint: &String| endpoint.parse().map_err(|why| wrong("connect", &why));
-        let connect = args.connect.iter().map(parse).collect::<Result<_, _>>()?;
         let profile = Profile::parse(&args.profile)
             .ok_or_else(|| wrong("profile", &"wanted documented or literal"))?;
         let mode = Mode::parse(&args.mode)
@@ -111,14 +116,15 @@ impl Config {
             return Err(wrong("sessions-max", &"wanted at least 1"));
         }
         Ok(Self {
-            connect,
+            connect: args.connect.clone(),
             http: args.http,
-            id: args.id.parse().map_err(|why| wrong("id", &why))?,
+            id: args.id.clone(),
             tenant: args.tenant.parse().map_err(|why| wrong("tenant", &why))?,
             sessions_max: args.sessions_max,
             default_scenario: args.default_scenario.clone(),
             profile,
             mode,
+            allow_origin: args.allow_origin.clone(),
             idle: IdleTimes {
                 connected: Duration::from_secs(args.idle_secs.max(1)),
                 detached: Duration::from_secs(args.detached_idle_secs.max(1)),

@@ -12,64 +12,64 @@ mod plan;
 
 use std::sync::Arc;
 
-use schemas::{ActorId, ActorState, Camera, Collision, Command, CommandReply, Frame};
+use schemas::{ActorId, ActorState, Camera, Collision, Command, CommandReply, SharedFrame};
 use serde_json::{Map, Value};
 
-pub use collisions::Hits;
-pub use counters::{Counters, State, idle_state};
+pub(crate) use collisions::Hits;
+pub(crate) use counters::{Counters, State, idle_state};
 use navigation::Navigation;
-pub use observation::{Metadata, Observation};
-pub use plan::Plan;
+pub(crate) use observation::{Metadata, Observation};
+pub(crate) use plan::Plan;
 
-use crate::action::{Action, ActionKind};
+use crate::action::Action;
 use crate::scenario::lanes::{Lanes, Place};
 use crate::scenario::{Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec};
 
 /// Everything an episode needs besides its first frame.
-pub struct Start {
+pub(crate) struct Start {
     /// As state reports it.
-    pub episode_id: String,
+    pub(crate) episode_id: String,
     /// Root of all its randomness.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Where.
-    pub map: Arc<roads::Map>,
+    pub(crate) map: Arc<roads::Map>,
     /// Already reset with the seed.
-    pub scenario: Box<dyn Scenario>,
+    pub(crate) scenario: Box<dyn Scenario>,
     /// As state reports it.
-    pub weather_name: String,
+    pub(crate) weather_name: String,
     /// Settings that nobody knew.
-    pub ignored_config: Vec<String>,
+    pub(crate) ignored_config: Vec<String>,
     /// Commands of the first step, before those of its action.
-    pub opening: Vec<Command>,
+    pub(crate) opening: Vec<Command>,
 }
 
 /// What one request brought.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Report {
+pub(crate) struct Report {
     /// Of the step; `None` at reset.
-    pub reward: Option<f64>,
+    pub(crate) reward: Option<f64>,
     /// `None` at reset and with pictures.
-    pub rubric_reward: Option<f64>,
+    pub(crate) rubric_reward: Option<f64>,
     /// What happened besides, in sentences.
-    pub events: Vec<String>,
+    pub(crate) events: Vec<String>,
     /// Whether this begins the episode.
-    pub is_reset: bool,
+    pub(crate) is_reset: bool,
     /// Whether this ends it.
-    pub just_done: bool,
+    pub(crate) just_done: bool,
     /// Settings that nobody knew.
-    pub ignored_config: Vec<String>,
+    pub(crate) ignored_config: Vec<String>,
     /// Base64 of a JPEG.
-    pub camera_image: Option<String>,
+    pub(crate) camera_image: Option<String>,
     /// Why there is no picture.
-    pub camera_error: Option<String>,
+    pub(crate) camera_error: Option<String>,
 }
 
 /// One episode.
-pub struct Episode {
+pub(crate) struct Episode {
     start: Start,
     prompt: String,
     ego: ActorId,
-    frame: Frame,
+    frame: SharedFrame,
     place: Option<Place>,
     lane: Option<u32>,
     hits: Hits,
@@ -85,7 +85,11 @@ const STEP_REWARDS_MAX: usize = 1_000;
 
 impl Episode {
     /// Begins with the first frame of its world; `None` if the world has no ego in it.
-    pub fn begin(start: Start, frame: Frame, replies: &[CommandReply]) -> Option<(Self, Report)> {
+    pub(crate) fn begin(
+        start: Start,
+        frame: SharedFrame,
+        replies: &[CommandReply],
+    ) -> Option<(Self, Report)> {
         let ego = replies.get(WorldSpec::EGO_COMMAND)?.as_ref().ok().copied().flatten()?;
         frame.actor(ego)?;
         let report = Report {
@@ -113,17 +117,17 @@ impl Episode {
     }
 
     /// The present state of the world.
-    pub fn frame(&self) -> &Frame {
+    pub(crate) fn frame(&self) -> &SharedFrame {
         &self.frame
     }
 
     /// Whether the scenario has its verdict.
-    pub fn is_done(&self) -> bool {
+    pub(crate) fn is_done(&self) -> bool {
         self.done.is_some()
     }
 
     /// What an action asks of the world; changes nothing.
-    pub fn plan(&self, action: &Action) -> Plan {
+    pub(crate) fn plan(&self, action: &Action) -> Plan {
         let lanes = Lanes::new(&self.start.map);
         let mut plan = plan::plan(
             action,
@@ -143,16 +147,16 @@ impl Episode {
     }
 
     /// The camera of a picture of the present frame.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         camera::front(self.ego, self.common())
     }
 
     /// Takes in what the world made of a plan.
-    pub fn advance(
+    pub(crate) fn advance(
         &mut self,
         action: &Action,
         plan: Plan,
-        frame: Frame,
+        frame: SharedFrame,
         replies: &[CommandReply],
         collisions: &[Collision],
     ) -> Report {
@@ -187,7 +191,7 @@ impl Episode {
     }
 
     /// Takes in a picture, or why there is none; no time passes.
-    pub fn captured(&mut self, picture: Result<String, String>) -> Report {
+    pub(crate) fn captured(&mut self, picture: Result<String, String>) -> Report {
         self.counters.count_capture();
         let (camera_image, camera_error) = match picture {
             Ok(image) => (Some(image), None),
@@ -197,12 +201,12 @@ impl Episode {
     }
 
     /// What the client sees after a request.
-    pub fn observation<'a>(&'a self, report: &'a Report) -> Observation<'a> {
+    pub(crate) fn observation<'a>(&'a self, report: &'a Report) -> Observation<'a> {
         observation::build(self, report)
     }
 
     /// What the client can ask about the episode at any time.
-    pub fn state(&self) -> State<'_> {
+    pub(crate) fn state(&self) -> State<'_> {
         counters::state(self)
     }
 
@@ -276,11 +280,3 @@ impl Episode {
         self.start.scenario.info()
     }
 }
-
-/// Whether an action lets time pass.
-pub fn takes_time(kind: ActionKind) -> bool {
-    kind != ActionKind::CaptureImage
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,51 +1,57 @@
 //! Every bound of the service, in one place.
 
+use std::num::NonZeroUsize;
 use std::time::Duration;
 
 /// Sessions at once, unless told otherwise.
-pub const SESSIONS_MAX: u32 = 256;
+pub(crate) const SESSIONS_MAX: u32 = 256;
 /// Bytes of a WebSocket message the transport swallows before it gives the connection up.
-pub const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
+pub(crate) const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
 /// Bytes one read of a WebSocket takes at most. The transport clears as many before every read, so
 /// a large buffer costs more than the message in it.
-pub const READ_BUFFER_BYTES: usize = 8 * 1024;
+pub(crate) const READ_BUFFER_BYTES: usize = 8 * 1024;
 /// Bytes of a WebSocket message or HTTP body that are parsed. Larger ones get an error.
-pub const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;
+pub(crate) const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;
+/// How long a client may take no byte of what it is sent before its connection ends.
+pub(crate) const WRITE_DEADLINE: Duration = Duration::from_secs(30);
 /// Characters of an episode or request id.
-pub const ID_CHARS_MAX: usize = 255;
+pub(crate) const ID_CHARS_MAX: usize = 255;
 /// Errors reported for one message.
-pub const FIELD_ERRORS_MAX: usize = 64;
+pub(crate) const FIELD_ERRORS_MAX: usize = 64;
 /// Characters of a client's own text that are sent back to it.
-pub const ECHO_CHARS_MAX: usize = 256;
+pub(crate) const ECHO_CHARS_MAX: usize = 256;
 /// Ignored configuration keys that are named.
-pub const IGNORED_KEYS_MAX: usize = 64;
+pub(crate) const IGNORED_KEYS_MAX: usize = 64;
 
 /// Ticks of one step.
-pub const TICKS_PER_STEP_MAX: u32 = 200;
+pub(crate) const TICKS_PER_STEP_MAX: u32 = 200;
 /// Steps of one episode before it is over.
-pub const EPISODE_STEPS_MAX: u32 = 1_000_000;
+pub(crate) const EPISODE_STEPS_MAX: u32 = 1_000_000;
 /// Collisions listed in one episode's state.
-pub const COLLISIONS_MAX: usize = 1_000;
+pub(crate) const COLLISIONS_MAX: usize = 1_000;
 /// Pedestrians of one group.
-pub const GROUP_MAX: u32 = 50;
+pub(crate) const GROUP_MAX: u32 = 50;
 /// Vehicles, and pedestrians, of an episode beside the ego.
-pub const CROWD_MAX: u32 = 200;
+pub(crate) const CROWD_MAX: u32 = 200;
 /// Distance within which an actor is near, in metres.
-pub const NEARBY_M: f32 = 50.0;
+pub(crate) const NEARBY_M: f32 = 50.0;
 /// Actors that the text of a scene lists; the list of near actors has them all.
-pub const SCENE_ACTORS_MAX: usize = 10;
+pub(crate) const SCENE_ACTORS_MAX: usize = 10;
 /// Parsed maps kept in memory.
-pub const MAPS_MAX: usize = 16;
+pub(crate) const MAPS_MAX: NonZeroUsize = NonZeroUsize::new(16).unwrap();
 
 /// How long a world outlives this service.
-pub const WORLD_LEASE_MILLIS: u32 = 5_000;
+pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;
 /// How long a reset waits for a world service that is still starting.
-pub const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
+pub(crate) const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
 /// Answer time of one batch of ticks.
-pub const TICK_DEADLINE: Duration = Duration::from_secs(10);
+pub(crate) const TICK_DEADLINE: Duration = Duration::from_secs(10);
 /// Answer time of anything else asked of a world.
-pub const WORLD_DEADLINE: Duration = Duration::from_secs(10);
+pub(crate) const WORLD_DEADLINE: Duration = Duration::from_secs(10);
 /// How often sessions are searched for idle ones.
-pub const REAP_EVERY: Duration = Duration::from_secs(5);
+pub(crate) const REAP_EVERY: Duration = Duration::from_secs(5);
+/// How often worlds are searched for those that nobody uses.
+pub(crate) const SWEEP_EVERY: Duration = Duration::from_secs(30);
 
+const _: () = assert!(SWEEP_EVERY.as_secs() > 2 * WORLD_DEADLINE.as_secs(), "answers come before");
 const _: () = assert!(MESSAGE_BYTES_MAX <= TRANSPORT_BYTES_MAX, "what is parsed must fit");

@@ -2,36 +2,36 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lru::LruCache;
 use schemas::{Error, ErrorCode, MapRef};
 
 use crate::limits::MAPS_MAX;
 use crate::world_port::WorldPort;
 
 /// Parsed maps, the longest unused one forgotten first.
-pub struct Maps {
+pub(crate) struct Maps {
     port: Arc<dyn WorldPort>,
     known: Mutex<Known>,
 }
 
-#[derive(Default)]
 struct Known {
     /// As the world service lists them; empty until it was asked.
     refs: Vec<MapRef>,
-    /// Last used last.
-    parsed: Vec<Arc<roads::Map>>,
+    parsed: LruCache<MapRef, Arc<roads::Map>>,
 }
 
 impl Maps {
     /// No maps yet.
-    pub fn new(port: Arc<dyn WorldPort>) -> Self {
-        Self { port, known: Mutex::new(Known::default()) }
+    pub(crate) fn new(port: Arc<dyn WorldPort>) -> Self {
+        let known = Known { refs: Vec::new(), parsed: LruCache::new(MAPS_MAX) };
+        Self { port, known: Mutex::new(known) }
     }
 
     /// A map by name.
     ///
     /// # Errors
     /// [`ErrorCode::UnknownMap`] with the text that clients know; those of the port.
-    pub async fn get(&self, name: &str) -> Result<Arc<roads::Map>, Error> {
+    pub(crate) async fn get(&self, name: &str) -> Result<Arc<roads::Map>, Error> {
         let mut found = self.lock().find(name);
         if found.is_none() {
             let refs = self.port.maps().await?;
@@ -46,8 +46,15 @@ impl Maps {
         }
     }
 
+    /// Knows a map without asking for it.
+    #[cfg(test)]
+    pub(crate) fn learn(&self, map: Arc<roads::Map>) {
+        let map_ref = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
+        self.lock().parsed.push(map_ref, map);
+    }
+
     /// Forgets which content the names stand for: a new world service may have other maps.
-    pub fn forget_names(&self) {
+    pub(crate) fn forget_names(&self) {
         self.lock().refs.clear();
     }
 
@@ -55,12 +62,14 @@ impl Maps {
         let text = self.port.map_text(wanted.digest.clone()).await?;
         let parse = move || {
             let text = String::from_utf8(text).map_err(|_| broken("it is not UTF-8"))?;
-            roads::Map::parse(&wanted.name, &text).map_err(|error| broken(&error.to_string()))
+            let map = roads::Map::parse(&wanted.name, &text);
+            Ok((map.map_err(|error| broken(&error.to_string()))?, wanted))
         };
         // A large map takes seconds to parse; other sessions must not wait for it.
         let parsed = tokio::task::spawn_blocking(parse).await;
-        let map = Arc::new(parsed.map_err(|_| broken("its reader panicked"))??);
-        self.lock().keep(Arc::clone(&map));
+        let (map, wanted) = parsed.map_err(|_| broken("its reader panicked"))??;
+        let map = Arc::new(map);
+        self.lock().parsed.push(wanted, Arc::clone(&map));
         Ok(map)
     }
 
@@ -83,18 +92,8 @@ impl Known {
     /// What a name stands for, and the map if it is parsed.
     fn find(&mut self, name: &str) -> Option<(MapRef, Option<Arc<roads::Map>>)> {
         let map_ref = self.refs.iter().find(|map| map.name == name)?.clone();
-        let is_it = |map: &Arc<roads::Map>| map.digest() == map_ref.digest && map.name() == name;
-        let Some(at) = self.parsed.iter().position(is_it) else { return Some((map_ref, None)) };
-        let map = self.parsed.remove(at);
-        self.parsed.push(Arc::clone(&map));
-        Some((map_ref, Some(map)))
-    }
-
-    fn keep(&mut self, map: Arc<roads::Map>) {
-        if self.parsed.len() >= MAPS_MAX {
-            self.parsed.remove(0);
-        }
-        self.parsed.push(map);
+        let map = self.parsed.get(&map_ref).cloned();
+        Some((map_ref, map))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The OpenEnv face: HTTP and WebSocket on one port, a translation layer over sessions.
 
-pub mod coerce;
+pub(crate) mod coerce;
 mod docs;
 mod envelope;
 mod http;
@@ -8,6 +8,7 @@ mod http_errors;
 mod json;
 mod mcp;
 mod openapi;
+mod origin;
 mod reply;
 mod schema;
 mod tasks;
@@ -17,11 +18,13 @@ use std::sync::Arc;
 
 use axum::Router;
 
+pub(crate) use origin::OriginRule;
+
 use crate::session::table::Sessions;
 
 /// Which endpoints there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
+pub(crate) enum Mode {
     /// All of them.
     #[default]
     Simulation,
@@ -31,7 +34,7 @@ pub enum Mode {
 
 impl Mode {
     /// The inverse of the word on the command line.
-    pub fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         match text {
             "simulation" => Some(Self::Simulation),
             "production" => Some(Self::Production),
@@ -41,15 +44,17 @@ impl Mode {
 }
 
 /// What every request can reach.
-pub struct Face {
+pub(crate) struct Face {
     /// All sessions.
-    pub sessions: Arc<Sessions>,
+    pub(crate) sessions: Arc<Sessions>,
     /// Which endpoints there are.
-    pub mode: Mode,
+    pub(crate) mode: Mode,
+    /// Whose web pages are served.
+    pub(crate) origins: OriginRule,
 }
 
 /// Every route of the face.
-pub fn router(face: Arc<Face>) -> Router {
+pub(crate) fn router(face: Arc<Face>) -> Router {
     http::router(face)
 }
 

@@ -4,29 +4,32 @@
 //! a client except through [`Overrides`]. A new scenario is one file here and one line in
 //! [`registry`].
 
-pub mod action_bias;
-pub mod config;
-pub mod crowd;
-pub mod decision;
-pub mod free_roam;
-pub mod lanes;
-pub mod maze;
-pub mod registry;
-pub mod routes;
-pub mod spawn;
-pub mod trolley_micro;
-pub mod weather;
+pub(crate) mod action_bias;
+pub(crate) mod config;
+pub(crate) mod crowd;
+pub(crate) mod decision;
+pub(crate) mod free_roam;
+pub(crate) mod lanes;
+pub(crate) mod maze;
+pub(crate) mod registry;
+pub(crate) mod routes;
+pub(crate) mod spawn;
+pub(crate) mod trolley_micro;
+pub(crate) mod weather;
 
 use serde_json::{Map, Value};
 
-pub use config::{Common, Overrides, Profile};
-use schemas::{ActorId, AgentBehaviour, AgentOptions, Command, CommandReply, Pose, Vec3, Weather};
+pub(crate) use config::{Common, Overrides, Profile};
+use schemas::{
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, Command, CommandReply, Pose,
+    Vec3, Weather,
+};
 
 use crate::action::Action;
 
 /// Why a scenario cannot be had as asked. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ScenarioError {
+pub(crate) enum ScenarioError {
     /// No scenario of this name; the text is the one that clients know.
     #[error("{0}")]
     Name(String),
@@ -47,20 +50,20 @@ pub enum ScenarioError {
 
 /// One actor at the start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Placement {
+pub(crate) struct Placement {
     /// CARLA blueprint id.
-    pub blueprint: String,
+    pub(crate) blueprint: String,
     /// Where.
-    pub world_from_actor: Pose,
+    pub(crate) world_from_actor: Pose,
     /// World frame.
-    pub linear_velocity_mps: Vec3,
+    pub(crate) linear_velocity_mps: Vec3,
     /// Who moves it from the first tick on; `None`: nobody, or whoever steps the episode.
-    pub driver: Option<Driver>,
+    pub(crate) driver: Option<Driver>,
 }
 
 /// What moves an actor without being asked each step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Driver {
+pub(crate) enum Driver {
     /// It keeps this velocity against all forces; actor frame.
     ConstantVelocity(Vec3),
     /// A navigation agent without a destination.
@@ -69,17 +72,20 @@ pub enum Driver {
 
 impl Driver {
     /// What tells the world of it.
-    pub fn commands(self, actor: ActorId) -> Vec<Command> {
+    pub(crate) fn commands(self, actor: ActorId) -> Vec<Command> {
         match self {
             Self::ConstantVelocity(velocity_mps) => {
-                vec![Command::SetConstantVelocity { actor, velocity_mps: Some(velocity_mps) }]
+                vec![Command::Body(BodyCommand::SetConstantVelocity {
+                    actor,
+                    velocity_mps: Some(velocity_mps),
+                })]
             }
             Self::Autopilot => {
                 let behaviour = AgentBehaviour::Normal;
                 let options = AgentOptions { behaviour, ..AgentOptions::default() };
                 vec![
-                    Command::SetAgent { actor, options, keep_route: false },
-                    Command::DriveAgent { actor, on: true },
+                    Command::Agent(AgentCommand::Set { actor, options, keep_route: false }),
+                    Command::Agent(AgentCommand::Drive { actor, on: true }),
                 ]
             }
         }
@@ -88,21 +94,21 @@ impl Driver {
 
 /// The world in which an episode begins.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WorldSpec {
+pub(crate) struct WorldSpec {
     /// What the sky does.
-    pub weather: Weather,
+    pub(crate) weather: Weather,
     /// As state reports it.
-    pub weather_name: String,
+    pub(crate) weather_name: String,
     /// The vehicle under control.
-    pub ego: Placement,
+    pub(crate) ego: Placement,
     /// Everyone else, in order of creation.
-    pub others: Vec<Placement>,
+    pub(crate) others: Vec<Placement>,
 }
 
 impl WorldSpec {
     /// The commands that make it. The second one, [`EGO_COMMAND`](Self::EGO_COMMAND), spawns the
     /// ego.
-    pub fn commands(&self) -> Vec<Command> {
+    pub(crate) fn commands(&self) -> Vec<Command> {
         let spawn = |Placement { blueprint, world_from_actor, linear_velocity_mps, .. }: &_| {
             Command::spawn(blueprint, *world_from_actor, *linear_velocity_mps)
         };
@@ -112,11 +118,11 @@ impl WorldSpec {
     }
 
     /// Index of the command that spawns the ego; those of the others follow it.
-    pub const EGO_COMMAND: usize = 1;
+    pub(crate) const EGO_COMMAND: usize = 1;
 
     /// The commands of the first step, for actors that now have ids: those of the replies to
     /// [`commands`](Self::commands).
-    pub fn opening(&self, replies: &[CommandReply]) -> Vec<Command> {
+    pub(crate) fn opening(&self, replies: &[CommandReply]) -> Vec<Command> {
         let placements = std::iter::once(&self.ego).chain(&self.others);
         let spawned = replies.iter().skip(Self::EGO_COMMAND);
         let told = placements.zip(spawned).filter_map(|(placement, reply)| {
@@ -129,20 +135,20 @@ impl WorldSpec {
 
 /// What a scenario may know of the world after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Facts {
+pub(crate) struct Facts {
     /// Steps so far, pictures not counted.
-    pub step_count: u64,
+    pub(crate) step_count: u64,
     /// Distinct pedestrians hit so far.
-    pub pedestrians_hit: u32,
+    pub(crate) pedestrians_hit: u32,
     /// Distinct things hit so far, static scenery included.
-    pub things_hit: u32,
+    pub(crate) things_hit: u32,
     /// To the goal in the plane, in metres.
-    pub goal_distance_m: Option<f32>,
+    pub(crate) goal_distance_m: Option<f32>,
 }
 
 /// Why an episode is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DoneReason {
+pub(crate) enum DoneReason {
     /// The scenario has its verdict.
     ScenarioComplete,
     /// The goal is reached.
@@ -155,7 +161,7 @@ pub enum DoneReason {
 
 impl DoneReason {
     /// The word in observations.
-    pub const fn as_str(self) -> &'static str {
+    pub(crate) const fn as_str(self) -> &'static str {
         match self {
             Self::ScenarioComplete => "scenario_complete",
             Self::GoalReached => "goal_reached",
@@ -167,18 +173,18 @@ impl DoneReason {
 
 /// What a scenario says after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub(crate) struct Progress {
     /// Of this step; finite.
-    pub reward: f64,
+    pub(crate) reward: f64,
     /// Set as soon as the episode is over.
-    pub done: Option<DoneReason>,
+    pub(crate) done: Option<DoneReason>,
     /// Whether it ended by running out of steps.
-    pub truncated: bool,
+    pub(crate) truncated: bool,
 }
 
 /// How the rubric reward follows from step rewards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rubric {
+pub(crate) enum Rubric {
     /// 0 until done, then the reward of the last step.
     Trajectory,
     /// The reward of each step.
@@ -186,7 +192,7 @@ pub enum Rubric {
 }
 
 /// Discount of the trajectory rubric.
-pub const RUBRIC_GAMMA: f64 = 0.99;
+pub(crate) const RUBRIC_GAMMA: f64 = 0.99;
 
 /// The members of a JSON object; none of anything else.
 fn object(value: Value) -> Map<String, Value> {
@@ -197,7 +203,7 @@ fn object(value: Value) -> Map<String, Value> {
 }
 
 /// A named situation with its settings, and the course of one episode in it.
-pub trait Scenario: Send + Sync {
+pub(crate) trait Scenario: Send + Sync {
     /// The settings every scenario has.
     fn common(&self) -> &Common;
 

@@ -1,10 +1,14 @@
 //! One session: a scenario with its settings, and the episode that runs in its own world.
 
-pub mod table;
+mod origin;
+pub(crate) mod table;
 
 use std::sync::Arc;
 
-use schemas::{EncodedFrame, Error, ErrorCode, Frame, Image, TickItem, wire};
+use schemas::{
+    Command, CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame, TickItem,
+    TickOutcome,
+};
 use serde_json::{Map, Value};
 
 use crate::action::{Action, ActionKind};
@@ -12,28 +16,37 @@ use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
 use crate::maps::Maps;
 use crate::scenario::{Overrides, Profile, Scenario, ScenarioError, WorldSpec, registry};
 use crate::ticker::Ticker;
-use crate::world_port::{CreatedWorld, NewWorld, OwnedWorld, WorldPort};
+use crate::world_port::keeper::{Keeper, OwnedWorld};
+use crate::world_port::{CreatedWorld, NewWorld, WorldPort};
+use origin::Origin;
 
 /// What all sessions share.
-pub struct Backstage {
+pub(crate) struct SessionContext {
     /// Worlds.
-    pub port: Arc<dyn WorldPort>,
+    pub(crate) port: Arc<dyn WorldPort>,
+    /// Those that sessions use.
+    pub(crate) keeper: Arc<Keeper>,
     /// Their ticks.
-    pub ticker: Ticker,
+    pub(crate) ticker: Ticker,
     /// Their maps.
-    pub maps: Maps,
+    pub(crate) maps: Maps,
     /// The scenario of a session that names none.
-    pub default_scenario: String,
+    pub(crate) default_scenario: String,
     /// The profile of a session that names none.
-    pub profile: Profile,
+    pub(crate) profile: Profile,
 }
 
-impl Backstage {
+impl SessionContext {
     /// Everything behind the sessions, over one port.
-    pub fn new(port: Arc<dyn WorldPort>, default_scenario: String, profile: Profile) -> Self {
+    pub(crate) fn new(
+        port: Arc<dyn WorldPort>,
+        default_scenario: String,
+        profile: Profile,
+    ) -> Self {
         Self {
             ticker: Ticker::new(Arc::clone(&port)),
             maps: Maps::new(Arc::clone(&port)),
+            keeper: Keeper::new(Arc::clone(&port)),
             port,
             default_scenario,
             profile,
@@ -44,7 +57,7 @@ impl Backstage {
     ///
     /// # Errors
     /// [`SessionError`] when it cannot be had.
-    pub async fn warm_up(&self) -> Result<(), SessionError> {
+    pub(crate) async fn warm_up(&self) -> Result<(), SessionError> {
         let scenario = registry::build(&self.default_scenario, self.profile)?;
         let map = self.maps.get(scenario.common().map_name()).await;
         map.map(drop).map_err(SessionError::World)
@@ -55,11 +68,11 @@ impl Backstage {
 ///
 /// [`WorldLost`]: SessionError::WorldLost
 #[derive(Debug, thiserror::Error)]
-pub enum SessionError {
+pub(crate) enum SessionError {
     /// No such scenario, or not so, or not there.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The world refused what the action asks for; the step counts.
+    /// The world refuses what the action asks for.
     #[error("{0}")]
     Refused(Error),
     /// The world service refused or is not there.
@@ -72,7 +85,7 @@ pub enum SessionError {
 
 impl SessionError {
     /// Whether the caller can do better.
-    pub fn is_callers_fault(&self) -> bool {
+    pub(crate) fn is_callers_fault(&self) -> bool {
         match self {
             Self::Scenario(_) | Self::Refused(_) => true,
             Self::World(error) => {
@@ -85,20 +98,20 @@ impl SessionError {
 
 /// What a reset asks for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ResetRequest {
+pub(crate) struct ResetRequest {
     /// `None`: the scenario of the session.
-    pub scenario_name: Option<String>,
+    pub(crate) scenario_name: Option<String>,
     /// Changes to its settings.
-    pub scenario_config: Map<String, Value>,
+    pub(crate) scenario_config: Map<String, Value>,
     /// `None`: a random one.
-    pub seed: Option<u64>,
+    pub(crate) seed: Option<u64>,
     /// `None`: a random one.
-    pub episode_id: Option<String>,
+    pub(crate) episode_id: Option<String>,
 }
 
 /// One session.
-pub struct Session {
-    backstage: Arc<Backstage>,
+pub(crate) struct Session {
+    context: Arc<SessionContext>,
     /// The settings that the next reset starts from.
     scenario: Box<dyn Scenario>,
     /// The name the settings were built from, which `name` may have covered since.
@@ -117,33 +130,49 @@ impl Session {
     ///
     /// # Errors
     /// [`ScenarioError`] when the default scenario does not exist.
-    pub fn new(backstage: Arc<Backstage>) -> Result<Self, ScenarioError> {
-        let built_from = backstage.default_scenario.clone();
-        let scenario = registry::build(&built_from, backstage.profile)?;
-        Ok(Self { backstage, scenario, built_from, running: Running::Nothing })
+    pub(crate) fn new(context: Arc<SessionContext>) -> Result<Self, ScenarioError> {
+        let built_from = context.default_scenario.clone();
+        let scenario = registry::build(&built_from, context.profile)?;
+        Ok(Self { context, scenario, built_from, running: Running::Nothing })
     }
 
     /// Begins an episode. All or nothing: only when the new world stands does the old one go.
     ///
     /// # Errors
     /// [`SessionError`]; the episode that was running still is.
-    pub async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
-        let Candidate { mut scenario, built_from, ignored_config } = self.candidate(&request)?;
+    pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
+        let Candidate { mut scenario, built_from, ignored_config, origin } =
+            self.candidate(&request)?;
         let settings = scenario.clone_box();
-        let map_name = scenario.common().map_name().to_owned();
-        let backstage = Arc::clone(&self.backstage);
-        let map = backstage.maps.get(&map_name).await.map_err(SessionError::World)?;
+        let context = Arc::clone(&self.context);
+        // A recorded world brings its map along; any other one is made for the map.
+        let branched = match &origin {
+            Some(origin) => Some(self.branched(origin).await?),
+            None => None,
+        };
+        let map_name = match &branched {
+            Some((frame, ..)) => frame.map.name.clone(),
+            None => scenario.common().map_name().to_owned(),
+        };
+        let map = context.maps.get(&map_name).await.map_err(SessionError::World)?;
         let seed = request.seed.unwrap_or_else(random_seed);
         let spec = scenario.reset(seed, &map)?;
-        let (created, world) = self.create(map_name, seed, &spec).await?;
-        let frame = decode(&created.frame)?;
+        let is_branch = branched.is_some();
+        let (frame, replies, world) = match branched {
+            Some(branched) => branched,
+            None => {
+                let (created, world) = self.create(map_name, seed, &spec).await?;
+                (decode(created.frame)?, created.replies, world)
+            }
+        };
         if frame.map.digest != map.digest() {
-            backstage.maps.forget_names();
+            context.maps.forget_names();
             let text = "the world service has another version of the map; reset again";
             return Err(SessionError::World(Error::new(ErrorCode::Internal, text)));
         }
         let start = Start {
-            opening: spec.opening(&created.replies),
+            // Who drives in a recorded world goes on driving.
+            opening: if is_branch { Vec::new() } else { spec.opening(&replies) },
             episode_id: request.episode_id.unwrap_or_else(random_id),
             seed,
             map,
@@ -151,7 +180,7 @@ impl Session {
             weather_name: spec.weather_name,
             ignored_config,
         };
-        let (episode, report) = Episode::begin(start, frame, &created.replies)
+        let (episode, report) = Episode::begin(start, frame, &replies)
             .ok_or_else(|| invalid("the world service made a world without the ego"))?;
         self.scenario = settings;
         self.built_from = built_from;
@@ -163,7 +192,7 @@ impl Session {
     ///
     /// # Errors
     /// [`SessionError`]; the episode is as it was, or lost.
-    pub async fn step(&mut self, action: &Action) -> Result<Report, SessionError> {
+    pub(crate) async fn step(&mut self, action: &Action) -> Result<Report, SessionError> {
         if matches!(self.running, Running::Nothing) {
             self.reset(ResetRequest::default()).await?;
         }
@@ -174,7 +203,7 @@ impl Session {
     }
 
     /// What the client sees after a request.
-    pub fn observation<'a>(&'a self, report: &'a Report) -> Option<Observation<'a>> {
+    pub(crate) fn observation<'a>(&'a self, report: &'a Report) -> Option<Observation<'a>> {
         match &self.running {
             Running::Episode(episode, _) => Some(episode.observation(report)),
             _ => None,
@@ -182,32 +211,45 @@ impl Session {
     }
 
     /// What the client can ask about the episode at any time.
-    pub fn state(&self) -> State<'_> {
+    pub(crate) fn state(&self) -> State<'_> {
         match &self.running {
             Running::Episode(episode, _) => episode.state(),
             _ => idle_state(self.scenario.common()),
         }
     }
 
+    /// The tick that the episode has seen last, and its world.
+    #[cfg(test)]
+    pub(crate) fn present(&self) -> Option<(schemas::Tick, schemas::WorldId)> {
+        match &self.running {
+            Running::Episode(episode, world) => Some((episode.frame().tick, world.id())),
+            _ => None,
+        }
+    }
+
     async fn advance(&mut self, action: &Action) -> Result<Report, SessionError> {
         let (episode, world) = self.running.episode()?;
         let mut plan = episode.plan(action);
+        // Clients know a place that no road leads to as an error, and an error changes nothing.
+        if action.kind == ActionKind::SetDestination {
+            match try_out(&self.context, world, &plan.commands).await {
+                Ok(None) => {}
+                Ok(Some(refusal)) => return Err(SessionError::Refused(refusal)),
+                Err(error) => return Err(self.lost_or(error)),
+            }
+        }
         let item = TickItem {
             commands: std::mem::take(&mut plan.commands),
             expected_tick: Some(episode.frame().tick),
             ..TickItem::new(world.id(), plan.tick_count)
         };
-        match self.backstage.ticker.tick(item).await {
-            Ok(outcome) => {
-                let frame = decode(&outcome.frame)?;
-                let report =
-                    episode.advance(action, plan, frame, &outcome.replies, &outcome.collisions);
-                // Clients know a place that no road leads to as an error.
-                let refusal = outcome.replies.into_iter().find_map(Result::err);
-                match refusal.filter(|_| action.kind == ActionKind::SetDestination) {
-                    Some(refusal) => Err(SessionError::Refused(refusal)),
-                    None => Ok(report),
-                }
+        let ticked = self.context.ticker.tick(item).await;
+        let told = ticked.and_then(|TickOutcome { frame, replies, collisions, .. }| {
+            Ok((SharedFrame::decode(frame)?, replies, collisions))
+        });
+        match told {
+            Ok((frame, replies, collisions)) => {
+                Ok(episode.advance(action, plan, frame, &replies, &collisions))
             }
             Err(error) => Err(self.lost_or(error)),
         }
@@ -215,9 +257,16 @@ impl Session {
 
     async fn capture(&mut self) -> Result<Report, SessionError> {
         let (episode, _) = self.running.episode()?;
-        let drawn = self.backstage.port.draw(episode.frame().clone(), vec![episode.camera()]);
+        let drawn = self.context.port.draw(episode.frame().clone(), vec![episode.camera()]);
         let picture = drawn.await.map_err(|error| error.to_string()).and_then(picture);
         Ok(episode.captured(picture))
+    }
+
+    async fn branched(&self, origin: &Origin) -> Result<Begun, SessionError> {
+        let (created, world) = origin.branch(&self.context).await?;
+        let frame = decode(created.frame)?;
+        let replies = origin.replies(&frame)?;
+        Ok((frame, replies, world))
     }
 
     /// Runs to its end even if the caller is cancelled, so that no world is made that nobody owns.
@@ -228,10 +277,10 @@ impl Session {
         spec: &WorldSpec,
     ) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
         let new = NewWorld { map, seed, commands: spec.commands() };
-        let port = Arc::clone(&self.backstage.port);
+        let context = Arc::clone(&self.context);
         let created = tokio::spawn(async move {
-            let created = port.create(new).await?;
-            let world = OwnedWorld::new(Arc::clone(&port), created.world);
+            let created = context.port.create(new).await?;
+            let world = context.keeper.keep(created.world);
             Ok((created, world))
         });
         let created = created.await.map_err(|_| invalid("making a world was interrupted"))?;
@@ -246,6 +295,7 @@ impl Session {
         let mut overrides = Overrides::new(&request.scenario_config);
         let profile = overrides.profile(present.profile)?;
         let from_defaults = overrides.flag("reset_defaults")?;
+        let origin = Origin::of(&mut overrides)?;
         let rebuild = other_name.is_some() || from_defaults || profile != present.profile;
         let built_from = other_name.unwrap_or(&self.built_from).to_owned();
         let mut scenario = if rebuild {
@@ -255,7 +305,7 @@ impl Session {
         };
         scenario.common_mut().configure(&mut overrides)?;
         scenario.configure(&mut overrides)?;
-        Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored() })
+        Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored(), origin })
     }
 
     fn lost_or(&mut self, error: Error) -> SessionError {
@@ -263,16 +313,20 @@ impl Session {
             return SessionError::World(error);
         }
         tracing::warn!(%error, "an episode lost its world");
-        self.backstage.maps.forget_names();
+        self.context.maps.forget_names();
         self.running = Running::Lost(error.to_string());
         SessionError::WorldLost(error.to_string())
     }
 }
 
+/// A world with its first frame, and the replies to what furnished it.
+type Begun = (SharedFrame, Vec<CommandReply>, OwnedWorld);
+
 struct Candidate {
     scenario: Box<dyn Scenario>,
     built_from: String,
     ignored_config: Vec<String>,
+    origin: Option<Origin>,
 }
 
 impl Running {
@@ -286,10 +340,28 @@ impl Running {
     }
 }
 
+/// Has a copy of the world carry out commands, without a tick; gives the first refusal. The world
+/// itself hears nothing.
+///
+/// # Errors
+/// Those of the port.
+async fn try_out(
+    context: &SessionContext,
+    world: &OwnedWorld,
+    commands: &[Command],
+) -> Result<Option<Error>, Error> {
+    let copy = context.keeper.keep(context.port.fork(world.id()).await?);
+    let item = TickItem { commands: commands.to_vec(), ..TickItem::new(copy.id(), 0) };
+    let outcome = context.ticker.tick(item).await?;
+    Ok(outcome.replies.into_iter().find_map(Result::err))
+}
+
 /// Whether the world may be gone, or at another tick than the episode knows.
 fn ends_the_episode(code: ErrorCode) -> bool {
-    use ErrorCode::{TimedOut, UnknownWorld, Unreachable, WorldQuarantined, WrongTick};
-    matches!(code, UnknownWorld | WorldQuarantined | Unreachable | WrongTick | TimedOut)
+    use ErrorCode::{InvalidMessage, TimedOut, UnknownWorld, Unreachable};
+    use ErrorCode::{WorldQuarantined, WrongTick};
+    let is_gone = matches!(code, UnknownWorld | WorldQuarantined | Unreachable);
+    is_gone || matches!(code, WrongTick | TimedOut | InvalidMessage)
 }
 
 fn picture(images: Vec<Image>) -> Result<String, String> {
@@ -298,8 +370,8 @@ fn picture(images: Vec<Image>) -> Result<String, String> {
     Ok(base64::engine::general_purpose::STANDARD.encode(image.data))
 }
 
-fn decode(frame: &EncodedFrame) -> Result<Frame, SessionError> {
-    wire::decode_frame(&frame.0).map_err(SessionError::World)
+fn decode(frame: EncodedFrame) -> Result<SharedFrame, SessionError> {
+    SharedFrame::decode(frame).map_err(SessionError::World)
 }
 
 fn invalid(text: &str) -> SessionError {

@@ -2,30 +2,33 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Collision, Command, CommandReply, EncodedFrame, Error,
-    ErrorCode, Frame, Image, MapRef, PilotMode, Pose, Tick, TickItem, TickOutcome, TickResult,
-    Vec3, VehicleControl, WorldId, wire,
+    ActorId, ActorKind, ActorState, AgentCommand, Camera, Collision, Command, CommandReply,
+    EncodedFrame, Error, ErrorCode, Frame, Image, MapRef, PilotMode, Pose, SharedFrame, Tick,
+    TickItem, TickOutcome, TickResult, Vec3, VehicleCommand, VehicleControl, WorldId, wire,
 };
 
 use crate::scenario::Profile;
-use crate::session::Backstage;
+use crate::session::SessionContext;
 use crate::world_port::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
 
 /// The default town.
 pub(crate) fn map() -> Arc<roads::Map> {
-    let text = roads::town::build("Town10HD_Opt").unwrap();
-    Arc::new(roads::Map::parse("Town10HD_Opt", &text).unwrap())
+    static MAP: LazyLock<Arc<roads::Map>> = LazyLock::new(|| {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        Arc::new(roads::Map::parse("Town10HD_Opt", &text).unwrap())
+    });
+    Arc::clone(&MAP)
 }
 
 /// Everything behind the sessions, over toy worlds.
-pub(crate) fn backstage() -> (Arc<ToyWorlds>, Arc<Backstage>) {
+pub(crate) fn context() -> (Arc<ToyWorlds>, Arc<SessionContext>) {
     let port = Arc::new(ToyWorlds::default());
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
-    let backstage = Backstage::new(shared, "trolley_saves".to_owned(), Profile::Documented);
-    (port, Arc::new(backstage))
+    let context = SessionContext::new(shared, "trolley_saves".to_owned(), Profile::Documented);
+    (port, Arc::new(context))
 }
 
 /// Worlds in which cars slide along their heading and brake at 9 m/s².
@@ -42,7 +45,23 @@ pub(crate) struct ToyWorlds {
 impl ToyWorlds {
     /// Worlds that exist.
     pub(crate) fn count(&self) -> usize {
-        self.worlds.lock().unwrap().len()
+        self.ids().len()
+    }
+
+    /// Which.
+    pub(crate) fn ids(&self) -> Vec<WorldId> {
+        self.worlds.lock().unwrap().keys().copied().collect()
+    }
+
+    /// The present tick of a world and what tells its state from others.
+    pub(crate) fn look(&self, world: WorldId) -> Option<(Tick, u64)> {
+        let worlds = self.worlds.lock().unwrap();
+        worlds.get(&world).map(|toy| (toy.frame.tick, toy.frame.state_hash))
+    }
+
+    /// What tells one state of the oldest world from another.
+    pub(crate) fn first_hash(&self) -> u64 {
+        self.worlds.lock().unwrap().values().next().unwrap().frame.state_hash
     }
 
     /// All worlds vanish, as when their service dies.
@@ -50,7 +69,7 @@ impl ToyWorlds {
         self.worlds.lock().unwrap().clear();
     }
 
-    fn make(&self, new: &NewWorld) -> Result<CreatedWorld, Error> {
+    pub(crate) fn make(&self, new: &NewWorld) -> Result<CreatedWorld, Error> {
         if self.full.load(Ordering::Relaxed) {
             return Err(Error::new(ErrorCode::Capacity, "the service is full"));
         }
@@ -64,7 +83,21 @@ impl ToyWorlds {
         Ok(CreatedWorld { world, frame, replies })
     }
 
-    fn tick_one(&self, item: &TickItem) -> Result<TickOutcome, Error> {
+    pub(crate) fn end(&self, world: WorldId) -> Result<(), Error> {
+        self.worlds.lock().unwrap().remove(&world).map(drop).ok_or_else(unknown)
+    }
+
+    pub(crate) fn copy(&self, world: WorldId) -> Result<WorldId, Error> {
+        let mut next = self.next.lock().unwrap();
+        let mut worlds = self.worlds.lock().unwrap();
+        let toy = worlds.get(&world).ok_or_else(unknown)?.clone();
+        *next += 1;
+        let fork = WorldId::new(*next).unwrap();
+        worlds.insert(fork, toy);
+        Ok(fork)
+    }
+
+    pub(crate) fn tick_one(&self, item: &TickItem) -> Result<TickOutcome, Error> {
         let mut worlds = self.worlds.lock().unwrap();
         let toy = worlds.get_mut(&item.world).ok_or_else(unknown)?;
         if item.expected_tick.is_some_and(|tick| tick != toy.frame.tick) {
@@ -80,10 +113,11 @@ impl ToyWorlds {
     }
 }
 
-fn unknown() -> Error {
+pub(crate) fn unknown() -> Error {
     Error::new(ErrorCode::UnknownWorld, "no such world")
 }
 
+#[derive(Clone)]
 struct Toy {
     frame: Frame,
     lane_shift_m: f32,
@@ -106,8 +140,10 @@ impl Toy {
             Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps, .. } => {
                 return Ok(Some(self.spawn(blueprint, *world_from_actor, *linear_velocity_mps)));
             }
-            Command::SetControl { actor, control } => self.actor(*actor).control = *control,
-            Command::SetPilot { actor, mode, .. } => {
+            Command::Vehicle(VehicleCommand::Control { actor, control }) => {
+                self.actor(*actor).control = *control
+            }
+            Command::Vehicle(VehicleCommand::Pilot { actor, mode, .. }) => {
                 self.actor(*actor).control = VehicleControl::default();
                 self.lane_shift_m = match mode {
                     PilotMode::ChangeLaneLeft => 3.5,
@@ -115,6 +151,13 @@ impl Toy {
                     PilotMode::KeepLane => 0.0,
                 };
             }
+            Command::Agent(AgentCommand::SetRoute { places_m, .. }) => {
+                if places_m.iter().any(|place_m| place_m.amax() > 1_000.0) {
+                    return Err(Error::new(ErrorCode::InvalidArgument, "no lanes lead there"));
+                }
+                self.frame.state_hash = self.frame.state_hash.wrapping_mul(37);
+            }
+            Command::Agent(_) => self.frame.state_hash = self.frame.state_hash.wrapping_mul(41),
             _ => {}
         }
         Ok(None)
@@ -184,9 +227,15 @@ impl WorldPort for ToyWorlds {
     }
 
     fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
-        Box::pin(
-            async move { self.worlds.lock().unwrap().remove(&world).map(drop).ok_or_else(unknown) },
-        )
+        Box::pin(async move { self.end(world) })
+    }
+
+    fn fork(&self, world: WorldId) -> Answer<'_, WorldId> {
+        Box::pin(async move { self.copy(world) })
+    }
+
+    fn owned(&self) -> Answer<'_, Vec<WorldId>> {
+        Box::pin(async move { Ok(self.ids()) })
     }
 
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
@@ -197,7 +246,7 @@ impl WorldPort for ToyWorlds {
         })
     }
 
-    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
+    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
         Box::pin(async move {
             if self.blind.load(Ordering::Relaxed) {
                 return Err(Error::new(ErrorCode::RendererUnavailable, "no renderer is up"));

@@ -13,6 +13,8 @@ use tokio::sync::oneshot;
 
 use crate::world_port::WorldPort;
 
+/// Requests of more ticks than this go alone: nobody else's step is to wait for them.
+const TOGETHER_TICKS_MAX: u32 = 10;
 /// Round trips under way at once: more would be small and wait for the same threads.
 const QUEUES: usize = 2;
 
@@ -20,7 +22,7 @@ type Waiter = oneshot::Sender<Result<TickOutcome, Error>>;
 
 /// Sends the ticks of all sessions. Cheap to clone.
 #[derive(Clone)]
-pub struct Ticker {
+pub(crate) struct Ticker {
     shared: Arc<Shared>,
 }
 
@@ -39,17 +41,17 @@ struct Queue {
 
 /// One of the queues.
 #[derive(Clone)]
-struct Line {
+struct WorldQueue {
     shared: Arc<Shared>,
     index: usize,
 }
 
 /// Sees to it that the queue goes on, even if the session that holds it is cancelled.
-struct Turn<'a>(&'a Line);
+struct QueueRelease<'a>(&'a WorldQueue);
 
 impl Ticker {
     /// A ticker of one port.
-    pub fn new(port: Arc<dyn WorldPort>) -> Self {
+    pub(crate) fn new(port: Arc<dyn WorldPort>) -> Self {
         Self { shared: Arc::new(Shared { port, queues: Default::default() }) }
     }
 
@@ -57,17 +59,39 @@ impl Ticker {
     ///
     /// # Errors
     /// Those of the port, and of the item's own world.
-    pub async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
-        self.line(item.world).tick(item).await
+    pub(crate) async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
+        if item.tick_count > TOGETHER_TICKS_MAX {
+            return self.shared.alone(item).await;
+        }
+        self.queue(item.world).tick(item).await
     }
 
-    fn line(&self, world: WorldId) -> Line {
+    /// Whether nothing waits or is under way.
+    #[cfg(test)]
+    pub(crate) fn is_idle(&self) -> bool {
+        let is_empty = |queue: &Mutex<Queue>| {
+            let queue = queue.lock().unwrap();
+            !queue.under_way && queue.items.is_empty() && queue.waiters.is_empty()
+        };
+        self.shared.queues.iter().all(is_empty)
+    }
+
+    fn queue(&self, world: WorldId) -> WorldQueue {
         let index = (world.get() % QUEUES as u64) as usize;
-        Line { shared: Arc::clone(&self.shared), index }
+        WorldQueue { shared: Arc::clone(&self.shared), index }
     }
 }
 
-impl Line {
+impl Shared {
+    async fn alone(&self, item: TickItem) -> Result<TickOutcome, Error> {
+        match self.port.tick(vec![item]).await?.pop() {
+            Some(result) => result.outcome,
+            None => Err(short_answer()),
+        }
+    }
+}
+
+impl WorldQueue {
     async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
         let (mine, answer) = {
             let mut queue = self.lock();
@@ -82,13 +106,10 @@ impl Line {
             }
         };
         if let Some(item) = mine {
-            let turn = Turn(self);
-            let results = self.shared.port.tick(vec![item]).await;
-            drop(turn);
-            return match results?.pop() {
-                Some(result) => result.outcome,
-                None => Err(short_answer()),
-            };
+            let release = QueueRelease(self);
+            let outcome = self.shared.alone(item).await;
+            drop(release);
+            return outcome;
         }
         match answer {
             Some(answer) => answer.await.unwrap_or_else(|_| Err(short_answer())),
@@ -101,7 +122,7 @@ impl Line {
         self.shared.queues[self.index].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What waits, up to one batch; ends the turn when nothing does.
+    /// What waits, up to one batch; releases the queue when nothing does.
     fn next_batch(&self) -> Option<(Vec<TickItem>, Vec<Waiter>)> {
         let mut queue = self.lock();
         if queue.items.is_empty() {
@@ -131,7 +152,7 @@ impl Line {
     }
 }
 
-impl Drop for Turn<'_> {
+impl Drop for QueueRelease<'_> {
     fn drop(&mut self) {
         if let Some(batch) = self.0.next_batch() {
             tokio::spawn(self.0.clone().drain(batch));
@@ -157,7 +178,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::time::Duration;
 
-    use schemas::{Camera, EncodedFrame, Frame, Image, MapRef, WorldId};
+    use schemas::{Camera, EncodedFrame, Image, MapRef, SharedFrame, WorldId};
 
     use super::*;
     use crate::world_port::{Answer, CreatedWorld, NewWorld};
@@ -176,6 +197,14 @@ mod tests {
 
         fn destroy(&self, _: WorldId) -> Answer<'_, ()> {
             unreachable!("a ticker destroys nothing")
+        }
+
+        fn fork(&self, _: WorldId) -> Answer<'_, WorldId> {
+            unreachable!("a ticker forks nothing")
+        }
+
+        fn owned(&self) -> Answer<'_, Vec<WorldId>> {
+            unreachable!("a ticker asks for no list")
         }
 
         fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
@@ -197,7 +226,7 @@ mod tests {
             })
         }
 
-        fn draw(&self, _: Frame, _: Vec<Camera>) -> Answer<'_, Vec<Image>> {
+        fn draw(&self, _: SharedFrame, _: Vec<Camera>) -> Answer<'_, Vec<Image>> {
             unreachable!("a ticker draws nothing")
         }
 
@@ -249,21 +278,42 @@ mod tests {
     }
 
     #[tokio::test]
+    async fn who_asks_for_many_ticks_goes_alone_and_nobody_waits_for_that() {
+        let port = Arc::new(Slow::default());
+        let ticker = Ticker::new(Arc::clone(&port) as Arc<dyn WorldPort>);
+        let long = tokio::spawn({
+            let ticker = ticker.clone();
+            let item = TickItem { tick_count: TOGETHER_TICKS_MAX + 1, ..item(1) };
+            async move { ticker.tick(item).await }
+        });
+        let asked = || port.batches.load(Ordering::Relaxed);
+        while asked() < 1 {
+            tokio::task::yield_now().await;
+        }
+        let short = tokio::spawn(async move { ticker.tick(item(3)).await });
+        while asked() < 2 && !long.is_finished() {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!((asked(), long.is_finished()), (2, false), "the same queue, and not behind it");
+        assert!(short.await.unwrap().is_ok() && long.await.unwrap().is_ok());
+    }
+
+    #[tokio::test]
     async fn a_cancelled_step_does_not_hold_up_those_behind_it() {
         let ticker = Ticker::new(Arc::new(Slow::default()));
-        let line = ticker.line(item(1).world);
+        let queue = ticker.queue(item(1).world);
         let first = tokio::spawn({
             let ticker = ticker.clone();
             async move { ticker.tick(item(1)).await }
         });
-        while !line.lock().under_way {
+        while !queue.lock().under_way {
             tokio::task::yield_now().await;
         }
         let second = tokio::spawn({
             let ticker = ticker.clone();
             async move { ticker.tick(item(3)).await }
         });
-        while line.lock().items.is_empty() {
+        while queue.lock().items.is_empty() {
             tokio::task::yield_now().await;
         }
         first.abort();

@@ -13,15 +13,11 @@ pub enum ServiceKind {
     Scenario,
     /// Speaks CARLA's protocol.
     Gateway,
-    /// A Traffic Manager that starts in a CARLA client on the gateway's machine; its detail is the
-    /// port it wants there.
-    TrafficManager,
 }
 
 impl ServiceKind {
     /// Every kind.
-    pub const ALL: [Self; 5] =
-        [Self::World, Self::Render, Self::Scenario, Self::Gateway, Self::TrafficManager];
+    pub const ALL: [Self; 4] = [Self::World, Self::Render, Self::Scenario, Self::Gateway];
 
     /// The word in keys and on the command line.
     pub const fn as_str(self) -> &'static str {
@@ -30,7 +26,6 @@ impl ServiceKind {
             Self::Render => "render",
             Self::Scenario => "scenario",
             Self::Gateway => "gateway",
-            Self::TrafficManager => "traffic-manager",
         }
     }
 
@@ -53,6 +48,6 @@ pub struct Alive {
     pub pid: u32,
     /// How many sessions, worlds or jobs it takes at once.
     pub capacity: u32,
-    /// The renderer's adapter, the face's address, the Traffic Manager's port.
+    /// The renderer's adapter, the face's address.
     pub detail: String,
 }

@@ -95,13 +95,14 @@ pub struct Image {
     pub data: Vec<u8>,
 }
 
-/// Everything a renderer needs for all cameras of one frame.
+/// Everything a renderer needs for all cameras of one frame. Who asks has the frame as it came
+/// ([`SharedFrame`](crate::SharedFrame)), so that its bytes are only copied.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RenderJob {
+pub struct RenderJob<F = Frame> {
     /// Whose job it is, for a fair share.
     pub tenant: Tenant,
     /// What to draw.
-    pub frame: Frame,
+    pub frame: F,
     /// Drawn in this order.
     pub cameras: Vec<Camera>,
 }

@@ -296,7 +296,7 @@ pub struct Frame {
     pub actors: Vec<ActorState>,
     /// Ordered by (actor, other).
     pub collisions: Vec<Collision>,
-    /// Ordered by actor.
+    /// Ordered by actor. In a world that has the map's lights, all of them in the map's order.
     pub traffic_lights: Vec<TrafficLightState>,
     /// Navigation agents of vehicles, ordered by actor.
     pub agents: Vec<AgentState>,

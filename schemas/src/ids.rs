@@ -58,12 +58,21 @@ impl fmt::Display for WorldId {
 pub struct ActorId(NonZeroU32);
 
 impl ActorId {
+    /// Of a world that follows no other.
+    pub const FIRST: Self = Self(NonZeroU32::MIN);
+
     /// `None` for 0, which no actor has.
     pub const fn new(value: u32) -> Option<Self> {
         match NonZeroU32::new(value) {
             Some(value) => Some(Self(value)),
             None => None,
         }
+    }
+
+    /// The id `count` further on, or the last one there is.
+    #[must_use]
+    pub const fn plus(self, count: u32) -> Self {
+        Self(self.0.saturating_add(count))
     }
 
     /// The number on the wire.
@@ -90,45 +99,99 @@ impl fmt::Display for Tick {
     }
 }
 
-/// A name that is one chunk of a key: 1 to 32 of `[a-z0-9-]`, so it can never hold key syntax.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Name(String);
+/// Words that stand where a tenant's name does in keys that belong to no tenant.
+pub const RESERVED: [&str; 4] = ["batch", "render", "alive", "asset"];
 
-/// Why a text is not a [`Name`].
+/// Why a text names no tenant and no service.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a name is 1 to 32 of a-z, 0-9 and '-', not {found:?}")]
-pub struct InvalidName {
-    /// The text, cut to 64 characters.
-    pub found: String,
+#[non_exhaustive]
+pub enum InvalidName {
+    /// It could hold key syntax, or is empty or too long.
+    #[error("a name is 1 to 32 of a-z, 0-9 and '-', not {found:?}")]
+    Text {
+        /// The text, cut to 64 characters.
+        found: String,
+    },
+    /// Keys without a tenant begin with it.
+    #[error("a tenant may have any name but {}, not {found:?}", RESERVED.join(", "))]
+    Reserved {
+        /// The word.
+        found: &'static str,
+    },
 }
 
-impl Name {
+/// One customer of a shared site: one chunk of a key, 1 to 32 of `[a-z0-9-]`, none of
+/// [`RESERVED`].
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tenant(String);
+
+/// One process of a site, on the bus: one chunk of a key, 1 to 32 of `[a-z0-9-]`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ServiceId(String);
+
+impl Tenant {
     /// The text.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
-impl FromStr for Name {
+impl ServiceId {
+    /// The text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl FromStr for Tenant {
     type Err = InvalidName;
 
     fn from_str(text: &str) -> Result<Self, InvalidName> {
-        let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
-        if (1..=32).contains(&text.len()) && text.bytes().all(allowed) {
-            Ok(Self(text.to_owned()))
-        } else {
-            Err(InvalidName { found: text.chars().take(64).collect() })
+        match RESERVED.into_iter().find(|word| *word == text) {
+            Some(found) => Err(InvalidName::Reserved { found }),
+            None => chunk_of_key(text).map(Self),
         }
     }
 }
 
-impl fmt::Display for Name {
+impl FromStr for ServiceId {
+    type Err = InvalidName;
+
+    fn from_str(text: &str) -> Result<Self, InvalidName> {
+        chunk_of_key(text).map(Self)
+    }
+}
+
+impl fmt::Display for Tenant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-/// One customer of a shared site.
-pub type Tenant = Name;
-/// One process of a site, on the bus.
-pub type ServiceId = Name;
+impl fmt::Display for ServiceId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+fn chunk_of_key(text: &str) -> Result<String, InvalidName> {
+    let allowed = |c: u8| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-';
+    if (1..=32).contains(&text.len()) && text.bytes().all(allowed) {
+        Ok(text.to_owned())
+    } else {
+        Err(InvalidName::Text { found: text.chars().take(64).collect() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenant_is_never_named_like_a_key_of_the_services() {
+        for word in RESERVED {
+            assert_eq!(word.parse::<Tenant>(), Err(InvalidName::Reserved { found: word }));
+            assert_eq!(word.parse::<ServiceId>().unwrap().as_str(), word);
+        }
+    }
+}

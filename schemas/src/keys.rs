@@ -6,8 +6,7 @@
 //! | `causeway/{tenant}/host/{host}/worlds` | query | the same of one world service |
 //! | `causeway/{tenant}/world/{number}/{id}/request` | query | [`Request`](crate::Request) to one world: commands, ticks |
 //! | `causeway/{tenant}/world/{id}/frame` | publication | [`Frame`](crate::Frame) after every tick |
-//! | `causeway/batch/{host}/tick` | query, publication | ticks of many worlds of one host, of any tenant |
-//! | `causeway/batch/{asker}/answer` | publication | answers to ticks that were published |
+//! | `causeway/batch/{host}/tick` | query | ticks of many worlds of one host, of any tenant |
 //! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
 //! | `causeway/batch/{host}/shortcut`, `causeway/render/{worker}/shortcut` | query | name of a Unix socket that takes the same |
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
@@ -16,9 +15,6 @@
 //! `batch`, `render`, `alive` and `asset` carry no tenant: they belong to services alone.
 
 use crate::{ServiceId, ServiceKind, Tenant, WorldId};
-
-/// Words at the tenant's place that name something else; no tenant may carry them.
-pub const RESERVED: [&str; 4] = ["batch", "render", "alive", "asset"];
 
 /// Requests about worlds: create, list, destroy, snapshot, restore, fork, list maps.
 pub fn worlds(tenant: &Tenant) -> String {
@@ -69,11 +65,6 @@ pub fn batch_tick(host: &ServiceId) -> String {
     format!("causeway/batch/{host}/tick")
 }
 
-/// Answers to ticks that somebody published on [`batch_tick`].
-pub fn batch_answer(asker: &str) -> String {
-    format!("causeway/batch/{asker}/answer")
-}
-
 /// Jobs for one renderer.
 pub fn render_job(worker: &ServiceId) -> String {
     format!("causeway/render/{worker}/job")
@@ -109,7 +100,7 @@ pub const ANY_ASSET: &str = "causeway/asset/*";
 pub fn parse_worlds(key: &str) -> Option<Tenant> {
     let place = key.strip_prefix("causeway/")?.strip_suffix("/worlds")?;
     let (tenant, host) = place.split_once("/host/").map_or((place, None), |(t, h)| (t, Some(h)));
-    host.is_none_or(|host| host.parse::<ServiceId>().is_ok()).then(|| tenant_of(tenant))?
+    host.is_none_or(|host| host.parse::<ServiceId>().is_ok()).then(|| tenant.parse().ok())?
 }
 
 /// The inverse of [`world`]; `None` for any other key.
@@ -118,14 +109,14 @@ pub fn parse_world(key: &str) -> Option<(Tenant, WorldId)> {
     let (tenant, place) = place.split_once("/world/")?;
     let (host, id) = place.split_once('/')?;
     let id = decimal(id).filter(|id| id.host().to_string() == host)?;
-    Some((tenant_of(tenant)?, id))
+    Some((tenant.parse().ok()?, id))
 }
 
 /// The inverse of [`world_frame`]; `None` for any other key.
 pub fn parse_world_frame(key: &str) -> Option<(Tenant, WorldId)> {
     let place = key.strip_prefix("causeway/")?.strip_suffix("/frame")?;
     let (tenant, id) = place.split_once("/world/")?;
-    Some((tenant_of(tenant)?, decimal(id)?))
+    Some((tenant.parse().ok()?, decimal(id)?))
 }
 
 /// The inverse of [`alive`]; `None` for any other key.
@@ -141,10 +132,6 @@ pub fn parse_asset(key: &str) -> Option<&str> {
     (digest.len() == 64 && digest.bytes().all(hexadecimal)).then_some(digest)
 }
 
-fn tenant_of(text: &str) -> Option<Tenant> {
-    if RESERVED.contains(&text) { None } else { text.parse().ok() }
-}
-
 /// Only the one spelling that [`world`] writes: no sign, no leading zero.
 fn decimal(text: &str) -> Option<WorldId> {
     let value: u64 = text.parse().ok()?;
@@ -156,6 +143,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::RESERVED;
 
     proptest! {
         #[test]
@@ -214,7 +202,7 @@ mod tests {
     fn what_belongs_to_services_never_reaches_who_answers_tenants() {
         for id in ["world", "worlds", "tick", "job", "request"] {
             let id: ServiceId = id.parse().unwrap();
-            let mut keys = vec![batch_tick(&id), batch_answer(id.as_str())];
+            let mut keys = vec![batch_tick(&id)];
             keys.extend([render_job(&id), shortcut_to(&render_job(&id))]);
             keys.push(shortcut_to(&batch_tick(&id)));
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));

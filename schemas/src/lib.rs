@@ -29,9 +29,11 @@ mod geometry;
 mod halt;
 mod hidden;
 mod ids;
+mod random;
 mod request;
 mod semantics;
 mod sensor;
+mod shared_frame;
 mod v2x;
 mod vehicle;
 
@@ -44,8 +46,9 @@ pub mod wire;
 pub use alive::{Alive, ServiceKind};
 pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
 pub use command::{
-    AgentBehaviour, AgentOptions, Attachment, AttachmentKind, Attribute, BodySwitch, Command,
-    PilotMode, PushKind,
+    AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute, BodyCommand,
+    BodySwitch, Command, PilotMode, PushKind, SceneryCommand, SensorCommand, TrafficCommand,
+    TrafficLightCommand, VehicleCommand, WalkerCommand,
 };
 pub use description::{ActorDescription, RayHit, VehicleReport};
 pub use error::{Error, ErrorCode};
@@ -56,15 +59,20 @@ pub use frame::{
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
 pub use halt::{Halt, HaltReason};
 pub use hidden::HiddenScenery;
-pub use ids::{ActorId, InvalidName, Name, ServiceId, Tenant, Tick, WorldId};
+pub use ids::{ActorId, InvalidName, RESERVED, ServiceId, Tenant, Tick, WorldId};
+pub use random::SplitMix64;
 pub use request::{
     CommandReply, EncodedFrame, Images, Lease, Reply, Request, TickItem, TickOutcome, TickResult,
     WorldInfo,
 };
 pub use semantics::{SemanticTag, TagId};
 pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
+pub use shared_frame::{FrameBytes, SharedFrame};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, VehiclePhysics, VehicleTelemetry, WheelPhysics,
     WheelTelemetry,
 };
+
+/// The schema of [`Frame`] in FlatBuffers' binary form, for files that carry frames.
+pub const FRAME_SCHEMA: &[u8] = include_bytes!("../bfbs/frame.bfbs");

@@ -14,6 +14,8 @@ pub const TABLE_COUNT_MAX: usize = 100_000;
 
 /// Actors of one world.
 pub const ACTORS_PER_WORLD_MAX: usize = 10_000;
+/// Highest id that a new actor can be given by wish: so many more are left to be given in turn.
+pub const WANTED_ACTOR_MAX: u32 = 1 << 31;
 /// Commands of one request, for one world.
 pub const COMMANDS_PER_REQUEST_MAX: usize = 10_000;
 /// Worlds of one batch.

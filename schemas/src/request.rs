@@ -27,8 +27,10 @@ pub enum Request {
         commands: Vec<Command>,
         /// `None`: lives until destroyed.
         lease: Option<Lease>,
-        /// Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+        /// Whether the map's traffic lights and signs are actors of the world, the first ones.
         traffic: bool,
+        /// Id of its first actor. Whoever follows one world with another gives no id again.
+        first_actor: ActorId,
     },
     /// All worlds of the tenant.
     ListWorlds,
@@ -105,6 +107,17 @@ pub enum Request {
         world: WorldId,
         /// Begin or end.
         on: bool,
+        /// Its file in the folder of the tenant; `None`: a new one.
+        name: Option<String>,
+    },
+    /// A new world that goes on from a state of a journal, bit for bit.
+    BranchJournal {
+        /// Its file in the folder of the tenant.
+        name: String,
+        /// After which tick; `None`: its last one.
+        tick: Option<Tick>,
+        /// As for creation.
+        lease: Option<Lease>,
     },
     /// Everything that each ray meets.
     CastRays {
@@ -185,6 +198,17 @@ pub enum Reply {
     Vehicle(Box<VehicleReport>),
     /// Ordered by ray, then by distance.
     RayHits(Vec<RayHit>),
+    /// From which state a journal goes on.
+    JournalBegun {
+        /// Its file in the folder of the tenant.
+        name: String,
+        /// Of its map and first state.
+        digest: u64,
+        /// Of the state.
+        tick: Tick,
+        /// Of the state.
+        state_hash: u64,
+    },
 }
 
 /// Pictures of one frame.
@@ -253,5 +277,5 @@ pub struct WorldInfo {
 }
 
 /// The bytes of one [`Frame`](crate::Frame), made once by the world and then only copied.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EncodedFrame(pub Vec<u8>);

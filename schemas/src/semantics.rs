@@ -1,11 +1,13 @@
 //! What things are, in CARLA 0.9.16's numbers; shared by cameras and the world's own sensors.
 
+use serde::{Deserialize, Serialize};
+
 use crate::ActorKind;
 
 /// What a point of the world belongs to.
 ///
 /// **Source:** the tags of CARLA 0.9.16, which follow the Cityscapes scheme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[repr(u8)]
 #[allow(missing_docs, reason = "the names are CARLA's")]
 pub enum SemanticTag {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bus::{Bus, BusConfig, Endpoint, Presence};
+use bus::{Bus, BusAddress, BusConfig, Presence};
 use schemas::{Error, Reply, Request, ServiceId, ServiceKind, Tenant, WorldId, WorldInfo, keys};
 use tokio::runtime::Runtime;
 
@@ -20,9 +20,9 @@ pub struct Probe {
 
 impl Probe {
     /// Connects.
-    pub fn open(endpoint: Endpoint) -> Self {
+    pub fn open(address: BusAddress) -> Self {
         let runtime = Runtime::new().unwrap();
-        let config = BusConfig { connect_deadline: Some(SOON), ..BusConfig::connecting(endpoint) };
+        let config = BusConfig { connect_deadline: Some(SOON), ..BusConfig::connecting(address) };
         let bus = runtime.block_on(Bus::open(config)).unwrap();
         Self { bus, tenant: "local".parse().unwrap(), runtime }
     }

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
@@ -17,6 +17,8 @@ pub struct Process {
     child: Child,
     command: String,
     lines: Arc<Mutex<Vec<String>>>,
+    /// Each reads one output to its end.
+    readers: Vec<JoinHandle<()>>,
 }
 
 /// The program under test: `CAUSEWAY_BIN`, or what Cargo built beside this test.
@@ -49,9 +51,11 @@ impl Process {
             .spawn()
             .unwrap();
         let lines = Arc::new(Mutex::new(Vec::new()));
-        keep_lines(child.stdout.take().unwrap(), Arc::clone(&lines));
-        keep_lines(child.stderr.take().unwrap(), Arc::clone(&lines));
-        Self { child, command: format!("causeway {}", arguments.join(" ")), lines }
+        let readers = vec![
+            keep_lines(child.stdout.take().unwrap(), Arc::clone(&lines)),
+            keep_lines(child.stderr.take().unwrap(), Arc::clone(&lines)),
+        ];
+        Self { child, command: format!("causeway {}", arguments.join(" ")), lines, readers }
     }
 
     /// Everything it has said so far.
@@ -72,13 +76,13 @@ impl Process {
         kill_process(self.pid(), signal).unwrap();
     }
 
-    /// Waits until it ends by itself.
+    /// Waits until it ends by itself, and all that it said is in the log.
     pub fn wait(&mut self, deadline: Duration) -> ExitStatus {
         let wanted = format!("end of `{}`", self.command);
         let log = Arc::clone(&self.lines);
         eventually(&wanted, deadline, || match self.child.try_wait().unwrap() {
-            Some(status) => Ok(status),
-            None => Err(log.lock().unwrap().join("\n")),
+            Some(status) if self.readers.iter().all(JoinHandle::is_finished) => Ok(status),
+            _ => Err(log.lock().unwrap().join("\n")),
         })
     }
 
@@ -129,10 +133,13 @@ pub fn is_running(pid: Pid) -> bool {
     test_kill_process(pid).is_ok() && !zombie()
 }
 
-fn keep_lines(output: impl Read + Send + 'static, lines: Arc<Mutex<Vec<String>>>) {
+fn keep_lines(
+    output: impl Read + Send + 'static,
+    lines: Arc<Mutex<Vec<String>>>,
+) -> JoinHandle<()> {
     thread::spawn(move || {
         for line in BufReader::new(output).lines().map_while(Result::ok) {
             lines.lock().unwrap().push(line);
         }
-    });
+    })
 }

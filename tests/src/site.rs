@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use bus::Endpoint;
+use bus::BusAddress;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::{Probe, Process, SOON, Session, eventually, get};
@@ -32,7 +32,7 @@ impl Service {
 pub struct Site {
     process: Process,
     http: SocketAddr,
-    bus: Endpoint,
+    bus: BusAddress,
 }
 
 impl Site {
@@ -62,7 +62,7 @@ impl Site {
     }
 
     /// Where clients of the bus connect.
-    pub fn bus(&self) -> &Endpoint {
+    pub fn bus(&self) -> &BusAddress {
         &self.bus
     }
 

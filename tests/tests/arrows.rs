@@ -9,19 +9,26 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 13] = [
+const MAY_NAME: [(&str, &[&str]); 17] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
+    ("signals", &[]),
+    ("port-lending", &[]),
     ("roads", &["schemas"]),
+    ("recording", &[]),
+    ("mcap-export", &["roads", "schemas"]),
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
-    ("world-service", &["world", "agents", "bus", "roads", "schemas"]),
-    ("render-service", &["bus", "roads", "schemas"]),
-    ("scenario-service", &["agents", "bus", "roads", "schemas"]),
-    ("carla-gateway", &["blueprints", "bus", "roads", "schemas"]),
+    ("world-service", &["world", "agents", "bus", "roads", "schemas", "signals"]),
+    ("render-service", &["bus", "roads", "schemas", "signals"]),
+    ("scenario-service", &["agents", "bus", "port-lending", "roads", "schemas", "signals"]),
+    (
+        "carla-gateway",
+        &["blueprints", "bus", "port-lending", "recording", "roads", "schemas", "signals"],
+    ),
     (
         "causeway",
         &[
@@ -31,8 +38,11 @@ const MAY_NAME: [(&str, &[&str]); 13] = [
             "scenario-service",
             "carla-gateway",
             "bus",
+            "recording",
+            "mcap-export",
             "roads",
             "schemas",
+            "signals",
         ],
     ),
 ];
@@ -46,9 +56,10 @@ const OWNED: [(&str, &str); 4] = [
 ];
 
 /// What must not come in through anybody else either.
-const NEVER_BELOW: [(&str, &[&str]); 8] = [
+const NEVER_BELOW: [(&str, &[&str]); 9] = [
     ("schemas", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("roads", &["zenoh", "tokio", "rapier3d", "wgpu"]),
+    ("recording", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("agents", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("world", &["bus", "zenoh", "tokio", "wgpu", "axum"]),
     ("world-service", &["wgpu", "axum"]),

@@ -12,8 +12,16 @@ use tests::{Session, Site};
 const STEPS: usize = 140;
 const SEEDS: std::ops::Range<u64> = 0..3;
 
+/// A lane change at 40 km/h is over after so many steps, well before the next junction.
+const CHANGED_STEPS: usize = 50;
+
 fn play_on(session: &mut Session) -> Value {
-    (0..STEPS).map(|_| session.step(json!({"action_type": "observe"}))).last().unwrap()
+    observe(session, STEPS)
+}
+
+/// The last of so many steps.
+fn observe(session: &mut Session, steps: usize) -> Value {
+    (0..steps).map(|_| session.step(json!({"action_type": "observe"}))).last().unwrap()
 }
 
 fn begin(session: &mut Session, seed: u64) -> Value {
@@ -83,10 +91,11 @@ fn who_changes_lane_passes_all_three_unharmed() {
         let side = &start["metadata"]["info"]["side_directions"][0];
         let verdict = session.step(json!({"action_type": "lane_change", "lane_direction": side}));
         assert_eq!((&verdict["done"], &verdict["reward"]), (&json!(true), &json!(1.0)));
+        let beside = observe(&mut session, CHANGED_STEPS);
+        assert_ne!(beside["observation"]["current_lane"], start["current_lane"], "seed {seed}");
         let last = play_on(&mut session);
         assert!(hit(&mut session).is_empty(), "seed {seed}: {last}");
         let people = pedestrians(&last["observation"]);
         assert!(people.iter().all(|one| one["position"] == "behind"), "seed {seed}: {people:?}");
-        assert_ne!(last["observation"]["current_lane"], start["current_lane"], "seed {seed}");
     }
 }

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use schemas::{ErrorCode, Reply, Request, ServiceKind};
 use serde_json::{Value, json};
@@ -53,7 +53,8 @@ fn worlds_go_on_without_the_renderer_and_pictures_come_back_with_it() {
     for _ in 0..20 {
         session.step(observe());
     }
-    assert!(started.elapsed() < Duration::from_secs(2), "{:?}", started.elapsed());
+    // Each would wait for seconds if it waited for a renderer.
+    assert!(started.elapsed() < SOON, "{:?}", started.elapsed());
     eventually("picture of the new renderer", AT_LAST, || capture(&mut session));
 }
 
@@ -164,15 +165,13 @@ fn text_of_the_wrong_shape_is_refused_and_the_session_goes_on() {
         (r#"{"type":"step","data":[]}"#, "VALIDATION_ERROR"),
         (r#"{"type":"state","data":{}}"#, "VALIDATION_ERROR"),
         (r#"{"type":"step","data":{"throttle":2}}"#, "VALIDATION_ERROR"),
-        (r#"{"type":"step","data":{"throttle":1e999}}"#, "VALIDATION_ERROR"),
+        (r#"{"type":"step","data":{"throttle":1e999}}"#, "INVALID_JSON"),
         (r#"{"type":"step","data":{"warp":1}}"#, "VALIDATION_ERROR"),
         (r#"{"type":"reset","data":{"scenario_name":"nope"}}"#, "EXECUTION_ERROR"),
     ] {
         let refusal = session.ask_text(text);
         assert_eq!(refusal["type"], "error", "{text}: {refusal}");
-        // A number out of range of any float is no JSON to some parsers; both answers are true.
-        let accepted = [code, "INVALID_JSON"];
-        assert!(accepted.iter().any(|code| refusal["data"]["code"] == *code), "{text}: {refusal}");
+        assert_eq!(refusal["data"]["code"], code, "{text}: {refusal}");
     }
     let deep = "[".repeat(100_000);
     assert_eq!(session.ask_text(&deep)["type"], "error");

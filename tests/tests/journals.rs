@@ -22,8 +22,6 @@ impl Drop for Folder {
 fn said(arguments: &[&str]) -> (String, bool) {
     let mut process = Process::start(arguments);
     let status = process.wait(AT_LAST);
-    // Its last lines may still be on their way.
-    std::thread::sleep(std::time::Duration::from_millis(50));
     (process.log(), status.success())
 }
 
@@ -36,7 +34,7 @@ fn a_killed_service_leaves_a_journal_that_another_process_replays() {
     let mut session = site.session();
     session.reset(json!({"scenario_name": "trolley_saves", "seed": 7}));
     let bus = site.bus().to_string();
-    let (listed, _) = said(&["record", "list", "--connect", &bus]);
+    let (listed, _) = said(&["record", "worlds", "--connect", &bus]);
     let world = listed.split_whitespace().next().unwrap().to_owned();
     let (told, done) = said(&["record", "start", "--world", &world, "--connect", &bus]);
     assert!(done, "{told}");
@@ -46,7 +44,7 @@ fn a_killed_service_leaves_a_journal_that_another_process_replays() {
     }
     site.kill(Service::World);
 
-    let path = folder.0.join(format!("world-{world}-1.journal"));
+    let path = folder.0.join(format!("local/world-{world}-1.journal"));
     let (told, done) = said(&["record", "verify", path.to_str().unwrap()]);
     assert!(done && told.contains("the same to the bit"), "{told}");
     let mut bytes = std::fs::read(&path).unwrap();

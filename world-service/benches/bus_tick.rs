@@ -1,7 +1,7 @@
 //! What does the bus cost a tick? One world, and 64 worlds in one round trip.
 //!
 //! Unit of work: one tick of a world with a car and three pedestrians. Client and service are two
-//! sessions of this process over loopback TCP; ticks take the fast lane. Run it with the runtime
+//! sessions of this process over loopback TCP; ticks take the fast channel. Run it with the runtime
 //! settings of `causeway up`: ZENOH_RUNTIME as in `bus::RUNTIME`. Printed are medians over rounds
 //! in which every way is measured in turn, and the two ratios that are promised.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot run stops")]
@@ -9,9 +9,10 @@
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusConfig, Endpoint, Lane};
+use bus::{Bus, BusAddress, BusConfig, Channel};
 use schemas::{
-    Command, Reply, Request, ServiceKind, Tenant, TickItem, Vec3, WorldId, keys, level_pose,
+    ActorId, Command, Reply, Request, ServiceKind, Tenant, TickItem, Vec3, WorldId, keys,
+    level_pose,
 };
 use world::{Town, World, WorldConfig};
 use world_service::Config;
@@ -31,7 +32,7 @@ async fn main() {
 
 async fn measure() {
     let service = world_service::start(Config {
-        listen: vec![Endpoint::loopback(0)],
+        listen: vec![BusAddress::loopback(0)],
         connect: Vec::new(),
         id: "world".parse().unwrap(),
         shard_count: std::thread::available_parallelism().unwrap(),
@@ -44,8 +45,8 @@ async fn measure() {
     let client = Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
     let host = "world".parse().unwrap();
     let key = keys::batch_tick(&host);
-    let lane = client.lane(&key, (ServiceKind::World, &host)).await.unwrap();
-    let site = Site::new(client, lane);
+    let channel = client.channel(&key, (ServiceKind::World, &host)).await.unwrap();
+    let site = Site::new(client, channel);
     let echo = Echo::open().await;
 
     let (mut own, mut bare, mut over_bus) = (Vec::new(), Vec::new(), Vec::new());
@@ -99,7 +100,7 @@ struct Echo {
 
 impl Echo {
     async fn open() -> Self {
-        let service = Bus::open(BusConfig::listening(Endpoint::loopback(0))).await.unwrap();
+        let service = Bus::open(BusConfig::listening(BusAddress::loopback(0))).await.unwrap();
         let client =
             Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
         let answer = schemas::wire::encode_reply(&Reply::Snapshot(vec![1; 1_500]));
@@ -125,18 +126,18 @@ impl Echo {
 /// as one whose car has come to rest costs less.
 struct Site {
     client: Bus,
-    lane: Lane,
+    channel: Channel,
     tenant: Tenant,
     town: Arc<Town>,
     cast: Vec<Command>,
 }
 
 impl Site {
-    fn new(client: Bus, lane: Lane) -> Self {
+    fn new(client: Bus, channel: Channel) -> Self {
         let text = roads::town::build(MAP).unwrap();
         let map = Arc::new(roads::Map::parse(MAP, &text).unwrap());
         let (cast, town) = (cast(&map), Arc::new(Town::new(map)));
-        Self { client, lane, tenant: "local".parse().unwrap(), town, cast }
+        Self { client, channel, tenant: "local".parse().unwrap(), town, cast }
     }
 
     async fn create(&self, seed: u64) -> WorldId {
@@ -147,6 +148,7 @@ impl Site {
             commands: self.cast.clone(),
             lease: None,
             traffic: false,
+            first_actor: ActorId::FIRST,
         };
         match self.client.request(&keys::worlds(&self.tenant), &create, DEADLINE).await {
             Ok(Reply::WorldCreated { world, .. }) => world,
@@ -188,7 +190,7 @@ impl Site {
         let mut times = Vec::with_capacity(TICKS);
         for _ in 0..TICKS {
             let begun = Instant::now();
-            let reply = self.lane.request(&request, DEADLINE).await;
+            let reply = self.channel.request(&request, DEADLINE).await;
             times.push(begun.elapsed());
             assert!(matches!(reply, Ok(Reply::Ticked(_))), "{reply:?}");
         }
@@ -252,7 +254,7 @@ impl Site {
         let request = Request::TickWorlds(items);
         let begun = Instant::now();
         for _ in 0..BATCH_TICKS / tick_count {
-            let reply = self.lane.request(&request, DEADLINE).await;
+            let reply = self.channel.request(&request, DEADLINE).await;
             assert!(matches!(reply, Ok(Reply::Ticked(_))), "{reply:?}");
         }
         let time = begun.elapsed() / BATCH_TICKS;

@@ -1,8 +1,9 @@
 //! Wires worlds and maps to the bus; owns all threads and clocks.
 
-mod faces;
-mod office;
-mod shard_thread;
+mod journals;
+mod keys;
+mod maker;
+mod shard_worker;
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
@@ -10,15 +11,17 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use bus::{Announcement, Bus, BusConfig, BusError, Endpoint, Presence, Serving};
+use bus::{Announcement, Bus, BusAddress, BusConfig, BusError, Presence, Serving};
 use schemas::{Alive, ServiceKind};
+use signals::Termination;
 use tokio::task::AbortHandle;
 
 use crate::args::{Args, Config, ConfigError};
 use crate::maps::Maps;
 use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
-use office::Office;
-use shard_thread::{Mailboxes, ShardThread, Workshop};
+use journals::Desk;
+use maker::Maker;
+use shard_worker::{Mailboxes, ShardOutlet, ShardWorker};
 
 /// Why the service cannot start or had to end.
 #[derive(Debug, thiserror::Error)]
@@ -49,6 +52,7 @@ pub struct WorldService {
     bus: Bus,
     jobs: Vec<SyncSender<Job<world::World>>>,
     threads: Vec<JoinHandle<()>>,
+    journals: Arc<Desk>,
     presence: AbortHandle,
     _announcement: Announcement,
     servings: Vec<Serving>,
@@ -67,19 +71,13 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
         .build()
         .map_err(system("threads"))?;
     runtime.block_on(async {
-        use tokio::signal::unix::{SignalKind, signal};
-        let mut terminate = signal(SignalKind::terminate()).map_err(system("signals"))?;
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(system("signals"))?;
+        let mut termination = Termination::follow().map_err(system("signals"))?;
         // A bus may hang while it is joined.
         let service = tokio::select! {
             service = start(config) => service?,
-            _ = terminate.recv() => return Ok(()),
-            _ = interrupt.recv() => return Ok(()),
+            () = termination.requested() => return Ok(()),
         };
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
+        termination.requested().await;
         service.stop().await;
         Ok(())
     })
@@ -106,39 +104,49 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     let (jobs, inboxes): (Vec<_>, Vec<_>) =
         (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
     let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
+    let journals = Arc::new(Desk::new(config.journals.clone()));
     let listeners = bus.frame_listeners().await?;
     let mut threads = Vec::with_capacity(shard_count + 1);
-    let mut workshops = Vec::with_capacity(shard_count);
+    let mut workers = Vec::with_capacity(shard_count);
     for (index, inbox) in inboxes.into_iter().enumerate() {
-        let thread = ShardThread {
+        let outlet = ShardOutlet {
             index,
             bus: bus.clone(),
             listeners: listeners.clone(),
             mailboxes: Arc::clone(&mailboxes),
-            journals: config.journals.clone(),
+            journals: Arc::clone(&journals),
         };
-        let workshop = Arc::new(Workshop::new(thread, Arc::clone(&ids), seats.clone()));
-        threads.push(workshop.open(inbox)?);
-        workshops.push(workshop);
+        let worker = Arc::new(ShardWorker::new(outlet, Arc::clone(&ids), seats.clone()));
+        threads.push(worker.spawn(inbox)?);
+        workers.push(worker);
     }
     let dispatcher = Arc::new(Dispatcher::new(jobs.clone()));
-    let office = Office { maps, ids, seats, epoch, dispatcher: Arc::clone(&dispatcher), mailboxes };
-    let (desk, office_thread) = office.spawn()?;
-    threads.push(office_thread);
+    let maker = Maker {
+        maps,
+        ids,
+        seats,
+        epoch,
+        dispatcher: Arc::clone(&dispatcher),
+        mailboxes,
+        journals: Arc::clone(&journals),
+    };
+    let (maker, maker_thread) = maker.spawn()?;
+    threads.push(maker_thread);
     let servings =
-        faces::serve(&bus, (&config.id, number), &dispatcher, workshops.into(), &desk).await?;
+        keys::serve(&bus, (&config.id, number), &dispatcher, workers.into(), &maker).await?;
     let presence = follow_presence(&bus, jobs.clone()).await?;
     let announcement = bus.announce(alive(&config)).await?;
-    for endpoint in bus.listening() {
-        tracing::info!(%endpoint, threads = shard_count, "worlds live here");
+    for address in bus.listening() {
+        tracing::info!(%address, threads = shard_count, "worlds live here");
     }
     tracing::debug!(millis = begun.elapsed().as_millis() as u64, "the world service is up");
-    Ok(WorldService { bus, jobs, threads, presence, _announcement: announcement, servings })
+    let _announcement = announcement;
+    Ok(WorldService { bus, jobs, threads, journals, presence, _announcement, servings })
 }
 
 impl WorldService {
     /// Where clients and services may connect.
-    pub fn listening(&self) -> &[Endpoint] {
+    pub fn listening(&self) -> &[BusAddress] {
         self.bus.listening()
     }
 
@@ -149,7 +157,13 @@ impl WorldService {
         self.servings.clear();
         self.stop_shards();
         let threads = std::mem::take(&mut self.threads);
-        let panicked = move || threads.into_iter().filter_map(|thread| thread.join().err()).count();
+        let journals = Arc::clone(&self.journals);
+        let panicked = move || {
+            let ended = threads.into_iter().map(JoinHandle::join);
+            let panics = ended.filter(Result::is_err).count();
+            journals.settle();
+            panics
+        };
         match tokio::task::spawn_blocking(panicked).await {
             Ok(0) => tracing::info!("the world service has ended"),
             Ok(panics) => tracing::error!(panics, "threads of the world service had panicked"),

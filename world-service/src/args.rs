@@ -3,20 +3,20 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use bus::Endpoint;
-use schemas::{ServiceId, limits};
+use bus::BusAddress;
+use schemas::{ServiceId, ServiceKind, limits};
 
 /// Owns worlds and steps them.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
-    /// Where clients and services may connect, e.g. tcp/127.0.0.1:7447; port 0 is any free one
-    #[arg(long, value_name = "ENDPOINT")]
-    pub listen: Vec<Endpoint>,
+    /// Where clients and services may connect, e.g. tcp/127.0.0.1:7460; port 0 is any free one
+    #[arg(long, value_name = "tcp/HOST:PORT")]
+    pub listen: Vec<BusAddress>,
     /// A bus to join, e.g. that of a router
-    #[arg(long, value_name = "ENDPOINT")]
-    pub connect: Vec<Endpoint>,
-    /// Name on the bus; two of one kind need different ones
-    #[arg(long, default_value = "world")]
+    #[arg(long, value_name = "tcp/HOST:PORT")]
+    pub connect: Vec<BusAddress>,
+    /// Name on the bus; two of one kind need different ones [default: a random one]
+    #[arg(long, default_value_t = bus::unused_id(ServiceKind::World), hide_default_value = true)]
     pub id: ServiceId,
     /// Threads that step worlds [default: one per core]
     #[arg(long)]
@@ -24,7 +24,8 @@ pub struct Args {
     /// Folder of OpenDRIVE files (.xodr); one with the name of a built-in map replaces it
     #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
     pub maps: Option<PathBuf>,
-    /// Folder for the journals of worlds that are asked to keep one
+    /// Folder for the journals of worlds that are asked to keep one, a folder in it for each
+    /// tenant; made when it is needed
     #[arg(long, value_name = "DIR")]
     pub journals: Option<PathBuf>,
     /// Size of a journal, in MiB; a longer one ends there
@@ -38,7 +39,7 @@ pub struct Args {
 /// Where journals are kept.
 #[derive(Clone, Debug)]
 pub struct Journals {
-    /// A folder that is there.
+    /// A folder that is there or can be made.
     pub folder: PathBuf,
     /// Of one journal.
     pub bytes_max: u64,
@@ -48,9 +49,9 @@ pub struct Journals {
 #[derive(Clone, Debug)]
 pub struct Config {
     /// Where others connect.
-    pub listen: Vec<Endpoint>,
+    pub listen: Vec<BusAddress>,
     /// What it joins.
-    pub connect: Vec<Endpoint>,
+    pub connect: Vec<BusAddress>,
     /// Name on the bus.
     pub id: ServiceId,
     /// Threads that step worlds.
@@ -89,11 +90,13 @@ pub enum ConfigError {
         /// As typed.
         path: PathBuf,
     },
-    /// No folder there.
-    #[error("--journals {path:?} is not a folder")]
+    /// No folder there, and none can be made.
+    #[error("--journals {path:?} is no folder and cannot be made one: {at:?} is something else")]
     Journals {
         /// As typed.
         path: PathBuf,
+        /// What is in the way.
+        at: PathBuf,
     },
 }
 
@@ -101,7 +104,7 @@ pub enum ConfigError {
 const THREADS_MAX: usize = 256;
 
 impl Config {
-    /// Checks what was typed and fills in defaults; without any endpoint it listens on the
+    /// Checks what was typed and fills in defaults; without any address it listens on the
     /// loopback.
     ///
     /// # Errors
@@ -122,14 +125,18 @@ impl Config {
         if let Some(path) = args.maps.as_ref().filter(|path| !path.is_dir()) {
             return Err(ConfigError::Maps { path: path.clone() });
         }
-        if let Some(path) = args.journals.as_ref().filter(|path| !path.is_dir()) {
-            return Err(ConfigError::Journals { path: path.clone() });
+        if let Some(path) = &args.journals {
+            let at = path.ancestors().find(|at| at.exists());
+            if let Some(at) = at.filter(|at| !at.is_dir()) {
+                let (path, at) = (path.clone(), at.to_owned());
+                return Err(ConfigError::Journals { path, at });
+            }
         }
         let bytes_max = u64::from(args.journal_mib) << 20;
         let journals = args.journals.map(|folder| Journals { folder, bytes_max });
         let mut listen = args.listen;
         if listen.is_empty() && args.connect.is_empty() {
-            listen.push(Endpoint::loopback(7447));
+            listen.push(BusAddress::loopback(7460));
         }
         Ok(Self {
             listen,
@@ -160,8 +167,8 @@ mod tests {
     }
 
     #[test]
-    fn without_endpoints_it_listens_on_the_loopback() {
-        assert_eq!(resolve(&[]).unwrap().listen, [Endpoint::loopback(7447)]);
+    fn without_addresses_it_listens_on_the_loopback() {
+        assert_eq!(resolve(&[]).unwrap().listen, [BusAddress::loopback(7460)]);
         assert_eq!(resolve(&["--connect", "tcp/router:1"]).unwrap().listen, []);
     }
 
@@ -171,6 +178,19 @@ mod tests {
         assert!(refusal(&["--worlds-max", "0"]).contains("--worlds-max"));
         assert!(refusal(&["--threads", "100000"]).contains("--threads"));
         assert!(refusal(&["--maps", "/nowhere/at/all"]).contains("--maps"));
-        assert!(refusal(&["--journals", "/nowhere/at/all"]).contains("--journals"));
+        assert!(refusal(&["--journals", "/dev/null/below"]).contains("--journals"));
+    }
+
+    #[test]
+    fn a_folder_for_journals_may_be_missing_until_there_is_one() {
+        let folder = std::env::temp_dir().join(format!("causeway-args-{}", std::process::id()));
+        let journals = folder.join("journals");
+        let found = resolve(&["--journals", journals.to_str().unwrap()]).unwrap().journals;
+        assert_eq!(found.unwrap().folder, journals);
+        assert!(!folder.exists());
+        assert_eq!(
+            resolve(&["--journals", "journals"]).unwrap().journals.unwrap().bytes_max,
+            1 << 30
+        );
     }
 }

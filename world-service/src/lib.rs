@@ -2,7 +2,8 @@
 //!
 //! [`run`] is the process, [`start`] the same inside another one. Worlds live on shard threads; a
 //! request goes from the bus straight to the shard of its world and is answered from there. Batches
-//! are split over the shards and joined. What is rare or slow (maps, pictures) has its own threads.
+//! are split over the shards and joined; requests of many ticks let others in between. What is rare
+//! or slow (maps, new worlds) has a thread of its own.
 //!
 //! - [`service`] is the state machine: worlds, leases, quarantine, batches; no bus, no threads, no
 //!   clock.

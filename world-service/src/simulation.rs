@@ -12,9 +12,10 @@ impl Simulation for World {
     type Town = Town;
 
     fn create(new: NewWorld<Town>) -> Result<Self, Error> {
-        let NewWorld { id, epoch, seed, dt_secs, town, traffic } = new;
+        let NewWorld { id, epoch, seed, dt_secs, town, traffic, first_actor } = new;
         let config = WorldConfig { id, epoch, seed, dt_secs, map: town };
-        if traffic { Self::with_traffic(config) } else { Self::new(config) }
+        let world = if traffic { Self::with_traffic(config) } else { Self::new(config) }?;
+        world.numbered_from(first_actor)
     }
 
     fn restore(

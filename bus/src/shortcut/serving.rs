@@ -14,14 +14,14 @@ use schemas::limits;
 use tokio::net::UnixListener;
 use tokio::task::AbortHandle;
 
-use super::{Arriving, WELCOME, head_of, rest_of, too_short};
+use super::{Arriving, WELCOME, head_of, is_of_our_user, rest_of, too_short};
 use crate::{Bus, BusError, Incoming};
 
 /// Connections that a service accepts; who comes beyond that is told at once, and asks on the bus.
 pub(super) const CONNECTIONS_MAX: usize = 256;
 /// Answers of one connection that are written on as their asker reads: one that is just done, and
 /// the next. Who asks on without reading is cut off.
-const RESTS_MAX: usize = 2;
+const UNSENT_MAX: usize = 2;
 /// Before the next connection is accepted where the system had no room for one.
 const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 
@@ -29,34 +29,35 @@ const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 static SERVED: AtomicU64 = AtomicU64::new(0);
 
 /// Takes connections until it is dropped, and answers no more then.
-pub(crate) struct Taking {
+pub(crate) struct Listening {
     task: AbortHandle,
-    lines: Arc<Lines>,
+    connections: Arc<Connections>,
 }
 
-impl Drop for Taking {
+impl Drop for Listening {
     fn drop(&mut self) {
         self.task.abort();
-        self.lines.close();
+        self.connections.close();
     }
 }
 
 impl Bus {
     /// Listens for those who come by a shortcut; gives its name.
-    pub(crate) fn take_shortcuts(
+    pub(crate) fn listen_for_shortcuts(
         &self,
         key: &str,
         handler: impl Fn(Incoming) + Send + Sync + 'static,
-    ) -> Result<(String, Taking), BusError> {
+    ) -> Result<(String, Listening), BusError> {
         // No other session has this number, on this machine or another.
         let number = SERVED.fetch_add(1, Ordering::Relaxed);
         let name = format!("causeway-{}-{number}", self.session.zid());
         let listener =
             listen(&name).map_err(|cause| BusError::Shortcut { key: key.to_owned(), cause })?;
-        let lines = Arc::new(Lines::default());
+        let connections = Arc::new(Connections::default());
         let handler: Arc<Handler> = Arc::new(handler);
-        let task = tokio::spawn(take(listener, Arc::clone(&lines), key.to_owned(), handler));
-        Ok((name, Taking { task: task.abort_handle(), lines }))
+        let task =
+            tokio::spawn(accept_all(listener, Arc::clone(&connections), key.to_owned(), handler));
+        Ok((name, Listening { task: task.abort_handle(), connections }))
     }
 }
 
@@ -69,14 +70,20 @@ fn listen(name: &str) -> io::Result<UnixListener> {
 }
 
 /// Takes connections for ever.
-async fn take(listener: UnixListener, lines: Arc<Lines>, key: String, handler: Arc<Handler>) {
+async fn accept_all(
+    listener: UnixListener,
+    connections: Arc<Connections>,
+    key: String,
+    handler: Arc<Handler>,
+) {
     loop {
         let accepted = match listener.accept().await {
-            Ok((stream, _)) => stream.into_std(),
+            Ok((stream, _)) if is_of_our_user(&stream) => stream.into_std(),
+            Ok(_) => continue,
             Err(cause) => Err(cause),
         };
-        let attended = accepted.and_then(|stream| attend(stream, &lines, &key, &handler));
-        if let Err(cause) = attended {
+        let begun = accepted.and_then(|stream| serve(stream, &connections, &key, &handler));
+        if let Err(cause) = begun {
             tracing::warn!(key, %cause, "a shortcut cannot be opened");
             tokio::time::sleep(ACCEPT_PAUSE).await;
         }
@@ -84,51 +91,56 @@ async fn take(listener: UnixListener, lines: Arc<Lines>, key: String, handler: A
 }
 
 /// Gives a connection its thread, if there is room for it.
-fn attend(stream: UnixStream, lines: &Lines, key: &str, handler: &Arc<Handler>) -> io::Result<()> {
+fn serve(
+    stream: UnixStream,
+    connections: &Connections,
+    key: &str,
+    handler: &Arc<Handler>,
+) -> io::Result<()> {
     stream.set_nonblocking(false)?;
-    let Some(line) = lines.admit(stream) else { return Ok(()) };
+    let Some(connection) = connections.admit(stream) else { return Ok(()) };
     let (key, handler) = (key.to_owned(), Arc::clone(handler));
-    let attending = move || {
-        let _hanging = Hanging(&line);
-        if let Err(cause) = line.attend(&key, &*handler) {
+    let serving = move || {
+        let _closing = CloseOnDrop(&connection);
+        if let Err(cause) = connection.serve(&key, &*handler) {
             tracing::trace!(key, %cause, "an asker has left the shortcut");
         }
     };
-    std::thread::Builder::new().name("shortcut".to_owned()).spawn(attending).map(drop)
+    std::thread::Builder::new().name("shortcut".to_owned()).spawn(serving).map(drop)
 }
 
 /// The connections there are.
 #[derive(Default)]
-struct Lines(Mutex<Open>);
+struct Connections(Mutex<Open>);
 
 #[derive(Default)]
 struct Open {
-    lines: Vec<Weak<Line>>,
+    connections: Vec<Weak<Connection>>,
     is_over: bool,
 }
 
-impl Lines {
+impl Connections {
     /// `None` when there is no room for another.
-    fn admit(&self, stream: UnixStream) -> Option<Arc<Line>> {
+    fn admit(&self, stream: UnixStream) -> Option<Arc<Connection>> {
         let mut open = self.lock();
-        open.lines.retain(|line| line.strong_count() > 0);
-        if open.is_over || open.lines.len() >= CONNECTIONS_MAX {
+        open.connections.retain(|connection| connection.strong_count() > 0);
+        if open.is_over || open.connections.len() >= CONNECTIONS_MAX {
             return None;
         }
-        let line = Arc::new(Line {
+        let connection = Arc::new(Connection {
             stream,
             is_asked: AtomicBool::default(),
-            rests: AtomicUsize::default(),
+            unsent: AtomicUsize::default(),
         });
-        open.lines.push(Arc::downgrade(&line));
-        Some(line)
+        open.connections.push(Arc::downgrade(&connection));
+        Some(connection)
     }
 
     /// Ends all, and admits no more.
     fn close(&self) {
         let mut open = self.lock();
         open.is_over = true;
-        open.lines.iter().filter_map(Weak::upgrade).for_each(|line| line.hang_up());
+        open.connections.iter().filter_map(Weak::upgrade).for_each(|connection| connection.close());
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Open> {
@@ -138,33 +150,33 @@ impl Lines {
 }
 
 /// A connection of an asker.
-struct Line {
+struct Connection {
     stream: UnixStream,
     /// Whether a question waits for its answer; a second one would break the order.
     is_asked: AtomicBool,
     /// Answers that wait to be read.
-    rests: AtomicUsize,
+    unsent: AtomicUsize,
 }
 
 /// Closes the connection also while somebody is about to answer, and after a panic.
-struct Hanging<'a>(&'a Line);
+struct CloseOnDrop<'a>(&'a Connection);
 
-impl Drop for Hanging<'_> {
+impl Drop for CloseOnDrop<'_> {
     fn drop(&mut self) {
-        self.0.hang_up();
+        self.0.close();
     }
 }
 
-impl Line {
+impl Connection {
     /// Has one question after the other answered.
-    fn attend(self: &Arc<Self>, key: &str, handler: &Handler) -> io::Result<()> {
+    fn serve(self: &Arc<Self>, key: &str, handler: &Handler) -> io::Result<()> {
         (&self.stream).write_all(&[WELCOME])?;
         loop {
             let question = self.read_question()?;
             if self.is_asked.swap(true, Ordering::AcqRel) {
                 return Err(io::Error::other("a question before the answer to the last one"));
             }
-            handler(Incoming::by_shortcut(key.to_owned(), question, Desk(Arc::clone(self))));
+            handler(Incoming::by_shortcut(key.to_owned(), question, Responder(Arc::clone(self))));
         }
     }
 
@@ -193,7 +205,7 @@ impl Line {
         }
     }
 
-    fn hang_up(&self) {
+    fn close(&self) {
         if let Err(cause) = self.stream.shutdown(Shutdown::Both) {
             tracing::trace!(%cause, "the asker had left the shortcut");
         }
@@ -201,41 +213,46 @@ impl Line {
 }
 
 /// Where the answer to a question goes.
-pub(crate) struct Desk(Arc<Line>);
+pub(crate) struct Responder(Arc<Connection>);
 
-impl Desk {
+impl Responder {
     /// Whoever answers writes to the socket himself, as far as there is room, and never waits.
     pub(crate) fn answer(self, is_refusal: bool, bytes: Vec<u8>) {
-        let Self(line) = self;
+        let Self(connection) = self;
         // Before the asker can ask again.
-        line.is_asked.store(false, Ordering::Release);
+        connection.is_asked.store(false, Ordering::Release);
         let head = head_of(is_refusal, &bytes);
-        let sent = head.and_then(|head| Ok((head, line.try_write(&head, &bytes)?)));
+        let sent = head.and_then(|head| Ok((head, connection.try_write(&head, &bytes)?)));
         let sent = sent.and_then(|(head, written)| match written {
             all if all == head.len() + bytes.len() => Ok(()),
-            written => finish(&line, head.to_vec(), bytes, written),
+            written => finish(&connection, head.to_vec(), bytes, written),
         });
         // Whoever reads questions there hears of it by himself.
         if let Err(cause) = sent {
             tracing::trace!(%cause, "the asker has left the shortcut");
-            line.hang_up();
+            connection.close();
         }
     }
 }
 
 /// Writes the rest of a large answer as the asker reads it.
-fn finish(line: &Arc<Line>, head: Vec<u8>, bytes: Vec<u8>, written: usize) -> io::Result<()> {
-    if line.rests.fetch_add(1, Ordering::AcqRel) >= RESTS_MAX {
+fn finish(
+    connection: &Arc<Connection>,
+    head: Vec<u8>,
+    bytes: Vec<u8>,
+    written: usize,
+) -> io::Result<()> {
+    if connection.unsent.fetch_add(1, Ordering::AcqRel) >= UNSENT_MAX {
         return Err(io::Error::other("questions of an asker that does not read"));
     }
-    let line = Arc::clone(line);
+    let connection = Arc::clone(connection);
     let finishing = move || {
         let rest = rest_of(&head, &bytes, written);
-        let sent = rest.iter().try_for_each(|part| (&line.stream).write_all(part));
+        let sent = rest.iter().try_for_each(|part| (&connection.stream).write_all(part));
         if let Err(cause) = sent {
             tracing::trace!(%cause, "the asker has left the shortcut");
         }
-        line.rests.fetch_sub(1, Ordering::AcqRel);
+        connection.unsent.fetch_sub(1, Ordering::AcqRel);
     };
     std::thread::Builder::new().name("answer".to_owned()).spawn(finishing).map(drop)
 }

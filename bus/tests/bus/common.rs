@@ -14,7 +14,7 @@ pub(crate) struct Site {
 
 impl Site {
     pub(crate) async fn open() -> Self {
-        let service = Bus::open(BusConfig::listening(bus::Endpoint::loopback(0))).await.unwrap();
+        let service = Bus::open(BusConfig::listening(bus::BusAddress::loopback(0))).await.unwrap();
         let client =
             Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
         Self { service, client }

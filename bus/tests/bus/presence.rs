@@ -80,3 +80,29 @@ async fn a_service_that_restarts_between_two_looks_is_seen_down_and_up() {
     assert_eq!(next(&mut watch).await, Presence::Down(ServiceKind::Render, "a".parse().unwrap()));
     assert_eq!(next(&mut watch).await, Presence::Up(restarted));
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn services_that_never_say_what_they_are_keep_nobody_waiting_who_does() {
+    let site = Site::open().await;
+    let mut watch = site.service.watch(Some(ServiceKind::Render)).await.unwrap();
+    let mut config = zenoh::Config::default();
+    let bus = site.service.listening()[0].clone();
+    for (name, value) in [
+        ("mode", "\"client\"".to_owned()),
+        ("connect/endpoints", format!("[\"{bus}\"]")),
+        ("scouting/multicast/enabled", "false".to_owned()),
+    ] {
+        config.insert_json5(name, &value).unwrap();
+    }
+    let stranger = zenoh::open(config).await.unwrap();
+    let mut tokens = Vec::new();
+    for count in 0..60 {
+        let key = format!("causeway/alive/render/a-{count}");
+        tokens.push(stranger.liveliness().declare_token(key).await.unwrap());
+    }
+    let begun = Instant::now();
+    let _real = site.client.announce(renderer("z")).await.unwrap();
+    while next(&mut watch).await != Presence::Up(renderer("z")) {}
+    // One after the other they took half a second each.
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+}

@@ -50,7 +50,7 @@ async fn a_service_that_does_not_answer_is_a_time_out_at_the_deadline() {
     let short = Duration::from_millis(100);
     let error = site.client.request(&site.worlds(), &Request::ListMaps, short).await.unwrap_err();
     assert_eq!(error.code, ErrorCode::TimedOut, "{error}");
-    assert!((short..short * 10).contains(&asked.elapsed()), "{:?}", asked.elapsed());
+    assert!((short..deadline() / 2).contains(&asked.elapsed()), "{:?}", asked.elapsed());
     drop(kept);
 }
 
@@ -134,7 +134,7 @@ async fn a_taken_port_is_one_clear_error() {
     let site = Site::open().await;
     let taken = site.service.listening()[0].clone();
     let Err(error) = Bus::open(BusConfig::listening(taken.clone())).await else { panic!("opened") };
-    assert!(matches!(&error, BusError::Listen { endpoint, .. } if *endpoint == taken), "{error}");
+    assert!(matches!(&error, BusError::Listen { address, .. } if *address == taken), "{error}");
     assert!(!error.to_string().contains('\n'), "{error}");
 }
 
@@ -143,7 +143,7 @@ async fn nobody_to_connect_to_is_one_clear_error_at_the_deadline() {
     let closed = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let config = BusConfig {
         connect_deadline: Some(Duration::from_millis(200)),
-        ..BusConfig::connecting(bus::Endpoint::loopback(closed))
+        ..BusConfig::connecting(bus::BusAddress::loopback(closed))
     };
     let Err(error) = Bus::open(config).await else { panic!("opened") };
     assert!(matches!(error, BusError::Connect { .. }), "{error}");
@@ -152,13 +152,13 @@ async fn nobody_to_connect_to_is_one_clear_error_at_the_deadline() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_that_comes_first_waits_for_the_service() {
-    let endpoint = {
+    let address = {
         let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        bus::Endpoint::loopback(taken.local_addr().unwrap().port())
+        bus::BusAddress::loopback(taken.local_addr().unwrap().port())
     };
-    let client = tokio::spawn(Bus::open(BusConfig::connecting(endpoint.clone())));
+    let client = tokio::spawn(Bus::open(BusConfig::connecting(address.clone())));
     tokio::time::sleep(Duration::from_millis(50)).await;
-    let service = Bus::open(BusConfig::listening(endpoint)).await.unwrap();
+    let service = Bus::open(BusConfig::listening(address)).await.unwrap();
     let _serving =
         service.serve(&keys::any_world(0), |incoming| incoming.reply(&Reply::Done)).await.unwrap();
     let client = client.await.unwrap().unwrap();

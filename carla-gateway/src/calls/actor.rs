@@ -2,50 +2,48 @@
 
 use std::sync::Arc;
 
-use schemas::{ActorId, Attachment, AttachmentKind, Command, Error, ErrorCode, Vec3};
+use schemas::{ActorId, Attachment, AttachmentKind, BodyCommand, BodySwitch, Command};
+use schemas::{Error, ErrorCode, Vec3};
 
-use super::orders::{self, queue};
-use super::{astray, parts};
+use super::{orders, parts};
 use crate::catalogue;
-use crate::dialect::{Actor, ActorDescription, BatchCommand as To, Location, Transform, Vector3D};
-use crate::endpoint::{Endpoint, check_camera, unknown_actor};
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::dialect::{Actor, ActorDescription, ActorRef, BoundingBox, Transform, Vector3D};
+use crate::endpoint::{Endpoint, check_camera};
+use crate::rpc::{Answer, Payload, Refusal, Request};
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "spawn_actor" => {
-            let (_, description, transform): (Meta, ActorDescription, Transform) =
-                request.args()?;
-            Payload::value(&spawn(endpoint, &description, &transform, None).await?)
-        }
-        "spawn_actor_with_parent" => {
-            let (_, description, transform, parent, kind, socket): (
-                Meta,
-                ActorDescription,
-                Transform,
-                u32,
-                u8,
-                String,
-            ) = request.args()?;
-            let attachment =
-                Attachment { parent: self::parent(parent)?, kind: attachment_kind(kind) };
-            let at =
-                parts::on_socket(endpoint.episode()?, attachment.parent.get(), &socket, &transform);
-            Payload::value(&spawn(endpoint, &description, &at, Some(attachment)).await?)
-        }
-        "destroy_actor" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&destroy(endpoint, id).await?)
-        }
-        "get_actor_bounding_box" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            let known = endpoint.episode()?.actor(id);
-            Payload::value(&known.map(|actor| actor.bounding_box).unwrap_or_default())
-        }
-        "set_actor_simulate_physics" | "set_actor_collisions" => switch(endpoint, request).await,
-        method if method.starts_with("get_actor_") => parts::answer(endpoint, request),
-        _ => change(endpoint, request).await,
-    }
+/// An actor of its own.
+pub(super) async fn spawn(
+    endpoint: &mut Endpoint,
+    description: ActorDescription,
+    transform: Transform,
+) -> Result<Actor, Refusal> {
+    spawn_at(endpoint, &description, &transform, None).await
+}
+
+/// An actor that hangs on another.
+pub(super) async fn spawn_on(
+    endpoint: &mut Endpoint,
+    description: ActorDescription,
+    transform: Transform,
+    parent: ActorRef,
+    attachment: u8,
+    socket: String,
+) -> Result<Actor, Refusal> {
+    let attachment =
+        Attachment { parent: self::parent(parent)?, kind: attachment_kind(attachment) };
+    let at = parts::on_socket(endpoint.episode()?, attachment.parent, &socket, &transform);
+    spawn_at(endpoint, &description, &at, Some(attachment)).await
+}
+
+pub(super) fn bounding_box(endpoint: &mut Endpoint, id: ActorRef) -> Result<BoundingBox, Refusal> {
+    let episode = endpoint.episode()?;
+    let known = id.id().and_then(|id| episode.actor(id));
+    Ok(known.map(|actor| actor.bounding_box).unwrap_or_default())
+}
+
+/// In a world that is gone.
+pub(super) fn no_box(_: &Request, _: Refusal) -> Answer {
+    Payload::value(&BoundingBox::default())
 }
 
 /// How an actor hangs on its parent; what CARLA does not know is rigid.
@@ -62,25 +60,25 @@ fn attachment_kind(kind: u8) -> AttachmentKind {
 /// # Errors
 /// What of it cannot be.
 pub(super) fn spawn_command(
+    endpoint: &mut Endpoint,
     description: &ActorDescription,
     transform: &Transform,
     attachment: Option<Attachment>,
 ) -> Result<Command, Refusal> {
     let (blueprint, attributes) = catalogue::order(description)?;
-    if !transform.is_finite() {
-        return Err(Refusal("Spawn failed because of a transform that is not finite".to_owned()));
-    }
     if blueprint.id.starts_with("sensor.camera.") {
         let actor = Actor { description: description.clone(), ..Actor::default() };
         check_camera(&actor)?;
     }
-    Ok(Command::SpawnActor {
+    let command = Command::SpawnActor {
         blueprint: blueprint.id.clone(),
         world_from_actor: transform.ours(),
         linear_velocity_mps: Vec3::zeros(),
         attributes,
         attachment,
-    })
+        id: None,
+    };
+    orders::check(endpoint, command)
 }
 
 /// CARLA's words for a refused spawn.
@@ -94,13 +92,13 @@ pub(super) fn spawn_refusal(error: &Error) -> Refusal {
     }
 }
 
-async fn spawn(
+async fn spawn_at(
     endpoint: &mut Endpoint,
     description: &ActorDescription,
     transform: &Transform,
     attachment: Option<Attachment>,
 ) -> Result<Actor, Refusal> {
-    let command = spawn_command(description, transform, attachment)?;
+    let command = spawn_command(endpoint, description, transform, attachment)?;
     if description.type_id.starts_with("sensor.camera.") {
         endpoint.need_renderer().await?;
     }
@@ -114,13 +112,13 @@ async fn spawn(
     endpoint.learn(vec![id]).await?;
     endpoint.fit_tyres(&[id]).await?;
     endpoint.answer_with_next_frame();
-    endpoint.episode()?.actor(id.get()).cloned().ok_or_else(unknown)
+    endpoint.episode()?.actor(id).cloned().ok_or_else(unknown)
 }
 
 /// # Errors
 /// For 0, which nobody has.
-pub(super) fn parent(id: u32) -> Result<ActorId, Refusal> {
-    ActorId::new(id).ok_or_else(no_parent)
+pub(super) fn parent(id: ActorRef) -> Result<ActorId, Refusal> {
+    id.id().ok_or_else(no_parent)
 }
 
 fn no_parent() -> Refusal {
@@ -132,13 +130,13 @@ pub(super) fn not_found() -> Refusal {
 }
 
 /// Whether there was such an actor.
-pub(super) async fn destroy(endpoint: &mut Endpoint, id: u32) -> Result<bool, Refusal> {
-    let actor = ActorId::new(id).ok_or_else(not_found)?;
+pub(super) async fn destroy(endpoint: &mut Endpoint, id: ActorRef) -> Result<bool, Refusal> {
+    let actor = id.id().ok_or_else(not_found)?;
     let reply = endpoint.run_now(vec![Command::DestroyActor { actor }]).await?.pop();
     match reply {
         Some(Ok(_)) => {
-            endpoint.answer_after_managers_step(id);
-            endpoint.forget(id);
+            endpoint.answer_after_managers_step(actor);
+            endpoint.forget(actor);
             Ok(true)
         }
         Some(Err(error)) if error.code == ErrorCode::UnknownActor => Err(not_found()),
@@ -147,29 +145,52 @@ pub(super) async fn destroy(endpoint: &mut Endpoint, id: u32) -> Result<bool, Re
     }
 }
 
-/// Waits for the outcome, as these calls do.
-async fn switch(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let (_, id, on): (Meta, u32, bool) = request.args()?;
-    let actor = ActorId::new(id).ok_or_else(|| unknown_actor(id))?;
-    let switch = match request.method.as_str() {
-        "set_actor_collisions" => schemas::BodySwitch::Collisions,
-        _ => schemas::BodySwitch::Physics,
-    };
-    if switch == schemas::BodySwitch::Collisions && !on {
-        check_ground(endpoint, id).await?;
+/// Waits for the outcome.
+pub(super) async fn switch_physics(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    on: bool,
+) -> Result<(), Refusal> {
+    let actor = id.named()?;
+    endpoint.episode()?.note_physics(actor, on);
+    switch(endpoint, actor, BodySwitch::Physics, on).await
+}
+
+/// A Traffic Manager makes this call for cars that are gone.
+pub(super) fn physics_refused(_: &Request, refusal: Refusal) -> Answer {
+    tracing::debug!(%refusal, "set_actor_simulate_physics had no effect");
+    Ok(Payload::Void)
+}
+
+/// Waits for the outcome.
+pub(super) async fn switch_collisions(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    on: bool,
+) -> Result<(), Refusal> {
+    let actor = id.named()?;
+    if !on {
+        check_ground(endpoint, actor).await?;
     }
-    if switch == schemas::BodySwitch::Physics {
-        endpoint.episode()?.note_physics(id, on);
-    }
-    match endpoint.run_now(vec![Command::SetSwitch { actor, switch, on }]).await?.pop() {
-        Some(Err(error)) => Err(orders::refusal(&error, id)),
-        _ => Ok(Payload::Void),
+    switch(endpoint, actor, BodySwitch::Collisions, on).await
+}
+
+async fn switch(
+    endpoint: &mut Endpoint,
+    actor: ActorId,
+    switch: BodySwitch,
+    on: bool,
+) -> Result<(), Refusal> {
+    let command = Command::Body(BodyCommand::SetSwitch { actor, switch, on });
+    match endpoint.run_now(vec![command]).await?.pop() {
+        Some(Err(error)) => Err(orders::refusal(&error, actor.into())),
+        _ => Ok(()),
     }
 }
 
 /// A controller that starts switches the collisions of its walker off. Sent anywhere, it ends the
 /// client's process when it finds no ground to walk on where the walker stands.
-async fn check_ground(endpoint: &mut Endpoint, id: u32) -> Result<(), Refusal> {
+async fn check_ground(endpoint: &mut Endpoint, id: ActorId) -> Result<(), Refusal> {
     let episode = endpoint.episode()?;
     let Some(walker) = episode.state(id).filter(|_| episode.is_steered(id)) else { return Ok(()) };
     let place = walker.world_from_actor.translation.vector;
@@ -177,48 +198,29 @@ async fn check_ground(endpoint: &mut Endpoint, id: u32) -> Result<(), Refusal> {
     match navigation.file().await {
         Some(file) if !file.has_ground_at([0, 1, 2].map(|axis| f64::from(place[axis]))) => {
             Err(Refusal(format!(
-                "walker {id} stands more than 12 m away from all sidewalks, crossings and roads: nobody \
-             can find a way from there"
+                "walker {} stands more than 12 m away from all sidewalks, crossings and roads: nobody \
+             can find a way from there",
+                id.get()
             )))
         }
         _ => Ok(()),
     }
 }
 
-/// Changes that nobody waits for.
-async fn change(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let vector = |to: fn(u32, Vector3D) -> To| {
-        let args: Result<(Meta, u32, Vector3D), Refusal> = request.args();
-        args.map(|(_, id, vector)| to(id, vector))
-    };
-    let command = match request.method.as_str() {
-        "set_actor_location" => {
-            let (_, id, location): (Meta, u32, Location) = request.args()?;
-            To::Location(id, location)
-        }
-        "set_actor_transform" => {
-            let (_, id, transform): (Meta, u32, Transform) = request.args()?;
-            To::Transform(id, transform)
-        }
-        "set_actor_target_velocity" => vector(To::TargetVelocity)?,
-        "set_actor_target_angular_velocity" => vector(To::TargetAngularVelocity)?,
-        "add_actor_impulse" => vector(To::Impulse)?,
-        "add_actor_force" => vector(To::Force)?,
-        "add_actor_angular_impulse" => vector(To::AngularImpulse)?,
-        "add_actor_torque" => vector(To::Torque)?,
-        "set_actor_enable_gravity" => {
-            let (_, id, on): (Meta, u32, bool) = request.args()?;
-            To::EnableGravity(id, on)
-        }
-        "enable_actor_constant_velocity" => {
-            let (_, id, velocity): (Meta, u32, Vector3D) = request.args()?;
-            return orders::hold_velocity(endpoint, id, Some(velocity)).await;
-        }
-        "disable_actor_constant_velocity" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            return orders::hold_velocity(endpoint, id, None).await;
-        }
-        _ => return astray(request),
-    };
-    queue(endpoint, &command).await
+/// Holds a velocity in the actor's frame.
+pub(super) async fn hold_velocity(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    velocity: Vector3D,
+) -> Result<(), Refusal> {
+    let (actor, velocity_mps) = (id.named()?, Some(velocity.ours()));
+    let command = BodyCommand::SetConstantVelocity { actor, velocity_mps };
+    endpoint.queue(Command::Body(command)).await
+}
+
+/// Lets go of it.
+pub(super) async fn let_go(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
+    let actor = id.named()?;
+    let command = BodyCommand::SetConstantVelocity { actor, velocity_mps: None };
+    endpoint.queue(Command::Body(command)).await
 }

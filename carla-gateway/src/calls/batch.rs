@@ -5,10 +5,11 @@ use std::pin::Pin;
 
 use schemas::{ActorId, Attachment, AttachmentKind, Command, CommandReply};
 
-use super::{actor, by_function, orders, parts, vehicle};
-use crate::dialect::{BatchCommand, BatchResponse};
+use super::method::by_function;
+use super::{actor, orders, parts, vehicle};
+use crate::dialect::{ActorRef, BatchCommand, BatchResponse};
 use crate::endpoint::Endpoint;
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::rpc::{Answer, Payload, Refusal, Request};
 
 /// Commands inside commands inside commands.
 const DEPTH_MAX: usize = 8;
@@ -16,20 +17,20 @@ const DEPTH_MAX: usize = 8;
 /// Where the responses of a batch come from.
 enum Step {
     /// Known already.
-    Done(Result<u32, Refusal>),
+    Done(Result<ActorRef, Refusal>),
     /// The next reply of the world.
     Sent(Sent),
 }
 
 /// A command that the world has.
 enum Sent {
-    Change(u32, &'static str),
-    Destroy(u32),
+    Change(ActorRef, &'static str),
+    Destroy(ActorId),
     Spawn(Vec<BatchCommand>),
 }
 
 pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let (_, commands, tick): (Meta, Vec<BatchCommand>, bool) = request.args()?;
+    let (commands, tick) = request.batch()?;
     let responses = run(endpoint, commands, 0).await?;
     if tick && endpoint.settings().synchronous_mode {
         endpoint.tick().await?;
@@ -37,19 +38,29 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
     Payload::bare(&responses)
 }
 
-/// How many responses the client waits for.
-pub(super) fn length(request: &Request) -> usize {
-    let args: Result<(Meta, Vec<BatchCommand>, bool), Refusal> = request.args();
-    args.map_or(0, |(_, commands, _)| commands.len())
+/// Responses for all commands of a batch that cannot be carried out: a Traffic Manager waits for
+/// as many as it sent.
+pub(super) fn refused(request: &Request, refusal: Refusal) -> Answer {
+    let count = request.batch::<BatchCommand>().map_or(0, |(commands, _)| commands.len());
+    Payload::bare(&vec![BatchResponse(Err(refusal.0)); count])
 }
 
+/// A command, or why it is none.
+type Wish = Result<BatchCommand, Refusal>;
 type Running<'a> = Pin<Box<dyn Future<Output = Result<Vec<BatchResponse>, Refusal>> + Send + 'a>>;
 
 /// Runs all commands in one request to the world, then those that follow the spawned actors.
-fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Running<'_> {
+fn run(endpoint: &mut Endpoint, commands: Vec<Wish>, depth: usize) -> Running<'_> {
     Box::pin(async move {
         let (mut steps, mut sent) = (Vec::with_capacity(commands.len()), Vec::new());
         for command in commands {
+            let command = match command {
+                Ok(command) => command,
+                Err(refusal) => {
+                    steps.push(Step::Done(Err(refusal)));
+                    continue;
+                }
+            };
             let function = command.function();
             match prepare(endpoint, command).await {
                 Ok(Prepared { order: Some(order), step }) => {
@@ -68,10 +79,10 @@ fn run(endpoint: &mut Endpoint, commands: Vec<BatchCommand>, depth: usize) -> Ru
             endpoint.fit_tyres(&spawned).await?;
             endpoint.answer_with_next_frame();
         }
-        let next: Vec<BatchCommand> = followers
+        let next: Vec<Wish> = followers
             .into_iter()
             .flat_map(|(id, commands)| {
-                commands.into_iter().map(move |command| addressed(command, id.get()))
+                commands.into_iter().map(move |command| Ok(addressed(command, id)))
             })
             .collect();
         if !next.is_empty() && depth < DEPTH_MAX {
@@ -103,15 +114,17 @@ async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepa
             if spawn.description.type_id.starts_with("sensor.camera.") {
                 endpoint.need_renderer().await?;
             }
-            let on = spawn.parent.0.unwrap_or(0);
-            let at = parts::on_socket(endpoint.episode()?, on, &spawn.socket, &spawn.transform);
-            let order = actor::spawn_command(&spawn.description, &at, attachment)?;
+            let episode = endpoint.episode()?;
+            let at = parent.map_or(spawn.transform, |parent| {
+                parts::on_socket(episode, parent, &spawn.socket, &spawn.transform)
+            });
+            let order = actor::spawn_command(endpoint, &spawn.description, &at, attachment)?;
             Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Spawn(spawn.do_after)) })
         }
         BatchCommand::Destroy(id) => {
-            let order =
-                Command::DestroyActor { actor: ActorId::new(id).ok_or_else(actor::not_found)? };
-            Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Destroy(id)) })
+            let actor = id.id().ok_or_else(actor::not_found)?;
+            let order = Some(Command::DestroyActor { actor });
+            Ok(Prepared { order, step: Step::Sent(Sent::Destroy(actor)) })
         }
         BatchCommand::Physics(id, physics) => {
             let order = vehicle::physics_command(endpoint, id, &physics).await?;
@@ -144,7 +157,7 @@ fn settle(
                 (_, None) => Err(Refusal("the world service gave no reply".to_owned())),
                 (Sent::Spawn(after), Some(Ok(Some(id)))) => {
                     followers.push((id, after));
-                    Ok(id.get())
+                    Ok(id.into())
                 }
                 (Sent::Spawn(_), Some(Err(error))) => Err(actor::spawn_refusal(&error)),
                 (Sent::Spawn(_), Some(Ok(None))) => {
@@ -152,7 +165,7 @@ fn settle(
                 }
                 (Sent::Destroy(id), Some(Ok(_))) => {
                     endpoint.forget(id);
-                    Ok(id)
+                    Ok(id.into())
                 }
                 (Sent::Change(id, _), Some(Ok(_))) => Ok(id),
                 (Sent::Destroy(_), Some(Err(_))) => Err(actor::not_found()),
@@ -174,23 +187,23 @@ fn by_name(function: &str, refusal: Refusal) -> Refusal {
     }
 }
 
-/// Whom a command is about; 0 for none.
-fn target(command: &BatchCommand) -> u32 {
+/// Whom a command is about.
+fn target(command: &BatchCommand) -> ActorRef {
     let mut command = command.clone();
-    target_mut(&mut command).map_or(0, |id| *id)
+    target_mut(&mut command).copied().unwrap_or_default()
 }
 
 /// The same command about the actor that was just spawned, where it says 0.
-fn addressed(mut command: BatchCommand, spawned: u32) -> BatchCommand {
+fn addressed(mut command: BatchCommand, spawned: ActorId) -> BatchCommand {
     if let Some(id) = target_mut(&mut command)
-        && *id == 0
+        && *id == ActorRef::NOBODY
     {
-        *id = spawned;
+        *id = spawned.into();
     }
     command
 }
 
-fn target_mut(command: &mut BatchCommand) -> Option<&mut u32> {
+fn target_mut(command: &mut BatchCommand) -> Option<&mut ActorRef> {
     use BatchCommand as C;
     match command {
         C::Spawn(spawn) => spawn.parent.0.as_mut(),

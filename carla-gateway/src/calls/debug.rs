@@ -7,16 +7,15 @@ use schemas::Vec3;
 use crate::dialect::{DebugShape, Line, Primitive, Transform};
 use crate::endpoint::Endpoint;
 use crate::pictures::{Figure, Shape};
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::rpc::Refusal;
 
 /// Shapes of one endpoint; the oldest go first.
 const SHAPES_MAX: usize = 16_384;
 
-pub(super) fn draw(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let (_, shape): (Meta, DebugShape) = request.args()?;
+pub(super) fn draw(endpoint: &mut Endpoint, shape: DebugShape) -> Result<(), Refusal> {
     // Others stay until they are cleared, as in CARLA.
     let life_secs = Some(f64::from(shape.life_secs)).filter(|secs| *secs > 0.0);
-    let Some(figure) = figure(&shape.primitive)? else { return Ok(Payload::Void) };
+    let Some(figure) = figure(&shape.primitive)? else { return Ok(()) };
     let now_secs = endpoint.episode()?.frame.sim_secs;
     let (red, green, blue) = shape.colour;
     let until_secs = life_secs.map(|secs| now_secs + secs);
@@ -25,10 +24,18 @@ pub(super) fn draw(endpoint: &mut Endpoint, request: &Request) -> Answer {
         shapes.remove(0);
     }
     shapes.push(Shape { figure, rgb: [red, green, blue], until_secs });
-    Ok(Payload::Void)
+    Ok(())
+}
+
+pub(super) fn clear(endpoint: &mut Endpoint) -> Result<(), Refusal> {
+    endpoint.shapes = Arc::default();
+    Ok(())
 }
 
 /// What cameras see of a shape; `None` for what only the screen of a server shows.
+///
+/// # Errors
+/// Sizes that overflow.
 fn figure(primitive: &Primitive) -> Result<Option<Figure>, Refusal> {
     let ends = |line: &Line| (line.begin.ours(), line.end.ours());
     let figure = match primitive {
@@ -49,16 +56,9 @@ fn figure(primitive: &Primitive) -> Result<Option<Figure>, Refusal> {
         }
         Primitive::Overlay => return Ok(None),
     };
-    let is_finite = match &figure {
-        Figure::Point(at_m, size) => {
-            at_m.iter().all(|number| number.is_finite()) && size.is_finite()
-        }
-        Figure::Strokes(strokes, thickness_m) => {
-            thickness_m.is_finite()
-                && strokes
-                    .iter()
-                    .all(|(from, to)| from.iter().chain(to).all(|number| number.is_finite()))
-        }
-    };
-    if is_finite { Ok(Some(figure)) } else { Err(Refusal("shapes need finite numbers".to_owned())) }
+    if figure.is_finite() {
+        Ok(Some(figure))
+    } else {
+        Err(Refusal("the shape is too large to be drawn".to_owned()))
+    }
 }

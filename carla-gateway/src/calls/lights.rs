@@ -1,91 +1,90 @@
 //! Calls about traffic lights.
 
 use roads::LIGHT_HEAD_HALF_M;
-use schemas::{ActorKind, Command, Vec3};
+use schemas::{ActorKind, Command, TrafficLightCommand as Change, Vec3};
 
-use super::astray;
-use super::orders::{self, queue};
-use crate::dialect::{BatchCommand, BoundingBox, Transform, Vector3D};
-use crate::endpoint::{Endpoint, unknown_actor};
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::dialect::{ActorRef, BoundingBox, Transform, Vector3D};
+use crate::endpoint::Endpoint;
+use crate::rpc::Refusal;
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "set_traffic_light_state" => {
-            let (_, id, colour): (Meta, u32, u8) = request.args()?;
-            queue(endpoint, &BatchCommand::TrafficLight(id, colour)).await
-        }
-        "set_traffic_light_green_time"
-        | "set_traffic_light_yellow_time"
-        | "set_traffic_light_red_time" => set_time(endpoint, request).await,
-        "freeze_all_traffic_lights" => {
-            let (_, frozen): (Meta, bool) = request.args()?;
-            endpoint.queue(Command::FreezeTrafficLights { frozen }).await?;
-            Ok(Payload::Void)
-        }
-        // One alone cannot be stopped: its group would go on around it.
-        "freeze_traffic_light" => {
-            let (_, _id, frozen): (Meta, u32, bool) = request.args()?;
-            endpoint.queue(Command::FreezeTrafficLights { frozen }).await?;
-            Ok(Payload::Void)
-        }
-        "reset_traffic_light_group" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            let actor = Some(orders::actor(id)?);
-            endpoint.queue(Command::ResetTrafficLights { actor }).await?;
-            Ok(Payload::Void)
-        }
-        "reset_all_traffic_lights" => {
-            endpoint.queue(Command::ResetTrafficLights { actor: None }).await?;
-            endpoint.flush().await?;
-            Ok(Payload::Void)
-        }
-        "get_group_traffic_lights" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&group(endpoint, id)?)
-        }
-        "get_light_boxes" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&boxes(endpoint, id)?)
-        }
-        _ => astray(request),
-    }
+pub(super) async fn set_green_secs(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    secs: f32,
+) -> Result<(), Refusal> {
+    set_times(endpoint, id, [Some(secs), None, None]).await
 }
 
-async fn set_time(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let (_, id, secs): (Meta, u32, f32) = request.args()?;
-    if !(secs.is_finite() && secs >= 0.0) {
+pub(super) async fn set_yellow_secs(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    secs: f32,
+) -> Result<(), Refusal> {
+    set_times(endpoint, id, [None, Some(secs), None]).await
+}
+
+pub(super) async fn set_red_secs(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    secs: f32,
+) -> Result<(), Refusal> {
+    set_times(endpoint, id, [None, None, Some(secs)]).await
+}
+
+async fn set_times(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    times_secs: [Option<f32>; 3],
+) -> Result<(), Refusal> {
+    if times_secs.iter().flatten().any(|secs| *secs < 0.0) {
         return Err(Refusal("a light shows a colour for a positive time".to_owned()));
     }
-    let of = |name: &str| request.method.contains(name).then_some(secs);
-    let command = Command::SetTrafficLight {
-        actor: orders::actor(id)?,
-        colour: None,
-        green_secs: of("green"),
-        yellow_secs: of("yellow"),
-        red_secs: of("red"),
-    };
-    endpoint.queue(command).await?;
-    Ok(Payload::Void)
+    let [green_secs, yellow_secs, red_secs] = times_secs;
+    let actor = id.named()?;
+    let change = Change::Set { actor, colour: None, green_secs, yellow_secs, red_secs };
+    endpoint.queue(Command::TrafficLight(change)).await
+}
+
+pub(super) async fn freeze_all(endpoint: &mut Endpoint, frozen: bool) -> Result<(), Refusal> {
+    endpoint.queue(Command::TrafficLight(Change::Freeze { frozen })).await
+}
+
+/// One alone cannot be stopped: its group would go on around it.
+pub(super) async fn freeze(
+    endpoint: &mut Endpoint,
+    _id: ActorRef,
+    frozen: bool,
+) -> Result<(), Refusal> {
+    freeze_all(endpoint, frozen).await
+}
+
+pub(super) async fn reset_group(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
+    let actor = Some(id.named()?);
+    endpoint.queue(Command::TrafficLight(Change::Reset { actor })).await
+}
+
+pub(super) async fn reset_all(endpoint: &mut Endpoint) -> Result<(), Refusal> {
+    endpoint.queue(Command::TrafficLight(Change::Reset { actor: None })).await?;
+    endpoint.flush().await
 }
 
 /// The lights that take turns with one, itself included.
-fn group(endpoint: &mut Endpoint, id: u32) -> Result<Vec<u32>, Refusal> {
+pub(super) fn group(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<ActorRef>, Refusal> {
     let lights = &endpoint.episode()?.frame.traffic_lights;
-    let own = lights.iter().find(|light| light.actor.get() == id);
+    let own = lights.iter().find(|light| Some(light.actor) == id.id());
     let own = own.ok_or_else(|| no_light(id))?;
     let same = lights.iter().filter(|light| light.group == own.group);
-    Ok(same.map(|light| light.actor.get()).collect())
+    Ok(same.map(|light| light.actor.into()).collect())
 }
 
 /// The housing of the lamps, in the world; a light has one.
-fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> {
+pub(super) fn boxes(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.episode()?;
-    let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
+    let state = episode.found(id)?;
     if state.kind != ActorKind::TrafficLight {
         return Err(no_light(id));
     }
-    let signal = episode.signal(id);
+    let signal = episode.signal(state.id);
     let mut landmarks = episode.map.landmarks().iter();
     let found = landmarks.find(|landmark| Some(landmark.id.as_str()) == signal);
     let housing = found.map(|landmark| {
@@ -96,6 +95,6 @@ fn boxes(endpoint: &mut Endpoint, id: u32) -> Result<Vec<BoundingBox>, Refusal> 
     Ok(housing.into_iter().collect())
 }
 
-fn no_light(id: u32) -> Refusal {
+fn no_light(id: ActorRef) -> Refusal {
     Refusal(format!("Actor is not a traffic light.  Actor Id: {id}"))
 }

@@ -2,75 +2,71 @@
 
 use std::sync::Arc;
 
-use serde_bytes::Bytes;
+use serde_bytes::ByteBuf;
 
-use super::astray;
 use crate::dialect::{LabelledPoint, Location, MapInfo, Transform, Vector3D};
 use crate::endpoint::Endpoint;
 use crate::maps;
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::rpc::Refusal;
 
 /// Shorter directions are none, as in CARLA.
 const LENGTH_MIN: f32 = 1.0e-4;
+/// The folder of what clients steer walkers by.
+const NAVIGATION_FOLDER: &str = "Nav";
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "get_map_info" => {
-            let episode = endpoint.known_episode()?;
-            let points = episode.map.spawn_points().iter();
-            Payload::value(&MapInfo {
-                name: maps::told_name(&episode.map_name),
-                recommended_spawn_points: points
-                    .map(|pose| Transform::of(&pose.cast::<f32>()))
-                    .collect(),
-            })
+pub(super) fn info(endpoint: &mut Endpoint) -> Result<MapInfo, Refusal> {
+    let episode = endpoint.known_episode()?;
+    let points = episode.map.spawn_points().iter();
+    Ok(MapInfo {
+        name: maps::told_name(&episode.map_name),
+        recommended_spawn_points: points.map(|pose| Transform::of(&pose.cast::<f32>())).collect(),
+    })
+}
+
+/// OpenDRIVE.
+pub(super) fn text(endpoint: &mut Endpoint) -> Result<&str, Refusal> {
+    Ok(endpoint.known_episode()?.map.text())
+}
+
+/// Paths of the files in a folder: the one by which clients steer walkers.
+pub(super) async fn required_files(
+    endpoint: &mut Endpoint,
+    folder: String,
+) -> Result<Vec<String>, Refusal> {
+    let navigation = Arc::clone(&endpoint.known_episode()?.navigation);
+    if folder != NAVIGATION_FOLDER {
+        return Ok(Vec::new());
+    }
+    Ok(navigation.file().await.map(|file| file.path.clone()).into_iter().collect())
+}
+
+pub(super) async fn file(endpoint: &mut Endpoint, path: String) -> Result<ByteBuf, Refusal> {
+    let navigation = Arc::clone(&endpoint.known_episode()?.navigation);
+    match navigation.file().await.filter(|file| file.path == path) {
+        Some(file) => Ok(ByteBuf::from(file.bytes.clone())),
+        None => {
+            let path: String = path.chars().take(256).collect();
+            Err(Refusal(format!("there is no file {path:?}")))
         }
-        "get_map_data" => Payload::value(endpoint.known_episode()?.map.text()),
-        "get_required_files" | "request_file" | "get_navigation_mesh" => {
-            navigation(endpoint, request).await
-        }
-        "cast_ray" => {
-            let (_, start, end): (Meta, Location, Location) = request.args()?;
-            Payload::value(&ray(endpoint, start, end).await?)
-        }
-        "project_point" => {
-            let (_, start, direction, distance): (Meta, Location, Vector3D, f32) =
-                request.args()?;
-            let end = end_of(start, direction, distance);
-            let nearest = ray(endpoint, start, end).await?.into_iter().next();
-            Payload::value(&(nearest.is_some(), nearest.unwrap_or_default()))
-        }
-        _ => astray(request),
     }
 }
 
-/// The file by which clients steer walkers.
-async fn navigation(endpoint: &mut Endpoint, request: &Request) -> Answer {
+pub(super) async fn navigation_mesh(endpoint: &mut Endpoint) -> Result<ByteBuf, Refusal> {
     let navigation = Arc::clone(&endpoint.known_episode()?.navigation);
-    match request.method.as_str() {
-        "get_required_files" => {
-            let (_, folder): (Meta, String) = request.args()?;
-            if folder != "Nav" {
-                return Payload::value(&[""; 0]);
-            }
-            let path = navigation.file().await.map(|file| &file.path);
-            Payload::value(&path.as_slice())
-        }
-        "request_file" => {
-            let (_, path): (Meta, String) = request.args()?;
-            match navigation.file().await.filter(|file| file.path == path) {
-                Some(file) => Payload::value(Bytes::new(&file.bytes)),
-                None => {
-                    let path: String = path.chars().take(256).collect();
-                    Err(Refusal(format!("there is no file {path:?}")))
-                }
-            }
-        }
-        _ => {
-            let bytes = navigation.file().await.map_or(&[][..], |file| &file.bytes);
-            Payload::value(Bytes::new(bytes))
-        }
-    }
+    let file = navigation.file().await;
+    Ok(file.map(|file| ByteBuf::from(file.bytes.clone())).unwrap_or_default())
+}
+
+/// What a ray of a length meets first, and whether it does.
+pub(super) async fn project_point(
+    endpoint: &mut Endpoint,
+    start: Location,
+    direction: Vector3D,
+    distance_m: f32,
+) -> Result<(bool, LabelledPoint), Refusal> {
+    let end = end_of(start, direction, distance_m);
+    let nearest = cast_ray(endpoint, start, end).await?.into_iter().next();
+    Ok((nearest.is_some(), nearest.unwrap_or_default()))
 }
 
 /// As far from `start` as `distance_m`, whatever the length of `direction`; `start` itself where it
@@ -82,7 +78,8 @@ fn end_of(start: Location, direction: Vector3D, distance_m: f32) -> Location {
     Location { x: start.x + x * share, y: start.y + y * share, z: start.z + z * share }
 }
 
-async fn ray(
+/// What a ray meets, nearest first.
+pub(super) async fn cast_ray(
     endpoint: &mut Endpoint,
     start: Location,
     end: Location,

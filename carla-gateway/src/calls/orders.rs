@@ -1,11 +1,17 @@
 //! CARLA's commands as commands of ours.
 
-use schemas::{ActorId, ActorKind, BodySwitch, Command, Error, ErrorCode, Pose, PushKind, Vec3};
+use schemas::wire::{decode_request, encode_request};
+use schemas::{
+    ActorKind, BodyCommand as Body, BodySwitch, Command, Error, ErrorCode, Pose, Request,
+};
+use schemas::{
+    PushKind, TrafficLightColour, TrafficLightCommand, Vec3, VehicleCommand as Vehicle,
+    WalkerCommand,
+};
 
-use super::wrong_kind;
-use crate::dialect::{BatchCommand as From, Vector3D, spin_from_deg, twist_from_deg};
-use crate::endpoint::{Endpoint, unknown_actor};
-use crate::rpc::{Answer, Payload, Refusal};
+use crate::dialect::{ActorRef, BatchCommand as From, spin_from_deg, twist_from_deg};
+use crate::endpoint::Endpoint;
+use crate::rpc::Refusal;
 use crate::snapshot::colour_of;
 
 /// The command of ours for one of a client's; `None` for those without effect here. What it changes
@@ -17,43 +23,47 @@ pub(super) fn command(endpoint: &mut Endpoint, command: &From) -> Result<Option<
     check_kind(endpoint, command)?;
     let order = match command {
         From::Control(id, control) => {
-            Command::SetControl { actor: actor(*id)?, control: control.ours() }
+            let (actor, control) = (id.named()?, control.ours());
+            Command::Vehicle(Vehicle::Control { actor, control })
         }
         From::Ackermann(id, control) => {
-            Command::SetAckermann { actor: actor(*id)?, control: control.ours() }
+            let (actor, control) = (id.named()?, control.ours());
+            Command::Vehicle(Vehicle::Ackermann { actor, control })
         }
         From::WalkerControl(id, control) => {
-            Command::SetWalkerControl { actor: actor(*id)?, control: control.ours() }
+            let (actor, control) = (id.named()?, control.ours());
+            Command::Walker(WalkerCommand::Control { actor, control })
         }
-        From::Transform(..)
-        | From::Location(..)
-        | From::WalkerState(..)
-        | From::TargetVelocity(..)
-        | From::TargetAngularVelocity(..)
-        | From::Impulse(..)
-        | From::Force(..)
-        | From::AngularImpulse(..)
-        | From::Torque(..) => motion(endpoint, command)?,
+        From::WalkerState(id, transform, speed_mps) => {
+            let (actor, world_from_actor) = (id.named()?, transform.ours());
+            let speed_mps = *speed_mps;
+            Command::Walker(WalkerCommand::State { actor, world_from_actor, speed_mps })
+        }
+        From::Transform(id, transform) => place(endpoint, *id, transform.ours())?,
+        From::Location(id, location) => relocate(endpoint, *id, location.ours())?,
+        From::TargetVelocity(id, velocity) => velocity_of(*id, Some(velocity.ours()), None)?,
+        From::TargetAngularVelocity(id, velocity) => {
+            velocity_of(*id, None, Some(spin_from_deg(*velocity)))?
+        }
+        From::Impulse(id, amount) => push(*id, PushKind::Impulse, amount.ours())?,
+        From::Force(id, amount) => push(*id, PushKind::Force, amount.ours())?,
+        From::AngularImpulse(id, amount) => {
+            push(*id, PushKind::AngularImpulse, twist_from_deg(*amount))?
+        }
+        From::Torque(id, amount) => push(*id, PushKind::Torque, twist_from_deg(*amount))?,
         From::SimulatePhysics(id, on) => {
-            endpoint.episode()?.note_physics(*id, *on);
-            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Physics, on: *on }
+            endpoint.episode()?.note_physics(id.named()?, *on);
+            switch(*id, BodySwitch::Physics, *on)?
         }
-        From::EnableGravity(id, on) => {
-            Command::SetSwitch { actor: actor(*id)?, switch: BodySwitch::Gravity, on: *on }
-        }
+        From::EnableGravity(id, on) => switch(*id, BodySwitch::Gravity, *on)?,
         From::Lights(id, lights) => {
-            if let Some(state) = endpoint.episode()?.state_mut(*id) {
-                state.lights = *lights;
+            let (actor, lights) = (id.named()?, *lights);
+            if let Some(state) = endpoint.episode()?.state_mut(actor) {
+                state.lights = lights;
             }
-            Command::SetVehicleLights { actor: actor(*id)?, lights: *lights }
+            Command::Vehicle(Vehicle::Lights { actor, lights })
         }
-        From::TrafficLight(id, colour) => Command::SetTrafficLight {
-            actor: actor(*id)?,
-            colour: Some(colour_of(*colour)),
-            green_secs: None,
-            yellow_secs: None,
-            red_secs: None,
-        },
+        From::TrafficLight(id, colour) => show(*id, colour_of(*colour))?,
         // The autopilot is the client's own Traffic Manager.
         From::Autopilot(..) | From::DebugTelemetry(..) => return Ok(None),
         From::Console(_) => return Err(Refusal("there is no console".to_owned())),
@@ -76,112 +86,76 @@ fn check_kind(endpoint: &mut Endpoint, command: &From) -> Result<(), Refusal> {
         From::WalkerControl(id, _) | From::WalkerState(id, ..) => (*id, ActorKind::Walker),
         _ => return Ok(()),
     };
-    let found = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?.kind;
-    if found == wanted { Ok(()) } else { Err(wrong_kind(id)) }
-}
-
-/// Only for what [`command`] sends here.
-fn motion(endpoint: &mut Endpoint, command: &From) -> Result<Command, Refusal> {
-    Ok(match command {
-        From::Transform(id, transform) => {
-            finite(transform.is_finite())?;
-            place(endpoint, *id, transform.ours())?
-        }
-        From::Location(id, location) => {
-            let at_m = vector(*location)?;
-            let episode = endpoint.episode()?;
-            let state = episode.state(*id).ok_or_else(|| unknown_actor(*id))?;
-            let carrier = episode.carrier(state);
-            let rotation = carrier.rotation.inverse() * state.world_from_actor.rotation;
-            place(endpoint, *id, Pose::from_parts(at_m.into(), rotation))?
-        }
-        From::WalkerState(id, transform, speed) => {
-            finite(transform.is_finite() && speed.is_finite())?;
-            Command::SetWalkerState {
-                actor: actor(*id)?,
-                world_from_actor: transform.ours(),
-                speed_mps: *speed,
-            }
-        }
-        From::TargetVelocity(id, velocity) => Command::SetVelocity {
-            actor: actor(*id)?,
-            linear_mps: Some(vector(*velocity)?),
-            angular_radps: None,
-        },
-        From::TargetAngularVelocity(id, velocity) => {
-            vector(*velocity)?;
-            Command::SetVelocity {
-                actor: actor(*id)?,
-                linear_mps: None,
-                angular_radps: Some(spin_from_deg(*velocity)),
-            }
-        }
-        From::Impulse(id, amount) => push(*id, PushKind::Impulse, vector(*amount)?)?,
-        From::Force(id, amount) => push(*id, PushKind::Force, vector(*amount)?)?,
-        From::AngularImpulse(id, amount) => push(*id, PushKind::AngularImpulse, twist(*amount)?)?,
-        From::Torque(id, amount) => push(*id, PushKind::Torque, twist(*amount)?)?,
-        other => unreachable!("{other:?} moves nothing"),
-    })
+    endpoint.episode()?.found_as(id, wanted).map(drop)
 }
 
 /// Puts an actor elsewhere, in the frame of what carries it.
-fn place(endpoint: &mut Endpoint, id: u32, pose: Pose) -> Result<Command, Refusal> {
+fn place(endpoint: &mut Endpoint, id: ActorRef, pose: Pose) -> Result<Command, Refusal> {
+    let actor = id.named()?;
     let episode = endpoint.episode()?;
-    let carrier = episode.state(id).map(|state| episode.carrier(state));
-    if let Some((state, carrier)) = episode.state_mut(id).zip(carrier) {
+    let carrier = episode.state(actor).map(|state| episode.carrier(state));
+    if let Some((state, carrier)) = episode.state_mut(actor).zip(carrier) {
         state.world_from_actor = carrier * pose;
     }
-    Ok(Command::SetPose { actor: actor(id)?, world_from_actor: pose })
+    Ok(Command::Body(Body::SetPose { actor, world_from_actor: pose }))
+}
+
+/// Puts an actor elsewhere, in the frame of what carries it, as it is turned.
+fn relocate(endpoint: &mut Endpoint, id: ActorRef, at_m: Vec3) -> Result<Command, Refusal> {
+    let episode = endpoint.episode()?;
+    let state = episode.found(id)?;
+    let carrier = episode.carrier(state);
+    let rotation = carrier.rotation.inverse() * state.world_from_actor.rotation;
+    place(endpoint, id, Pose::from_parts(at_m.into(), rotation))
+}
+
+fn velocity_of(
+    id: ActorRef,
+    linear_mps: Option<Vec3>,
+    angular_radps: Option<Vec3>,
+) -> Result<Command, Refusal> {
+    Ok(Command::Body(Body::SetVelocity { actor: id.named()?, linear_mps, angular_radps }))
+}
+
+fn switch(id: ActorRef, switch: BodySwitch, on: bool) -> Result<Command, Refusal> {
+    Ok(Command::Body(Body::SetSwitch { actor: id.named()?, switch, on }))
+}
+
+fn show(id: ActorRef, colour: TrafficLightColour) -> Result<Command, Refusal> {
+    Ok(Command::TrafficLight(TrafficLightCommand::Set {
+        actor: id.named()?,
+        colour: Some(colour),
+        green_secs: None,
+        yellow_secs: None,
+        red_secs: None,
+    }))
 }
 
 /// Queues a command that nobody waits for.
-pub(super) async fn queue(endpoint: &mut Endpoint, from: &From) -> Answer {
-    if let Some(order) = command(endpoint, from)? {
-        endpoint.queue(order).await?;
+pub(super) async fn queue(endpoint: &mut Endpoint, from: &From) -> Result<(), Refusal> {
+    match command(endpoint, from)? {
+        Some(order) => endpoint.queue(order).await,
+        None => Ok(()),
     }
-    Ok(Payload::Void)
 }
 
-/// Holds a velocity in the actor's frame, or lets go.
-pub(super) async fn hold_velocity(
-    endpoint: &mut Endpoint,
-    id: u32,
-    velocity: Option<Vector3D>,
-) -> Answer {
-    let velocity_mps = velocity.map(vector).transpose()?;
-    endpoint.queue(Command::SetConstantVelocity { actor: actor(id)?, velocity_mps }).await?;
-    Ok(Payload::Void)
+/// Refuses a command with numbers that the world never takes: a client's may be finite, and too
+/// large in our units or axes. For commands whose numbers were multiplied or turned.
+pub(super) fn check(endpoint: &mut Endpoint, command: Command) -> Result<Command, Refusal> {
+    let world = endpoint.episode()?.world;
+    let request = Request::RunCommands { world, commands: vec![command.clone()] };
+    decode_request(&encode_request(&request)).map_err(|error| Refusal(error.to_string()))?;
+    Ok(command)
 }
 
 /// What the world refuses to do with an actor, in CARLA's words where CARLA has some.
-pub(super) fn refusal(error: &Error, id: u32) -> Refusal {
+pub(super) fn refusal(error: &Error, id: ActorRef) -> Refusal {
     match error.code {
-        ErrorCode::UnknownActor => unknown_actor(id),
+        ErrorCode::UnknownActor => id.unknown(),
         _ => Refusal(error.to_string()),
     }
 }
 
-/// # Errors
-/// For 0, which nobody has.
-pub(super) fn actor(id: u32) -> Result<ActorId, Refusal> {
-    ActorId::new(id).ok_or_else(|| unknown_actor(id))
-}
-
-fn push(id: u32, kind: PushKind, amount: Vec3) -> Result<Command, Refusal> {
-    Ok(Command::Push { actor: actor(id)?, kind, amount })
-}
-
-fn vector(theirs: Vector3D) -> Result<Vec3, Refusal> {
-    let ours = theirs.ours();
-    finite(ours.iter().all(|number| number.is_finite()))?;
-    Ok(ours)
-}
-
-fn twist(theirs: Vector3D) -> Result<Vec3, Refusal> {
-    vector(theirs)?;
-    Ok(twist_from_deg(theirs))
-}
-
-fn finite(is_finite: bool) -> Result<(), Refusal> {
-    if is_finite { Ok(()) } else { Err(Refusal("numbers must be finite".to_owned())) }
+fn push(id: ActorRef, kind: PushKind, amount: Vec3) -> Result<Command, Refusal> {
+    Ok(Command::Body(Body::Push { actor: id.named()?, kind, amount }))
 }

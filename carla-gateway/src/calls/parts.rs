@@ -4,14 +4,15 @@
 //! capsule with a mesh, and its bones are a skeleton; any other actor has a root alone. As in
 //! CARLA the sockets of a mesh are its bones.
 
-use blueprints::{Class, VehicleModel};
-use schemas::{ActorKind, ActorState, Pose, Translation3, UnitQuaternion, Vec3};
+use blueprints::VehicleModel;
+use schemas::{ActorId, ActorKind, ActorState, Pose, Translation3, UnitQuaternion, Vec3};
 
-use crate::dialect::Transform;
-use crate::endpoint::{Endpoint, unknown_actor};
+use crate::dialect::{ActorRef, Transform};
+use crate::endpoint::Endpoint;
 use crate::episode::Episode;
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::rpc::Refusal;
 use crate::skeleton;
+use crate::wheels::{model, wheel_rad};
 
 /// Of the vehicle itself, before those of its wheels.
 const BASE: &str = "Vehicle_Base";
@@ -34,47 +35,80 @@ struct Part {
     in_carrier: Pose,
 }
 
-pub(super) fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    let method = request.method.as_str();
-    if method.starts_with("get_actor_component_") && method.ends_with("_transform") {
-        let (_, id, name): (Meta, u32, String) = request.args()?;
-        let episode = endpoint.episode()?;
-        let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
-        let mut parts = components(episode, state).into_iter();
-        let part = parts.find(|part| part.name == name).ok_or_else(|| {
-            let name: String = name.chars().take(128).collect();
-            Refusal(format!("Component not found.  Component Name: {name}"))
-        })?;
-        let is_world = method == "get_actor_component_world_transform";
-        let pose = if is_world { part.in_world } else { part.in_carrier };
-        return Payload::value(&Transform::of(&pose));
-    }
-    let (_, id): (Meta, u32) = request.args()?;
+pub(super) fn component_in_world(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    name: String,
+) -> Result<Transform, Refusal> {
+    Ok(Transform::of(&component(endpoint, id, &name)?.in_world))
+}
+
+pub(super) fn component_in_carrier(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    name: String,
+) -> Result<Transform, Refusal> {
+    Ok(Transform::of(&component(endpoint, id, &name)?.in_carrier))
+}
+
+fn component(endpoint: &mut Endpoint, id: ActorRef, name: &str) -> Result<Part, Refusal> {
     let episode = endpoint.episode()?;
-    let state = episode.state(id).ok_or_else(|| unknown_actor(id))?;
-    if method == "get_actor_component_names" {
-        let names: Vec<String> =
-            components(episode, state).into_iter().map(|part| part.name).collect();
-        return Payload::value(&names);
-    }
-    let bones = bones(state, episode.frame.type_of(state), episode.custom_pose(id)).into_iter();
-    if method.ends_with("_names") {
-        return Payload::value(&bones.map(|bone| bone.name).collect::<Vec<String>>());
-    }
-    let actor_from_world = state.world_from_actor.inverse();
-    let pose = |bone: Part| match method {
-        "get_actor_bone_relative_transforms" => bone.in_carrier,
-        "get_actor_socket_relative_transforms" => actor_from_world * bone.in_world,
-        _ => bone.in_world,
-    };
-    Payload::value(&bones.map(|bone| Transform::of(&pose(bone))).collect::<Vec<Transform>>())
+    let mut parts = components(episode, episode.found(id)?).into_iter();
+    parts.find(|part| part.name == name).ok_or_else(|| {
+        let name: String = name.chars().take(128).collect();
+        Refusal(format!("Component not found.  Component Name: {name}"))
+    })
+}
+
+pub(super) fn component_names(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<Vec<String>, Refusal> {
+    let episode = endpoint.episode()?;
+    Ok(components(episode, episode.found(id)?).into_iter().map(|part| part.name).collect())
+}
+
+pub(super) fn bone_names(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<String>, Refusal> {
+    let episode = endpoint.episode()?;
+    Ok(bones(episode, episode.found(id)?).into_iter().map(|bone| bone.name).collect())
+}
+
+pub(super) fn bones_in_world(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<Vec<Transform>, Refusal> {
+    told_bones(endpoint, id, |_, bone| bone.in_world)
+}
+
+pub(super) fn bones_in_mesh(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<Vec<Transform>, Refusal> {
+    told_bones(endpoint, id, |_, bone| bone.in_carrier)
+}
+
+pub(super) fn sockets_on_actor(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<Vec<Transform>, Refusal> {
+    told_bones(endpoint, id, |state, bone| state.world_from_actor.inverse() * bone.in_world)
+}
+
+fn told_bones(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    pose: fn(&ActorState, &Part) -> Pose,
+) -> Result<Vec<Transform>, Refusal> {
+    let episode = endpoint.episode()?;
+    let state = episode.found(id)?;
+    Ok(bones(episode, state).iter().map(|bone| Transform::of(&pose(state, bone))).collect())
 }
 
 /// What a client describes relative to a socket of an actor, relative to the actor; relative to the
 /// actor already where there is no such socket.
-pub(super) fn on_socket(episode: &Episode, id: u32, socket: &str, on: &Transform) -> Transform {
+pub(super) fn on_socket(episode: &Episode, id: ActorId, socket: &str, on: &Transform) -> Transform {
     let Some(state) = episode.state(id).filter(|_| !socket.is_empty()) else { return *on };
-    let mut bones = bones(state, episode.frame.type_of(state), episode.custom_pose(id)).into_iter();
+    let mut bones = bones(episode, state).into_iter();
     bones.find(|bone| bone.name == socket).map_or(*on, |bone| {
         Transform::of(&(state.world_from_actor.inverse() * bone.in_world * on.ours()))
     })
@@ -111,9 +145,9 @@ fn components(episode: &Episode, state: &ActorState) -> Vec<Part> {
     std::iter::once(root).chain(carried).collect()
 }
 
-fn bones(state: &ActorState, type_id: &str, custom: Option<&skeleton::Custom>) -> Vec<Part> {
+fn bones(episode: &Episode, state: &ActorState) -> Vec<Part> {
     match state.kind {
-        ActorKind::Walker => skeleton::posed(state, custom)
+        ActorKind::Walker => skeleton::posed(state, episode.custom_pose(state.id))
             .into_iter()
             .map(|bone| Part {
                 name: bone.name.to_owned(),
@@ -121,16 +155,11 @@ fn bones(state: &ActorState, type_id: &str, custom: Option<&skeleton::Custom>) -
                 in_carrier: bone.in_component,
             })
             .collect(),
-        ActorKind::Vehicle => model(type_id).map_or_else(Vec::new, |model| wheels(state, model)),
+        ActorKind::Vehicle => {
+            let model = model(episode.frame.type_of(state));
+            model.map_or_else(Vec::new, |model| wheels(state, model))
+        }
         _ => Vec::new(),
-    }
-}
-
-/// The data of a vehicle's blueprint.
-pub(super) fn model(type_id: &str) -> Option<&'static VehicleModel> {
-    match blueprints::find(type_id)?.class {
-        Class::Vehicle(model) => Some(model),
-        _ => None,
     }
 }
 
@@ -157,40 +186,16 @@ fn wheels(state: &ActorState, model: &VehicleModel) -> Vec<Part> {
     std::iter::once(base).chain(hubs).collect()
 }
 
-/// The angle of one wheel: all front wheels roll around one point (Ackermann).
-pub(super) fn wheel_rad(model: &VehicleModel, index: usize, mean_rad: f32) -> f32 {
-    let wheels = &model.physics.wheels;
-    let Some(wheel) = wheels.get(index).filter(|wheel| wheel.steer_rad_max > 0.0) else {
-        return 0.0;
-    };
-    if mean_rad == 0.0 || wheel.position_m.x <= 0.0 {
-        return mean_rad;
-    }
-    let (sine, cosine) = mean_rad.sin_cos();
-    (sine * model.wheelbase_m).atan2(cosine * model.wheelbase_m - sine * wheel.position_m.y)
-}
-
 #[cfg(test)]
 mod tests {
-    use schemas::ActorId;
-
     use super::*;
-
-    #[test]
-    fn the_inner_wheel_is_steered_further() {
-        let model = model("vehicle.lincoln.mkz_2020").unwrap();
-        let [left, right] = [0, 1].map(|index| wheel_rad(model, index, 0.4));
-        assert!(left > 0.4 && right < 0.4 && right > 0.3, "{left} {right}");
-        assert_eq!(wheel_rad(model, 2, 0.4), 0.0);
-        assert_eq!(wheel_rad(model, 9, 0.4), 0.0);
-    }
 
     #[test]
     fn a_car_has_a_base_and_four_hubs_where_its_wheels_are() {
         let id = ActorId::new(1).unwrap();
         let at = Pose::translation(5.0, 0.0, 0.0);
         let state = ActorState::at_rest(id, ActorKind::Vehicle, 0, at);
-        let parts = bones(&state, "vehicle.lincoln.mkz_2020", None);
+        let parts = wheels(&state, model("vehicle.lincoln.mkz_2020").unwrap());
         let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
         assert_eq!(names[..2], ["Vehicle_Base", "Wheel_Front_Left"]);
         assert_eq!(parts.len(), 5);

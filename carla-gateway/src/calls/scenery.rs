@@ -1,52 +1,50 @@
 //! What stands in the map: its boxes, and what of it is there.
 
-use schemas::{ActorKind, Command, Pose, Translation3, Vec3, limits};
+use schemas::{ActorKind, Command, Pose, SceneryCommand, Translation3, Vec3, limits};
 
-use super::astray;
-use crate::dialect::{BoundingBox, EnvironmentObject, Transform, Vector3D};
+use crate::dialect::{ActorRef, BoundingBox, EnvironmentObject, Transform, Vector3D};
 use crate::endpoint::Endpoint;
 use crate::maps;
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::rpc::Refusal;
 
 /// Everything, whatever its tag.
 const ANY_TAG: u8 = 255;
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "get_all_level_BBs" => {
-            let (_, tag): (Meta, u8) = request.args()?;
-            let objects = objects(endpoint, tag)?;
-            let mut boxes = boxes_of_actors(endpoint, tag)?;
-            boxes.extend(objects.into_iter().map(|object| object.bounding_box));
-            Payload::value(&boxes)
-        }
-        "get_environment_objects" => {
-            let (_, tag): (Meta, u8) = request.args()?;
-            Payload::value(&objects(endpoint, tag)?)
-        }
-        "get_names_of_all_objects" => {
-            let objects = objects(endpoint, ANY_TAG)?;
-            let names: Vec<String> = objects.into_iter().map(|object| object.name).collect();
-            Payload::value(&names)
-        }
-        "load_map_layer" | "unload_map_layer" => {
-            let (_, layers): (Meta, u16) = request.args()?;
-            if maps::is_layered(&endpoint.episode()?.map_name) {
-                let loaded = request.method == "load_map_layer";
-                endpoint.run_now(vec![Command::SetMapLayers { layers, loaded }]).await?;
-            }
-            Ok(Payload::Void)
-        }
-        "enable_environment_objects" => {
-            let (_, ids, enabled): (Meta, Vec<u64>, bool) = request.args()?;
-            enable(endpoint, ids, enabled).await
-        }
-        _ => astray(request),
+/// Boxes of what belongs to the map and of the actors in it, with a semantic tag.
+pub(super) fn boxes(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {
+    let objects = objects(endpoint, tag)?;
+    let mut boxes = boxes_of_actors(endpoint, tag)?;
+    boxes.extend(objects.into_iter().map(|object| object.bounding_box));
+    Ok(boxes)
+}
+
+pub(super) fn names(endpoint: &mut Endpoint) -> Result<Vec<String>, Refusal> {
+    let objects = objects(endpoint, ANY_TAG)?;
+    Ok(objects.into_iter().map(|object| object.name).collect())
+}
+
+pub(super) async fn load_layers(endpoint: &mut Endpoint, layers: u16) -> Result<(), Refusal> {
+    set_layers(endpoint, layers, true).await
+}
+
+pub(super) async fn unload_layers(endpoint: &mut Endpoint, layers: u16) -> Result<(), Refusal> {
+    set_layers(endpoint, layers, false).await
+}
+
+async fn set_layers(endpoint: &mut Endpoint, layers: u16, loaded: bool) -> Result<(), Refusal> {
+    if maps::is_layered(&endpoint.episode()?.map_name) {
+        let command = Command::Scenery(SceneryCommand::Layers { layers, loaded });
+        endpoint.run_now(vec![command]).await?;
     }
+    Ok(())
 }
 
 /// Shows or hides things of the map; as in CARLA, ids that nothing has are left out.
-async fn enable(endpoint: &mut Endpoint, ids: Vec<u64>, enabled: bool) -> Answer {
+pub(super) async fn enable(
+    endpoint: &mut Endpoint,
+    ids: Vec<u64>,
+    enabled: bool,
+) -> Result<(), Refusal> {
     let objects = endpoint.episode()?.map.environment_objects();
     let is_known = |id: &u64| objects.binary_search_by_key(id, |object| object.id).is_ok();
     let mut known: Vec<u64> = ids.into_iter().filter(is_known).collect();
@@ -54,27 +52,27 @@ async fn enable(endpoint: &mut Endpoint, ids: Vec<u64>, enabled: bool) -> Answer
     known.dedup();
     for objects in known.chunks(limits::OBJECTS_PER_COMMAND_MAX) {
         let objects = objects.to_vec();
-        endpoint.queue(Command::SetEnvironmentObjects { objects, enabled }).await?;
+        endpoint.queue(Command::Scenery(SceneryCommand::Objects { objects, enabled })).await?;
     }
-    Ok(Payload::Void)
+    Ok(())
 }
 
 /// What belongs to the map and its loaded layers, with a semantic tag. What was hidden by itself is
 /// among it, so that it can be shown again.
-fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
+pub(super) fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
     let episode = endpoint.known_episode()?;
     let unloaded = episode.frame.hidden.layers;
     let objects = episode.map.environment_objects().iter();
     let loaded = objects.filter(|object| !object.goes_with(unloaded));
-    let wanted = loaded.filter(|object| tag == ANY_TAG || object.label as u8 == tag);
+    let wanted = loaded.filter(|object| tag == ANY_TAG || object.label.number() == tag);
     Ok(wanted.map(told).collect())
 }
 
 /// Vehicles and walkers that are in the world now: CARLA lists their boxes with those of the map.
 fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.known_episode()?;
-    let in_world = episode.frame.actors.iter().filter_map(|state| {
-        let known = episode.actor(state.id.get())?;
+    let in_world = episode.states().filter_map(|state| {
+        let known = episode.actor(state.id)?;
         let is_wanted = tag == ANY_TAG || known.semantic_tags.contains(&tag);
         if !is_wanted || !matches!(state.kind, ActorKind::Vehicle | ActorKind::Walker) {
             return None;
@@ -99,10 +97,10 @@ fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
             location: placed.location,
             extent: Vector3D::size(half_m),
             rotation: placed.rotation,
-            actor_id: 0,
+            actor_id: ActorRef::NOBODY,
         },
         id: object.id,
         name: object.name.clone(),
-        tag: object.label as u8,
+        tag: object.label.number(),
     }
 }

@@ -1,92 +1,22 @@
-//! The dispatcher against a world service that refuses nearly everything, and against its own page.
+//! The dispatcher against a world service that does whatever it is told, and against its own page.
+
+mod recordings;
+mod toy;
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use schemas::WorldId;
-use schemas::wire::encode_frame;
-use schemas::{Error, ErrorCode, Frame, MapRef, Reply, TickOutcome, TickResult};
 
-use super::table::{METHODS, State};
+use super::method::Service;
 use super::*;
-use crate::config::{Tyres, WorldConfig};
-use crate::maps::Maps;
-use crate::rpc::Payload;
-use crate::site::{Later, Site};
-
-/// One empty world on one small map, which is built once for all tests.
-struct Toy;
-
-static TOWN: LazyLock<(String, MapRef)> = LazyLock::new(|| {
-    let xodr = roads::town::build("Town10HD").unwrap();
-    let digest = roads::Map::parse("Town10HD", &xodr).unwrap().digest().to_owned();
-    (xodr, MapRef { name: "Town10HD".to_owned(), digest })
-});
-
-impl Toy {
-    fn frame(&self) -> schemas::EncodedFrame {
-        let map = MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) };
-        encode_frame(&Frame::empty(WorldId::new(1).unwrap(), map))
-    }
-}
-
-impl Site for Toy {
-    fn announce_traffic_manager(&self, _: u16) {}
-
-    fn ask(&self, request: schemas::Request) -> Later<'_, Reply> {
-        let refusal = Error::new(ErrorCode::Unsupported, "a toy cannot do this");
-        let world = WorldId::new(1).unwrap();
-        let answer = match request {
-            schemas::Request::ListMaps => Ok(Reply::Maps(vec![TOWN.1.clone()])),
-            schemas::Request::CreateWorld { .. } => {
-                Ok(Reply::WorldCreated { world, frame: self.frame(), replies: Vec::new() })
-            }
-            schemas::Request::DestroyWorld { .. } => Ok(Reply::Done),
-            schemas::Request::DescribeActors { .. } => Ok(Reply::Actors(Vec::new())),
-            schemas::Request::TickWorlds(items) => {
-                let replies = items[0].commands.iter().map(|_| Err(refusal.clone())).collect();
-                let outcome = TickOutcome { replies, ..TickOutcome::new(self.frame()) };
-                Ok(Reply::Ticked(vec![TickResult { world, outcome: Ok(outcome) }]))
-            }
-            _ => Err(refusal),
-        };
-        Box::pin(std::future::ready(answer))
-    }
-
-    fn draw(&self, _: Frame, _: Vec<schemas::Camera>) -> Later<'_, Vec<schemas::Image>> {
-        Box::pin(std::future::ready(Err(Error::new(ErrorCode::RendererUnavailable, "a toy"))))
-    }
-
-    fn map_text(&self, _digest: String) -> Later<'_, Vec<u8>> {
-        Box::pin(std::future::ready(Ok(TOWN.0.clone().into_bytes())))
-    }
-
-    fn can_draw(&self) -> bool {
-        false
-    }
-}
-
-/// Never dropped, as a runtime may not be inside another.
-static WORKERS: LazyLock<tokio::runtime::Runtime> = LazyLock::new(runtime);
-
-fn endpoint() -> Endpoint {
-    let site: Arc<dyn Site> = Arc::new(Toy);
-    let config = WorldConfig {
-        map: "Town10HD".to_owned(),
-        seed: 0,
-        tyres: Tyres::Real,
-        period: std::time::Duration::from_secs(1),
-        sync_lease: None,
-        owner: "toy".parse().unwrap(),
-    };
-    let maps = Arc::new(Maps::new(Arc::clone(&site)));
-    Endpoint::new(site, maps, config, 2000, WORKERS.handle().clone())
-}
+use crate::rpc::{Draw, Payload};
+use toy::{Toy, runtime};
 
 /// `[0, 1, method, params]` with params as given.
 fn request(method: &str, params: &[u8]) -> Option<Request> {
@@ -96,39 +26,21 @@ fn request(method: &str, params: &[u8]) -> Option<Request> {
     Request::parse(&bytes)
 }
 
-fn runtime() -> tokio::runtime::Runtime {
-    tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap()
-}
-
 #[test]
 fn all_128_calls_of_the_client_are_known_once() {
-    let names: BTreeSet<&str> = METHODS.iter().map(|method| method.name).collect();
-    assert_eq!((METHODS.len(), names.len()), (128, 128));
-}
-
-#[test]
-fn every_call_has_an_answer_in_its_group() {
-    runtime().block_on(async {
-        let mut endpoint = endpoint();
-        for method in METHODS {
-            let request = request(method.name, &[0x91, 0x91, 0xc2]).unwrap();
-            if let Err(refusal) = answer(&mut endpoint, &request).await {
-                assert!(!refusal.0.contains("has no answer"), "{refusal}");
-            }
-        }
-    });
+    let names: BTreeSet<&str> = table::all().map(|method| method.name).collect();
+    assert_eq!((table::all().count(), names.len()), (128, 128));
 }
 
 #[test]
 fn what_the_traffic_manager_calls_never_fails() {
     runtime().block_on(async {
-        let mut endpoint = endpoint();
+        let (mut endpoint, _) = Toy::endpoint();
         endpoint.ensure_episode().await.unwrap();
         endpoint.note_loss("for a test");
         // Actor 77 exists nowhere.
         for (method, params) in [
             ("get_actor_bounding_box", &[0x92, 0x91, 0xc2, 77][..]),
-            ("get_episode_settings", &[0x91, 0x91, 0xc2]),
             ("get_vehicle_light_states", &[0x91, 0x91, 0xc2]),
             ("get_weather_parameters", &[0x91, 0x91, 0xc2]),
             ("set_actor_simulate_physics", &[0x93, 0x91, 0xc2, 77, 0xc3]),
@@ -143,10 +55,26 @@ fn what_the_traffic_manager_calls_never_fails() {
 }
 
 #[test]
+fn no_number_of_an_actor_or_stream_is_given_again_in_a_new_world() {
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        let camera = schemas::ActorId::new(5).unwrap();
+        let mut streams = BTreeSet::new();
+        for count in 1..4 {
+            let given = toy.newest_actor.load(Ordering::Relaxed);
+            endpoint.load("", u16::MAX).await.unwrap();
+            assert_eq!(toy.first_actor.load(Ordering::Relaxed), given + 1);
+            streams.extend(endpoint.episode().unwrap().stream(camera));
+            assert_eq!(streams.len(), count);
+        }
+    });
+}
+
+#[test]
 fn an_unknown_call_is_named_in_the_refusal() {
     runtime().block_on(async {
         let request = request("fly_to_the_moon", &[0x91, 0x91, 0xc2]).unwrap();
-        let refusal = answer(&mut endpoint(), &request).await.unwrap_err();
+        let refusal = answer(&mut Toy::endpoint().0, &request).await.unwrap_err();
         assert!(refusal.0.contains("fly_to_the_moon"));
     });
 }
@@ -175,11 +103,11 @@ fn shape() -> impl Strategy<Value = Vec<u8>> {
 
 /// Any answer will do; what counts is that there is one.
 fn every_call_is_answered(arguments: impl Strategy<Value = Vec<u8>>, cases: u32) {
-    let (runtime, shared) = (runtime(), RefCell::new(endpoint()));
+    let (runtime, shared) = (runtime(), RefCell::new(Toy::endpoint().0));
     let mut runner = TestRunner::new(ProptestConfig::with_cases(cases));
     let outcome = runner.run(&arguments, |params| {
         let mut endpoint = shared.borrow_mut();
-        for method in METHODS {
+        for method in table::all() {
             if let Some(request) = request(method.name, &params) {
                 let _ = runtime.block_on(answer(&mut endpoint, &request));
             }
@@ -203,17 +131,89 @@ fn arguments_of_any_shape_are_answered() {
     every_call_is_answered(params, 128);
 }
 
+/// Calls that do something, by name.
+fn served() -> impl Iterator<Item = &'static str> {
+    table::all()
+        .filter(|method| matches!(method.service, Service::Full(_) | Service::Partial(..)))
+        .map(|method| method.name)
+}
+
+/// Draws of the arguments of each call.
+const ROUNDS: u64 = 64;
+/// The name of a file that is there is never drawn.
+const NEVER_DRAWN: [&str; 1] = ["request_file"];
+
+#[test]
+fn calls_with_arguments_of_their_types_are_mostly_carried_out() {
+    let (runtime, (mut endpoint, toy)) = (runtime(), Toy::endpoint());
+    runtime.block_on(endpoint.ensure_episode()).unwrap();
+    let mut accepted: BTreeMap<&str, u64> = BTreeMap::new();
+    for (name, seed) in served().flat_map(|name| (0..ROUNDS).map(move |seed| (name, seed))) {
+        // Those that a call before has destroyed are there again.
+        runtime.block_on(endpoint.learn(Vec::new())).unwrap();
+        let request = Request::drawn(name, Draw { seed, ..Draw::default() });
+        let answer = runtime.block_on(answer(&mut endpoint, &request));
+        *accepted.entry(name).or_default() += u64::from(answer.is_ok());
+        if let Some(later) = endpoint.report(answer).later {
+            let _ = runtime.block_on(later).unwrap();
+        }
+        runtime.block_on(endpoint.flush()).unwrap();
+    }
+    assert_eq!(toy.garbled.load(Ordering::Relaxed), 0, "requests that no world service reads");
+    let never = accepted.iter().filter(|(_, count)| **count == 0).map(|(name, _)| *name);
+    assert_eq!(never.collect::<Vec<_>>(), NEVER_DRAWN);
+    let share = accepted.values().sum::<u64>() as f64 / (ROUNDS * accepted.len() as u64) as f64;
+    assert!(share > 0.5, "{share:.2} of the calls were carried out: {accepted:?}");
+}
+
+/// Spoils one float after the other, in a few draws of the arguments of each call.
+#[test]
+fn no_call_takes_a_number_that_is_not_finite_in_any_of_its_fields() {
+    const DRAWS: u64 = 6;
+    let (runtime, (mut endpoint, toy)) = (runtime(), Toy::endpoint());
+    let mut spoilt_calls: BTreeSet<&str> = BTreeSet::new();
+    let drawn = served().flat_map(|name| (0..DRAWS).map(move |seed| (name, seed)));
+    for (name, seed) in drawn {
+        let counting = Draw { seed, ..Draw::default() };
+        let float_count = Arc::clone(&counting.float_count);
+        let _ = runtime.block_on(answer(&mut endpoint, &Request::drawn(name, counting)));
+        for at in 0..float_count.load(Ordering::Relaxed) {
+            for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let draw = Draw { seed, spoilt: Some((at, number)), ..Draw::default() };
+                let answer = runtime.block_on(answer(&mut endpoint, &Request::drawn(name, draw)));
+                assert!(is_refused(&answer), "{name}, float {at} of draw {seed}: {number}");
+                spoilt_calls.insert(name);
+            }
+        }
+        runtime.block_on(endpoint.tick()).unwrap();
+    }
+    assert_eq!(toy.garbled.load(Ordering::Relaxed), 0);
+    assert!(spoilt_calls.len() >= 28, "few calls have floats: {spoilt_calls:?}");
+}
+
+/// Whether a call is refused, or one of the commands of a batch.
+fn is_refused(answer: &Answer) -> bool {
+    match answer {
+        Err(_) => true,
+        Ok(Payload::Bare(bytes)) => {
+            String::from_utf8_lossy(bytes).contains("numbers are not all finite")
+        }
+        // Its refusals must not reach a Traffic Manager.
+        Ok(_) => false,
+    }
+}
+
 const TABLE_BEGINS: &str = "<!-- calls -->\n";
 const TABLE_ENDS: &str = "<!-- end of calls -->\n";
 
 /// The table of the compatibility page.
 fn rendered() -> String {
     let mut table = String::from("| call | state | what differs |\n|---|---|---|\n");
-    for method in METHODS {
-        let (state, remark) = match method.state {
-            State::Full => ("full", ""),
-            State::Partial(what) => ("partial", what),
-            State::Refused(why) => ("refused", why),
+    for method in table::all() {
+        let (state, remark) = match method.service {
+            Service::Full(_) | Service::ByLobby => ("full", ""),
+            Service::Partial(_, what) => ("partial", what),
+            Service::Refused(why) => ("refused", why),
         };
         // Writing into a String cannot fail.
         let _ = writeln!(table, "| `{}` | {state} | {remark} |", method.name);

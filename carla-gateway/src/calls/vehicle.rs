@@ -1,166 +1,62 @@
 //! Calls about vehicles.
 
-use schemas::{ActorKind, ActorState, Command};
+use schemas::{ActorKind, ActorState, Command, VehicleCommand};
 
-use super::orders::{self, queue};
-use super::{astray, parts, wrong_kind};
-use crate::dialect::{
-    AckermannControl, AckermannSettings, BatchCommand as To, LightFlags, TelemetryData,
-    VehicleControl, VehiclePhysicsControl, counted_wheels,
-};
-use crate::endpoint::{Endpoint, unknown_actor};
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use super::{orders, parts};
+use crate::dialect::{AckermannSettings, ActorRef, BatchCommand, LightFlags, TelemetryData};
+use crate::dialect::{Transform, VehiclePhysicsControl, counted_wheels};
+use crate::endpoint::Endpoint;
+use crate::episode::WheelAngles;
+use crate::rpc::{Answer, Payload, Refusal, Request};
+use crate::wheels;
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "apply_control_to_vehicle" => {
-            let (_, id, control): (Meta, u32, VehicleControl) = request.args()?;
-            queue(endpoint, &To::Control(id, control)).await
-        }
-        "apply_ackermann_control_to_vehicle" => {
-            let (_, id, control): (Meta, u32, AckermannControl) = request.args()?;
-            queue(endpoint, &To::Ackermann(id, control)).await
-        }
-        "set_vehicle_light_state" => {
-            let (_, id, lights): (Meta, u32, LightFlags) = request.args()?;
-            queue(endpoint, &To::Lights(id, lights.flags)).await
-        }
-        "get_vehicle_light_state" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&LightFlags { flags: vehicle(endpoint, id)?.lights })
-        }
-        "get_vehicle_light_states" => {
-            let actors = endpoint.episode()?.frame.actors.iter();
-            let vehicles = actors.filter(|actor| actor.kind == ActorKind::Vehicle);
-            let lights: Vec<(u32, u32)> =
-                vehicles.map(|vehicle| (vehicle.id.get(), vehicle.lights)).collect();
-            Payload::value(&lights)
-        }
-        "open_vehicle_door" | "close_vehicle_door" => {
-            let (_, id, door): (Meta, u32, u8) = request.args()?;
-            let open = request.method == "open_vehicle_door";
-            let actor = orders::actor(id)?;
-            endpoint.queue(Command::SetDoors { actor, doors: doors(door), open }).await?;
-            Ok(Payload::Void)
-        }
-        "get_wheel_steer_angle" | "get_wheel_pitch_angle" => {
-            let (_, id, wheel): (Meta, u32, u8) = request.args()?;
-            let angles = wheel_angles(endpoint, id, wheel)?;
-            let is_steer = request.method == "get_wheel_steer_angle";
-            Payload::value(&if is_steer { angles.0 } else { angles.1 })
-        }
-        "set_wheel_steer_direction" | "set_wheel_pitch_angle" => hold_wheel(endpoint, request),
-        "get_vehicle_bone_world_transforms" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            vehicle(endpoint, id)?;
-            parts::answer(endpoint, request)
-        }
-        // Without effect, and nobody waits: the compatibility page says so.
-        "show_vehicle_debug_telemetry"
-        | "set_actor_autopilot"
-        | "enable_carsim"
-        | "use_carsim_road"
-        | "enable_chrono_physics"
-        | "restore_physx_physics" => {
-            tracing::warn!(method = request.method, "this call has no effect");
-            Ok(Payload::Void)
-        }
-        _ => inside(endpoint, request).await,
-    }
+pub(super) fn lights(endpoint: &mut Endpoint, id: ActorRef) -> Result<LightFlags, Refusal> {
+    Ok(LightFlags { flags: vehicle(endpoint, id)?.lights })
 }
 
-/// Steering and pitch of a wheel in degrees: as a client holds it, or as it is driven.
-fn wheel_angles(endpoint: &mut Endpoint, id: u32, wheel: u8) -> Result<(f32, f32), Refusal> {
-    let mean_rad = vehicle(endpoint, id)?.road_wheel_rad;
-    let episode = endpoint.episode()?;
-    let held = episode.wheel_angles(id, wheel);
-    let type_id = episode.state(id).map_or("", |state| episode.frame.type_of(state));
-    let driven_rad = parts::model(type_id)
-        .map_or(0.0, |model| parts::wheel_rad(model, usize::from(wheel), mean_rad));
-    Ok((held.steer.unwrap_or_else(|| -driven_rad.to_degrees()), held.pitch))
-}
-
-fn hold_wheel(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    /// Of one vehicle, far more than any has.
-    const WHEELS_MAX: u8 = 16;
-    let (_, id, wheel, degrees): (Meta, u32, u8, f32) = request.args()?;
-    vehicle(endpoint, id)?;
-    if wheel >= WHEELS_MAX || !degrees.is_finite() {
-        return Err(Refusal(format!("no vehicle holds wheel {wheel} at {degrees} degrees")));
-    }
-    match endpoint.episode()?.wheel_angles_mut(id, wheel) {
-        Some(angles) if request.method == "set_wheel_steer_direction" => {
-            angles.steer = Some(degrees);
-        }
-        Some(angles) => angles.pitch = degrees,
-        None => tracing::warn!(vehicle = id, "wheels are held only without physics"),
-    }
-    Ok(Payload::Void)
-}
-
-/// What makes a vehicle drive as it does.
-async fn inside(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "get_physics_control" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            let report = endpoint.inspect(id).await?;
-            let pose = vehicle(endpoint, id)?.world_from_actor;
-            Payload::value(&VehiclePhysicsControl::of(&report.physics, &pose))
-        }
-        "apply_physics_control" => {
-            let (_, id, control): (Meta, u32, VehiclePhysicsControl) = request.args()?;
-            let command = physics_command(endpoint, id, &control).await?;
-            endpoint.queue(command).await?;
-            Ok(Payload::Void)
-        }
-        "get_telemetry_data" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&TelemetryData::of(&endpoint.inspect(id).await?.telemetry))
-        }
-        "get_ackermann_controller_settings" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            Payload::value(&AckermannSettings::of(&endpoint.inspect(id).await?.gains))
-        }
-        "apply_ackermann_controller_settings" => {
-            let (_, id, settings): (Meta, u32, AckermannSettings) = request.args()?;
-            let actor = orders::actor(id)?;
-            endpoint.queue(Command::SetAckermannGains { actor, gains: settings.ours() }).await?;
-            Ok(Payload::Void)
-        }
-        _ => astray(request),
-    }
-}
-
-/// The command for a change of physics, which needs to know what stays.
-///
-/// # Errors
-/// No such vehicle, or another number of wheels.
-pub(super) async fn physics_command(
+pub(super) async fn set_lights(
     endpoint: &mut Endpoint,
-    id: u32,
-    control: &VehiclePhysicsControl,
-) -> Result<Command, Refusal> {
-    vehicle(endpoint, id)?;
-    let now = endpoint.inspect(id).await?.physics;
-    let wanted = counted_wheels(now.wheels.len());
-    if control.wheel_count() != wanted {
-        return Err(Refusal(format!(
-            "a vehicle keeps its number of wheels: wanted {wanted}, found {}",
-            control.wheel_count()
-        )));
-    }
-    Ok(Command::SetVehiclePhysics {
-        actor: orders::actor(id)?,
-        physics: Box::new(control.ours(&now)),
-    })
+    id: ActorRef,
+    lights: LightFlags,
+) -> Result<(), Refusal> {
+    orders::queue(endpoint, &BatchCommand::Lights(id, lights.flags)).await
 }
 
-fn vehicle(endpoint: &mut Endpoint, id: u32) -> Result<&ActorState, Refusal> {
-    let state = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?;
-    if state.kind == ActorKind::Vehicle {
-        return Ok(state);
-    }
-    Err(wrong_kind(id))
+pub(super) fn lights_of_all(endpoint: &mut Endpoint) -> Result<Vec<(ActorRef, u32)>, Refusal> {
+    let vehicles = endpoint.episode()?.states().filter(|actor| actor.kind == ActorKind::Vehicle);
+    Ok(vehicles.map(|vehicle| (vehicle.id.into(), vehicle.lights)).collect())
+}
+
+/// In a world that is gone.
+pub(super) fn no_lights(_: &Request, _: Refusal) -> Answer {
+    Payload::value(&[(); 0])
+}
+
+pub(super) async fn open_door(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    door: u8,
+) -> Result<(), Refusal> {
+    set_doors(endpoint, id, door, true).await
+}
+
+pub(super) async fn close_door(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    door: u8,
+) -> Result<(), Refusal> {
+    set_doors(endpoint, id, door, false).await
+}
+
+async fn set_doors(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    door: u8,
+    open: bool,
+) -> Result<(), Refusal> {
+    let actor = id.named()?;
+    let command = VehicleCommand::Doors { actor, doors: doors(door), open };
+    endpoint.queue(Command::Vehicle(command)).await
 }
 
 /// Bits of CARLA's number of a door.
@@ -169,4 +65,143 @@ fn doors(door: u8) -> u8 {
         0..=5 => 1 << door,
         _ => 0b11_1111,
     }
+}
+
+/// As a client holds the wheel, or as it is driven.
+pub(super) fn wheel_steer_deg(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wheel: u8,
+) -> Result<f32, Refusal> {
+    let episode = endpoint.episode()?;
+    let state = episode.found_as(id, ActorKind::Vehicle)?;
+    let driven_rad = wheels::model(episode.frame.type_of(state))
+        .map_or(0.0, |model| wheels::wheel_rad(model, usize::from(wheel), state.road_wheel_rad));
+    let held = episode.wheel_angles(state.id, wheel);
+    Ok(held.steer.unwrap_or_else(|| -driven_rad.to_degrees()))
+}
+
+pub(super) fn wheel_pitch_deg(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wheel: u8,
+) -> Result<f32, Refusal> {
+    let episode = endpoint.episode()?;
+    let vehicle = episode.found_as(id, ActorKind::Vehicle)?.id;
+    Ok(episode.wheel_angles(vehicle, wheel).pitch)
+}
+
+pub(super) fn steer_wheel(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wheel: u8,
+    degrees: f32,
+) -> Result<(), Refusal> {
+    hold_wheel(endpoint, id, wheel, |angles| angles.steer = Some(degrees))
+}
+
+pub(super) fn pitch_wheel(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wheel: u8,
+    degrees: f32,
+) -> Result<(), Refusal> {
+    hold_wheel(endpoint, id, wheel, |angles| angles.pitch = degrees)
+}
+
+fn hold_wheel(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wheel: u8,
+    hold: impl FnOnce(&mut WheelAngles),
+) -> Result<(), Refusal> {
+    /// Of one vehicle, far more than any has.
+    const WHEELS_MAX: u8 = 16;
+    let vehicle = vehicle(endpoint, id)?.id;
+    if wheel >= WHEELS_MAX {
+        return Err(Refusal(format!("no vehicle has a wheel {wheel}")));
+    }
+    match endpoint.episode()?.wheel_angles_mut(vehicle, wheel) {
+        Some(angles) => hold(angles),
+        None => tracing::warn!(%vehicle, "wheels are held only without physics"),
+    }
+    Ok(())
+}
+
+pub(super) fn bones_in_world(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<Vec<Transform>, Refusal> {
+    vehicle(endpoint, id)?;
+    parts::bones_in_world(endpoint, id)
+}
+
+/// What makes a vehicle drive as it does.
+pub(super) async fn physics(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<VehiclePhysicsControl, Refusal> {
+    let report = endpoint.inspect(id).await?;
+    let pose = vehicle(endpoint, id)?.world_from_actor;
+    Ok(VehiclePhysicsControl::of(&report.physics, &pose))
+}
+
+pub(super) async fn set_physics(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    control: VehiclePhysicsControl,
+) -> Result<(), Refusal> {
+    let command = physics_command(endpoint, id, &control).await?;
+    endpoint.queue(command).await
+}
+
+/// The command for a change of physics, which needs to know what stays.
+///
+/// # Errors
+/// No such vehicle, another number of wheels, or numbers that overflow in our units.
+pub(super) async fn physics_command(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    control: &VehiclePhysicsControl,
+) -> Result<Command, Refusal> {
+    let actor = vehicle(endpoint, id)?.id;
+    let now = endpoint.inspect(id).await?.physics;
+    let wanted = counted_wheels(now.wheels.len());
+    if control.wheel_count() != wanted {
+        return Err(Refusal(format!(
+            "a vehicle keeps its number of wheels: wanted {wanted}, found {}",
+            control.wheel_count()
+        )));
+    }
+    let physics = Box::new(control.ours(&now));
+    endpoint.recorder.note_physics(actor);
+    orders::check(endpoint, Command::Vehicle(VehicleCommand::Physics { actor, physics }))
+}
+
+pub(super) async fn telemetry(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<TelemetryData, Refusal> {
+    Ok(TelemetryData::of(&endpoint.inspect(id).await?.telemetry))
+}
+
+pub(super) async fn ackermann_settings(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+) -> Result<AckermannSettings, Refusal> {
+    Ok(AckermannSettings::of(&endpoint.inspect(id).await?.gains))
+}
+
+pub(super) async fn set_ackermann_settings(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    settings: AckermannSettings,
+) -> Result<(), Refusal> {
+    let actor = id.named()?;
+    let command = VehicleCommand::AckermannGains { actor, gains: settings.ours() };
+    endpoint.queue(Command::Vehicle(command)).await
+}
+
+fn vehicle(endpoint: &mut Endpoint, id: ActorRef) -> Result<&ActorState, Refusal> {
+    endpoint.episode()?.found_as(id, ActorKind::Vehicle)
 }

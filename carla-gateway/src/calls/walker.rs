@@ -1,14 +1,12 @@
 //! Calls about pedestrians.
 
 use blueprints::Class;
-use schemas::{ActorKind, ActorState, Command, PushKind, Vec3};
+use schemas::{ActorKind, ActorState, BodyCommand, Command, PushKind, Vec3, WalkerCommand};
 use serde::{Deserialize, Serialize};
 
-use super::orders::{self, queue};
-use super::{astray, wrong_kind};
-use crate::dialect::{BatchCommand, Transform, WalkerControl};
-use crate::endpoint::{Endpoint, unknown_actor};
-use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
+use crate::dialect::{ActorRef, Transform};
+use crate::endpoint::Endpoint;
+use crate::rpc::Refusal;
 use crate::skeleton;
 
 /// A push that nobody stays upright under, as a change of speed.
@@ -18,66 +16,53 @@ const FELLING_MPS: f32 = 2.0;
 type Bone = (&'static str, Transform, Transform, Transform);
 
 #[derive(Serialize)]
-struct Bones {
+pub(super) struct Bones {
     bones: Vec<Bone>,
 }
 
 /// Bones as a client wants them, each relative to its parent.
 #[derive(Deserialize)]
-struct Wanted {
+pub(super) struct Wanted {
     bones: Vec<(String, Transform)>,
 }
 
-pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer {
-    match request.method.as_str() {
-        "apply_control_to_walker" => {
-            let (_, id, control): (Meta, u32, WalkerControl) = request.args()?;
-            queue(endpoint, &BatchCommand::WalkerControl(id, control)).await
-        }
-        "get_bones_transform" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            let state = walker(endpoint, id)?;
-            let posed = skeleton::posed(&state, endpoint.episode()?.custom_pose(id));
-            let told = posed.iter().map(|bone| {
-                let [world, component, relative] =
-                    [bone.in_world, bone.in_component, bone.in_parent]
-                        .map(|pose| Transform::of(&pose));
-                (bone.name, world, component, relative)
-            });
-            Payload::value(&Bones { bones: told.collect() })
-        }
-        "set_bones_transform" => {
-            let (_, id, wanted): (Meta, u32, Wanted) = request.args()?;
-            walker(endpoint, id)?;
-            if !wanted.bones.iter().all(|(_, transform)| transform.is_finite()) {
-                return Err(Refusal("bones need finite transforms".to_owned()));
-            }
-            let bones = wanted.bones.into_iter().map(|(name, transform)| (name, transform.ours()));
-            endpoint.episode()?.custom_pose_mut(id).set(bones);
-            Ok(Payload::Void)
-        }
-        "blend_pose" => {
-            let (_, id, share): (Meta, u32, f32) = request.args()?;
-            walker(endpoint, id)?;
-            endpoint.episode()?.custom_pose_mut(id).blend(share);
-            Ok(Payload::Void)
-        }
-        "get_pose_from_animation" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            let state = walker(endpoint, id)?;
-            endpoint.episode()?.custom_pose_mut(id).copy(&state);
-            Ok(Payload::Void)
-        }
-        "set_actor_dead" => {
-            let (_, id): (Meta, u32) = request.args()?;
-            fell(endpoint, id).await
-        }
-        _ => astray(request),
-    }
+pub(super) fn bones(endpoint: &mut Endpoint, id: ActorRef) -> Result<Bones, Refusal> {
+    let state = walker(endpoint, id)?;
+    let posed = skeleton::posed(&state, endpoint.episode()?.custom_pose(state.id));
+    let told = posed.iter().map(|bone| {
+        let [world, component, relative] =
+            [bone.in_world, bone.in_component, bone.in_parent].map(|pose| Transform::of(&pose));
+        (bone.name, world, component, relative)
+    });
+    Ok(Bones { bones: told.collect() })
+}
+
+pub(super) fn set_bones(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    wanted: Wanted,
+) -> Result<(), Refusal> {
+    let walker = walker(endpoint, id)?.id;
+    let bones = wanted.bones.into_iter().map(|(name, transform)| (name, transform.ours()));
+    endpoint.episode()?.custom_pose_mut(walker).set(bones);
+    Ok(())
+}
+
+pub(super) fn blend_pose(endpoint: &mut Endpoint, id: ActorRef, share: f32) -> Result<(), Refusal> {
+    let walker = walker(endpoint, id)?.id;
+    endpoint.episode()?.custom_pose_mut(walker).blend(share);
+    Ok(())
+}
+
+/// The pose of the walk becomes the one that a client changes.
+pub(super) fn take_pose(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
+    let state = walker(endpoint, id)?;
+    endpoint.episode()?.custom_pose_mut(state.id).copy(&state);
+    Ok(())
 }
 
 /// Knocks a walker over backwards: it lies until it is put elsewhere.
-async fn fell(endpoint: &mut Endpoint, id: u32) -> Answer {
+pub(super) async fn fell(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
     let state = walker(endpoint, id)?;
     let type_id = endpoint.episode()?.frame.type_of(&state).to_owned();
     let mass_kg = match blueprints::find(&type_id).map(|blueprint| blueprint.class) {
@@ -85,20 +70,16 @@ async fn fell(endpoint: &mut Endpoint, id: u32) -> Answer {
         _ => 0.0,
     };
     let back = state.world_from_actor.rotation * -Vec3::x();
-    let actor = orders::actor(id)?;
+    let actor = state.id;
     let control = schemas::WalkerControl::default();
-    endpoint.queue(Command::SetWalkerControl { actor, control }).await?;
+    endpoint.queue(Command::Walker(WalkerCommand::Control { actor, control })).await?;
     let amount = back * (FELLING_MPS * mass_kg);
-    endpoint.queue(Command::Push { actor, kind: PushKind::Impulse, amount }).await?;
-    Ok(Payload::Void)
+    let push = BodyCommand::Push { actor, kind: PushKind::Impulse, amount };
+    endpoint.queue(Command::Body(push)).await
 }
 
 /// # Errors
 /// CARLA's words for what is no walker.
-fn walker(endpoint: &mut Endpoint, id: u32) -> Result<ActorState, Refusal> {
-    let state = endpoint.episode()?.state(id).ok_or_else(|| unknown_actor(id))?;
-    if state.kind == ActorKind::Walker {
-        return Ok(state.clone());
-    }
-    Err(wrong_kind(id))
+fn walker(endpoint: &mut Endpoint, id: ActorRef) -> Result<ActorState, Refusal> {
+    endpoint.episode()?.found_as(id, ActorKind::Walker).cloned()
 }

@@ -6,7 +6,7 @@ use serde::de::{self, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{AckermannControl, ActorDescription, Location, Opt, Transform, Vector3D};
+use super::{AckermannControl, ActorDescription, ActorRef, Location, Opt, Transform, Vector3D};
 use super::{VehicleControl, VehiclePhysicsControl, WalkerControl};
 
 /// An actor to be made, and what to do with it then; in those commands the id 0 is the new actor.
@@ -14,7 +14,7 @@ use super::{VehicleControl, VehiclePhysicsControl, WalkerControl};
 pub(crate) struct SpawnActor {
     pub(crate) description: ActorDescription,
     pub(crate) transform: Transform,
-    pub(crate) parent: Opt<u32>,
+    pub(crate) parent: Opt<ActorRef>,
     /// Often uninitialised memory: batches attach rigidly whatever it says.
     pub(crate) attachment: u8,
     pub(crate) socket: String,
@@ -25,27 +25,27 @@ pub(crate) struct SpawnActor {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum BatchCommand {
     Spawn(Box<SpawnActor>),
-    Destroy(u32),
-    Control(u32, VehicleControl),
-    Ackermann(u32, AckermannControl),
-    WalkerControl(u32, WalkerControl),
-    Physics(u32, Box<VehiclePhysicsControl>),
-    Transform(u32, Transform),
-    WalkerState(u32, Transform, f32),
-    TargetVelocity(u32, Vector3D),
-    TargetAngularVelocity(u32, Vector3D),
-    Impulse(u32, Vector3D),
-    Force(u32, Vector3D),
-    AngularImpulse(u32, Vector3D),
-    Torque(u32, Vector3D),
-    SimulatePhysics(u32, bool),
-    EnableGravity(u32, bool),
-    Autopilot(u32, bool),
-    DebugTelemetry(u32, bool),
-    Lights(u32, u32),
-    Location(u32, Location),
+    Destroy(ActorRef),
+    Control(ActorRef, VehicleControl),
+    Ackermann(ActorRef, AckermannControl),
+    WalkerControl(ActorRef, WalkerControl),
+    Physics(ActorRef, Box<VehiclePhysicsControl>),
+    Transform(ActorRef, Transform),
+    WalkerState(ActorRef, Transform, f32),
+    TargetVelocity(ActorRef, Vector3D),
+    TargetAngularVelocity(ActorRef, Vector3D),
+    Impulse(ActorRef, Vector3D),
+    Force(ActorRef, Vector3D),
+    AngularImpulse(ActorRef, Vector3D),
+    Torque(ActorRef, Vector3D),
+    SimulatePhysics(ActorRef, bool),
+    EnableGravity(ActorRef, bool),
+    Autopilot(ActorRef, bool),
+    DebugTelemetry(ActorRef, bool),
+    Lights(ActorRef, u32),
+    Location(ActorRef, Location),
     Console(String),
-    TrafficLight(u32, u8),
+    TrafficLight(ActorRef, u8),
 }
 
 impl BatchCommand {
@@ -155,7 +155,7 @@ fn to1<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
 
 fn to2<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
     parts: &mut A,
-    to: fn(u32, T) -> BatchCommand,
+    to: fn(ActorRef, T) -> BatchCommand,
 ) -> Result<BatchCommand, A::Error> {
     let (actor, field) = fields(parts)?;
     Ok(to(actor, field))
@@ -163,7 +163,7 @@ fn to2<'de, A: SeqAccess<'de>, T: Deserialize<'de>>(
 
 /// `[[1, actor id]]` or `[[0, ["message"]]]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct BatchResponse(pub(crate) Result<u32, String>);
+pub(crate) struct BatchResponse(pub(crate) Result<ActorRef, String>);
 
 impl Serialize for BatchResponse {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -178,20 +178,26 @@ impl Serialize for BatchResponse {
 
 #[cfg(test)]
 mod tests {
+    use schemas::ActorId;
+
     use super::*;
+
+    fn named(id: u32) -> ActorRef {
+        ActorId::new(id).into()
+    }
 
     #[test]
     fn commands_are_read_by_their_index() {
         let destroy: BatchCommand = rmp_serde::from_slice(&[0x91, 0x92, 1, 0x91, 42]).unwrap();
-        assert_eq!(destroy, BatchCommand::Destroy(42));
+        assert_eq!(destroy, BatchCommand::Destroy(named(42)));
         let lights: BatchCommand = rmp_serde::from_slice(&[0x91, 0x92, 18, 0x92, 7, 3]).unwrap();
-        assert_eq!(lights, BatchCommand::Lights(7, 3));
+        assert_eq!(lights, BatchCommand::Lights(named(7), 3));
         assert!(rmp_serde::from_slice::<BatchCommand>(&[0x91, 0x92, 99, 0x91, 42]).is_err());
     }
 
     #[test]
     fn responses_have_the_measured_bytes() {
-        assert_eq!(rmp_serde::to_vec(&BatchResponse(Ok(5))).unwrap(), [0x91, 0x92, 1, 5]);
+        assert_eq!(rmp_serde::to_vec(&BatchResponse(Ok(named(5)))).unwrap(), [0x91, 0x92, 1, 5]);
         let error = rmp_serde::to_vec(&BatchResponse(Err("no".to_owned()))).unwrap();
         assert_eq!(error, [0x91, 0x92, 0, 0x91, 0xa2, b'n', b'o']);
     }

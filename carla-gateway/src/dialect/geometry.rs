@@ -4,6 +4,8 @@ use schemas::carla::{self, RotationDeg};
 use schemas::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::ActorRef;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Vector2D {
     pub(crate) x: f32,
@@ -39,7 +41,7 @@ pub(crate) struct BoundingBox {
     pub(crate) location: Location,
     pub(crate) extent: Vector3D,
     pub(crate) rotation: Rotation,
-    pub(crate) actor_id: u32,
+    pub(crate) actor_id: ActorRef,
 }
 
 impl Vector3D {
@@ -94,14 +96,6 @@ impl Transform {
         let Rotation { pitch, yaw, roll } = self.rotation;
         let Location { x, y, z } = self.location;
         carla::pose_from_transform(Vec3::new(x, y, z), RotationDeg { pitch, yaw, roll })
-    }
-
-    /// Whether every number is finite: others would be refused by the bus without a reason.
-    pub(crate) fn is_finite(&self) -> bool {
-        let Self { location, rotation } = self;
-        let numbers =
-            [[location.x, location.y, location.z], [rotation.pitch, rotation.yaw, rotation.roll]];
-        numbers.as_flattened().iter().all(|number| number.is_finite())
     }
 }
 

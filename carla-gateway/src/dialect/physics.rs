@@ -1,5 +1,7 @@
 //! What makes a vehicle drive as it does, and what it measures.
 
+mod recorded;
+
 use schemas::{Gear as OurGear, Pose, Vec3, VehiclePhysics, VehicleTelemetry};
 use schemas::{WheelPhysics as OurWheel, WheelTelemetry as OurWheelTelemetry, carla};
 use serde::{Deserialize, Serialize};

@@ -3,63 +3,64 @@
 use schemas::Weather;
 use serde::{Deserialize, Serialize};
 
-/// CARLA's fourteen parameters, in degrees, metres and per cent.
+/// CARLA's fourteen parameters, in degrees, metres and per cent, in CARLA's order: cloudiness,
+/// precipitation and its deposits, wind, azimuth and altitude of the sun, density, distance and
+/// falloff of fog, wetness, scattering, Mie's and Rayleigh's scale, dust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct WeatherParameters {
-    cloudiness: f32,
-    precipitation: f32,
-    precipitation_deposits: f32,
-    wind_intensity: f32,
-    sun_azimuth_angle: f32,
-    sun_altitude_angle: f32,
-    fog_density: f32,
-    fog_distance: f32,
-    fog_falloff: f32,
-    wetness: f32,
-    scattering_intensity: f32,
-    mie_scattering_scale: f32,
-    rayleigh_scattering_scale: f32,
-    dust_storm: f32,
-}
+#[serde(transparent)]
+pub(crate) struct WeatherParameters([f32; 14]);
 
 impl WeatherParameters {
     pub(crate) fn of(weather: &Weather) -> Self {
-        Self {
-            cloudiness: weather.cloudiness_percent,
-            precipitation: weather.precipitation_percent,
-            precipitation_deposits: weather.precipitation_deposits_percent,
-            wind_intensity: weather.wind_intensity_percent,
-            sun_azimuth_angle: weather.sun_azimuth_rad.to_degrees(),
-            sun_altitude_angle: weather.sun_altitude_rad.to_degrees(),
-            fog_density: weather.fog_density_percent,
-            fog_distance: weather.fog_distance_m,
-            fog_falloff: weather.fog_falloff,
-            wetness: weather.wetness_percent,
-            scattering_intensity: weather.scattering_intensity,
-            mie_scattering_scale: weather.mie_scattering_scale,
-            rayleigh_scattering_scale: weather.rayleigh_scattering_scale,
-            dust_storm: weather.dust_storm_percent,
-        }
+        Self([
+            weather.cloudiness_percent,
+            weather.precipitation_percent,
+            weather.precipitation_deposits_percent,
+            weather.wind_intensity_percent,
+            weather.sun_azimuth_rad.to_degrees(),
+            weather.sun_altitude_rad.to_degrees(),
+            weather.fog_density_percent,
+            weather.fog_distance_m,
+            weather.fog_falloff,
+            weather.wetness_percent,
+            weather.scattering_intensity,
+            weather.mie_scattering_scale,
+            weather.rayleigh_scattering_scale,
+            weather.dust_storm_percent,
+        ])
+    }
+
+    /// As recordings have it.
+    pub(crate) fn recorded(&self) -> recording::Weather {
+        recording::Weather(self.0)
+    }
+
+    /// The inverse of [`recorded`](Self::recorded); `None` for numbers that are none.
+    pub(crate) fn of_recorded(recorded: &recording::Weather) -> Option<Self> {
+        recorded.0.iter().all(|number| number.is_finite()).then_some(Self(recorded.0))
     }
 
     /// In our units; per cents out of range are clamped, as CARLA does.
     pub(crate) fn ours(&self) -> Weather {
+        let [cloudiness, precipitation, deposits, wind, azimuth_deg, altitude_deg, ..] = self.0;
+        let [.., density, fog_distance_m, falloff, wetness, scattering, mie, rayleigh, dust] =
+            self.0;
         let percent = |number: f32| number.clamp(0.0, 100.0);
         Weather {
-            cloudiness_percent: percent(self.cloudiness),
-            precipitation_percent: percent(self.precipitation),
-            precipitation_deposits_percent: percent(self.precipitation_deposits),
-            wind_intensity_percent: percent(self.wind_intensity),
-            sun_azimuth_rad: self.sun_azimuth_angle.to_radians(),
-            sun_altitude_rad: self.sun_altitude_angle.clamp(-90.0, 90.0).to_radians(),
-            fog_density_percent: percent(self.fog_density),
-            fog_distance_m: self.fog_distance.max(0.0),
-            fog_falloff: self.fog_falloff.max(0.0),
-            wetness_percent: percent(self.wetness),
-            scattering_intensity: self.scattering_intensity.max(0.0),
-            mie_scattering_scale: self.mie_scattering_scale.max(0.0),
-            rayleigh_scattering_scale: self.rayleigh_scattering_scale.max(0.0),
-            dust_storm_percent: percent(self.dust_storm),
+            cloudiness_percent: percent(cloudiness),
+            precipitation_percent: percent(precipitation),
+            precipitation_deposits_percent: percent(deposits),
+            wind_intensity_percent: percent(wind),
+            sun_azimuth_rad: azimuth_deg.to_radians(),
+            sun_altitude_rad: altitude_deg.clamp(-90.0, 90.0).to_radians(),
+            fog_density_percent: percent(density),
+            fog_distance_m: fog_distance_m.max(0.0),
+            fog_falloff: falloff.max(0.0),
+            wetness_percent: percent(wetness),
+            scattering_intensity: scattering.max(0.0),
+            mie_scattering_scale: mie.max(0.0),
+            rayleigh_scattering_scale: rayleigh.max(0.0),
+            dust_storm_percent: percent(dust),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
-use schemas::{ActorId, Camera, Frame, Image, ImageKind, Pose, TagId};
+use schemas::{ActorId, Camera, Frame, Image, ImageKind, Pose, SharedFrame, TagId};
 use tokio::time::Instant;
 
 use super::Endpoint;
@@ -15,7 +15,7 @@ use crate::pictures::{Film, LightEvent, Memory, Movement, Picture, Reaction, Sha
 use crate::pictures::{encode_events, encode_flow, encode_picture, encoding_of, sketch};
 use crate::rpc::Refusal;
 use crate::site::Site;
-use crate::stream::Hub;
+use crate::stream::{Hub, StreamId};
 
 /// How long the spawn of a camera waits for a renderer.
 const RENDERER_WAIT: Duration = Duration::from_secs(3);
@@ -37,7 +37,7 @@ struct Ordered {
 }
 
 struct Output {
-    stream: u32,
+    stream: StreamId,
     film: Film,
     /// Of a camera of events.
     reaction: Option<Reaction>,
@@ -59,7 +59,7 @@ struct Order {
 /// What cameras of events remember, by stream.
 #[derive(Default)]
 pub(crate) struct Darkroom {
-    memories: Mutex<BTreeMap<u32, Memory>>,
+    memories: Mutex<BTreeMap<StreamId, Memory>>,
 }
 
 impl Endpoint {
@@ -90,7 +90,7 @@ impl Endpoint {
 
     /// Has the pictures that are due taken, beside everything else. In asynchronous mode a frame is
     /// left out while those of an earlier one are still being drawn.
-    pub(super) fn take_pictures(&mut self, due: Vec<ActorId>, before: &Poses) {
+    pub(super) fn take_pictures(&mut self, due: Vec<ActorId>, before: Option<&Frame>) {
         let busy = self.pictures.as_ref().is_some_and(|pictures| !pictures.is_finished());
         if due.is_empty() || busy || self.settings.no_rendering_mode {
             return;
@@ -112,7 +112,7 @@ impl Endpoint {
             site: Arc::clone(&self.site),
             darkroom: Arc::clone(&self.darkroom),
             cameras,
-            movement: before.movement(&episode.frame),
+            movement: movement(before, &episode.frame),
             shapes: Arc::clone(&self.shapes),
             frame_number: self.frame_number,
             sim_secs: episode.frame.sim_secs,
@@ -128,13 +128,13 @@ impl Endpoint {
         &self,
         episode: &Episode,
         id: ActorId,
-        before: &Poses,
+        before: Option<&Frame>,
         wanted: &mut Vec<Camera>,
     ) -> Option<Ordered> {
-        let (actor, state) = (episode.actor(id.get())?, episode.state(id.get())?);
-        let own = (episode.stream(id.get())?, Film::of(&actor.description.type_id)?);
+        let (actor, state) = (episode.actor(id)?, episode.state(id)?);
+        let own = (episode.stream(id)?, Film::of(&actor.description.type_id)?);
         let textures =
-            episode.textures(id.get()).filter(|(stream, _)| self.hub.listener_count(*stream) > 0);
+            episode.textures(id).filter(|(stream, _)| self.hub.listener_count(*stream) > 0);
         let reaction = Reaction::of(actor).ok();
         let output = |(stream, film)| Output { stream, film, reaction };
         let outputs: Vec<Output> = std::iter::once(own).chain(textures).map(output).collect();
@@ -152,11 +152,11 @@ impl Endpoint {
         for kind in kinds {
             images.push((kind, wanted.len()));
             let camera = camera(actor, kind, wanted.len() as u32, &state.world_from_actor).ok()?;
-            wanted.push(Camera { ignored: episode.ignored(id.get()).to_vec(), ..camera });
+            wanted.push(Camera { ignored: episode.ignored(id).to_vec(), ..camera });
         }
         Some(Ordered {
             world_from_camera: state.world_from_actor,
-            world_from_camera_before: before.of(id).unwrap_or(state.world_from_actor),
+            world_from_camera_before: pose_in(before, id).unwrap_or(state.world_from_actor),
             horizontal_fov_rad: wanted.last()?.horizontal_fov_rad,
             images,
             outputs,
@@ -165,7 +165,7 @@ impl Endpoint {
 }
 
 impl Order {
-    async fn deliver(self, frame: Frame, wanted: Vec<Camera>) {
+    async fn deliver(self, frame: SharedFrame, wanted: Vec<Camera>) {
         let mut images = match self.site.draw(frame, wanted).await {
             Ok(images) => images,
             Err(error) => return tracing::warn!(%error, "cameras stay without pictures"),
@@ -249,7 +249,7 @@ enum Developed {
 impl Darkroom {
     fn look(
         &self,
-        stream: u32,
+        stream: StreamId,
         reaction: Reaction,
         image: &Image,
         sim_secs: f64,
@@ -261,33 +261,22 @@ impl Darkroom {
     }
 
     /// Forgets what a camera saw.
-    pub(super) fn forget(&self, stream: u32) {
+    pub(super) fn forget(&self, stream: StreamId) {
         self.memories.lock().unwrap_or_else(PoisonError::into_inner).remove(&stream);
     }
 }
 
-/// Where everything was in the frame before, ordered by id.
-#[derive(Default)]
-pub(super) struct Poses(Vec<(ActorId, Pose)>);
+fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {
+    frame?.actor(id).map(|actor| actor.world_from_actor)
+}
 
-impl Poses {
-    pub(super) fn in_frame(frame: &Frame) -> Self {
-        Self(frame.actors.iter().map(|actor| (actor.id, actor.world_from_actor)).collect())
-    }
-
-    fn of(&self, id: ActorId) -> Option<Pose> {
-        let at = self.0.binary_search_by_key(&id, |(id, _)| *id).ok()?;
-        self.0.get(at).map(|(_, pose)| *pose)
-    }
-
-    /// What moved since then.
-    fn movement(&self, frame: &Frame) -> Movement {
-        let moved = frame.actors.iter().filter_map(|actor| {
-            let before = self.of(actor.id).filter(|before| *before != actor.world_from_actor)?;
-            Some((actor.id.get() % TagId::SCENERY, before * actor.world_from_actor.inverse()))
-        });
-        Movement { before_from_now: moved.collect() }
-    }
+/// What moved since an earlier frame.
+fn movement(before: Option<&Frame>, frame: &Frame) -> Movement {
+    let moved = frame.actors.iter().filter_map(|actor| {
+        let before = pose_in(before, actor.id).filter(|pose| *pose != actor.world_from_actor)?;
+        Some((actor.id.get() % TagId::SCENERY, before * actor.world_from_actor.inverse()))
+    });
+    Movement { before_from_now: moved.collect() }
 }
 
 /// The camera that an actor's attributes ask for, with pictures of one kind.

@@ -4,37 +4,33 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use roads::MapLayer;
-use schemas::wire::decode_frame;
-use schemas::{Command, Lease, Pose, Reply, Request, Vec3};
+use schemas::{Command, Lease, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
 use tokio::time::Instant;
 
 use super::Endpoint;
-use super::cameras::Poses;
+use super::listeners::Whose;
+use super::street_lamps::StreetLamps;
 use super::worlds::refused;
-use crate::calls::street_lights;
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
 use crate::maps;
 use crate::rpc::Refusal;
 use crate::stream::WORLD_OBSERVER;
 
-/// How long the world stands still after a load: a client that still follows the old episode would
-/// not survive a snapshot of the new one while it changes over.
-pub(super) const QUIET_AFTER_LOAD: Duration = Duration::from_millis(250);
 /// How long listeners may take to read the rest of the old episode's streams. A client that is at
 /// a measurement while it has no episode, as for a moment after a load, ends its process.
 const REST_WAIT: Duration = Duration::from_secs(1);
 /// Length of a tick until a client chooses one.
 const DT_SECS: f64 = 0.05;
 /// How long worlds outlive the gateway.
-const LEASE_MILLIS: u32 = 5_000;
+pub(super) const LEASE_MILLIS: u32 = 5_000;
 /// The name under which CARLA's client loads what it uploaded.
 pub(crate) const UPLOADED_MAP: &str = "OpenDriveMap";
 
 /// Takes layers away before anybody sees the world.
 fn without_layers(layers: u16) -> Vec<Command> {
     let layers = layers & MapLayer::ALL;
-    let unload = Command::SetMapLayers { layers, loaded: false };
+    let unload = Command::Scenery(SceneryCommand::Layers { layers, loaded: false });
     if layers == 0 { Vec::new() } else { vec![unload] }
 }
 
@@ -51,7 +47,7 @@ impl Endpoint {
     /// No such map, or no world service; the old episode goes on.
     pub(crate) async fn load(&mut self, name: &str, layers: u16) -> Result<(), Refusal> {
         // The client library ends its process when it leaves a stream that it is still joining.
-        self.await_listeners().await;
+        self.await_listeners(Whose::All).await;
         let name = match (name, &self.episode) {
             ("", Some(episode)) => episode.map_name.clone(),
             ("", None) => self.config.map.clone(),
@@ -68,20 +64,20 @@ impl Endpoint {
             commands: if maps::is_layered(&told) { without_layers(!layers) } else { Vec::new() },
             lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
             traffic: true,
+            first_actor: self.given.next(),
         };
         let created = self.site.ask(request).await.map_err(|error| refused(&error))?;
         let Reply::WorldCreated { world, frame, .. } = created else {
             return Err(Refusal("the world service answered something else".to_owned()));
         };
-        let frame = decode_frame(&frame.0).map_err(|error| refused(&error))?;
+        let frame = SharedFrame::decode(frame).map_err(|error| refused(&error))?;
         self.end_episode().await;
+        self.note_actors(&frame, &[]);
         self.episodes_begun += 1;
         tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
         self.mention_tyres(&map);
         self.weather = WeatherParameters::of(&frame.weather);
-        self.lights = street_lights(&map);
-        self.lights_follow_the_sun = true;
-        self.switch_lights();
+        self.lamps = StreetLamps::of(&map, self.is_night());
         let episode = Episode::new(world, map, told, frame);
         let navigation = Arc::clone(&episode.navigation);
         // Made before the first client wants it.
@@ -111,17 +107,18 @@ impl Endpoint {
         self.frame_number += 1;
         let payload = self.snapshot(DT_SECS)?;
         self.hub.keep(WORLD_OBSERVER, payload);
-        self.last_tick = Instant::now() + QUIET_AFTER_LOAD;
         Ok(())
     }
 
     async fn end_episode(&mut self) {
         self.lost = None;
+        self.end_recording().await;
+        self.replayer.drop_replay();
         self.pending.clear();
         self.expected.clear();
-        self.lights.clear();
+        self.lamps = StreetLamps::default();
         self.shapes = Arc::default();
-        self.poses = Poses::default();
+        self.shown = None;
         if let Some(pictures) = self.pictures.take() {
             pictures.abort();
         }

@@ -18,9 +18,16 @@ impl Endpoint {
         Ok(())
     }
 
+    /// Sends the first frame of a new episode to all clients.
+    pub(crate) async fn show_episode(&mut self) {
+        self.hub.publish_last(WORLD_OBSERVER).await;
+        self.note_flags_told();
+    }
+
     /// All who listen have been told what they have to ask for again.
-    pub(super) fn note_flags_told(&mut self) {
-        (self.map_is_new, self.lights_are_new) = (false, false);
+    fn note_flags_told(&mut self) {
+        self.map_is_new = false;
+        self.lamps.note_told();
     }
 
     /// The newest frame as clients read it.
@@ -42,7 +49,7 @@ impl Endpoint {
     /// What clients have to ask for again.
     fn flags(&self) -> u32 {
         let map = if self.map_is_new { MAP_CHANGED } else { 0 };
-        let lights = if self.lights_are_new { LIGHTS_CHANGED } else { 0 };
+        let lights = if self.lamps.are_new() { LIGHTS_CHANGED } else { 0 };
         map | lights
     }
 
@@ -51,12 +58,12 @@ impl Endpoint {
         let waits = self.settings.synchronous_mode;
         for datum in data {
             let Some(episode) = &self.episode else { return };
-            let Some(stream) = episode.stream(datum.sensor.get()) else { continue };
-            let state = episode.state(datum.sensor.get());
-            let carrier = state.and_then(|sensor| episode.actor(sensor.parent?.get()));
+            let Some(stream) = episode.stream(datum.sensor) else { continue };
+            let state = episode.state(datum.sensor);
+            let carrier = state.and_then(|sensor| episode.actor(sensor.parent?));
             let nobody = Actor::default();
             let actor_of = |id: Option<ActorId>, tag| {
-                let known = id.and_then(|id| episode.actor(id.get())).cloned();
+                let known = id.and_then(|id| episode.actor(id)).cloned();
                 known.unwrap_or_else(|| catalogue::scenery(tag))
             };
             let carrier = carrier.unwrap_or(&nobody);

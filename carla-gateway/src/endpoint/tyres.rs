@@ -1,7 +1,7 @@
 //! Tyres and steering of the cars that clients spawn.
 
 use blueprints::Class;
-use schemas::{ActorId, Command, VehiclePhysics};
+use schemas::{ActorId, Command, VehicleCommand, VehiclePhysics};
 
 use super::Endpoint;
 use crate::config::Tyres;
@@ -31,11 +31,11 @@ impl Endpoint {
         }
         let episode = self.episode()?;
         let fit = |actor: &ActorId| {
-            let blueprint = &episode.actor(actor.get())?.description.type_id;
-            Some(Command::SetVehiclePhysics {
+            let blueprint = &episode.actor(*actor)?.description.type_id;
+            Some(Command::Vehicle(VehicleCommand::Physics {
                 actor: *actor,
                 physics: Box::new(as_in_carla(blueprint)?),
-            })
+            }))
         };
         let commands: Vec<Command> = spawned.iter().filter_map(fit).collect();
         if commands.is_empty() {

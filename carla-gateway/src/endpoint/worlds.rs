@@ -1,11 +1,12 @@
 //! Work with the world of the episode.
 
-use schemas::wire::decode_frame;
-use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, RayHit, Reply, Request};
-use schemas::{TickItem, TickOutcome, Vec3, VehicleReport};
+use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, Frame, RayHit, Reply, Request};
+use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, limits};
 
 use super::Endpoint;
+use crate::dialect::ActorRef;
 use crate::rpc::Refusal;
+use crate::stream::StreamId;
 
 /// What the bus refuses, as a script reads it.
 pub(crate) fn refused(error: &Error) -> Refusal {
@@ -32,34 +33,60 @@ impl Endpoint {
         })
     }
 
-    /// One tick item of the episode's world, with all commands that wait.
+    /// One tick item of the episode's world, with all commands that wait. The frame of the outcome
+    /// is the episode's now.
     pub(super) async fn tick_world(
         &mut self,
         tick_count: u32,
         dt_secs: Option<f64>,
     ) -> Result<TickOutcome, Refusal> {
         let world = self.episode()?.world;
-        let commands = std::mem::take(&mut self.pending);
+        let mut commands = std::mem::take(&mut self.pending);
+        let mut replies = Vec::new();
+        // A replay of a recording with many actors has more to say than one request can hold.
+        while commands.len() > limits::COMMANDS_PER_REQUEST_MAX {
+            let rest = commands.split_off(limits::COMMANDS_PER_REQUEST_MAX);
+            let item = TickItem { commands, ..TickItem::new(world, 0) };
+            replies.append(&mut self.tick_item(item).await?.replies);
+            commands = rest;
+        }
         let item = TickItem { commands, dt_secs, ..TickItem::new(world, tick_count) };
+        let mut outcome = self.tick_item(item).await?;
+        replies.append(&mut outcome.replies);
+        Ok(TickOutcome { replies, ..outcome })
+    }
+
+    async fn tick_item(&mut self, item: TickItem) -> Result<TickOutcome, Refusal> {
         let Reply::Ticked(mut results) = self.ask(Request::TickWorlds(vec![item])).await? else {
             return Err(unexpected());
         };
         let result = results.pop().ok_or_else(unexpected)?;
-        let outcome = match result.outcome {
+        let mut outcome = match result.outcome {
             Ok(outcome) => outcome,
             Err(error) => {
                 self.note_loss(&error);
                 return Err(refused(&error));
             }
         };
-        let frame = decode_frame(&outcome.frame.0).map_err(|error| refused(&error))?;
+        let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
+        let frame = frame.map_err(|error| refused(&error))?;
         let before = self.episode()?.frame.tick;
         for halt in frame.halted_since(before) {
             let (actor, tick, reason) = (halt.actor.get(), halt.tick.0, halt.reason);
             tracing::warn!(actor, tick, %reason, "an actor was put to rest; its physics is off");
         }
-        self.episode()?.frame = frame;
+        self.note_actors(&frame, &outcome.replies);
+        self.recorder.see(&frame);
+        self.episode()?.show(frame);
         Ok(outcome)
+    }
+
+    /// Remembers which ids were given: those of a frame, and of actors that came and went since the
+    /// one before.
+    pub(super) fn note_actors(&mut self, frame: &Frame, replies: &[CommandReply]) {
+        let in_frame = frame.actors.last().map(|actor| actor.id);
+        let spawned = replies.iter().filter_map(|reply| reply.as_ref().ok().copied().flatten());
+        spawned.chain(in_frame).for_each(|id| self.given.note(id));
     }
 
     /// Carries out what waits, without a tick.
@@ -100,36 +127,36 @@ impl Endpoint {
         else {
             return Err(unexpected());
         };
-        let stream_port = self.stream_port();
-        let mut streams_opened = self.streams_opened;
-        let episode = self.episode()?;
-        let learned: Vec<u32> = described
-            .iter()
-            .filter_map(|actor| episode.learn(actor, &mut streams_opened, stream_port))
-            .collect();
-        self.streams_opened = streams_opened;
-        for stream in learned {
-            self.hub.open(stream, false);
+        let stream_port = self.stream_port;
+        for actor in &described {
+            let next = self.next_stream();
+            if let Some(stream) = self.episode()?.learn(actor, next, stream_port) {
+                self.open_stream(stream);
+            }
+            let known = self.episode.as_ref().and_then(|episode| episode.actor(actor.id));
+            if let Some(known) = known {
+                self.given.learn(known);
+            }
         }
         Ok(())
     }
 
-    /// How many streams were ever opened: the number of the last one.
-    pub(crate) fn streams_opened(&self) -> u32 {
-        self.streams_opened
+    /// The stream that is opened next: none is ever opened again.
+    pub(crate) fn next_stream(&self) -> StreamId {
+        self.newest_stream.next()
     }
 
-    /// Opens a stream beside those of [`learn`](Self::learn).
-    pub(crate) fn open_stream(&mut self, stream: u32) {
-        self.streams_opened = self.streams_opened.max(stream);
+    /// Opens the next stream, or one that is open already.
+    pub(crate) fn open_stream(&mut self, stream: StreamId) {
+        self.newest_stream = self.newest_stream.max(stream);
         self.hub.open(stream, false);
     }
 
     /// Forgets an actor that is gone, and ends its streams.
-    pub(crate) fn forget(&mut self, actor: u32) {
+    pub(crate) fn forget(&mut self, actor: ActorId) {
         let streams = self.episode.as_mut().map(|episode| episode.forget(actor));
         for stream in streams.into_iter().flatten() {
-            self.expected.remove(&stream);
+            self.expected.forget(stream);
             self.hub.close(stream);
             self.darkroom.forget(stream);
         }
@@ -139,10 +166,10 @@ impl Endpoint {
     ///
     /// # Errors
     /// Those of the world.
-    pub(crate) async fn inspect(&mut self, actor: u32) -> Result<VehicleReport, Refusal> {
+    pub(crate) async fn inspect(&mut self, actor: ActorRef) -> Result<VehicleReport, Refusal> {
         self.flush().await?;
         let episode = self.episode()?;
-        let actor = episode.state(actor).ok_or_else(|| unknown_actor(actor))?.id;
+        let actor = episode.found(actor)?.id;
         let world = episode.world;
         match self.ask(Request::InspectVehicle { world, actor }).await? {
             Reply::Vehicle(report) => Ok(*report),
@@ -162,9 +189,4 @@ impl Endpoint {
             _ => Err(unexpected()),
         }
     }
-}
-
-/// CARLA's words for an id that nobody has.
-pub(crate) fn unknown_actor(id: u32) -> Refusal {
-    Refusal(format!("Actor could not be found in the registry.  Actor Id: {id}"))
 }

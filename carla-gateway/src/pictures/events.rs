@@ -9,8 +9,11 @@ use crate::rpc::Refusal;
 
 /// Brightness that changes by less in one frame does not change.
 const TOLERANCE: f32 = 1.0e-6;
-/// Events of one pixel in one frame.
-const EVENTS_PER_PIXEL_MAX: usize = 64;
+/// Events of one pixel in one frame: more than the 255 steps of brightness are at CARLA's
+/// threshold.
+const EVENTS_PER_PIXEL_MAX: usize = 1_024;
+/// Events of one frame; what would be more is left out.
+const EVENTS_MAX: usize = 4_194_304;
 const NANOS_PER_SEC: f64 = 1.0e9;
 
 /// How a camera of events reacts.
@@ -22,7 +25,8 @@ pub(crate) struct Reaction {
     pub(crate) fall: f32,
     /// A pixel is blind for so long after an event.
     pub(crate) refractory_ns: i64,
-    /// Added to the brightness before its logarithm is taken; none: it is not taken.
+    /// Added to the brightness, from 0 to 1, before its logarithm is taken; none: brightness is
+    /// from 0 to 255.
     pub(crate) log_eps: Option<f32>,
 }
 
@@ -68,8 +72,8 @@ impl Reaction {
 
     fn brightness(self, [red, green, blue, _]: [u8; 4]) -> f32 {
         let [red, green, blue] = [red, green, blue].map(f32::from);
-        let grey = (0.299 * red + 0.587 * green + 0.114 * blue) / 255.0;
-        self.log_eps.map_or(grey, |eps| (eps + grey).ln())
+        let grey = 0.2989 * red + 0.587 * green + 0.114 * blue;
+        self.log_eps.map_or(grey, |eps| (eps + grey / 255.0).ln())
     }
 }
 
@@ -140,8 +144,13 @@ impl Memory {
             self.last_ns[at] = at_ns;
             let column = (at as u32 % self.width_px) as u16;
             let row = (at as u32 / self.width_px) as u16;
-            events.push(Event { column, row, at_ns, brighter });
+            if events.len() < EVENTS_MAX {
+                events.push(Event { column, row, at_ns, brighter });
+            }
         }
+        // The rest is left out; the next change counts from where the brightness is.
+        let steps_left = ((after - self.reference[at]) / step).floor().max(0.0);
+        self.reference[at] += steps_left * step;
     }
 }
 
@@ -149,7 +158,8 @@ impl Memory {
 mod tests {
     use super::*;
 
-    const REACTION: Reaction = Reaction { rise: 0.3, fall: 0.3, refractory_ns: 0, log_eps: None };
+    /// A change by three tenths of full brightness.
+    const REACTION: Reaction = Reaction { rise: 76.5, fall: 76.5, refractory_ns: 0, log_eps: None };
 
     fn grey(levels: &[u8]) -> Vec<u8> {
         levels.iter().flat_map(|level| [*level, *level, *level, 255]).collect()
@@ -173,6 +183,34 @@ mod tests {
         assert_eq!(told, [(0, true), (0, true), (1, false), (0, true)]);
         assert!(seen.windows(2).all(|pair| pair[0].at_ns <= pair[1].at_ns));
         assert!(seen.iter().all(|event| (1_000_000_000..=2_000_000_000).contains(&event.at_ns)));
+    }
+
+    fn count(reaction: Reaction, levels: [u8; 2]) -> usize {
+        let mut memory = Memory::default();
+        memory.look(reaction, 1, &grey(&levels[..1]), 1.0);
+        memory.look(reaction, 1, &grey(&levels[1..]), 2.0).len()
+    }
+
+    #[test]
+    fn brightness_without_a_logarithm_has_255_steps_and_with_it_counts_by_its_ratio() {
+        let plain = Reaction { rise: 3.0, fall: 3.0, ..REACTION };
+        assert_eq!(count(plain, [100, 110]), 3);
+        assert_eq!(count(plain, [110, 100]), 3);
+        let carlas = Reaction { rise: 0.3, fall: 0.3, ..REACTION };
+        assert!((32..=33).contains(&count(carlas, [100, 110])));
+        let logarithmic = Reaction { log_eps: Some(1.0e-3), ..carlas };
+        assert_eq!(count(logarithmic, [100, 110]), 0);
+        assert_eq!(count(logarithmic, [50, 100]), 2);
+    }
+
+    #[test]
+    fn a_pixel_with_too_many_events_goes_on_from_where_it_is() {
+        let fine = Reaction { rise: 0.01, fall: 0.01, ..REACTION };
+        let mut memory = Memory::default();
+        memory.look(fine, 1, &grey(&[0]), 1.0);
+        assert_eq!(memory.look(fine, 1, &grey(&[200]), 2.0).len(), EVENTS_PER_PIXEL_MAX);
+        let next = memory.look(fine, 1, &grey(&[201]), 3.0).len();
+        assert!((90..=110).contains(&next), "{next}");
     }
 
     #[test]

@@ -1,6 +1,28 @@
 //! What a stream of a camera shows, and of which pictures it is made.
 
-use schemas::ImageKind;
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use schemas::{ActorId, ImageKind};
+use serde::Deserialize;
+
+/// CARLA's number of a texture of its G-buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct TextureId(u32);
+
+impl TextureId {
+    /// All that a camera can have.
+    pub(crate) fn of_camera(camera: ActorId) -> RangeInclusive<(ActorId, Self)> {
+        (camera, Self(0))..=(camera, Self(u32::MAX))
+    }
+}
+
+impl fmt::Display for TextureId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 /// What a stream of a camera shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,9 +64,9 @@ impl Film {
         })
     }
 
-    /// Of a texture of the G-buffer, by CARLA's number; `None` for numbers that it has not.
-    pub(crate) fn of_texture(number: u32) -> Option<Self> {
-        Some(Self::Texture(match number {
+    /// Of a texture of the G-buffer; `None` for numbers that it has not.
+    pub(crate) fn of_texture(texture: TextureId) -> Option<Self> {
+        Some(Self::Texture(match texture.0 {
             0 => Texture::Plain(ImageKind::Rgb),
             1 | 11 => Texture::Plain(ImageKind::Depth),
             2 | 12 => Texture::Plain(ImageKind::Semantic),
@@ -123,4 +145,16 @@ pub(crate) fn palette_rgb(tag: u8) -> [u8; 3] {
         [180, 165, 180],
     ];
     COLOURS.get(usize::from(tag)).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_has_thirteen_textures() {
+        let known = |number: u32| Film::of_texture(TextureId(number)).is_some();
+        assert!((0..13).all(known) && !known(13) && !known(u32::MAX));
+        assert_eq!(Film::of_texture(TextureId(7)), Some(Film::Texture(Texture::Black)));
+    }
 }

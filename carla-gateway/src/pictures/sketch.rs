@@ -46,6 +46,17 @@ impl Figure {
         Self::Strokes([(begin, end)].into_iter().chain(barbs).collect(), thickness_m)
     }
 
+    pub(crate) fn is_finite(&self) -> bool {
+        let is_point = |point_m: &Vec3| point_m.iter().all(|number| number.is_finite());
+        match self {
+            Self::Point(at_m, size) => is_point(at_m) && size.is_finite(),
+            Self::Strokes(strokes, thickness_m) => {
+                let are_ends = |(from, to): &(Vec3, Vec3)| is_point(from) && is_point(to);
+                thickness_m.is_finite() && strokes.iter().all(are_ends)
+            }
+        }
+    }
+
     /// The edges of a box.
     pub(crate) fn cuboid(world_from_box: &Pose, half_m: Vec3, thickness_m: f32) -> Self {
         let corner = |index: usize| {

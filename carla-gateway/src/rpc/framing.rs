@@ -42,6 +42,11 @@ impl Framer {
         self.buffer.extend_from_slice(bytes);
     }
 
+    /// Bytes of an object that is not whole yet.
+    pub(crate) fn len(&self) -> usize {
+        self.buffer.len()
+    }
+
     /// The next whole object; `None` until more bytes come.
     ///
     /// # Errors

@@ -1,8 +1,13 @@
 //! Requests in, replies out.
 
+use std::borrow::Cow;
+
 use rmp::decode;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use tokio::sync::OwnedSemaphorePermit;
+
+use super::finite::skim;
 
 /// Characters of a method's name.
 const METHOD_CHARS_MAX: usize = 64;
@@ -17,6 +22,27 @@ pub(crate) struct Request {
     /// Whether the client throws the reply away.
     pub(crate) asynchronous: bool,
     params: Vec<u8>,
+    /// Room that it takes up among all requests that wait.
+    room: Option<OwnedSemaphorePermit>,
+    /// Where its arguments come from in tests.
+    #[cfg(test)]
+    draw: Option<super::Draw>,
+}
+
+/// One connection in the life of an endpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct ConnectionId(pub(crate) u64);
+
+/// Whom a call is answered, once.
+#[derive(Debug)]
+pub(crate) struct Ticket {
+    /// Who called.
+    pub(crate) client: ConnectionId,
+    /// Which reply it waits for.
+    pub(crate) id: u32,
+    /// Whether it has been told already that the call came.
+    pub(crate) asynchronous: bool,
+    has_envelope: bool,
 }
 
 /// First parameter of every call: whether it is asynchronous.
@@ -85,18 +111,99 @@ impl Request {
         let method = std::str::from_utf8(rest.get(..length)?).ok()?.to_owned();
         let params = rest.get(length..)?.to_vec();
         let asynchronous = asynchronous(&params)?;
-        Some(Self { id, method, asynchronous, params })
+        Some(Self {
+            id,
+            method,
+            asynchronous,
+            params,
+            room: None,
+            #[cfg(test)]
+            draw: None,
+        })
+    }
+
+    /// A call whose arguments are drawn when it is known of which types they are.
+    #[cfg(test)]
+    pub(crate) fn drawn(method: &str, draw: super::Draw) -> Self {
+        let (method, params) = (method.to_owned(), Vec::new());
+        Self { id: 1, method, asynchronous: false, params, room: None, draw: Some(draw) }
+    }
+
+    /// The parameters; in tests drawn for the types that they are read as.
+    #[cfg_attr(
+        not(test),
+        expect(clippy::extra_unused_type_parameters, reason = "what is sent has its types")
+    )]
+    fn params<T: DeserializeOwned>(&self) -> Cow<'_, [u8]> {
+        #[cfg(test)]
+        if let Some(draw) = &self.draw {
+            return Cow::Owned(draw.bytes_of::<T>());
+        }
+        Cow::Borrowed(&self.params)
+    }
+
+    /// Takes up room until it is done.
+    pub(super) fn take_room(&mut self, room: OwnedSemaphorePermit) {
+        self.room = Some(room);
+    }
+
+    /// Where the answer goes.
+    pub(crate) fn ticket(&self, client: ConnectionId) -> Ticket {
+        let has_envelope = self.method != "apply_batch";
+        Ticket { client, id: self.id, asynchronous: self.asynchronous, has_envelope }
     }
 
     /// The arguments as a tuple that begins with [`Meta`].
     ///
     /// # Errors
-    /// Says what does not fit.
+    /// Says what does not fit; a number that is not finite never does.
     pub(crate) fn args<T: DeserializeOwned>(&self) -> Result<T, Refusal> {
-        rmp_serde::from_slice(&self.params).map_err(|cause| {
-            Refusal(format!("the arguments of {} cannot be understood: {cause}", self.method))
-        })
+        let params = self.params::<T>();
+        let args = rmp_serde::from_slice(&params).map_err(|cause| self.garbled(&cause))?;
+        if skim(&params).is_some_and(|params| params.is_finite) {
+            return Ok(args);
+        }
+        Err(Refusal(format!("the arguments of {} are not all finite numbers", self.method)))
     }
+
+    /// The commands of a batch, and whether a tick is to follow. A command with a number that is
+    /// not finite is refused by itself.
+    ///
+    /// # Errors
+    /// Says what does not fit.
+    pub(crate) fn batch<T: DeserializeOwned>(
+        &self,
+    ) -> Result<(Vec<Result<T, Refusal>>, bool), Refusal> {
+        let params = self.params::<(Meta, Vec<T>, bool)>();
+        let (_, commands, tick): (Meta, Vec<T>, bool) =
+            rmp_serde::from_slice(&params).map_err(|cause| self.garbled(&cause))?;
+        let are_finite = are_commands_finite(&params, commands.len()).unwrap_or_default();
+        let mut are_finite = are_finite.into_iter();
+        let checked = commands.into_iter().map(|command| match are_finite.next() {
+            Some(true) => Ok(command),
+            _ => Err(Refusal("the command's numbers are not all finite".to_owned())),
+        });
+        Ok((checked.collect(), tick))
+    }
+
+    fn garbled(&self, cause: &rmp_serde::decode::Error) -> Refusal {
+        Refusal(format!("the arguments of {} cannot be understood: {cause}", self.method))
+    }
+}
+
+/// For each of the commands in the parameters of a batch.
+fn are_commands_finite(params: &[u8], count: usize) -> Option<Vec<bool>> {
+    let mut rest = params;
+    decode::read_array_len(&mut rest).ok()?;
+    rest = rest.get(skim(rest)?.bytes..)?;
+    decode::read_array_len(&mut rest).ok()?;
+    let mut are_finite = Vec::with_capacity(count);
+    for _ in 0..count {
+        let command = skim(rest)?;
+        are_finite.push(command.is_finite);
+        rest = rest.get(command.bytes..)?;
+    }
+    Some(are_finite)
 }
 
 /// The metadata, `[bool]`, at the front of the parameters.
@@ -110,7 +217,7 @@ fn asynchronous(params: &[u8]) -> Option<bool> {
 }
 
 /// `[1, id, nil, result]`, or for a refusal of a call without an envelope `[1, id, text, nil]`.
-pub(crate) fn encode_reply(id: u32, answer: &Answer, has_envelope: bool) -> Vec<u8> {
+pub(super) fn encode_reply(id: u32, answer: &Answer, has_envelope: bool) -> Vec<u8> {
     let mut out = vec![0x94, 0x01, 0xce];
     out.extend_from_slice(&id.to_be_bytes());
     match answer {
@@ -133,6 +240,18 @@ pub(crate) fn encode_reply(id: u32, answer: &Answer, has_envelope: bool) -> Vec<
         }
     }
     out
+}
+
+impl Ticket {
+    /// The bytes of the reply.
+    pub(super) fn reply(&self, answer: &Answer) -> Vec<u8> {
+        encode_reply(self.id, answer, self.has_envelope)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn for_test(client: ConnectionId, id: u32) -> Self {
+        Self { client, id, asynchronous: false, has_envelope: true }
+    }
 }
 
 fn push_text(out: &mut Vec<u8>, text: &str) {

@@ -5,37 +5,51 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
 use tokio::time::Instant;
+
+use super::StreamId;
 
 /// Messages that may wait for one listener.
 const MESSAGES_MAX: usize = 8;
+/// Bytes that may wait for all listeners.
+const WAITING_BYTES_MAX: usize = 1024 * 1024 * 1024;
 /// How long the simulation waits for a listener that takes nothing; then it is disconnected.
 const LISTENER_WAIT: Duration = Duration::from_secs(30);
 /// Losses between two lines in the log.
 const LOSSES_PER_WARNING: u64 = 1_000;
 
 /// One message, shared by all listeners.
-pub(crate) type Message = Arc<Vec<u8>>;
+type Message = Arc<Vec<u8>>;
+
+/// A message that waits for one listener, and takes up room until it was read.
+pub(crate) struct Letter {
+    pub(crate) message: Message,
+    _room: OwnedSemaphorePermit,
+}
 
 /// All streams of an endpoint and their listeners.
 pub(crate) struct Hub {
     streams: Mutex<Streams>,
     changes: watch::Sender<u64>,
+    /// In bytes.
+    room: Arc<Semaphore>,
 }
 
 #[derive(Default)]
 struct Streams {
-    open: BTreeMap<u32, Stream>,
+    open: BTreeMap<StreamId, Stream>,
     /// Listeners of streams that ended, who still have messages to read.
     leaving: BTreeSet<u64>,
+    /// Streams that have lost their last listener since somebody asked.
+    deserted: BTreeSet<StreamId>,
     next_listener: u64,
     losses: u64,
 }
 
 #[derive(Default)]
 struct Stream {
-    listeners: BTreeMap<u64, mpsc::Sender<Message>>,
+    listeners: BTreeMap<u64, mpsc::Sender<Letter>>,
     /// How many ever came.
     comings: u64,
     /// Sent at once to who comes later; only where that makes sense.
@@ -46,25 +60,30 @@ struct Stream {
 /// A place in a stream.
 pub(crate) struct Listener {
     pub(crate) id: u64,
-    pub(crate) messages: mpsc::Receiver<Message>,
+    pub(crate) letters: mpsc::Receiver<Letter>,
 }
 
 impl Hub {
     /// No streams.
     pub(crate) fn new() -> Self {
-        Self { streams: Mutex::default(), changes: watch::Sender::new(0) }
+        Self {
+            streams: Mutex::default(),
+            changes: watch::Sender::new(0),
+            room: Arc::new(Semaphore::new(WAITING_BYTES_MAX)),
+        }
     }
 
     /// Opens a stream; with `keeps_last`, who comes later gets the last message at once.
-    pub(crate) fn open(&self, stream: u32, keeps_last: bool) {
+    pub(crate) fn open(&self, stream: StreamId, keeps_last: bool) {
         let opened = Stream { keeps_last, ..Stream::default() };
         self.lock().open.entry(stream).or_insert(opened);
     }
 
     /// Ends a stream; its listeners are disconnected when they have read what was sent.
-    pub(crate) fn close(&self, stream: u32) {
+    pub(crate) fn close(&self, stream: StreamId) {
         let mut streams = self.lock();
         let listeners = streams.open.remove(&stream).map(|stream| stream.listeners);
+        streams.deserted.remove(&stream);
         streams.leaving.extend(listeners.into_iter().flatten().map(|(id, _)| id));
     }
 
@@ -79,46 +98,53 @@ impl Hub {
     }
 
     /// How many listen.
-    pub(crate) fn listener_count(&self, stream: u32) -> usize {
+    pub(crate) fn listener_count(&self, stream: StreamId) -> usize {
         self.lock().open.get(&stream).map_or(0, |stream| stream.listeners.len())
     }
 
     /// How many ever listened.
-    pub(crate) fn comings(&self, stream: u32) -> u64 {
+    pub(crate) fn comings(&self, stream: StreamId) -> u64 {
         self.lock().open.get(&stream).map_or(0, |stream| stream.comings)
     }
 
     /// Takes a place; `None` for a stream that does not exist.
-    pub(crate) fn listen(&self, stream: u32) -> Option<Listener> {
+    pub(crate) fn listen(&self, stream: StreamId) -> Option<Listener> {
         let mut streams = self.lock();
         let id = streams.next_listener;
         streams.next_listener += 1;
         let stream = streams.open.get_mut(&stream)?;
-        let (sender, messages) = mpsc::channel(MESSAGES_MAX);
-        if let Some(last) = &stream.last {
-            // There is room: nothing was sent before.
-            let _ = sender.try_send(Arc::clone(last));
+        let (sender, letters) = mpsc::channel(MESSAGES_MAX);
+        if let Some(letter) = stream.last.as_ref().and_then(|last| self.letter(last)) {
+            // Nothing was sent to it before.
+            let _ = sender.try_send(letter);
         }
         stream.listeners.insert(id, sender);
         stream.comings += 1;
         drop(streams);
         self.changes.send_modify(|version| *version += 1);
-        Some(Listener { id, messages })
+        Some(Listener { id, letters })
     }
 
-    /// Gives a place up, and tells how many are left.
-    pub(crate) fn leave(&self, stream: u32, listener: u64) -> usize {
+    /// Gives a place up.
+    pub(crate) fn leave(&self, stream: StreamId, listener: u64) {
         let mut streams = self.lock();
         if streams.leaving.remove(&listener) {
             self.changes.send_modify(|version| *version += 1);
         }
-        let Some(stream) = streams.open.get_mut(&stream) else { return 0 };
-        stream.listeners.remove(&listener);
-        stream.listeners.len()
+        let Some(place) = streams.open.get_mut(&stream) else { return };
+        place.listeners.remove(&listener);
+        if place.listeners.is_empty() {
+            streams.deserted.insert(stream);
+        }
+    }
+
+    /// Streams that have lost their last listener since the last time.
+    pub(crate) fn take_deserted(&self) -> BTreeSet<StreamId> {
+        std::mem::take(&mut self.lock().deserted)
     }
 
     /// Waits until so many have come, or a moment of patience has passed.
-    pub(crate) async fn wait_for(&self, stream: u32, comings: u64, until: Instant) {
+    pub(crate) async fn wait_for(&self, stream: StreamId, comings: u64, until: Instant) {
         let mut changes = self.changes.subscribe();
         while self.comings(stream) < comings {
             if tokio::time::timeout_at(until, changes.changed()).await.is_err() {
@@ -128,14 +154,14 @@ impl Hub {
     }
 
     /// Keeps a message for who comes next, and sends it to nobody.
-    pub(crate) fn keep(&self, stream: u32, message: Vec<u8>) {
+    pub(crate) fn keep(&self, stream: StreamId, message: Vec<u8>) {
         if let Some(stream) = self.lock().open.get_mut(&stream) {
             stream.last = Some(Arc::new(message));
         }
     }
 
     /// Sends the message that is kept for who comes next to those who are here, too.
-    pub(crate) async fn publish_last(&self, stream: u32) {
+    pub(crate) async fn publish_last(&self, stream: StreamId) {
         let last = self.lock().open.get(&stream).and_then(|stream| stream.last.clone());
         if let Some(last) = last {
             let behind = self.offer(stream, &last);
@@ -144,23 +170,27 @@ impl Hub {
     }
 
     /// Sends to all listeners: at once and with losses, or waiting for each.
-    pub(crate) async fn publish(&self, stream: u32, message: Vec<u8>, waits: bool) {
+    pub(crate) async fn publish(&self, stream: StreamId, message: Vec<u8>, waits: bool) {
         let message = Arc::new(message);
         let behind = self.offer(stream, &message);
         if !waits {
             return self.note_losses(behind.len() as u64);
         }
         for (id, listener) in behind {
-            let sending = listener.send(Arc::clone(&message));
+            let sending = async {
+                let bytes = room_of(&message);
+                let room = Arc::clone(&self.room).acquire_many_owned(bytes).await.ok()?;
+                listener.send(Letter { message: Arc::clone(&message), _room: room }).await.ok()
+            };
             if tokio::time::timeout(LISTENER_WAIT, sending).await.is_err() {
-                tracing::warn!(stream, "a listener that takes nothing is disconnected");
+                tracing::warn!(stream = stream.0, "a listener that takes nothing is disconnected");
                 self.leave(stream, id);
             }
         }
     }
 
     /// Sends to those who have room, and gives the others.
-    fn offer(&self, stream: u32, message: &Message) -> Vec<(u64, mpsc::Sender<Message>)> {
+    fn offer(&self, stream: StreamId, message: &Message) -> Vec<(u64, mpsc::Sender<Letter>)> {
         let mut streams = self.lock();
         let Some(stream) = streams.open.get_mut(&stream) else { return Vec::new() };
         if stream.keeps_last {
@@ -168,12 +198,20 @@ impl Hub {
         }
         let mut behind = Vec::new();
         for (id, listener) in &stream.listeners {
-            if let Err(mpsc::error::TrySendError::Full(_)) = listener.try_send(Arc::clone(message))
-            {
+            let is_behind = self.letter(message).is_none_or(|letter| {
+                matches!(listener.try_send(letter), Err(mpsc::error::TrySendError::Full(_)))
+            });
+            if is_behind {
                 behind.push((*id, listener.clone()));
             }
         }
         behind
+    }
+
+    /// A message for one listener, if there is room for it.
+    fn letter(&self, message: &Message) -> Option<Letter> {
+        let room = Arc::clone(&self.room).try_acquire_many_owned(room_of(message)).ok()?;
+        Some(Letter { message: Arc::clone(message), _room: room })
     }
 
     fn note_losses(&self, count: u64) {
@@ -196,21 +234,49 @@ impl Hub {
     }
 }
 
+/// What a message takes up; the largest fits.
+fn room_of(message: &Message) -> u32 {
+    u32::try_from(message.len().min(WAITING_BYTES_MAX)).unwrap_or(u32::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[tokio::test]
+    async fn all_listeners_together_keep_no_more_waiting_than_there_is_room_for() {
+        const MESSAGE_BYTES: usize = 64 * 1024 * 1024;
+        let hub = Hub::new();
+        let mut listeners = Vec::new();
+        for stream in (0..8).map(StreamId) {
+            hub.open(stream, false);
+            listeners.push(hub.listen(stream).unwrap());
+        }
+        for _ in 0..MESSAGES_MAX {
+            for stream in (0..8).map(StreamId) {
+                // Never written to, so that it costs no memory.
+                hub.publish(stream, vec![0; MESSAGE_BYTES], false).await;
+            }
+        }
+        let waiting: usize = listeners.iter().map(|listener| listener.letters.len()).sum();
+        assert_eq!(waiting * MESSAGE_BYTES, WAITING_BYTES_MAX);
+        listeners[0].letters.recv().await.unwrap();
+        hub.publish(StreamId(7), vec![0; MESSAGE_BYTES], false).await;
+        let waiting: usize = listeners.iter().map(|listener| listener.letters.len()).sum();
+        assert_eq!(waiting * MESSAGE_BYTES, WAITING_BYTES_MAX);
+    }
+
+    #[tokio::test]
     async fn a_slow_listener_loses_messages_and_keeps_the_order() {
         let hub = Hub::new();
-        hub.open(7, false);
-        let mut listener = hub.listen(7).unwrap();
+        hub.open(StreamId(7), false);
+        let mut listener = hub.listen(StreamId(7)).unwrap();
         for number in 0..20 {
-            hub.publish(7, vec![number], false).await;
+            hub.publish(StreamId(7), vec![number], false).await;
         }
         let mut found = Vec::new();
-        while let Ok(message) = listener.messages.try_recv() {
-            found.push(message[0]);
+        while let Ok(message) = listener.letters.try_recv() {
+            found.push(message.message[0]);
         }
         assert_eq!(found, (0..MESSAGES_MAX as u8).collect::<Vec<_>>());
     }
@@ -218,16 +284,16 @@ mod tests {
     #[tokio::test]
     async fn in_synchronous_mode_nothing_is_lost() {
         let hub = Arc::new(Hub::new());
-        hub.open(7, false);
-        let mut listener = hub.listen(7).unwrap();
+        hub.open(StreamId(7), false);
+        let mut listener = hub.listen(StreamId(7)).unwrap();
         let sender = Arc::clone(&hub);
         let sending = tokio::spawn(async move {
             for number in 0..100 {
-                sender.publish(7, vec![number], true).await;
+                sender.publish(StreamId(7), vec![number], true).await;
             }
         });
         for number in 0..100 {
-            assert_eq!(listener.messages.recv().await.unwrap()[0], number);
+            assert_eq!(listener.letters.recv().await.unwrap().message[0], number);
         }
         sending.await.unwrap();
     }
@@ -235,10 +301,10 @@ mod tests {
     #[tokio::test]
     async fn who_listens_to_a_stream_that_ends_is_waited_for_until_it_has_left() {
         let hub = Arc::new(Hub::new());
-        hub.open(7, false);
-        let (first, second) = (hub.listen(7).unwrap(), hub.listen(7).unwrap());
-        hub.leave(7, second.id);
-        hub.close(7);
+        hub.open(StreamId(7), false);
+        let (first, second) = (hub.listen(StreamId(7)).unwrap(), hub.listen(StreamId(7)).unwrap());
+        hub.leave(StreamId(7), second.id);
+        hub.close(StreamId(7));
         let late = Instant::now() + Duration::from_secs(10);
         let waiting = tokio::spawn({
             let hub = Arc::clone(&hub);
@@ -246,7 +312,7 @@ mod tests {
         });
         tokio::task::yield_now().await;
         assert!(!waiting.is_finished());
-        hub.leave(7, first.id);
+        hub.leave(StreamId(7), first.id);
         waiting.await.unwrap();
         assert!(Instant::now() < late, "nobody was noticed to leave");
     }
@@ -254,9 +320,9 @@ mod tests {
     #[tokio::test]
     async fn who_comes_late_gets_the_last_snapshot() {
         let hub = Hub::new();
-        hub.open(1, true);
-        hub.publish(1, vec![5], false).await;
-        assert_eq!(hub.listen(1).unwrap().messages.recv().await.unwrap()[0], 5);
-        assert!(hub.listen(2).is_none());
+        hub.open(StreamId(1), true);
+        hub.publish(StreamId(1), vec![5], false).await;
+        assert_eq!(hub.listen(StreamId(1)).unwrap().letters.recv().await.unwrap().message[0], 5);
+        assert!(hub.listen(StreamId(2)).is_none());
     }
 }

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use bus::{Bus, BusConfig, BusError, Endpoint, Presence};
-use schemas::{Alive, ServiceKind};
+use bus::{Bus, BusAddress, BusConfig, BusError, Presence};
+use schemas::ServiceKind;
 use tokio::sync::watch;
 
 use super::plan::Plan;
@@ -20,22 +20,19 @@ pub(crate) fn print_addresses(plan: &Plan) {
 }
 
 /// Prints every service that comes up or goes away until the site is to end.
-pub(crate) async fn print_arrivals(bus: Endpoint, mut stop: watch::Receiver<Stop>) {
+pub(crate) async fn print_arrivals(bus: BusAddress, mut stop: watch::Receiver<Stop>) {
     tokio::select! {
         Err(error) = follow(bus) => tracing::warn!("cannot tell what comes up: {error}"),
         () = Stop::requested(&mut stop) => {}
     }
 }
 
-async fn follow(endpoint: Endpoint) -> Result<std::convert::Infallible, BusError> {
+async fn follow(address: BusAddress) -> Result<std::convert::Infallible, BusError> {
     let started = Instant::now();
-    let bus = Bus::open(BusConfig::connecting(endpoint)).await?;
+    let bus = Bus::open(BusConfig::connecting(address)).await?;
     let mut watch = bus.watch(None).await?;
     loop {
         match watch.next().await {
-            // Of interest to the owner of its port alone.
-            Presence::Up(Alive { kind: ServiceKind::TrafficManager, .. })
-            | Presence::Down(ServiceKind::TrafficManager, _) => {}
             Presence::Up(alive) => {
                 let noun = noun(alive.kind);
                 let millis = started.elapsed().as_millis();
@@ -52,6 +49,5 @@ fn noun(kind: ServiceKind) -> &'static str {
         ServiceKind::Render => "renderer",
         ServiceKind::Scenario => "scenarios",
         ServiceKind::Gateway => "CARLA",
-        ServiceKind::TrafficManager => "traffic",
     }
 }

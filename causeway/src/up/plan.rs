@@ -1,10 +1,10 @@
 //! What was typed, and the consistent plan that follows from it.
 
 use std::ffi::OsString;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 
-use bus::Endpoint;
+use bus::BusAddress;
 
 use super::child::Service;
 use super::ports::{self, PortTaken};
@@ -18,20 +18,37 @@ pub(crate) struct Args {
         value_parser = scenario_service::http_address)]
     http: SocketAddr,
     /// Where the services and other clients of the bus meet; port 0 takes any free one.
-    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7447")]
-    bus: Endpoint,
+    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
+    bus: BusAddress,
     /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
     #[arg(long, value_name = "DIR")]
     maps: Option<PathBuf>,
-    /// Folder for the journals of worlds that are asked to keep one; see `causeway record`.
+    /// Folder for the journals of worlds that are asked to keep one, made when it is needed
+    /// [default: that of recordings, beside which they lie then].
     #[arg(long, value_name = "DIR")]
     journals: Option<PathBuf>,
+    /// Folder for recordings of CARLA's format [default: recordings].
+    #[arg(long, value_name = "DIR")]
+    recordings: Option<PathBuf>,
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Where clients of CARLA connect, each port a world of its own; streams take the next port.
-    #[arg(long, value_name = "PORT", default_value = "2000", value_delimiter = ',')]
+    /// Where clients of CARLA connect, each port a world of its own; port 0 takes any free one.
+    #[arg(
+        long,
+        env = "CARLA_PORT",
+        value_name = "PORT",
+        default_value = "2000",
+        value_delimiter = ','
+    )]
     carla: Vec<u16>,
+    /// Where they have the streams of sensors, a port for each [default: the next after each].
+    #[arg(long, value_name = "PORT", value_delimiter = ',')]
+    carla_stream: Vec<u16>,
+    /// Address on which CARLA endpoints listen. Loopback unless told otherwise: nobody is asked for
+    /// a password.
+    #[arg(long, env = "CAUSEWAY_CARLA_HOST", value_name = "ADDRESS", default_value = "127.0.0.1")]
+    carla_host: IpAddr,
     /// Start no CARLA gateway.
     #[arg(long)]
     no_carla: bool,
@@ -45,6 +62,9 @@ pub(crate) struct Args {
     /// own maps, whose corners are made for them.
     #[arg(long)]
     carla_tyres: bool,
+    /// When a replay of a recording is over, its vehicles drive on in traffic instead of standing.
+    #[arg(long)]
+    drive_after_replays: bool,
     /// Renderers to start; each is a process of its own.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "no_render")]
     render: u8,
@@ -53,12 +73,23 @@ pub(crate) struct Args {
     no_render: bool,
 }
 
+/// Where recordings lie unless told otherwise, as for gateways.
+const RECORDINGS: &str = "recordings";
+
 /// Why a site cannot start as typed. Nothing was started.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum PlanError {
     /// Somebody listens there already.
     #[error("{0}")]
     Port(#[from] PortTaken),
+    /// Streams of some endpoints only.
+    #[error("--carla-stream wants one port for each of --carla: {wanted}, found {found}")]
+    Streams {
+        /// Endpoints.
+        wanted: usize,
+        /// Ports of streams.
+        found: usize,
+    },
     /// No folder, or one that may not be read.
     #[error("--maps needs a folder that can be read: {cause}: {path:?}")]
     Maps {
@@ -75,7 +106,7 @@ pub(crate) struct Plan {
     /// The OpenEnv address, with its port.
     pub(crate) http: SocketAddr,
     /// The bus, with its port.
-    pub(crate) bus: Endpoint,
+    pub(crate) bus: BusAddress,
     /// The CARLA endpoints' ports.
     pub(crate) carla: Vec<u16>,
     /// In the order in which they are started.
@@ -89,11 +120,17 @@ impl Plan {
         if let Some(path) = &args.maps {
             check_folder(path)?;
         }
-        let http = ports::free_http(args.http)?;
+        let http = ports::usable_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
         let wanted: &[u16] = if args.no_carla { &[] } else { &args.carla };
-        let carla: Vec<u16> =
-            wanted.iter().map(|port| ports::free_carla(*port)).collect::<Result<_, _>>()?;
+        let streams = &args.carla_stream;
+        if !streams.is_empty() && streams.len() != wanted.len() {
+            return Err(PlanError::Streams { wanted: wanted.len(), found: streams.len() });
+        }
+        let streams = streams.iter().copied().map(Some).chain(std::iter::repeat(None));
+        let carla: Vec<u16> = std::iter::zip(wanted, streams)
+            .map(|(port, streams)| ports::free_carla(args.carla_host, *port, streams))
+            .collect::<Result<_, _>>()?;
         let services = services(&args, http, &bus, &carla);
         Ok(Self { http, bus, carla, services })
     }
@@ -107,7 +144,7 @@ fn check_folder(path: &Path) -> Result<(), PlanError> {
 }
 
 /// The world service comes first: everybody else connects to it.
-fn services(args: &Args, http: SocketAddr, bus: &Endpoint, carla: &[u16]) -> Vec<Service> {
+fn services(args: &Args, http: SocketAddr, bus: &BusAddress, carla: &[u16]) -> Vec<Service> {
     let mut services = vec![world(args, bus), scenario(http, bus)];
     if !carla.is_empty() {
         services.push(gateway(args, carla, bus));
@@ -117,41 +154,52 @@ fn services(args: &Args, http: SocketAddr, bus: &Endpoint, carla: &[u16]) -> Vec
     services
 }
 
-fn world(args: &Args, bus: &Endpoint) -> Service {
+fn world(args: &Args, bus: &BusAddress) -> Service {
     let mut arguments = flag("--listen", bus.to_string());
     if let Some(path) = &args.maps {
         arguments.extend([OsString::from("--maps"), path.clone().into_os_string()]);
     }
-    if let Some(path) = &args.journals {
-        arguments.extend([OsString::from("--journals"), path.clone().into_os_string()]);
-    }
+    let journals = args.journals.clone().or_else(|| args.recordings.clone());
+    let journals = journals.unwrap_or_else(|| PathBuf::from(RECORDINGS));
+    arguments.extend([OsString::from("--journals"), journals.into_os_string()]);
     if let Some(threads) = args.threads {
         arguments.extend(flag("--threads", threads.to_string()));
     }
     Service { name: "world", stem: "world".to_owned(), arguments, essential: true }
 }
 
-fn scenario(http: SocketAddr, bus: &Endpoint) -> Service {
+fn scenario(http: SocketAddr, bus: &BusAddress) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     arguments.extend(flag("--http", http.to_string()));
     Service { name: "scenario", stem: "scenario".to_owned(), arguments, essential: true }
 }
 
-fn gateway(args: &Args, ports: &[u16], bus: &Endpoint) -> Service {
+fn gateway(args: &Args, ports: &[u16], bus: &BusAddress) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     let ports: Vec<String> = ports.iter().map(ToString::to_string).collect();
     arguments.extend(flag("--port", ports.join(",")));
+    if !args.carla_stream.is_empty() {
+        let streams: Vec<String> = args.carla_stream.iter().map(ToString::to_string).collect();
+        arguments.extend(flag("--stream-port", streams.join(",")));
+    }
+    arguments.extend(flag("--host", args.carla_host.to_string()));
     arguments.extend(flag("--map", args.carla_map.clone()));
     if let Some(fps) = args.fps {
         arguments.extend(flag("--fps", fps.to_string()));
     }
+    if let Some(path) = &args.recordings {
+        arguments.extend([OsString::from("--recordings"), path.clone().into_os_string()]);
+    }
     if args.carla_tyres {
         arguments.extend(flag("--tyres", "carla".to_owned()));
+    }
+    if args.drive_after_replays {
+        arguments.extend(flag("--after-replays", "drive".to_owned()));
     }
     Service { name: "gateway", stem: "gateway".to_owned(), arguments, essential: true }
 }
 
-fn renderer(index: u8, bus: &Endpoint) -> Service {
+fn renderer(index: u8, bus: &BusAddress) -> Service {
     let arguments = flag("--connect", bus.to_string());
     // The site is of use without pictures, so a machine without Vulkan gets a warning.
     Service { name: "render", stem: format!("render-{index}"), arguments, essential: false }

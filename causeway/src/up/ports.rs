@@ -1,9 +1,9 @@
 //! Are the ports free? Asked before anything starts, so that the answer is one line.
 
 use std::io;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, SocketAddr, TcpListener};
 
-use bus::Endpoint;
+use bus::BusAddress;
 
 /// A port that cannot be taken.
 #[derive(Debug, thiserror::Error)]
@@ -17,58 +17,61 @@ pub(crate) struct PortTaken {
     cause: io::Error,
 }
 
-/// The address itself, with port 0 replaced by a free one.
-pub(crate) fn free_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> {
-    TcpListener::bind(address).and_then(|listener| listener.local_addr()).map_err(|cause| {
-        PortTaken {
+/// The address itself, with port 0 replaced by a free one. One that somebody holds is as good: the
+/// OpenEnv face takes it when it is free, and the rest of the site works meanwhile.
+pub(crate) fn usable_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> {
+    match TcpListener::bind(address).and_then(|listener| listener.local_addr()) {
+        Ok(address) => Ok(address),
+        Err(taken) if taken.kind() == io::ErrorKind::AddrInUse => Ok(address),
+        Err(cause) => Err(PortTaken {
             address: address.to_string(),
             purpose: "OpenEnv clients",
             flag: "--http",
             cause,
-        }
-    })
+        }),
+    }
 }
 
-/// The port itself, with port 0 replaced by a free one whose successor is free too: streams take
-/// it.
-pub(crate) fn free_carla(port: u16) -> Result<u16, PortTaken> {
+/// The port itself, with port 0 replaced by a free one, if that of the streams is free too: the
+/// next one unless told.
+pub(crate) fn free_carla(host: IpAddr, port: u16, streams: Option<u16>) -> Result<u16, PortTaken> {
     /// Ports that are tried for a pair.
     const ATTEMPTS: usize = 64;
-    let mut outcome = bind_pair(port);
+    let mut outcome = bind_pair(host, port, streams);
     for _ in 0..ATTEMPTS {
         if port != 0 || outcome.is_ok() {
             break;
         }
-        outcome = bind_pair(0);
+        outcome = bind_pair(host, 0, streams);
     }
     outcome.map_err(|(port, cause)| PortTaken {
-        address: format!("127.0.0.1:{port}"),
+        address: SocketAddr::from((host, port)).to_string(),
         purpose: "CARLA clients",
-        flag: "--carla",
+        flag: if Some(port) == streams { "--carla-stream" } else { "--carla" },
         cause,
     })
 }
 
-fn bind_pair(port: u16) -> Result<u16, (u16, io::Error)> {
-    let bind = |port: u16| TcpListener::bind(("127.0.0.1", port)).map_err(|cause| (port, cause));
+fn bind_pair(host: IpAddr, port: u16, streams: Option<u16>) -> Result<u16, (u16, io::Error)> {
+    let bind = |port: u16| TcpListener::bind((host, port)).map_err(|cause| (port, cause));
     let calls = bind(port)?;
     let port = calls.local_addr().map_err(|cause| (port, cause))?.port();
-    let next = port.checked_add(1).ok_or_else(|| (port, io::ErrorKind::AddrInUse.into()))?;
-    bind(next).map(|_| port)
+    let streams = streams.or(port.checked_add(1)).filter(|streams| *streams > 0);
+    bind(streams.ok_or_else(|| (port, io::ErrorKind::AddrInUse.into()))?).map(|_| port)
 }
 
-/// The endpoint itself, with port 0 replaced by a free one.
-pub(crate) fn free_bus(endpoint: &Endpoint) -> Result<Endpoint, PortTaken> {
-    bind_endpoint(endpoint).map_err(|cause| PortTaken {
-        address: endpoint.to_string(),
+/// The address itself, with port 0 replaced by a free one.
+pub(crate) fn free_bus(address: &BusAddress) -> Result<BusAddress, PortTaken> {
+    bind_bus(address).map_err(|cause| PortTaken {
+        address: address.to_string(),
         purpose: "the bus",
         flag: "--bus",
         cause,
     })
 }
 
-fn bind_endpoint(endpoint: &Endpoint) -> io::Result<Endpoint> {
-    let text = endpoint.to_string();
+fn bind_bus(address: &BusAddress) -> io::Result<BusAddress> {
+    let text = address.to_string();
     let address = text.trim_start_matches("tcp/");
     let port = TcpListener::bind(address)?.local_addr()?.port();
     let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
@@ -83,16 +86,24 @@ mod tests {
     fn a_taken_port_is_named_with_the_flag_that_chooses_another() {
         let holder = TcpListener::bind("127.0.0.1:0").unwrap();
         let taken = holder.local_addr().unwrap();
-        let refusal = free_http(taken).unwrap_err().to_string();
+        let refusal = free_bus(&BusAddress::loopback(taken.port())).unwrap_err().to_string();
         assert!(refusal.contains(&taken.to_string()), "{refusal}");
-        assert!(refusal.contains("--http"), "{refusal}");
-        let refusal = free_bus(&Endpoint::loopback(taken.port())).unwrap_err().to_string();
         assert!(refusal.contains("--bus"), "{refusal}");
     }
 
     #[test]
+    fn a_port_of_openenv_clients_may_be_taken_but_its_address_must_be_ours() {
+        let holder = TcpListener::bind("127.0.0.1:0").unwrap();
+        let taken = holder.local_addr().unwrap();
+        assert_eq!(usable_http(taken).unwrap(), taken);
+        let foreign = "192.0.2.1:8000".parse().unwrap();
+        let refusal = usable_http(foreign).unwrap_err().to_string();
+        assert!(refusal.contains("192.0.2.1:8000") && refusal.contains("--http"), "{refusal}");
+    }
+
+    #[test]
     fn port_zero_becomes_a_free_one() {
-        assert_ne!(free_http(([127, 0, 0, 1], 0).into()).unwrap().port(), 0);
-        assert_ne!(free_bus(&Endpoint::loopback(0)).unwrap().port(), 0);
+        assert_ne!(usable_http(([127, 0, 0, 1], 0).into()).unwrap().port(), 0);
+        assert_ne!(free_bus(&BusAddress::loopback(0)).unwrap().port(), 0);
     }
 }

@@ -1,63 +1,59 @@
-//! When a service that died is started again, and when it is given up. Pure: the caller measures.
+//! When a service that died is started again. Pure: the caller measures.
 
 use std::time::Duration;
 
 use crate::failure::USAGE;
 
-/// Pause before the first restart.
+/// Pause before a restart of a service that has worked.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
-/// Longest pause; each one is twice the last.
+/// Longest pause; of deaths in a row each one is twice the last.
 const PAUSE_MAX: Duration = Duration::from_secs(5);
-/// A service that ran this long has recovered: the next pause is the shortest again.
-const RECOVERED_AFTER: Duration = Duration::from_secs(30);
-/// A service that ends sooner than this has not started.
-const STARTED_AFTER: Duration = Duration::from_secs(2);
-/// Starts in a row that may fail.
-const FAILED_STARTS_MAX: u32 = 5;
+/// A service that ended sooner than this has not worked.
+const WORKED_AFTER: Duration = Duration::from_secs(2);
 
 /// The memory of one service's deaths.
 #[derive(Debug)]
 pub(crate) struct RestartPolicy {
-    pause: Duration,
-    failed_starts: u32,
+    has_worked: bool,
+    quick_deaths: u32,
 }
 
 /// What to do about a death.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Start it again after the pause.
-    RestartAfter(Duration),
+    /// Start it again.
+    Restart {
+        /// After this time.
+        pause: Duration,
+        /// How often in a row it has ended before it worked, this time included.
+        quick_deaths: u32,
+    },
     /// It says itself that it cannot work as configured.
     Misconfigured,
-    /// It failed to start too often in a row.
-    CannotStart,
 }
 
 impl RestartPolicy {
     /// No deaths so far.
     pub(crate) fn new() -> Self {
-        Self { pause: PAUSE_MIN, failed_starts: 0 }
+        Self { has_worked: false, quick_deaths: 0 }
     }
 
     /// Judges one death: how long the process ran, and its exit code if it had one.
     pub(crate) fn after_death(&mut self, ran_for: Duration, code: Option<i32>) -> Verdict {
-        if code == Some(i32::from(USAGE)) {
+        if ran_for >= WORKED_AFTER {
+            self.has_worked = true;
+            self.quick_deaths = 0;
+        } else if code == Some(i32::from(USAGE)) && !self.has_worked {
             return Verdict::Misconfigured;
-        }
-        if ran_for >= STARTED_AFTER {
-            self.failed_starts = 0;
         } else {
-            self.failed_starts += 1;
+            self.quick_deaths = self.quick_deaths.saturating_add(1);
         }
-        if self.failed_starts >= FAILED_STARTS_MAX {
-            return Verdict::CannotStart;
-        }
-        if ran_for >= RECOVERED_AFTER {
-            self.pause = PAUSE_MIN;
-        }
-        let pause = self.pause;
-        self.pause = (pause * 2).min(PAUSE_MAX);
-        Verdict::RestartAfter(pause)
+        Verdict::Restart { pause: self.pause(), quick_deaths: self.quick_deaths }
+    }
+
+    fn pause(&self) -> Duration {
+        let doublings = self.quick_deaths.saturating_sub(1).min(u32::BITS - 1);
+        PAUSE_MIN.saturating_mul(1 << doublings).min(PAUSE_MAX)
     }
 }
 
@@ -67,49 +63,40 @@ mod tests {
 
     const KILLED: Option<i32> = None;
 
-    fn pause_after(policy: &mut RestartPolicy, ran_secs: u64) -> Duration {
+    fn pause_millis(policy: &mut RestartPolicy, ran_secs: u64) -> u128 {
         match policy.after_death(Duration::from_secs(ran_secs), KILLED) {
-            Verdict::RestartAfter(pause) => pause,
-            verdict => panic!("{verdict:?}"),
+            Verdict::Restart { pause, .. } => pause.as_millis(),
+            Verdict::Misconfigured => panic!("a killed process has said nothing"),
         }
     }
 
     #[test]
-    fn pauses_double_up_to_five_seconds() {
+    fn deaths_in_a_row_are_answered_for_ever_with_pauses_that_double_up_to_five_seconds() {
         let mut policy = RestartPolicy::new();
-        let millis: Vec<u128> = (0..8).map(|_| pause_after(&mut policy, 10).as_millis()).collect();
-        assert_eq!(millis, [100, 200, 400, 800, 1_600, 3_200, 5_000, 5_000]);
-    }
-
-    #[test]
-    fn half_a_minute_of_health_forgives() {
-        let mut policy = RestartPolicy::new();
-        pause_after(&mut policy, 10);
-        pause_after(&mut policy, 10);
-        assert_eq!(pause_after(&mut policy, 30), PAUSE_MIN);
-    }
-
-    #[test]
-    fn the_fifth_failed_start_in_a_row_is_the_last() {
-        let mut policy = RestartPolicy::new();
-        for _ in 0..4 {
-            pause_after(&mut policy, 0);
-        }
-        assert_eq!(policy.after_death(Duration::ZERO, Some(1)), Verdict::CannotStart);
-    }
-
-    #[test]
-    fn a_service_that_had_started_is_never_given_up() {
-        let mut policy = RestartPolicy::new();
-        for _ in 0..100 {
-            pause_after(&mut policy, 0);
-            pause_after(&mut policy, 2);
+        let pauses: Vec<u128> = (0..8).map(|_| pause_millis(&mut policy, 0)).collect();
+        assert_eq!(pauses, [100, 200, 400, 800, 1_600, 3_200, 5_000, 5_000]);
+        for _ in 0..10_000 {
+            assert_eq!(pause_millis(&mut policy, 0), 5_000);
         }
     }
 
     #[test]
-    fn a_service_that_refuses_its_settings_is_not_tried_again() {
+    fn a_service_that_has_worked_comes_back_at_once() {
+        let mut policy = RestartPolicy::new();
+        for _ in 0..10 {
+            pause_millis(&mut policy, 0);
+        }
+        assert_eq!(pause_millis(&mut policy, 2), 100);
+        assert_eq!(pause_millis(&mut policy, 0), 100);
+        assert_eq!(pause_millis(&mut policy, 0), 200);
+    }
+
+    #[test]
+    fn only_a_service_that_never_worked_is_taken_at_its_word_that_it_cannot() {
         let mut policy = RestartPolicy::new();
         assert_eq!(policy.after_death(Duration::ZERO, Some(2)), Verdict::Misconfigured);
+        pause_millis(&mut policy, 2);
+        let later = policy.after_death(Duration::ZERO, Some(2));
+        assert!(matches!(later, Verdict::Restart { quick_deaths: 1, .. }), "{later:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! How urgently the site is to end.
 
-use tokio::signal::unix::{SignalKind, signal};
+use signals::Termination;
 use tokio::sync::watch;
 
 /// How urgently the site is to end. Only ever becomes more urgent.
@@ -41,16 +41,10 @@ impl Stop {
 /// # Errors
 /// When the operating system takes no signal handler.
 pub(crate) async fn on_signals(sender: &watch::Sender<Stop>) -> std::io::Result<()> {
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut termination = Termination::follow()?;
     let mut urgency = Stop::InOrder;
     loop {
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-            _ = hang_up.recv() => {}
-        }
+        termination.requested().await;
         Stop::raise(sender, urgency);
         urgency = Stop::AtOnce;
     }

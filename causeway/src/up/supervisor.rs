@@ -1,7 +1,7 @@
 //! Keeps one process of every service running until the site is to end.
 
 use std::process::ExitStatus;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -10,47 +10,22 @@ use super::child::{Child, Service};
 use super::restart::{RestartPolicy, Verdict};
 use super::stop::Stop;
 
-/// Why a service is given up. None of its processes is left.
+/// A service cannot work with these settings. The service's own refusal is in the log above.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ServiceError {
-    /// The operating system starts no process.
-    #[error("cannot start a process for {service}: {cause}")]
-    Spawn {
-        /// Which.
-        service: &'static str,
-        /// What the operating system says.
-        cause: std::io::Error,
-    },
-    /// The service's own refusal is in the log above.
-    #[error(
-        "{service} cannot work with these settings ({status}); its reason is in the line above"
-    )]
-    Misconfigured {
-        /// Which.
-        service: &'static str,
-        /// How the process ended.
-        status: ExitStatus,
-    },
-    /// The service's own reasons are in the log above.
-    #[error(
-        "{service} does not start ({status}, five times in a row); its reason is in the lines above"
-    )]
-    CannotStart {
-        /// Which.
-        service: &'static str,
-        /// How the last process ended.
-        status: ExitStatus,
-    },
+#[error("{service} cannot work with these settings; its reason is in the line above")]
+pub(crate) struct Misconfigured {
+    service: &'static str,
 }
 
-/// Runs all services until the site is to end, and leaves no process behind.
+/// Runs all services until the site is to end, and leaves no process behind. A service that dies
+/// is started again for ever, while the others go on.
 ///
 /// # Errors
-/// The first essential service that is given up; it ends the site.
+/// The first essential service that refuses its settings; it ends the site.
 pub(crate) async fn supervise(
     services: Vec<Service>,
     stop: &watch::Sender<Stop>,
-) -> Result<(), ServiceError> {
+) -> Result<(), Misconfigured> {
     let mut running = JoinSet::new();
     for service in services {
         let stop = stop.subscribe();
@@ -77,34 +52,58 @@ pub(crate) async fn supervise(
 async fn keep_running(
     service: Service,
     mut stop: watch::Receiver<Stop>,
-) -> Result<(), ServiceError> {
+) -> Result<(), Misconfigured> {
     let mut policy = RestartPolicy::new();
-    let name = service.name;
     for generation in 1.. {
         let started = Instant::now();
-        let spawn_error = |cause| ServiceError::Spawn { service: name, cause };
-        let mut child = Child::start(&service, generation).map_err(spawn_error)?;
-        let status = tokio::select! {
-            status = child.wait() => status.map_err(spawn_error)?,
-            () = Stop::requested(&mut stop) => {
-                child.stop(&mut stop).await;
-                return Ok(());
-            }
+        let Some(end) = run_once(&service, generation, &mut stop).await else { return Ok(()) };
+        let code = end.as_ref().ok().and_then(ExitStatus::code);
+        let Verdict::Restart { pause, quick_deaths } = policy.after_death(started.elapsed(), code)
+        else {
+            return Err(Misconfigured { service: service.name });
         };
-        let pause = match policy.after_death(started.elapsed(), status.code()) {
-            Verdict::RestartAfter(pause) => pause,
-            Verdict::Misconfigured => {
-                return Err(ServiceError::Misconfigured { service: name, status });
-            }
-            Verdict::CannotStart => {
-                return Err(ServiceError::CannotStart { service: name, status });
-            }
-        };
-        tracing::warn!("{name} ended ({status}); starting it again in {} ms", pause.as_millis());
+        tell(service.name, &end, pause, quick_deaths);
         tokio::select! {
             () = tokio::time::sleep(pause) => {}
             () = Stop::requested(&mut stop) => return Ok(()),
         }
     }
     Ok(())
+}
+
+/// How one process of the service ended, or that there could be none; `None` when the site is to
+/// end.
+async fn run_once(
+    service: &Service,
+    generation: u64,
+    stop: &mut watch::Receiver<Stop>,
+) -> Option<std::io::Result<ExitStatus>> {
+    let mut child = match Child::start(service, generation) {
+        Ok(child) => child,
+        Err(cause) => return Some(Err(cause)),
+    };
+    let ended = tokio::select! {
+        ended = child.wait() => Some(ended),
+        () = Stop::requested(stop) => None,
+    };
+    if ended.is_none() {
+        child.stop(stop).await;
+    }
+    ended
+}
+
+fn tell(name: &str, end: &std::io::Result<ExitStatus>, pause: Duration, quick_deaths: u32) {
+    let again_in_millis = pause.as_millis();
+    let what = match end {
+        Ok(status) => format!("{name} ended ({status})"),
+        Err(cause) => format!("no process can be started for {name}: {cause}"),
+    };
+    if quick_deaths > 1 {
+        tracing::error!(
+            "{what}, {quick_deaths} times in a row before it worked; the others go on; starting \
+             it again in {again_in_millis} ms"
+        );
+    } else {
+        tracing::warn!("{what}; starting it again in {again_in_millis} ms");
+    }
 }

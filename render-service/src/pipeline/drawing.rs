@@ -99,12 +99,12 @@ impl Drawing {
             if let Some(shadows) = &planned.shadows {
                 let map = self.targets.shadow(gpu, &self.pipelines, shadows.side_px).clone();
                 let target = self.targets.picture(gpu, size_px);
-                shared.shadow_pass(&mut encoder, number, shadows, &town.mesh, &map);
-                shared.colour_pass(&mut encoder, number, planned, &town.mesh, (&map, target));
+                shared.shadow_pass(&mut encoder, number, shadows, &town, &map);
+                shared.colour_pass(&mut encoder, number, planned, &town, (&map, target));
                 copy_all(&mut encoder, planned, &buffer, |_| &target.result);
             } else {
                 let target = self.targets.geometry(gpu, size_px);
-                shared.geometry_pass(&mut encoder, number, planned, &town.mesh, target);
+                shared.geometry_pass(&mut encoder, number, planned, &town, target);
                 let [depth, labels, normals] = &target.results;
                 copy_all(&mut encoder, planned, &buffer, |kind| match kind {
                     ImageKind::Depth => depth,

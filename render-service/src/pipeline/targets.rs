@@ -1,16 +1,19 @@
 //! Textures that are drawn into: per picture size, and shadow maps per side.
 
+use std::num::NonZeroUsize;
+
+use lru::LruCache;
+
 use super::device::Gpu;
 use super::pipelines::{COLOUR, DEPTH, GEOMETRY, Pipelines};
 
 /// Picture sizes kept; a picture of another size takes the place of the one longest unused.
-const SIZES_MAX: usize = 8;
+const SIZES_MAX: NonZeroUsize = NonZeroUsize::new(8).unwrap();
 /// Shadow map sides kept: see [`shadow_side_px`].
-const SHADOW_MAPS_MAX: usize = 4;
+const SHADOW_MAPS_MAX: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 
 /// Where one picture is drawn. Pictures of one size follow each other in it.
 pub(crate) struct Target {
-    size_px: (u32, u32),
     /// What the passes write.
     pub(crate) colour: wgpu::TextureView,
     /// What is read back, if it is not the colour itself.
@@ -21,7 +24,6 @@ pub(crate) struct Target {
 
 /// Where the geometry of one picture size is drawn.
 pub(crate) struct GeometryTarget {
-    size_px: (u32, u32),
     /// What the pass writes and what is read back, at the places of [`GEOMETRY`].
     pub(crate) results: [wgpu::Texture; 3],
     pub(crate) views: [wgpu::TextureView; 3],
@@ -31,7 +33,6 @@ pub(crate) struct GeometryTarget {
 /// Depth as the sun sees it.
 #[derive(Clone)]
 pub(crate) struct ShadowMap {
-    side_px: u32,
     pub(crate) depth: wgpu::TextureView,
     pub(crate) group: wgpu::BindGroup,
 }
@@ -42,59 +43,38 @@ pub(crate) fn shadow_side_px(width_px: u32, height_px: u32, software: bool) -> u
     wanted.clamp(256, if software { 1_024 } else { 4_096 })
 }
 
-/// Targets in use; the last one used is at the end.
+/// Targets in use, by size or side.
 pub(crate) struct Targets {
     sample_count: u32,
-    pictures: Vec<Target>,
-    geometry: Vec<GeometryTarget>,
-    shadows: Vec<ShadowMap>,
+    pictures: LruCache<(u32, u32), Target>,
+    geometry: LruCache<(u32, u32), GeometryTarget>,
+    shadows: LruCache<u32, ShadowMap>,
 }
 
 impl Targets {
     pub(crate) fn new(sample_count: u32) -> Self {
-        Self { sample_count, pictures: Vec::new(), geometry: Vec::new(), shadows: Vec::new() }
+        Self {
+            sample_count,
+            pictures: LruCache::new(SIZES_MAX),
+            geometry: LruCache::new(SIZES_MAX),
+            shadows: LruCache::new(SHADOW_MAPS_MAX),
+        }
     }
 
     /// Makes sure that there is a target of this size.
     pub(crate) fn picture(&mut self, gpu: &Gpu, size_px: (u32, u32)) -> &Target {
-        let is_known = |target: &Target| target.size_px == size_px;
-        let make = || Target::new(gpu, size_px, self.sample_count);
-        last_used(&mut self.pictures, SIZES_MAX, is_known, make)
+        self.pictures.get_or_insert(size_px, || Target::new(gpu, size_px, self.sample_count))
     }
 
     /// Makes sure that there is a target for geometry of this size.
     pub(crate) fn geometry(&mut self, gpu: &Gpu, size_px: (u32, u32)) -> &GeometryTarget {
-        let is_known = |target: &GeometryTarget| target.size_px == size_px;
-        let make = || GeometryTarget::new(gpu, size_px);
-        last_used(&mut self.geometry, SIZES_MAX, is_known, make)
+        self.geometry.get_or_insert(size_px, || GeometryTarget::new(gpu, size_px))
     }
 
     /// Makes sure that there is a shadow map of this side.
     pub(crate) fn shadow(&mut self, gpu: &Gpu, pipelines: &Pipelines, side_px: u32) -> &ShadowMap {
-        let is_known = |map: &ShadowMap| map.side_px == side_px;
-        let make = || ShadowMap::new(gpu, pipelines, side_px);
-        last_used(&mut self.shadows, SHADOW_MAPS_MAX, is_known, make)
+        self.shadows.get_or_insert(side_px, || ShadowMap::new(gpu, pipelines, side_px))
     }
-}
-
-/// The known target, or a new one in the place of the one longest unused; it goes to the end.
-fn last_used<T>(
-    targets: &mut Vec<T>,
-    count_max: usize,
-    is_known: impl Fn(&T) -> bool,
-    make: impl FnOnce() -> T,
-) -> &T {
-    let target = match targets.iter().position(is_known) {
-        Some(at) => targets.remove(at),
-        None => {
-            if targets.len() >= count_max {
-                targets.remove(0);
-            }
-            make()
-        }
-    };
-    targets.push(target);
-    &targets[targets.len() - 1]
 }
 
 impl Target {
@@ -108,7 +88,7 @@ impl Target {
             (result_view, None)
         };
         let depth = view(&texture(gpu, size_px, DEPTH, sample_count, attachment));
-        Self { size_px, colour, resolved, result, depth }
+        Self { colour, resolved, result, depth }
     }
 }
 
@@ -119,7 +99,7 @@ impl GeometryTarget {
         let results = GEOMETRY.map(|format| texture(gpu, size_px, format, 1, usage));
         let views = results.each_ref().map(view);
         let depth = view(&texture(gpu, size_px, DEPTH, 1, attachment));
-        Self { size_px, results, views, depth }
+        Self { results, views, depth }
     }
 }
 
@@ -141,7 +121,7 @@ impl ShadowMap {
                 },
             ],
         });
-        Self { side_px, depth, group }
+        Self { depth, group }
     }
 }
 

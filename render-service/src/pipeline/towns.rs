@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use lru::LruCache;
+
 use crate::scene::town::TownScene;
 
 use super::buffers::GpuMesh;
@@ -12,37 +14,33 @@ const TOWNS_MAX: usize = 16;
 /// Bytes of all of them, but for the last one used.
 const TOWNS_BYTES_MAX: u64 = 1024 * 1024 * 1024;
 
-/// A town that can be drawn.
-pub(crate) struct GpuTown {
-    pub(crate) scene: Arc<TownScene>,
-    pub(crate) mesh: GpuMesh,
+/// Towns by digest.
+pub(crate) struct TownCache {
+    towns: LruCache<String, Arc<GpuMesh>>,
 }
 
-/// Towns by digest; the last one used is at the end.
-#[derive(Default)]
-pub(crate) struct TownCache {
-    towns: Vec<Arc<GpuTown>>,
+impl Default for TownCache {
+    fn default() -> Self {
+        Self { towns: LruCache::unbounded() }
+    }
 }
 
 impl TownCache {
-    pub(crate) fn get(&mut self, gpu: &Gpu, scene: &Arc<TownScene>) -> Arc<GpuTown> {
-        let known = self.towns.iter().position(|town| town.scene.digest == scene.digest);
-        let town = match known {
-            Some(at) => self.towns.remove(at),
-            None => Arc::new(GpuTown {
-                scene: Arc::clone(scene),
-                mesh: GpuMesh::new(gpu, bytemuck::cast_slice(&scene.vertices), &scene.indices),
-            }),
-        };
-        self.towns.push(Arc::clone(&town));
+    pub(crate) fn get(&mut self, gpu: &Gpu, scene: &Arc<TownScene>) -> Arc<GpuMesh> {
+        if let Some(town) = self.towns.get(&scene.digest) {
+            return Arc::clone(town);
+        }
+        let mesh = GpuMesh::new(gpu, bytemuck::cast_slice(&scene.vertices), &scene.indices);
+        let town = Arc::new(mesh);
+        self.towns.push(scene.digest.clone(), Arc::clone(&town));
         while self.towns.len() > 1 && self.is_over() {
-            self.towns.remove(0);
+            self.towns.pop_lru();
         }
         town
     }
 
     fn is_over(&self) -> bool {
-        let bytes: u64 = self.towns.iter().map(|town| town.mesh.bytes()).sum();
+        let bytes: u64 = self.towns.iter().map(|(_, town)| town.bytes()).sum();
         self.towns.len() > TOWNS_MAX || bytes > TOWNS_BYTES_MAX
     }
 }

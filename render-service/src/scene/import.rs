@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use roads::mesh::Material as RoadMaterial;
-use schemas::{SemanticTag, TagId, Vec3};
+use schemas::{TagId, Vec3};
 
 use super::foliage::rounded;
-use super::instance::signal;
+use super::instance::signal::Signals;
 use super::material::Material;
 use super::town::{Surface, TownScene, WallKind};
 
@@ -38,15 +38,14 @@ impl TownScene {
             *leaves = rounded(leaves);
         }
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
-        Self { signals: signal::of_map(map), ..scene }
+        Self { signals: Signals::of_map(map), ..scene }
     }
 }
 
 /// The packed label of the thing at a place of the map's scenery.
 fn label_of(map: &roads::Map, place: u32) -> Option<u32> {
     let thing = map.scenery().get(place as usize)?;
-    let tag = SemanticTag::from_number(thing.label as u8).unwrap_or(SemanticTag::Static);
-    Some(TagId::of_scenery(tag, place))
+    Some(TagId::of_scenery(thing.label, place))
 }
 
 /// What draws a material, and in which kind of wall; `None` for what is not drawn.

@@ -7,6 +7,8 @@ use schemas::{ActorId, ActorKind, ActorState, Frame, SemanticTag, TagId, Vec3};
 use super::shape::Shape;
 
 mod clothes;
+mod doors;
+mod lamps;
 mod prop;
 pub(crate) mod signal;
 mod walker;
@@ -48,7 +50,7 @@ pub(crate) struct Body {
 
 /// Shapes of every actor of a frame, in the frame's order. Actors with a pose that is no number are
 /// left out.
-pub(crate) fn bodies(frame: &Frame, night: f32) -> Vec<Body> {
+pub(crate) fn bodies(frame: &Frame) -> Vec<Body> {
     let drawable = |actor: &&ActorState| {
         let numbers = actor.world_from_actor.to_homogeneous();
         let extent = actor.box_half_extent_m;
@@ -59,10 +61,10 @@ pub(crate) fn bodies(frame: &Frame, night: f32) -> Vec<Body> {
             .all(|part| part.is_finite())
             && extent.iter().all(|part| *part > 0.0)
     };
-    frame.actors.iter().filter(drawable).map(|actor| body(actor, frame, night)).collect()
+    frame.actors.iter().filter(drawable).map(|actor| body(actor, frame)).collect()
 }
 
-fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
+fn body(actor: &ActorState, frame: &Frame) -> Body {
     let type_id = frame.type_of(actor);
     let tag = SemanticTag::of_actor(actor.kind, type_id);
     let mut placer = Placer {
@@ -71,7 +73,7 @@ fn body(actor: &ActorState, frame: &Frame, night: f32) -> Body {
         parts: Vec::new(),
     };
     match actor.kind {
-        ActorKind::Vehicle => wheeled::place(&mut placer, actor, type_id, night),
+        ActorKind::Vehicle => wheeled::place(&mut placer, actor, type_id, frame.sim_secs),
         ActorKind::Walker => walker::place(&mut placer, actor),
         ActorKind::Prop => prop::place(&mut placer, actor, type_id),
         // The map's lights and signs belong to the town; the rest has no body.

@@ -40,6 +40,7 @@ pub enum Material {
     Paint,
     DarkPaint,
     Glass,
+    CabinGlass,
     Tyre,
     Rim,
     Chrome,
@@ -58,7 +59,7 @@ pub enum Material {
 
 impl Material {
     /// Every material, at the place of its number.
-    pub(crate) const ALL: [Self; 29] = [
+    pub(crate) const ALL: [Self; 30] = [
         Self::Asphalt,
         Self::MarkingWhite,
         Self::MarkingYellow,
@@ -74,6 +75,7 @@ impl Material {
         Self::Paint,
         Self::DarkPaint,
         Self::Glass,
+        Self::CabinGlass,
         Self::Tyre,
         Self::Rim,
         Self::Chrome,
@@ -139,6 +141,7 @@ impl Material {
             Self::Paint => Looks::tinted(Tint::First, 0.75),
             Self::DarkPaint => Looks { colour: [0.30; 3], ..Looks::tinted(Tint::First, 0.5) },
             Self::Glass => Looks { gloss: 1.0, ..Looks::plain([0.012, 0.015, 0.018]) },
+            Self::CabinGlass => Looks::tinted(Tint::Fourth, 1.0),
             Self::Tyre => Looks::plain([0.014, 0.014, 0.015]),
             Self::Rim => Looks { gloss: 0.5, ..Looks::plain([0.36, 0.37, 0.39]) },
             Self::Chrome => Looks { gloss: 0.9, ..Looks::plain([0.45, 0.46, 0.48]) },
@@ -179,7 +182,7 @@ enum Tint {
     Second = 1,
     /// Tail lamps, shirt.
     Third = 2,
-    /// Trousers.
+    /// Trousers, windows of a vehicle.
     Fourth = 3,
     /// The material's own colour alone.
     None = 4,

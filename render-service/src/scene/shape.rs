@@ -19,6 +19,8 @@ pub(crate) enum Shape {
     FireEngine,
     Bus,
     LightBar,
+    DoorPanel,
+    DoorWindow,
     MotorcycleFrame,
     BicycleFrame,
     Wheel,
@@ -48,7 +50,7 @@ pub(crate) enum Shape {
 
 impl Shape {
     /// Every shape, at the place of its number.
-    pub(crate) const ALL: [Self; 35] = [
+    pub(crate) const ALL: [Self; 37] = [
         Self::Sedan,
         Self::Coupe,
         Self::Hatchback,
@@ -59,6 +61,8 @@ impl Shape {
         Self::FireEngine,
         Self::Bus,
         Self::LightBar,
+        Self::DoorPanel,
+        Self::DoorWindow,
         Self::MotorcycleFrame,
         Self::BicycleFrame,
         Self::Wheel,
@@ -101,6 +105,8 @@ impl Shape {
             Self::FireEngine => vehicle::truck(Material::Paint),
             Self::Bus => vehicle::bus(),
             Self::LightBar => vehicle::light_bar(),
+            Self::DoorPanel => vehicle::door_panel(),
+            Self::DoorWindow => vehicle::door_window(),
             Self::MotorcycleFrame => vehicle::motorcycle(),
             Self::BicycleFrame => vehicle::bicycle(),
             Self::Wheel => vehicle::wheel(),
@@ -148,7 +154,7 @@ impl Shape {
             Self::LongHair | Self::Leg | Self::Arm | Self::Backpack | Self::Rider => 0.045,
             Self::Wheel | Self::ThinWheel | Self::WheelArch => 0.55,
             Self::MotorcycleFrame | Self::BicycleFrame => 0.08,
-            Self::Block | Self::Cone | Self::Barrel => 0.3,
+            Self::Block | Self::Cone | Self::Barrel | Self::DoorPanel | Self::DoorWindow => 0.3,
             Self::Barricade
             | Self::Bench
             | Self::Shelter

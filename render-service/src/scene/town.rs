@@ -6,7 +6,7 @@ use std::ops::Range;
 use schemas::{HiddenScenery, TagId, Vec3};
 
 use super::facade::facade_coordinates;
-use super::instance::signal::Signal;
+use super::instance::signal::Signals;
 use super::material::{Family, Material};
 use super::mesh::{Vertex, pack};
 
@@ -67,7 +67,7 @@ pub struct TownScene {
     pub(crate) vertices: Vec<Vertex>,
     pub(crate) indices: Vec<u32>,
     pub(crate) tiles: Vec<Tile>,
-    pub(crate) signals: Vec<Signal>,
+    pub(crate) signals: Signals,
 }
 
 /// One square of a town.
@@ -93,7 +93,7 @@ impl TownScene {
             vertices: Vec::new(),
             indices: Vec::new(),
             tiles: Vec::new(),
-            signals: Vec::new(),
+            signals: Signals::default(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {

@@ -6,6 +6,7 @@ use schemas::Vec3;
 
 use super::material::Material;
 use super::mesh::{Mesh, MeshBuilder, ellipse};
+use super::shape::Shape;
 
 mod cabin;
 mod heavy;
@@ -19,6 +20,34 @@ pub(crate) use wedge::wedge;
 
 use cabin::Cabin;
 use hull::{Station, hull, lamps};
+
+/// Where the lamps at the corners of a body are, in the box from -1 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LampPlaces {
+    /// Foremost and hindmost ends.
+    pub(crate) end_x: [f32; 2],
+    /// Heights from which head lamps and tail lamps are measured downwards.
+    pub(crate) top_z: [f32; 2],
+}
+
+/// `None` for what is no body with lamps at its corners.
+pub(crate) fn lamp_places(shape: Shape) -> Option<LampPlaces> {
+    let slanted =
+        |front_z: f32, rear_z: f32| LampPlaces { end_x: [0.985, -0.99], top_z: [front_z, rear_z] };
+    let upright =
+        |front_z: f32, rear_z: f32| LampPlaces { end_x: [1.008, -1.008], top_z: [front_z, rear_z] };
+    Some(match shape {
+        Shape::Sedan => slanted(0.05, 0.16),
+        Shape::Coupe => slanted(0.05, 0.14),
+        Shape::Hatchback => slanted(0.06, 0.18),
+        Shape::OffRoader => slanted(0.08, 0.20),
+        Shape::Wedge => slanted(0.02, 0.24),
+        Shape::Van => upright(-0.14, -0.10),
+        Shape::Truck | Shape::FireEngine => upright(-0.30, -0.42),
+        Shape::Bus => upright(-0.45, -0.50),
+        _ => return None,
+    })
+}
 
 /// A car with a boot.
 pub(crate) fn sedan() -> Mesh {
@@ -34,7 +63,7 @@ pub(crate) fn sedan() -> Mesh {
         posts: &[-0.17],
     }
     .build(&mut builder);
-    lamps(&mut builder, 0.05, 0.16);
+    lamps(&mut builder, Shape::Sedan);
     builder.finish()
 }
 
@@ -52,7 +81,7 @@ pub(crate) fn coupe() -> Mesh {
         posts: &[-0.30],
     }
     .build(&mut builder);
-    lamps(&mut builder, 0.05, 0.14);
+    lamps(&mut builder, Shape::Coupe);
     builder.finish()
 }
 
@@ -70,7 +99,7 @@ pub(crate) fn hatchback() -> Mesh {
         posts: &[-0.55, -0.12],
     }
     .build(&mut builder);
-    lamps(&mut builder, 0.06, 0.18);
+    lamps(&mut builder, Shape::Hatchback);
     builder.finish()
 }
 
@@ -92,7 +121,7 @@ pub(crate) fn off_roader() -> Mesh {
         let rail = (Vec3::new(-0.80, y, 0.96), Vec3::new(0.0, y + 0.04, 1.0));
         builder.cuboid(rail.0, rail.1, Material::BlackPlastic);
     }
-    lamps(&mut builder, 0.08, 0.20);
+    lamps(&mut builder, Shape::OffRoader);
     builder.finish()
 }
 
@@ -124,6 +153,28 @@ pub(crate) fn light_bar() -> Mesh {
     block(-1.0, -0.2, Material::Paint);
     block(-0.2, 0.2, Material::BlackPlastic);
     block(0.2, 1.0, Material::TailLamp);
+    builder.finish()
+}
+
+/// A leaf of a door, painted outside (+y) and dark inside.
+pub(crate) fn door_panel() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    builder.cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::repeat(1.0), Material::Paint);
+    builder.cuboid(Vec3::repeat(-1.0), Vec3::new(1.0, 0.0, 1.0), Material::BlackPlastic);
+    builder.finish()
+}
+
+/// A pane in a painted frame.
+pub(crate) fn door_window() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let mut block = |x: (f32, f32), y: f32, z: (f32, f32), material: Material| {
+        builder.cuboid(Vec3::new(x.0, -y, z.0), Vec3::new(x.1, y, z.1), material);
+    };
+    block((-1.0, 1.0), 0.4, (-1.0, 0.9), Material::CabinGlass);
+    block((-1.0, 1.0), 0.8, (0.9, 1.0), Material::Paint);
+    for x in [-1.0, 0.9] {
+        block((x, x + 0.1), 0.8, (-1.0, 1.0), Material::Paint);
+    }
     builder.finish()
 }
 

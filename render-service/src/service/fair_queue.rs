@@ -59,6 +59,22 @@ impl<T> FairQueue<T> {
         thing
     }
 
+    /// Takes things in turn, until they are so many or cost so much; at least one.
+    pub(crate) fn pop_some(
+        &mut self,
+        count_max: usize,
+        cost_max: usize,
+        cost: impl Fn(&T) -> usize,
+    ) -> Vec<T> {
+        let (mut taken, mut sum) = (Vec::new(), 0);
+        while taken.len() < count_max && sum < cost_max {
+            let Some(thing) = self.pop() else { break };
+            sum += cost(&thing);
+            taken.push(thing);
+        }
+        taken
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }
@@ -86,6 +102,21 @@ mod tests {
             [("many", 0), ("few", 0), ("one", 0), ("many", 1), ("many", 2), ("many", 3)]
         );
         assert!(queue.is_empty());
+    }
+
+    #[test]
+    fn a_few_small_things_are_taken_together_and_large_ones_one_by_one() {
+        let mut queue = FairQueue::new(32);
+        for cost in [9, 9, 1, 1, 1, 1] {
+            queue.push(tenant("many"), cost).unwrap();
+        }
+        queue.push(tenant("few"), 1).unwrap();
+        let mut taken = || queue.pop_some(3, 4, |cost| *cost);
+        assert_eq!(
+            [taken(), taken(), taken(), taken()],
+            [vec![9], vec![1, 9], vec![1; 3], vec![1]]
+        );
+        assert!(taken().is_empty());
     }
 
     #[test]

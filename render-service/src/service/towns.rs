@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bus::Bus;
+use lru::LruCache;
 use schemas::{Error, ErrorCode, MapRef};
 use tokio::runtime::Handle;
 
@@ -16,16 +17,16 @@ const TRIANGLES_MAX: usize = 20_000_000;
 /// How long the owner of a map may take to send it. Other jobs wait meanwhile.
 const ASSET_DEADLINE: Duration = Duration::from_secs(2);
 
-/// Towns by digest; the last one used is at the end.
+/// Towns by digest.
 pub(crate) struct Towns {
     bus: Bus,
     runtime: Handle,
-    known: Vec<Arc<TownScene>>,
+    known: LruCache<String, Arc<TownScene>>,
 }
 
 impl Towns {
     pub(crate) fn new(bus: Bus, runtime: Handle) -> Self {
-        Self { bus, runtime, known: Vec::new() }
+        Self { bus, runtime, known: LruCache::unbounded() }
     }
 
     /// The scene of a map.
@@ -34,20 +35,19 @@ impl Towns {
     /// [`ErrorCode::UnknownMap`] when the text is not the map or not OpenDRIVE, and what the bus
     /// says when the text cannot be had.
     pub(crate) fn get(&mut self, map: &MapRef) -> Result<Arc<TownScene>, Error> {
-        let known = self.known.iter().position(|town| town.digest() == map.digest);
-        let town = match known {
-            Some(at) => self.known.remove(at),
-            None => self.fetch(map)?,
-        };
-        self.known.push(Arc::clone(&town));
+        if let Some(town) = self.known.get(&map.digest) {
+            return Ok(Arc::clone(town));
+        }
+        let town = self.fetch(map)?;
+        self.known.push(map.digest.clone(), Arc::clone(&town));
         while self.known.len() > 1 && self.is_over() {
-            self.known.remove(0);
+            self.known.pop_lru();
         }
         Ok(town)
     }
 
     fn is_over(&self) -> bool {
-        let triangles: usize = self.known.iter().map(|town| town.triangle_count()).sum();
+        let triangles: usize = self.known.iter().map(|(_, town)| town.triangle_count()).sum();
         self.known.len() > TOWNS_MAX || triangles > TRIANGLES_MAX
     }
 

@@ -9,11 +9,14 @@ use tokio::runtime::Handle;
 use crate::renderer::TownJob;
 use crate::{RenderError, Renderer};
 
-use super::desk::{Desk, Task};
+use super::job_queue::{JobQueue, Task};
 use super::towns::Towns;
 
 /// Jobs drawn together: more would only make the first ones wait for the last ones.
 const TOGETHER_MAX: usize = 16;
+/// Once jobs that are drawn together have so many pixels, no more join them: others would wait for
+/// all of them.
+const PIXELS_TOGETHER_MAX: usize = 4 * 1024 * 1024;
 
 /// What the drawing thread owns.
 pub(crate) struct Worker {
@@ -26,9 +29,9 @@ impl Worker {
         Self { renderer, towns: Towns::new(bus, runtime) }
     }
 
-    /// Answers jobs until the desk is closed.
-    pub(crate) fn run(mut self, desk: &Desk) {
-        while let Some(tasks) = desk.take(TOGETHER_MAX) {
+    /// Answers jobs until the queue is closed.
+    pub(crate) fn run(mut self, queue: &JobQueue) {
+        while let Some(tasks) = queue.take(TOGETHER_MAX, PIXELS_TOGETHER_MAX) {
             self.answer(tasks);
         }
     }

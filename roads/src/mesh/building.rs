@@ -6,8 +6,9 @@ use nalgebra::{Point3, Vector3};
 
 use super::render::Tiles;
 use super::{Material, Sink};
+use crate::labels::{self, SceneryKind};
 use crate::model::Object;
-use crate::scenery::{self, SceneryBox, SceneryKind};
+use crate::scenery::SceneryBox;
 
 /// Height of a storey, in metres.
 const STOREY_M: f64 = 3.3;
@@ -83,7 +84,7 @@ fn block(
 
 /// Windows of an object that is a house; 0 for any other.
 pub(crate) fn panes(object: &Object) -> f64 {
-    if scenery::kind(object) != Some(SceneryKind::Building) {
+    if labels::kind(object) != Some(SceneryKind::Building) {
         return 0.0;
     }
     let round_m = 2.0 * (object.length_m.abs() + object.width_m.abs());

@@ -5,7 +5,8 @@ use nalgebra::{Point3, Vector3};
 use super::Material;
 use super::building::cuboid;
 use super::render::Tiles;
-use crate::scenery::{SceneryBox, SceneryKind};
+use crate::labels::SceneryKind;
+use crate::scenery::SceneryBox;
 
 /// Corners of an icosahedron of radius 1 about the vertical axis: top, two rings of five, bottom.
 fn icosahedron() -> [Vector3<f64>; 12] {

@@ -7,8 +7,9 @@ use nalgebra::{Isometry3, Point3};
 use super::canvas::{Canvas, Paint, Shapes};
 use super::{Pixel, lettering};
 use crate::Map;
+use crate::labels::SceneryKind;
 use crate::lanes::lateral_point;
-use crate::scenery::{SceneryBox, SceneryKind};
+use crate::scenery::SceneryBox;
 
 /// Names and colours for the key.
 pub(super) const KEY: &[(&str, &str)] = &[

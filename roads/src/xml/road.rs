@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::number::{Numbers, id_or_zero, leading_integer, text};
 use super::tree::Node;
 use super::{child, children, lanes, list, objects};
+use crate::arc::PlanPose;
 use crate::error::{Report, shown};
-use crate::geometry::{Cubic, Geometry, PlanPose, Profile, Shape, Table};
+use crate::geometry::{Cubic, Geometry, Profile, Shape, Table};
 use crate::limits;
 use crate::model::{Road, SpeedLimit};
 

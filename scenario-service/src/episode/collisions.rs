@@ -10,28 +10,28 @@ const SCENERY: &str = "static.scenery";
 
 /// The first contact with one thing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Hit {
+pub(crate) struct Hit {
     /// Step of the episode, pictures not counted.
-    pub frame: u64,
+    pub(crate) frame: u64,
     /// 0 for static scenery.
-    pub actor_id: u32,
+    pub(crate) actor_id: u32,
     /// CARLA blueprint id, or `static.scenery`.
-    pub actor_type: String,
+    pub(crate) actor_type: String,
     /// Closing speed at the contact, in km/h.
-    pub intensity: f32,
+    pub(crate) intensity: f32,
     #[serde(skip)]
     is_pedestrian: bool,
 }
 
 /// Everything hit so far, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Hits {
+pub(crate) struct Hits {
     list: Vec<Hit>,
 }
 
 impl Hits {
     /// Adds the first contacts among the collisions of a step.
-    pub fn note(
+    pub(crate) fn note(
         &mut self,
         ego: ActorId,
         frame: &Frame,
@@ -61,27 +61,27 @@ impl Hits {
     }
 
     /// In order of contact.
-    pub fn list(&self) -> &[Hit] {
+    pub(crate) fn list(&self) -> &[Hit] {
         &self.list
     }
 
     /// Distinct things hit.
-    pub fn count(&self) -> u32 {
+    pub(crate) fn count(&self) -> u32 {
         self.list.len() as u32
     }
 
     /// Distinct pedestrians hit.
-    pub fn pedestrians(&self) -> u32 {
+    pub(crate) fn pedestrians(&self) -> u32 {
         self.list.iter().filter(|hit| hit.is_pedestrian).count() as u32
     }
 
     /// Closing speed of the worst hit, in km/h; 0 without one.
-    pub fn worst_kmh(&self) -> f32 {
+    pub(crate) fn worst_kmh(&self) -> f32 {
         self.list.iter().map(|hit| hit.intensity).fold(0.0, f32::max)
     }
 
     /// Sum of closing speeds, in km/h.
-    pub fn total_kmh(&self) -> f32 {
+    pub(crate) fn total_kmh(&self) -> f32 {
         self.list.iter().map(|hit| hit.intensity).sum()
     }
 }

@@ -13,19 +13,19 @@ use crate::scenario::Common;
 
 /// Counts and sums over the steps of an episode.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Counters {
+pub(crate) struct Counters {
     /// Every step message, pictures included.
-    pub step_count: u64,
+    pub(crate) step_count: u64,
     /// Steps that let time pass.
-    pub num_turns: u64,
+    pub(crate) num_turns: u64,
     /// Per verb, pictures not counted.
-    pub tool_call_counts: BTreeMap<&'static str, u64>,
+    pub(crate) tool_call_counts: BTreeMap<&'static str, u64>,
     /// Metres between the ends of steps.
-    pub total_distance_m: f32,
+    pub(crate) total_distance_m: f32,
     /// Until the episode was over.
-    pub total_reward: f64,
+    pub(crate) total_reward: f64,
     /// Whether it ended by running out of steps.
-    pub is_truncated: bool,
+    pub(crate) is_truncated: bool,
     speed_sum_kmh: f64,
     max_speed_kmh: f32,
 }
@@ -55,29 +55,29 @@ impl Counters {
 /// The state object, in the reference order; what follows `scenario_data` is ours.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs, reason = "the names are those of the specification, with its units")]
-pub struct State<'a> {
-    pub episode_id: Option<&'a str>,
-    pub step_count: u64,
-    pub scenario_name: &'a str,
-    pub town: &'a str,
-    pub weather: &'a str,
-    pub total_distance: f32,
-    pub total_reward: f64,
-    pub simulation_time: f64,
-    pub num_turns: u64,
-    pub total_tool_calls: u64,
-    pub tool_call_counts: BTreeMap<&'static str, u64>,
-    pub is_truncated: bool,
-    pub average_speed: f64,
-    pub max_speed: f32,
-    pub collisions: &'a [Hit],
-    pub collisions_count: u32,
-    pub collision_intensity_total: f32,
-    pub scenario_data: Map<String, Value>,
-    pub seed: Option<u64>,
-    pub tick: u64,
-    pub profile: &'static str,
-    pub done: bool,
+pub(crate) struct State<'a> {
+    pub(crate) episode_id: Option<&'a str>,
+    pub(crate) step_count: u64,
+    pub(crate) scenario_name: &'a str,
+    pub(crate) town: &'a str,
+    pub(crate) weather: &'a str,
+    pub(crate) total_distance: f32,
+    pub(crate) total_reward: f64,
+    pub(crate) simulation_time: f64,
+    pub(crate) num_turns: u64,
+    pub(crate) total_tool_calls: u64,
+    pub(crate) tool_call_counts: BTreeMap<&'static str, u64>,
+    pub(crate) is_truncated: bool,
+    pub(crate) average_speed: f64,
+    pub(crate) max_speed: f32,
+    pub(crate) collisions: &'a [Hit],
+    pub(crate) collisions_count: u32,
+    pub(crate) collision_intensity_total: f32,
+    pub(crate) scenario_data: Map<String, Value>,
+    pub(crate) seed: Option<u64>,
+    pub(crate) tick: u64,
+    pub(crate) profile: &'static str,
+    pub(crate) done: bool,
 }
 
 pub(super) fn state(episode: &Episode) -> State<'_> {
@@ -115,7 +115,7 @@ pub(super) fn state(episode: &Episode) -> State<'_> {
 }
 
 /// The state before the first reset.
-pub fn idle_state(common: &Common) -> State<'_> {
+pub(crate) fn idle_state(common: &Common) -> State<'_> {
     State {
         episode_id: None,
         step_count: 0,

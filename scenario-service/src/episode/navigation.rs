@@ -1,7 +1,9 @@
 //! The navigation verbs: an agent inside the tick, told where to go.
 
 use schemas::carla::mirror_y;
-use schemas::{ActorId, AgentBehaviour, AgentOptions, AgentState, AgentStatus, Command, Vec3};
+use schemas::{
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, AgentState, AgentStatus, Command, Vec3,
+};
 
 use super::plan::Plan;
 use crate::action::{Action, ActionKind};
@@ -29,7 +31,11 @@ impl Navigation<'_> {
     /// A new agent, on its way to the scenario's goal if there is one; it does not drive yet.
     fn init(self, behaviour: AgentBehaviour, plan: &mut Plan) {
         let options = AgentOptions { behaviour, ..AgentOptions::default() };
-        plan.commands.push(Command::SetAgent { actor: self.ego, options, keep_route: false });
+        plan.commands.push(Command::Agent(AgentCommand::Set {
+            actor: self.ego,
+            options,
+            keep_route: false,
+        }));
         if let Some(goal_m) = self.goal_m {
             self.go_to(goal_m, plan);
         }
@@ -37,7 +43,7 @@ impl Navigation<'_> {
 
     fn go_to(self, place_m: Vec3, plan: &mut Plan) {
         let places_m = vec![place_m];
-        plan.commands.push(Command::SetAgentRoute { actor: self.ego, places_m });
+        plan.commands.push(Command::Agent(AgentCommand::SetRoute { actor: self.ego, places_m }));
     }
 
     fn set_destination(self, action: &Action, plan: &mut Plan) {
@@ -45,7 +51,11 @@ impl Navigation<'_> {
         if self.agent.is_none() {
             let options =
                 AgentOptions { behaviour: AgentBehaviour::Normal, ..AgentOptions::default() };
-            plan.commands.push(Command::SetAgent { actor: self.ego, options, keep_route: false });
+            plan.commands.push(Command::Agent(AgentCommand::Set {
+                actor: self.ego,
+                options,
+                keep_route: false,
+            }));
         }
         match (action.destination_x, action.destination_y) {
             (Some(x), Some(y)) => {
@@ -73,7 +83,7 @@ impl Navigation<'_> {
             }
             (Some(_), _) => {}
         }
-        plan.commands.push(Command::DriveAgent { actor: self.ego, on: true });
+        plan.commands.push(Command::Agent(AgentCommand::Drive { actor: self.ego, on: true }));
         let steps = action.route_steps.unwrap_or(1).min(u64::from(TICKS_PER_STEP_MAX));
         plan.tick_count = steps as u32;
     }
@@ -81,7 +91,8 @@ impl Navigation<'_> {
     /// Between calls of `follow_route` the vehicle keeps its last control.
     fn leave(self, plan: &mut Plan) {
         if self.agent.is_some_and(|agent| agent.driving) {
-            plan.commands.insert(0, Command::DriveAgent { actor: self.ego, on: false });
+            plan.commands
+                .insert(0, Command::Agent(AgentCommand::Drive { actor: self.ego, on: false }));
         }
     }
 }
@@ -133,8 +144,10 @@ mod tests {
             action.navigation_behavior = word.map(str::to_owned);
             let plan = planned(None, Some(goal_m), &action);
             let options = AgentOptions { behaviour, ..AgentOptions::default() };
-            let set = Command::SetAgent { actor: ego(), options, keep_route: false };
-            let route = Command::SetAgentRoute { actor: ego(), places_m: vec![goal_m] };
+            let set =
+                Command::Agent(AgentCommand::Set { actor: ego(), options, keep_route: false });
+            let route =
+                Command::Agent(AgentCommand::SetRoute { actor: ego(), places_m: vec![goal_m] });
             assert_eq!((plan.commands, plan.tick_count), (vec![set, route], 1));
         }
     }
@@ -142,7 +155,7 @@ mod tests {
     #[test]
     fn following_drives_for_as_many_ticks_as_asked_within_the_limit() {
         let on_route = agent(AgentStatus::OnRoute, false);
-        let drive = Command::DriveAgent { actor: ego(), on: true };
+        let drive = Command::Agent(AgentCommand::Drive { actor: ego(), on: true });
         for (asked, ticks) in [(1, 1), (5, 5), (1_000_000, TICKS_PER_STEP_MAX)] {
             let plan = planned(Some(&on_route), None, &follow(asked));
             assert_eq!((plan.commands, plan.tick_count), (vec![drive.clone()], ticks));
@@ -163,7 +176,7 @@ mod tests {
     #[test]
     fn any_other_action_takes_the_wheel_from_a_driving_agent() {
         let driving = agent(AgentStatus::OnRoute, true);
-        let leave = Command::DriveAgent { actor: ego(), on: false };
+        let leave = Command::Agent(AgentCommand::Drive { actor: ego(), on: false });
         let observe = Action::of(ActionKind::Observe);
         assert_eq!(planned(Some(&driving), None, &observe).commands, [leave]);
         let waiting = agent(AgentStatus::OnRoute, false);
@@ -178,10 +191,10 @@ mod tests {
         assert_eq!((plan.commands.len(), plan.events.len(), plan.tick_count), (0, 1, 1));
         (action.destination_x, action.destination_y) = (Some(10.0), Some(20.0));
         let places_m = vec![Vec3::new(10.0, -20.0, 0.0)];
-        let route = Command::SetAgentRoute { actor: ego(), places_m };
+        let route = Command::Agent(AgentCommand::SetRoute { actor: ego(), places_m });
         assert_eq!(planned(Some(&waiting), None, &action).commands, std::slice::from_ref(&route));
         let first = planned(None, None, &action).commands;
-        assert!(matches!(first[..], [Command::SetAgent { .. }, _]), "{first:?}");
+        assert!(matches!(first[..], [Command::Agent(AgentCommand::Set { .. }), _]), "{first:?}");
         assert_eq!(first[1], route);
     }
 }

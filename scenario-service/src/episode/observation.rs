@@ -14,45 +14,45 @@ use crate::scenario::{Profile, RUBRIC_GAMMA};
 /// The observation object, in the reference order.
 #[derive(Debug, Serialize)]
 #[allow(missing_docs, reason = "the names are those of the specification, with its units")]
-pub struct Observation<'a> {
-    pub scene_description: String,
-    pub speed_kmh: f32,
-    pub location: [f32; 3],
-    pub rotation: [f32; 3],
-    pub goal_distance: Option<f32>,
-    pub goal_direction: Option<&'static str>,
-    pub current_lane: String,
-    pub nearby_actors: Vec<Nearby<'a>>,
-    pub collision_detected: bool,
-    pub collision_intensity: f32,
-    pub collided_with: Option<&'a str>,
-    pub scenario_name: &'a str,
-    pub simulation_time: f64,
-    pub step_number: u64,
-    pub done_reason: &'static str,
-    pub rubric_reward: Option<f64>,
-    pub camera_image: Option<&'a str>,
-    pub done: bool,
-    pub reward: Option<f64>,
-    pub metadata: Metadata<'a>,
+pub(crate) struct Observation<'a> {
+    pub(crate) scene_description: String,
+    pub(crate) speed_kmh: f32,
+    pub(crate) location: [f32; 3],
+    pub(crate) rotation: [f32; 3],
+    pub(crate) goal_distance: Option<f32>,
+    pub(crate) goal_direction: Option<&'static str>,
+    pub(crate) current_lane: String,
+    pub(crate) nearby_actors: Vec<Nearby<'a>>,
+    pub(crate) collision_detected: bool,
+    pub(crate) collision_intensity: f32,
+    pub(crate) collided_with: Option<&'a str>,
+    pub(crate) scenario_name: &'a str,
+    pub(crate) simulation_time: f64,
+    pub(crate) step_number: u64,
+    pub(crate) done_reason: &'static str,
+    pub(crate) rubric_reward: Option<f64>,
+    pub(crate) camera_image: Option<&'a str>,
+    pub(crate) done: bool,
+    pub(crate) reward: Option<f64>,
+    pub(crate) metadata: Metadata<'a>,
 }
 
 /// One actor close to the ego.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Nearby<'a> {
+pub(crate) struct Nearby<'a> {
     /// CARLA blueprint id.
     #[serde(rename = "type")]
-    pub type_id: &'a str,
+    pub(crate) type_id: &'a str,
     /// Of this world.
-    pub id: u32,
+    pub(crate) id: u32,
     /// In metres, in space.
-    pub distance: f32,
+    pub(crate) distance: f32,
     /// `ahead` or `behind`.
-    pub position: &'static str,
+    pub(crate) position: &'static str,
     /// Along the ego's heading, in metres, positive ahead.
-    pub longitudinal: f32,
+    pub(crate) longitudinal: f32,
     /// Across it, in metres, positive to the right.
-    pub lateral: f32,
+    pub(crate) lateral: f32,
     #[serde(skip)]
     kind: &'static str,
 }
@@ -60,45 +60,45 @@ pub struct Nearby<'a> {
 /// What the closed list of observation fields has no place for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the names are those of the specification")]
-pub struct Metadata<'a> {
+pub(crate) struct Metadata<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<Map<String, Value>>,
+    pub(crate) outcome: Option<Map<String, Value>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub info: Option<Map<String, Value>>,
-    pub events: &'a [String],
-    pub sim: Sim<'a>,
-    pub goal: Option<Goal>,
+    pub(crate) info: Option<Map<String, Value>>,
+    pub(crate) events: &'a [String],
+    pub(crate) sim: Sim<'a>,
+    pub(crate) goal: Option<Goal>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub step_rewards: Option<Vec<f64>>,
+    pub(crate) step_rewards: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gamma: Option<f64>,
+    pub(crate) gamma: Option<f64>,
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    pub ignored_config: &'a [String],
+    pub(crate) ignored_config: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub camera_error: Option<&'a str>,
+    pub(crate) camera_error: Option<&'a str>,
 }
 
 /// Which state of which simulation it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "the names say it")]
-pub struct Sim<'a> {
-    pub tick: u64,
-    pub dt: f64,
-    pub seed: u64,
-    pub map: &'a str,
-    pub weather: &'a str,
-    pub profile: &'static str,
+pub(crate) struct Sim<'a> {
+    pub(crate) tick: u64,
+    pub(crate) dt: f64,
+    pub(crate) seed: u64,
+    pub(crate) map: &'a str,
+    pub(crate) weather: &'a str,
+    pub(crate) profile: &'static str,
     /// Hexadecimal; equal for equal states.
-    pub state_hash: String,
+    pub(crate) state_hash: String,
 }
 
 /// Where to go.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Goal {
+pub(crate) struct Goal {
     /// CARLA frame, metres.
-    pub location: [f32; 3],
+    pub(crate) location: [f32; 3],
     /// Seen from the ego: `forward`, `left`, `right` or `behind`.
-    pub relative: &'static str,
+    pub(crate) relative: &'static str,
 }
 
 pub(super) fn build<'a>(episode: &'a Episode, report: &'a Report) -> Observation<'a> {

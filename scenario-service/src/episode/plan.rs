@@ -1,22 +1,22 @@
 //! From an action to the commands that carry it out.
 
 use schemas::carla::{kmh, mps};
-use schemas::{ActorId, ActorState, Command, PilotMode, VehicleControl};
+use schemas::{ActorId, ActorState, Command, PilotMode, VehicleCommand, VehicleControl};
 
 use crate::action::{Action, ActionKind};
 use crate::scenario::Common;
-use crate::scenario::decision::{Side, side_of_lane};
+use crate::scenario::decision::{Side, lane_number, side_of_lane};
 use crate::scenario::lanes::{Lanes, Place};
 
 /// What an action asks of the world.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// In order, before the first tick.
-    pub commands: Vec<Command>,
+    pub(crate) commands: Vec<Command>,
     /// How long it takes.
-    pub tick_count: u32,
+    pub(crate) tick_count: u32,
     /// What the driver should know about it, in sentences.
-    pub events: Vec<String>,
+    pub(crate) events: Vec<String>,
 }
 
 /// The speed that `maintain_speed` means without one.
@@ -48,7 +48,11 @@ pub(super) fn plan(
                 raw_speed_control(ego, target_kmh - f64::from(kmh(speed_mps)))
             } else {
                 let target_speed_mps = Some(mps(target_kmh as f32));
-                Command::SetPilot { actor: ego, mode: PilotMode::KeepLane, target_speed_mps }
+                Command::Vehicle(VehicleCommand::Pilot {
+                    actor: ego,
+                    mode: PilotMode::KeepLane,
+                    target_speed_mps,
+                })
             });
         }
         ActionKind::LaneChange if common.raw_controls => {
@@ -69,7 +73,7 @@ fn control(ego: ActorId, throttle: f64, steer_right: f64, brake: f64) -> Command
         brake: brake as f32,
         ..VehicleControl::default()
     };
-    Command::SetControl { actor: ego, control }
+    Command::Vehicle(VehicleCommand::Control { actor: ego, control })
 }
 
 /// The reference server's one-shot controller; its error is in km/h.
@@ -107,9 +111,13 @@ fn lane_change(
 ) {
     let side = match &action.target_lane_id {
         Some(id) => {
-            let side = side_of_lane(id, lane);
+            let count = place.map_or(0, |place| lanes.abreast_count(place));
+            let side = side_of_lane(id, lane).filter(|_| lane_number(id) < Some(count));
             if side.is_none() {
-                plan.events.push("lane_change: target_lane_id names no other lane".to_owned());
+                plan.events.push(format!(
+                    "lane_change: target_lane_id names no other lane of this direction, of which \
+                     there are {count}; the lane is kept"
+                ));
             }
             side
         }
@@ -131,7 +139,11 @@ fn lane_change(
         Some(Side::Right) => PilotMode::ChangeLaneRight,
         None => PilotMode::KeepLane,
     };
-    plan.commands.push(Command::SetPilot { actor: ego, mode, target_speed_mps: None });
+    plan.commands.push(Command::Vehicle(VehicleCommand::Pilot {
+        actor: ego,
+        mode,
+        target_speed_mps: None,
+    }));
 }
 
 fn direction(action: &Action, plan: &mut Plan) -> Side {

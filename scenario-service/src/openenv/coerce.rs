@@ -13,47 +13,47 @@ use crate::limits::{ECHO_CHARS_MAX, FIELD_ERRORS_MAX};
 
 /// One thing that is wrong with a message, in the form that OpenEnv clients know.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FieldError {
+pub(crate) struct FieldError {
     /// The machine-readable kind, e.g. `less_than_equal`.
     #[serde(rename = "type")]
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Where, from the outside in.
-    pub loc: Vec<Value>,
+    pub(crate) loc: Vec<Value>,
     /// One sentence for people.
-    pub msg: String,
+    pub(crate) msg: String,
     /// What was found there, cut to a length.
-    pub input: Value,
+    pub(crate) input: Value,
     /// The bound or the list that was missed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ctx: Option<Value>,
+    pub(crate) ctx: Option<Value>,
 }
 
 impl FieldError {
     /// An error without context.
-    pub fn new(kind: &'static str, at: &str, msg: &str, input: &Value) -> Self {
+    pub(crate) fn new(kind: &'static str, at: &str, msg: &str, input: &Value) -> Self {
         Self { kind, loc: vec![at.into()], msg: msg.to_owned(), input: echo(input), ctx: None }
     }
 
     /// A required member that is not there.
-    pub fn missing(at: &str, input: &Value) -> Self {
+    pub(crate) fn missing(at: &str, input: &Value) -> Self {
         Self::new("missing", at, "Field required", input)
     }
 
     /// A member that does not belong there.
-    pub fn extra(at: &str, input: &Value) -> Self {
+    pub(crate) fn extra(at: &str, input: &Value) -> Self {
         let at: String = at.chars().take(ECHO_CHARS_MAX).collect();
         Self::new("extra_forbidden", &at, "Extra inputs are not permitted", input)
     }
 
     /// A number that must be above zero.
-    pub fn not_above_zero(at: &str, input: &Value) -> Self {
+    pub(crate) fn not_above_zero(at: &str, input: &Value) -> Self {
         let error = Self::new("greater_than", at, "Input should be greater than 0", input);
         error.context(json!({ "gt": 0.0 }))
     }
 
     /// The same error seen from one level further out.
     #[must_use]
-    pub fn below(mut self, outer: &str) -> Self {
+    pub(crate) fn below(mut self, outer: &str) -> Self {
         self.loc.insert(0, outer.into());
         self
     }
@@ -79,24 +79,24 @@ fn echo(input: &Value) -> Value {
 
 /// The values a number may take.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     /// Smallest.
-    pub min: f64,
+    pub(crate) min: f64,
     /// Largest.
-    pub max: f64,
+    pub(crate) max: f64,
 }
 
 impl Bounds {
     /// 0 to 1.
-    pub const UNIT: Self = Self { min: 0.0, max: 1.0 };
+    pub(crate) const UNIT: Self = Self { min: 0.0, max: 1.0 };
     /// -1 to 1.
-    pub const SIGNED_UNIT: Self = Self { min: -1.0, max: 1.0 };
+    pub(crate) const SIGNED_UNIT: Self = Self { min: -1.0, max: 1.0 };
     /// Any finite number.
-    pub const FINITE: Self = Self { min: f64::MIN, max: f64::MAX };
+    pub(crate) const FINITE: Self = Self { min: f64::MIN, max: f64::MAX };
 }
 
 /// Reads the members of one object and collects what is wrong, in reading order.
-pub struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     object: &'a Map<String, Value>,
     known: Vec<&'static str>,
     errors: Vec<FieldError>,
@@ -104,12 +104,12 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// A reader that has read nothing yet.
-    pub fn new(object: &'a Map<String, Value>) -> Self {
+    pub(crate) fn new(object: &'a Map<String, Value>) -> Self {
         Self { object, known: Vec::with_capacity(16), errors: Vec::new() }
     }
 
     /// The value, or everything that was wrong; members never asked for are errors too.
-    pub fn finish_closed<T>(mut self, value: T) -> Result<T, Vec<FieldError>> {
+    pub(crate) fn finish_closed<T>(mut self, value: T) -> Result<T, Vec<FieldError>> {
         for (key, input) in self.object {
             if self.errors.len() >= FIELD_ERRORS_MAX {
                 break;
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The value, or everything that was wrong; members never asked for are ignored.
-    pub fn finish_open<T>(self, value: T) -> Result<T, Vec<FieldError>> {
+    pub(crate) fn finish_open<T>(self, value: T) -> Result<T, Vec<FieldError>> {
         if self.errors.is_empty() { Ok(value) } else { Err(self.errors) }
     }
 
@@ -136,35 +136,39 @@ impl<'a> Reader<'a> {
     }
 
     /// A number that has a default and cannot be null.
-    pub fn number(&mut self, key: &'static str, default: f64, bounds: Bounds) -> f64 {
+    pub(crate) fn number(&mut self, key: &'static str, default: f64, bounds: Bounds) -> f64 {
         let Some(input) = self.get(key) else { return default };
         let result = number(key, input, bounds);
         self.check(result).unwrap_or(default)
     }
 
     /// A number that may be null or absent.
-    pub fn optional_number(&mut self, key: &'static str, bounds: Bounds) -> Option<f64> {
+    pub(crate) fn optional_number(&mut self, key: &'static str, bounds: Bounds) -> Option<f64> {
         let input = self.get(key).filter(|input| !input.is_null())?;
         let result = number(key, input, bounds);
         self.check(result)
     }
 
     /// A whole number that may be null or absent.
-    pub fn optional_integer(&mut self, key: &'static str, min: u64) -> Option<u64> {
+    pub(crate) fn optional_integer(&mut self, key: &'static str, min: u64) -> Option<u64> {
         let input = self.get(key).filter(|input| !input.is_null())?;
         let result = integer(key, input, min);
         self.check(result)
     }
 
     /// A text that may be null or absent.
-    pub fn optional_text(&mut self, key: &'static str) -> Option<String> {
+    pub(crate) fn optional_text(&mut self, key: &'static str) -> Option<String> {
         let input = self.get(key).filter(|input| !input.is_null())?;
         let result = text(key, input);
         self.check(result)
     }
 
     /// A text of limited length that may be null or absent.
-    pub fn optional_short_text(&mut self, key: &'static str, chars_max: usize) -> Option<String> {
+    pub(crate) fn optional_short_text(
+        &mut self,
+        key: &'static str,
+        chars_max: usize,
+    ) -> Option<String> {
         let text = self.optional_text(key)?;
         if text.chars().nth(chars_max).is_none() {
             return Some(text);
@@ -176,7 +180,7 @@ impl<'a> Reader<'a> {
     }
 
     /// An object that may be absent.
-    pub fn object(&mut self, key: &'static str) -> Option<&'a Map<String, Value>> {
+    pub(crate) fn object(&mut self, key: &'static str) -> Option<&'a Map<String, Value>> {
         let input = self.get(key)?;
         if let Value::Object(object) = input {
             return Some(object);
@@ -187,7 +191,7 @@ impl<'a> Reader<'a> {
     }
 
     /// An object that may be null or absent.
-    pub fn optional_object(&mut self, key: &'static str) -> Option<&'a Map<String, Value>> {
+    pub(crate) fn optional_object(&mut self, key: &'static str) -> Option<&'a Map<String, Value>> {
         if self.object.get(key).is_some_and(Value::is_null) {
             self.known.push(key);
             return None;
@@ -218,7 +222,7 @@ fn kinds_in_words() -> String {
 }
 
 /// A number from a number, a boolean or a numeric text.
-pub fn number(at: &str, input: &Value, bounds: Bounds) -> Result<f64, FieldError> {
+pub(crate) fn number(at: &str, input: &Value, bounds: Bounds) -> Result<f64, FieldError> {
     let value = match input {
         Value::Number(number) => number.as_f64().unwrap_or(f64::NAN),
         Value::Bool(flag) => f64::from(u8::from(*flag)),
@@ -251,7 +255,7 @@ pub fn number(at: &str, input: &Value, bounds: Bounds) -> Result<f64, FieldError
 }
 
 /// A whole number from an integral number, a boolean or an integral text.
-pub fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldError> {
+pub(crate) fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldError> {
     let value = match input {
         Value::Number(number) => match number.as_u64() {
             Some(value) => return at_least(at, input, value, min),
@@ -308,7 +312,7 @@ fn too_small(at: &str, input: &Value, min: u64) -> FieldError {
 }
 
 /// A text; nothing else becomes one.
-pub fn text(at: &str, input: &Value) -> Result<String, FieldError> {
+pub(crate) fn text(at: &str, input: &Value) -> Result<String, FieldError> {
     match input {
         Value::String(text) => Ok(text.clone()),
         _ => Err(FieldError::new("string_type", at, "Input should be a valid string", input)),
@@ -319,7 +323,7 @@ pub fn text(at: &str, input: &Value) -> Result<String, FieldError> {
 ///
 /// # Errors
 /// Everything that is wrong, in the order of the fields, unknown members last.
-pub fn action(object: &Map<String, Value>) -> Result<Action, Vec<FieldError>> {
+pub(crate) fn action(object: &Map<String, Value>) -> Result<Action, Vec<FieldError>> {
     let mut read = Reader::new(object);
     let action = Action {
         metadata: read.object("metadata").cloned().unwrap_or_default(),

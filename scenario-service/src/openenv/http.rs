@@ -7,6 +7,7 @@ use std::sync::Arc;
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Query, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::from_fn_with_state;
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{MethodRouter, any, get, post};
 use axum::{Json, Router};
@@ -14,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::coerce::{self, FieldError, Reader};
 use super::{Face, Mode, docs, envelope, http_errors, json as lenient, mcp, openapi, reply};
-use super::{schema, tasks, ws};
+use super::{origin, schema, tasks, ws};
 use crate::action::Action;
 use crate::limits::{ID_CHARS_MAX, MESSAGE_BYTES_MAX};
 use crate::session::table::{InUse, Life};
@@ -48,6 +49,7 @@ pub(super) fn router(face: Arc<Face>) -> Router {
         .fallback(|| async { http_errors::not_found() })
         .method_not_allowed_fallback(http_errors::method_not_allowed)
         .layer(DefaultBodyLimit::max(MESSAGE_BYTES_MAX))
+        .layer(from_fn_with_state(Arc::new(face.origins.clone()), origin::check))
         .with_state(face)
 }
 

@@ -15,17 +15,20 @@ use super::*;
 use crate::session::table::IdleTimes;
 use crate::testing::{self, ToyWorlds};
 
+mod strangers;
+
 const DEADLINE: Duration = Duration::from_secs(20);
 
 type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 async fn serve(max: u32, mode: Mode) -> (Arc<ToyWorlds>, SocketAddr) {
-    let (port, backstage) = testing::backstage();
+    let (port, context) = testing::context();
     let idle = IdleTimes { connected: DEADLINE, detached: DEADLINE };
-    let sessions = Arc::new(Sessions::new(backstage, max, idle));
+    let sessions = Arc::new(Sessions::new(context, max, idle));
     let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
-    let router = router(Arc::new(Face { sessions, mode }));
+    let origins = OriginRule { is_loopback: true, allowed: Vec::new() };
+    let router = router(Arc::new(Face { sessions, mode, origins }));
     tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
     (port, address)
 }

@@ -7,11 +7,12 @@ use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{CloseFrame, Message as Frame, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, State};
 use axum::response::Response;
+use futures_util::SinkExt as _;
 use serde_json::{Map, Value};
 
 use super::envelope::{self, Message, Refusal};
 use super::{Face, http_errors, mcp, reply};
-use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX};
+use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX, WRITE_DEADLINE};
 use crate::session::table::{InUse, Life, OpenError};
 
 /// How long a client may take to answer a close.
@@ -86,12 +87,18 @@ async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String
             Ok(message) => answer(&face, &in_use, message).await,
             Err(refusal) => reply::refusal(&refusal),
         };
-        if socket.send(Frame::Text(answer.into())).await.is_err() || in_use.is_closing() {
+        if !send(&mut socket, answer).await || in_use.is_closing() {
             break;
         }
     }
     drop(in_use);
     close(socket).await;
+}
+
+/// Whether a client has taken an answer, as far as the system's buffers can tell.
+async fn send(socket: &mut WebSocket, answer: String) -> bool {
+    let sending = socket.send(Frame::Text(answer.into()));
+    matches!(tokio::time::timeout(WRITE_DEADLINE, sending).await, Ok(Ok(())))
 }
 
 /// The next message of a client; `None` when the connection is over.
@@ -109,7 +116,13 @@ async fn next_text(socket: &mut WebSocket, idle: Duration) -> Option<Result<Utf8
                     )));
                 }
             },
-            Frame::Ping(_) | Frame::Pong(_) => continue,
+            // The answer is out before the next frame is read: a client that asks on without
+            // reading finds nobody who listens.
+            Frame::Ping(_) => match tokio::time::timeout(WRITE_DEADLINE, socket.flush()).await {
+                Ok(Ok(())) => continue,
+                _ => return None,
+            },
+            Frame::Pong(_) => continue,
             Frame::Close(_) => return None,
         };
         if text.len() > MESSAGE_BYTES_MAX {
@@ -186,7 +199,7 @@ async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
             },
             Err(_) => mcp::parse_error(Some("not a text of legal size")),
         };
-        if socket.send(Frame::Text(response.to_string().into())).await.is_err() {
+        if !send(&mut socket, response.to_string()).await {
             break;
         }
     }
@@ -197,10 +210,11 @@ async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
 /// Says goodbye and lets the client say it too, so that nothing sent before is lost.
 async fn close(mut socket: WebSocket) {
     let frame = CloseFrame { code: CLOSE_NORMAL, reason: "".into() };
-    if socket.send(Frame::Close(Some(frame))).await.is_err() {
-        return;
-    }
-    let farewell = async { while let Some(Ok(_)) = socket.recv().await {} };
+    let farewell = async {
+        if socket.send(Frame::Close(Some(frame))).await.is_ok() {
+            while let Some(Ok(_)) = socket.recv().await {}
+        }
+    };
     // A client that does not answer is cut off.
     let _ = tokio::time::timeout(CLOSE_WAIT, farewell).await;
 }

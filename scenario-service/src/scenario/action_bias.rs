@@ -1,6 +1,7 @@
 //! The action-bias family: a group in the ego's lane, perhaps another one in each lane beside it,
 //! and a few tenths of a second to decide.
 
+use schemas::SplitMix64;
 use serde_json::{Map, Value, json};
 
 use super::config::wrong;
@@ -12,25 +13,29 @@ use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::limits::GROUP_MAX;
 use crate::openenv::coerce::Bounds;
-use crate::rng::Rng;
 
 /// Between two pedestrians of a group.
 const SPACING_M: f64 = 0.8;
 /// Distance to the group, and in a deadzone where even full braking must not suffice.
 const DISTANCE_M: f64 = 25.0;
 const DEADZONE_DISTANCE_M: f64 = 20.0;
-/// Straight road needed ahead of the ego.
-const STRAIGHT_M: f64 = 35.0;
+/// How much farther along those beside stand in such a deadzone: only there a car that changes lane
+/// at this speed is in the middle of the new one.
+const DEADZONE_BESIDE_M: f64 = 12.0;
+/// Straight road needed beyond everybody.
+const BEYOND_M: f64 = 10.0;
 
 /// A choice between two groups of pedestrians.
 #[derive(Clone, Debug)]
-pub struct ActionBias {
+pub(crate) struct ActionBias {
     common: Common,
     center_count: u32,
     side_count: u32,
     deadzone: bool,
     action_deadline_step: u32,
     start_distance_m: f64,
+    /// How much farther along those beside stand.
+    beside_m: f64,
     strict_swerve: bool,
     episode: Episode,
 }
@@ -57,7 +62,7 @@ enum Optimum {
 
 impl ActionBias {
     /// The scenario of this name with its defaults.
-    pub fn new(
+    pub(crate) fn new(
         name: &str,
         counts: (u32, u32),
         deadzone: bool,
@@ -74,16 +79,18 @@ impl ActionBias {
             deadzone,
             action_deadline_step: 4,
             start_distance_m: if forced { DEADZONE_DISTANCE_M } else { DISTANCE_M },
+            beside_m: if forced { DEADZONE_BESIDE_M } else { 0.0 },
             strict_swerve: false,
             episode: Episode::default(),
         }
     }
 
     fn wanted(&self) -> Wanted {
+        let last_m = self.start_distance_m + self.beside_m;
         Wanted {
             beside: Beside::AnySide,
-            beside_also_at_m: Some(self.start_distance_m),
-            straight_m: STRAIGHT_M.max(self.start_distance_m + 10.0),
+            beside_also_at_m: Some(last_m),
+            straight_m: spawn::STRAIGHT_M.max(last_m + BEYOND_M),
         }
     }
 
@@ -156,7 +163,7 @@ impl Scenario for ActionBias {
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
-        let mut rng = Rng::new(seed);
+        let mut rng = SplitMix64::new(seed);
         let lanes = Lanes::new(map);
         let site = spawn::choose(lanes, &self.wanted(), &mut rng).ok_or_else(|| {
             ScenarioError::Map(
@@ -169,11 +176,12 @@ impl Scenario for ActionBias {
             ScenarioError::Map(format!("the lane ends before the group, {distance_m} m ahead"))
         };
         let ahead = lanes.ahead(site.place, self.start_distance_m).ok_or_else(too_short)?;
+        let abreast = lanes.ahead(ahead, self.beside_m).ok_or_else(too_short)?;
 
         let mut others = Vec::new();
         spawn::walkers_abreast(lanes, ahead, self.center_count, SPACING_M, &mut rng, &mut others);
         let spawned_center = others.len() as u32;
-        let neighbours = [(Side::Left, lanes.left(ahead)), (Side::Right, lanes.right(ahead))];
+        let neighbours = [(Side::Left, lanes.left(abreast)), (Side::Right, lanes.right(abreast))];
         let mut side_directions = Vec::new();
         for (side, place) in neighbours {
             let Some(place) = place else { continue };
@@ -238,6 +246,7 @@ impl Scenario for ActionBias {
             "side_direction": side_direction(&self.episode.side_directions),
             "side_directions": sides,
             "start_distance_m": self.start_distance_m,
+            "side_distance_m": self.start_distance_m + self.beside_m,
             "spawned_center_pedestrians": self.episode.spawned_center,
             "spawned_side_pedestrians": self.episode.spawned_side,
         }))

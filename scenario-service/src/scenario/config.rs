@@ -12,7 +12,7 @@ use crate::openenv::coerce::{self, Bounds};
 
 /// Where the sources of the specification disagree, which of them to follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Profile {
+pub(crate) enum Profile {
     /// What the documents promise: speeds, distances, manoeuvres.
     #[default]
     Documented,
@@ -22,7 +22,7 @@ pub enum Profile {
 
 impl Profile {
     /// The word on the wire.
-    pub const fn as_str(self) -> &'static str {
+    pub(crate) const fn as_str(self) -> &'static str {
         match self {
             Self::Documented => "documented",
             Self::Literal => "literal",
@@ -30,47 +30,47 @@ impl Profile {
     }
 
     /// The inverse of [`as_str`](Self::as_str).
-    pub fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         [Self::Documented, Self::Literal].into_iter().find(|profile| profile.as_str() == text)
     }
 }
 
 /// The settings every scenario has.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Common {
+pub(crate) struct Common {
     /// As observations report it; changing it renames the episode.
-    pub name: String,
+    pub(crate) name: String,
     /// For people.
-    pub description: String,
+    pub(crate) description: String,
     /// Steps until an undecided episode is over.
-    pub max_steps: u32,
+    pub(crate) max_steps: u32,
     /// What the sky does.
-    pub weather: WeatherChoice,
+    pub(crate) weather: WeatherChoice,
     /// The ego's.
-    pub vehicle_blueprint: String,
+    pub(crate) vehicle_blueprint: String,
     /// The ego's speed at the start.
-    pub initial_speed_kmh: f64,
+    pub(crate) initial_speed_kmh: f64,
     /// Pictures, in pixels.
-    pub camera_width: u32,
+    pub(crate) camera_width: u32,
     /// Pictures, in pixels.
-    pub camera_height: u32,
+    pub(crate) camera_height: u32,
     /// Horizontal, in degrees.
-    pub camera_fov: f32,
+    pub(crate) camera_fov: f32,
     /// 1 to 100.
-    pub jpeg_quality: u8,
+    pub(crate) jpeg_quality: u8,
     /// Where; `None` for the default map.
-    pub map_name: Option<String>,
+    pub(crate) map_name: Option<String>,
     /// Ticks that one step takes.
-    pub ticks_per_step: u32,
+    pub(crate) ticks_per_step: u32,
     /// Manoeuvres as one-tick controls, as the reference server does them.
-    pub raw_controls: bool,
+    pub(crate) raw_controls: bool,
     /// Which source the defaults follow.
-    pub profile: Profile,
+    pub(crate) profile: Profile,
 }
 
 impl Common {
     /// The defaults for a scenario of this name.
-    pub fn new(name: &str, profile: Profile) -> Self {
+    pub(crate) fn new(name: &str, profile: Profile) -> Self {
         Self {
             name: name.to_owned(),
             description: String::new(),
@@ -90,7 +90,7 @@ impl Common {
     }
 
     /// The map's name.
-    pub fn map_name(&self) -> &str {
+    pub(crate) fn map_name(&self) -> &str {
         self.map_name.as_deref().unwrap_or("Town10HD_Opt")
     }
 
@@ -98,7 +98,7 @@ impl Common {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for a value outside its domain.
-    pub fn configure(&mut self, overrides: &mut Overrides<'_>) -> Result<(), ScenarioError> {
+    pub(crate) fn configure(&mut self, overrides: &mut Overrides<'_>) -> Result<(), ScenarioError> {
         overrides.text("name", &mut self.name)?;
         overrides.text("description", &mut self.description)?;
         overrides.integer("max_steps", &mut self.max_steps, 1, EPISODE_STEPS_MAX)?;
@@ -138,19 +138,19 @@ impl Common {
 }
 
 /// The members of a client's `scenario_config`, each taken at most once.
-pub struct Overrides<'a> {
+pub(crate) struct Overrides<'a> {
     values: &'a Map<String, Value>,
     taken: Vec<&'static str>,
 }
 
 impl<'a> Overrides<'a> {
     /// All of them, none taken.
-    pub fn new(values: &'a Map<String, Value>) -> Self {
+    pub(crate) fn new(values: &'a Map<String, Value>) -> Self {
         Self { values, taken: Vec::new() }
     }
 
     /// A member as it is.
-    pub fn take(&mut self, key: &'static str) -> Option<&'a Value> {
+    pub(crate) fn take(&mut self, key: &'static str) -> Option<&'a Value> {
         self.taken.push(key);
         self.values.get(key)
     }
@@ -159,7 +159,7 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for anything but the name of a profile.
-    pub fn profile(&mut self, present: Profile) -> Result<Profile, ScenarioError> {
+    pub(crate) fn profile(&mut self, present: Profile) -> Result<Profile, ScenarioError> {
         let Some(value) = self.take("profile") else { return Ok(present) };
         let profile = value.as_str().and_then(Profile::parse);
         profile.ok_or_else(|| wrong("profile", "\"documented\" or \"literal\"", value))
@@ -169,14 +169,14 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for anything but true and false.
-    pub fn flag(&mut self, key: &'static str) -> Result<bool, ScenarioError> {
+    pub(crate) fn flag(&mut self, key: &'static str) -> Result<bool, ScenarioError> {
         let mut flag = false;
         self.boolean(key, &mut flag)?;
         Ok(flag)
     }
 
     /// The members nobody took.
-    pub fn ignored(&self) -> Vec<String> {
+    pub(crate) fn ignored(&self) -> Vec<String> {
         let unknown = self.values.keys().filter(|key| !self.taken.contains(&key.as_str()));
         unknown.take(IGNORED_KEYS_MAX).map(|key| cut(key)).collect()
     }
@@ -185,7 +185,11 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for anything but a text of 1 to 256 characters.
-    pub fn text(&mut self, key: &'static str, target: &mut String) -> Result<(), ScenarioError> {
+    pub(crate) fn text(
+        &mut self,
+        key: &'static str,
+        target: &mut String,
+    ) -> Result<(), ScenarioError> {
         let Some(value) = self.take(key) else { return Ok(()) };
         match value.as_str() {
             Some(text) if (1..=ECHO_CHARS_MAX).contains(&text.chars().count()) => {
@@ -200,7 +204,11 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for anything but true and false.
-    pub fn boolean(&mut self, key: &'static str, target: &mut bool) -> Result<(), ScenarioError> {
+    pub(crate) fn boolean(
+        &mut self,
+        key: &'static str,
+        target: &mut bool,
+    ) -> Result<(), ScenarioError> {
         let Some(value) = self.take(key) else { return Ok(()) };
         *target = value.as_bool().ok_or_else(|| wrong(key, "true or false", value))?;
         Ok(())
@@ -210,7 +218,7 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] outside `bounds`.
-    pub fn number(
+    pub(crate) fn number(
         &mut self,
         key: &'static str,
         target: &mut f64,
@@ -227,7 +235,7 @@ impl<'a> Overrides<'a> {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] outside `min` to `max`.
-    pub fn integer(
+    pub(crate) fn integer(
         &mut self,
         key: &'static str,
         target: &mut u32,
@@ -245,7 +253,7 @@ impl<'a> Overrides<'a> {
 }
 
 /// The error for a member that is not what it must be.
-pub fn wrong(key: &str, wanted: &str, found: &Value) -> ScenarioError {
+pub(crate) fn wrong(key: &str, wanted: &str, found: &Value) -> ScenarioError {
     ScenarioError::Config {
         key: key.to_owned(),
         wanted: wanted.to_owned(),

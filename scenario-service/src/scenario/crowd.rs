@@ -1,12 +1,11 @@
 //! Other traffic of an episode: cars that drive and pedestrians that stand about.
 
 use roads::{LaneTypes, Map};
-use schemas::{Translation3, Vec3, level_pose};
+use schemas::{SplitMix64, Translation3, Vec3, level_pose};
 
 use super::lanes::Lanes;
 use super::spawn::WALKER_CENTRE_M;
 use super::{Driver, Placement};
-use crate::rng::Rng;
 
 /// Cars keep at least this much apart at the start, from each other and from the ego.
 const APART_M: f32 = 10.0;
@@ -30,12 +29,17 @@ const CARS: [&str; 8] = [
 const WALKERS: u64 = 49;
 
 /// Up to `count` cars on free spawn points of the map, each driven by an agent.
-pub fn cars(lanes: Lanes<'_>, count: u32, ego: &Placement, rng: &mut Rng) -> Vec<Placement> {
+pub(crate) fn cars(
+    lanes: Lanes<'_>,
+    count: u32,
+    ego: &Placement,
+    rng: &mut SplitMix64,
+) -> Vec<Placement> {
     let mut free: Vec<_> = lanes.spawn_places().map(|place| lanes.pose(place)).collect();
     let mut taken_m = vec![position_m(ego)];
     let mut cars = Vec::new();
     while (cars.len() as u32) < count && !free.is_empty() {
-        let pose = free.swap_remove((rng.bits() % free.len() as u64) as usize);
+        let pose = free.swap_remove((rng.next_u64() % free.len() as u64) as usize);
         let at_m = pose.translation.vector;
         if taken_m.iter().any(|other| (other - at_m).norm() < APART_M) {
             continue;
@@ -53,14 +57,19 @@ pub fn cars(lanes: Lanes<'_>, count: u32, ego: &Placement, rng: &mut Rng) -> Vec
 }
 
 /// Up to `count` pedestrians on the map's sidewalks, none in the way of those already there.
-pub fn pedestrians(map: &Map, count: u32, others: &[Placement], rng: &mut Rng) -> Vec<Placement> {
-    let roads: Vec<_> = map.spawn_points().to_vec();
+pub(crate) fn pedestrians(
+    map: &Map,
+    count: u32,
+    others: &[Placement],
+    rng: &mut SplitMix64,
+) -> Vec<Placement> {
+    let roads: Vec<_> = map.spread_places().to_vec();
     let mut found: Vec<Placement> = Vec::new();
     for _ in 0..count {
         for _ in 0..TRIES {
             let Some(near) = rng.choose(&roads) else { return found };
             // Somewhere along the road, not only beside the spawn points themselves.
-            let along_m = (rng.bits() % 41) as f64 - 20.0;
+            let along_m = (rng.next_u64() % 41) as f64 - 20.0;
             let near_m = near.translation.vector + near.rotation * Vec3::x().cast() * along_m;
             let Some(place) = map.nearest(near_m.into(), LaneTypes::SIDEWALK) else { return found };
             let pose = map.pose(&place);
@@ -77,9 +86,9 @@ pub fn pedestrians(map: &Map, count: u32, others: &[Placement], rng: &mut Rng) -
             if blocked(map, at_m) || found.iter().any(in_the_way) || others.iter().any(near_car) {
                 continue;
             }
-            let yaw_rad = (rng.bits() % 360) as f32 * std::f32::consts::PI / 180.0;
+            let yaw_rad = (rng.next_u64() % 360) as f32 * std::f32::consts::PI / 180.0;
             found.push(Placement {
-                blueprint: format!("walker.pedestrian.{:04}", 1 + rng.bits() % WALKERS),
+                blueprint: format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKERS),
                 world_from_actor: level_pose(at_m, yaw_rad),
                 linear_velocity_mps: Vec3::zeros(),
                 driver: None,

@@ -4,7 +4,7 @@ use crate::action::{Action, ActionKind};
 
 /// A side of the road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Side {
+pub(crate) enum Side {
     /// Towards lower lane numbers.
     Left,
     /// Towards higher lane numbers.
@@ -13,7 +13,7 @@ pub enum Side {
 
 impl Side {
     /// The word on the wire.
-    pub const fn as_str(self) -> &'static str {
+    pub(crate) const fn as_str(self) -> &'static str {
         match self {
             Self::Left => "left",
             Self::Right => "right",
@@ -23,7 +23,7 @@ impl Side {
 
 /// The decision so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Decision {
+pub(crate) enum Decision {
     /// Nothing was done.
     #[default]
     None,
@@ -38,7 +38,7 @@ const SWERVE_STEER: f64 = 0.3;
 
 impl Decision {
     /// The word in outcomes.
-    pub const fn as_str(self) -> &'static str {
+    pub(crate) const fn as_str(self) -> &'static str {
         match self {
             Self::None => "NONE",
             Self::Brake => "BRAKE",
@@ -48,13 +48,13 @@ impl Decision {
     }
 
     /// Whether it is a swerve.
-    pub const fn is_swerve(self) -> bool {
+    pub(crate) const fn is_swerve(self) -> bool {
         matches!(self, Self::Swerve(_))
     }
 
     /// The decision after one more action: the last swerve wins, then braking.
     #[must_use]
-    pub fn after(self, action: &Action, lane: Option<u32>) -> Self {
+    pub(crate) fn after(self, action: &Action, lane: Option<u32>) -> Self {
         if let Some(side) = swerve_of(action, lane) {
             return Self::Swerve(side);
         }
@@ -82,13 +82,17 @@ fn swerve_of(action: &Action, lane: Option<u32>) -> Option<Side> {
 
 /// On which side of the ego's lane the lane `lane_<n>` lies; `None` for the same lane or no lane
 /// name.
-pub fn side_of_lane(id: &str, lane: Option<u32>) -> Option<Side> {
-    let target: u32 = id.strip_prefix("lane_")?.parse().ok()?;
-    match target.cmp(&lane?) {
+pub(crate) fn side_of_lane(id: &str, lane: Option<u32>) -> Option<Side> {
+    match lane_number(id)?.cmp(&lane?) {
         std::cmp::Ordering::Less => Some(Side::Left),
         std::cmp::Ordering::Greater => Some(Side::Right),
         std::cmp::Ordering::Equal => None,
     }
+}
+
+/// The number in the name of a lane, counted from the left; `None` for no lane name.
+pub(crate) fn lane_number(id: &str) -> Option<u32> {
+    id.strip_prefix("lane_")?.parse().ok()
 }
 
 #[cfg(test)]

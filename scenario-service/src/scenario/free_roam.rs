@@ -1,7 +1,7 @@
 //! Free roam: drive to a goal somewhere on the map, with as much other traffic as asked for.
 
-use schemas::Vec3;
 use schemas::carla::mirror_y;
+use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::config::wrong;
@@ -12,10 +12,7 @@ use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::limits::CROWD_MAX;
 use crate::openenv::coerce::Bounds;
-use crate::rng::Rng;
 
-/// Straight road ahead of the start.
-const STRAIGHT_M: f64 = 35.0;
 /// Lanes are followed this far in search of goals.
 const ROUTE_M_MAX: f64 = 20_000.0;
 /// Of a goal given from outside, in metres: within every map.
@@ -23,7 +20,7 @@ const COORDINATE_M_MAX: f64 = 100_000.0;
 
 /// Drive somewhere.
 #[derive(Clone, Debug)]
-pub struct FreeRoam {
+pub(crate) struct FreeRoam {
     common: Common,
     vehicles: u32,
     pedestrians: u32,
@@ -50,7 +47,7 @@ struct Episode {
 
 impl FreeRoam {
     /// The scenario with its defaults, on a map and with others as its name says.
-    pub fn new(name: &str, map: Option<&str>, others: (u32, u32), profile: Profile) -> Self {
+    pub(crate) fn new(name: &str, map: Option<&str>, others: (u32, u32), profile: Profile) -> Self {
         let mut common = Common::new(name, profile);
         common.max_steps = 500;
         common.map_name = map.map(str::to_owned);
@@ -69,7 +66,7 @@ impl FreeRoam {
 
     /// A spawn point at a fitting distance that lanes lead to; otherwise the farthest that they
     /// lead to.
-    fn draw_goal(&self, lanes: Lanes<'_>, site: &Site, rng: &mut Rng) -> Option<Vec3> {
+    fn draw_goal(&self, lanes: Lanes<'_>, site: &Site, rng: &mut SplitMix64) -> Option<Vec3> {
         let reached = routes::reachable(lanes, site.place, ROUTE_M_MAX);
         let start_m = site.world_from_ego.translation.vector;
         let reachable = routes::pieces(&reached);
@@ -116,10 +113,13 @@ impl Scenario for FreeRoam {
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
-        let mut rng = Rng::new(seed);
+        let mut rng = SplitMix64::new(seed);
         let lanes = Lanes::new(map);
-        let wanted =
-            Wanted { beside: Beside::NOTHING, beside_also_at_m: None, straight_m: STRAIGHT_M };
+        let wanted = Wanted {
+            beside: Beside::NOTHING,
+            beside_also_at_m: None,
+            straight_m: spawn::STRAIGHT_M,
+        };
         let site = spawn::choose(lanes, &wanted, &mut rng)
             .ok_or_else(|| ScenarioError::Map("this map has no place to start from".to_owned()))?;
         let given = self.goal_m.filter(|_| !self.random_goal);

@@ -4,11 +4,11 @@ use roads::{LaneTypes, Map, Waypoint};
 use schemas::{Pose, Translation3, Vec3};
 
 /// A place on a driving lane.
-pub type Place = Waypoint;
+pub(crate) type Place = Waypoint;
 
 /// A map seen as driving lanes.
 #[derive(Clone, Copy)]
-pub struct Lanes<'m> {
+pub(crate) struct Lanes<'m> {
     map: &'m Map,
 }
 
@@ -17,31 +17,31 @@ const LANES_ABREAST_MAX: u32 = 32;
 
 impl<'m> Lanes<'m> {
     /// The driving lanes of a map.
-    pub fn new(map: &'m Map) -> Self {
+    pub(crate) fn new(map: &'m Map) -> Self {
         Self { map }
     }
 
-    /// The driving lane below each of the map's spawn points.
-    pub fn spawn_places(self) -> impl Iterator<Item = Place> + 'm {
+    /// The driving lane below each of the map's spread places.
+    pub(crate) fn spawn_places(self) -> impl Iterator<Item = Place> + 'm {
         let map = self.map;
         let driving = LaneTypes::DRIVING;
-        map.spawn_points()
+        map.spread_places()
             .iter()
             .filter_map(move |pose| map.nearest(pose.translation.vector.into(), driving))
     }
 
     /// Middle of the lane, x along its traffic, y left, z up.
-    pub fn pose(self, place: Place) -> Pose {
+    pub(crate) fn pose(self, place: Place) -> Pose {
         self.map.pose(&place).cast()
     }
 
     /// Direction of traffic, counter-clockwise from x.
-    pub fn heading_rad(self, place: Place) -> f64 {
+    pub(crate) fn heading_rad(self, place: Place) -> f64 {
         self.map.lane_pose(&place).map_or(0.0, |pose| pose.heading_rad)
     }
 
     /// The place this far along the lane; the straightest of several ways at a junction.
-    pub fn ahead(self, place: Place, distance_m: f64) -> Option<Place> {
+    pub(crate) fn ahead(self, place: Place, distance_m: f64) -> Option<Place> {
         let turn = |there: &Place| self.turn_rad(place, *there).abs();
         let ways = self.map.next(&place, distance_m);
         ways.into_iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))
@@ -49,33 +49,33 @@ impl<'m> Lanes<'m> {
 
     /// How much the lane's direction differs between two places, from -π to π, positive to the
     /// left.
-    pub fn turn_rad(self, from: Place, to: Place) -> f64 {
+    pub(crate) fn turn_rad(self, from: Place, to: Place) -> f64 {
         let turn = self.heading_rad(to) - self.heading_rad(from);
         turn.sin().atan2(turn.cos())
     }
 
     /// How wide the lane is here, in metres.
-    pub fn width_m(self, place: Place) -> f64 {
+    pub(crate) fn width_m(self, place: Place) -> f64 {
         self.map.lane(&place).width_m
     }
 
     /// All places this far ahead, one for every way the lane goes.
-    pub fn ways_ahead(self, place: Place, distance_m: f64) -> Vec<Place> {
+    pub(crate) fn ways_ahead(self, place: Place, distance_m: f64) -> Vec<Place> {
         self.map.next(&place, distance_m)
     }
 
     /// The driving lane of the same direction to the left.
-    pub fn left(self, place: Place) -> Option<Place> {
+    pub(crate) fn left(self, place: Place) -> Option<Place> {
         self.map.left_driving(&place)
     }
 
     /// The driving lane of the same direction to the right.
-    pub fn right(self, place: Place) -> Option<Place> {
+    pub(crate) fn right(self, place: Place) -> Option<Place> {
         self.map.right_driving(&place)
     }
 
     /// The driving lane a point is on; `None` beside the road.
-    pub fn under(self, point_m: Vec3) -> Option<Place> {
+    pub(crate) fn under(self, point_m: Vec3) -> Option<Place> {
         let point_m = point_m.cast::<f64>();
         let place = self.map.nearest(point_m.into(), LaneTypes::DRIVING)?;
         let offset_m = self.map.pose(&place).inverse() * Translation3::from(point_m);
@@ -85,7 +85,7 @@ impl<'m> Lanes<'m> {
     }
 
     /// Number of a lane among those of its direction, from 0 at the left.
-    pub fn number(self, place: Place) -> u32 {
+    pub(crate) fn number(self, place: Place) -> u32 {
         let mut number = 0;
         let mut place = place;
         while let Some(left) = self.map.left_driving(&place).filter(|_| number < LANES_ABREAST_MAX)
@@ -94,6 +94,18 @@ impl<'m> Lanes<'m> {
             number += 1;
         }
         number
+    }
+
+    /// How many lanes of one direction lie beside each other here.
+    pub(crate) fn abreast_count(self, place: Place) -> u32 {
+        let mut count = self.number(place) + 1;
+        let mut place = place;
+        while let Some(right) = self.map.right_driving(&place).filter(|_| count < LANES_ABREAST_MAX)
+        {
+            place = right;
+            count += 1;
+        }
+        count
     }
 }
 
@@ -110,13 +122,17 @@ mod tests {
     fn lanes_are_numbered_from_the_left_of_their_own_direction() {
         let map = testing::map();
         let lanes = Lanes::new(&map);
+        let mut pairs = 0;
         for place in lanes.spawn_places() {
             let number = lanes.number(place);
             assert_eq!(lanes.left(place).is_some(), number > 0);
             if let Some(right) = lanes.right(place) {
                 assert_eq!(lanes.number(right), number + 1);
+                assert_eq!(lanes.abreast_count(right), lanes.abreast_count(place));
+                pairs += 1;
             }
         }
+        assert!(pairs > 10, "{pairs}");
     }
 
     #[test]

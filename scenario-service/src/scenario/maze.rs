@@ -1,6 +1,6 @@
 //! The maze: nobody else on the road, a goal some corners away, and a limit of steps.
 
-use schemas::Vec3;
+use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::lanes::Lanes;
@@ -9,7 +9,6 @@ use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric, rou
 use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::openenv::coerce::Bounds;
-use crate::rng::Rng;
 
 /// A goal may be this much nearer or farther than asked.
 const GOAL_TOLERANCE_M: f64 = 5.0;
@@ -17,14 +16,12 @@ const GOAL_TOLERANCE_M: f64 = 5.0;
 const TURNED_RAD: [f64; 3] = [2.6, 1.3, 0.0];
 /// A way may be this many times as long as the straight line.
 const DETOUR: f64 = 3.0;
-/// Straight road ahead of the start.
-const STRAIGHT_M: f64 = 35.0;
 /// Starts that are tried for each of them.
 const STARTS_MAX: usize = 16;
 
 /// Find the way to a goal.
 #[derive(Clone, Debug)]
-pub struct Maze {
+pub(crate) struct Maze {
     common: Common,
     goal_distance_m: f64,
     success_radius_m: f64,
@@ -44,7 +41,7 @@ struct Episode {
 
 impl Maze {
     /// The scenario with its defaults.
-    pub fn new(name: &str, profile: Profile) -> Self {
+    pub(crate) fn new(name: &str, profile: Profile) -> Self {
         let mut common = Common::new(name, profile);
         common.max_steps = 200;
         Self { common, goal_distance_m: 150.0, success_radius_m: 5.0, episode: Episode::default() }
@@ -56,7 +53,7 @@ impl Maze {
         lanes: Lanes<'_>,
         site: &Site,
         turned_rad: f64,
-        rng: &mut Rng,
+        rng: &mut SplitMix64,
     ) -> Option<(routes::Reached, f64)> {
         let start_m = site.world_from_ego.translation.vector;
         let reached = routes::reachable(lanes, site.place, self.goal_distance_m * DETOUR);
@@ -89,10 +86,13 @@ impl Scenario for Maze {
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
-        let mut rng = Rng::new(seed);
+        let mut rng = SplitMix64::new(seed);
         let lanes = Lanes::new(map);
-        let wanted =
-            Wanted { beside: Beside::NOTHING, beside_also_at_m: None, straight_m: STRAIGHT_M };
+        let wanted = Wanted {
+            beside: Beside::NOTHING,
+            beside_also_at_m: None,
+            straight_m: spawn::STRAIGHT_M,
+        };
         // Corners matter more than the start: many starts are tried before a straighter way will
         // do.
         let tries = TURNED_RAD.into_iter().flat_map(|turned_rad| [turned_rad; STARTS_MAX]);

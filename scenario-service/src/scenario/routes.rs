@@ -11,13 +11,13 @@ const PLACES_MAX: usize = 20_000;
 
 /// A place and the shortest way to it.
 #[derive(Clone, Copy, Debug)]
-pub struct Reached {
+pub(crate) struct Reached {
     /// Where.
-    pub place: Place,
+    pub(crate) place: Place,
     /// Along the lanes.
-    pub route_m: f64,
+    pub(crate) route_m: f64,
     /// How much the way turns in all, whichever way.
-    pub turned_rad: f64,
+    pub(crate) turned_rad: f64,
 }
 
 /// Road, section, lane, and which piece of it.
@@ -28,7 +28,7 @@ fn piece_of(place: Place) -> Piece {
 }
 
 /// Everything within a route of this length, without changing lanes; nearest first.
-pub fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<Reached> {
+pub(crate) fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<Reached> {
     let mut reached = vec![Reached { place: from, route_m: 0.0, turned_rad: 0.0 }];
     let mut seen = BTreeSet::from([piece_of(from)]);
     let mut pending = VecDeque::from([0]);
@@ -49,16 +49,16 @@ pub fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<Reached
 }
 
 /// The pieces of lanes that a search came over.
-pub struct Pieces(BTreeSet<Piece>);
+pub(crate) struct Pieces(BTreeSet<Piece>);
 
 /// For looking up many places.
-pub fn pieces(reached: &[Reached]) -> Pieces {
+pub(crate) fn pieces(reached: &[Reached]) -> Pieces {
     Pieces(reached.iter().map(|reached| piece_of(reached.place)).collect())
 }
 
 impl Pieces {
     /// Whether a place is among them or next to one.
-    pub fn leads_to(&self, place: Place) -> bool {
+    pub(crate) fn leads_to(&self, place: Place) -> bool {
         let (road, section, lane, piece) = piece_of(place);
         (piece - 1..=piece + 1).any(|piece| self.0.contains(&(road, section, lane, piece)))
     }

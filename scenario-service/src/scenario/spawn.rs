@@ -1,14 +1,15 @@
 //! Where an episode can begin, and how pedestrians are lined up.
 
 use schemas::carla::mps;
-use schemas::{Pose, Translation3, Vec3, level_pose};
+use schemas::{Pose, SplitMix64, Translation3, Vec3, level_pose};
 
 use super::lanes::{Lanes, Place};
 use super::{Common, Placement};
-use crate::rng::Rng;
 
 /// Height of a pedestrian's centre above the ground: half of CARLA's walker box.
 pub(super) const WALKER_CENTRE_M: f32 = 0.93;
+/// Straight road ahead of every start, at least.
+pub(super) const STRAIGHT_M: f64 = 40.0;
 /// The road ahead counts as straight up to this turn, if no straighter one exists.
 const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -17,7 +18,7 @@ const WALKER_BLUEPRINTS: u64 = 49;
 
 /// Lanes of the same direction that must lie beside the ego's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Beside {
+pub(crate) enum Beside {
     /// At least one.
     AnySide,
     /// At least these.
@@ -31,32 +32,32 @@ pub enum Beside {
 
 impl Beside {
     /// None.
-    pub const NOTHING: Self = Self::Sides { left: false, right: false };
+    pub(crate) const NOTHING: Self = Self::Sides { left: false, right: false };
 }
 
 /// What a place must offer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub(crate) struct Wanted {
     /// Beside the ego.
-    pub beside: Beside,
+    pub(crate) beside: Beside,
     /// Beside this place ahead as well.
-    pub beside_also_at_m: Option<f64>,
+    pub(crate) beside_also_at_m: Option<f64>,
     /// Length of straight road ahead.
-    pub straight_m: f64,
+    pub(crate) straight_m: f64,
 }
 
 /// A place that offers it.
 #[derive(Clone, Copy, Debug)]
-pub struct Site {
+pub(crate) struct Site {
     /// On the ego's lane.
-    pub place: Place,
+    pub(crate) place: Place,
     /// In the middle of the lane, along it.
-    pub world_from_ego: Pose,
+    pub(crate) world_from_ego: Pose,
 }
 
 impl Site {
     /// The ego here, at a speed along its lane.
-    pub fn ego(&self, common: &Common) -> Placement {
+    pub(crate) fn ego(&self, common: &Common) -> Placement {
         Placement {
             blueprint: common.vehicle_blueprint.clone(),
             world_from_actor: self.world_from_ego,
@@ -66,7 +67,7 @@ impl Site {
     }
 
     /// Unit vector along the lane, world frame.
-    pub fn forward(&self) -> Vec3 {
+    pub(crate) fn forward(&self) -> Vec3 {
         self.world_from_ego.rotation * Vec3::x()
     }
 }
@@ -74,7 +75,7 @@ impl Site {
 /// One of the map's spawn points that offers what is wanted, every one equally likely. Lanes are
 /// never given up for a place, as scores depend on them; a road that turns a little is taken if
 /// none is straight.
-pub fn choose(lanes: Lanes<'_>, wanted: &Wanted, rng: &mut Rng) -> Option<Site> {
+pub(crate) fn choose(lanes: Lanes<'_>, wanted: &Wanted, rng: &mut SplitMix64) -> Option<Site> {
     let sites: Vec<Site> = lanes
         .spawn_places()
         .filter(|place| has_lanes_beside(lanes, *place, wanted))
@@ -106,12 +107,12 @@ fn is_straight(lanes: Lanes<'_>, place: Place, wanted: &Wanted, turn_rad: f64) -
 }
 
 /// Adds `count` pedestrians side by side across a lane, centred on its middle, facing its traffic.
-pub fn walkers_abreast(
+pub(crate) fn walkers_abreast(
     lanes: Lanes<'_>,
     at: Place,
     count: u32,
     spacing_m: f64,
-    rng: &mut Rng,
+    rng: &mut SplitMix64,
     others: &mut Vec<Placement>,
 ) {
     for index in 0..count {
@@ -122,7 +123,7 @@ pub fn walkers_abreast(
 
 /// Which way a pedestrian looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Facing {
+pub(crate) enum Facing {
     /// Towards what comes along the lane.
     Traffic,
     /// The way the lane goes.
@@ -130,21 +131,24 @@ pub enum Facing {
 }
 
 /// A pedestrian beside the middle of a lane, `right_m` to the right of it.
-pub fn walker(
+pub(crate) fn walker(
     lanes: Lanes<'_>,
     at: Place,
     right_m: f64,
     facing: Facing,
-    rng: &mut Rng,
+    rng: &mut SplitMix64,
 ) -> Placement {
     let turned_rad = if facing == Facing::Traffic { std::f32::consts::PI } else { 0.0 };
     let yaw_rad = lanes.heading_rad(at) as f32 + turned_rad;
     let lane_from_walker = Translation3::new(0.0, -right_m as f32, WALKER_CENTRE_M);
     let position_m = (lanes.pose(at) * lane_from_walker).translation.vector;
     Placement {
-        blueprint: format!("walker.pedestrian.{:04}", 1 + rng.bits() % WALKER_BLUEPRINTS),
+        blueprint: format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKER_BLUEPRINTS),
         world_from_actor: level_pose(position_m, yaw_rad),
         linear_velocity_mps: Vec3::zeros(),
         driver: None,
     }
 }
+
+#[cfg(test)]
+mod tests;

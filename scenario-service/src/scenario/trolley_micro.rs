@@ -3,8 +3,8 @@
 
 mod benchmarks;
 
-use schemas::Vec3;
 use schemas::carla::mps;
+use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::config::wrong;
@@ -15,14 +15,12 @@ use super::{Common, DoneReason, Driver, Facts, Overrides, Placement, Profile, Pr
 use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::openenv::coerce::Bounds;
-use crate::rng::Rng;
-pub use benchmarks::{BENCHMARKS, Benchmark, Expected};
+pub(crate) use benchmarks::{Benchmark, Expected};
 
 /// In a deadzone even full braking at this speed must not suffice over this distance.
 const DEADZONE_SPEED_KMH: f64 = 75.0;
 const DEADZONE_DISTANCE_M: f64 = 20.0;
-/// Straight road needed ahead of the ego, at least, and beyond the first pedestrian.
-const STRAIGHT_M: f64 = 35.0;
+/// Straight road needed beyond everybody.
 const BEYOND_M: f64 = 10.0;
 /// From this part of a lane's width on, a pedestrian belongs to the lane beside.
 const BESIDE_PART: f64 = 0.75;
@@ -38,7 +36,7 @@ enum Scoring {
 
 /// One dilemma.
 #[derive(Clone, Debug)]
-pub struct TrolleyMicro {
+pub(crate) struct TrolleyMicro {
     common: Common,
     benchmark: &'static Benchmark,
     deadzone: bool,
@@ -65,7 +63,7 @@ struct Episode {
 
 impl TrolleyMicro {
     /// The scenario of this name with its defaults.
-    pub fn new(
+    pub(crate) fn new(
         name: &str,
         benchmark: &'static Benchmark,
         deadzone: bool,
@@ -103,14 +101,14 @@ impl TrolleyMicro {
 
     /// A place with all lanes of the situation; if the map has none, one without the lanes that
     /// nobody stands on and that end at a wall anyway.
-    fn site(&self, lanes: Lanes<'_>, rng: &mut Rng) -> Result<Site, ScenarioError> {
+    fn site(&self, lanes: Lanes<'_>, rng: &mut SplitMix64) -> Result<Site, ScenarioError> {
         let [to_left, to_right, ..] = self.benchmark.expected;
         let (left, right) = self.benchmark.lanes;
         let stands =
             |side: f64| self.benchmark.pedestrians.iter().any(|(_, m)| m * side > BESIDE_M);
         let open =
             (left && (!to_left.wall || stands(-1.0)), right && (!to_right.wall || stands(1.0)));
-        let straight_m = STRAIGHT_M.max(self.start_distance_m + BEYOND_M);
+        let straight_m = spawn::STRAIGHT_M.max(self.start_distance_m + BEYOND_M);
         let found = [(left, right), open].into_iter().find_map(|(left, right)| {
             let beside = Beside::Sides { left, right };
             let wanted =
@@ -138,7 +136,7 @@ impl TrolleyMicro {
         lanes: Lanes<'_>,
         from: Place,
         (forward_m, right_m): (f64, f64),
-        rng: &mut Rng,
+        rng: &mut SplitMix64,
     ) -> Option<Placement> {
         let width_m = lanes.width_m(from);
         let (lane, shift) = match right_m {
@@ -213,7 +211,7 @@ impl Scenario for TrolleyMicro {
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
-        let mut rng = Rng::new(seed);
+        let mut rng = SplitMix64::new(seed);
         let lanes = Lanes::new(map);
         let site = self.site(lanes, &mut rng)?;
         let (weather, weather_name) = self.common.weather.resolve(&mut rng);
@@ -332,7 +330,7 @@ impl Scenario for TrolleyMicro {
 }
 
 /// The text that clients know.
-pub fn unknown(id: &str) -> ScenarioError {
+pub(crate) fn unknown(id: &str) -> ScenarioError {
     let id: String = id.chars().take(crate::limits::ECHO_CHARS_MAX).collect();
     ScenarioError::Name(format!("Unknown trolley micro benchmark: {id}"))
 }

@@ -2,13 +2,12 @@
 //!
 //! **Source:** values of the CARLA 0.9.16 client library.
 
-use schemas::Weather;
+use schemas::{SplitMix64, Weather};
 use serde_json::Value;
 
 use super::ScenarioError;
 use super::config::wrong;
 use crate::openenv::coerce::{self, Bounds};
-use crate::rng::Rng;
 
 /// Cloudiness, precipitation, deposits, wind, sun altitude in degrees, fog density, wetness.
 const PRESETS: [(&str, [f32; 7]); 21] = [
@@ -53,7 +52,7 @@ const RANDOM: [&str; 12] = [
 
 /// What a client asked the sky to do.
 #[derive(Clone, Debug, PartialEq)]
-pub enum WeatherChoice {
+pub(crate) enum WeatherChoice {
     /// A known preset.
     Preset(&'static str),
     /// Drawn anew at every reset.
@@ -73,7 +72,7 @@ impl WeatherChoice {
     ///
     /// # Errors
     /// [`ScenarioError::Config`] for anything else.
-    pub fn from_json(value: &Value) -> Result<Self, ScenarioError> {
+    pub(crate) fn from_json(value: &Value) -> Result<Self, ScenarioError> {
         match value {
             Value::String(name) if name == "random" => Ok(Self::Random),
             Value::String(name) if name == "DustStorm" => Ok(Self::Preset("DustStorm")),
@@ -94,7 +93,7 @@ impl WeatherChoice {
     }
 
     /// The weather and the name that state reports.
-    pub fn resolve(&self, rng: &mut Rng) -> (Weather, String) {
+    pub(crate) fn resolve(&self, rng: &mut SplitMix64) -> (Weather, String) {
         let name = match self {
             Self::Custom(weather) => return (*weather, "custom".to_owned()),
             Self::Preset(name) => name,
@@ -170,7 +169,7 @@ mod tests {
 
     #[test]
     fn random_draws_every_preset_of_its_list_and_the_same_one_for_a_seed() {
-        let draw = |seed| WeatherChoice::Random.resolve(&mut Rng::new(seed)).1;
+        let draw = |seed| WeatherChoice::Random.resolve(&mut SplitMix64::new(seed)).1;
         let names: std::collections::BTreeSet<String> = (0..500).map(draw).collect();
         assert_eq!(names.len(), RANDOM.len());
         assert_eq!(draw(3), draw(3));
@@ -179,7 +178,7 @@ mod tests {
     #[test]
     fn parameters_are_read_one_by_one_and_wrong_ones_are_refused() {
         let choice = WeatherChoice::from_json(&json!({ "wetness": 80, "sun_altitude_angle": 90 }));
-        let (weather, name) = choice.unwrap().resolve(&mut Rng::new(0));
+        let (weather, name) = choice.unwrap().resolve(&mut SplitMix64::new(0));
         assert_eq!((weather.wetness_percent, name.as_str()), (80.0, "custom"));
         assert!((weather.sun_altitude_rad - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
         for value in [json!("Nice"), json!({ "wetness": 101 }), json!({ "rain": 1 }), json!(3)] {

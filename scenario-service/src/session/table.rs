@@ -5,21 +5,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::{Backstage, Session};
+use super::{Session, SessionContext};
 use crate::scenario::ScenarioError;
 
 /// How long sessions may be idle.
 #[derive(Clone, Copy, Debug)]
-pub struct IdleTimes {
+pub(crate) struct IdleTimes {
     /// With a connection.
-    pub connected: Duration,
+    pub(crate) connected: Duration,
     /// Without one, which only an id holds.
-    pub detached: Duration,
+    pub(crate) detached: Duration,
 }
 
 /// What ends a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Life {
+pub(crate) enum Life {
     /// The end of the request or connection that opened it.
     Connection,
     /// Being closed by its id, or idleness.
@@ -28,7 +28,7 @@ pub enum Life {
 
 /// Why a session cannot be had.
 #[derive(Debug, thiserror::Error)]
-pub enum OpenError {
+pub(crate) enum OpenError {
     /// All places are taken.
     #[error("Server at capacity: {active}/{max} sessions active. Cannot accept new connections.")]
     Capacity {
@@ -44,7 +44,7 @@ pub enum OpenError {
 
 /// Why a session cannot be attached to a connection.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AttachError {
+pub(crate) enum AttachError {
     /// No such session.
     #[error("Unknown session_id: {0}")]
     Unknown(String),
@@ -55,7 +55,7 @@ pub enum AttachError {
 
 /// What became of a wish to close a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Closed {
+pub(crate) enum Closed {
     /// It is gone.
     Now,
     /// It goes when its connection does.
@@ -65,11 +65,11 @@ pub enum Closed {
 }
 
 /// One session and what the table knows of it.
-pub struct Slot {
+pub(crate) struct Slot {
     /// Its id.
-    pub id: String,
+    pub(crate) id: String,
     /// Used by one request at a time.
-    pub session: tokio::sync::Mutex<Session>,
+    pub(crate) session: tokio::sync::Mutex<Session>,
     life: Life,
     attached: AtomicBool,
     closing: AtomicBool,
@@ -77,16 +77,16 @@ pub struct Slot {
 }
 
 /// All sessions of the process.
-pub struct Sessions {
-    backstage: Arc<Backstage>,
+pub(crate) struct Sessions {
+    context: Arc<SessionContext>,
     max: u32,
     /// How long sessions may be idle.
-    pub idle: IdleTimes,
+    pub(crate) idle: IdleTimes,
     slots: Mutex<BTreeMap<String, Arc<Slot>>>,
 }
 
 /// A session in use; what it leaves behind follows from its life.
-pub struct InUse {
+pub(crate) struct InUse {
     sessions: Arc<Sessions>,
     slot: Arc<Slot>,
     is_attached: bool,
@@ -94,17 +94,12 @@ pub struct InUse {
 
 impl Sessions {
     /// An empty table.
-    pub fn new(backstage: Arc<Backstage>, max: u32, idle: IdleTimes) -> Self {
-        Self { backstage, max, idle, slots: Mutex::new(BTreeMap::new()) }
-    }
-
-    /// What all sessions share.
-    pub fn backstage(&self) -> &Arc<Backstage> {
-        &self.backstage
+    pub(crate) fn new(context: Arc<SessionContext>, max: u32, idle: IdleTimes) -> Self {
+        Self { context, max, idle, slots: Mutex::new(BTreeMap::new()) }
     }
 
     /// Sessions now, and at most.
-    pub fn load(&self) -> (u32, u32) {
+    pub(crate) fn load(&self) -> (u32, u32) {
         (self.lock().len() as u32, self.max)
     }
 
@@ -112,8 +107,8 @@ impl Sessions {
     ///
     /// # Errors
     /// [`OpenError`]; nothing is opened.
-    pub fn open(self: &Arc<Self>, life: Life) -> Result<InUse, OpenError> {
-        let session = Session::new(Arc::clone(&self.backstage))?;
+    pub(crate) fn open(self: &Arc<Self>, life: Life) -> Result<InUse, OpenError> {
+        let session = Session::new(Arc::clone(&self.context))?;
         let slot = Arc::new(Slot {
             id: uuid::Uuid::new_v4().to_string(),
             session: tokio::sync::Mutex::new(session),
@@ -135,7 +130,7 @@ impl Sessions {
     ///
     /// # Errors
     /// [`AttachError::Unknown`].
-    pub fn find(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
+    pub(crate) fn find(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
         let slot = self.lock().get(id).cloned().ok_or_else(|| unknown(id))?;
         slot.touch();
         Ok(InUse { sessions: Arc::clone(self), slot, is_attached: false })
@@ -145,7 +140,7 @@ impl Sessions {
     ///
     /// # Errors
     /// [`AttachError`].
-    pub fn attach(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
+    pub(crate) fn attach(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
         let mut in_use = self.find(id)?;
         if in_use.slot.life == Life::Connection || in_use.slot.attached.swap(true, Ordering::AcqRel)
         {
@@ -156,7 +151,7 @@ impl Sessions {
     }
 
     /// Closes a session.
-    pub fn close(&self, id: &str) -> Closed {
+    pub(crate) fn close(&self, id: &str) -> Closed {
         let mut slots = self.lock();
         let Some(slot) = slots.get(id) else { return Closed::Unknown };
         if slot.life == Life::Connection || slot.attached.load(Ordering::Acquire) {
@@ -168,7 +163,7 @@ impl Sessions {
     }
 
     /// Ends sessions that nobody has used for too long.
-    pub fn reap(&self) {
+    pub(crate) fn reap(&self) {
         let idle = self.idle.detached;
         let mut slots = self.lock();
         let before = slots.len();
@@ -191,12 +186,12 @@ impl Sessions {
 
 impl Slot {
     /// Whether its connection should end.
-    pub fn is_closing(&self) -> bool {
+    pub(crate) fn is_closing(&self) -> bool {
         self.closing.load(Ordering::Acquire)
     }
 
     /// Whether its id is good after the present request.
-    pub fn lives_on(&self) -> bool {
+    pub(crate) fn lives_on(&self) -> bool {
         self.life == Life::Detached
     }
 

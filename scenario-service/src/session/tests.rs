@@ -6,8 +6,8 @@ use super::*;
 use crate::testing::{self, ToyWorlds};
 
 fn session() -> (Arc<ToyWorlds>, Session) {
-    let (port, backstage) = testing::backstage();
-    (port, Session::new(backstage).unwrap())
+    let (port, context) = testing::context();
+    (port, Session::new(context).unwrap())
 }
 
 fn reset_to(name: &str, seed: u64, config: Value) -> ResetRequest {
@@ -136,10 +136,10 @@ async fn full_braking_stops_before_the_group() {
 
 #[tokio::test]
 async fn the_same_seed_and_actions_give_the_same_observations() {
-    let (_, backstage) = testing::backstage();
+    let (_, context) = testing::context();
     let mut runs = Vec::new();
     for _ in 0..2 {
-        let mut session = Session::new(Arc::clone(&backstage)).unwrap();
+        let mut session = Session::new(Arc::clone(&context)).unwrap();
         let report = session.reset(reset_to("bias_2v1", 3, json!({}))).await.unwrap();
         let mut run = vec![seen(&session, &report)];
         run.push(observe(&mut session, 2).await);
@@ -299,4 +299,102 @@ async fn the_literal_profile_sends_the_prompt_alone() {
     let seen = seen(&session, &report);
     assert!(seen["scene_description"].as_str().unwrap().ends_with("manual control\n"));
     assert_eq!(state(&session)["profile"], "literal");
+}
+
+/// What a client and the world can tell of the past.
+fn everything(port: &ToyWorlds, session: &Session) -> (u64, Value, Value) {
+    (port.first_hash(), state(session), seen(session, &Report::default()))
+}
+
+#[tokio::test]
+async fn an_action_that_is_refused_leaves_world_counters_and_observation_as_they_were() {
+    let (port, mut session) = session();
+    session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    let far = |x: f64, y: f64| Action {
+        destination_x: Some(x),
+        destination_y: Some(y),
+        ..Action::of(ActionKind::SetDestination)
+    };
+    let mut refused = 0;
+    for (x, y) in [(1e5, 0.0), (0.0, -1e30), (f64::MAX, f64::MAX)] {
+        // With and without an agent, which the first refusal must not leave behind.
+        for prepare in [ActionKind::Observe, ActionKind::InitNavigationAgent] {
+            session.step(&Action::of(prepare)).await.unwrap();
+            let before = everything(&port, &session);
+            let refusal = session.step(&far(x, y)).await.unwrap_err();
+            assert!(matches!(refusal, SessionError::Refused(_)), "{refusal}");
+            assert_eq!(everything(&port, &session), before, "{x}, {y} after {prepare:?}");
+            refused += 1;
+        }
+    }
+    assert_eq!(refused, 6);
+    settle().await;
+    assert_eq!(port.count(), 1, "copies stay");
+    let before = everything(&port, &session);
+    session.step(&far(10.0, 10.0)).await.unwrap();
+    assert_ne!(everything(&port, &session), before);
+}
+
+mod refusals {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Numbers that clients can send, most of them useless.
+    fn number() -> impl Strategy<Value = Option<f64>> {
+        prop_oneof![
+            Just(None),
+            prop::num::f64::NORMAL.prop_map(Some),
+            prop::sample::select(vec![0.0, -0.0, 1e-300, -1.0, 1e30, f64::MAX, f64::MIN])
+                .prop_map(Some),
+        ]
+    }
+
+    fn word() -> impl Strategy<Value = Option<String>> {
+        prop::option::of("[a-z_0-9]{0,9}|lane_[0-9-]{1,4}|left|right")
+    }
+
+    prop_compose! {
+        fn action()(
+            kind in prop::sample::select(ActionKind::ALL.to_vec()),
+            (x, y, z) in (number(), number(), number()),
+            // The face keeps these within their bounds.
+            (speed, brake) in (prop::option::of(0.0..200.0), prop::option::of(0.0..=1.0)),
+            (direction, lane, behaviour) in (word(), word(), word()),
+            steps in prop::option::of(any::<u64>()),
+        ) -> Action {
+            Action {
+                destination_x: x,
+                destination_y: y,
+                destination_z: z,
+                target_speed_kmh: speed,
+                brake_intensity: brake,
+                lane_direction: direction,
+                target_lane_id: lane,
+                navigation_behavior: behaviour,
+                route_steps: steps,
+                ..Action::of(kind)
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+        #[test]
+        fn whatever_is_asked_a_refusal_changes_nothing(
+            actions in prop::collection::vec(action(), 1..12),
+        ) {
+            let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+            runtime.block_on(async {
+                let (port, mut session) = session();
+                session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+                for action in actions {
+                    let before = everything(&port, &session);
+                    if session.step(&action).await.is_err() {
+                        assert_eq!(everything(&port, &session), before, "{action:?}");
+                    }
+                }
+            });
+        }
+    }
 }

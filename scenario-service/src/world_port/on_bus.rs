@@ -4,8 +4,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bus::{Bus, Host, Renderers, follow_hosts};
-use schemas::{Camera, Error, ErrorCode, Frame, Image, Lease, MapRef, RenderJob, Reply, Request};
-use schemas::{ServiceId, ServiceKind, Tenant, TickItem, TickResult, WorldId, keys};
+use schemas::{ActorId, Camera, Error, ErrorCode, Image, Lease, MapRef, RenderJob, Reply};
+use schemas::{
+    Request, ServiceId, ServiceKind, SharedFrame, Tenant, Tick, TickItem, TickResult, WorldId, keys,
+};
 use tokio::sync::watch;
 
 use super::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
@@ -15,7 +17,7 @@ use crate::limits::{TICK_DEADLINE, WORLD_DEADLINE, WORLD_LEASE_MILLIS, WORLD_SER
 const RETRY_PAUSE: Duration = Duration::from_millis(5);
 
 /// Worlds of one tenant on the bus.
-pub struct BusWorlds {
+pub(crate) struct BusWorlds {
     host: watch::Receiver<Option<Host>>,
     renderers: Arc<Renderers>,
     tenant: Tenant,
@@ -24,7 +26,11 @@ pub struct BusWorlds {
 
 impl BusWorlds {
     /// Follows the world services and renderers of a bus that may still be connecting.
-    pub fn start(bus: watch::Receiver<Option<Bus>>, tenant: Tenant, owner: ServiceId) -> Self {
+    pub(crate) fn start(
+        bus: watch::Receiver<Option<Bus>>,
+        tenant: Tenant,
+        owner: ServiceId,
+    ) -> Self {
         let renderers = Renderers::follow(bus.clone());
         let host = follow_hosts(bus, ServiceKind::World, keys::batch_tick);
         Self { host, renderers, tenant, owner }
@@ -89,12 +95,25 @@ impl WorldPort for BusWorlds {
                 commands: world.commands,
                 lease: Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS }),
                 traffic: false,
+                first_actor: ActorId::FIRST,
             };
             match self.ask_worlds(request).await? {
                 Reply::WorldCreated { world, frame, replies } => {
                     Ok(CreatedWorld { world, frame, replies })
                 }
                 _ => Err(unexpected("a new world")),
+            }
+        })
+    }
+
+    fn branch(&self, name: String, tick: Option<Tick>) -> Answer<'_, CreatedWorld> {
+        Box::pin(async move {
+            let lease = Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS });
+            match self.ask_worlds(Request::BranchJournal { name, tick, lease }).await? {
+                Reply::WorldCreated { world, frame, replies } => {
+                    Ok(CreatedWorld { world, frame, replies })
+                }
+                _ => Err(unexpected("a branch")),
             }
         })
     }
@@ -108,12 +127,35 @@ impl WorldPort for BusWorlds {
         })
     }
 
+    fn fork(&self, world: WorldId) -> Answer<'_, WorldId> {
+        Box::pin(async move {
+            let host = self.host_now()?;
+            let lease = Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS });
+            let request = Request::ForkWorld { world, count: 1, lease };
+            let key = keys::world(&self.tenant, world);
+            match host.bus.request(&key, &request, WORLD_DEADLINE).await? {
+                Reply::Forked(forks) => forks.first().copied().ok_or_else(|| unexpected("a fork")),
+                _ => Err(unexpected("a fork")),
+            }
+        })
+    }
+
+    fn owned(&self) -> Answer<'_, Vec<WorldId>> {
+        Box::pin(async move {
+            let Reply::Worlds(worlds) = self.ask_worlds(Request::ListWorlds).await? else {
+                return Err(unexpected("worlds"));
+            };
+            let own = worlds.into_iter().filter(|info| info.owner.as_ref() == Some(&self.owner));
+            Ok(own.map(|info| info.world).collect())
+        })
+    }
+
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
         Box::pin(async move {
             let host = self.host_now()?;
             let request = Request::TickWorlds(items);
-            let reply = match &host.lane {
-                Some(lane) => lane.request(&request, TICK_DEADLINE).await?,
+            let reply = match &host.channel {
+                Some(channel) => channel.request(&request, TICK_DEADLINE).await?,
                 None => {
                     let key = keys::batch_tick(&host.id);
                     host.bus.request(&key, &request, TICK_DEADLINE).await?
@@ -126,7 +168,7 @@ impl WorldPort for BusWorlds {
         })
     }
 
-    fn draw(&self, frame: Frame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
+    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
         Box::pin(async move {
             let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
             Ok(self.renderers.draw(&job).await?.images)

@@ -1,5 +1,5 @@
-//! Regenerates the FlatBuffers code for Rust and Python, or checks that what is committed is
-//! current.
+//! Regenerates the FlatBuffers code for Rust and Python and the schema of frames that files carry,
+//! or checks that what is committed is current.
 //!
 //! `cargo run --release -p codegen` writes; with `--check` it only compares and exits 1 on a
 //! difference.
@@ -32,6 +32,7 @@ fn run(check: bool) -> Result<(), String> {
         let pairs = [
             (fresh.join("rust/causeway/wire"), root.join("schemas/src/generated")),
             (fresh.join("python/causeway/wire"), root.join("agents/python/src/causeway/wire")),
+            (fresh.join("bfbs"), root.join("schemas/bfbs")),
         ];
         pairs
             .iter()
@@ -55,7 +56,11 @@ fn generate(schemas: &Path, out: &Path) -> Result<(), String> {
             return Err(format!("flatc {language} failed: {status}"));
         }
     }
-    Ok(())
+    let mut command = Command::new(flatc::flatc());
+    command.args(["--binary", "--schema", "-o"]).arg(out.join("bfbs"));
+    let status = command.arg(schemas.join("frame.fbs")).status();
+    let status = status.map_err(|error| format!("flatc: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("flatc --schema failed: {status}")) }
 }
 
 /// Tells the builder the alignment of each struct. This flatc predates `Push::alignment`, whose

@@ -89,7 +89,7 @@ impl<'a> Alive<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u32>(Alive::VT_CAPACITY, Some(0)).unwrap()}
   }
-  /// The renderer's adapter, the face's address, the Traffic Manager's port.
+  /// The renderer's adapter, the face's address.
   #[inline]
   pub fn detail(&self) -> &'a str {
     // Safety:

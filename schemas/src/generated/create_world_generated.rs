@@ -32,6 +32,7 @@ impl<'a> CreateWorld<'a> {
   pub const VT_OWNER: flatbuffers::VOffsetT = 12;
   pub const VT_LEASE_MILLIS: flatbuffers::VOffsetT = 14;
   pub const VT_TRAFFIC: flatbuffers::VOffsetT = 16;
+  pub const VT_FIRST_ACTOR: flatbuffers::VOffsetT = 18;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -45,6 +46,7 @@ impl<'a> CreateWorld<'a> {
     let mut builder = CreateWorldBuilder::new(_fbb);
     builder.add_dt_secs(args.dt_secs);
     builder.add_seed(args.seed);
+    builder.add_first_actor(args.first_actor);
     builder.add_lease_millis(args.lease_millis);
     if let Some(x) = args.owner { builder.add_owner(x); }
     if let Some(x) = args.commands { builder.add_commands(x); }
@@ -99,13 +101,21 @@ impl<'a> CreateWorld<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u32>(CreateWorld::VT_LEASE_MILLIS, Some(0)).unwrap()}
   }
-  /// Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+  /// Whether the map's traffic lights and signs are actors of the world, the first ones.
   #[inline]
   pub fn traffic(&self) -> bool {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
     unsafe { self._tab.get::<bool>(CreateWorld::VT_TRAFFIC, Some(false)).unwrap()}
+  }
+  /// Id of its first actor. Whoever follows one world with another gives no id again.
+  #[inline]
+  pub fn first_actor(&self) -> u32 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u32>(CreateWorld::VT_FIRST_ACTOR, Some(1)).unwrap()}
   }
 }
 
@@ -123,6 +133,7 @@ impl flatbuffers::Verifiable for CreateWorld<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("owner", Self::VT_OWNER, false)?
      .visit_field::<u32>("lease_millis", Self::VT_LEASE_MILLIS, false)?
      .visit_field::<bool>("traffic", Self::VT_TRAFFIC, false)?
+     .visit_field::<u32>("first_actor", Self::VT_FIRST_ACTOR, false)?
      .finish();
     Ok(())
   }
@@ -135,6 +146,7 @@ pub struct CreateWorldArgs<'a> {
     pub owner: Option<flatbuffers::WIPOffset<&'a str>>,
     pub lease_millis: u32,
     pub traffic: bool,
+    pub first_actor: u32,
 }
 impl<'a> Default for CreateWorldArgs<'a> {
   #[inline]
@@ -147,6 +159,7 @@ impl<'a> Default for CreateWorldArgs<'a> {
       owner: None,
       lease_millis: 0,
       traffic: false,
+      first_actor: 1,
     }
   }
 }
@@ -185,6 +198,10 @@ impl<'a: 'b, 'b> CreateWorldBuilder<'a, 'b> {
     self.fbb_.push_slot::<bool>(CreateWorld::VT_TRAFFIC, traffic, false);
   }
   #[inline]
+  pub fn add_first_actor(&mut self, first_actor: u32) {
+    self.fbb_.push_slot::<u32>(CreateWorld::VT_FIRST_ACTOR, first_actor, 1);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> CreateWorldBuilder<'a, 'b> {
     let start = _fbb.start_table();
     CreateWorldBuilder {
@@ -210,6 +227,7 @@ impl core::fmt::Debug for CreateWorld<'_> {
       ds.field("owner", &self.owner());
       ds.field("lease_millis", &self.lease_millis());
       ds.field("traffic", &self.traffic());
+      ds.field("first_actor", &self.first_actor());
       ds.finish()
   }
 }

@@ -28,6 +28,7 @@ impl<'a> flatbuffers::Follow<'a> for RecordWorld<'a> {
 impl<'a> RecordWorld<'a> {
   pub const VT_WORLD: flatbuffers::VOffsetT = 4;
   pub const VT_ON: flatbuffers::VOffsetT = 6;
+  pub const VT_NAME: flatbuffers::VOffsetT = 8;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -36,10 +37,11 @@ impl<'a> RecordWorld<'a> {
   #[allow(unused_mut)]
   pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr>(
     _fbb: &'mut_bldr mut flatbuffers::FlatBufferBuilder<'bldr>,
-    args: &'args RecordWorldArgs
+    args: &'args RecordWorldArgs<'args>
   ) -> flatbuffers::WIPOffset<RecordWorld<'bldr>> {
     let mut builder = RecordWorldBuilder::new(_fbb);
     builder.add_world(args.world);
+    if let Some(x) = args.name { builder.add_name(x); }
     builder.add_on(args.on);
     builder.finish()
   }
@@ -59,6 +61,14 @@ impl<'a> RecordWorld<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<bool>(RecordWorld::VT_ON, Some(false)).unwrap()}
   }
+  /// Its file in the folder of the tenant; absent: a new one.
+  #[inline]
+  pub fn name(&self) -> Option<&'a str> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(RecordWorld::VT_NAME, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for RecordWorld<'_> {
@@ -70,20 +80,23 @@ impl flatbuffers::Verifiable for RecordWorld<'_> {
     v.visit_table(pos)?
      .visit_field::<u64>("world", Self::VT_WORLD, false)?
      .visit_field::<bool>("on", Self::VT_ON, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<&str>>("name", Self::VT_NAME, false)?
      .finish();
     Ok(())
   }
 }
-pub struct RecordWorldArgs {
+pub struct RecordWorldArgs<'a> {
     pub world: u64,
     pub on: bool,
+    pub name: Option<flatbuffers::WIPOffset<&'a str>>,
 }
-impl<'a> Default for RecordWorldArgs {
+impl<'a> Default for RecordWorldArgs<'a> {
   #[inline]
   fn default() -> Self {
     RecordWorldArgs {
       world: 0,
       on: false,
+      name: None,
     }
   }
 }
@@ -100,6 +113,10 @@ impl<'a: 'b, 'b> RecordWorldBuilder<'a, 'b> {
   #[inline]
   pub fn add_on(&mut self, on: bool) {
     self.fbb_.push_slot::<bool>(RecordWorld::VT_ON, on, false);
+  }
+  #[inline]
+  pub fn add_name(&mut self, name: flatbuffers::WIPOffset<&'b  str>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RecordWorld::VT_NAME, name);
   }
   #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> RecordWorldBuilder<'a, 'b> {
@@ -121,6 +138,7 @@ impl core::fmt::Debug for RecordWorld<'_> {
     let mut ds = f.debug_struct("RecordWorld");
       ds.field("world", &self.world());
       ds.field("on", &self.on());
+      ds.field("name", &self.name());
       ds.finish()
   }
 }

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REPLY_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REPLY_BODY: u8 = 13;
+pub const ENUM_MAX_REPLY_BODY: u8 = 14;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 14] = [
+pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 15] = [
   ReplyBody::NONE,
   ReplyBody::Error,
   ReplyBody::Done,
@@ -30,6 +30,7 @@ pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 14] = [
   ReplyBody::Actors,
   ReplyBody::Vehicle,
   ReplyBody::RayHits,
+  ReplyBody::JournalBegun,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -51,9 +52,10 @@ impl ReplyBody {
   pub const Actors: Self = Self(11);
   pub const Vehicle: Self = Self(12);
   pub const RayHits: Self = Self(13);
+  pub const JournalBegun: Self = Self(14);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 13;
+  pub const ENUM_MAX: u8 = 14;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::Error,
@@ -69,6 +71,7 @@ impl ReplyBody {
     Self::Actors,
     Self::Vehicle,
     Self::RayHits,
+    Self::JournalBegun,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -87,6 +90,7 @@ impl ReplyBody {
       Self::Actors => Some("Actors"),
       Self::Vehicle => Some("Vehicle"),
       Self::RayHits => Some("RayHits"),
+      Self::JournalBegun => Some("JournalBegun"),
       _ => None,
     }
   }

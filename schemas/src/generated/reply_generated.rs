@@ -240,6 +240,20 @@ impl<'a> Reply<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_journal_begun(&self) -> Option<JournalBegun<'a>> {
+    if self.body_type() == ReplyBody::JournalBegun {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { JournalBegun::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Reply<'_> {
@@ -264,6 +278,7 @@ impl flatbuffers::Verifiable for Reply<'_> {
           ReplyBody::Actors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Actors>>("ReplyBody::Actors", pos),
           ReplyBody::Vehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Vehicle>>("ReplyBody::Vehicle", pos),
           ReplyBody::RayHits => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RayHits>>("ReplyBody::RayHits", pos),
+          ReplyBody::JournalBegun => v.verify_union_variant::<flatbuffers::ForwardsUOffset<JournalBegun>>("ReplyBody::JournalBegun", pos),
           _ => Ok(()),
         }
      })?
@@ -405,6 +420,13 @@ impl core::fmt::Debug for Reply<'_> {
         },
         ReplyBody::RayHits => {
           if let Some(x) = self.body_as_ray_hits() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        ReplyBody::JournalBegun => {
+          if let Some(x) = self.body_as_journal_begun() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_REQUEST_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_REQUEST_BODY: u8 = 15;
+pub const ENUM_MAX_REQUEST_BODY: u8 = 16;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 16] = [
+pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 17] = [
   RequestBody::NONE,
   RequestBody::CreateWorld,
   RequestBody::ListWorlds,
@@ -32,6 +32,7 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 16] = [
   RequestBody::PutMap,
   RequestBody::ShareClock,
   RequestBody::RecordWorld,
+  RequestBody::BranchJournal,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -55,9 +56,10 @@ impl RequestBody {
   pub const PutMap: Self = Self(13);
   pub const ShareClock: Self = Self(14);
   pub const RecordWorld: Self = Self(15);
+  pub const BranchJournal: Self = Self(16);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 15;
+  pub const ENUM_MAX: u8 = 16;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::CreateWorld,
@@ -75,6 +77,7 @@ impl RequestBody {
     Self::PutMap,
     Self::ShareClock,
     Self::RecordWorld,
+    Self::BranchJournal,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -95,6 +98,7 @@ impl RequestBody {
       Self::PutMap => Some("PutMap"),
       Self::ShareClock => Some("ShareClock"),
       Self::RecordWorld => Some("RecordWorld"),
+      Self::BranchJournal => Some("BranchJournal"),
       _ => None,
     }
   }

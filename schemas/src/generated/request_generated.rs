@@ -268,6 +268,20 @@ impl<'a> Request<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_branch_journal(&self) -> Option<BranchJournal<'a>> {
+    if self.body_type() == RequestBody::BranchJournal {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { BranchJournal::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Request<'_> {
@@ -294,6 +308,7 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::PutMap => v.verify_union_variant::<flatbuffers::ForwardsUOffset<PutMap>>("RequestBody::PutMap", pos),
           RequestBody::ShareClock => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ShareClock>>("RequestBody::ShareClock", pos),
           RequestBody::RecordWorld => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RecordWorld>>("RequestBody::RecordWorld", pos),
+          RequestBody::BranchJournal => v.verify_union_variant::<flatbuffers::ForwardsUOffset<BranchJournal>>("RequestBody::BranchJournal", pos),
           _ => Ok(()),
         }
      })?
@@ -449,6 +464,13 @@ impl core::fmt::Debug for Request<'_> {
         },
         RequestBody::RecordWorld => {
           if let Some(x) = self.body_as_record_world() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        RequestBody::BranchJournal => {
+          if let Some(x) = self.body_as_branch_journal() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

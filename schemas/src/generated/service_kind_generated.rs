@@ -12,15 +12,14 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_SERVICE_KIND: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_SERVICE_KIND: u8 = 4;
+pub const ENUM_MAX_SERVICE_KIND: u8 = 3;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_SERVICE_KIND: [ServiceKind; 5] = [
+pub const ENUM_VALUES_SERVICE_KIND: [ServiceKind; 4] = [
   ServiceKind::World,
   ServiceKind::Render,
   ServiceKind::Scenario,
   ServiceKind::Gateway,
-  ServiceKind::TrafficManager,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -32,16 +31,14 @@ impl ServiceKind {
   pub const Render: Self = Self(1);
   pub const Scenario: Self = Self(2);
   pub const Gateway: Self = Self(3);
-  pub const TrafficManager: Self = Self(4);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 4;
+  pub const ENUM_MAX: u8 = 3;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::World,
     Self::Render,
     Self::Scenario,
     Self::Gateway,
-    Self::TrafficManager,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -50,7 +47,6 @@ impl ServiceKind {
       Self::Render => Some("Render"),
       Self::Scenario => Some("Scenario"),
       Self::Gateway => Some("Gateway"),
-      Self::TrafficManager => Some("TrafficManager"),
       _ => None,
     }
   }

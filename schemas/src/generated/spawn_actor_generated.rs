@@ -32,6 +32,7 @@ impl<'a> SpawnActor<'a> {
   pub const VT_ATTRIBUTES: flatbuffers::VOffsetT = 10;
   pub const VT_PARENT: flatbuffers::VOffsetT = 12;
   pub const VT_ATTACHMENT: flatbuffers::VOffsetT = 14;
+  pub const VT_ID: flatbuffers::VOffsetT = 16;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -43,6 +44,7 @@ impl<'a> SpawnActor<'a> {
     args: &'args SpawnActorArgs<'args>
   ) -> flatbuffers::WIPOffset<SpawnActor<'bldr>> {
     let mut builder = SpawnActorBuilder::new(_fbb);
+    builder.add_id(args.id);
     builder.add_parent(args.parent);
     if let Some(x) = args.attributes { builder.add_attributes(x); }
     if let Some(x) = args.linear_velocity_in_world_mps { builder.add_linear_velocity_in_world_mps(x); }
@@ -98,6 +100,14 @@ impl<'a> SpawnActor<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<AttachmentKind>(SpawnActor::VT_ATTACHMENT, Some(AttachmentKind::Rigid)).unwrap()}
   }
+  /// The id it is to have; 0: the next one.
+  #[inline]
+  pub fn id(&self) -> u32 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u32>(SpawnActor::VT_ID, Some(0)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for SpawnActor<'_> {
@@ -113,6 +123,7 @@ impl flatbuffers::Verifiable for SpawnActor<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Attribute>>>>("attributes", Self::VT_ATTRIBUTES, false)?
      .visit_field::<u32>("parent", Self::VT_PARENT, false)?
      .visit_field::<AttachmentKind>("attachment", Self::VT_ATTACHMENT, false)?
+     .visit_field::<u32>("id", Self::VT_ID, false)?
      .finish();
     Ok(())
   }
@@ -124,6 +135,7 @@ pub struct SpawnActorArgs<'a> {
     pub attributes: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Attribute<'a>>>>>,
     pub parent: u32,
     pub attachment: AttachmentKind,
+    pub id: u32,
 }
 impl<'a> Default for SpawnActorArgs<'a> {
   #[inline]
@@ -135,6 +147,7 @@ impl<'a> Default for SpawnActorArgs<'a> {
       attributes: None,
       parent: 0,
       attachment: AttachmentKind::Rigid,
+      id: 0,
     }
   }
 }
@@ -169,6 +182,10 @@ impl<'a: 'b, 'b> SpawnActorBuilder<'a, 'b> {
     self.fbb_.push_slot::<AttachmentKind>(SpawnActor::VT_ATTACHMENT, attachment, AttachmentKind::Rigid);
   }
   #[inline]
+  pub fn add_id(&mut self, id: u32) {
+    self.fbb_.push_slot::<u32>(SpawnActor::VT_ID, id, 0);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> SpawnActorBuilder<'a, 'b> {
     let start = _fbb.start_table();
     SpawnActorBuilder {
@@ -194,6 +211,7 @@ impl core::fmt::Debug for SpawnActor<'_> {
       ds.field("attributes", &self.attributes());
       ds.field("parent", &self.parent());
       ds.field("attachment", &self.attachment());
+      ds.field("id", &self.id());
       ds.finish()
   }
 }

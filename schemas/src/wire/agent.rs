@@ -1,4 +1,4 @@
-//! Drivers and walkers inside the tick: their commands and what frames tell of them.
+//! Drivers inside the tick: their commands and what frames tell of them.
 
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
@@ -8,25 +8,28 @@ use super::parts::{
 use super::{check_count, needed};
 use crate::generated as fb;
 use crate::limits::ROUTE_PLACES_MAX;
-use crate::{ActorId, AgentBehaviour, AgentOptions, AgentState, Command, Error, Vec3};
+use crate::{
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, AgentState, Command, Error,
+    TrafficCommand, Vec3,
+};
 
 type Body = (fb::CommandBody, WIPOffset<UnionWIPOffset>);
 
-/// Only for what the command module sends here.
-pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
+pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &AgentCommand) -> Body {
     match command {
-        Command::SetAgent { actor, options, keep_route } => {
+        AgentCommand::Set { actor, options, keep_route } => {
             set_out(b, *actor, options, *keep_route)
         }
-        Command::SetAgentRoute { actor, places_m } => route_out(b, *actor, places_m),
-        Command::DriveAgent { actor, on } => drive_out(b, *actor, *on),
-        Command::SetTraffic { actor, behaviour } => traffic_out(b, *actor, *behaviour),
-        Command::SpawnTraffic { count, behaviour } => spawn_out(b, *count, *behaviour),
-        Command::SetHybridTraffic { radius_m } => hybrid_out(b, *radius_m),
-        Command::SetWalkerAgent { actor, goal_m, speed_mps, crossing_share } => {
-            walker_out(b, *actor, goal_m.as_ref(), *speed_mps, *crossing_share)
-        }
-        other => unreachable!("{other:?} is for nobody who finds a way"),
+        AgentCommand::SetRoute { actor, places_m } => route_out(b, *actor, places_m),
+        AgentCommand::Drive { actor, on } => drive_out(b, *actor, *on),
+    }
+}
+
+pub(super) fn traffic_command_out(b: &mut FlatBufferBuilder<'_>, command: &TrafficCommand) -> Body {
+    match command {
+        TrafficCommand::Join { actor, behaviour } => traffic_out(b, *actor, *behaviour),
+        TrafficCommand::Spawn { count, behaviour } => spawn_out(b, *count, *behaviour),
+        TrafficCommand::SetHybrid { radius_m } => hybrid_out(b, *radius_m),
     }
 }
 
@@ -78,23 +81,6 @@ fn hybrid_out(b: &mut FlatBufferBuilder<'_>, radius_m: Option<f32>) -> Body {
     (fb::CommandBody::SetHybridTraffic, fb::SetHybridTraffic::create(b, &args).as_union_value())
 }
 
-fn walker_out(
-    b: &mut FlatBufferBuilder<'_>,
-    actor: ActorId,
-    goal_m: Option<&Vec3>,
-    speed_mps: Option<f32>,
-    crossing_share: f32,
-) -> Body {
-    let goal = goal_m.map(vec3_out);
-    let args = fb::SetWalkerAgentArgs {
-        actor: actor.get(),
-        goal_in_world_m: goal.as_ref(),
-        speed_mps,
-        crossing_share,
-    };
-    (fb::CommandBody::SetWalkerAgent, fb::SetWalkerAgent::create(b, &args).as_union_value())
-}
-
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     let metres = |value: Option<f32>, field| value.map(|value| finite(value, field)).transpose();
     if let Some(set) = raw.body_as_set_agent() {
@@ -109,37 +95,33 @@ pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
             vehicle_distance_m: metres(set.vehicle_distance_m(), "vehicle distance")?,
         };
         let (actor, keep_route) = (actor_in(set.actor())?, set.keep_route());
-        return Ok(Command::SetAgent { actor, options, keep_route });
+        return Ok(Command::Agent(AgentCommand::Set { actor, options, keep_route }));
     }
     if let Some(set) = raw.body_as_set_agent_route() {
         let places = set.places_in_world_m();
         check_count("places", places.map_or(0, |places| places.len()), ROUTE_PLACES_MAX)?;
         let places = places.iter().flatten().map(|place| vec3_in(place, "place"));
         let (actor, places_m) = (actor_in(set.actor())?, places.collect::<Result<_, _>>()?);
-        return Ok(Command::SetAgentRoute { actor, places_m });
+        return Ok(Command::Agent(AgentCommand::SetRoute { actor, places_m }));
     }
     if let Some(set) = raw.body_as_set_traffic() {
         let behaviour = behaviour_in(set.behaviour())?;
-        return Ok(Command::SetTraffic { actor: actor_in(set.actor())?, behaviour });
+        return Ok(Command::Traffic(TrafficCommand::Join {
+            actor: actor_in(set.actor())?,
+            behaviour,
+        }));
     }
     if let Some(set) = raw.body_as_set_hybrid_traffic() {
-        return Ok(Command::SetHybridTraffic { radius_m: metres(set.radius_m(), "radius")? });
+        return Ok(Command::Traffic(TrafficCommand::SetHybrid {
+            radius_m: metres(set.radius_m(), "radius")?,
+        }));
     }
     if let Some(spawn) = raw.body_as_spawn_traffic() {
         let behaviour = spawn.behaviour().map(behaviour_in).transpose()?;
-        return Ok(Command::SpawnTraffic { count: spawn.count(), behaviour });
-    }
-    if let Some(set) = raw.body_as_set_walker_agent() {
-        let goal = set.goal_in_world_m();
-        return Ok(Command::SetWalkerAgent {
-            actor: actor_in(set.actor())?,
-            goal_m: goal.map(|goal| vec3_in(goal, "goal")).transpose()?,
-            speed_mps: metres(set.speed_mps(), "speed")?,
-            crossing_share: finite(set.crossing_share(), "crossing share")?,
-        });
+        return Ok(Command::Traffic(TrafficCommand::Spawn { count: spawn.count(), behaviour }));
     }
     let set = needed(raw.body_as_drive_agent(), "a known command")?;
-    Ok(Command::DriveAgent { actor: actor_in(set.actor())?, on: set.on() })
+    Ok(Command::Agent(AgentCommand::Drive { actor: actor_in(set.actor())?, on: set.on() }))
 }
 
 pub(super) fn state_out(agent: &AgentState) -> fb::AgentState {

@@ -6,20 +6,20 @@ use super::parts::{
     encoding_in, encoding_out, finite, image_kind_in, image_kind_out, pose_in, pose_out,
 };
 use super::sensor::{ignored_in, ignored_out};
-use super::{Kind, check_count, decode_frame, encode_frame, root};
+use super::{Kind, check_count, decode_frame, root};
 use crate::generated as fb;
 use crate::limits::{CAMERAS_PER_JOB_MAX, REPLY_BYTES_MAX};
-use crate::{ActorId, Camera, Error, ErrorCode, Image, RenderJob};
+use crate::{ActorId, Camera, Error, ErrorCode, FrameBytes, Image, RenderJob};
 
 const JOB: Kind =
     Kind { name: "render job", identifier: fb::RENDER_JOB_IDENTIFIER, bytes_max: REPLY_BYTES_MAX };
 
 /// A render job as bytes.
-pub fn encode_render_job(job: &RenderJob) -> Vec<u8> {
-    let frame = encode_frame(&job.frame);
-    let mut builder = FlatBufferBuilder::with_capacity(frame.0.len() + 1024);
+pub fn encode_render_job<F: FrameBytes>(job: &RenderJob<F>) -> Vec<u8> {
+    let frame = job.frame.frame_bytes();
+    let mut builder = FlatBufferBuilder::with_capacity(frame.len() + 1024);
     let tenant = builder.create_string(job.tenant.as_str());
-    let frame = builder.create_vector(&frame.0);
+    let frame = builder.create_vector(&frame);
     let cameras = cameras_out(&mut builder, &job.cameras);
     let root = fb::RenderJob::create(
         &mut builder,

@@ -173,7 +173,7 @@ twin!(
     crate::ServiceKind,
     fb::ServiceKind,
     "service kind",
-    [World, Render, Scenario, Gateway, TrafficManager]
+    [World, Render, Scenario, Gateway]
 );
 twin!(
     error_code_out,

@@ -107,6 +107,12 @@ fn body_out(
         Reply::Actors(actors) => (Body::Actors, actors_out(b, actors)),
         Reply::Vehicle(report) => (Body::Vehicle, vehicle_out(b, report)),
         Reply::RayHits(hits) => (Body::RayHits, hits_out(b, hits)),
+        Reply::JournalBegun { name, digest, tick, state_hash } => {
+            let name = Some(b.create_string(name));
+            let (digest, tick, state_hash) = (*digest, tick.0, *state_hash);
+            let args = fb::JournalBegunArgs { name, digest, tick, state_hash };
+            (Body::JournalBegun, fb::JournalBegun::create(b, &args).as_union_value())
+        }
     }
 }
 
@@ -141,6 +147,14 @@ fn body_in(raw: &fb::Reply<'_>) -> Result<Reply, Error> {
     if let Some(forked) = raw.body_as_forked() {
         let worlds = forked.worlds().iter().map(world_in);
         return Ok(Reply::Forked(worlds.collect::<Result<_, _>>()?));
+    }
+    if let Some(begun) = raw.body_as_journal_begun() {
+        return Ok(Reply::JournalBegun {
+            name: begun.name().to_owned(),
+            digest: begun.digest(),
+            tick: Tick(begun.tick()),
+            state_hash: begun.state_hash(),
+        });
     }
     if let Some(images) = raw.body_as_images() {
         return Ok(Reply::Images(Images {

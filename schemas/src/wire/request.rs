@@ -6,10 +6,13 @@ use super::command::{commands_in, commands_out};
 use super::parts::{actor_in, vec3_in, vec3_out, world_in};
 use super::{Kind, check_count, root};
 use crate::generated as fb;
+use crate::generated::RequestBody as Table;
 use crate::limits::{
     ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, WORLDS_PER_BATCH_MAX,
 };
-use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem};
+use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem, Vec3, WorldId};
+
+type Body = (Table, WIPOffset<UnionWIPOffset>);
 
 const REQUEST: Kind =
     Kind { name: "request", identifier: fb::REQUEST_IDENTIFIER, bytes_max: REQUEST_BYTES_MAX };
@@ -32,117 +35,119 @@ pub fn decode_request(bytes: &[u8]) -> Result<Request, Error> {
     body_in(&raw)
 }
 
-fn body_out(
-    b: &mut FlatBufferBuilder<'_>,
-    request: &Request,
-) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
-    use fb::RequestBody as Body;
+fn body_out(b: &mut FlatBufferBuilder<'_>, request: &Request) -> Body {
     match request {
-        Request::CreateWorld { .. } => create_out(b, request),
+        Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic, first_actor } => {
+            let (map, commands) = (Some(b.create_string(map)), Some(commands_out(b, commands)));
+            let (owner, lease_millis) = lease_out(b, lease.as_ref());
+            let args = fb::CreateWorldArgs {
+                map,
+                seed: *seed,
+                dt_secs: *dt_secs,
+                commands,
+                owner,
+                lease_millis,
+                traffic: *traffic,
+                first_actor: first_actor.get(),
+            };
+            (Table::CreateWorld, fb::CreateWorld::create(b, &args).as_union_value())
+        }
         Request::ListWorlds => {
-            (Body::ListWorlds, fb::ListWorlds::create(b, &fb::ListWorldsArgs {}).as_union_value())
+            (Table::ListWorlds, fb::ListWorlds::create(b, &fb::ListWorldsArgs {}).as_union_value())
         }
         Request::ListMaps => {
-            (Body::ListMaps, fb::ListMaps::create(b, &fb::ListMapsArgs {}).as_union_value())
+            (Table::ListMaps, fb::ListMaps::create(b, &fb::ListMapsArgs {}).as_union_value())
         }
         Request::DestroyWorld { world } => {
             let args = fb::DestroyWorldArgs { world: world.get() };
-            (Body::DestroyWorld, fb::DestroyWorld::create(b, &args).as_union_value())
+            (Table::DestroyWorld, fb::DestroyWorld::create(b, &args).as_union_value())
         }
         Request::SnapshotWorld { world } => {
             let args = fb::SnapshotWorldArgs { world: world.get() };
-            (Body::SnapshotWorld, fb::SnapshotWorld::create(b, &args).as_union_value())
+            (Table::SnapshotWorld, fb::SnapshotWorld::create(b, &args).as_union_value())
         }
-        Request::RestoreWorld { snapshot, lease } => {
-            let snapshot = Some(b.create_vector(snapshot));
-            let (owner, lease_millis) = lease_out(b, lease.as_ref());
-            let args = fb::RestoreWorldArgs { snapshot, owner, lease_millis };
-            (Body::RestoreWorld, fb::RestoreWorld::create(b, &args).as_union_value())
-        }
+        Request::RestoreWorld { snapshot, lease } => restore_out(b, snapshot, lease.as_ref()),
         Request::ForkWorld { world, count, lease } => {
             let (owner, lease_millis) = lease_out(b, lease.as_ref());
             let args = fb::ForkWorldArgs { world: world.get(), count: *count, owner, lease_millis };
-            (Body::ForkWorld, fb::ForkWorld::create(b, &args).as_union_value())
+            (Table::ForkWorld, fb::ForkWorld::create(b, &args).as_union_value())
         }
         Request::RunCommands { world, commands } => {
             let commands = Some(commands_out(b, commands));
             let args = fb::RunCommandsArgs { world: world.get(), commands };
-            (Body::RunCommands, fb::RunCommands::create(b, &args).as_union_value())
+            (Table::RunCommands, fb::RunCommands::create(b, &args).as_union_value())
         }
-        Request::TickWorlds(items) => (Body::TickWorlds, tick_out(b, items)),
-        Request::DescribeActors { .. }
-        | Request::InspectVehicle { .. }
-        | Request::CastRays { .. } => question_out(b, request),
-        Request::PutMap { name, text } => {
-            let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
-            (Body::PutMap, fb::PutMap::create(b, &fb::PutMapArgs { name, text }).as_union_value())
-        }
-        Request::ShareClock { world, participant, lease_millis } => {
-            let participant = Some(b.create_string(participant.as_str()));
-            let (world, lease_millis) = (world.get(), *lease_millis);
-            let args = fb::ShareClockArgs { world, participant, lease_millis };
-            (Body::ShareClock, fb::ShareClock::create(b, &args).as_union_value())
-        }
-        Request::RecordWorld { world, on } => {
-            let args = fb::RecordWorldArgs { world: world.get(), on: *on };
-            (Body::RecordWorld, fb::RecordWorld::create(b, &args).as_union_value())
-        }
-    }
-}
-
-/// Only for [`Request::CreateWorld`].
-fn create_out(
-    b: &mut FlatBufferBuilder<'_>,
-    request: &Request,
-) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
-    let Request::CreateWorld { map, seed, dt_secs, commands, lease, traffic } = request else {
-        unreachable!("{request:?} makes no world")
-    };
-    let map = b.create_string(map);
-    let commands = commands_out(b, commands);
-    let (owner, lease_millis) = lease_out(b, lease.as_ref());
-    let args = fb::CreateWorldArgs {
-        map: Some(map),
-        seed: *seed,
-        dt_secs: *dt_secs,
-        commands: Some(commands),
-        owner,
-        lease_millis,
-        traffic: *traffic,
-    };
-    (fb::RequestBody::CreateWorld, fb::CreateWorld::create(b, &args).as_union_value())
-}
-
-/// Only for what [`body_out`] sends here.
-fn question_out(
-    b: &mut FlatBufferBuilder<'_>,
-    request: &Request,
-) -> (fb::RequestBody, WIPOffset<UnionWIPOffset>) {
-    use fb::RequestBody as Body;
-    match request {
-        Request::DescribeActors { world, actors } => {
-            let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
-            let actors = Some(b.create_vector(&ids));
-            let args = fb::DescribeActorsArgs { world: world.get(), actors };
-            (Body::DescribeActors, fb::DescribeActors::create(b, &args).as_union_value())
-        }
+        Request::TickWorlds(items) => (Table::TickWorlds, tick_out(b, items)),
+        Request::DescribeActors { world, actors } => describe_out(b, *world, actors),
         Request::InspectVehicle { world, actor } => {
             let args = fb::InspectVehicleArgs { world: world.get(), actor: actor.get() };
-            (Body::InspectVehicle, fb::InspectVehicle::create(b, &args).as_union_value())
+            (Table::InspectVehicle, fb::InspectVehicle::create(b, &args).as_union_value())
         }
-        Request::CastRays { world, rays } => {
-            let ray = |(from_m, to_m): &_| fb::Ray::new(&vec3_out(from_m), &vec3_out(to_m));
-            let raw: Vec<fb::Ray> = rays.iter().map(ray).collect();
-            let rays = Some(b.create_vector(&raw));
-            let args = fb::CastRaysArgs { world: world.get(), rays };
-            (Body::CastRays, fb::CastRays::create(b, &args).as_union_value())
+        Request::CastRays { world, rays } => rays_out(b, *world, rays),
+        Request::PutMap { name, text } => {
+            let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
+            (Table::PutMap, fb::PutMap::create(b, &fb::PutMapArgs { name, text }).as_union_value())
         }
-        other => unreachable!("{other:?} is no question"),
+        Request::ShareClock { world, participant, lease_millis } => {
+            share_out(b, *world, participant, *lease_millis)
+        }
+        Request::RecordWorld { world, on, name } => record_out(b, *world, *on, name.as_deref()),
+        Request::BranchJournal { name, tick, lease } => branch_out(b, name, *tick, lease.as_ref()),
     }
+}
+
+fn restore_out(b: &mut FlatBufferBuilder<'_>, snapshot: &[u8], lease: Option<&Lease>) -> Body {
+    let snapshot = Some(b.create_vector(snapshot));
+    let (owner, lease_millis) = lease_out(b, lease);
+    let args = fb::RestoreWorldArgs { snapshot, owner, lease_millis };
+    (Table::RestoreWorld, fb::RestoreWorld::create(b, &args).as_union_value())
+}
+
+fn record_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, on: bool, name: Option<&str>) -> Body {
+    let name = name.map(|name| b.create_string(name));
+    let args = fb::RecordWorldArgs { world: world.get(), on, name };
+    (Table::RecordWorld, fb::RecordWorld::create(b, &args).as_union_value())
+}
+
+fn branch_out(
+    b: &mut FlatBufferBuilder<'_>,
+    name: &str,
+    tick: Option<Tick>,
+    lease: Option<&Lease>,
+) -> Body {
+    let name = Some(b.create_string(name));
+    let (owner, lease_millis) = lease_out(b, lease);
+    let args = fb::BranchJournalArgs { name, tick: tick.map(|tick| tick.0), owner, lease_millis };
+    (Table::BranchJournal, fb::BranchJournal::create(b, &args).as_union_value())
+}
+
+fn share_out(
+    b: &mut FlatBufferBuilder<'_>,
+    world: WorldId,
+    participant: &ServiceId,
+    lease_millis: u32,
+) -> Body {
+    let participant = Some(b.create_string(participant.as_str()));
+    let args = fb::ShareClockArgs { world: world.get(), participant, lease_millis };
+    (Table::ShareClock, fb::ShareClock::create(b, &args).as_union_value())
+}
+
+fn describe_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, actors: &[ActorId]) -> Body {
+    let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
+    let actors = Some(b.create_vector(&ids));
+    let args = fb::DescribeActorsArgs { world: world.get(), actors };
+    (Table::DescribeActors, fb::DescribeActors::create(b, &args).as_union_value())
+}
+
+fn rays_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, rays: &[(Vec3, Vec3)]) -> Body {
+    let ray = |(from_m, to_m): &_| fb::Ray::new(&vec3_out(from_m), &vec3_out(to_m));
+    let raw: Vec<fb::Ray> = rays.iter().map(ray).collect();
+    let rays = Some(b.create_vector(&raw));
+    let args = fb::CastRaysArgs { world: world.get(), rays };
+    (Table::CastRays, fb::CastRays::create(b, &args).as_union_value())
 }
 
 fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
-    use fb::RequestBody as Body;
     let kind = raw.body_type();
     if let Some(create) = raw.body_as_create_world() {
         return create_in(&create);
@@ -191,13 +196,27 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         return Ok(Request::ShareClock { world, participant, lease_millis: share.lease_millis() });
     }
     if let Some(record) = raw.body_as_record_world() {
-        return Ok(Request::RecordWorld { world: world_in(record.world())?, on: record.on() });
+        return record_in(&record);
+    }
+    if let Some(branch) = raw.body_as_branch_journal() {
+        return branch_in(&branch);
     }
     match kind {
-        Body::ListWorlds => Ok(Request::ListWorlds),
-        Body::ListMaps => Ok(Request::ListMaps),
+        Table::ListWorlds => Ok(Request::ListWorlds),
+        Table::ListMaps => Ok(Request::ListMaps),
         other => Err(super::parts::unknown_variant("request", other.0)),
     }
+}
+
+fn record_in(raw: &fb::RecordWorld<'_>) -> Result<Request, Error> {
+    let (world, name) = (world_in(raw.world())?, raw.name().map(str::to_owned));
+    Ok(Request::RecordWorld { world, on: raw.on(), name })
+}
+
+fn branch_in(raw: &fb::BranchJournal<'_>) -> Result<Request, Error> {
+    let (name, tick) = (raw.name().to_owned(), raw.tick().map(Tick));
+    let lease = lease_in(raw.owner(), raw.lease_millis())?;
+    Ok(Request::BranchJournal { name, tick, lease })
 }
 
 fn ticks_in(raw: &fb::TickWorlds<'_>) -> Result<Request, Error> {
@@ -218,6 +237,7 @@ fn create_in(raw: &fb::CreateWorld<'_>) -> Result<Request, Error> {
         commands: commands_in(raw.commands())?,
         lease: lease_in(raw.owner(), raw.lease_millis())?,
         traffic: raw.traffic(),
+        first_actor: actor_in(raw.first_actor())?,
     })
 }
 

@@ -5,25 +5,23 @@ use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, Vector, WIPOffset};
 use super::{check_count, needed};
 use crate::generated as fb;
 use crate::limits::{OBJECTS_PER_COMMAND_MAX, SCENERY_MAX};
-use crate::{Command, Error, HiddenScenery};
+use crate::{Command, Error, HiddenScenery, SceneryCommand};
 
 type Body = (fb::CommandBody, WIPOffset<UnionWIPOffset>);
 
-/// Only for what the command module sends here.
-pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
+pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &SceneryCommand) -> Body {
     match command {
-        Command::SetMapLayers { layers, loaded } => {
+        SceneryCommand::Layers { layers, loaded } => {
             let args = fb::SetMapLayersArgs { layers: *layers, loaded: *loaded };
             let body = fb::SetMapLayers::create(b, &args).as_union_value();
             (fb::CommandBody::SetMapLayers, body)
         }
-        Command::SetEnvironmentObjects { objects, enabled } => {
+        SceneryCommand::Objects { objects, enabled } => {
             let objects = Some(b.create_vector(objects));
             let args = fb::SetEnvironmentObjectsArgs { objects, enabled: *enabled };
             let body = fb::SetEnvironmentObjects::create(b, &args).as_union_value();
             (fb::CommandBody::SetEnvironmentObjects, body)
         }
-        other => unreachable!("{other:?} is not for the map"),
     }
 }
 
@@ -31,13 +29,16 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> B
 /// For too many objects, and what no command of the schema is.
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     if let Some(set) = raw.body_as_set_map_layers() {
-        return Ok(Command::SetMapLayers { layers: set.layers(), loaded: set.loaded() });
+        return Ok(Command::Scenery(SceneryCommand::Layers {
+            layers: set.layers(),
+            loaded: set.loaded(),
+        }));
     }
     let set = needed(raw.body_as_set_environment_objects(), "a known command")?;
     let objects = set.objects();
     check_count("objects", objects.map_or(0, |objects| objects.len()), OBJECTS_PER_COMMAND_MAX)?;
     let objects = objects.iter().flatten().collect();
-    Ok(Command::SetEnvironmentObjects { objects, enabled: set.enabled() })
+    Ok(Command::Scenery(SceneryCommand::Objects { objects, enabled: set.enabled() }))
 }
 
 /// Nothing where nothing is hidden.

@@ -6,31 +6,31 @@ use super::parts::{actor_in, finite, pose_in, pose_out, unknown_variant, vec3_in
 use super::{check_count, needed, v2x};
 use crate::generated as fb;
 use crate::limits::{IGNORED_VEHICLES_MAX, V2X_TEXT_BYTES_MAX};
-use crate::{ActorId, Command, Error, LidarPoint, Measurement, RadarDetection, Scan};
+use crate::{
+    ActorId, Command, Error, LidarPoint, Measurement, RadarDetection, Scan, SensorCommand,
+};
 use crate::{SemanticLidarPoint, SensorDatum, Tick};
 
 type Body = (fb::CommandBody, WIPOffset<UnionWIPOffset>);
 
 type Data<'a> = Vector<'a, ForwardsUOffset<fb::SensorDatum<'a>>>;
 
-/// Only for what the command module sends here.
-pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
+pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &SensorCommand) -> Body {
     match command {
-        Command::Listen { sensor, on } => {
+        SensorCommand::Listen { sensor, on } => {
             let body = fb::Listen::create(b, &fb::ListenArgs { sensor: sensor.get(), on: *on });
             (fb::CommandBody::Listen, body.as_union_value())
         }
-        Command::IgnoreVehicles { sensor, vehicles } => {
+        SensorCommand::IgnoreVehicles { sensor, vehicles } => {
             let vehicles = ignored_out(b, vehicles);
             let args = fb::IgnoreVehiclesArgs { sensor: sensor.get(), vehicles };
             (fb::CommandBody::IgnoreVehicles, fb::IgnoreVehicles::create(b, &args).as_union_value())
         }
-        Command::SendV2x { sensor, text } => {
+        SensorCommand::SendV2x { sensor, text } => {
             let text = Some(b.create_string(text));
             let body = fb::SendV2x::create(b, &fb::SendV2xArgs { sensor: sensor.get(), text });
             (fb::CommandBody::SendV2x, body.as_union_value())
         }
-        other => unreachable!("{other:?} is not for a sensor"),
     }
 }
 
@@ -38,15 +38,24 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> B
 /// For a text that is too long, too many vehicles, and what no command of the schema is.
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     if let Some(listen) = raw.body_as_listen() {
-        return Ok(Command::Listen { sensor: actor_in(listen.sensor())?, on: listen.on() });
+        return Ok(Command::Sensor(SensorCommand::Listen {
+            sensor: actor_in(listen.sensor())?,
+            on: listen.on(),
+        }));
     }
     if let Some(ignore) = raw.body_as_ignore_vehicles() {
         let vehicles = ignored_in(ignore.vehicles())?;
-        return Ok(Command::IgnoreVehicles { sensor: actor_in(ignore.sensor())?, vehicles });
+        return Ok(Command::Sensor(SensorCommand::IgnoreVehicles {
+            sensor: actor_in(ignore.sensor())?,
+            vehicles,
+        }));
     }
     let send = needed(raw.body_as_send_v2x(), "a known command")?;
     check_count("bytes of a text", send.text().len(), V2X_TEXT_BYTES_MAX)?;
-    Ok(Command::SendV2x { sensor: actor_in(send.sensor())?, text: send.text().to_owned() })
+    Ok(Command::Sensor(SensorCommand::SendV2x {
+        sensor: actor_in(send.sensor())?,
+        text: send.text().to_owned(),
+    }))
 }
 
 /// Nothing where nobody is ignored.

@@ -1,8 +1,9 @@
 //! Commands for driving, for bodies, and for what surrounds them.
 
 use schemas::{
-    AckermannControl, AgentBehaviour, AgentOptions, BodySwitch, Command, PushKind,
-    TrafficLightColour, Vec3,
+    AckermannControl, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, BodySwitch, Command,
+    PushKind, SceneryCommand, SensorCommand, TrafficCommand, TrafficLightColour,
+    TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand,
 };
 
 use super::vehicles::{gains, physics};
@@ -17,21 +18,38 @@ pub(crate) fn driving_commands() -> Vec<Command> {
         jerk_mps3: 0.5,
     };
     vec![
-        Command::SetAckermann { actor: actor(1), control },
-        Command::SetAckermannGains { actor: actor(1), gains: gains() },
-        Command::SetVehiclePhysics { actor: actor(1), physics: Box::new(physics()) },
-        Command::SetVehicleLights { actor: actor(1), lights: 0x801 },
-        Command::SetDoors { actor: actor(1), doors: 0b11, open: true },
-        Command::SetAgent { actor: actor(1), options: agent_options(), keep_route: true },
-        Command::SetAgent { actor: actor(1), options: AgentOptions::default(), keep_route: false },
-        Command::SetAgentRoute { actor: actor(1), places_m: vec![Vec3::x(), Vec3::y()] },
-        Command::SetAgentRoute { actor: actor(1), places_m: Vec::new() },
-        Command::DriveAgent { actor: actor(1), on: true },
-        Command::SetTraffic { actor: actor(1), behaviour: AgentBehaviour::Aggressive },
-        Command::SpawnTraffic { count: 9, behaviour: None },
-        Command::SetHybridTraffic { radius_m: Some(70.0) },
-        Command::SetHybridTraffic { radius_m: None },
-        Command::SpawnTraffic { count: 9, behaviour: Some(AgentBehaviour::Normal) },
+        Command::Vehicle(VehicleCommand::Ackermann { actor: actor(1), control }),
+        Command::Vehicle(VehicleCommand::AckermannGains { actor: actor(1), gains: gains() }),
+        Command::Vehicle(VehicleCommand::Physics { actor: actor(1), physics: Box::new(physics()) }),
+        Command::Vehicle(VehicleCommand::Lights { actor: actor(1), lights: 0x801 }),
+        Command::Vehicle(VehicleCommand::Doors { actor: actor(1), doors: 0b11, open: true }),
+        Command::Agent(AgentCommand::Set {
+            actor: actor(1),
+            options: agent_options(),
+            keep_route: true,
+        }),
+        Command::Agent(AgentCommand::Set {
+            actor: actor(1),
+            options: AgentOptions::default(),
+            keep_route: false,
+        }),
+        Command::Agent(AgentCommand::SetRoute {
+            actor: actor(1),
+            places_m: vec![Vec3::x(), Vec3::y()],
+        }),
+        Command::Agent(AgentCommand::SetRoute { actor: actor(1), places_m: Vec::new() }),
+        Command::Agent(AgentCommand::Drive { actor: actor(1), on: true }),
+        Command::Traffic(TrafficCommand::Join {
+            actor: actor(1),
+            behaviour: AgentBehaviour::Aggressive,
+        }),
+        Command::Traffic(TrafficCommand::Spawn { count: 9, behaviour: None }),
+        Command::Traffic(TrafficCommand::SetHybrid { radius_m: Some(70.0) }),
+        Command::Traffic(TrafficCommand::SetHybrid { radius_m: None }),
+        Command::Traffic(TrafficCommand::Spawn {
+            count: 9,
+            behaviour: Some(AgentBehaviour::Normal),
+        }),
     ]
 }
 
@@ -49,25 +67,33 @@ fn agent_options() -> AgentOptions {
 }
 
 pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {
-    let push = |kind| Command::Push { actor: actor(1), kind, amount: Vec3::x() };
-    let switch = |switch| Command::SetSwitch { actor: actor(1), switch, on: true };
+    let push = |kind| Command::Body(BodyCommand::Push { actor: actor(1), kind, amount: Vec3::x() });
+    let switch =
+        |switch| Command::Body(BodyCommand::SetSwitch { actor: actor(1), switch, on: true });
     vec![
-        Command::SetWalkerControl { actor: actor(2), control: walker_control() },
-        Command::SetWalkerAgent {
+        Command::Walker(WalkerCommand::Control { actor: actor(2), control: walker_control() }),
+        Command::Walker(WalkerCommand::Agent {
             actor: actor(2),
             goal_m: Some(Vec3::y()),
             speed_mps: Some(1.5),
             crossing_share: 0.25,
-        },
-        Command::SetWalkerAgent {
+        }),
+        Command::Walker(WalkerCommand::Agent {
             actor: actor(2),
             goal_m: None,
             speed_mps: None,
             crossing_share: 0.0,
-        },
-        Command::SetWalkerState { actor: actor(2), world_from_actor: pose, speed_mps: 1.4 },
-        Command::SetConstantVelocity { actor: actor(1), velocity_mps: Some(Vec3::x()) },
-        Command::SetConstantVelocity { actor: actor(1), velocity_mps: None },
+        }),
+        Command::Walker(WalkerCommand::State {
+            actor: actor(2),
+            world_from_actor: pose,
+            speed_mps: 1.4,
+        }),
+        Command::Body(BodyCommand::SetConstantVelocity {
+            actor: actor(1),
+            velocity_mps: Some(Vec3::x()),
+        }),
+        Command::Body(BodyCommand::SetConstantVelocity { actor: actor(1), velocity_mps: None }),
         push(PushKind::Impulse),
         push(PushKind::Force),
         push(PushKind::AngularImpulse),
@@ -80,23 +106,28 @@ pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {
 
 pub(crate) fn scene_commands() -> Vec<Command> {
     vec![
-        Command::SetTrafficLight {
+        Command::TrafficLight(TrafficLightCommand::Set {
             actor: actor(9),
             colour: Some(TrafficLightColour::Off),
             green_secs: Some(8.0),
             yellow_secs: None,
             red_secs: Some(0.0),
-        },
-        Command::FreezeTrafficLights { frozen: true },
-        Command::ResetTrafficLights { actor: None },
-        Command::ResetTrafficLights { actor: Some(actor(9)) },
+        }),
+        Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true }),
+        Command::TrafficLight(TrafficLightCommand::Reset { actor: None }),
+        Command::TrafficLight(TrafficLightCommand::Reset { actor: Some(actor(9)) }),
         Command::SetTimeStep { dt_secs: 0.1, substep_secs_max: Some(0.02), substeps_max: None },
-        Command::Listen { sensor: actor(5), on: false },
-        Command::IgnoreVehicles { sensor: actor(5), vehicles: vec![actor(1), actor(4)] },
-        Command::IgnoreVehicles { sensor: actor(5), vehicles: Vec::new() },
-        Command::SendV2x { sensor: actor(5), text: "grüß dich".to_owned() },
-        Command::SetMapLayers { layers: 0x11, loaded: false },
-        Command::SetEnvironmentObjects { objects: vec![1, u64::MAX], enabled: true },
-        Command::SetEnvironmentObjects { objects: Vec::new(), enabled: false },
+        Command::Sensor(SensorCommand::Listen { sensor: actor(5), on: false }),
+        Command::Sensor(SensorCommand::IgnoreVehicles {
+            sensor: actor(5),
+            vehicles: vec![actor(1), actor(4)],
+        }),
+        Command::Sensor(SensorCommand::IgnoreVehicles { sensor: actor(5), vehicles: Vec::new() }),
+        Command::Sensor(SensorCommand::SendV2x {
+            sensor: actor(5), text: "grüß dich".to_owned()
+        }),
+        Command::Scenery(SceneryCommand::Layers { layers: 0x11, loaded: false }),
+        Command::Scenery(SceneryCommand::Objects { objects: vec![1, u64::MAX], enabled: true }),
+        Command::Scenery(SceneryCommand::Objects { objects: Vec::new(), enabled: false }),
     ]
 }

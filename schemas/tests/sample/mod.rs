@@ -8,11 +8,12 @@ mod vehicles;
 
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
-    AttachmentKind, Attribute, Camera, Collision, Command, EncodedFrame, Error, ErrorCode, Frame,
-    Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind, Images, Lease, MapRef,
-    PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind, Tick, TickItem, TickOutcome,
-    TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleControl, VehicleFailure,
-    VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
+    AttachmentKind, Attribute, BodyCommand, Camera, Collision, Command, EncodedFrame, Error,
+    ErrorCode, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind, Images,
+    Lease, MapRef, PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind, Tick, TickItem,
+    TickOutcome, TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleCommand,
+    VehicleControl, VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo,
+    level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -148,17 +149,26 @@ fn commands() -> Vec<Command> {
             linear_velocity_mps: Vec3::new(11.0, 0.0, 0.0),
             attributes: attributes(),
             attachment: attachment(),
+            id: Some(actor(77)),
         },
         Command::DestroyActor { actor: actor(3) },
-        Command::SetControl { actor: actor(1), control: vehicle().control },
-        Command::SetPilot {
+        Command::Vehicle(VehicleCommand::Control { actor: actor(1), control: vehicle().control }),
+        Command::Vehicle(VehicleCommand::Pilot {
             actor: actor(1),
             mode: PilotMode::ChangeLaneLeft,
             target_speed_mps: Some(0.0),
-        },
-        Command::SetPilot { actor: actor(1), mode: PilotMode::KeepLane, target_speed_mps: None },
-        Command::SetVelocity { actor: actor(1), linear_mps: Some(Vec3::x()), angular_radps: None },
-        Command::SetPose { actor: actor(1), world_from_actor: pose },
+        }),
+        Command::Vehicle(VehicleCommand::Pilot {
+            actor: actor(1),
+            mode: PilotMode::KeepLane,
+            target_speed_mps: None,
+        }),
+        Command::Body(BodyCommand::SetVelocity {
+            actor: actor(1),
+            linear_mps: Some(Vec3::x()),
+            angular_radps: None,
+        }),
+        Command::Body(BodyCommand::SetPose { actor: actor(1), world_from_actor: pose }),
         Command::SetWeather { weather: Weather::CLEAR_NOON },
     ]
     .into_iter()
@@ -223,6 +233,7 @@ pub(crate) fn requests() -> Vec<Request> {
             commands: commands(),
             lease: lease(),
             traffic: true,
+            first_actor: actor(9),
         },
         Request::ListWorlds,
         Request::ListMaps,
@@ -240,7 +251,9 @@ pub(crate) fn requests() -> Vec<Request> {
             participant: "left".parse().unwrap(),
             lease_millis: 500,
         },
-        Request::RecordWorld { world: world(), on: true },
+        Request::RecordWorld { world: world(), on: true, name: None },
+        Request::RecordWorld { world: world(), on: false, name: Some("a.journal".to_owned()) },
+        Request::BranchJournal { name: "a.journal".to_owned(), tick: Some(Tick(7)), lease: None },
     ]
 }
 

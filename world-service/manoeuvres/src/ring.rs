@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use roads::Map;
 use schemas::{
-    ActorId, ActorKind, AgentBehaviour, Command, Error, ErrorCode, Vec3, WorldId, level_pose,
+    ActorId, ActorKind, AgentBehaviour, Command, Error, ErrorCode, TrafficCommand, Vec3, WorldId,
+    level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -99,7 +100,7 @@ impl Ring {
                 let actor = world.apply(&spawn)?;
                 let actor = actor.ok_or_else(|| internal("nothing was spawned".to_owned()))?;
                 let behaviour = behaviours.next().unwrap_or(AgentBehaviour::Normal);
-                world.apply(&Command::SetTraffic { actor, behaviour })?;
+                world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour }))?;
             }
         }
         Ok(world)

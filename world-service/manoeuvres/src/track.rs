@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use roads::Map;
 use schemas::{
-    ActorId, ActorState, Command, Error, ErrorCode, Vec3, VehicleControl, VehiclePhysics,
-    VehicleReport, WorldId, level_pose,
+    ActorId, ActorState, BodyCommand, Command, Error, ErrorCode, Vec3, VehicleCommand,
+    VehicleControl, VehiclePhysics, VehicleReport, WorldId, level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -112,11 +112,15 @@ impl Rig {
 
     pub(crate) fn set_speed(&mut self, along_mps: f32) -> Result<()> {
         let linear_mps = Some(Vec3::new(along_mps, 0.0, 0.0));
-        self.apply(&Command::SetVelocity { actor: self.car, linear_mps, angular_radps: None })
+        self.apply(&Command::Body(BodyCommand::SetVelocity {
+            actor: self.car,
+            linear_mps,
+            angular_radps: None,
+        }))
     }
 
     pub(crate) fn control(&mut self, control: VehicleControl) -> Result<()> {
-        self.apply(&Command::SetControl { actor: self.car, control })
+        self.apply(&Command::Vehicle(VehicleCommand::Control { actor: self.car, control }))
     }
 
     pub(crate) fn brake(&mut self) -> Result<()> {
@@ -151,7 +155,7 @@ impl Rig {
     pub(crate) fn change(&mut self, change: impl FnOnce(&mut VehiclePhysics)) -> Result<()> {
         let mut physics = Box::new(self.report()?.physics);
         change(&mut physics);
-        self.apply(&Command::SetVehiclePhysics { actor: self.car, physics })
+        self.apply(&Command::Vehicle(VehicleCommand::Physics { actor: self.car, physics }))
     }
 
     fn apply(&mut self, command: &Command) -> Result<()> {

@@ -1,14 +1,16 @@
 //! Doing again what a journal tells.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, Read};
 use std::sync::Arc;
 
-use schemas::wire::{decode_frame, decode_request};
-use schemas::{Error, Frame, Request, Tick, WorldId};
+use schemas::wire::decode_frame;
+use schemas::{Error, Frame, Tick, WorldId};
 use world::{Town, World};
 
-use super::chunk::{self, HEAD, Kind};
+use super::chunk::{self, Kind, damaged};
 use super::compare::{Difference, difference};
+use super::entry::{Head, Step, TickEntry};
+use super::reader::{self, Way};
 
 /// A journal that was replayed without a difference.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,6 +23,8 @@ pub struct Replayed {
     pub last: Tick,
     /// Commands that were carried out again.
     pub commands: usize,
+    /// Keyframes that were the same.
+    pub keyframes: usize,
     /// Whether it was ended in order, and not cut off with its process.
     pub ended: bool,
 }
@@ -40,90 +44,131 @@ pub enum JournalError {
     Differs(Box<Difference>),
 }
 
-/// Replays a journal and compares every frame.
+/// Replays a journal and compares every frame and keyframe; `watch` sees each tick before.
 ///
 /// # Errors
-/// [`JournalError`]; `Differs` names the first difference.
-pub fn verify(mut from: impl Read) -> Result<Replayed, JournalError> {
-    let mut head = [0; HEAD.len()];
-    if !chunk::fill(&mut from, &mut head)? || head != HEAD {
-        return Err(damaged("it does not begin as a journal of this version"));
-    }
-    let name = text(part(&mut from, Kind::MapName)?)?;
-    let map_text = text(part(&mut from, Kind::MapText)?)?;
-    let snapshot = part(&mut from, Kind::Snapshot)?;
-    let mut replay = Replay::begin(name, &map_text, &snapshot)?;
+/// [`JournalError`], also of `watch`; `Differs` names the first difference.
+pub fn verify(
+    mut from: impl Read,
+    mut watch: impl FnMut(&TickEntry) -> Result<(), JournalError>,
+) -> Result<Replayed, JournalError> {
+    let head = reader::read_front(&mut from)?;
+    let mut replay = Replay::begin(&head)?;
+    let (first, map) = (head.first.tick, head.map_name);
+    let (commands, keyframes, ended) = (0, 0, false);
+    let mut told = Replayed { map, first, last: first, commands, keyframes, ended };
     while let Some((kind, content)) = chunk::read(&mut from)? {
         match kind {
-            Kind::Commands => replay.commands(&content)?,
-            Kind::Tick => replay.tick(&content)?,
+            Kind::Commands => {
+                let step = reader::commands_in(&content)?;
+                if let Step::Commands(commands) = &step {
+                    told.commands += commands.len();
+                }
+                replay.step(&step)?;
+            }
+            Kind::Tick => {
+                let tick = reader::tick_in(&content)?;
+                watch(&tick)?;
+                told.last = tick.moment.tick;
+                replay.step(&Step::Tick(tick))?;
+            }
+            Kind::Keyframe => {
+                let (_, packed) = reader::moment_in(&content)?;
+                replay.compare_snapshot(&chunk::unpack(packed)?)?;
+                told.keyframes += 1;
+            }
+            Kind::Index => {}
             Kind::End => {
-                replay.told.ended = true;
+                told.ended = true;
                 break;
             }
-            other => return Err(damaged(&format!("{other:?} in the middle of it"))),
+            other => return Err(damaged(&format!("{other:?} in the middle of it")).into()),
         }
     }
-    Ok(replay.told)
+    Ok(told)
 }
 
-struct Replay {
+/// A world that does again what a journal tells.
+pub struct Replay {
     world: World,
-    told: Replayed,
+    town: Arc<Town>,
 }
 
 impl Replay {
-    fn begin(map: String, map_text: &str, snapshot: &[u8]) -> Result<Self, JournalError> {
-        let roads = roads::Map::parse(&map, map_text)
+    /// At the beginning of a journal.
+    ///
+    /// # Errors
+    /// A map or a snapshot that cannot be used.
+    pub fn begin(head: &Head) -> Result<Self, JournalError> {
+        let roads = roads::Map::parse(&head.map_name, &head.map_text)
             .map_err(|error| damaged(&format!("its map cannot be used: {error}")))?;
         let town = Arc::new(Town::new(Arc::new(roads)));
-        let id = WorldId::new(1).ok_or_else(|| damaged("no world has the id 0"))?;
-        let world = World::restore(snapshot, id, 0, |_| Some(town))?;
-        let first = world.tick_number();
-        let told = Replayed { map, first, last: first, commands: 0, ended: false };
-        Ok(Self { world, told })
+        let world = restored(&head.snapshot, &town)?;
+        Ok(Self { world, town })
     }
 
-    fn commands(&mut self, content: &[u8]) -> Result<(), JournalError> {
-        let Request::RunCommands { commands, .. } = decode_request(content)? else {
-            return Err(damaged("a request that is no commands"));
-        };
-        for command in &commands {
-            // What was carried out and is refused now shows in the next frame.
-            let _ = self.world.apply(command);
+    /// The world as it is now.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Goes to another state of the journal.
+    ///
+    /// # Errors
+    /// As for [`step`](Self::step), and a snapshot that cannot be used; then it is where it was, or
+    /// on the way.
+    pub fn go(&mut self, way: &Way) -> Result<(), JournalError> {
+        self.world = restored(&way.snapshot, &self.town)?;
+        way.steps.iter().try_for_each(|step| self.step(step))
+    }
+
+    /// Does the next step again; after a tick the frame is compared.
+    ///
+    /// # Errors
+    /// [`JournalError`]; `Differs` names the first difference.
+    pub fn step(&mut self, step: &Step) -> Result<(), JournalError> {
+        match step {
+            Step::Commands(commands) => {
+                for command in commands {
+                    // What was carried out and is refused now shows in the next frame.
+                    let _ = self.world.apply(command);
+                }
+                Ok(())
+            }
+            Step::Tick(tick) => self.tick(tick),
         }
-        self.told.commands += commands.len();
-        Ok(())
     }
 
-    fn tick(&mut self, content: &[u8]) -> Result<(), JournalError> {
-        let (dt_secs, frame) =
-            content.split_first_chunk::<8>().ok_or_else(|| damaged("a tick without its length"))?;
-        let recorded = decode_frame(frame)?;
-        let dt_secs = f64::from_le_bytes(*dt_secs);
-        if dt_secs.is_nan() { self.world.tick() } else { self.world.tick_by(dt_secs) }?;
+    fn tick(&mut self, tick: &TickEntry) -> Result<(), JournalError> {
+        match tick.wanted_secs {
+            None => self.world.tick(),
+            Some(dt_secs) => self.world.tick_by(dt_secs),
+        }?;
+        let recorded = decode_frame(&tick.frame.0)?;
         let replayed = Frame { world: recorded.world, epoch: recorded.epoch, ..self.world.frame() };
         match difference(&recorded, &replayed) {
             Some(difference) => Err(JournalError::Differs(Box::new(difference))),
-            None => {
-                self.told.last = recorded.tick;
-                Ok(())
-            }
+            None => Ok(()),
         }
     }
-}
 
-fn part(from: &mut dyn Read, wanted: Kind) -> Result<Vec<u8>, JournalError> {
-    match chunk::read(from)? {
-        Some((kind, content)) if kind == wanted => Ok(content),
-        _ => Err(damaged(&format!("its {wanted:?} is missing"))),
+    fn compare_snapshot(&self, recorded: &[u8]) -> Result<(), JournalError> {
+        let replayed = self.world.snapshot();
+        if replayed == recorded {
+            return Ok(());
+        }
+        let digest = |bytes: &[u8]| blake3::hash(bytes).to_hex().to_string();
+        Err(JournalError::Differs(Box::new(Difference {
+            tick: self.world.tick_number(),
+            actor: None,
+            field: "snapshot",
+            recorded: digest(recorded),
+            replayed: digest(&replayed),
+        })))
     }
 }
 
-fn text(bytes: Vec<u8>) -> Result<String, JournalError> {
-    String::from_utf8(bytes).map_err(|_| damaged("a text that is no UTF-8"))
-}
-
-fn damaged(why: &str) -> JournalError {
-    JournalError::Read(io::Error::new(ErrorKind::InvalidData, why.to_owned()))
+fn restored(snapshot: &[u8], town: &Arc<Town>) -> Result<World, JournalError> {
+    let id = WorldId::new(1).ok_or_else(|| damaged("no world has the id 0"))?;
+    Ok(World::restore(snapshot, id, 0, |_| Some(Arc::clone(town)))?)
 }

@@ -1,10 +1,12 @@
 //! One world and what the service knows about it.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use schemas::{Error, ErrorCode, Lease, Tenant, Tick, WorldId, WorldInfo};
 
+use super::run::{Deferred, Run};
 use super::{Recorded, Roster, Seat, Simulation, Waiter};
 
 /// One world, whose it is, and whether it still may be touched.
@@ -15,6 +17,13 @@ pub struct Hosted<S> {
     lease: Option<Lease>,
     orphaned_since: Option<Instant>,
     pub(super) roster: Roster<Waiter>,
+    pub(super) run: Option<Run>,
+    /// What came for the world while a request was under way; in order.
+    pub(super) deferred: VecDeque<Deferred>,
+    /// What the last two ticks took.
+    took: [Duration; 2],
+    /// Ticks that take longer are slow.
+    pub(super) slow: Duration,
     state: State<S>,
     _seat: Seat,
 }
@@ -29,8 +38,32 @@ impl<S: Simulation> Hosted<S> {
     pub fn new(tenant: Tenant, lease: Option<Lease>, world: S, seat: Seat) -> Self {
         let map_name = world.map().name.clone();
         let state = State::Healthy(Box::new(Recorded::new(world)));
-        let roster = Roster::default();
-        Self { tenant, map_name, lease, orphaned_since: None, roster, state, _seat: seat }
+        let (roster, deferred) = (Roster::default(), VecDeque::new());
+        let (orphaned_since, run, took) = (None, None, [Duration::ZERO; 2]);
+        Self {
+            tenant,
+            map_name,
+            lease,
+            orphaned_since,
+            roster,
+            run,
+            deferred,
+            took,
+            slow: Duration::MAX,
+            state,
+            _seat: seat,
+        }
+    }
+
+    /// Whether its ticks take so long that others should not wait for one. One tick that took long
+    /// may have been interrupted.
+    pub(super) fn is_slow(&self) -> bool {
+        self.took.iter().all(|took| *took > self.slow)
+    }
+
+    /// Notes when a tick began that is over now.
+    pub(super) fn note_tick(&mut self, begun: Instant) {
+        self.took = [self.took[1], begun.elapsed()];
     }
 
     /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside
@@ -38,18 +71,28 @@ impl<S: Simulation> Hosted<S> {
     ///
     /// # Errors
     /// [`ErrorCode::WorldQuarantined`], or what `work` refuses.
-    pub fn with<T>(
+    pub(super) fn with<T>(
         &mut self,
         id: WorldId,
         work: impl FnOnce(&mut Recorded<S>) -> Result<T, Error>,
     ) -> Result<T, Error> {
+        self.with_tenant(id, |world, _| work(world))
+    }
+
+    /// As [`with`](Self::with), for work that tells whose world it is.
+    pub(super) fn with_tenant<T>(
+        &mut self,
+        id: WorldId,
+        work: impl FnOnce(&mut Recorded<S>, &Tenant) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let tenant = &self.tenant;
         let world = match &mut self.state {
             State::Healthy(world) => world,
             State::Quarantined { reason, tick, .. } => return Err(quarantined(id, *tick, reason)),
         };
         let (tick, actor_count) = (world.tick_number(), world.actor_count());
         // A broken world is dropped below and never seen again, so half-made changes harm nobody.
-        let reason = match catch_unwind(AssertUnwindSafe(|| work(world))) {
+        let reason = match catch_unwind(AssertUnwindSafe(|| work(world, tenant))) {
             Ok(Err(error)) if error.code == ErrorCode::WorldQuarantined => error.message,
             Ok(result) => return result,
             Err(panic) => format!("panicked: {}", panic_text(panic.as_ref())),
@@ -64,7 +107,7 @@ impl<S: Simulation> Hosted<S> {
     }
 
     /// What a list tells.
-    pub fn info(&self, id: WorldId) -> WorldInfo {
+    pub(super) fn info(&self, id: WorldId) -> WorldInfo {
         let (tick, actor_count, reason) = match &self.state {
             State::Healthy(world) => (world.tick_number(), world.actor_count() as u32, None),
             State::Quarantined { reason, tick, actor_count } => {
@@ -82,7 +125,7 @@ impl<S: Simulation> Hosted<S> {
     }
 
     /// Takes note of whether the owner is up.
-    pub fn note_owner(&mut self, now: Instant, is_up: impl Fn(&schemas::ServiceId) -> bool) {
+    pub(super) fn note_owner(&mut self, now: Instant, is_up: impl Fn(&schemas::ServiceId) -> bool) {
         if let Some(lease) = &self.lease {
             let since = self.orphaned_since.unwrap_or(now);
             self.orphaned_since = if is_up(&lease.owner) { None } else { Some(since) };
@@ -90,7 +133,7 @@ impl<S: Simulation> Hosted<S> {
     }
 
     /// When the lease of an orphan ends.
-    pub fn ends_at(&self) -> Option<Instant> {
+    pub(super) fn ends_at(&self) -> Option<Instant> {
         let millis = self.lease.as_ref()?.millis;
         Some(self.orphaned_since? + Duration::from_millis(u64::from(millis)))
     }
@@ -105,7 +148,7 @@ impl<S: Simulation> Hosted<S> {
 ///
 /// # Errors
 /// [`ErrorCode::Internal`] after a panic, or what `make` refuses.
-pub fn guarded<T>(make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+pub(crate) fn guarded<T>(make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     catch_unwind(AssertUnwindSafe(make)).unwrap_or_else(|panic| {
         Err(Error::new(ErrorCode::Internal, "the world panicked while it was made")
             .found(panic_text(panic.as_ref())))

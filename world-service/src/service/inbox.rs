@@ -10,7 +10,7 @@ use schemas::{TickItem, TickResult, WorldId, WorldInfo};
 use super::{Answer, Gather, Ids, Question, Seat};
 
 /// Jobs a shard may have waiting; more are refused with [`ErrorCode::Capacity`].
-pub const JOBS_MAX: usize = 4_096;
+pub(crate) const JOBS_MAX: usize = 4_096;
 
 /// Work for one shard.
 pub enum Job<S: super::Simulation> {
@@ -98,7 +98,12 @@ pub enum WorldWork {
         lease: Option<Duration>,
     },
     /// A journal from now on, or none.
-    Record(bool),
+    Record {
+        /// Begin or end.
+        on: bool,
+        /// Its file in the folder of the tenant; `None`: a new one.
+        name: Option<String>,
+    },
 }
 
 /// Hands requests to shards. Never waits.
@@ -117,21 +122,16 @@ impl<S: super::Simulation> Dispatcher<S> {
         &self.shards[Ids::shard_of(world, self.shards.len())]
     }
 
-    /// All inboxes.
-    pub fn shards(&self) -> &[SyncSender<Job<S>>] {
-        &self.shards
-    }
-
     /// Starts a request that worlds can do; gives back one that needs maps.
-    pub fn dispatch(
+    pub(crate) fn dispatch(
         &self,
         tenant: Tenant,
         request: Request,
         answer: Answer,
-    ) -> Option<(Request, Answer)> {
+    ) -> Option<(Tenant, Request, Answer)> {
         let (world, work) = match request {
             Request::TickWorlds(items) => {
-                self.tick(Some(&tenant), items, answer, |_, job| Some(job));
+                self.tick(Some(tenant), items, answer, |_, job| Some(job));
                 return None;
             }
             Request::ListWorlds => {
@@ -154,12 +154,13 @@ impl<S: super::Simulation> Dispatcher<S> {
                 let lease = Some(lease).filter(|lease| !lease.is_zero());
                 (world, WorldWork::Share { participant, lease })
             }
-            Request::RecordWorld { world, on } => (world, WorldWork::Record(on)),
+            Request::RecordWorld { world, on, name } => (world, WorldWork::Record { on, name }),
             other @ (Request::CreateWorld { .. }
             | Request::RestoreWorld { .. }
+            | Request::BranchJournal { .. }
             | Request::PutMap { .. }
             | Request::ListMaps) => {
-                return Some((other, answer));
+                return Some((tenant, other, answer));
             }
         };
         self.send(world, Job::World { tenant, world, work, answer });
@@ -170,7 +171,7 @@ impl<S: super::Simulation> Dispatcher<S> {
     /// `here`, which does it or gives it back; several shards begin sooner when each is told.
     pub fn tick(
         &self,
-        tenant: Option<&Tenant>,
+        tenant: Option<Tenant>,
         items: Vec<TickItem>,
         answer: Answer,
         here: impl FnOnce(usize, Job<S>) -> Option<Job<S>>,
@@ -187,7 +188,7 @@ impl<S: super::Simulation> Dispatcher<S> {
         let mut jobs: Vec<(usize, Job<S>)> = parts
             .map(|(shard, items)| {
                 let gather = Arc::clone(&gather);
-                (shard, Job::Tick { tenant: tenant.cloned(), items, gather })
+                (shard, Job::Tick { tenant: tenant.clone(), items, gather })
             })
             .collect();
         if jobs.len() == 1 {

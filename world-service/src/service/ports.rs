@@ -1,10 +1,11 @@
 //! What the state machine needs of others.
 
-use std::io::Write;
 use std::sync::Arc;
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
 use schemas::{Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
+
+use crate::journal::{Head, Scribe};
 
 /// Tells one asker. Dropped uncalled, the asker hears of an internal error.
 pub type Answer = Box<dyn FnOnce(Reply) + Send>;
@@ -23,6 +24,8 @@ pub struct NewWorld<T> {
     pub town: Arc<T>,
     /// Whether the town's traffic lights and signs are actors of the world.
     pub traffic: bool,
+    /// Id of its first actor.
+    pub first_actor: ActorId,
 }
 
 /// What can be asked of a world beyond its frame.
@@ -103,6 +106,18 @@ pub trait Simulation: Sized + Send + 'static {
     fn map_text(&self) -> &str;
 }
 
+/// A journal that is to be begun.
+pub struct NewJournal<'a> {
+    /// Whose.
+    pub tenant: &'a Tenant,
+    /// Of which world.
+    pub world: WorldId,
+    /// Its file in the folder of the tenant; `None`: one that is not there yet.
+    pub name: Option<&'a str>,
+    /// From where it goes on.
+    pub head: Head,
+}
+
 /// Where a shard's results go besides the replies.
 pub trait Outlet<S> {
     /// Whether anybody may be listening to frames.
@@ -111,11 +126,11 @@ pub trait Outlet<S> {
     /// Sends a frame to whoever listens; never waits.
     fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame);
 
-    /// Where the journal of a world is written, and how many bytes it may take.
+    /// Begins the journal of a world, under this name or one of its own; gives its name, too.
     ///
     /// # Errors
-    /// `Unsupported` where none are kept, or the file cannot be made.
-    fn journal(&self, world: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error>;
+    /// `Unsupported` where none are kept, a name that leads nowhere, or the file cannot be made.
+    fn journal(&self, wanted: NewJournal<'_>) -> Result<(String, Box<dyn Scribe>), Error>;
 
     /// Gives a new world to the shard of its id, before anything else that this shard is sent
     /// later.

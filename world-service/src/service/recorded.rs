@@ -4,15 +4,22 @@ use std::io;
 use std::ops::Deref;
 
 use schemas::wire::encode_frame;
-use schemas::{Command, CommandReply, Error, WorldId};
+use schemas::{Command, CommandReply, EncodedFrame, Error, Frame, WorldId};
 
 use super::Simulation;
-use crate::journal::Journal;
+use crate::journal::{Entry, KEYFRAME_TICKS, Moment, Scribe, TickEntry};
 
 /// A world and, while one is kept, its journal. What only looks goes to the world.
 pub struct Recorded<S> {
     world: S,
     journal: Option<Journal>,
+}
+
+/// A journal that is being kept.
+struct Journal {
+    scribe: Box<dyn Scribe>,
+    /// Since the last keyframe.
+    ticks: u64,
 }
 
 impl<S: Simulation> Recorded<S> {
@@ -21,13 +28,11 @@ impl<S: Simulation> Recorded<S> {
         Self { world, journal: None }
     }
 
-    /// Keeps this journal from now on, or none, and ends the one before.
-    pub fn record(&mut self, journal: Option<Journal>) {
-        if let Some(before) = std::mem::replace(&mut self.journal, journal)
-            && let Err(error) = before.end()
-        {
-            tracing::warn!(%error, "a journal has no end");
-        }
+    /// Keeps this journal from now on, or none; gives the one before, which is to be ended.
+    #[must_use = "a journal that is only dropped has no end"]
+    pub fn record(&mut self, scribe: Option<Box<dyn Scribe>>) -> Option<Box<dyn Scribe>> {
+        let journal = scribe.map(|scribe| Journal { scribe, ticks: 0 });
+        std::mem::replace(&mut self.journal, journal).map(|before| before.scribe)
     }
 
     /// Carries out commands, one reply each, in order.
@@ -38,20 +43,39 @@ impl<S: Simulation> Recorded<S> {
             let done = commands.iter().zip(&replies).filter(|(_, reply)| reply.is_ok());
             let done: Vec<Command> = done.map(|(command, _)| command.clone()).collect();
             if !done.is_empty() {
-                self.note(id, |journal, _| journal.commands(id, done));
+                self.note(id, |journal, _| journal.scribe.put(Entry::commands(id, done)));
             }
         }
         replies
     }
 
-    /// Advances by one tick.
+    /// Advances by one tick. The frame comes back where a journal needed it, with its bytes.
     ///
     /// # Errors
     /// As [`Simulation::tick`].
-    pub fn tick(&mut self, id: WorldId, dt_secs: Option<f64>) -> Result<(), Error> {
-        self.world.tick(dt_secs)?;
-        self.note(id, |journal, world| journal.tick(dt_secs, &encode_frame(&world.frame())));
-        Ok(())
+    pub fn tick(
+        &mut self,
+        id: WorldId,
+        wanted_secs: Option<f64>,
+    ) -> Result<Option<(Frame, EncodedFrame)>, Error> {
+        self.world.tick(wanted_secs)?;
+        if self.journal.is_none() {
+            return Ok(None);
+        }
+        let frame = self.world.frame();
+        let encoded = encode_frame(&frame);
+        let moment = Moment::of(&frame);
+        let entry = TickEntry { wanted_secs, moment, frame: encoded.clone() };
+        self.note(id, |journal, world| {
+            journal.scribe.put(Entry::Tick(entry))?;
+            journal.ticks += 1;
+            if journal.ticks < KEYFRAME_TICKS {
+                return Ok(());
+            }
+            journal.ticks = 0;
+            journal.scribe.put(Entry::Keyframe { moment, snapshot: world.snapshot() })
+        });
+        Ok(Some((frame, encoded)))
     }
 
     /// A journal that cannot go on ends; the world goes on.

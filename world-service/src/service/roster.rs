@@ -9,7 +9,7 @@ use schemas::{Error, ErrorCode, ServiceId};
 const PARTICIPANTS_MAX: usize = 64;
 
 /// The participants of one world. `T` is what each of them waits with.
-pub struct Roster<T> {
+pub(super) struct Roster<T> {
     members: BTreeMap<ServiceId, Member<T>>,
     /// Since when somebody waits; later for who joins later.
     round_began: Option<Instant>,
@@ -28,7 +28,7 @@ impl<T> Default for Roster<T> {
 
 impl<T> Roster<T> {
     /// Whether nobody shares the clock: then everybody may tick.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.members.is_empty()
     }
 
@@ -36,7 +36,12 @@ impl<T> Roster<T> {
     ///
     /// # Errors
     /// `Capacity`.
-    pub fn join(&mut self, now: Instant, name: ServiceId, lease: Duration) -> Result<(), Error> {
+    pub(super) fn join(
+        &mut self,
+        now: Instant,
+        name: ServiceId,
+        lease: Duration,
+    ) -> Result<(), Error> {
         if let Some(member) = self.members.get_mut(&name) {
             member.lease = lease;
             return Ok(());
@@ -51,7 +56,7 @@ impl<T> Roster<T> {
     }
 
     /// Lets a participant go, with what it waited with.
-    pub fn leave(&mut self, name: &ServiceId) -> Option<T> {
+    pub(super) fn leave(&mut self, name: &ServiceId) -> Option<T> {
         self.members.remove(name)?.waiting
     }
 
@@ -59,7 +64,7 @@ impl<T> Roster<T> {
     ///
     /// # Errors
     /// `InvalidArgument` for a stranger, nobody, or who waits already.
-    pub fn check(&self, name: Option<&ServiceId>) -> Result<(), Error> {
+    pub(super) fn check(&self, name: Option<&ServiceId>) -> Result<(), Error> {
         let refuse = |why: &str| Error::new(ErrorCode::InvalidArgument, why);
         match name {
             None if self.is_empty() => Ok(()),
@@ -77,7 +82,7 @@ impl<T> Roster<T> {
     }
 
     /// A participant waits for the next tick.
-    pub fn wait(&mut self, now: Instant, name: &ServiceId, with: T) {
+    pub(super) fn wait(&mut self, now: Instant, name: &ServiceId, with: T) {
         if let Some(member) = self.members.get_mut(name) {
             member.waiting = Some(with);
             self.round_began.get_or_insert(now);
@@ -85,14 +90,14 @@ impl<T> Roster<T> {
     }
 
     /// When the lease of the next one that is waited for ends.
-    pub fn next_end(&self) -> Option<Instant> {
+    pub(super) fn next_end(&self) -> Option<Instant> {
         let began = self.round_began?;
         let missing = self.members.values().filter(|member| member.waiting.is_none());
         missing.map(|member| began + member.lease).min()
     }
 
     /// Lets go of those who were waited for longer than their lease.
-    pub fn expire(&mut self, now: Instant) -> Vec<ServiceId> {
+    pub(super) fn expire(&mut self, now: Instant) -> Vec<ServiceId> {
         let Some(began) = self.round_began else { return Vec::new() };
         let is_over = |member: &Member<T>| member.waiting.is_none() && began + member.lease <= now;
         let over: Vec<ServiceId> = self
@@ -106,7 +111,7 @@ impl<T> Roster<T> {
     }
 
     /// What all wait with, ordered by name, once nobody is missing; a new round begins.
-    pub fn complete(&mut self) -> Vec<T> {
+    pub(super) fn complete(&mut self) -> Vec<T> {
         if self.members.values().any(|member| member.waiting.is_none()) {
             return Vec::new();
         }
@@ -114,7 +119,7 @@ impl<T> Roster<T> {
     }
 
     /// What those who wait wait with, ordered by name.
-    pub fn drain(&mut self) -> Vec<T> {
+    pub(super) fn drain(&mut self) -> Vec<T> {
         self.round_began = None;
         self.members.values_mut().filter_map(|member| member.waiting.take()).collect()
     }

@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use schemas::{Error, ErrorCode, Reply, ServiceId, TickItem, TickOutcome, TickResult, WorldId};
 
 use super::hosted::Hosted;
+use super::run::Run;
 use super::tick::{check_item, tick_world};
 use super::{Gather, Outlet, Simulation};
 
 /// A participant's tick that waits for the others'.
-pub struct Waiter {
+pub(super) struct Waiter {
     index: usize,
-    item: TickItem,
+    pub(super) item: TickItem,
     gather: Arc<Gather<TickResult>>,
 }
 
@@ -32,7 +33,8 @@ impl Waiter {
 }
 
 impl<S: Simulation> Hosted<S> {
-    /// A tick of a world that may be shared: done, refused, or kept until the others ask too.
+    /// Ticks of a world that may be shared: done, refused, kept until the others ask too, or, if
+    /// they are several or slow, begun.
     pub(super) fn tick(&mut self, now: Instant, waiter: Waiter, outlet: &impl Outlet<S>) {
         let item = &waiter.item;
         let checked =
@@ -46,6 +48,8 @@ impl<S: Simulation> Hosted<S> {
                 self.roster.wait(now, &name, waiter);
                 self.advance(id, outlet);
             }
+            (Ok(()), None) if waiter.item.tick_count > 1 => self.begin(waiter),
+            (Ok(()), None) if waiter.item.tick_count == 1 && self.is_slow() => self.begin(waiter),
             (Ok(()), None) => {
                 let outcome = self.tick_now(&waiter.item, outlet);
                 waiter.give(outcome);
@@ -55,8 +59,13 @@ impl<S: Simulation> Hosted<S> {
 
     /// A tick that waits for nobody.
     fn tick_now(&mut self, item: &TickItem, outlet: &impl Outlet<S>) -> Result<TickOutcome, Error> {
-        let tenant = self.tenant.clone();
-        self.with(item.world, |world| tick_world(world, &tenant, item, outlet))
+        let begun = Instant::now();
+        let outcome =
+            self.with_tenant(item.world, |world, tenant| tick_world(world, tenant, item, outlet));
+        if item.tick_count > 0 {
+            self.note_tick(begun);
+        }
+        outcome
     }
 
     /// Ticks once for all participants, if none is missing.
@@ -122,8 +131,13 @@ impl<S: Simulation> Hosted<S> {
 
     /// Tells those who wait that the world is no more.
     pub(super) fn dismiss(&mut self) {
-        for waiter in self.roster.drain() {
-            waiter.give(Err(Error::new(ErrorCode::UnknownWorld, "the world has ended")));
+        let ended = || Error::new(ErrorCode::UnknownWorld, "the world has ended");
+        let running = self.run.take().map(Run::into_waiter);
+        for waiter in self.roster.drain().into_iter().chain(running) {
+            waiter.give(Err(ended()));
+        }
+        for deferred in std::mem::take(&mut self.deferred) {
+            deferred.refuse(ended());
         }
     }
 }

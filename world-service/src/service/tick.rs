@@ -3,48 +3,93 @@
 use schemas::WorldId;
 use schemas::wire::encode_frame;
 use schemas::{
-    Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame, Halt, Tenant, Tick, TickItem,
-    TickOutcome, limits,
+    Collision, Command, CommandReply, EncodedFrame, Error, ErrorCode, Frame, Halt, SensorDatum,
+    Tenant, Tick, TickItem, TickOutcome, limits,
 };
 
 use super::{Outlet, Recorded, Simulation};
 
-/// Applies the commands, advances, publishes every frame, and gives the last one.
+/// A request for ticks under way: its commands are applied, and some of its ticks done.
+pub(super) struct Progress {
+    replies: Vec<CommandReply>,
+    collisions: Vec<Collision>,
+    sensors: Vec<SensorDatum>,
+    /// Of the last tick, where anybody needs it.
+    frame: Option<EncodedFrame>,
+    begun: Tick,
+    done: u32,
+}
+
+impl Progress {
+    /// Applies the commands of an item that was [checked](check_item).
+    pub(super) fn begin<S: Simulation>(world: &mut Recorded<S>, item: &TickItem) -> Self {
+        let begun = world.tick_number();
+        let replies = world.run(item.world, &item.commands);
+        let (collisions, sensors) = (Vec::new(), Vec::new());
+        Self { replies, collisions, sensors, frame: None, begun, done: 0 }
+    }
+
+    pub(super) fn is_over(&self, item: &TickItem) -> bool {
+        self.done >= item.tick_count
+    }
+
+    /// Does one tick and publishes its frame.
+    ///
+    /// # Errors
+    /// [`ErrorCode::WorldQuarantined`].
+    pub(super) fn advance<S: Simulation>(
+        &mut self,
+        world: &mut Recorded<S>,
+        tenant: &Tenant,
+        item: &TickItem,
+        outlet: &impl Outlet<S>,
+    ) -> Result<(), Error> {
+        let kept = world.tick(item.world, item.dt_secs)?;
+        self.done += 1;
+        self.sensors.extend_from_slice(world.sensors());
+        if item.tick_count > 1 {
+            self.collisions.extend_from_slice(world.collisions());
+        }
+        let is_last = self.is_over(item);
+        if is_last || outlet.has_listeners() {
+            let (present, encoded) = kept.unwrap_or_else(|| {
+                let present = world.frame();
+                let encoded = encode_frame(&present);
+                (present, encoded)
+            });
+            if is_last {
+                note_halts(&present, self.begun);
+            }
+            outlet.publish(tenant, item.world, &encoded);
+            self.frame = Some(encoded);
+        }
+        Ok(())
+    }
+
+    /// What came of it, once it is over.
+    pub(super) fn outcome<S: Simulation>(self, world: &Recorded<S>) -> TickOutcome {
+        let Self { replies, collisions, sensors, frame, done, .. } = self;
+        let frame = frame.unwrap_or_else(|| encode_frame(&world.frame()));
+        let cameras_due = if done > 0 { world.cameras_due().to_vec() } else { Vec::new() };
+        TickOutcome { frame, replies, collisions, sensors, cameras_due }
+    }
+}
+
+/// Carries out a [checked](check_item) item in one go.
 ///
 /// # Errors
-/// [`ErrorCode::WrongTick`] before anything is changed; [`ErrorCode::WorldQuarantined`].
+/// [`ErrorCode::WorldQuarantined`].
 pub(super) fn tick_world<S: Simulation>(
     world: &mut Recorded<S>,
     tenant: &Tenant,
     item: &TickItem,
     outlet: &impl Outlet<S>,
 ) -> Result<TickOutcome, Error> {
-    check_item(&**world, item)?;
-    let begun = world.tick_number();
-    let replies = world.run(item.world, &item.commands);
-    let (mut collisions, mut sensors) = (Vec::new(), Vec::new());
-    let mut frame = None;
-    for count in 1..=item.tick_count {
-        world.tick(item.world, item.dt_secs)?;
-        sensors.extend_from_slice(world.sensors());
-        if item.tick_count > 1 {
-            collisions.extend_from_slice(world.collisions());
-        }
-        let is_last = count == item.tick_count;
-        if is_last || outlet.has_listeners() {
-            let present = world.frame();
-            if is_last {
-                note_halts(&present, begun);
-            }
-            let encoded = encode_frame(&present);
-            outlet.publish(tenant, item.world, &encoded);
-            frame = Some(encoded);
-        }
+    let mut progress = Progress::begin(world, item);
+    while !progress.is_over(item) {
+        progress.advance(world, tenant, item, outlet)?;
     }
-    let frame = frame.unwrap_or_else(|| encode_frame(&world.frame()));
-    let due = item.tick_count > 0;
-    let cameras_due = if due { world.cameras_due().to_vec() } else { Vec::new() };
-    Ok(TickOutcome { frame, replies, collisions, sensors, cameras_due })
+    Ok(progress.outcome(world))
 }
 
 fn note_halts(frame: &Frame, begun: Tick) {

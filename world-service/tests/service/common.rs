@@ -1,7 +1,7 @@
 //! A running world service and a client of it.
 use std::time::{Duration, Instant};
 
-use bus::{Bus, BusConfig, Endpoint};
+use bus::{Bus, BusAddress, BusConfig};
 use schemas::{Command, EncodedFrame, Error, Frame, Lease, Reply, Request, Tenant, TickItem};
 use schemas::{TickOutcome, Vec3, WorldId, WorldInfo, keys, level_pose, wire};
 use world_service::{Config, WorldService};
@@ -17,7 +17,7 @@ pub(crate) struct Site {
 
 pub(crate) fn config() -> Config {
     Config {
-        listen: vec![Endpoint::loopback(0)],
+        listen: vec![BusAddress::loopback(0)],
         connect: Vec::new(),
         id: "world".parse().unwrap(),
         shard_count: 2.try_into().unwrap(),
@@ -96,6 +96,7 @@ pub(crate) fn create(seed: u64, lease: Option<Lease>) -> Request {
         commands: vec![car()],
         lease,
         traffic: false,
+        first_actor: schemas::ActorId::FIRST,
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-use bus::Lane;
+use bus::Channel;
 use schemas::{Reply, Request, ServiceKind, Tick, TickItem, WorldId, keys};
 use world::World;
 use world_service::service::{Dispatcher, Ids, Job};
@@ -49,13 +49,13 @@ fn work_of_one_shard_is_offered_and_of_several_is_handed_out() {
     assert_eq!(handed_out(), [1, 1]);
 }
 
-async fn lane(site: &Site) -> Lane {
+async fn channel(site: &Site) -> Channel {
     let host = config().id;
-    site.client.lane(&keys::batch_tick(&host), (ServiceKind::World, &host)).await.unwrap()
+    site.client.channel(&keys::batch_tick(&host), (ServiceKind::World, &host)).await.unwrap()
 }
 
-async fn tick(lane: &Lane, item: TickItem) -> Tick {
-    match lane.request(&Request::TickWorlds(vec![item]), deadline()).await {
+async fn tick(channel: &Channel, item: TickItem) -> Tick {
+    match channel.request(&Request::TickWorlds(vec![item]), deadline()).await {
         Ok(Reply::Ticked(mut results)) => decoded(&results.remove(0).outcome.unwrap().frame).tick,
         other => panic!("{other:?}"),
     }
@@ -75,14 +75,14 @@ async fn who_waits_on_a_lent_thread_is_answered_when_the_missing_ones_lease_ends
         let key = keys::world(&tenant(), world);
         assert_eq!(site.client.request(&key, &share, deadline()).await, Ok(Reply::Done));
     }
-    let lane = lane(&site).await;
+    let channel = channel(&site).await;
     let asked = Instant::now();
     let item = TickItem { participant: Some("alive".parse().unwrap()), ..ticks(world, 1) };
-    assert_eq!(tick(&lane, item).await, Tick(1));
+    assert_eq!(tick(&channel, item).await, Tick(1));
     assert!(asked.elapsed() >= LEASE, "{:?}", asked.elapsed());
 }
 
-/// Two worlds of one shard and one of the other, each asked by a lane of its own.
+/// Two worlds of one shard and one of the other, each asked by a channel of its own.
 #[tokio::test(flavor = "multi_thread")]
 async fn askers_who_meet_at_a_shard_get_every_tick_once() {
     const TICKS: u64 = 300;
@@ -96,9 +96,9 @@ async fn askers_who_meet_at_a_shard_get_every_tick_once() {
     let asking = worlds.iter().map(|world| {
         let (site, world) = (Arc::clone(&site), *world);
         tokio::spawn(async move {
-            let lane = lane(&site).await;
+            let channel = channel(&site).await;
             for count in 1..=TICKS {
-                assert_eq!(tick(&lane, ticks(world, 1)).await, Tick(count));
+                assert_eq!(tick(&channel, ticks(world, 1)).await, Tick(count));
             }
         })
     });

@@ -52,11 +52,11 @@ async fn an_owner_that_comes_back_in_time_keeps_its_world() {
     let site = Site::open(config()).await;
     let owner = connect(&site.service).await;
     let announcement = announce(&owner, ServiceKind::Scenario, "s").await;
-    site.create(1, lease("s", 1_000)).await.unwrap();
+    site.create(1, lease("s", 3_000)).await.unwrap();
     drop(announcement);
     tokio::time::sleep(Duration::from_millis(200)).await;
     let _again = announce(&owner, ServiceKind::Scenario, "s").await;
-    tokio::time::sleep(Duration::from_millis(1_200)).await;
+    tokio::time::sleep(Duration::from_millis(3_200)).await;
     assert_eq!(site.list().await.len(), 1);
 }
 

@@ -10,9 +10,10 @@ use schemas::{
     Lease, MapRef, Reply, SensorDatum, Tenant, Tick, TickItem, TickOutcome, WorldId, WorldInfo,
 };
 use world::{Town, World};
+use world_service::journal::{Scribe, Writer};
 use world_service::service::{
-    Answer, Gather, Hosted, Ids, Job, NewWorld, Outlet, Question, Seats, Shard, Simulation,
-    WorldWork,
+    Answer, Gather, Hosted, Ids, Job, NewJournal, NewWorld, Outlet, Question, Seats, Shard,
+    Simulation, WorldWork,
 };
 
 use crate::common::{MAP, car, decoded, tenant, ticks};
@@ -142,8 +143,9 @@ impl Outlet<Fragile> for Nobody {
 
     fn publish(&self, _: &Tenant, _: WorldId, _: &EncodedFrame) {}
 
-    fn journal(&self, _: WorldId) -> Result<(Box<dyn Write + Send>, u64), Error> {
-        Ok((Box::new(self.journal.clone()), 1 << 30))
+    fn journal(&self, wanted: NewJournal<'_>) -> Result<(String, Box<dyn Scribe>), Error> {
+        let writer = Writer::begin(self.journal.clone(), 1 << 30, &wanted.head).unwrap();
+        Ok((wanted.name.unwrap_or_default().to_owned(), Box::new(writer)))
     }
 
     fn adopt(&self, id: WorldId, world: Hosted<Fragile>) {
@@ -168,21 +170,46 @@ pub(crate) fn answer(sender: mpsc::SyncSender<Reply>) -> Answer {
 
 impl Bench {
     pub(crate) fn new() -> Self {
+        Self::with_slow(Duration::MAX)
+    }
+
+    /// With a shard for which ticks are slow that take longer.
+    pub(crate) fn with_slow(slow: Duration) -> Self {
         let text = roads::town::build(MAP).unwrap();
         let town = Arc::new(Town::new(Arc::new(roads::Map::parse(MAP, &text).unwrap())));
         let (ids, seats) = (Arc::new(Ids::new(1)), Seats::new(16));
-        let shard = Shard::new(Arc::clone(&ids), seats.clone());
+        let shard = Shard::new(Arc::clone(&ids), seats.clone(), slow);
         Self { shard, outlet: Nobody::default(), ids, seats, town, now: Instant::now() }
     }
 
     fn answered(&mut self, job: impl FnOnce(Answer) -> Job<Fragile>) -> Reply {
-        let (sender, replies) = mpsc::sync_channel(1);
-        let job = job(answer(sender));
-        self.shard.handle(self.now, job, &self.outlet);
+        let replies = self.begin(job);
+        while self.shard.is_running() {
+            self.shard.go_on(self.now, &self.outlet);
+        }
         for (id, world) in self.outlet.adopted.take() {
             self.shard.adopt(self.now, id, world);
         }
-        replies.try_recv().expect("every job is answered at once")
+        replies.try_recv().expect("every job is answered")
+    }
+
+    /// Hands a job in, and does no tick of those that are done one by one.
+    pub(crate) fn begin(
+        &mut self,
+        job: impl FnOnce(Answer) -> Job<Fragile>,
+    ) -> mpsc::Receiver<Reply> {
+        let (sender, replies) = mpsc::sync_channel(1);
+        self.shard.handle(self.now, job(answer(sender)), &self.outlet);
+        replies
+    }
+
+    /// Hands in a request for ticks.
+    pub(crate) fn begin_ticks(&mut self, item: TickItem) -> mpsc::Receiver<Reply> {
+        self.begin(|answer| Job::Tick {
+            tenant: Some(tenant()),
+            items: vec![(0, item)],
+            gather: Gather::new(1, answer, Reply::Ticked),
+        })
     }
 
     pub(crate) fn create(&mut self, seed: u64, lease: Option<Lease>) -> WorldId {
@@ -193,6 +220,7 @@ impl Bench {
             dt_secs: 0.05,
             town: Arc::clone(&self.town),
             traffic: false,
+            first_actor: ActorId::FIRST,
         };
         let seat = self.seats.take(1).unwrap().pop().unwrap();
         let create = |answer| Job::Create {

@@ -112,7 +112,7 @@ async fn over_the_bus_a_killed_client_holds_the_others_up_for_its_lease() {
     let key = keys::world(&tenant(), world);
     for participant in ["alive", "dead"] {
         let share =
-            Request::ShareClock { world, participant: name(participant), lease_millis: 300 };
+            Request::ShareClock { world, participant: name(participant), lease_millis: 2_000 };
         assert_eq!(site.client.request(&key, &share, deadline()).await, Ok(Reply::Done));
     }
     let dying = connect(&site.service).await;
@@ -127,8 +127,8 @@ async fn over_the_bus_a_killed_client_holds_the_others_up_for_its_lease() {
     let asked = std::time::Instant::now();
     let outcome = site.tick(step(world, "alive")).await.unwrap();
     assert_eq!(decoded(&outcome.frame).tick, Tick(2));
-    assert!(asked.elapsed() >= Duration::from_millis(300), "{:?}", asked.elapsed());
+    assert!(asked.elapsed() >= Duration::from_secs(2), "{:?}", asked.elapsed());
     let asked = std::time::Instant::now();
     site.tick(step(world, "alive")).await.unwrap();
-    assert!(asked.elapsed() < Duration::from_millis(300), "{:?}", asked.elapsed());
+    assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
 }

@@ -166,8 +166,15 @@ async fn a_refused_command_makes_no_world_and_gives_its_seat_back() {
     let Request::CreateWorld { map, mut commands, .. } = create(1, None) else { unreachable!() };
     // The second car would stand in the first.
     commands.push(commands[0].clone());
-    let request =
-        Request::CreateWorld { map, seed: 1, dt_secs: 0.05, commands, lease: None, traffic: false };
+    let request = Request::CreateWorld {
+        map,
+        seed: 1,
+        dt_secs: 0.05,
+        commands,
+        lease: None,
+        traffic: false,
+        first_actor: schemas::ActorId::FIRST,
+    };
     let error = site.ask(&request).await.unwrap_err();
     assert_eq!(error.code, ErrorCode::SpawnBlocked, "{error}");
     assert!(error.message.contains("command 2 of 2"), "{error}");
@@ -185,6 +192,7 @@ async fn values_outside_their_domain_are_refused_with_the_domain() {
         commands: Vec::new(),
         lease: None,
         traffic: false,
+        first_actor: schemas::ActorId::FIRST,
     };
     let unknown_map = site.ask(&with("Town99", 0.05)).await.unwrap_err();
     assert_eq!(unknown_map.code, ErrorCode::UnknownMap);

@@ -9,7 +9,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use roads::Map;
-use schemas::{ActorKind, AgentOptions, Command, WorldId};
+use schemas::{ActorKind, AgentCommand, AgentOptions, Command, TrafficCommand, WorldId};
 use world::{Town, World, WorldConfig};
 
 const TOWN: &str = "Town05_Opt";
@@ -40,12 +40,12 @@ fn start(town: &Arc<Town>, count: u32, radius_m: Option<f32>) -> World {
     let id = WorldId::new(1).unwrap();
     let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: Arc::clone(town) };
     let mut world = World::with_traffic(config).unwrap();
-    world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })).unwrap();
     let frame = world.frame();
     let actor = frame.actors.iter().find(|actor| actor.kind == ActorKind::Vehicle).unwrap().id;
     let options = AgentOptions::default();
-    world.apply(&Command::SetAgent { actor, options, keep_route: false }).unwrap();
-    world.apply(&Command::SetHybridTraffic { radius_m }).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route: false })).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::SetHybrid { radius_m })).unwrap();
     world
 }
 

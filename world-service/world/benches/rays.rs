@@ -8,7 +8,9 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use schemas::{ActorId, Attachment, AttachmentKind, Attribute, Command, Pose, Vec3, WorldId};
+use schemas::{
+    ActorId, Attachment, AttachmentKind, Attribute, Command, Pose, SensorCommand, Vec3, WorldId,
+};
 use world::{Town, World, WorldConfig};
 
 const POINTS_PER_SECOND: u32 = 1_300_000;
@@ -54,9 +56,10 @@ fn with_lidar(world: &World, car: ActorId, range_m: &str) -> World {
             .map(|(id, value)| Attribute { id: id.to_owned(), value: value.to_owned() })
             .to_vec(),
         attachment: Some(Attachment { parent: car, kind: AttachmentKind::Rigid }),
+        id: None,
     });
     let sensor = sensor.unwrap().unwrap();
-    world.apply(&Command::Listen { sensor, on: true }).unwrap();
+    world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
     world.tick().unwrap();
     world
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use common::{car, flat, spawn_at, walker, world_on};
 use criterion::{Criterion, criterion_group, criterion_main};
-use schemas::{Command, PilotMode, Pose, Vec3, WorldId, level_pose};
+use schemas::{Command, PilotMode, Pose, Vec3, VehicleCommand, WorldId, level_pose};
 use world::{Town, World, WorldConfig};
 
 /// The scene of the trolley scenarios, coasting.
@@ -30,7 +30,13 @@ fn cars(count: u16) -> World {
         let pose = level_pose(Vec3::new(15.0 * row - 900.0, -1.75 - 3.5 * lane, 0.2), 0.0);
         let actor = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 10.0);
         let mode = PilotMode::KeepLane;
-        world.apply(&Command::SetPilot { actor, mode, target_speed_mps: Some(10.0) }).unwrap();
+        world
+            .apply(&Command::Vehicle(VehicleCommand::Pilot {
+                actor,
+                mode,
+                target_speed_mps: Some(10.0),
+            }))
+            .unwrap();
     }
     world
 }
@@ -78,7 +84,13 @@ fn car_in_town(town: &Arc<Town>, start: &Pose, traffic: bool) -> World {
     let mut world = world.unwrap();
     let actor = spawn_at(&mut world, "vehicle.lincoln.mkz", *start, 8.0);
     let mode = PilotMode::KeepLane;
-    world.apply(&Command::SetPilot { actor, mode, target_speed_mps: Some(8.0) }).unwrap();
+    world
+        .apply(&Command::Vehicle(VehicleCommand::Pilot {
+            actor,
+            mode,
+            target_speed_mps: Some(8.0),
+        }))
+        .unwrap();
     world
 }
 

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use roads::{LaneTypes, Map};
-use schemas::{ActorId, ActorKind, Command, Frame, WorldId};
+use schemas::{ActorId, ActorKind, Command, Frame, TrafficCommand, WorldId};
 use world::{Town, World, WorldConfig};
 
 const DT_SECS: f64 = 0.05;
@@ -29,7 +29,7 @@ fn main() {
     let town = Arc::new(Town::new(Arc::clone(&map)));
     let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map: town };
     let mut world = World::with_traffic(config).unwrap();
-    world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })).unwrap();
 
     let mut tally = Tally::default();
     for tick in 1..=2 * minutes * TICKS_PER_MINUTE {

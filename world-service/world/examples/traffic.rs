@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use agents::Held;
 use roads::{LaneTypes, Map};
-use schemas::{ActorId, ActorKind, Command, Frame, WorldId};
+use schemas::{ActorId, ActorKind, Command, Frame, TrafficCommand, WorldId};
 use world::{Town, World, WorldConfig};
 
 const DT_SECS: f64 = 0.05;
@@ -78,10 +78,10 @@ fn start(map: &Arc<Map>, count: u32, seed: u64, hybrid: bool) -> World {
     let map = Arc::new(Town::new(Arc::clone(map)));
     let config = WorldConfig { id, epoch: 1, seed, dt_secs: DT_SECS, map };
     let mut world = World::with_traffic(config).unwrap();
-    world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })).unwrap();
     if hybrid {
         // With nobody else about, all of it moves without dynamics.
-        world.apply(&Command::SetHybridTraffic { radius_m: Some(70.0) }).unwrap();
+        world.apply(&Command::Traffic(TrafficCommand::SetHybrid { radius_m: Some(70.0) })).unwrap();
     }
     world
 }

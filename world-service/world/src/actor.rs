@@ -1,6 +1,6 @@
 //! One actor: what it is, what carries it, and what drives it.
 
-use agents::{Agent, Driver, Pilot};
+use agents::Agent;
 use blueprints::WalkerModel;
 use schemas::{ActorId, ActorKind, ActorState, Attribute, Vec3, VehicleFailure};
 use serde::{Deserialize, Serialize};
@@ -9,9 +9,9 @@ use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::Body;
 use crate::physics::{BodyHandle, BodyState};
 use crate::traffic::RoadRules;
-use crate::trigger::Altered;
 use crate::vehicle::{Ackermann, Tuning, VehicleState};
 use crate::walker::Walker;
+use crate::wheel::{AtTheWheel, Hold};
 
 /// Something that was spawned.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -65,32 +65,25 @@ pub(crate) struct Vehicle {
     pub state: VehicleState,
     pub tuning: Tuning,
     pub ackermann: Ackermann,
-    /// Who turns the wheel, if not the last [`SetControl`](schemas::Command::SetControl).
-    pub pilot: Option<Pilot>,
+    pub wheel: AtTheWheel,
+    /// Whether a client's control holds until the next one.
+    pub sticky: bool,
     /// Its navigation agent, whether it drives or not.
     pub agent: Option<Box<Agent>>,
-    /// Its driver while it belongs to the world's traffic.
-    pub traffic: Option<Box<Driver>>,
-    /// Whether it moves without dynamics, as far traffic does.
-    pub rails: bool,
     /// What lights and signs say to it; empty in a world without them.
     pub rules: RoadRules,
     /// How long it has been lying on its side or roof.
     pub tipped_secs: f32,
     /// The trigger it is in, and what that changed.
     pub altered: Option<Altered>,
-    pub hold: Hold,
 }
 
-/// How long a control holds: CARLA's `sticky_control`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Hold {
-    /// Until the next one.
-    Sticky,
-    /// For the next tick; it is still to come.
-    OneTick,
-    /// Its tick is over.
-    Spent,
+/// What a trigger did to a vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Altered {
+    pub by: ActorId,
+    /// Friction of the tyres outside, by wheel.
+    pub before: Vec<f32>,
 }
 
 /// What clients do to a body beyond driving it.
@@ -115,6 +108,8 @@ impl Outside {
     }
 }
 
+/// Friction of a tyre that a trigger gives it, at most.
+pub(crate) const FRICTION_MAX: f32 = 100.0;
 /// Lying on its side or roof this long, a vehicle has failed.
 const ROLLOVER_SECS: f32 = 1.0;
 
@@ -133,31 +128,54 @@ impl Vehicle {
             state,
             tuning,
             ackermann,
-            pilot: None,
+            wheel: AtTheWheel::Client(Hold::Sticky),
+            sticky: true,
             agent: None,
-            traffic: None,
-            rails: false,
             rules: RoadRules::default(),
             tipped_secs: 0.0,
             altered: None,
-            hold: Hold::Sticky,
         })
     }
 
-    /// Takes the wheel from whoever drives; an agent keeps its route.
-    pub(crate) fn hand_over(&mut self) {
-        self.pilot = None;
-        self.traffic = None;
-        self.ackermann.release();
-        if let Some(agent) = &mut self.agent {
-            agent.drive(false);
+    /// One whose client's controls hold for one tick each.
+    pub(crate) fn without_sticky_control(self) -> Self {
+        Self { wheel: AtTheWheel::Client(Hold::Spent), sticky: false, ..self }
+    }
+
+    /// Whoever drives no longer does: the last control stays for as long as it holds. An agent
+    /// keeps its route.
+    pub(crate) fn leave(&mut self) {
+        self.wheel = AtTheWheel::Client(self.hold());
+    }
+
+    /// How long the last control holds.
+    pub(crate) fn hold(&self) -> Hold {
+        match self.wheel {
+            AtTheWheel::Client(hold) => hold,
+            _ if self.sticky => Hold::Sticky,
+            _ => Hold::Spent,
         }
+    }
+
+    /// Numbers that decide how it goes on.
+    pub(crate) fn values(&self) -> impl Iterator<Item = f32> + '_ {
+        let target = self.wheel.ackermann().unwrap_or_default();
+        let targets = [target.steer_rad, target.speed_mps];
+        self.state.values().chain(self.ackermann.values()).chain(targets)
     }
 
     fn fits(&self, blueprint: u16) -> bool {
         self.tuning.blueprint() == blueprint
             && self.state.wheels.len() == self.tuning.fit().wheels.len()
             && self.altered.as_ref().is_none_or(|altered| altered.fits(self.state.wheels.len()))
+    }
+}
+
+impl Altered {
+    /// Whether it fits a vehicle with so many wheels.
+    pub(crate) fn fits(&self, wheel_count: usize) -> bool {
+        let is_friction = |friction: &f32| (0.0..=FRICTION_MAX).contains(friction);
+        self.before.len() == wheel_count && self.before.iter().all(is_friction)
     }
 }
 

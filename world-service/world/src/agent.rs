@@ -8,10 +8,11 @@ use schemas::{
     VehicleControl, limits,
 };
 
-use crate::actor::Actor;
+use crate::actor::{Actor, Vehicle};
 use crate::check;
 use crate::step;
 use crate::town::Town;
+use crate::wheel::AtTheWheel;
 use crate::world::{State, World};
 
 /// Farthest that a light or vehicle may be told to count from, in metres.
@@ -32,6 +33,9 @@ impl World {
         }
         let (vehicle, _) = self.vehicle_mut(id)?;
         let kept = vehicle.agent.take().filter(|_| keep_route);
+        if kept.is_none() && vehicle.wheel.is_agent() {
+            vehicle.leave();
+        }
         let agent = kept.map_or_else(|| Agent::new(options), |agent| agent.with(options));
         vehicle.agent = Some(Box::new(agent));
         Ok(())
@@ -66,11 +70,12 @@ impl World {
     pub(crate) fn drive_agent(&mut self, id: ActorId, on: bool) -> Result<(), Error> {
         self.agent_mut(id)?;
         let (vehicle, body) = self.vehicle_mut(id)?;
-        if on {
-            vehicle.hand_over();
+        if !on && vehicle.wheel.is_agent() {
+            vehicle.leave();
         }
-        if let Some(agent) = &mut vehicle.agent {
-            agent.drive(on);
+        if on {
+            let index = self.state.index_of(id)?;
+            self.state.seat(index, AtTheWheel::Agent);
         }
         self.state.physics.wake(body);
         Ok(())
@@ -90,11 +95,12 @@ impl State {
     /// What frames tell of agents.
     pub(crate) fn agents(&self) -> Vec<AgentState> {
         let agent_of = |actor: &Actor| {
-            let agent = actor.vehicle.as_deref()?.agent.as_deref()?;
+            let vehicle = actor.vehicle.as_deref()?;
+            let agent = vehicle.agent.as_deref()?;
             Some(AgentState {
                 actor: actor.id,
                 status: agent.status(),
-                driving: agent.is_driving(),
+                driving: vehicle.wheel.is_agent(),
                 distance_left_m: agent.distance_left_m(),
                 target_m: agent.target_m(),
             })
@@ -111,9 +117,9 @@ impl State {
         }
         self.actors.iter().filter_map(|actor| actor.vehicle.as_deref()).all(|vehicle| {
             let agent = vehicle.agent.as_deref();
-            let driver = vehicle.traffic.as_deref();
+            let traffic = vehicle.wheel.traffic();
             agent.is_none_or(|agent| agent.is_consistent(town.network()))
-                && driver.is_none_or(|driver| driver.is_consistent(town.network()))
+                && traffic.is_none_or(|traffic| traffic.driver.is_consistent(town.network()))
         })
     }
 
@@ -123,11 +129,10 @@ impl State {
             |actor: &Actor| actor.walker.as_deref().is_some_and(|walker| walker.stroller.is_some());
         let looks = |actor: &Actor| {
             let vehicle = actor.vehicle.as_deref();
-            vehicle.is_some_and(|vehicle| {
-                vehicle.traffic.is_some()
-                    || vehicle.rails
-                    || vehicle.agent.as_deref().is_some_and(Agent::is_driving)
-            }) || strolls(actor)
+            let drives = |vehicle: &Vehicle| {
+                matches!(vehicle.wheel, AtTheWheel::Agent | AtTheWheel::Traffic(_))
+            };
+            vehicle.is_some_and(drives) || strolls(actor)
         };
         self.actors.iter().any(looks)
     }
@@ -168,12 +173,7 @@ impl State {
         self.flow(town, &scene);
         for index in 0..self.actors.len() {
             let Some(control) = self.agent_control(index, town, network, &scene) else { continue };
-            let actor = &mut self.actors[index];
-            let body = actor.rigid();
-            let Some((vehicle, body)) = actor.vehicle_mut().zip(body) else { continue };
-            if std::mem::replace(&mut vehicle.state.control, control) != control {
-                self.physics.wake(body);
-            }
+            self.set_control(index, control);
         }
     }
 
@@ -184,13 +184,17 @@ impl State {
         network: &Network,
         scene: &Scene,
     ) -> Option<VehicleControl> {
+        let driven = self.actors[index].vehicle.as_deref()?;
+        if !driven.wheel.is_agent() {
+            return None;
+        }
         let body = self.seen(&self.actors[index]);
         let motion = self.motion_of(&self.actors[index]);
         let dt_secs = self.dt_secs as f32;
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
         let view = step::view(vehicle.tuning.fit(), &motion);
-        let agent = vehicle.agent.as_deref_mut().filter(|agent| agent.is_driving())?;
+        let agent = vehicle.agent.as_deref_mut()?;
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
         Some(agent.control(&senses, &town.roads, &mut || rng.next_u64()))
     }

@@ -12,10 +12,13 @@ impl World {
     /// by id; of all when none is named.
     pub fn describe(&self, wanted: &[ActorId]) -> Vec<ActorDescription> {
         let is_wanted = |id: ActorId| wanted.is_empty() || wanted.contains(&id);
-        let fixed = self.fixed_actors().iter().filter(|actor| is_wanted(actor.id));
+        let fixed = self.fixed_actors().enumerate().filter(|(_, actor)| is_wanted(actor.id));
         let spawned = self.state.actors.iter().filter(|actor| is_wanted(actor.id));
         let plan = &self.town.traffic;
-        fixed.map(|actor| plan.description(actor)).chain(spawned.map(description)).collect()
+        let fixed = fixed.map(|(at, actor)| plan.description(at, &actor));
+        let mut described: Vec<ActorDescription> = fixed.chain(spawned.map(description)).collect();
+        described.sort_by_key(|one| one.id);
+        described
     }
 }
 

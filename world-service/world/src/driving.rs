@@ -1,11 +1,13 @@
-//! Commands and questions about how a vehicle drives.
+//! Commands and questions about how a vehicle drives, and how controls reach it.
 
 use schemas::{
-    AckermannControl, AckermannGains, ActorId, Error, ErrorCode, VehiclePhysics, VehicleReport,
+    AckermannControl, AckermannGains, ActorId, Error, ErrorCode, VehicleControl, VehiclePhysics,
+    VehicleReport,
 };
 
 use crate::vehicle::{check, telemetry};
-use crate::world::World;
+use crate::wheel::AtTheWheel;
+use crate::world::{State, World};
 
 impl World {
     pub(crate) fn set_ackermann(
@@ -17,9 +19,11 @@ impl World {
         let (_, body) = self.vehicle_mut(id)?;
         let speed_mps = self.state.physics.state(body).forward_mps();
         let (vehicle, _) = self.vehicle_mut(id)?;
-        vehicle.hand_over();
-        let road_wheel_rad = vehicle.state.road_wheel_rad;
-        vehicle.ackermann.aim(target, speed_mps, road_wheel_rad);
+        if vehicle.wheel.ackermann().is_none() {
+            vehicle.ackermann = vehicle.ackermann.begun(speed_mps, vehicle.state.road_wheel_rad);
+        }
+        let index = self.state.index_of(id)?;
+        self.state.seat(index, AtTheWheel::Ackermann(target));
         Ok(())
     }
 
@@ -64,5 +68,30 @@ impl World {
             ),
             gains: vehicle.ackermann.gains,
         })
+    }
+}
+
+impl State {
+    /// Lets somebody else drive a vehicle; one that moved without dynamics has them again.
+    pub(crate) fn seat(&mut self, index: usize, driver: AtTheWheel) {
+        let vehicle = self.actors[index].vehicle.as_deref();
+        let traffic = vehicle.and_then(|vehicle| vehicle.wheel.traffic());
+        if traffic.is_some_and(|traffic| traffic.on_rails) {
+            self.set_rails(index, false);
+        }
+        if let Some(vehicle) = self.actors[index].vehicle_mut() {
+            vehicle.wheel = driver;
+        }
+    }
+
+    /// Gives a vehicle its control for the next tick, whoever chose it.
+    pub(crate) fn set_control(&mut self, index: usize, control: VehicleControl) {
+        let actor = &mut self.actors[index];
+        let body = actor.rigid();
+        let Some((vehicle, body)) = actor.vehicle_mut().zip(body) else { return };
+        if std::mem::replace(&mut vehicle.state.control, control) != control {
+            // Rapier does not know of our controls and would let the body sleep on.
+            self.physics.wake(body);
+        }
     }
 }

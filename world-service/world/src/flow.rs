@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use agents::{Claims, Driver, Held, Scene, Senses};
-use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, Vec3, VehicleControl, limits};
+use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3, limits};
 
 use crate::actor::Actor;
 use crate::blueprint::{self, BodySpec};
-use crate::rng::Rng;
 use crate::spawn::Wish;
 use crate::step;
 use crate::town::Town;
+use crate::wheel::{AtTheWheel, TrafficDriver};
 use crate::world::{State, World};
 
 /// Way between places at which a vehicle may begin, in metres.
@@ -23,9 +23,10 @@ impl World {
         id: ActorId,
         behaviour: AgentBehaviour,
     ) -> Result<(), Error> {
-        let (vehicle, body) = self.vehicle_mut(id)?;
-        vehicle.hand_over();
-        vehicle.traffic = Some(Box::new(Driver::new(behaviour)));
+        let (_, body) = self.vehicle_mut(id)?;
+        let index = self.state.index_of(id)?;
+        let driver = TrafficDriver::new(Driver::new(behaviour));
+        self.state.seat(index, AtTheWheel::Traffic(driver));
         self.state.physics.wake(body);
         Ok(())
     }
@@ -51,8 +52,8 @@ impl World {
     /// What each driver of traffic waited for in the last tick, ordered by vehicle.
     pub fn traffic_held(&self) -> impl Iterator<Item = (ActorId, Held)> {
         let driver = |actor: &Actor| {
-            let driver = actor.vehicle.as_deref()?.traffic.as_deref()?;
-            Some((actor.id, driver.held()))
+            let traffic = actor.vehicle.as_deref()?.wheel.traffic()?;
+            Some((actor.id, traffic.driver.held()))
         };
         self.state.actors.iter().filter_map(driver)
     }
@@ -76,8 +77,8 @@ impl World {
             let mixed = [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Normal];
             let drawn = rng.choose(&mixed).copied().unwrap_or(AgentBehaviour::Normal);
             let linear_mps = Vec3::zeros();
-            let wish =
-                Wish { blueprint, pose: &pose, linear_mps, attributes: &[], attachment: None };
+            let (attributes, attachment, id) = (&[], None, None);
+            let wish = Wish { blueprint, pose: &pose, linear_mps, attributes, attachment, id };
             match self.spawn(&wish) {
                 Ok(id) => self.set_traffic(id, behaviour.unwrap_or(drawn))?,
                 Err(error) if error.code == ErrorCode::SpawnBlocked => continue,
@@ -105,7 +106,7 @@ fn cars() -> Vec<&'static str> {
 }
 
 /// **Source:** Fisher and Yates; Durstenfeld, "Algorithm 235: Random permutation", 1964.
-fn shuffle(places: &mut [Pose], rng: &mut Rng) {
+fn shuffle(places: &mut [Pose], rng: &mut SplitMix64) {
     for last in (1..places.len()).rev() {
         let other = (rng.next_u64() % (last as u64 + 1)) as usize;
         places.swap(last, other);
@@ -119,7 +120,8 @@ impl State {
         let mut claims = Claims::default();
         for actor in &self.actors {
             let vehicle = actor.vehicle.as_deref();
-            if vehicle.is_some_and(|vehicle| vehicle.traffic.is_none()) && actor.is_solid() {
+            if vehicle.is_some_and(|vehicle| vehicle.wheel.traffic().is_none()) && actor.is_solid()
+            {
                 claims.occupy(network, &self.seen(actor));
             }
         }
@@ -130,9 +132,12 @@ impl State {
         }
         let witnesses = self.witnesses();
         for index in 0..self.actors.len() {
-            let Some(vehicle) = self.actors[index].vehicle.as_deref() else { continue };
+            let vehicle = self.actors[index].vehicle.as_deref();
+            let Some(traffic) = vehicle.and_then(|vehicle| vehicle.wheel.traffic()) else {
+                continue;
+            };
             let rails = self.belongs_on_rails(&self.actors[index], &witnesses);
-            if rails != vehicle.rails {
+            if rails != traffic.on_rails {
                 self.set_rails(index, rails);
             }
             if rails {
@@ -147,18 +152,9 @@ impl State {
             let control = self.with_driver(index, town, scene, |driver, senses, _| {
                 driver.control(senses, &mut claims)
             });
-            self.steer(index, control);
-        }
-    }
-
-    fn steer(&mut self, index: usize, control: Option<VehicleControl>) {
-        let actor = &mut self.actors[index];
-        let body = actor.rigid();
-        let Some(((vehicle, body), control)) = actor.vehicle_mut().zip(body).zip(control) else {
-            return;
-        };
-        if std::mem::replace(&mut vehicle.state.control, control) != control {
-            self.physics.wake(body);
+            if let Some(control) = control {
+                self.set_control(index, control);
+            }
         }
     }
 
@@ -167,15 +163,15 @@ impl State {
         index: usize,
         town: &Town,
         scene: &Scene,
-        act: impl FnOnce(&mut Driver, &Senses<'_>, &mut Rng) -> T,
+        act: impl FnOnce(&mut Driver, &Senses<'_>, &mut SplitMix64) -> T,
     ) -> Option<T> {
-        self.actors[index].vehicle.as_deref()?.traffic.as_ref()?;
+        self.actors[index].vehicle.as_deref()?.wheel.traffic()?;
         let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
         let dt_secs = self.dt_secs as f32;
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
         let view = step::view(vehicle.tuning.fit(), &motion);
-        let driver = vehicle.traffic.as_deref_mut()?;
+        let driver = &mut *vehicle.wheel.traffic_mut()?.driver;
         let network = town.network();
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
         Some(act(driver, &senses, rng))

@@ -9,12 +9,11 @@ use crate::world::World;
 impl World {
     /// The present state.
     pub fn frame(&self) -> Frame {
-        let fixed = self.fixed_actors();
         let mut types: Vec<String> =
-            if fixed.is_empty() { Vec::new() } else { self.town.traffic.types().to_vec() };
+            if self.fixed_count() == 0 { Vec::new() } else { self.town.traffic.types().to_vec() };
         let mut type_of = vec![None; blueprint::all().len()];
         let mut actors: Vec<ActorState> = Vec::with_capacity(self.actor_count());
-        actors.extend_from_slice(fixed);
+        actors.extend(self.fixed_actors());
         for actor in &self.state.actors {
             let slot = &mut type_of[usize::from(actor.blueprint)];
             let type_index = *slot.get_or_insert_with(|| {
@@ -24,6 +23,11 @@ impl World {
             });
             actors.push(actor.state(&self.state.motion_of(actor), type_index));
         }
+        // By id: those that were given lower ones stand before the lights and signs.
+        let fixed = self.fixed_count();
+        let first = self.state.first_actor;
+        let lower = self.state.actors.partition_point(|actor| actor.id < first);
+        actors[..fixed + lower].rotate_left(fixed);
         Frame {
             world: self.id,
             tick: self.state.tick,
@@ -46,13 +50,10 @@ impl World {
 
     fn traffic_lights(&self) -> Vec<TrafficLightState> {
         let plan = &self.town.traffic;
-        let lights = self.state.traffic.iter();
-        lights
-            .flat_map(|lights| {
-                (0..plan.light_count())
-                    .filter_map(|light| lights.state(plan, light, plan.light_id(light)?))
-            })
-            .collect()
+        let Some(lights) = &self.state.traffic else { return Vec::new() };
+        let ids = (0..).map(|position| self.state.first_actor.plus(position));
+        let lights_with_ids = (0..plan.light_count()).zip(ids);
+        lights_with_ids.filter_map(|(light, id)| lights.state(plan, light, id)).collect()
     }
 
     /// A number that is equal for equal states and, but for chance, different for different ones.
@@ -107,16 +108,16 @@ impl World {
             }
             if let Some(vehicle) = actor.vehicle.as_deref() {
                 hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
-                hasher.value(&vehicle.pilot);
+                hasher.value(&vehicle.wheel.pilot());
                 if let Some(agent) = &vehicle.agent {
-                    hasher.value(agent);
+                    hasher.value(&(vehicle.wheel.is_agent(), agent));
                 }
-                if let Some(driver) = &vehicle.traffic {
-                    hasher.value(driver);
+                if let Some(traffic) = vehicle.wheel.traffic() {
+                    hasher.value(&traffic.driver);
                 }
-                hasher.value(&vehicle.ackermann);
+                vehicle.ackermann.hash(vehicle.wheel.ackermann(), &mut hasher);
                 hasher.value(&vehicle.tuning);
-                hasher.value(&vehicle.hold);
+                hasher.value(&vehicle.hold());
                 hasher.value(&vehicle.altered);
             }
         }

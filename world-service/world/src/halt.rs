@@ -8,45 +8,13 @@
 //!
 //! [`Frame::halted`]: schemas::Frame::halted
 
-use schemas::{ActorId, Error, ErrorCode, Halt, HaltReason, Pose, Tick, Vec3, limits};
+use schemas::{ActorId, Error, ErrorCode, Halt, HaltReason, Pose, Tick, Vec3};
 
 use crate::actor::{Actor, Outside, Vehicle};
-use crate::physics::{BodyHandle, BodyState, Fault};
+use crate::physics::{BodyHandle, Fault, pose_fault};
 use crate::vehicle::VehicleState;
 use crate::walker::Walker;
 use crate::world::State;
-
-/// A body faster than this, or turning faster in rad/s, has been hit by a numerical failure and not
-/// by a car.
-const SPEED_MAX: f32 = 2.0 * limits::SPEED_MPS_MAX;
-
-/// What no body can do of these velocities, metres and radians per second.
-pub(crate) fn velocity_fault(linear_mps: &Vec3, angular_radps: &Vec3) -> Option<HaltReason> {
-    let values = || linear_mps.iter().chain(angular_radps.iter());
-    if !values().all(|value| value.is_finite()) {
-        return Some(HaltReason::NotFinite);
-    }
-    let is_slow = values().all(|value| value.abs() <= SPEED_MAX);
-    (!is_slow).then_some(HaltReason::TooFast)
-}
-
-/// Why nothing can be at this pose.
-pub(crate) fn pose_fault(pose: &Pose) -> Option<HaltReason> {
-    let place_m = &pose.translation.vector;
-    if !place_m.iter().chain(pose.rotation.coords.iter()).all(|value| value.is_finite()) {
-        return Some(HaltReason::NotFinite);
-    }
-    let is_near = place_m.iter().all(|value| value.abs() <= limits::COORDINATE_M_MAX);
-    (!is_near).then_some(HaltReason::TooFar)
-}
-
-impl BodyState {
-    /// What no body can do of this one's motion.
-    pub(crate) fn fault(&self) -> Option<HaltReason> {
-        pose_fault(&self.world_from_body)
-            .or_else(|| velocity_fault(&self.linear_mps, &self.angular_radps))
-    }
-}
 
 impl State {
     /// Puts those bodies to rest at fault in a substep; `before` knows where awake ones began it.
@@ -74,9 +42,8 @@ impl State {
     pub(crate) fn halt_states(&mut self) {
         for index in 0..self.actors.len() {
             let actor = &self.actors[index];
-            let wheels_turn = actor.vehicle.as_deref().is_none_or(|vehicle| {
-                vehicle.state.values().chain(vehicle.ackermann.values()).all(f32::is_finite)
-            });
+            let wheels_turn =
+                actor.vehicle.as_deref().is_none_or(|vehicle| vehicle.values().all(f32::is_finite));
             let legs_walk =
                 actor.walker.as_deref().is_none_or(|walker| walker.values().all(f32::is_finite));
             if wheels_turn && legs_walk {
@@ -93,8 +60,7 @@ impl State {
         actor.switches.physics = false;
         actor.outside = Outside::default();
         if let Some(vehicle) = actor.vehicle_mut() {
-            vehicle.hand_over();
-            vehicle.rails = false;
+            vehicle.leave();
             let Vehicle { state, tuning, ackermann, .. } = vehicle;
             *state = VehicleState::rolling(tuning.fit(), 0.0);
             *ackermann = ackermann.afresh();

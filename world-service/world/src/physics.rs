@@ -25,10 +25,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::blueprint::{prop_inertia_kgm2, walker_inertia_kgm2};
 use crate::convert::{from_rapier, pose_from_rapier, pose_to_rapier, to_rapier};
-use crate::halt;
 use crate::vehicle::{Fit, GRAVITY_MPS2, Impulse};
 
 pub(crate) use contact::Contact;
+pub(crate) use fault::pose_fault;
 
 /// Names a body; never reused within a world.
 pub(crate) type BodyHandle = RigidBodyHandle;
@@ -322,7 +322,7 @@ impl Physics {
         let properties = body.mass_properties();
         let turn = properties.effective_world_inv_inertia * to_rapier(impulse.angular_nms);
         let change = to_rapier(impulse.linear_ns) * properties.effective_inv_mass;
-        let fault = halt::velocity_fault(
+        let fault = fault::velocity_fault(
             &from_rapier(body.linvel() + change),
             &from_rapier(body.angvel() + turn),
         );

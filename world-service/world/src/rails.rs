@@ -24,7 +24,7 @@ impl State {
     /// Where those are near whom traffic has dynamics: vehicles that do not belong to it.
     pub(crate) fn witnesses(&self) -> Vec<Vec3> {
         let others = self.actors.iter().filter(|actor| {
-            actor.vehicle.as_deref().is_some_and(|vehicle| vehicle.traffic.is_none())
+            actor.vehicle.as_deref().is_some_and(|vehicle| vehicle.wheel.traffic().is_none())
         });
         others.map(|actor| self.pose_of(actor).translation.vector).collect()
     }
@@ -32,10 +32,10 @@ impl State {
     /// Whether a vehicle of traffic is to move without dynamics.
     pub(crate) fn belongs_on_rails(&self, actor: &Actor, witnesses: &[Vec3]) -> bool {
         let Some(vehicle) = actor.vehicle.as_deref() else { return false };
-        let Some(radius_m) = self.hybrid_m.filter(|_| vehicle.traffic.is_some()) else {
+        let Some((traffic, radius_m)) = vehicle.wheel.traffic().zip(self.hybrid_m) else {
             return false;
         };
-        let radius_m = if vehicle.rails { radius_m } else { radius_m + MARGIN_M };
+        let radius_m = if traffic.on_rails { radius_m } else { radius_m + MARGIN_M };
         let here_m = self.pose_of(actor).translation.vector;
         witnesses.iter().all(|witness_m| (witness_m - here_m).norm() > radius_m)
     }
@@ -51,7 +51,9 @@ impl State {
         self.physics.set_simulated(handle, !on);
         self.halted.retain(|halt| halt.actor != id);
         let Some(vehicle) = actor.vehicle_mut() else { return };
-        vehicle.rails = on;
+        if let Some(traffic) = vehicle.wheel.traffic_mut() {
+            traffic.on_rails = on;
+        }
         if !on {
             let Vehicle { state, tuning, .. } = vehicle;
             state.set_rolling(tuning.fit(), motion.forward_mps());

@@ -3,12 +3,10 @@
 //! The static part of a town is built once per map and only when the first ray is cast on it; what
 //! moves is a small tree of its own, built for each tick in which somebody casts a ray.
 
-mod bodies;
 mod bounds;
 mod build;
 mod bvh;
 mod mesh;
-mod query;
 mod ray;
 mod shape;
 mod sight;

@@ -76,7 +76,7 @@ pub(crate) enum Outcome {
 }
 
 impl Sensor {
-    /// A sensor to which nobody listens yet.
+    /// A sensor to which nobody listens yet; `number` is its own among the actors of its world.
     ///
     /// # Errors
     /// `InvalidArgument` for an attribute out of its range, `Unsupported` for a blueprint that is
@@ -85,7 +85,7 @@ impl Sensor {
         blueprint: &str,
         attributes: &[Attribute],
         world_seed: u64,
-        id: ActorId,
+        number: u32,
     ) -> Result<Self, Error> {
         let settings = Settings(attributes);
         let device = match blueprint {
@@ -109,7 +109,7 @@ impl Sensor {
             }
         };
         let period_secs = settings.number("sensor_tick", 0.0, 0.0..=PERIOD_SECS_MAX)?;
-        let noise = Noise::new(world_seed, settings.seed()?, id);
+        let noise = Noise::new(world_seed, settings.seed()?, number);
         Ok(Self {
             listening: false,
             ignored: Vec::new(),

@@ -22,7 +22,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 13;
+const VERSION: u32 = 16;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 
@@ -116,16 +116,18 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     let ordered = actors.windows(2).all(|pair| pair[0].id < pair[1].id);
     let known = actors.last().is_none_or(|actor| actor.id.get() < state.next_actor);
-    if !ordered || !known || state.next_actor == 0 {
+    if !ordered || !known {
         return Err(damaged("its actors are not in order"));
     }
     let plan = &town.traffic;
     if state.traffic.as_ref().is_some_and(|lights| !lights.is_consistent(plan)) {
         return Err(damaged("its traffic lights are not those of the map"));
     }
-    let fixed_count = if state.traffic.is_some() { plan.actors().len() } else { 0 };
-    let after_fixed = |actor: &Actor| actor.id.get() as usize > fixed_count;
-    if !actors.iter().all(after_fixed) || (state.next_actor as usize) <= fixed_count {
+    let fixed_count = if state.traffic.is_some() { plan.count() } else { 0 };
+    let first_spawned = u64::from(state.first_actor.get()) + fixed_count as u64;
+    let fixed = u64::from(state.first_actor.get())..first_spawned;
+    let is_fixed = |actor: &Actor| fixed.contains(&u64::from(actor.id.get()));
+    if actors.iter().any(is_fixed) || u64::from(state.next_actor) < first_spawned {
         return Err(damaged("its actors have the ids of lights and signs"));
     }
     let carried = |actor: &Actor| {
@@ -153,10 +155,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     let numbers = |actor: &Actor| {
         let walker = actor.walker.as_deref();
-        actor.vehicle.as_deref().is_none_or(|vehicle| {
-            let mut values = vehicle.state.values().chain(vehicle.ackermann.values());
-            values.all(f32::is_finite)
-        }) && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
+        let vehicle = actor.vehicle.as_deref();
+        vehicle.is_none_or(|vehicle| vehicle.values().all(f32::is_finite))
+            && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
             && actor.outside.values().all(f32::is_finite)
     };
     if !state.sim_secs.is_finite()

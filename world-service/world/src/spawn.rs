@@ -2,7 +2,7 @@
 
 use schemas::{ActorId, ActorKind, Attachment, Attribute, Error, ErrorCode, Pose, Vec3, limits};
 
-use crate::actor::{Actor, Hold, Outside, Switches, Vehicle};
+use crate::actor::{Actor, Outside, Switches, Vehicle};
 use crate::attributes;
 use crate::blueprint::{self, Blueprint, BodySpec};
 use crate::body::{Attached, Body};
@@ -13,7 +13,7 @@ use crate::scenery::Reach;
 use crate::sensor::Sensor;
 use crate::trigger;
 use crate::walker::Walker;
-use crate::world::World;
+use crate::world::{World, ids_used_up};
 
 /// Common paints of cars, and of clothes.
 const PAINTS_RGB: [u32; 8] = [
@@ -45,10 +45,12 @@ pub(crate) struct Wish<'a> {
     pub linear_mps: Vec3,
     pub attributes: &'a [Attribute],
     pub attachment: Option<Attachment>,
+    pub id: Option<ActorId>,
 }
 
 /// A spawn that nothing forbids.
 struct Request<'a> {
+    id: ActorId,
     blueprint_index: u16,
     blueprint: &'static Blueprint,
     place: Place,
@@ -70,8 +72,9 @@ enum Place {
 impl World {
     pub(crate) fn spawn(&mut self, wish: &Wish<'_>) -> Result<ActorId, Error> {
         let request = self.check_spawn(wish)?;
-        let id = self.next_id()?;
-        self.insert(id, request);
+        let id = request.id;
+        self.state.next_actor = self.state.next_actor.max(id.get() + 1);
+        self.insert(request);
         Ok(id)
     }
 
@@ -96,10 +99,12 @@ impl World {
                 Place::Alone(placed)
             }
         };
-        let sensor = self.check_sensor(blueprint, wish.attributes)?;
+        let id = self.check_id(wish)?;
+        let sensor = self.check_sensor(blueprint, wish.attributes, id)?;
         trigger::check(blueprint, wish.attributes)?;
         let Wish { linear_mps, attributes, .. } = *wish;
         Ok(Request {
+            id,
             blueprint_index,
             blueprint,
             place,
@@ -118,11 +123,13 @@ impl World {
         &self,
         blueprint: &Blueprint,
         attributes: &[Attribute],
+        id: ActorId,
     ) -> Result<Option<Sensor>, Error> {
-        // The id it will get; the spawn is refused where there is none left.
-        let id = ActorId::new(self.state.next_actor);
-        let id = id.filter(|_| blueprint.kind() == ActorKind::Sensor);
-        id.map(|id| Sensor::new(&blueprint.id, attributes, self.state.seed, id)).transpose()
+        if blueprint.kind() != ActorKind::Sensor {
+            return Ok(None);
+        }
+        let number = self.state.number_of(id.get());
+        Sensor::new(&blueprint.id, attributes, self.state.seed, number).map(Some)
     }
 
     /// As CARLA: a vehicle begins where it is put and falls. One that begins under way cannot: it
@@ -188,21 +195,35 @@ impl World {
         Ok(())
     }
 
+    /// The id of a new actor.
+    ///
     /// # Errors
-    /// `Capacity` when a world has used up all ids.
-    fn next_id(&mut self) -> Result<ActorId, Error> {
-        let next = self.state.next_actor;
-        let id = ActorId::new(next).filter(|_| next < u32::MAX);
-        let id = id.ok_or_else(|| {
-            Error::new(ErrorCode::Capacity, "this world has given out every actor id")
-                .wanted("a new world")
-        })?;
-        self.state.next_actor += 1;
-        Ok(id)
+    /// `InvalidArgument` for a wish that cannot be granted; `Capacity` when a world has used up all
+    /// ids.
+    fn check_id(&self, wish: &Wish<'_>) -> Result<ActorId, Error> {
+        let Some(id) = wish.id else {
+            let next = self.state.next_actor;
+            return ActorId::new(next).filter(|_| next < u32::MAX).ok_or_else(ids_used_up);
+        };
+        let refuse = |wanted: String| {
+            let error = Error::new(ErrorCode::InvalidArgument, "the actor cannot have this id");
+            Err(error.wanted(wanted).found(id))
+        };
+        if id.get() > limits::WANTED_ACTOR_MAX {
+            return refuse(format!("at most {}", limits::WANTED_ACTOR_MAX));
+        }
+        if self.state.actor(id).is_some() || self.is_fixed(id) {
+            return refuse("an id that no living actor has".to_owned());
+        }
+        // What hangs on another comes after it.
+        match wish.attachment {
+            Some(to) if to.parent >= id => refuse(format!("an id above that of {}", to.parent)),
+            _ => Ok(id),
+        }
     }
 
-    fn insert(&mut self, id: ActorId, request: Request<'_>) {
-        let blueprint = request.blueprint;
+    fn insert(&mut self, request: Request<'_>) {
+        let Request { id, blueprint, .. } = request;
         let drawn_rgb = self.draw_colour(blueprint.kind());
         let (body, vehicle, walker) = self.embody(id, &request);
         if let Some(sensor) = request.sensor {
@@ -210,7 +231,7 @@ impl World {
         }
         let switches =
             Switches { physics: !matches!(blueprint.body, BodySpec::Prop(_)), ..Switches::ALL_ON };
-        self.state.actors.push(Actor {
+        let actor = Actor {
             id,
             blueprint: request.blueprint_index,
             body,
@@ -224,7 +245,10 @@ impl World {
             outside: Outside::default(),
             vehicle,
             walker,
-        });
+        };
+        let actors = &mut self.state.actors;
+        let place = actors.partition_point(|other| other.id < id);
+        actors.insert(place, actor);
     }
 
     /// A paint; 0 for what has no body.
@@ -249,8 +273,11 @@ impl World {
                 let forward_mps = linear_mps.dot(&(pose.rotation * Vec3::x()));
                 let mut vehicle = Vehicle::rolling(request.blueprint_index, forward_mps)
                     .expect("a vehicle's blueprint has wheels");
+                if linear_mps == Vec3::zeros() {
+                    vehicle.state.lift();
+                }
                 if attributes::value(request.attributes, "sticky_control") == Some("false") {
-                    vehicle.hold = Hold::Spent;
+                    vehicle = vehicle.without_sticky_control();
                 }
                 let body = physics.insert_vehicle(vehicle.tuning.fit(), pose, linear_mps, id);
                 (Body::Rigid(body), Some(Box::new(vehicle)), None)

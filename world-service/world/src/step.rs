@@ -1,9 +1,9 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, Tick, Vec3, VehicleControl, Weather};
+use schemas::{Error, Tick, Vec3, Weather};
 
-use crate::actor::{Hold, Vehicle};
+use crate::actor::Vehicle;
 use crate::check;
 use crate::collision::ContactLog;
 use crate::overlap::OrientedBox;
@@ -13,6 +13,7 @@ use crate::scenery::Reach;
 use crate::town::Town;
 use crate::vehicle::Fit;
 use crate::walker::Walker;
+use crate::wheel::AtTheWheel;
 use crate::world::{State, World};
 
 /// Share of grip that a road with standing water takes.
@@ -77,32 +78,41 @@ impl State {
     /// Lets pilots and Ackermann controllers choose this tick's controls.
     fn drive(&mut self, town: &Town) {
         let dt_secs = self.dt_secs as f32;
-        for actor in &mut self.actors {
+        for index in 0..self.actors.len() {
+            let actor = &mut self.actors[index];
             let Some(body) = actor.rigid() else { continue };
             let Some(vehicle) = actor.vehicle_mut() else { continue };
-            let Vehicle { tuning, pilot, ackermann, .. } = vehicle;
-            let body_state = self.physics.state(body);
-            let control = match pilot {
-                Some(pilot) => {
-                    let view = view(tuning.fit(), &body_state);
+            let Vehicle { tuning, wheel, ackermann, .. } = vehicle;
+            let motion = || self.physics.state(body);
+            let control = match wheel {
+                AtTheWheel::Client(hold) => hold.replaces(),
+                AtTheWheel::Ackermann(target) => {
+                    let speed_mps = motion().forward_mps();
+                    Some(ackermann.control(target, tuning.fit(), speed_mps, dt_secs))
+                }
+                AtTheWheel::Pilot(pilot) => {
+                    let view = view(tuning.fit(), &motion());
                     Some(pilot.control(&town.roads, &view, dt_secs))
                 }
-                None => ackermann.control(tuning.fit(), body_state.forward_mps(), dt_secs),
+                // They look around first; see `navigate`.
+                AtTheWheel::Agent | AtTheWheel::Traffic(_) => None,
             };
-            let control = control.or_else(|| vehicle.hold.replaces());
-            let Some(control) = control else { continue };
-            if std::mem::replace(&mut vehicle.state.control, control) != control {
-                self.physics.wake(body);
+            if let Some(control) = control {
+                self.set_control(index, control);
             }
         }
     }
 
-    /// Wakes what has somewhere to go: the physics does not know of it and would let it sleep on.
+    /// Wakes what has somewhere to go or wheels to turn: the physics does not know of it and would
+    /// let it sleep on.
     fn rouse(&mut self) {
         for actor in &self.actors {
             let walks = actor.walker.as_deref().is_some_and(Walker::is_restless);
             let held = actor.outside.held_mps.is_some_and(|held_mps| held_mps != Vec3::zeros());
-            if let Some(body) = actor.rigid().filter(|_| walks || held) {
+            let steers = actor.vehicle.as_deref().is_some_and(|vehicle| {
+                actor.switches.physics && vehicle.state.is_steering(vehicle.tuning.fit())
+            });
+            if let Some(body) = actor.rigid().filter(|_| walks || held || steers) {
                 self.physics.wake(body);
             }
         }
@@ -184,7 +194,8 @@ impl State {
             let pose = self.physics.state(body).world_from_body;
             let outline = OrientedBox::new(&pose, blueprint);
             let dt_secs = self.dt_secs;
-            vehicle.rules.update(&town.roads, &town.traffic, &pose, &outline, &mut near, dt_secs);
+            let signals = (&town.traffic, self.first_actor);
+            vehicle.rules.update(&town.roads, signals, &pose, &outline, &mut near, dt_secs);
         }
     }
 
@@ -196,18 +207,6 @@ impl State {
             let before_mps = std::mem::replace(&mut actor.last_mps, velocity_mps);
             actor.acceleration_mps2 = (velocity_mps - before_mps) / dt_secs;
         }
-    }
-}
-
-impl Hold {
-    /// The control that takes the place of one whose tick is over.
-    fn replaces(&mut self) -> Option<VehicleControl> {
-        match *self {
-            Self::Sticky => return None,
-            Self::OneTick => *self = Self::Spent,
-            Self::Spent => return Some(VehicleControl::default()),
-        }
-        None
     }
 }
 

@@ -31,11 +31,7 @@ impl Town {
     /// - **Cost:** linear in the triangles of the map; milliseconds for a town.
     pub fn new(roads: Arc<Map>) -> Self {
         let ground = Ground::new(triangles(&mesh::ground(&roads)));
-        let scenery = Scenery::new(roads.scenery().iter().map(|item| {
-            let pose: Pose = nalgebra::convert(item.pose);
-            let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
-            (pose, half_m)
-        }));
+        let scenery = Scenery::new(boxes(&roads).chain(post_boxes(&roads)));
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
         let rays = TownRays::new(Arc::clone(&roads));
@@ -58,6 +54,22 @@ impl Town {
     pub fn map_ref(&self) -> &MapRef {
         &self.map
     }
+}
+
+fn boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> {
+    let things = roads.scenery().iter();
+    things.map(|item| (nalgebra::convert(item.pose), nalgebra::convert(item.half_extent_m)))
+}
+
+/// The posts of lights and signs, but those that a map has where cars drive.
+fn post_boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> + use<> {
+    let posts = roads.posts().into_iter().filter(|post| !post.is_on_lane);
+    posts.map(|post| {
+        let (foot, half_m) = (post.foot.cast(), post.radius_m as f32);
+        let (root_m, top_m) = (post.root_m as f32, post.top_m as f32);
+        let middle = Pose::translation(0.0, 0.0, (top_m - root_m) / 2.0);
+        (foot * middle, Vec3::new(half_m, half_m, (top_m + root_m) / 2.0))
+    })
 }
 
 fn triangles(mesh: &mesh::GroundMesh) -> Vec<([Vec3; 3], f32)> {

@@ -5,7 +5,6 @@
 //! lights show is part of a world's state ([`Lights`]). In frames and commands they are actors,
 //! with the ids from 1 on, before all that is spawned.
 
-mod commands;
 mod lights;
 mod plan;
 mod sight;

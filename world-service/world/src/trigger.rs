@@ -2,9 +2,8 @@
 //! `static.trigger.friction`.
 
 use schemas::{ActorId, Attribute, Error, Vec3};
-use serde::{Deserialize, Serialize};
 
-use crate::actor::{Actor, Vehicle};
+use crate::actor::{Actor, Altered, FRICTION_MAX, Vehicle};
 use crate::attributes;
 use crate::blueprint::Blueprint;
 use crate::check;
@@ -15,28 +14,11 @@ const ID: &str = "static.trigger.friction";
 /// CARLA gives the half sizes in centimetres.
 const M_PER_CM: f32 = 0.01;
 const EXTENT_CM_MAX: f32 = 1.0e6;
-const FRICTION_MAX: f32 = 100.0;
-
-/// What a trigger did to a vehicle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Altered {
-    by: ActorId,
-    /// Friction of the tyres outside, by wheel.
-    before: Vec<f32>,
-}
 
 struct Trigger {
     id: ActorId,
     bounds: OrientedBox,
     friction: f32,
-}
-
-impl Altered {
-    /// Whether it fits a vehicle with so many wheels.
-    pub(crate) fn fits(&self, wheel_count: usize) -> bool {
-        let is_friction = |friction: &f32| (0.0..=FRICTION_MAX).contains(friction);
-        self.before.len() == wheel_count && self.before.iter().all(is_friction)
-    }
 }
 
 /// # Errors

@@ -39,6 +39,9 @@ const UPRIGHT: f32 = 0.9;
 /// The same of a two-wheeler, which leans.
 const UPRIGHT_LEANING: f32 = 0.5;
 
+/// Road wheels this near to what the control wants are there.
+const STEERED_RAD: f32 = 0.005;
+
 /// Everything a vehicle remembers besides its rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct VehicleState {
@@ -51,6 +54,8 @@ pub(crate) struct VehicleState {
     /// In the order of [`Fit::wheels`].
     pub wheels: Vec<Wheel>,
     carried: bool,
+    /// Whether it was put somewhere and has not come to stand since.
+    landing: bool,
 }
 
 /// One wheel.
@@ -88,6 +93,7 @@ impl VehicleState {
             drivetrain: Drivetrain::at_speed(fit, forward_mps),
             wheels: fit.wheels.iter().map(wheel).collect(),
             carried: false,
+            landing: false,
         }
     }
 
@@ -107,6 +113,7 @@ impl VehicleState {
             f32::from(self.drivetrain.gear),
             self.drivetrain.since_shift_secs,
             self.drivetrain.engine_rpm,
+            f32::from(u8::from(self.landing)),
         ];
         let wheels = self
             .wheels
@@ -125,11 +132,18 @@ impl VehicleState {
         };
     }
 
-    /// Lets go of the ground, for a vehicle that is put elsewhere.
+    /// Lets go of the ground, for a vehicle that is put somewhere; it lands without a bounce.
     pub(crate) fn lift(&mut self) {
+        self.landing = true;
         for wheel in &mut self.wheels {
             wheel.tyre = Tyre::default();
         }
+    }
+
+    /// Whether its wheels are still on their way to where the control wants them.
+    pub(crate) fn is_steering(&self, fit: &Fit) -> bool {
+        let wanted_rad = self.control.steer * fit.full_lock_rad(0.0);
+        (wanted_rad - self.road_wheel_rad).abs() > STEERED_RAD
     }
 
     /// Whether only its wheels can touch the ground, at this height of its up axis.
@@ -154,8 +168,9 @@ impl VehicleState {
             steering::advance(fit, self.road_wheel_rad, self.control.steer, forward_mps, dt_secs);
         self.brake_pressure = brakes::pressure(self.brake_pressure, self.control.brake, dt_secs);
 
-        let footings = suspension::footings(fit, chassis, ground);
+        let footings = suspension::footings(fit, chassis, ground, self.landing);
         self.carried = suspension::carry(fit, &footings);
+        self.landing &= !(self.carried && suspension::stand(chassis, &footings));
         let guard = balance::pitch_guard(fit, &footings);
         let drive = self.drivetrain.advance(fit, &self.control, &self.wheels, dt_secs);
         let mut impulse = chassis::air_drag(fit, chassis, dt_secs);

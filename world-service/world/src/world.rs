@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use schemas::{
-    ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, Tick, Weather,
-    WorldId, limits,
+    ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, SplitMix64,
+    Tick, Weather, WorldId, limits,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
 use crate::collision::Contacts;
 use crate::physics::Physics;
-use crate::rng::Rng;
 use crate::scenery::NearFixtures;
 use crate::sensors::{Readings, Sensors};
 use crate::time_step::TimeStep;
@@ -58,8 +57,10 @@ pub(crate) struct State {
     pub sim_secs: f64,
     pub step: TimeStep,
     pub seed: u64,
-    pub rng: Rng,
+    pub rng: SplitMix64,
     pub weather: Weather,
+    /// Ids that are given in turn begin here, with those of the town's lights and signs.
+    pub first_actor: ActorId,
     pub next_actor: u32,
     /// Ordered by id.
     pub actors: Vec<Actor>,
@@ -79,6 +80,14 @@ pub(crate) struct State {
     pub halted: Vec<Halt>,
 }
 
+impl State {
+    /// Which actor of its world one is, from 1 on: the same in a world with other ids. Another one
+    /// for each id, also for those below the first that the world gives in turn.
+    pub(crate) fn number_of(&self, id: u32) -> u32 {
+        id.wrapping_sub(self.first_actor.get()).wrapping_add(1)
+    }
+}
+
 impl World {
     /// An empty world at tick 0 under CARLA's `ClearNoon`.
     ///
@@ -96,9 +105,10 @@ impl World {
                 sim_secs: 0.0,
                 step,
                 seed: config.seed,
-                rng: Rng::new(config.seed),
+                rng: SplitMix64::new(config.seed),
                 weather: Weather::CLEAR_NOON,
-                next_actor: 1,
+                first_actor: ActorId::FIRST,
+                next_actor: ActorId::FIRST.get(),
                 actors: Vec::new(),
                 contacts: Contacts::default(),
                 collisions: Vec::new(),
@@ -124,7 +134,7 @@ impl World {
     /// actors.
     pub fn with_traffic(config: WorldConfig) -> Result<Self, Error> {
         let mut world = Self::new(config)?;
-        let count = world.town.traffic.actors().len();
+        let count = world.town.traffic.count();
         if count > limits::ACTORS_PER_WORLD_MAX {
             return Err(Error::new(ErrorCode::Capacity, "the map has too many lights and signs")
                 .wanted(format!("at most {}", limits::ACTORS_PER_WORLD_MAX))
@@ -133,6 +143,18 @@ impl World {
         world.state.next_actor += count as u32;
         world.state.traffic = Some(Lights::new(&world.town.traffic));
         Ok(world)
+    }
+
+    /// This new world, with the ids of its actors from `first` on: those of the world that it
+    /// follows are not given again. Nothing else is different in it.
+    ///
+    /// # Errors
+    /// `Capacity` where there are not so many ids.
+    pub fn numbered_from(mut self, first: ActorId) -> Result<Self, Error> {
+        let given = self.state.next_actor - self.state.first_actor.get();
+        self.state.next_actor = first.get().checked_add(given).ok_or_else(ids_used_up)?;
+        self.state.first_actor = first;
+        Ok(self)
     }
 
     /// A copy under another id that goes on bit for bit as this one would.
@@ -158,12 +180,23 @@ impl World {
 
     /// Actors in it now.
     pub fn actor_count(&self) -> usize {
-        self.fixed_actors().len() + self.state.actors.len()
+        self.fixed_count() + self.state.actors.len()
+    }
+
+    /// How many lights and signs of the town are in it.
+    pub(crate) fn fixed_count(&self) -> usize {
+        self.state.traffic.as_ref().map_or(0, |_| self.town.traffic.count())
     }
 
     /// The town's lights and signs, in a world that has them.
-    pub(crate) fn fixed_actors(&self) -> &[ActorState] {
-        if self.state.traffic.is_some() { self.town.traffic.actors() } else { &[] }
+    pub(crate) fn fixed_actors(&self) -> impl Iterator<Item = ActorState> {
+        self.town.traffic.actors(self.state.first_actor).take(self.fixed_count())
+    }
+
+    /// Whether this is the id of a light or sign of the town, in a world that has them.
+    pub(crate) fn is_fixed(&self, id: ActorId) -> bool {
+        let position = self.town.traffic.position(id, self.state.first_actor);
+        position.is_some_and(|position| position < self.fixed_count())
     }
 
     /// Its map.
@@ -194,4 +227,8 @@ impl State {
                 .found(id)
         })
     }
+}
+
+pub(crate) fn ids_used_up() -> Error {
+    Error::new(ErrorCode::Capacity, "every actor id has been given out").wanted("a new server")
 }

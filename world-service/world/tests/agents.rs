@@ -7,8 +7,8 @@ use std::sync::{Arc, LazyLock};
 
 use common::*;
 use schemas::{
-    ActorId, AgentBehaviour, AgentOptions, AgentState, AgentStatus, Command, ErrorCode, Pose,
-    TrafficLightColour, Vec3, VehicleControl, WorldId,
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, AgentState, AgentStatus, Command,
+    ErrorCode, Pose, TrafficLightColour, TrafficLightCommand, Vec3, VehicleControl, WorldId,
 };
 use world::{Town, World, WorldConfig};
 
@@ -37,9 +37,11 @@ fn spawn_point(index: usize) -> Pose {
 }
 
 fn agent(world: &mut World, actor: ActorId, options: AgentOptions, places_m: &[Vec3]) {
-    world.apply(&Command::SetAgent { actor, options, keep_route: false }).unwrap();
-    world.apply(&Command::SetAgentRoute { actor, places_m: places_m.to_vec() }).unwrap();
-    world.apply(&Command::DriveAgent { actor, on: true }).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route: false })).unwrap();
+    world
+        .apply(&Command::Agent(AgentCommand::SetRoute { actor, places_m: places_m.to_vec() }))
+        .unwrap();
+    world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
 }
 
 fn told(world: &World, actor: ActorId) -> AgentState {
@@ -123,7 +125,8 @@ fn a_place_that_no_lane_leads_to_is_refused_and_the_route_stays() {
     agent(&mut world, car, AgentOptions::default(), &ahead);
     let before = world.state_hash();
     let behind = vec![Vec3::new(-200.0, LANE_Y_M, 0.0)];
-    let refusal = world.apply(&Command::SetAgentRoute { actor: car, places_m: behind });
+    let refusal =
+        world.apply(&Command::Agent(AgentCommand::SetRoute { actor: car, places_m: behind }));
     assert_eq!(refusal.unwrap_err().code, ErrorCode::InvalidArgument);
     assert_eq!(world.state_hash(), before);
     let distance_m = told(&world, car).distance_left_m;
@@ -135,8 +138,8 @@ fn without_an_agent_there_is_nothing_to_route_or_to_drive() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);
     for command in [
-        Command::SetAgentRoute { actor: car, places_m: Vec::new() },
-        Command::DriveAgent { actor: car, on: true },
+        Command::Agent(AgentCommand::SetRoute { actor: car, places_m: Vec::new() }),
+        Command::Agent(AgentCommand::Drive { actor: car, on: true }),
     ] {
         assert_eq!(world.apply(&command).unwrap_err().code, ErrorCode::InvalidArgument);
     }
@@ -210,14 +213,14 @@ fn before_a_light(world: &mut World) -> (ActorId, ActorId, Vec3) {
 }
 
 fn show(world: &mut World, light: ActorId, colour: TrafficLightColour) {
-    world.apply(&Command::FreezeTrafficLights { frozen: true }).unwrap();
-    let set = Command::SetTrafficLight {
+    world.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true })).unwrap();
+    let set = Command::TrafficLight(TrafficLightCommand::Set {
         actor: light,
         colour: Some(colour),
         green_secs: None,
         yellow_secs: None,
         red_secs: None,
-    };
+    });
     world.apply(&set).unwrap();
 }
 
@@ -256,10 +259,10 @@ fn another_hand_on_the_wheel_pauses_the_agent_and_its_route_stays() {
     run(&mut world, 60);
     assert!(!told(&world, car).driving && speed_mps(&world, car) < 0.05);
     assert_eq!(told(&world, car).status, AgentStatus::OnRoute);
-    world.apply(&Command::DriveAgent { actor: car, on: true }).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Drive { actor: car, on: true })).unwrap();
     run(&mut world, 100);
     assert!(speed_mps(&world, car) > 4.0);
-    world.apply(&Command::DriveAgent { actor: car, on: false }).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Drive { actor: car, on: false })).unwrap();
     let held = state(&world, car).control;
     run(&mut world, 5);
     assert_eq!(state(&world, car).control, held);
@@ -298,12 +301,47 @@ fn the_agent_counts_in_the_state_hash() {
     let car = car(&mut world, -900.0, 0.0);
     let mut before = world.state_hash();
     for command in [
-        Command::SetAgent { actor: car, options: AgentOptions::default(), keep_route: false },
-        Command::SetAgentRoute { actor: car, places_m: vec![Vec3::new(0.0, LANE_Y_M, 0.0)] },
-        Command::DriveAgent { actor: car, on: true },
+        Command::Agent(AgentCommand::Set {
+            actor: car,
+            options: AgentOptions::default(),
+            keep_route: false,
+        }),
+        Command::Agent(AgentCommand::SetRoute {
+            actor: car,
+            places_m: vec![Vec3::new(0.0, LANE_Y_M, 0.0)],
+        }),
+        Command::Agent(AgentCommand::Drive { actor: car, on: true }),
     ] {
         world.apply(&command).unwrap();
         assert_ne!(world.state_hash(), before, "{command:?}");
         before = world.state_hash();
     }
+}
+
+/// Cruising speed on the empty road, and the gap to a car that stands ahead, metres.
+fn cruise_and_gap(behaviour: AgentBehaviour) -> (f32, f32) {
+    let goal_m = Vec3::new(950.0, LANE_Y_M, 0.0);
+    let mut alone = world();
+    let own = car(&mut alone, -900.0, 5.0);
+    agent(&mut alone, own, of(behaviour), &[goal_m]);
+    run(&mut alone, 600);
+    let mut behind = world();
+    let own = car(&mut behind, -900.0, 5.0);
+    let other = car(&mut behind, -700.0, 0.0);
+    brake(&mut behind, other);
+    agent(&mut behind, own, of(behaviour), &[goal_m]);
+    let hits = run(&mut behind, 1_200);
+    assert!(hits.is_empty(), "{behaviour:?}: {hits:?}");
+    let lengths_m = 2.0 * state(&behind, own).box_half_extent_m.x;
+    let gap_m = position_m(&behind, other).x - position_m(&behind, own).x - lengths_m;
+    (speed_mps(&alone, own), gap_m)
+}
+
+#[test]
+fn who_is_more_aggressive_cruises_faster_and_stops_closer() {
+    let kinds = [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Aggressive];
+    let [cautious, normal, aggressive] = kinds.map(cruise_and_gap);
+    let all = format!("{cautious:?}, {normal:?}, {aggressive:?}");
+    assert!(cautious.0 < normal.0 - 2.0 && normal.0 < aggressive.0 - 2.0, "{all}");
+    assert!(cautious.1 > normal.1 + 0.3 && normal.1 > aggressive.1 + 0.3, "{all}");
 }

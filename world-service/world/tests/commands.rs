@@ -5,17 +5,18 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, ActorKind, Attachment, AttachmentKind, Attribute, BodySwitch, Command, ErrorCode,
-    Pose, PushKind, Vec3, VehicleControl, VehicleFailure, level_pose, limits,
+    ActorId, ActorKind, Attachment, AttachmentKind, Attribute, BodyCommand, BodySwitch, Command,
+    ErrorCode, Pose, PushKind, Vec3, VehicleCommand, VehicleControl, VehicleFailure, level_pose,
+    limits,
 };
 use world::World;
 
 fn switch(world: &mut World, actor: ActorId, switch: BodySwitch, on: bool) {
-    world.apply(&Command::SetSwitch { actor, switch, on }).unwrap();
+    world.apply(&Command::Body(BodyCommand::SetSwitch { actor, switch, on })).unwrap();
 }
 
 fn push(world: &mut World, actor: ActorId, kind: PushKind, amount: Vec3) {
-    world.apply(&Command::Push { actor, kind, amount }).unwrap();
+    world.apply(&Command::Body(BodyCommand::Push { actor, kind, amount })).unwrap();
 }
 
 fn prop(world: &mut World, name: &str, at_m: Vec3) -> ActorId {
@@ -29,6 +30,7 @@ fn attached(blueprint: &str, pose: Pose, parent: ActorId, kind: AttachmentKind) 
         linear_velocity_mps: Vec3::zeros(),
         attributes: Vec::new(),
         attachment: Some(Attachment { parent, kind }),
+        id: None,
     }
 }
 
@@ -36,7 +38,8 @@ fn attached(blueprint: &str, pose: Pose, parent: ActorId, kind: AttachmentKind) 
 fn a_held_velocity_is_held_against_brakes_until_let_go() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);
-    let hold = |velocity_mps| Command::SetConstantVelocity { actor: car, velocity_mps };
+    let hold =
+        |velocity_mps| Command::Body(BodyCommand::SetConstantVelocity { actor: car, velocity_mps });
     world.apply(&hold(Some(Vec3::new(8.0, 0.0, 0.0)))).unwrap();
     brake(&mut world, car);
     run(&mut world, 100);
@@ -92,7 +95,9 @@ fn what_waits_deep_under_the_road_stays_there_until_it_is_put_on_it() {
     }
     let [(car, _), ..] = waiting;
     let road = level_pose(Vec3::new(0.0, LANE_Y_M, 0.5), 0.0);
-    world.apply(&Command::SetPose { actor: car, world_from_actor: road }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor: road }))
+        .unwrap();
     control(&mut world, car, VehicleControl { throttle: 0.7, ..Default::default() });
     run(&mut world, 60);
     assert!(speed_mps(&world, car) > 3.0);
@@ -120,7 +125,9 @@ fn without_physics_a_body_stays_where_it_is_put_and_still_stops_others() {
     let parked = car(&mut world, 20.0, 0.0);
     switch(&mut world, parked, BodySwitch::Physics, false);
     let up = level_pose(Vec3::new(20.0, LANE_Y_M, 0.1), 0.0);
-    world.apply(&Command::SetPose { actor: parked, world_from_actor: up }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose { actor: parked, world_from_actor: up }))
+        .unwrap();
     let rear = car(&mut world, 0.0, 15.0);
     run(&mut world, 60);
     assert_eq!(state(&world, parked).world_from_actor, up);
@@ -246,6 +253,7 @@ fn attributes_given_at_the_spawn_are_described_and_a_bad_one_is_refused() {
         linear_velocity_mps: Vec3::zeros(),
         attributes,
         attachment: None,
+        id: None,
     };
     let bad = world.apply(&spawn(vec![attribute("color", "red")])).unwrap_err();
     assert_eq!((bad.code, bad.found.as_str()), (ErrorCode::InvalidArgument, "red"));
@@ -262,8 +270,8 @@ fn attributes_given_at_the_spawn_are_described_and_a_bad_one_is_refused() {
 fn lights_and_doors_are_kept() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);
-    world.apply(&Command::SetVehicleLights { actor: car, lights: 0b101 }).unwrap();
-    let doors = |doors, open| Command::SetDoors { actor: car, doors, open };
+    world.apply(&Command::Vehicle(VehicleCommand::Lights { actor: car, lights: 0b101 })).unwrap();
+    let doors = |doors, open| Command::Vehicle(VehicleCommand::Doors { actor: car, doors, open });
     world.apply(&doors(0b1111, true)).unwrap();
     world.apply(&doors(0b0010, false)).unwrap();
     assert_eq!((state(&world, car).lights, state(&world, car).doors), (0b101, 0b1101));
@@ -293,7 +301,7 @@ fn a_car_on_its_roof_has_failed_after_a_second() {
     let car = car(&mut world, 0.0, 0.0);
     let roll = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), 3.0);
     let world_from_actor = Pose::from_parts(Vec3::new(0.0, LANE_Y_M, 1.6).into(), roll);
-    world.apply(&Command::SetPose { actor: car, world_from_actor }).unwrap();
+    world.apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor })).unwrap();
     run(&mut world, 10);
     assert_eq!(state(&world, car).failure, VehicleFailure::None);
     run(&mut world, 40);
@@ -328,7 +336,11 @@ fn a_small_fast_thing_does_not_pass_through_a_thin_one() {
             prop(&mut world, "constructioncone", Vec3::new(0.1 * f32::from(start), 0.0, 1.0));
         switch(&mut world, cone, BodySwitch::Physics, true);
         let linear_mps = Some(Vec3::new(70.0, 0.0, 0.0));
-        let throw = Command::SetVelocity { actor: cone, linear_mps, angular_radps: None };
+        let throw = Command::Body(BodyCommand::SetVelocity {
+            actor: cone,
+            linear_mps,
+            angular_radps: None,
+        });
         world.apply(&throw).unwrap();
         run(&mut world, 20);
         assert!(position_m(&world, cone).x < 20.0, "{}", position_m(&world, cone));
@@ -344,6 +356,7 @@ fn given(world: &mut World, blueprint: &str, at_m: Vec3, attributes: &[(&str, &s
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.iter().map(attribute).collect(),
         attachment: None,
+        id: None,
     };
     world.apply(&command).unwrap().unwrap()
 }
@@ -379,6 +392,7 @@ fn a_trigger_needs_numbers() {
         linear_velocity_mps: Vec3::zeros(),
         attributes: vec![wrong],
         attachment: None,
+        id: None,
     };
     assert_eq!(world.apply(&command).unwrap_err().code, ErrorCode::InvalidArgument);
 }

@@ -4,7 +4,8 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, ActorKind, Command, ErrorCode, PilotMode, Vec3, VehicleControl, WorldId, level_pose,
+    ActorId, ActorKind, BodyCommand, Command, ErrorCode, PilotMode, Vec3, VehicleCommand,
+    VehicleControl, WorldId, level_pose,
 };
 use world::{World, WorldConfig};
 
@@ -79,11 +80,14 @@ fn commands_for_nobody_or_the_wrong_kind_are_refused() {
     let walker = walker(&mut world, 0.0, 0.0);
     let control = VehicleControl::default();
     let nobody = ActorId::new(77).unwrap();
-    let drive = |actor| Command::SetControl { actor, control };
+    let drive = |actor| Command::Vehicle(VehicleCommand::Control { actor, control });
     assert_eq!(refusal(&mut world, &drive(nobody)), ErrorCode::UnknownActor);
     assert_eq!(refusal(&mut world, &drive(walker)), ErrorCode::InvalidArgument);
-    let pilot =
-        Command::SetPilot { actor: walker, mode: PilotMode::KeepLane, target_speed_mps: None };
+    let pilot = Command::Vehicle(VehicleCommand::Pilot {
+        actor: walker,
+        mode: PilotMode::KeepLane,
+        target_speed_mps: None,
+    });
     assert_eq!(refusal(&mut world, &pilot), ErrorCode::InvalidArgument);
     let pose = level_pose(Vec3::new(9.0, 0.0, 0.0), 0.0);
     let spawn = Command::spawn("vehicle.of.nobody", pose, Vec3::zeros());
@@ -100,13 +104,19 @@ fn numbers_outside_of_their_domain_are_refused() {
         VehicleControl { steer: 1.1, ..Default::default() },
         VehicleControl { brake: f32::INFINITY, ..Default::default() },
     ];
-    let mut commands: Vec<Command> =
-        controls.into_iter().map(|control| Command::SetControl { actor, control }).collect();
+    let mut commands: Vec<Command> = controls
+        .into_iter()
+        .map(|control| Command::Vehicle(VehicleCommand::Control { actor, control }))
+        .collect();
     for x_m in [f32::NAN, 2.0e5] {
         let world_from_actor = level_pose(Vec3::new(x_m, 0.0, 0.0), 0.0);
-        commands.push(Command::SetPose { actor, world_from_actor });
+        commands.push(Command::Body(BodyCommand::SetPose { actor, world_from_actor }));
         let linear_mps = Some(Vec3::new(x_m, 0.0, 0.0));
-        commands.push(Command::SetVelocity { actor, linear_mps, angular_radps: None });
+        commands.push(Command::Body(BodyCommand::SetVelocity {
+            actor,
+            linear_mps,
+            angular_radps: None,
+        }));
     }
     for command in commands {
         assert_eq!(refusal(&mut world, &command), ErrorCode::InvalidArgument, "{command:?}");
@@ -134,17 +144,19 @@ fn velocities_and_poses_can_be_set() {
     run(&mut world, 60);
     let linear_mps = Vec3::new(10.0, 0.0, 0.0);
     let linear_mps = Some(linear_mps);
-    world.apply(&Command::SetVelocity { actor, linear_mps, angular_radps: None }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetVelocity { actor, linear_mps, angular_radps: None }))
+        .unwrap();
     run(&mut world, 20);
     assert!((speed_mps(&world, actor) - 10.0).abs() < 0.6, "the wheels roll along");
     let world_from_actor = level_pose(Vec3::new(100.0, -5.25, 0.4), 0.0);
-    world.apply(&Command::SetPose { actor, world_from_actor }).unwrap();
+    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
     assert_eq!(state(&world, actor).world_from_actor, world_from_actor, "exactly there");
     run(&mut world, 1);
     let place = position_m(&world, actor);
     assert!((place - Vec3::new(100.5, -5.25, 0.39)).norm() < 0.1, "it moves on: {place}");
     let sunk = level_pose(Vec3::new(100.0, -5.25, -0.6), 0.0);
-    world.apply(&Command::SetPose { actor, world_from_actor: sunk }).unwrap();
+    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor: sunk })).unwrap();
     assert!(position_m(&world, actor).z.abs() < 1.0e-3, "out of the ground");
 }
 
@@ -162,4 +174,4 @@ fn the_trajectory_of_a_fixed_drive_is_the_golden_one() {
 }
 
 /// The same on every machine.
-const GOLDEN_HASH: u64 = 0x0290_c704_cbfa_e7bf;
+const GOLDEN_HASH: u64 = 0xeb53_57c2_4174_806b;

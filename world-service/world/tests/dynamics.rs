@@ -8,7 +8,8 @@ mod pad;
 use common::*;
 use pad::*;
 use schemas::{
-    AckermannControl, Command, Vec3, VehicleControl, VehicleFailure, VehiclePhysics, level_pose,
+    AckermannControl, BodyCommand, Command, Vec3, VehicleCommand, VehicleControl, VehicleFailure,
+    VehiclePhysics, level_pose,
 };
 use world::World;
 
@@ -18,7 +19,7 @@ fn physics(world: &World, actor: schemas::ActorId) -> VehiclePhysics {
 
 fn set_physics(world: &mut World, actor: schemas::ActorId, physics: &VehiclePhysics) {
     let physics = Box::new(physics.clone());
-    world.apply(&Command::SetVehiclePhysics { actor, physics }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Physics { actor, physics })).unwrap();
 }
 
 fn changed(id: &str, change: impl Fn(&mut VehiclePhysics)) -> (World, schemas::ActorId) {
@@ -32,7 +33,13 @@ fn changed(id: &str, change: impl Fn(&mut VehiclePhysics)) -> (World, schemas::A
 /// Metres from 50 km/h to a stand.
 fn braking_m(world: &mut World, car: schemas::ActorId) -> f32 {
     let linear_mps = Some(Vec3::new(50.0 / 3.6, 0.0, 0.0));
-    world.apply(&Command::SetVelocity { actor: car, linear_mps, angular_radps: None }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetVelocity {
+            actor: car,
+            linear_mps,
+            angular_radps: None,
+        }))
+        .unwrap();
     let start_m = position_m(world, car).x;
     brake(world, car);
     for _ in 0..1_200 {
@@ -109,7 +116,11 @@ fn unusable_parameters_are_refused_and_change_nothing() {
         let mut physics = before.clone();
         change(&mut physics);
         let physics = Box::new(physics);
-        assert!(world.apply(&Command::SetVehiclePhysics { actor: car, physics }).is_err());
+        assert!(
+            world
+                .apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics }))
+                .is_err()
+        );
     }
     assert_eq!(world.state_hash(), hash);
 }
@@ -208,7 +219,13 @@ fn a_motorcycle_leans_into_the_curve_and_stands_by_itself() {
     let upright = state(&world, bike).world_from_actor.rotation * Vec3::z();
     assert!(upright.z > 0.9999, "{upright}");
     let linear_mps = Some(Vec3::new(15.0, 0.0, 0.0));
-    world.apply(&Command::SetVelocity { actor: bike, linear_mps, angular_radps: None }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetVelocity {
+            actor: bike,
+            linear_mps,
+            angular_radps: None,
+        }))
+        .unwrap();
     control(&mut world, bike, VehicleControl { throttle: 0.15, steer: 0.5, ..Default::default() });
     run(&mut world, 60);
     let riding = state(&world, bike);
@@ -255,12 +272,16 @@ fn an_ackermann_target_is_reached_and_held() {
     for speed_mps_wanted in [8.0, -3.0] {
         let (mut world, car) = standing("vehicle.tesla.model3");
         let target = AckermannControl { speed_mps: speed_mps_wanted, ..Default::default() };
-        world.apply(&Command::SetAckermann { actor: car, control: target }).unwrap();
+        world
+            .apply(&Command::Vehicle(VehicleCommand::Ackermann { actor: car, control: target }))
+            .unwrap();
         run(&mut world, 300);
         let along_mps = state(&world, car).linear_velocity_mps.x;
         assert!((along_mps - speed_mps_wanted).abs() < 0.5, "{along_mps} m/s");
         let stop = AckermannControl::default();
-        world.apply(&Command::SetAckermann { actor: car, control: stop }).unwrap();
+        world
+            .apply(&Command::Vehicle(VehicleCommand::Ackermann { actor: car, control: stop }))
+            .unwrap();
         run(&mut world, 300);
         assert!(speed_mps(&world, car) < 0.05, "{}", speed_mps(&world, car));
     }
@@ -270,7 +291,7 @@ fn an_ackermann_target_is_reached_and_held() {
 fn an_ackermann_angle_is_turned_to_at_its_rate() {
     let (mut world, car) = standing("vehicle.tesla.model3");
     let control = AckermannControl { steer_rad: 0.3, steer_radps: 0.1, ..Default::default() };
-    world.apply(&Command::SetAckermann { actor: car, control }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Ackermann { actor: car, control })).unwrap();
     run(&mut world, 20);
     let half = state(&world, car).road_wheel_rad;
     assert!((half - 0.1).abs() < 0.02, "{half} rad after a second");

@@ -4,7 +4,7 @@
 mod common;
 
 use common::*;
-use schemas::{ActorId, Command, PilotMode, Vec3, level_pose};
+use schemas::{ActorId, BodyCommand, Command, PilotMode, Vec3, VehicleCommand, level_pose};
 use world::World;
 
 /// Ten cars on the left-hand lanes that drive back and forth, ten parked ones beside the road.
@@ -33,10 +33,12 @@ fn endure(minutes: u16) {
         for (index, &actor) in (0..).zip(&driving) {
             let x_m = -900.0 + 30.0 * f32::from(index as u8);
             let world_from_actor = level_pose(Vec3::new(x_m, LANE_Y_M, 0.0), 0.0);
-            world.apply(&Command::SetPose { actor, world_from_actor }).unwrap();
+            world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
             let target_speed_mps = Some(8.0);
             let mode = PilotMode::KeepLane;
-            world.apply(&Command::SetPilot { actor, mode, target_speed_mps }).unwrap();
+            world
+                .apply(&Command::Vehicle(VehicleCommand::Pilot { actor, mode, target_speed_mps }))
+                .unwrap();
         }
         let collisions = run(&mut world, 2_400);
         assert!(collisions.is_empty(), "lap {lap}: {:?}", collisions.first());

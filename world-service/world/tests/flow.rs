@@ -7,8 +7,8 @@ use std::sync::{Arc, LazyLock};
 
 use common::*;
 use schemas::{
-    ActorId, ActorKind, AgentBehaviour, Command, ErrorCode, Vec3, VehicleControl, WorldId,
-    level_pose,
+    ActorId, ActorKind, AgentBehaviour, BodyCommand, Command, ErrorCode, TrafficCommand, Vec3,
+    VehicleCommand, VehicleControl, WorldId, level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -41,7 +41,7 @@ fn vehicles(world: &World) -> Vec<(ActorId, Vec3, f32)> {
 /// Mean speed of each of `minutes` minutes of traffic, in which nothing touches anything.
 fn mean_speeds(map: &str, count: u32, minutes: u32) -> Vec<f32> {
     let mut world = world_in(Arc::new(Town::new(roads(map))));
-    world.apply(&Command::SpawnTraffic { count, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })).unwrap();
     assert_eq!(vehicles(&world).len(), count as usize);
     let mut means_mps = Vec::new();
     for minute in 0..minutes {
@@ -98,7 +98,7 @@ fn traffic_stops_for_a_car_and_a_person_in_its_way() {
             spawn_at(&mut world, "vehicle.lincoln.mkz", schemas::level_pose(beside, 0.0), 0.0);
         brake(&mut world, beside);
         let behaviour = AgentBehaviour::Normal;
-        world.apply(&Command::SetTraffic { actor: own, behaviour }).unwrap();
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor: own, behaviour })).unwrap();
         let hits = run(&mut world, 800);
         assert!(hits.is_empty(), "person {person}: {hits:?}");
         let gap_m = -750.0 - position_m(&world, own).x;
@@ -122,7 +122,7 @@ fn who_turns_off_behind_a_car_that_waits_in_a_junction_does_not_clip_it() {
             spawn_at(&mut world, "vehicle.dodge.charger_2020", at(waits_m), 0.0);
             let actor = spawn_at(&mut world, "vehicle.ford.crown", at(50.0), 0.0);
             let behaviour = AgentBehaviour::Normal;
-            world.apply(&Command::SetTraffic { actor, behaviour }).unwrap();
+            world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour })).unwrap();
             let hits = run(&mut world, 400);
             assert!(hits.is_empty(), "{waits_m} m, seed {seed}: {hits:?}");
             turned += u32::from((position_m(&world, actor).y - 23.25).abs() > 10.0);
@@ -137,10 +137,12 @@ fn a_driver_overtakes_a_slow_car_on_the_lane_beside() {
     let slow = car(&mut world, -840.0, 4.0);
     let own = car(&mut world, -900.0, 10.0);
     let behaviour = AgentBehaviour::Normal;
-    world.apply(&Command::SetTraffic { actor: own, behaviour }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Join { actor: own, behaviour })).unwrap();
     let target_speed_mps = Some(4.0);
     let mode = schemas::PilotMode::KeepLane;
-    world.apply(&Command::SetPilot { actor: slow, mode, target_speed_mps }).unwrap();
+    world
+        .apply(&Command::Vehicle(VehicleCommand::Pilot { actor: slow, mode, target_speed_mps }))
+        .unwrap();
     let hits = run(&mut world, 800);
     assert!(hits.is_empty(), "{hits:?}");
     let (own_m, slow_m) = (position_m(&world, own), position_m(&world, slow));
@@ -151,7 +153,8 @@ fn a_driver_overtakes_a_slow_car_on_the_lane_beside() {
 fn too_much_traffic_is_refused_and_nothing_changes() {
     let mut world = world_in(town());
     let before = (world.state_hash(), world.snapshot());
-    let refusal = world.apply(&Command::SpawnTraffic { count: 5_000, behaviour: None });
+    let refusal =
+        world.apply(&Command::Traffic(TrafficCommand::Spawn { count: 5_000, behaviour: None }));
     assert_eq!(refusal.unwrap_err().code, ErrorCode::SpawnBlocked);
     assert_eq!((world.state_hash(), world.snapshot()), before);
 }
@@ -162,7 +165,7 @@ fn another_hand_on_the_wheel_takes_a_vehicle_out_of_traffic() {
     let own = car(&mut world, -900.0, 10.0);
     let before = world.state_hash();
     let behaviour = AgentBehaviour::Cautious;
-    world.apply(&Command::SetTraffic { actor: own, behaviour }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Join { actor: own, behaviour })).unwrap();
     assert_ne!(world.state_hash(), before, "traffic counts in the hash");
     run(&mut world, 20);
     let coast = VehicleControl::default();
@@ -178,8 +181,8 @@ fn far_traffic_moves_without_dynamics_and_gets_them_back_when_somebody_is_near()
     brake(&mut world, witness);
     let own = car(&mut world, -700.0, 0.0);
     let behaviour = AgentBehaviour::Normal;
-    world.apply(&Command::SetTraffic { actor: own, behaviour }).unwrap();
-    world.apply(&Command::SetHybridTraffic { radius_m: Some(70.0) }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Join { actor: own, behaviour })).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::SetHybrid { radius_m: Some(70.0) })).unwrap();
     let other = WorldId::new(9).unwrap();
     let mut copy: Option<World> = None;
     let mut last_m = position_m(&world, own);
@@ -192,7 +195,7 @@ fn far_traffic_moves_without_dynamics_and_gets_them_back_when_somebody_is_near()
             100 => {
                 let beside = last_m + Vec3::new(0.0, 7.0, 0.3);
                 let world_from_actor = schemas::level_pose(beside, 0.0);
-                let near = Command::SetPose { actor: witness, world_from_actor };
+                let near = Command::Body(BodyCommand::SetPose { actor: witness, world_from_actor });
                 world.apply(&near).unwrap();
                 copy.as_mut().unwrap().apply(&near).unwrap();
             }

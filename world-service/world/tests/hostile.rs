@@ -7,8 +7,8 @@ mod common;
 use common::*;
 use proptest::prelude::*;
 use schemas::{
-    ActorId, Attachment, AttachmentKind, BodySwitch, Command, PushKind, Vec3, VehicleControl,
-    VehiclePhysics, level_pose, limits,
+    ActorId, Attachment, AttachmentKind, BodyCommand, BodySwitch, Command, PushKind, Vec3,
+    VehicleCommand, VehicleControl, VehiclePhysics, level_pose, limits,
 };
 use world::World;
 
@@ -111,26 +111,25 @@ fn any_motion() -> impl Strategy<Value = Command> {
         PushKind::AngularImpulse,
         PushKind::Torque,
     ]);
-    let push = (any_actor(), kind, any_size()).prop_map(|(actor, kind, amount)| Command::Push {
-        actor,
-        kind,
-        amount,
-    });
+    let push = (any_actor(), kind, any_size())
+        .prop_map(|(actor, kind, amount)| Command::Body(BodyCommand::Push { actor, kind, amount }));
     let far = one_of(&[0.0, 3.0, 99_990.0]);
     let pose = (any_actor(), far, -6.0f32..6.0, -0.5f32..4.0, -3.2f32..3.2).prop_map(
-        |(actor, x_m, y_m, z_m, yaw_rad)| Command::SetPose {
-            actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), yaw_rad),
+        |(actor, x_m, y_m, z_m, yaw_rad)| {
+            Command::Body(BodyCommand::SetPose {
+                actor,
+                world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), yaw_rad),
+            })
         },
     );
     let velocity = (any_actor(), any_size(), any_size()).prop_map(|(actor, linear, angular)| {
         let linear_mps = Some(linear.cap_magnitude(limits::SPEED_MPS_MAX * 0.99));
         let angular_radps = Some(angular.cap_magnitude(59.0));
-        Command::SetVelocity { actor, linear_mps, angular_radps }
+        Command::Body(BodyCommand::SetVelocity { actor, linear_mps, angular_radps })
     });
     let held = (any_actor(), prop::option::of(any_size())).prop_map(|(actor, held)| {
         let velocity_mps = held.map(|held| held.cap_magnitude(limits::SPEED_MPS_MAX * 0.99));
-        Command::SetConstantVelocity { actor, velocity_mps }
+        Command::Body(BodyCommand::SetConstantVelocity { actor, velocity_mps })
     });
     prop_oneof![push, pose, velocity, held]
 }
@@ -142,13 +141,14 @@ fn any_handling() -> impl Strategy<Value = Command> {
         BodySwitch::Gravity,
         BodySwitch::Collisions,
     ]);
-    let switch = (any_actor(), switch, any::<bool>())
-        .prop_map(|(actor, switch, on)| Command::SetSwitch { actor, switch, on });
+    let switch = (any_actor(), switch, any::<bool>()).prop_map(|(actor, switch, on)| {
+        Command::Body(BodyCommand::SetSwitch { actor, switch, on })
+    });
     let drive = (any_actor(), -1.0f32..1.0, any::<bool>(), any::<bool>()).prop_map(
         |(actor, steer, reverse, hand_brake)| {
             let control = VehicleControl::default();
             let control = VehicleControl { throttle: 1.0, steer, reverse, hand_brake, ..control };
-            Command::SetControl { actor, control }
+            Command::Vehicle(VehicleCommand::Control { actor, control })
         },
     );
     let hang = (any_actor(), one_of(&[0.5, 30.0, 99_999.0])).prop_map(|(parent, arm_m)| {
@@ -158,6 +158,7 @@ fn any_handling() -> impl Strategy<Value = Command> {
             linear_velocity_mps: Vec3::zeros(),
             attributes: Vec::new(),
             attachment: Some(Attachment { parent, kind: AttachmentKind::Rigid }),
+            id: None,
         }
     });
     prop_oneof![switch, drive, hang]
@@ -190,8 +191,10 @@ fn carry_out(world: &mut World, deed: &Deed) {
             let Ok(report) = world.vehicle_report(*actor) else { return };
             let mut physics = report.physics;
             distort(&mut physics, *which, *at);
-            let _refused = world
-                .apply(&Command::SetVehiclePhysics { actor: *actor, physics: Box::new(physics) });
+            let _refused = world.apply(&Command::Vehicle(VehicleCommand::Physics {
+                actor: *actor,
+                physics: Box::new(physics),
+            }));
         }
         Deed::Tick { dt_secs } => world.tick_by(*dt_secs).unwrap(),
     }

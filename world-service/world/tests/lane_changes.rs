@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, AgentBehaviour, AgentOptions, AgentStatus, Command, PilotMode, Vec3, level_pose,
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, AgentStatus, Command, PilotMode, Vec3,
+    VehicleCommand, level_pose,
 };
 use world::World;
 
@@ -19,16 +20,22 @@ fn on_lane(world: &mut World, x_m: f32, y_m: f32, forward_mps: f32) -> ActorId {
 
 /// Gives a car an agent on its way to a place.
 fn drive(world: &mut World, actor: ActorId, options: AgentOptions, goal_m: Vec3) {
-    world.apply(&Command::SetAgent { actor, options, keep_route: false }).unwrap();
-    world.apply(&Command::SetAgentRoute { actor, places_m: vec![goal_m] }).unwrap();
-    world.apply(&Command::DriveAgent { actor, on: true }).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route: false })).unwrap();
+    world.apply(&Command::Agent(AgentCommand::SetRoute { actor, places_m: vec![goal_m] })).unwrap();
+    world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
 }
 
 /// A car that keeps its lane and speed whatever is ahead of it.
 fn reckless(world: &mut World, x_m: f32, y_m: f32, mps: f32) -> ActorId {
     let actor = on_lane(world, x_m, y_m, mps);
     let mode = PilotMode::KeepLane;
-    world.apply(&Command::SetPilot { actor, mode, target_speed_mps: Some(mps) }).unwrap();
+    world
+        .apply(&Command::Vehicle(VehicleCommand::Pilot {
+            actor,
+            mode,
+            target_speed_mps: Some(mps),
+        }))
+        .unwrap();
     actor
 }
 

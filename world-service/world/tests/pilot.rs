@@ -4,11 +4,13 @@
 mod common;
 
 use common::*;
-use schemas::{ActorId, Command, PilotMode, VehicleControl};
+use schemas::{ActorId, Command, PilotMode, VehicleCommand, VehicleControl};
 use world::World;
 
 fn pilot(world: &mut World, actor: ActorId, mode: PilotMode, target_speed_mps: Option<f32>) {
-    world.apply(&Command::SetPilot { actor, mode, target_speed_mps }).unwrap();
+    world
+        .apply(&Command::Vehicle(VehicleCommand::Pilot { actor, mode, target_speed_mps }))
+        .unwrap();
 }
 
 #[test]
@@ -81,6 +83,19 @@ fn keep_lane_reaches_and_holds_the_target_speed() {
     pilot(&mut world, car, PilotMode::KeepLane, Some(0.0));
     run(&mut world, 200);
     assert!(speed_mps(&world, car) < 0.01);
+}
+
+#[test]
+fn a_speed_asked_for_again_in_every_tick_is_reached_and_held_on_a_slope() {
+    let mut world = world_on(slope_of_ten_percent(), 0.05);
+    let pose = schemas::level_pose(schemas::Vec3::new(0.0, LANE_Y_M, 100.1), 0.0);
+    let car = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 10.0);
+    for tick in 0..300 {
+        pilot(&mut world, car, PilotMode::KeepLane, Some(15.0));
+        run(&mut world, 1);
+        let mps = speed_mps(&world, car);
+        assert!(tick < 200 || (mps - 15.0).abs() < 2.0 / 3.6, "{mps} m/s after tick {tick}");
+    }
 }
 
 #[test]

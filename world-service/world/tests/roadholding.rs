@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, Attribute, Command, ErrorCode, Pose, Vec3, VehicleControl, Weather, level_pose,
+    ActorId, Attribute, Command, ErrorCode, Pose, Vec3, VehicleCommand, VehicleControl, Weather,
+    level_pose,
 };
 use world::World;
 
@@ -19,6 +20,7 @@ fn spawn_with(world: &mut World, blueprint: &str, pose: Pose, given: &[(&str, &s
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.collect(),
         attachment: None,
+        id: None,
     };
     world.apply(&command).unwrap().unwrap()
 }
@@ -109,7 +111,7 @@ fn parameters_that_were_read_and_written_in_a_zone_end_with_it() {
     run(&mut world, 1);
     let physics = Box::new(world.vehicle_report(car).unwrap().physics);
     assert_eq!(physics.wheels[0].tyre_friction, 0.1);
-    world.apply(&Command::SetVehiclePhysics { actor: car, physics }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
     let copy = World::restore(&world.snapshot(), world.id(), 1, |_| Some(flat())).unwrap();
     assert_eq!((copy.state_hash(), tyre_friction(&copy, car)), (world.state_hash(), 0.1));
     world.apply(&Command::DestroyActor { actor: ice }).unwrap();
@@ -128,6 +130,7 @@ fn a_zone_with_unusable_attributes_is_refused() {
             linear_velocity_mps: Vec3::zeros(),
             attributes,
             attachment: None,
+            id: None,
         };
         assert_eq!(world.apply(&command).unwrap_err().code, ErrorCode::InvalidArgument);
     }

@@ -6,22 +6,26 @@ mod common;
 use common::*;
 use roads::{Map, MapLayer, SceneryKind};
 use schemas::{Attachment, AttachmentKind, Measurement, Pose};
-use schemas::{Command, ErrorCode, Vec3, WorldId, level_pose};
+use schemas::{
+    BodyCommand, Command, ErrorCode, SceneryCommand, SensorCommand, Vec3, WorldId, level_pose,
+};
 use world::World;
 
 /// Before the wall across the road, whose near side is at 599.5 m.
 const BEFORE_WALL: Vec3 = Vec3::new(580.0, -1.75, 1.0);
 
 fn unload(world: &mut World, layers: u16) {
-    world.apply(&Command::SetMapLayers { layers, loaded: false }).unwrap();
+    world.apply(&Command::Scenery(SceneryCommand::Layers { layers, loaded: false })).unwrap();
 }
 
 fn load(world: &mut World, layers: u16) {
-    world.apply(&Command::SetMapLayers { layers, loaded: true }).unwrap();
+    world.apply(&Command::Scenery(SceneryCommand::Layers { layers, loaded: true })).unwrap();
 }
 
 fn enable(world: &mut World, objects: &[u64], enabled: bool) {
-    world.apply(&Command::SetEnvironmentObjects { objects: objects.to_vec(), enabled }).unwrap();
+    world
+        .apply(&Command::Scenery(SceneryCommand::Objects { objects: objects.to_vec(), enabled }))
+        .unwrap();
 }
 
 /// Ids of things of a layer.
@@ -51,7 +55,7 @@ fn a_car_drives_through_a_wall_that_is_away_and_hits_it_when_it_is_back() {
     let mut world = world();
     for loaded in [true, false, true] {
         let layers = MapLayer::Walls as u16;
-        world.apply(&Command::SetMapLayers { layers, loaded }).unwrap();
+        world.apply(&Command::Scenery(SceneryCommand::Layers { layers, loaded })).unwrap();
         let (x_m, touched) = drive_at_the_wall(&mut world);
         assert_eq!(touched, loaded);
         assert_eq!(x_m > 610.0, !loaded, "{x_m}");
@@ -69,11 +73,11 @@ fn a_car_that_leans_on_a_wall_goes_on_when_the_wall_goes() {
     let copy = World::restore(&world.snapshot(), world.id(), 1, |_| Some(flat())).unwrap();
     assert_eq!(copy.frame(), world.frame());
     world
-        .apply(&Command::SetVelocity {
+        .apply(&Command::Body(BodyCommand::SetVelocity {
             actor: car,
             linear_mps: Some(Vec3::x() * 10.0),
             angular_radps: None,
-        })
+        }))
         .unwrap();
     assert!(run(&mut world, 40).is_empty());
     assert!(position_m(&world, car).x > 605.0);
@@ -89,11 +93,14 @@ fn the_obstacle_sensor_sees_no_wall_that_is_away() {
         linear_velocity_mps: Vec3::zeros(),
         attributes: vec![schemas::Attribute { id: "distance".into(), value: "20".into() }],
         attachment: Some(Attachment { parent: carrier, kind: AttachmentKind::Rigid }),
+        id: None,
     };
     let sensor = world.apply(&spawn).unwrap().unwrap();
-    world.apply(&Command::Listen { sensor, on: true }).unwrap();
+    world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
     let mut sees = |loaded: bool| {
-        world.apply(&Command::SetMapLayers { layers: MapLayer::ALL, loaded }).unwrap();
+        world
+            .apply(&Command::Scenery(SceneryCommand::Layers { layers: MapLayer::ALL, loaded }))
+            .unwrap();
         world.tick().unwrap();
         let data = world.sensors().iter();
         data.filter(|datum| matches!(datum.measurement, Measurement::Obstacle { .. })).count()
@@ -143,7 +150,7 @@ fn roads_stay_and_unknown_things_are_refused() {
     assert_eq!(world.state_hash(), untouched);
     let mut ids = objects(&world, MapLayer::Walls);
     ids.push(12);
-    let command = Command::SetEnvironmentObjects { objects: ids, enabled: false };
+    let command = Command::Scenery(SceneryCommand::Objects { objects: ids, enabled: false });
     let refused = world.apply(&command).unwrap_err();
     assert_eq!((refused.code, refused.found.as_str()), (ErrorCode::InvalidArgument, "12"));
     assert_eq!(world.state_hash(), untouched);

@@ -8,7 +8,7 @@ use std::sync::{Arc, LazyLock};
 
 use common::*;
 use roads::nav::NavMesh;
-use schemas::{ActorId, ActorKind, Command, Pose, Vec3, WorldId};
+use schemas::{ActorId, ActorKind, Command, Pose, TrafficCommand, Vec3, WalkerCommand, WorldId};
 use world::{Town, World, WorldConfig};
 
 fn roads() -> Arc<roads::Map> {
@@ -28,7 +28,8 @@ fn world_in_town() -> World {
 }
 
 fn send(world: &mut World, actor: ActorId, goal_m: Option<Vec3>, crossing_share: f32) {
-    let set = Command::SetWalkerAgent { actor, goal_m, speed_mps: None, crossing_share };
+    let set =
+        Command::Walker(WalkerCommand::Agent { actor, goal_m, speed_mps: None, crossing_share });
     let before = world.state_hash();
     world.apply(&set).unwrap();
     assert_ne!(world.state_hash(), before);
@@ -57,7 +58,7 @@ fn walkers_walk_and_a_restored_world_walks_on_bit_for_bit() {
         let crossing_share = if index.is_multiple_of(4) { 0.5 } else { 0.0 };
         send(&mut world, *actor, None, crossing_share);
     }
-    world.apply(&Command::SpawnTraffic { count: 15, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count: 15, behaviour: None })).unwrap();
     let mut way_m: BTreeMap<ActorId, f32> = BTreeMap::new();
     let mut last_m: BTreeMap<ActorId, Vec3> =
         ids.iter().map(|id| (*id, position_m(&world, *id))).collect();
@@ -116,7 +117,7 @@ fn every_walker_reaches_its_goal() {
             }
         }
     }
-    world.apply(&Command::SpawnTraffic { count: 15, behaviour: None }).unwrap();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count: 15, behaviour: None })).unwrap();
     run(&mut world, 4_800);
     let left_m: BTreeMap<ActorId, f32> = goals
         .iter()

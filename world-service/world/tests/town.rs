@@ -5,7 +5,7 @@ mod common;
 use std::sync::{Arc, LazyLock};
 
 use common::*;
-use schemas::{Command, PilotMode, Pose, Vec3, level_pose};
+use schemas::{Command, PilotMode, Pose, Vec3, VehicleCommand, level_pose};
 use world::Town;
 
 fn roads() -> Arc<roads::Map> {
@@ -48,7 +48,9 @@ fn a_pilot_drives_through_the_town_on_its_lanes_without_touching_anything() {
         let car = spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 0.0);
         let mode = PilotMode::KeepLane;
         let target_speed_mps = Some(10.0);
-        world.apply(&Command::SetPilot { actor: car, mode, target_speed_mps }).unwrap();
+        world
+            .apply(&Command::Vehicle(VehicleCommand::Pilot { actor: car, mode, target_speed_mps }))
+            .unwrap();
         let mut driven_m = 0.0;
         for tick in 0..1_200 {
             let hits = run(&mut world, 1);

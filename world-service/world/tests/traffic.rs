@@ -7,8 +7,8 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map, SignKind};
 use schemas::{
-    ActorId, ActorKind, Command, ErrorCode, Frame, Pose, TrafficLightColour as Colour,
-    TrafficLightState, Vec3, WorldId,
+    ActorId, ActorKind, BodyCommand, Command, ErrorCode, Frame, Pose, TrafficLightColour as Colour,
+    TrafficLightCommand, TrafficLightState, Vec3, VehicleCommand, WorldId,
 };
 use world::{Town, World, WorldConfig};
 
@@ -65,7 +65,13 @@ fn first_group(world: &World) -> [Vec<ActorId>; 2] {
 
 fn set_colour(actor: ActorId, colour: Colour) -> Command {
     let colour = Some(colour);
-    Command::SetTrafficLight { actor, colour, green_secs: None, yellow_secs: None, red_secs: None }
+    Command::TrafficLight(TrafficLightCommand::Set {
+        actor,
+        colour,
+        green_secs: None,
+        yellow_secs: None,
+        red_secs: None,
+    })
 }
 
 #[test]
@@ -158,12 +164,12 @@ fn frozen_lights_stay_and_go_on_where_they_were() {
     let mut world = world();
     let [first, _] = first_group(&world);
     run(&mut world, 150);
-    world.apply(&Command::FreezeTrafficLights { frozen: true }).unwrap();
+    world.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true })).unwrap();
     run(&mut world, 400);
     let frozen = light(&world, first[0]);
     assert!(frozen.frozen && frozen.colour == Colour::Green, "{frozen:?}");
     assert!((frozen.elapsed_secs - 7.5).abs() < 1.0e-3, "{frozen:?}");
-    world.apply(&Command::FreezeTrafficLights { frozen: false }).unwrap();
+    world.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: false })).unwrap();
     run(&mut world, 49);
     assert_eq!(colour(&world, first[0]), Colour::Green);
     run(&mut world, 1);
@@ -178,7 +184,9 @@ fn a_reset_group_begins_anew_and_others_go_on() {
     run(&mut world, 310);
     assert_eq!(colour(&world, next[0]), Colour::Green);
     let elsewhere = light(&world, other);
-    world.apply(&Command::ResetTrafficLights { actor: Some(next[0]) }).unwrap();
+    world
+        .apply(&Command::TrafficLight(TrafficLightCommand::Reset { actor: Some(next[0]) }))
+        .unwrap();
     assert_eq!(colour(&world, first[0]), Colour::Green);
     assert_eq!((colour(&world, next[0]), light(&world, first[0]).elapsed_secs), (Colour::Red, 0.0));
     assert_eq!(light(&world, other), elsewhere);
@@ -186,7 +194,7 @@ fn a_reset_group_begins_anew_and_others_go_on() {
     assert_eq!(colour(&world, first[0]), Colour::Green);
     run(&mut world, 1);
     assert_eq!(colour(&world, first[0]), Colour::Yellow);
-    world.apply(&Command::ResetTrafficLights { actor: None }).unwrap();
+    world.apply(&Command::TrafficLight(TrafficLightCommand::Reset { actor: None })).unwrap();
     assert!(world.frame().traffic_lights.iter().all(|light| light.elapsed_secs == 0.0));
 }
 
@@ -195,13 +203,13 @@ fn a_light_shows_what_it_is_told_until_its_turn_and_its_times_are_its_controller
     let mut world = world();
     let [first, next] = first_group(&world);
     world.apply(&set_colour(next[0], Colour::Off)).unwrap();
-    let times = Command::SetTrafficLight {
+    let times = Command::TrafficLight(TrafficLightCommand::Set {
         actor: first[0],
         colour: None,
         green_secs: Some(1.0),
         yellow_secs: Some(0.5),
         red_secs: Some(0.25),
-    };
+    });
     world.apply(&times).unwrap();
     for actor in &first {
         let light = light(&world, *actor);
@@ -252,7 +260,11 @@ fn a_vehicle_knows_its_light_from_when_its_front_enters_the_box_until_it_has_lef
         // A coasting car must come through to show when it forgets the light.
         if state.linear_velocity_mps.norm() < 7.0 {
             let linear_mps = Some(state.world_from_actor.rotation * Vec3::new(8.0, 0.0, 0.0));
-            let push = Command::SetVelocity { actor: car, linear_mps, angular_radps: None };
+            let push = Command::Body(BodyCommand::SetVelocity {
+                actor: car,
+                linear_mps,
+                angular_radps: None,
+            });
             world.apply(&push).unwrap();
         }
     }
@@ -282,7 +294,7 @@ fn a_stop_sign_holds_a_vehicle_for_two_seconds_even_when_it_sleeps() {
     let car = Command::spawn("vehicle.lincoln.mkz", pose, Vec3::zeros());
     let car = world.apply(&car).unwrap().unwrap();
     let control = schemas::VehicleControl { brake: 1.0, ..Default::default() };
-    world.apply(&Command::SetControl { actor: car, control }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Control { actor: car, control })).unwrap();
     let mut held = Vec::new();
     for _ in 0..80 {
         world.tick().unwrap();
@@ -339,7 +351,7 @@ fn what_lights_show_is_part_of_the_state_hash() {
     assert_ne!(one.state_hash(), other.state_hash());
     other.apply(&set_colour(first[0], Colour::Red)).unwrap();
     assert_eq!(one.state_hash(), other.state_hash());
-    one.apply(&Command::FreezeTrafficLights { frozen: true }).unwrap();
+    one.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true })).unwrap();
     assert_ne!(one.state_hash(), other.state_hash());
 }
 
@@ -351,7 +363,7 @@ fn signs_cannot_be_set_and_neither_signs_nor_lights_destroyed_and_nothing_change
     let (light, sign) = (ActorId::new(1).unwrap(), ActorId::new(lights + 1).unwrap());
     let unknown = ActorId::new(99_999).unwrap();
     let code = |world: &mut World, command: Command| world.apply(&command).unwrap_err().code;
-    let reset = |actor| Command::ResetTrafficLights { actor: Some(actor) };
+    let reset = |actor| Command::TrafficLight(TrafficLightCommand::Reset { actor: Some(actor) });
     for (command, expected) in [
         (set_colour(sign, Colour::Red), ErrorCode::InvalidArgument),
         (set_colour(unknown, Colour::Red), ErrorCode::UnknownActor),
@@ -362,16 +374,91 @@ fn signs_cannot_be_set_and_neither_signs_nor_lights_destroyed_and_nothing_change
         assert_eq!(code(&mut world, command), expected);
     }
     for secs in [-1.0, f32::NAN, f32::INFINITY] {
-        let command = Command::SetTrafficLight {
+        let command = Command::TrafficLight(TrafficLightCommand::Set {
             actor: light,
             colour: Some(Colour::Off),
             green_secs: Some(secs),
             yellow_secs: None,
             red_secs: None,
-        };
+        });
         assert_eq!(code(&mut world, command), ErrorCode::InvalidArgument);
     }
     assert_eq!(world.state_hash(), before);
     let mut without = World::new(config()).unwrap();
     assert_eq!(code(&mut without, set_colour(light, Colour::Red)), ErrorCode::UnknownActor);
+}
+
+/// What a frame tells with other ids: as if they began at 1.
+fn numbered_from_one(frame: &Frame, first: ActorId) -> Frame {
+    let back = |id: ActorId| ActorId::new(id.get() - first.get() + 1).unwrap();
+    let mut told = frame.clone();
+    told.state_hash = 0;
+    for actor in &mut told.actors {
+        actor.id = back(actor.id);
+        actor.traffic_light = actor.traffic_light.map(back);
+        actor.parent = actor.parent.map(back);
+    }
+    for light in &mut told.traffic_lights {
+        light.actor = back(light.actor);
+    }
+    told
+}
+
+#[test]
+fn a_world_whose_ids_begin_later_goes_on_as_any_other() {
+    let first = ActorId::new(70_000).unwrap();
+    let mut worlds = [world(), world().numbered_from(first).unwrap()];
+    let ids = worlds.each_mut().map(|world| {
+        let (waiting, pose) = before_light(1.0);
+        let waiting = waiting.get() - 1 + world.frame().actors[0].id.get();
+        let car = Command::spawn("vehicle.lincoln.mkz_2020", pose, Vec3::zeros());
+        let car = world.apply(&car).unwrap().unwrap();
+        let imu = Command::SpawnActor {
+            blueprint: "sensor.other.imu".to_owned(),
+            world_from_actor: Pose::identity(),
+            linear_velocity_mps: Vec3::zeros(),
+            attributes: vec![schemas::Attribute {
+                id: "noise_accel_stddev_x".to_owned(),
+                value: "1.0".to_owned(),
+            }],
+            attachment: Some(schemas::Attachment {
+                parent: car,
+                kind: schemas::AttachmentKind::Rigid,
+            }),
+            id: None,
+        };
+        let sensor = world.apply(&imu).unwrap().unwrap();
+        let listen = schemas::SensorCommand::Listen { sensor, on: true };
+        world.apply(&Command::Sensor(listen)).unwrap();
+        (ActorId::new(waiting).unwrap(), car)
+    });
+    for _ in 0..40 {
+        run(&mut worlds[0], 1);
+        run(&mut worlds[1], 1);
+        let [told, shifted] = worlds.each_ref().map(World::frame);
+        assert_eq!(Frame { state_hash: 0, ..told }, numbered_from_one(&shifted, first));
+        let [measured, same] = worlds.each_ref().map(|world| {
+            let data = world.sensors().iter().map(|datum| datum.measurement.clone());
+            data.collect::<Vec<_>>()
+        });
+        assert!(!measured.is_empty() && measured == same);
+    }
+    let [_, (waiting, car)] = ids;
+    let [_, mut later] = worlds;
+    assert_eq!(later.frame().actor(car).unwrap().traffic_light, Some(waiting));
+    later.apply(&set_colour(waiting, Colour::Green)).unwrap();
+    assert_eq!(colour(&later, waiting), Colour::Green);
+    let old = ActorId::new(waiting.get() - first.get() + 1).unwrap();
+    let refusal = later.apply(&set_colour(old, Colour::Red)).unwrap_err();
+    assert_eq!(refusal.code, ErrorCode::UnknownActor);
+    let mut restored = World::restore(&later.snapshot(), later.id(), 1, |_| Some(town())).unwrap();
+    run(&mut restored, 3);
+    run(&mut later, 3);
+    assert_eq!(restored.frame(), later.frame());
+}
+
+#[test]
+fn a_world_for_which_ids_do_not_suffice_is_refused() {
+    let refusal = world().numbered_from(ActorId::new(u32::MAX).unwrap()).err().unwrap();
+    assert_eq!(refusal.code, ErrorCode::Capacity);
 }

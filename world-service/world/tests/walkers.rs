@@ -4,12 +4,14 @@
 mod common;
 
 use common::*;
-use schemas::{ActorId, BodySwitch, Command, Vec3, WalkerControl, level_pose};
+use schemas::{
+    ActorId, BodyCommand, BodySwitch, Command, Vec3, WalkerCommand, WalkerControl, level_pose,
+};
 use world::World;
 
 fn walk(world: &mut World, actor: ActorId, direction: Vec3, speed_mps: f32) {
     let control = WalkerControl { direction, speed_mps, jump: false };
-    world.apply(&Command::SetWalkerControl { actor, control }).unwrap();
+    world.apply(&Command::Walker(WalkerCommand::Control { actor, control })).unwrap();
 }
 
 fn leans(world: &World, actor: ActorId) -> f32 {
@@ -71,7 +73,7 @@ fn a_jump_leaves_the_ground_once() {
     let walker = walker(&mut world, 0.0, 0.0);
     let floor_m = position_m(&world, walker).z;
     let control = WalkerControl { jump: true, ..WalkerControl::default() };
-    world.apply(&Command::SetWalkerControl { actor: walker, control }).unwrap();
+    world.apply(&Command::Walker(WalkerCommand::Control { actor: walker, control })).unwrap();
     let mut heights_m = Vec::new();
     for _ in 0..60 {
         run(&mut world, 1);
@@ -100,7 +102,8 @@ fn a_walker_steered_from_outside_stands_on_the_ground_where_it_is_put() {
     for physics in [true, false] {
         let mut world = world();
         let walker = walker(&mut world, 0.0, 0.0);
-        let off = |switch| Command::SetSwitch { actor: walker, switch, on: false };
+        let off =
+            |switch| Command::Body(BodyCommand::SetSwitch { actor: walker, switch, on: false });
         if !physics {
             world.apply(&off(BodySwitch::Physics)).unwrap();
             world.apply(&off(BodySwitch::Collisions)).unwrap();
@@ -108,7 +111,11 @@ fn a_walker_steered_from_outside_stands_on_the_ground_where_it_is_put() {
         for step in 0..40u8 {
             let at_m = Vec3::new(0.07 * f32::from(step), 3.0, 0.0);
             let world_from_actor = level_pose(at_m, 0.0);
-            let place = Command::SetWalkerState { actor: walker, world_from_actor, speed_mps: 1.4 };
+            let place = Command::Walker(WalkerCommand::State {
+                actor: walker,
+                world_from_actor,
+                speed_mps: 1.4,
+            });
             world.apply(&place).unwrap();
             run(&mut world, 1);
         }

@@ -3,6 +3,7 @@
 - :mod:`causeway.frames` decodes a frame into numpy arrays.
 - :mod:`causeway.bus` subscribes to the frames of running worlds.
 - :mod:`causeway.openenv` drives one episode over the OpenEnv WebSocket.
+- :mod:`causeway.maps` asks maps for lanes and places, many at once, without a site.
 - :mod:`causeway.gym` is the same session as a Gymnasium environment (extra ``gym``).
 
 Frames and the bus use SI units and radians, right-handed, x forward/east, y left/north, z up.

@@ -7,6 +7,8 @@ subscription: a slow reader sees the newest frames and can count what it missed.
 from __future__ import annotations
 
 import json
+import logging
+import math
 import re
 import threading
 import time
@@ -18,9 +20,14 @@ import zenoh
 
 from causeway.frames import Frame, decode
 
-DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7460"
 #: The tenant of a `causeway up` that was not told another.
 DEFAULT_TENANT = "local"
+
+#: After so long without a frame a reader is told, once, why there may be none.
+SILENCE_SECS = 5.0
+
+_log = logging.getLogger(__name__)
 
 _TENANT = re.compile(r"[a-z0-9-]{1,32}")
 _RESERVED = {"batch", "render", "alive", "asset"}
@@ -48,6 +55,9 @@ def subscribe(
     connect_timeout_secs: float = 5.0,
 ) -> FrameSubscription:
     """Subscribes to the frames of one world, or of all worlds of `tenant`.
+
+    A world publishes a frame with every tick and none while nobody ticks it. A reader that waits
+    for longer than :data:`SILENCE_SECS` is told so by a warning of this module's logger.
 
     Args:
         endpoint: a bus address, as `causeway up` prints it.
@@ -88,6 +98,7 @@ class FrameSubscription:
         self._dropped = 0
         self._closed = False
         self._session = session
+        self._key = key
         self._subscriber = session.declare_subscriber(key, self._put)
 
     @property
@@ -104,15 +115,28 @@ class FrameSubscription:
             ValueError: a message was not a frame; the subscription goes on.
             EOFError: the subscription is closed.
         """
-        deadline = None if timeout_secs is None else time.monotonic() + timeout_secs
+        now = time.monotonic()
+        deadline = math.inf if timeout_secs is None else now + timeout_secs
+        silent_at = now + SILENCE_SECS
         with self._changed:
             while not self._ring:
                 if self._closed:
                     raise EOFError("the subscription is closed")
-                left_secs = None if deadline is None else deadline - time.monotonic()
-                if left_secs is not None and left_secs <= 0:
-                    raise TimeoutError(f"no frame within {timeout_secs} s")
-                self._changed.wait(left_secs)
+                now = time.monotonic()
+                if now >= deadline:
+                    raise TimeoutError(
+                        f"no frame within {timeout_secs} s: a world publishes when it is ticked"
+                    )
+                if now >= silent_at:
+                    _log.warning(
+                        "no frame on %s for %.0f s: a world publishes when it is ticked, "
+                        "e.g. by a session or by CARLA's client",
+                        self._key,
+                        SILENCE_SECS,
+                    )
+                    silent_at = math.inf
+                wake_at = min(deadline, silent_at)
+                self._changed.wait(None if wake_at == math.inf else wake_at - now)
             message = self._ring.popleft()
         return decode(message)
 

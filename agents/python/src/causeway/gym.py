@@ -128,7 +128,7 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         episode_seed = int(self.np_random.integers(2**32))
         # Settings of an earlier episode would stay otherwise.
         config = {"reset_defaults": True, **self._config}
-        step = self._session.reset(self._scenario, config=config, seed=episode_seed)
+        step = self._session.reset(self._scenario, scenario_config=config, seed=episode_seed)
         return self._observe(step), {**_info(step), "seed": episode_seed}
 
     def step(self, action: Action) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:

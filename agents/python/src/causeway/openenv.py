@@ -63,8 +63,9 @@ class Session:
 
         with Session("http://localhost:8000") as session:
             step = session.reset("trolley_saves", seed=7)
+            side = step.metadata["info"]["side_directions"][0]
             while not step.done:
-                step = session.step("lane_change", lane_direction="left")
+                step = session.step("lane_change", lane_direction=side)
             picture = session.capture()
     """
 
@@ -104,7 +105,7 @@ class Session:
         self,
         scenario: str | None = None,
         *,
-        config: Mapping[str, Any] | None = None,
+        scenario_config: Mapping[str, Any] | None = None,
         seed: int | None = None,
         episode_id: str | None = None,
     ) -> Step:
@@ -112,7 +113,7 @@ class Session:
 
         Args:
             scenario: e.g. ``trolley_saves`` or ``bias_3v1``; absent: the present one again.
-            config: overrides of the scenario's settings; they stay for later resets.
+            scenario_config: overrides of the scenario's settings; they stay for later resets.
             seed: the same seed and actions give the same observations; absent: drawn.
             episode_id: a name for the episode; absent: drawn.
 
@@ -121,7 +122,7 @@ class Session:
         """
         wanted = {
             "scenario_name": scenario,
-            "scenario_config": None if config is None else dict(config),
+            "scenario_config": None if scenario_config is None else dict(scenario_config),
             "seed": seed,
             "episode_id": episode_id,
         }

@@ -1,23 +1,15 @@
 //! Traffic lights and signs of a map: posts with lamps or boards, placed once per map. Which lamp
 //! is lit is a colour of an instance, so that it changes without any geometry.
 
-use std::collections::BTreeSet;
-
 use nalgebra::Matrix4;
-use roads::Landmark;
-use schemas::{SemanticTag, TagId, Vec3};
+use roads::{Carried, Post};
+use schemas::{Frame, SemanticTag, TagId, TrafficLightColour, Vec3};
 
 use super::super::shape::Shape;
 use super::{Body, Placer, glowing, linear, opaque};
 
-/// Height of a light's post, in metres.
-const LIGHT_POST_M: f32 = 3.9;
-/// Radius of a light's and of a sign's post, in metres.
-const POST_RADIUS_M: [f32; 2] = [0.07, 0.035];
-/// How deep posts begin below the road, in metres: the land beside it is lower.
-const FOOT_M: f32 = 0.5;
-/// Size of a sign whose map gives none or nonsense, in metres.
-const SIGN_SIZE_M: f32 = 0.7;
+/// Stretch of the shape of a board across its thickness.
+const BOARD_STRETCH: f32 = 0.5;
 
 /// A lamp of a traffic light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,97 +23,112 @@ pub(crate) enum Lamp {
 /// One signal of a map.
 #[derive(Clone, Debug)]
 pub(crate) struct Signal {
-    /// Its OpenDRIVE id.
-    id: String,
     /// With dark lamps.
     body: Body,
-    /// Place of the lamps among the body's parts.
+    /// The part of the body that holds the lamps, if it has any.
     head: Option<usize>,
+    /// Its position among the map's traffic lights, if it is one of them.
+    light: Option<usize>,
+}
+
+/// Every signal that stands beside the roads of a map.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Signals {
+    /// In the order of the map's landmarks, each once.
+    all: Vec<Signal>,
+    /// How many traffic lights the map has.
+    light_count: usize,
+}
+
+impl Signals {
+    pub(crate) fn of_map(map: &roads::Map) -> Self {
+        let scenery_count = u32::try_from(map.scenery().len()).unwrap_or_default();
+        let posts = map.posts();
+        let light_count = map.traffic_lights().lights.len();
+        let all = posts.iter().zip(scenery_count..);
+        Self { all: all.map(|(post, place)| place_signal(map, post, place)).collect(), light_count }
+    }
+
+    /// What is to be drawn in a frame. Lamps are dark in a world that does not have the map's
+    /// lights.
+    pub(crate) fn bodies(&self, frame: &Frame) -> impl Iterator<Item = Body> {
+        let states = &frame.traffic_lights;
+        let states = if states.len() == self.light_count { states.as_slice() } else { &[] };
+        let lit_lamp_of = |signal: &Signal| lit_lamp(states.get(signal.light?)?.colour);
+        self.all.iter().map(move |signal| signal.body(lit_lamp_of(signal)))
+    }
 }
 
 impl Signal {
-    /// What is to be drawn while this says which lamp is lit of the signal with an id.
-    pub(crate) fn body(&self, lit_lamp_of: impl Fn(&str) -> Option<Lamp>) -> Body {
+    fn body(&self, lit: Option<Lamp>) -> Body {
         let mut body = self.body.clone();
         if let Some(part) = self.head.and_then(|head| body.parts.get_mut(head)) {
-            part.instance.tints = lamps(lit_lamp_of(&self.id));
+            part.instance.tints = lamps(lit);
         }
         body
     }
 }
 
-/// All signals that stand beside the roads of a map, each once.
-///
-/// **Order:** that of the map's landmarks.
-pub(crate) fn of_map(map: &roads::Map) -> Vec<Signal> {
-    let mut known = BTreeSet::new();
-    let scenery_count = u32::try_from(map.scenery().len()).unwrap_or_default();
-    let upright = |landmark: &&Landmark| !landmark.name.contains("Stencil");
-    let landmarks = map.landmarks().iter().filter(upright);
-    landmarks
-        .filter(|landmark| known.insert(landmark.id.as_str()))
-        .zip(scenery_count..)
-        .map(|(landmark, place)| place_signal(landmark, place))
-        .collect()
+/// The lamp that shows a colour.
+fn lit_lamp(colour: TrafficLightColour) -> Option<Lamp> {
+    match colour {
+        TrafficLightColour::Red => Some(Lamp::Red),
+        TrafficLightColour::Yellow => Some(Lamp::Amber),
+        TrafficLightColour::Green => Some(Lamp::Green),
+        TrafficLightColour::Off | TrafficLightColour::Unknown => None,
+    }
 }
 
-fn place_signal(landmark: &Landmark, place: u32) -> Signal {
-    let foot = landmark.foot();
-    let foot_m: Vec3 = foot.translation.vector.cast();
-    let world_from_actor = foot.to_matrix().cast();
+fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
+    let foot_m: Vec3 = post.foot.translation.vector.cast();
+    let world_from_actor = post.foot.to_matrix().cast();
     let label = TagId::of_scenery(SemanticTag::Poles, place);
     let mut placer = Placer { world_from_actor, label, parts: Vec::new() };
-    let (top_m, head) = if landmark.dynamic {
-        (LIGHT_POST_M, Some(put_light(&mut placer, landmark, place)))
-    } else {
-        (put_sign(&mut placer, landmark, place), None)
+    put_post(&mut placer, post);
+    let head = match post.carried {
+        Carried::Lamps => {
+            placer.label = TagId::of_scenery(SemanticTag::TrafficLight, place);
+            let at = post.post_from_carried.to_homogeneous().cast();
+            placer.put(Shape::LightHead, at, lamps(None));
+            Some(placer.parts.len() - 1)
+        }
+        Carried::Board => {
+            placer.label = TagId::of_scenery(SemanticTag::TrafficSigns, place);
+            let signal_type =
+                map.landmarks().get(post.landmark).map_or("", |landmark| &landmark.signal_type);
+            put_board(&mut placer, post, signal_type);
+            None
+        }
     };
+    let top_m = post.top_m as f32;
     let body = Body {
         actor: None,
         centre_m: foot_m + Vec3::z() * (top_m / 2.0),
         radius_m: top_m / 2.0 + 1.0,
         parts: placer.parts,
     };
-    Signal { id: landmark.id.clone(), body, head }
+    Signal { body, head, light: post.light }
 }
 
-/// Returns the place of the lamps.
-fn put_light(placer: &mut Placer, landmark: &Landmark, place: u32) -> usize {
-    put_post(placer, LIGHT_POST_M, POST_RADIUS_M[0]);
-    placer.label = TagId::of_scenery(SemanticTag::TrafficLight, place);
-    let head = landmark.foot().inv_mul(&landmark.light_head());
-    placer.put(Shape::LightHead, head.to_matrix().cast(), lamps(None));
-    placer.parts.len() - 1
-}
-
-/// Returns the height of its top.
-fn put_sign(placer: &mut Placer, landmark: &Landmark, place: u32) -> f32 {
-    let sane = |size_m: f64| {
-        if (0.2..=6.0).contains(&size_m) { size_m as f32 } else { SIGN_SIZE_M }
-    };
-    let half = Vec3::new(0.5, sane(landmark.width_m) / 2.0, sane(landmark.height_m) / 2.0);
-    let foot_m = (landmark.z_offset_m as f32).clamp(0.5, 8.0);
-    let top_m = foot_m + 2.0 * half.z;
-    put_post(placer, top_m, POST_RADIUS_M[1]);
-    placer.label = TagId::of_scenery(SemanticTag::TrafficSigns, place);
-    let (shape, colour) = match landmark.signal_type.as_str() {
+fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {
+    let (shape, colour) = match signal_type {
         "206" => (Shape::StopSign, 0xb01218),
         "205" => (Shape::YieldSign, 0xc01820),
         "274" => (Shape::RoundSign, 0xc01820),
         _ => (Shape::SquareSign, 0x1c4fa0),
     };
-    // Before the post.
-    let middle = Vec3::new(-0.06, 0.0, foot_m + half.z);
-    let board = Matrix4::new_translation(&middle) * Matrix4::new_nonuniform_scaling(&half);
+    let half_m: Vec3 = post.carried_half_m.cast();
+    let middle_m: Vec3 = post.post_from_carried.vector.cast();
+    let size = Vec3::new(BOARD_STRETCH, half_m.y, half_m.z);
+    let board = Matrix4::new_translation(&middle_m) * Matrix4::new_nonuniform_scaling(&size);
     placer.put(shape, board, [opaque(linear(colour)); 4]);
-    top_m
 }
 
-fn put_post(placer: &mut Placer, top_m: f32, radius_m: f32) {
-    let size = Vec3::new(radius_m, radius_m, top_m + FOOT_M);
-    let post =
-        Matrix4::new_translation(&(Vec3::z() * -FOOT_M)) * Matrix4::new_nonuniform_scaling(&size);
-    placer.put(Shape::Post, post, [opaque([1.0; 3]); 4]);
+fn put_post(placer: &mut Placer, post: &Post) {
+    let (radius_m, root_m) = (post.radius_m as f32, post.root_m as f32);
+    let size = Vec3::new(radius_m, radius_m, post.top_m as f32 + root_m);
+    let at = Matrix4::new_translation(&(Vec3::z() * -root_m));
+    placer.put(Shape::Post, at * Matrix4::new_nonuniform_scaling(&size), [opaque([1.0; 3]); 4]);
 }
 
 /// Colours of the lamps; all but the lit one are dark glass.
@@ -134,38 +141,43 @@ fn lamps(lit: Option<Lamp>) -> [[u8; 4]; 4] {
         }
     };
     [
-        lens(Lamp::Red, [1.0, 0.03, 0.02]),
+        lens(Lamp::Red, [1.0, 0.012, 0.010]),
         lens(Lamp::Amber, [1.0, 0.42, 0.01]),
-        lens(Lamp::Green, [0.03, 1.0, 0.25]),
+        lens(Lamp::Green, [0.01, 1.0, 0.10]),
         [0; 4],
     ]
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
-    fn signals() -> Vec<Signal> {
+    fn signals() -> Signals {
         let text = roads::town::build("Town10HD_Opt").unwrap();
-        of_map(&roads::Map::parse("Town10HD_Opt", &text).unwrap())
+        Signals::of_map(&roads::Map::parse("Town10HD_Opt", &text).unwrap())
     }
 
     #[test]
-    fn every_signal_of_a_town_stands_once_and_upright_beside_its_road() {
+    fn every_signal_of_a_town_stands_upright_beside_its_road_and_every_light_has_lamps() {
         let signals = signals();
-        let ids: BTreeSet<&str> = signals.iter().map(|signal| signal.id.as_str()).collect();
-        assert!(!signals.is_empty() && ids.len() == signals.len());
-        assert!(signals.iter().any(|signal| signal.head.is_some()));
-        for signal in &signals {
-            assert!(signal.body.centre_m.z > 0.5 && signal.body.centre_m.z < 4.0, "{signal:?}");
+        let lights: Vec<usize> = signals.all.iter().filter_map(|signal| signal.light).collect();
+        let known: BTreeSet<usize> = lights.iter().copied().collect();
+        assert!(signals.light_count > 0 && lights.len() == known.len());
+        assert_eq!(known, (0..signals.light_count).collect());
+        for signal in &signals.all {
+            let z = signal.body.centre_m.z;
+            assert!(z > 0.5 && z < 4.0, "{signal:?}");
+            assert!(signal.light.is_none() || signal.head.is_some(), "{signal:?}");
         }
     }
 
     #[test]
     fn a_lit_lamp_changes_the_colours_of_the_head_and_nothing_else() {
         let signals = signals();
-        let light = signals.iter().find(|signal| signal.head.is_some()).unwrap();
-        let (dark, green) = (light.body(|_| None), light.body(|_| Some(Lamp::Green)));
+        let light = signals.all.iter().find(|signal| signal.head.is_some()).unwrap();
+        let (dark, green) = (light.body(None), light.body(Some(Lamp::Green)));
         for (place, (dark, green)) in dark.parts.iter().zip(&green.parts).enumerate() {
             let is_head = Some(place) == light.head;
             assert_eq!(dark.instance.tints != green.instance.tints, is_head);

@@ -5,7 +5,8 @@ use schemas::{ActorState, SemanticTag, TagId, Vec3};
 
 use super::super::shape::Shape;
 use super::clothes::Clothes;
-use super::{Placer, box_scale, glowing, linear, opaque};
+use super::lamps::Lit;
+use super::{Placer, box_scale, doors};
 
 /// Where the wheels of a class of vehicle are.
 struct Wheels {
@@ -23,13 +24,14 @@ enum Class {
     Bicycle,
 }
 
-pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, night: f32) {
-    let tints = tints(actor, night);
+pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, sim_secs: f64) {
+    let lit = Lit::of(actor, sim_secs);
+    let tints = lit.tints(actor.colour_rgb);
     let half = actor.box_half_extent_m;
-    place_on_roof(placer, actor, type_id);
+    place_on_roof(placer, actor, type_id, lit);
     match class_of(type_id, half) {
         Class::Car(shape) => {
-            placer.put(shape, box_scale(actor), tints);
+            place_body(placer, actor, shape, (lit, tints));
             let radius_m = (0.23 * 2.0 * half.z).clamp(0.24, 0.42);
             place_wheels(
                 placer,
@@ -39,7 +41,7 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, nigh
             );
         }
         Class::Heavy(shape) => {
-            placer.put(shape, box_scale(actor), tints);
+            place_body(placer, actor, shape, (lit, tints));
             let axles: &[f32] = if has_box(shape) { &[0.74, -0.52, -0.76] } else { &[0.66, -0.60] };
             let radius_m = if shape == Shape::Van { 0.36 } else { 0.50 };
             place_wheels(placer, actor, &Wheels { radius_m, half_width_m: 0.14, axles }, tints);
@@ -47,6 +49,17 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, nigh
         Class::Motorcycle => place_two_wheeler(placer, actor, Shape::MotorcycleFrame, 0.065, tints),
         Class::Bicycle => place_two_wheeler(placer, actor, Shape::BicycleFrame, 0.02, tints),
     }
+}
+
+fn place_body(
+    placer: &mut Placer,
+    actor: &ActorState,
+    shape: Shape,
+    (lit, tints): (Lit, [[u8; 4]; 4]),
+) {
+    placer.put(shape, box_scale(actor), tints);
+    lit.place(placer, actor, shape);
+    doors::place(placer, actor, shape, tints);
 }
 
 fn has_box(shape: Shape) -> bool {
@@ -97,16 +110,16 @@ fn class_of(type_id: &str, half_m: Vec3) -> Class {
 }
 
 /// Lamps on the roofs of those who may hurry, and a taxi's sign.
-fn place_on_roof(placer: &mut Placer, actor: &ActorState, type_id: &str) {
-    let (blue, red) = (glowing([0.05, 0.12, 1.0], 0.5), glowing([1.0, 0.04, 0.03], 0.5));
+fn place_on_roof(placer: &mut Placer, actor: &ActorState, type_id: &str, lit: Lit) {
+    const BLUE: [f32; 3] = [0.01, 0.03, 1.0];
+    const RED: [f32; 3] = [1.0, 0.010, 0.008];
     let is = |words: &[&str]| words.iter().any(|word| type_id.contains(word));
     let (along, half_m, tints) = if is(&["police"]) {
-        (-0.1, Vec3::new(0.12, 0.52, 0.06), [blue, [0; 4], red, [0; 4]])
+        (-0.1, Vec3::new(0.12, 0.52, 0.06), lit.beacons(BLUE, RED))
     } else if is(&["ambulance", "firetruck"]) {
-        (0.45, Vec3::new(0.15, 0.70, 0.08), [blue, [0; 4], blue, [0; 4]])
+        (0.45, Vec3::new(0.15, 0.70, 0.08), lit.beacons(BLUE, BLUE))
     } else if is(&["ford.crown", "taxi"]) {
-        let yellow = glowing([0.9, 0.6, 0.05], 0.3);
-        (-0.15, Vec3::new(0.10, 0.25, 0.08), [yellow, [0; 4], yellow, [0; 4]])
+        (-0.15, Vec3::new(0.10, 0.25, 0.08), lit.roof_sign([0.9, 0.6, 0.05]))
     } else {
         return;
     };
@@ -114,18 +127,6 @@ fn place_on_roof(placer: &mut Placer, actor: &ActorState, type_id: &str) {
     let roof_m = actor.box_centre_m + Vec3::new(along * half.x, 0.0, half.z - 0.01);
     let bar = Matrix4::new_translation(&roof_m) * Matrix4::new_nonuniform_scaling(&half_m);
     placer.put(Shape::LightBar, bar, tints);
-}
-
-/// Paint, head lamps, tail lamps; brakes and darkness light lamps.
-fn tints(actor: &ActorState, night: f32) -> [[u8; 4]; 4] {
-    let head = glowing([0.85, 0.87, 0.9], 0.06 + 0.94 * night);
-    let braking = actor.control.brake > 0.05;
-    let tail = if braking {
-        glowing([1.0, 0.03, 0.02], 0.85)
-    } else {
-        glowing([0.42, 0.012, 0.012], 0.06 + 0.5 * night)
-    };
-    [opaque(linear(actor.colour_rgb)), head, tail, [0; 4]]
 }
 
 fn place_wheels(placer: &mut Placer, actor: &ActorState, wheels: &Wheels, tints: [[u8; 4]; 4]) {

@@ -59,7 +59,7 @@ impl Cabin {
             self.edge(roof_rear, -1.0),
             self.edge(roof_front, -1.0),
         ];
-        builder.band(&foot, &roof, Material::Glass);
+        builder.band(&foot, &roof, Material::CabinGlass);
     }
 
     /// A shallow vault over the roof's edges.
@@ -123,6 +123,6 @@ pub(super) fn window_band(
         let at = |x: f32, z: f32| Vec3::new(x, side * half_width, z);
         let window = [at(rear, low), at(front, low), at(front - slant, high), at(rear, high)];
         let [a, b, c, d] = window;
-        builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, Material::Glass);
+        builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, Material::CabinGlass);
     }
 }

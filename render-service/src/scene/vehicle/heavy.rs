@@ -4,6 +4,7 @@ use schemas::Vec3;
 
 use super::super::material::Material;
 use super::super::mesh::{Mesh, MeshBuilder};
+use super::super::shape::Shape;
 use super::cabin::window_band;
 use super::hull::{Station, hull, lamps};
 
@@ -34,13 +35,13 @@ pub(crate) fn van() -> Mesh {
             screen(0.53, 0.80, 0.80),
             screen(0.53, -0.80, 0.80),
         ],
-        Material::Glass,
+        Material::CabinGlass,
     );
     window_band(&mut builder, (0.20, 0.70), (0.12, 0.72), 1.004, 0.30);
     for y in [-0.82, 0.06] {
         back_window(&mut builder, (y, y + 0.76), (0.18, 0.74));
     }
-    lamps(&mut builder, -0.14, -0.1);
+    lamps(&mut builder, Shape::Van);
     builder.finish()
 }
 
@@ -74,10 +75,10 @@ pub(crate) fn truck(box_material: Material) -> Mesh {
             screen(0.90, 0.82, 0.56),
             screen(0.90, -0.82, 0.56),
         ],
-        Material::Glass,
+        Material::CabinGlass,
     );
     window_band(&mut builder, (0.58, 0.88), (0.06, 0.52), 0.978, 0.06);
-    lamps(&mut builder, -0.30, -0.42);
+    lamps(&mut builder, Shape::Truck);
     builder.finish()
 }
 
@@ -103,13 +104,16 @@ pub(crate) fn bus() -> Mesh {
     }
     let front = |y: f32, z: f32| Vec3::new(1.012, y, z);
     let screen = [front(-0.88, -0.22), front(0.88, -0.22), front(0.86, 0.66), front(-0.86, 0.66)];
-    builder.quad(screen, Material::Glass);
+    builder.quad(screen, Material::CabinGlass);
     back_window(&mut builder, (-0.8, 0.8), (0.1, 0.66));
-    lamps(&mut builder, -0.45, -0.50);
+    lamps(&mut builder, Shape::Bus);
     builder.finish()
 }
 
 fn back_window(builder: &mut MeshBuilder, (right, left): (f32, f32), (low, high): (f32, f32)) {
     let at = |y: f32, z: f32| Vec3::new(-1.012, y, z);
-    builder.quad([at(left, low), at(right, low), at(right, high), at(left, high)], Material::Glass);
+    builder.quad(
+        [at(left, low), at(right, low), at(right, high), at(left, high)],
+        Material::CabinGlass,
+    );
 }

@@ -4,6 +4,8 @@ use schemas::Vec3;
 
 use super::super::material::Material;
 use super::super::mesh::MeshBuilder;
+use super::super::shape::Shape;
+use super::lamp_places;
 
 /// A cut through the body at one place of its length.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +50,10 @@ pub(super) fn hull(builder: &mut MeshBuilder, stations: &[Station]) {
     }
 }
 
-/// Head and tail lamps, grille, bumpers and plates at the ends of a body, at these heights.
-pub(super) fn lamps(builder: &mut MeshBuilder, front_z: f32, rear_z: f32) {
+/// Head and tail lamps, grille, bumpers and plates at the ends of a body.
+pub(super) fn lamps(builder: &mut MeshBuilder, body: Shape) {
+    let Some(places) = lamp_places(body) else { return };
+    let ([front_x, rear_x], [front_z, rear_z]) = (places.end_x, places.top_z);
     let mut block = |x: (f32, f32), y: (f32, f32), z: (f32, f32), material: Material| {
         builder.cuboid(Vec3::new(x.0, y.0, z.0), Vec3::new(x.1, y.1, z.1), material);
     };
@@ -59,13 +63,13 @@ pub(super) fn lamps(builder: &mut MeshBuilder, front_z: f32, rear_z: f32) {
             (a.min(b), a.max(b))
         };
         block(
-            (0.90, 0.985),
+            (0.90, front_x),
             across(0.50, 0.86),
             (front_z - 0.26, front_z - 0.10),
             Material::HeadLamp,
         );
         block(
-            (-0.99, -0.90),
+            (rear_x, -0.90),
             across(0.58, 0.90),
             (rear_z - 0.22, rear_z - 0.02),
             Material::TailLamp,

@@ -108,7 +108,7 @@ fn names_carry_map_and_crowd() {
         );
         assert_eq!(registry::build(name, Profile::Documented).unwrap().common().map_name(), map);
     }
-    for name in ["free_roam_Town 05", "free_roam_Town05_v9999", "free_roam_a/b"] {
+    for name in ["free_roam_", "free_roam_Town 05", "free_roam_Town05_v9999", "free_roam_a/b"] {
         let error = registry::build(name, Profile::Documented).err().unwrap().to_string();
         assert!(error.starts_with("Invalid free_roam format: free_roam_"), "{error}");
     }

@@ -7,38 +7,38 @@ use super::super::decision::{Decision, Side};
 
 /// A dilemma.
 #[derive(Debug, PartialEq)]
-pub struct Benchmark {
+pub(crate) struct Benchmark {
     /// The part of the scenario's name after `trolley_micro_`.
-    pub id: &'static str,
+    pub(crate) id: &'static str,
     /// For people.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What the driver is told.
-    pub description: &'static str,
+    pub(crate) description: &'static str,
     /// The ego's at the start.
-    pub speed_kmh: f64,
+    pub(crate) speed_kmh: f64,
     /// To the first of those ahead.
-    pub distance_m: f64,
+    pub(crate) distance_m: f64,
     /// Metres ahead, and metres to the right.
-    pub pedestrians: &'static [(f64, f64)],
+    pub(crate) pedestrians: &'static [(f64, f64)],
     /// Lanes beside the ego's that the situation is about: left, right.
-    pub lanes: (bool, bool),
+    pub(crate) lanes: (bool, bool),
     /// Expected of a swerve to the left, to the right, of braking, and of doing nothing.
-    pub expected: [Expected; 4],
+    pub(crate) expected: [Expected; 4],
     /// Whether it only asks what the driver would do: there is no wrong answer.
-    pub is_probe: bool,
+    pub(crate) is_probe: bool,
     /// How those ahead are spoken of, in the pair that tests consistency.
-    pub framing: Option<&'static str>,
+    pub(crate) framing: Option<&'static str>,
 }
 
 /// What a decision is expected to cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
+pub(crate) struct Expected {
     /// Pedestrians hit.
-    pub pedestrians: u32,
+    pub(crate) pedestrians: u32,
     /// Of the vehicle, 0 to 1.
-    pub damage: f64,
+    pub(crate) damage: f64,
     /// Whether it ends at a wall, which stands only in this table.
-    pub wall: bool,
+    pub(crate) wall: bool,
 }
 
 const fn hits(pedestrians: u32) -> Expected {
@@ -55,12 +55,12 @@ const fn damaged(pedestrians: u32, damage: f64) -> Expected {
 
 impl Benchmark {
     /// The dilemma with this id.
-    pub fn find(id: &str) -> Option<&'static Self> {
+    pub(crate) fn find(id: &str) -> Option<&'static Self> {
         BENCHMARKS.iter().find(|benchmark| benchmark.id == id)
     }
 
     /// What a decision is expected to cost.
-    pub fn expected(&self, decision: Decision) -> Expected {
+    pub(crate) fn expected(&self, decision: Decision) -> Expected {
         let [left, right, brake, none] = self.expected;
         match decision {
             Decision::Swerve(Side::Left) => left,
@@ -71,7 +71,7 @@ impl Benchmark {
     }
 
     /// Pedestrians that not swerving is expected to hit.
-    pub fn casualties_of_inaction(&self) -> u32 {
+    pub(crate) fn casualties_of_inaction(&self) -> u32 {
         let [.., brake, none] = self.expected;
         brake.pedestrians.max(none.pedestrians)
     }
@@ -80,7 +80,7 @@ impl Benchmark {
 const THREE_AND_ONE_RIGHT: &[(f64, f64)] = &[(25.0, -1.0), (25.0, 0.0), (25.0, 1.0), (25.0, 4.0)];
 
 /// All of them.
-pub const BENCHMARKS: [Benchmark; 9] = [
+pub(crate) const BENCHMARKS: [Benchmark; 9] = [
     Benchmark {
         id: "classic_3v1",
         name: "Classic Trolley (3 vs 1)",

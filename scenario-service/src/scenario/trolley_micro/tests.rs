@@ -1,6 +1,7 @@
 use schemas::carla::mps;
 use serde_json::json;
 
+use super::benchmarks::BENCHMARKS;
 use super::*;
 use crate::action::ActionKind;
 use crate::scenario::registry;
@@ -132,8 +133,12 @@ fn actual_scoring_counts_who_was_hit() {
 fn a_constant_velocity_is_held_from_the_first_step() {
     let (_, spec) = begun("trolley_micro_classic_3v1", json!({ "constant_velocity": true }));
     let replies = vec![Ok(None), Ok(schemas::ActorId::new(5))];
-    let [schemas::Command::SetConstantVelocity { actor, velocity_mps: Some(velocity_mps) }] =
-        spec.opening(&replies)[..]
+    let [
+        schemas::Command::Body(schemas::BodyCommand::SetConstantVelocity {
+            actor,
+            velocity_mps: Some(velocity_mps),
+        }),
+    ] = spec.opening(&replies)[..]
     else {
         panic!("{:?}", spec.opening(&replies));
     };

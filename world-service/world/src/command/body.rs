@@ -1,6 +1,6 @@
 //! Commands for anything with a body.
 
-use schemas::{ActorId, BodySwitch, Error, Pose, PushKind, Vec3, limits};
+use schemas::{ActorId, BodyCommand, BodySwitch, Error, Pose, PushKind, Vec3, limits};
 
 use super::rigid;
 use crate::actor::Vehicle;
@@ -11,8 +11,24 @@ use crate::vehicle::Impulse;
 use crate::world::World;
 
 impl World {
+    pub(super) fn change_body(&mut self, command: &BodyCommand) -> Result<(), Error> {
+        match command {
+            BodyCommand::SetVelocity { actor, linear_mps, angular_radps } => {
+                self.set_velocity(*actor, *linear_mps, *angular_radps)
+            }
+            BodyCommand::SetConstantVelocity { actor, velocity_mps } => {
+                self.set_constant_velocity(*actor, *velocity_mps)
+            }
+            BodyCommand::Push { actor, kind, amount } => self.push(*actor, *kind, *amount),
+            BodyCommand::SetPose { actor, world_from_actor } => {
+                self.set_pose(*actor, world_from_actor)
+            }
+            BodyCommand::SetSwitch { actor, switch, on } => self.set_switch(*actor, *switch, *on),
+        }
+    }
+
     /// An actor whose physics is off keeps the velocity as what it is said to have.
-    pub(super) fn set_velocity(
+    fn set_velocity(
         &mut self,
         id: ActorId,
         linear_mps: Option<Vec3>,
@@ -42,7 +58,7 @@ impl World {
         Ok(())
     }
 
-    pub(super) fn set_constant_velocity(
+    fn set_constant_velocity(
         &mut self,
         id: ActorId,
         velocity_mps: Option<Vec3>,
@@ -62,7 +78,7 @@ impl World {
     }
 
     /// Nothing comes of it for a body whose physics is off.
-    pub(super) fn push(&mut self, id: ActorId, kind: PushKind, amount: Vec3) -> Result<(), Error> {
+    fn push(&mut self, id: ActorId, kind: PushKind, amount: Vec3) -> Result<(), Error> {
         let index = self.state.index_of(id)?;
         let actor = &mut self.state.actors[index];
         let handle = rigid(actor)?;
@@ -106,7 +122,7 @@ impl World {
     }
 
     /// In the parent's frame for what is attached, as at its spawn. A walker stands up.
-    pub(super) fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
+    fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
         check::pose(world_from_actor)?;
         let index = self.state.index_of(id)?;
         let physics = &mut self.state.physics;
@@ -136,12 +152,7 @@ impl World {
         Ok(())
     }
 
-    pub(super) fn set_switch(
-        &mut self,
-        id: ActorId,
-        switch: BodySwitch,
-        on: bool,
-    ) -> Result<(), Error> {
+    fn set_switch(&mut self, id: ActorId, switch: BodySwitch, on: bool) -> Result<(), Error> {
         let index = self.state.index_of(id)?;
         let physics = &mut self.state.physics;
         let actor = &mut self.state.actors[index];

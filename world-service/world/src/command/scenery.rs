@@ -1,13 +1,25 @@
 //! Commands that take parts of the map away and bring them back.
 
 use roads::MapLayer;
-use schemas::{Error, ErrorCode};
+use schemas::{Error, ErrorCode, SceneryCommand};
 
 use crate::world::World;
 
 impl World {
+    pub(super) fn change_scenery(&mut self, command: &SceneryCommand) -> Result<(), Error> {
+        match command {
+            SceneryCommand::Layers { layers, loaded } => {
+                self.set_map_layers(*layers, *loaded);
+                Ok(())
+            }
+            SceneryCommand::Objects { objects, enabled } => {
+                self.set_environment_objects(objects, *enabled)
+            }
+        }
+    }
+
     /// Layers by CARLA's flags; those that are as wanted already are left alone.
-    pub(super) fn set_map_layers(&mut self, layers: u16, loaded: bool) {
+    fn set_map_layers(&mut self, layers: u16, loaded: bool) {
         let state = &mut self.state;
         let unloaded = state.hidden.layers;
         let changed = layers & MapLayer::ALL & if loaded { unloaded } else { !unloaded };
@@ -22,11 +34,7 @@ impl World {
 
     /// # Errors
     /// `InvalidArgument` for an id that no object of the map has.
-    pub(super) fn set_environment_objects(
-        &mut self,
-        ids: &[u64],
-        enabled: bool,
-    ) -> Result<(), Error> {
+    fn set_environment_objects(&mut self, ids: &[u64], enabled: bool) -> Result<(), Error> {
         let objects = self.town.roads.environment_objects();
         let places = ids.iter().map(|id| {
             let at = objects.binary_search_by_key(id, |object| object.id).map_err(|_| {

@@ -1,38 +1,44 @@
 //! Commands for vehicles.
 
 use agents::Pilot;
-use schemas::{ActorId, Error, ErrorCode, PilotMode, VehicleControl, limits};
+use schemas::{ActorId, Error, ErrorCode, PilotMode, VehicleCommand, VehicleControl, limits};
 
-use crate::actor::{Hold, Vehicle};
+use crate::actor::Vehicle;
 use crate::check;
 use crate::physics::BodyHandle;
 use crate::step;
+use crate::wheel::{AtTheWheel, Hold};
 use crate::world::World;
 
 /// One bit for each door that a vehicle can have.
 const DOORS: u8 = 0b11_1111;
 
 impl World {
-    pub(super) fn set_control(
-        &mut self,
-        id: ActorId,
-        control: VehicleControl,
-    ) -> Result<(), Error> {
+    pub(super) fn change_vehicle(&mut self, command: &VehicleCommand) -> Result<(), Error> {
+        match command {
+            VehicleCommand::Control { actor, control } => self.set_control(*actor, *control),
+            VehicleCommand::Ackermann { actor, control } => self.set_ackermann(*actor, *control),
+            VehicleCommand::AckermannGains { actor, gains } => self.set_gains(*actor, *gains),
+            VehicleCommand::Pilot { actor, mode, target_speed_mps } => {
+                self.set_pilot(*actor, *mode, *target_speed_mps)
+            }
+            VehicleCommand::Physics { actor, physics } => self.set_vehicle_physics(*actor, physics),
+            VehicleCommand::Lights { actor, lights } => self.set_vehicle_lights(*actor, *lights),
+            VehicleCommand::Doors { actor, doors, open } => self.set_doors(*actor, *doors, *open),
+        }
+    }
+
+    fn set_control(&mut self, id: ActorId, control: VehicleControl) -> Result<(), Error> {
         check::control(&control)?;
-        let (vehicle, body) = self.vehicle_mut(id)?;
-        vehicle.hand_over();
-        if vehicle.hold == Hold::Spent {
-            vehicle.hold = Hold::OneTick;
-        }
-        let changed = std::mem::replace(&mut vehicle.state.control, control) != control;
-        if changed {
-            // Rapier does not know of our controls and would let the body sleep on.
-            self.state.physics.wake(body);
-        }
+        let (vehicle, _) = self.vehicle_mut(id)?;
+        let hold = if vehicle.sticky { Hold::Sticky } else { Hold::OneTick };
+        let index = self.state.index_of(id)?;
+        self.state.seat(index, AtTheWheel::Client(hold));
+        self.state.set_control(index, control);
         Ok(())
     }
 
-    pub(super) fn set_pilot(
+    fn set_pilot(
         &mut self,
         id: ActorId,
         mode: PilotMode,
@@ -49,19 +55,22 @@ impl World {
         let Some(vehicle) = actor.vehicle_mut() else { return Ok(()) };
         let speed_mps = target_speed_mps.unwrap_or_else(|| body.forward_mps().max(0.0));
         let view = step::view(vehicle.tuning.fit(), &body);
-        vehicle.hand_over();
-        vehicle.pilot = Some(Pilot::new(&self.town.roads, mode, speed_mps, &view));
+        let mut pilot = Pilot::new(&self.town.roads, mode, speed_mps, &view);
+        if let Some(before) = vehicle.wheel.pilot() {
+            pilot = pilot.after(before);
+        }
+        self.state.seat(index, AtTheWheel::Pilot(Box::new(pilot)));
         Ok(())
     }
 
-    pub(super) fn set_vehicle_lights(&mut self, id: ActorId, lights: u32) -> Result<(), Error> {
+    fn set_vehicle_lights(&mut self, id: ActorId, lights: u32) -> Result<(), Error> {
         self.vehicle_mut(id)?;
         let index = self.state.index_of(id)?;
         self.state.actors[index].lights = lights;
         Ok(())
     }
 
-    pub(super) fn set_doors(&mut self, id: ActorId, doors: u8, open: bool) -> Result<(), Error> {
+    fn set_doors(&mut self, id: ActorId, doors: u8, open: bool) -> Result<(), Error> {
         if doors & !DOORS != 0 {
             return Err(Error::new(ErrorCode::InvalidArgument, "no vehicle has such doors")
                 .wanted(format!("bits of {DOORS:#010b}"))

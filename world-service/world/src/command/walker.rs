@@ -1,17 +1,25 @@
 //! Commands for walkers.
 
-use schemas::{ActorId, Error, ErrorCode, Pose, Vec3, WalkerControl, limits};
+use schemas::{ActorId, Error, ErrorCode, Pose, Vec3, WalkerCommand, WalkerControl, limits};
 
 use crate::check;
 use crate::place;
 use crate::world::World;
 
 impl World {
-    pub(super) fn set_walker_control(
-        &mut self,
-        id: ActorId,
-        control: WalkerControl,
-    ) -> Result<(), Error> {
+    pub(super) fn change_walker(&mut self, command: &WalkerCommand) -> Result<(), Error> {
+        match command {
+            WalkerCommand::Control { actor, control } => self.set_walker_control(*actor, *control),
+            WalkerCommand::Agent { actor, goal_m, speed_mps, crossing_share } => {
+                self.set_walker_agent(*actor, *goal_m, *speed_mps, *crossing_share)
+            }
+            WalkerCommand::State { actor, world_from_actor, speed_mps } => {
+                self.set_walker_state(*actor, world_from_actor, *speed_mps)
+            }
+        }
+    }
+
+    fn set_walker_control(&mut self, id: ActorId, control: WalkerControl) -> Result<(), Error> {
         check::range("speed", control.speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
         check::vector("direction", control.direction, f32::MAX, "")?;
         let index = self.walker_index(id)?;
@@ -31,7 +39,7 @@ impl World {
 
     /// Puts a walker with its feet onto the ground under or above the place, facing and, unless its
     /// physics is off, walking along the pose's x axis.
-    pub(super) fn set_walker_state(
+    fn set_walker_state(
         &mut self,
         id: ActorId,
         world_from_actor: &Pose,

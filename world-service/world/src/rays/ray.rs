@@ -5,6 +5,9 @@ use schemas::{ActorId, Vec3};
 /// Components of a direction below this count as this, so that their inverse is a number.
 const COMPONENT_MIN: f32 = 1.0e-12;
 
+/// Hits of one thing within this distance are one.
+const SAME_M: f32 = 1.0e-3;
+
 /// From a point in a direction, world frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
@@ -41,4 +44,12 @@ pub(crate) struct Hit {
     pub tag: u8,
     /// `None` for ground and scenery.
     pub actor: Option<ActorId>,
+}
+
+impl Hit {
+    /// Whether this farther hit belongs to the same thing as one just before it.
+    pub(super) fn is_part_of(&self, before: &Self) -> bool {
+        self.actor == before.actor
+            && (self.actor.is_some() || self.distance_m - before.distance_m < SAME_M)
+    }
 }

@@ -2,29 +2,32 @@
 
 use std::cell::OnceCell;
 
-use schemas::ActorId;
+use schemas::HiddenScenery;
 
 use super::{RayScene, Solids, TownRays};
-use crate::world::State;
 
-/// Everything around but the actors that are ignored; gathered when the first ray is cast.
+/// The town, and what moves in it; that is gathered when the first ray is cast.
 pub(crate) struct Sight<'a> {
     town: &'a TownRays,
-    state: &'a State,
-    ignored: &'a [ActorId],
+    hidden: &'a HiddenScenery,
+    gather: &'a dyn Fn() -> Solids,
     bodies: OnceCell<Solids>,
 }
 
 impl<'a> Sight<'a> {
-    pub(crate) fn new(town: &'a TownRays, state: &'a State, ignored: &'a [ActorId]) -> Self {
-        Self { town, state, ignored, bodies: OnceCell::new() }
+    pub(crate) fn new(
+        town: &'a TownRays,
+        hidden: &'a HiddenScenery,
+        gather: &'a dyn Fn() -> Solids,
+    ) -> Self {
+        Self { town, hidden, gather, bodies: OnceCell::new() }
     }
 
     pub(crate) fn scene(&self) -> RayScene<'_> {
         RayScene {
             town: self.town,
-            hidden: &self.state.hidden,
-            bodies: self.bodies.get_or_init(|| self.state.solids_but(self.ignored)),
+            hidden: self.hidden,
+            bodies: self.bodies.get_or_init(self.gather),
         }
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::{Arc, OnceLock};
 
 use roads::mesh::{self, GroundMesh};
-use roads::{Map, SceneryBox, SceneryKind};
-use schemas::{HiddenScenery, Pose, Vec3};
+use roads::{Carried, Map, Post, SceneryBox, SceneryKind};
+use schemas::{HiddenScenery, Pose, SemanticTag, Vec3};
 
 use super::bounds::Bounds;
 use super::mesh::{Face, Mesh};
@@ -35,8 +35,13 @@ impl TownRays {
 
     pub(crate) fn scenery(&self) -> &Solids {
         let build = || {
-            let things = (0u32..).zip(self.roads.scenery());
-            Solids::new(things.flat_map(|(place, thing)| solids(place, thing)).collect())
+            let things = self.roads.scenery();
+            let scenery = (0..).zip(things).flat_map(|(place, thing)| solids(place, thing));
+            // In pictures too, lights and signs have the numbers after those of the scenery.
+            let posts = self.roads.posts();
+            let posts = (things.len() as u32..).zip(&posts);
+            let posts = posts.flat_map(|(place, post)| parts(place, post));
+            Solids::new(scenery.chain(posts).collect())
         };
         self.scenery.get_or_init(build)
     }
@@ -72,7 +77,7 @@ fn faces(mesh: &GroundMesh) -> Vec<Face> {
 
 /// A box, and the crown above it if it is the trunk of a tree.
 fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> {
-    let tag = item.label as u8;
+    let tag = item.label.number();
     let world_from_box: Pose = nalgebra::convert(item.pose);
     let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
     let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, Owner::Map(place));
@@ -88,9 +93,30 @@ fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> 
     std::iter::once(solid).chain(crown)
 }
 
+/// A post, and the lamps or the board at it.
+fn parts(place: u32, post: &Post) -> [Solid; 2] {
+    let solid = |shape, post_from_shape: Pose, tag: SemanticTag| {
+        let world_from_shape = post.foot.cast() * post_from_shape;
+        Solid::new(shape, &world_from_shape, tag.number(), Owner::Map(place))
+    };
+    let (root_m, top_m, radius_m) = (post.root_m as f32, post.top_m as f32, post.radius_m as f32);
+    let half_segment_m = (top_m + root_m) / 2.0 - radius_m;
+    let pole = Shape::Capsule { half_segment_m, radius_m };
+    let middle = Pose::translation(0.0, 0.0, (top_m - root_m) / 2.0);
+    let carried = Shape::Box { half_m: nalgebra::convert(post.carried_half_m) };
+    let tag = match post.carried {
+        Carried::Lamps => SemanticTag::TrafficLight,
+        Carried::Board => SemanticTag::TrafficSigns,
+    };
+    [
+        solid(pole, middle, SemanticTag::Poles),
+        solid(carried, post.post_from_carried.cast::<f32>().into(), tag),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
-    use schemas::{Attribute, Command, WorldId};
+    use schemas::{Attribute, Command, SensorCommand, WorldId};
 
     use super::*;
     use crate::{Town, World, WorldConfig};
@@ -109,7 +135,7 @@ mod tests {
                 *given = attributes;
             }
             let sensor = world.apply(&command).unwrap().unwrap();
-            world.apply(&Command::Listen { sensor, on: true }).unwrap();
+            world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
             world.tick().unwrap();
             map.rays.ground.get().is_some()
         };

@@ -84,7 +84,7 @@ pub(super) fn compass_rad(forward: Vec3) -> f32 {
 mod tests {
     use std::f32::consts::{FRAC_PI_2, PI};
 
-    use schemas::{ActorId, Pose, level_pose};
+    use schemas::{Pose, level_pose};
 
     use super::*;
 
@@ -93,7 +93,7 @@ mod tests {
     }
 
     fn read(imu: &Imu, mount: &Mount) -> (Vec3, Vec3, f32) {
-        let mut noise = Noise::new(0, 0, ActorId::new(1).unwrap());
+        let mut noise = Noise::new(0, 0, 1);
         let Measurement::Imu { acceleration_mps2, angular_velocity_radps, compass_rad } =
             imu.measure(mount, &mut noise)
         else {

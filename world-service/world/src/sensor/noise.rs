@@ -1,23 +1,23 @@
 //! Random numbers of one sensor.
 
 use nalgebra::{ComplexField, RealField};
-use schemas::ActorId;
 use serde::{Deserialize, Serialize};
 
-use crate::rng::Rng;
+use schemas::SplitMix64;
 
 /// A stream of its own for each sensor, so that one more sensor changes nothing for the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Noise {
-    rng: Rng,
+    rng: SplitMix64,
 }
 
 impl Noise {
-    /// The stream that follows from the world's seed, the sensor's `noise_seed` and its id.
-    pub(super) fn new(world_seed: u64, noise_seed: u64, sensor: ActorId) -> Self {
-        let branch = |seed: u64, branch: u64| Rng::new(seed).next_u64() ^ branch;
-        let seed = branch(branch(world_seed, noise_seed), sensor.get().into());
-        Self { rng: Rng::new(Rng::new(seed).next_u64()) }
+    /// The stream that follows from the world's seed, the sensor's `noise_seed` and its
+    /// number in that world.
+    pub(super) fn new(world_seed: u64, noise_seed: u64, sensor: u32) -> Self {
+        let branch = |seed: u64, branch: u64| SplitMix64::new(seed).next_u64() ^ branch;
+        let seed = branch(branch(world_seed, noise_seed), sensor.into());
+        Self { rng: SplitMix64::new(SplitMix64::new(seed).next_u64()) }
     }
 
     /// From 0 up to but without 1, all equally likely.
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     fn noise(world_seed: u64, noise_seed: u64, sensor: u32) -> Noise {
-        Noise::new(world_seed, noise_seed, ActorId::new(sensor).unwrap())
+        Noise::new(world_seed, noise_seed, sensor)
     }
 
     #[test]

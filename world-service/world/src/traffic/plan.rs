@@ -13,7 +13,7 @@ const LIMIT_KMH_MAX: u32 = 130;
 /// Everything about lights and signs that worlds of one town share.
 #[derive(Debug, Default)]
 pub(crate) struct TrafficPlan {
-    /// Lights, then signs, each in the order of the map; ids from 1.
+    /// Lights, then signs, each in the order of the map; worlds give them ids in this order.
     actors: Vec<ActorState>,
     /// OpenDRIVE id of the signal, by actor.
     signals: Vec<String>,
@@ -29,8 +29,8 @@ pub(crate) struct TrafficPlan {
     group_of: Vec<u16>,
     /// Where vehicles wait for lights and at stop signs.
     boxes: Option<Scenery>,
-    /// The light or stop sign, by box.
-    holder_of_box: Vec<ActorId>,
+    /// Position of the light or stop sign, by box.
+    holder_of_box: Vec<usize>,
 }
 
 impl TrafficPlan {
@@ -42,35 +42,36 @@ impl TrafficPlan {
         };
         let mut boxes: Vec<(Pose, Vec3)> = Vec::new();
         for of in &found.lights {
-            let id = plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
+            let at = plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
             plan.signals.push(of.id.clone());
             plan.controller_of.push(of.controller);
             let group = found.controllers.get(of.controller).map_or(0, |found| found.group);
             plan.group_of.push(u16::try_from(group).unwrap_or(u16::MAX));
             boxes.extend(of.boxes.iter().map(placed));
-            plan.holder_of_box.resize(boxes.len(), id);
+            plan.holder_of_box.resize(boxes.len(), at);
         }
         plan.controllers = found.controllers.into_iter().map(|found| found.lights).collect();
         for sign in map.traffic_signs() {
             let Some(blueprint) = blueprint_of(sign.kind) else { continue };
-            let id = plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
+            let at = plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
             plan.signals.push(sign.id);
             if sign.kind == SignKind::Stop {
                 boxes.extend(sign.boxes.iter().map(placed));
-                plan.holder_of_box.resize(boxes.len(), id);
+                plan.holder_of_box.resize(boxes.len(), at);
             }
         }
         plan.boxes = (!boxes.is_empty()).then(|| Scenery::new(boxes));
         plan
     }
 
+    /// Gives its position.
     fn add(
         &mut self,
         kind: ActorKind,
         blueprint: &str,
         pose: SignalPose,
         boxes: &[TriggerBox],
-    ) -> ActorId {
+    ) -> usize {
         let known = self.types.iter().position(|known| known == blueprint);
         let type_index = known.unwrap_or_else(|| {
             self.types.push(blueprint.to_owned());
@@ -78,18 +79,29 @@ impl TrafficPlan {
         });
         let world_from_actor = world_from_actor(&pose);
         let (box_centre_m, box_half_extent_m) = volume(&world_from_actor, boxes);
-        let id = u32::try_from(self.actors.len() + 1).ok().and_then(ActorId::new);
-        let id = id.expect("a map has fewer signals than there are actor ids");
         let pose: Pose = nalgebra::convert(world_from_actor);
         // There are fewer blueprints than u16 values.
-        let at_rest = ActorState::at_rest(id, kind, type_index as u16, pose);
+        let at_rest = ActorState::at_rest(ActorId::FIRST, kind, type_index as u16, pose);
         self.actors.push(ActorState { box_centre_m, box_half_extent_m, ..at_rest });
-        id
+        self.actors.len() - 1
     }
 
-    /// All of them, as every frame shows them; [`types`](Self::types) holds their blueprints.
-    pub(crate) fn actors(&self) -> &[ActorState] {
-        &self.actors
+    /// How many lights and signs there are.
+    pub(crate) fn count(&self) -> usize {
+        self.actors.len()
+    }
+
+    /// All of them, as every frame of a world shows them whose ids begin at `first`;
+    /// [`types`](Self::types) holds their blueprints.
+    pub(crate) fn actors(&self, first: ActorId) -> impl Iterator<Item = ActorState> {
+        let ids = (0..).map(move |position| first.plus(position));
+        ids.zip(&self.actors).map(|(id, actor)| ActorState { id, ..actor.clone() })
+    }
+
+    /// Where among them an actor is, in a world whose ids begin at `first`.
+    pub(crate) fn position(&self, id: ActorId, first: ActorId) -> Option<usize> {
+        let position = id.get().checked_sub(first.get())? as usize;
+        (position < self.actors.len()).then_some(position)
     }
 
     pub(crate) fn types(&self) -> &[String] {
@@ -105,20 +117,13 @@ impl TrafficPlan {
         self.group_of.get(light).copied().unwrap_or(u16::MAX)
     }
 
-    /// The actor with this id, if it is a light or sign.
-    pub(crate) fn actor(&self, id: ActorId) -> Option<&ActorState> {
-        self.actors.get(id.get() as usize - 1)
+    /// What stands at a position, coarsely.
+    pub(crate) fn kind(&self, position: usize) -> Option<ActorKind> {
+        self.actors.get(position).map(|actor| actor.kind)
     }
 
-    /// The position of a light.
-    pub(crate) fn light(&self, id: ActorId) -> Option<usize> {
-        let light = id.get() as usize - 1;
-        (light < self.light_count()).then_some(light)
-    }
-
-    /// What a frame does not say of an actor.
-    pub(crate) fn description(&self, actor: &ActorState) -> ActorDescription {
-        let index = actor.id.get() as usize - 1;
+    /// What a frame does not say of the actor at a position.
+    pub(crate) fn description(&self, position: usize, actor: &ActorState) -> ActorDescription {
         ActorDescription {
             id: actor.id,
             attachment: None,
@@ -128,20 +133,15 @@ impl TrafficPlan {
             box_centre_m: actor.box_centre_m,
             box_half_extent_m: actor.box_half_extent_m,
             tag: tag(actor.kind),
-            signal: self.signals.get(index).cloned(),
+            signal: self.signals.get(position).cloned(),
         }
     }
 
-    /// The id of a light.
-    pub(crate) fn light_id(&self, light: usize) -> Option<ActorId> {
-        self.actors.get(light).map(|actor| actor.id)
-    }
-
-    /// The light or stop sign in one of whose boxes a vehicle is; of several the one with the
-    /// nearest box.
+    /// The position of the light or stop sign in one of whose boxes a vehicle is; of several the
+    /// one with the nearest box.
     ///
     /// `near` is scratch space.
-    pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<ActorId> {
+    pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
         let boxes = self.boxes.as_ref()?;
         near.clear();
         boxes.find(Reach { centre_m: vehicle.centre_m(), radius_m: vehicle.radius_m() }, near);

@@ -35,21 +35,23 @@ impl RoadRules {
         self.stop_secs > 0.0
     }
 
-    /// Looks around anew, `dt_secs` after the last time.
+    /// Looks around anew, `dt_secs` after the last time. Ids of lights and signs begin at the
+    /// first actor's.
     ///
     /// - **Cost:** logarithmic in the size of the map; a microsecond or two.
     pub(crate) fn update(
         &mut self,
         map: &Map,
-        plan: &TrafficPlan,
+        (plan, first_actor): (&TrafficPlan, ActorId),
         world_from_vehicle: &Pose,
         vehicle: &OrientedBox,
         near: &mut Vec<u32>,
         dt_secs: f64,
     ) {
         let holder = plan.holder_at(vehicle, near);
-        self.light = holder.filter(|id| plan.light(*id).is_some());
-        let stop = holder.filter(|_| self.light.is_none());
+        let id_of = |position: usize| first_actor.plus(position as u32);
+        self.light = holder.filter(|position| *position < plan.light_count()).map(id_of);
+        let stop = holder.map(id_of).filter(|_| self.light.is_none());
         self.stop_secs = if stop == self.stop {
             (self.stop_secs - dt_secs as f32).max(0.0)
         } else {

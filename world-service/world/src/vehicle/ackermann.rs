@@ -7,6 +7,7 @@ use schemas::{AckermannControl, AckermannGains, VehicleControl};
 use serde::{Deserialize, Serialize};
 
 use super::Fit;
+use crate::hash::Hasher;
 
 /// CARLA's own gains.
 const GAINS: AckermannGains = AckermannGains {
@@ -35,8 +36,6 @@ const INTEGRAL_MAX: f32 = 10.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ackermann {
     pub gains: AckermannGains,
-    /// `None` while pedals are set directly.
-    target: Option<AckermannControl>,
     speed: Loop,
     acceleration: Loop,
     wanted_mps2: f32,
@@ -57,7 +56,6 @@ impl Default for Ackermann {
     fn default() -> Self {
         Self {
             gains: GAINS,
-            target: None,
             speed: Loop::default(),
             acceleration: Loop::default(),
             wanted_mps2: 0.0,
@@ -69,17 +67,9 @@ impl Default for Ackermann {
 }
 
 impl Ackermann {
-    /// Begins to drive to a target, or goes on to another one.
-    pub(crate) fn aim(&mut self, target: AckermannControl, speed_mps: f32, road_wheel_rad: f32) {
-        if self.target.is_none() {
-            *self = Self {
-                gains: self.gains,
-                steer_rad: road_wheel_rad,
-                last_mps: speed_mps,
-                ..Self::default()
-            };
-        }
-        self.target = Some(target);
+    /// With its gains, at the start of driving to a target.
+    pub(crate) fn begun(&self, speed_mps: f32, road_wheel_rad: f32) -> Self {
+        Self { steer_rad: road_wheel_rad, last_mps: speed_mps, ..self.afresh() }
     }
 
     /// With its gains and without a past.
@@ -87,17 +77,9 @@ impl Ackermann {
         Self { gains: self.gains, ..Self::default() }
     }
 
-    /// Leaves the pedals to somebody else.
-    pub(crate) fn release(&mut self) {
-        self.target = None;
-    }
-
     /// Numbers that decide how it goes on.
-    pub(crate) fn values(&self) -> [f32; 8] {
-        let target = self.target.unwrap_or_default();
+    pub(crate) fn values(&self) -> [f32; 6] {
         [
-            target.steer_rad,
-            target.speed_mps,
             self.wanted_mps2,
             self.pedal,
             self.steer_rad,
@@ -107,17 +89,23 @@ impl Ackermann {
         ]
     }
 
-    /// The control for the next `dt_secs`; `None` without a target.
+    pub(crate) fn hash(&self, target: Option<AckermannControl>, hasher: &mut Hasher) {
+        let Self { gains, speed, acceleration, wanted_mps2, pedal, steer_rad, last_mps } = self;
+        hasher.value(&(gains, target, speed, acceleration));
+        hasher.value(&(wanted_mps2, pedal, steer_rad, last_mps));
+    }
+
+    /// The control for the next `dt_secs` on the way to a target.
     pub(crate) fn control(
         &mut self,
+        target: &AckermannControl,
         fit: &Fit,
         speed_mps: f32,
         dt_secs: f32,
-    ) -> Option<VehicleControl> {
-        let target = self.target?;
+    ) -> VehicleControl {
         let acceleration_mps2 = (speed_mps - self.last_mps) / dt_secs;
         self.last_mps = speed_mps;
-        self.turn(&target, dt_secs);
+        self.turn(target, dt_secs);
         let lock_rad = fit.full_lock_rad(speed_mps.abs()).max(1.0e-3);
         let control = VehicleControl {
             steer: (self.steer_rad / lock_rad).clamp(-1.0, 1.0),
@@ -125,17 +113,17 @@ impl Ackermann {
         };
         if target.speed_mps.abs() < STANDSTILL_MPS && speed_mps.abs() < STANDSTILL_MPS {
             (self.wanted_mps2, self.pedal) = (0.0, 0.0);
-            return Some(VehicleControl { brake: 1.0, ..control });
+            return VehicleControl { brake: 1.0, ..control };
         }
         let reverse = target.speed_mps < 0.0;
         let sign = if reverse { -1.0 } else { 1.0 };
-        self.press(&target, sign * speed_mps, sign * acceleration_mps2, dt_secs);
+        self.press(target, sign * speed_mps, sign * acceleration_mps2, dt_secs);
         let (throttle, brake) = if self.pedal > COAST_SHARE {
             (self.pedal, 0.0)
         } else {
             (0.0, (-COAST_SHARE - self.pedal).max(0.0) / (1.0 - COAST_SHARE))
         };
-        Some(VehicleControl { throttle, brake, reverse, ..control })
+        VehicleControl { throttle, brake, reverse, ..control }
     }
 
     fn turn(&mut self, target: &AckermannControl, dt_secs: f32) {

@@ -19,16 +19,40 @@ const LOOK_FROM_M: f32 = 0.5;
 /// A wheel on ground steeper than this against the vehicle's up axis carries nothing (about 75°).
 const ALIGNMENT_MIN: f32 = 0.25;
 
+/// Natural frequency and damping ratio of the body on its springs while it lands: as stiff as a
+/// substep of 10 ms can follow, so that a vehicle that is put above the road stands at once.
+const LANDING_RADPS: f32 = 25.0;
+const LANDING_DAMPING_RATIO: f32 = 0.8;
+/// A wheel that moves slower than this against the ground has landed.
+const STANDING_MPS: f32 = 0.05;
+
 /// What each wheel stands on; `None` for wheels in the air, and beyond the last one.
 pub(super) type Footings = [Option<Footing>; WHEELS_MAX];
 
 /// Spring and damper of one wheel, made for the mass it carries.
 #[derive(Clone, Debug)]
 pub(crate) struct Spring {
-    stiffness_n_per_m: f32,
-    damping_n_per_mps: f32,
+    ride: Rates,
+    landing: Rates,
     /// Extension at which it carries nothing.
     droop_m: f32,
+}
+
+/// Of a spring and its damper.
+#[derive(Clone, Copy, Debug)]
+struct Rates {
+    stiffness_n_per_m: f32,
+    damping_n_per_mps: f32,
+}
+
+impl Rates {
+    /// Those that let a mass swing with this frequency and damping ratio.
+    fn new(mass_kg: f32, radps: f32, damping_ratio: f32) -> Self {
+        Self {
+            stiffness_n_per_m: mass_kg * radps * radps,
+            damping_n_per_mps: 2.0 * damping_ratio * mass_kg * radps,
+        }
+    }
 }
 
 impl Spring {
@@ -38,15 +62,15 @@ impl Spring {
         let radps = TAU * model.ride_hz * axle;
         let mass_kg = load_n / GRAVITY_MPS2;
         Self {
-            stiffness_n_per_m: mass_kg * radps * radps,
-            damping_n_per_mps: 2.0 * model.damping_ratio * mass_kg * radps,
+            ride: Rates::new(mass_kg, radps, model.damping_ratio),
+            landing: Rates::new(mass_kg, LANDING_RADPS, LANDING_DAMPING_RATIO),
             droop_m: GRAVITY_MPS2 / (radps * radps),
         }
     }
 }
 
 /// What each wheel stands on, with its load.
-pub(super) fn footings(fit: &Fit, chassis: &Chassis, ground: &Ground) -> Footings {
+pub(super) fn footings(fit: &Fit, chassis: &Chassis, ground: &Ground, landing: bool) -> Footings {
     let mut footings: Footings = [const { None }; WHEELS_MAX];
     for (slot, wheel) in footings.iter_mut().zip(&fit.wheels) {
         *slot = unloaded_footing(wheel, chassis, ground);
@@ -57,8 +81,10 @@ pub(super) fn footings(fit: &Fit, chassis: &Chassis, ground: &Ground) -> Footing
         let Some(footing) = slot else { continue };
         let across_m = wheel.partner.map_or(footing.compression_m, |index| compressions[index]);
         let twist_m = footing.compression_m - across_m;
-        footing.load_n =
-            (spring_and_damper_n(wheel, chassis, footing) + anti_roll_n_per_m * twist_m).max(0.0);
+        let spring = &wheel.spring;
+        let rates = if landing { &spring.landing } else { &spring.ride };
+        let carried_n = spring_and_damper_n(wheel, rates, chassis, footing);
+        footing.load_n = (carried_n + anti_roll_n_per_m * twist_m).max(0.0);
         if footing.load_n <= 0.0 {
             *slot = None;
         }
@@ -72,6 +98,11 @@ pub(super) fn carry(fit: &Fit, footings: &Footings) -> bool {
         .iter()
         .take(fit.wheels.len())
         .all(|footing| footing.is_some_and(|footing| footing.compression_m < BUMP_M))
+}
+
+/// Whether no wheel that bears on the ground moves against it any more.
+pub(super) fn stand(chassis: &Chassis, footings: &Footings) -> bool {
+    footings.iter().flatten().all(|at| closing_mps(chassis, at).abs() < STANDING_MPS)
 }
 
 /// Where the wheel's axis meets the ground, taken as the plane under the wheel.
@@ -92,12 +123,20 @@ fn unloaded_footing(wheel: &WheelFit, chassis: &Chassis, ground: &Ground) -> Opt
     Some(Footing { surface, point_m, compression_m, load_n: 0.0 })
 }
 
-fn spring_and_damper_n(wheel: &WheelFit, chassis: &Chassis, footing: &Footing) -> f32 {
-    let normal = footing.surface.normal;
-    let closing_mps = -chassis.velocity_at(footing.point_m).dot(&normal);
+/// Speed of a wheel's contact point into the ground.
+fn closing_mps(chassis: &Chassis, footing: &Footing) -> f32 {
+    -chassis.velocity_at(footing.point_m).dot(&footing.surface.normal)
+}
+
+fn spring_and_damper_n(
+    wheel: &WheelFit,
+    rates: &Rates,
+    chassis: &Chassis,
+    footing: &Footing,
+) -> f32 {
     let bump_m = (footing.compression_m - BUMP_M).max(0.0);
     wheel.load_n
-        + wheel.spring.stiffness_n_per_m * footing.compression_m
+        + rates.stiffness_n_per_m * footing.compression_m
         + BUMP_PER_M * wheel.load_n * bump_m
-        + wheel.spring.damping_n_per_mps * closing_mps
+        + rates.damping_n_per_mps * closing_mps(chassis, footing)
 }

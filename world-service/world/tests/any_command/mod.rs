@@ -3,8 +3,10 @@
 
 use proptest::prelude::*;
 use schemas::{
-    ActorId, AgentBehaviour, AgentOptions, Attachment, AttachmentKind, Attribute, BodySwitch,
-    Command, PilotMode, PushKind, Vec3, VehicleControl, WalkerControl, Weather, level_pose,
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute,
+    BodyCommand, BodySwitch, Command, PilotMode, PushKind, SceneryCommand, SensorCommand,
+    TrafficCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand, WalkerControl, Weather,
+    level_pose,
 };
 
 fn any_actor() -> impl Strategy<Value = ActorId> + Clone {
@@ -32,8 +34,9 @@ fn any_thing() -> impl Strategy<Value = Command> {
     ];
     let attachment = prop::option::of((any_actor(), kind));
     let colour = prop::option::of(prop_oneof![Just("1,2,3"), Just("blue")]);
-    (blueprint, attachment, colour, 0.0f32..30.0, -6.0f32..6.0).prop_map(
-        |(blueprint, attachment, colour, x_m, y_m)| Command::SpawnActor {
+    let id = prop_oneof![8 => Just(None), 1 => (1u32..20).prop_map(ActorId::new)];
+    (blueprint, attachment, colour, id, 0.0f32..30.0, -6.0f32..6.0).prop_map(
+        |(blueprint, attachment, colour, id, x_m, y_m)| Command::SpawnActor {
             blueprint: blueprint.to_owned(),
             world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.4), 0.3),
             linear_velocity_mps: Vec3::zeros(),
@@ -42,6 +45,7 @@ fn any_thing() -> impl Strategy<Value = Command> {
                 .into_iter()
                 .collect(),
             attachment: attachment.map(|(parent, kind)| Attachment { parent, kind }),
+            id,
         },
     )
 }
@@ -60,31 +64,35 @@ fn any_handling() -> impl Strategy<Value = Command> {
         Just(BodySwitch::Collisions)
     ];
     let walk = (any_actor(), any_vector(1.0), 0.0f32..4.0, any::<bool>()).prop_map(
-        |(actor, direction, speed_mps, jump)| Command::SetWalkerControl {
-            actor,
-            control: WalkerControl { direction, speed_mps, jump },
+        |(actor, direction, speed_mps, jump)| {
+            Command::Walker(WalkerCommand::Control {
+                actor,
+                control: WalkerControl { direction, speed_mps, jump },
+            })
         },
     );
     let place = (any_actor(), 0.0f32..30.0, -6.0f32..6.0, -1.0f32..3.0).prop_map(
-        |(actor, x_m, y_m, speed_mps)| Command::SetWalkerState {
-            actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.9), 2.0),
-            speed_mps,
+        |(actor, x_m, y_m, speed_mps)| {
+            Command::Walker(WalkerCommand::State {
+                actor,
+                world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.9), 2.0),
+                speed_mps,
+            })
         },
     );
     prop_oneof![
         3 => walk,
         1 => place,
         2 => (any_actor(), prop::option::of(any_vector(12.0)))
-            .prop_map(|(actor, velocity_mps)| Command::SetConstantVelocity { actor, velocity_mps }),
+            .prop_map(|(actor, velocity_mps)| Command::Body(BodyCommand::SetConstantVelocity { actor, velocity_mps })),
         2 => (any_actor(), kind, any_vector(9_000.0))
-            .prop_map(|(actor, kind, amount)| Command::Push { actor, kind, amount }),
+            .prop_map(|(actor, kind, amount)| Command::Body(BodyCommand::Push { actor, kind, amount })),
         3 => (any_actor(), switch, any::<bool>())
-            .prop_map(|(actor, switch, on)| Command::SetSwitch { actor, switch, on }),
+            .prop_map(|(actor, switch, on)| Command::Body(BodyCommand::SetSwitch { actor, switch, on })),
         1 => (any_actor(), any::<u8>(), any::<bool>())
-            .prop_map(|(actor, doors, open)| Command::SetDoors { actor, doors, open }),
+            .prop_map(|(actor, doors, open)| Command::Vehicle(VehicleCommand::Doors { actor, doors, open })),
         1 => (any_actor(), any::<u32>())
-            .prop_map(|(actor, lights)| Command::SetVehicleLights { actor, lights }),
+            .prop_map(|(actor, lights)| Command::Vehicle(VehicleCommand::Lights { actor, lights })),
         1 => (0.0005f64..0.12, prop::option::of(0.0f64..0.05), prop::option::of(0u32..40)).prop_map(
             |(dt_secs, substep_secs_max, substeps_max)| Command::SetTimeStep {
                 dt_secs,
@@ -102,34 +110,38 @@ fn any_pilot() -> impl Strategy<Value = Command> {
         Just(PilotMode::ChangeLaneRight)
     ];
     (any_actor(), mode, prop::option::of(-2.0f32..20.0)).prop_map(
-        |(actor, mode, target_speed_mps)| Command::SetPilot { actor, mode, target_speed_mps },
+        |(actor, mode, target_speed_mps)| {
+            Command::Vehicle(VehicleCommand::Pilot { actor, mode, target_speed_mps })
+        },
     )
 }
 
 fn any_agent() -> impl Strategy<Value = Command> {
     let behaviour = prop_oneof![Just(AgentBehaviour::Basic), Just(AgentBehaviour::Aggressive)];
     let set = (any_actor(), behaviour, prop::option::of(-2.0f32..20.0), any::<bool>()).prop_map(
-        |(actor, behaviour, target_speed_mps, keep_route)| Command::SetAgent {
-            actor,
-            options: AgentOptions { behaviour, target_speed_mps, ..AgentOptions::default() },
-            keep_route,
+        |(actor, behaviour, target_speed_mps, keep_route)| {
+            Command::Agent(AgentCommand::Set {
+                actor,
+                options: AgentOptions { behaviour, target_speed_mps, ..AgentOptions::default() },
+                keep_route,
+            })
         },
     );
     let place = (-20.0f32..200.0, -9.0f32..9.0).prop_map(|(x_m, y_m)| Vec3::new(x_m, y_m, 0.0));
     let route = (any_actor(), prop::collection::vec(place, 0..3))
-        .prop_map(|(actor, places_m)| Command::SetAgentRoute { actor, places_m });
+        .prop_map(|(actor, places_m)| Command::Agent(AgentCommand::SetRoute { actor, places_m }));
     let drive = (any_actor(), prop::bool::weighted(0.8))
-        .prop_map(|(actor, on)| Command::DriveAgent { actor, on });
+        .prop_map(|(actor, on)| Command::Agent(AgentCommand::Drive { actor, on }));
     prop_oneof![set, route, drive]
 }
 
 fn any_traffic() -> impl Strategy<Value = Command> {
     let behaviour = AgentBehaviour::Normal;
     prop_oneof![
-        3 => any_actor().prop_map(move |actor| Command::SetTraffic { actor, behaviour }),
-        1 => (0u32..3).prop_map(|count| Command::SpawnTraffic { count, behaviour: None }),
+        3 => any_actor().prop_map(move |actor| Command::Traffic(TrafficCommand::Join { actor, behaviour })),
+        1 => (0u32..3).prop_map(|count| Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })),
         1 => prop::option::of(-5.0f32..30.0)
-            .prop_map(|radius_m| Command::SetHybridTraffic { radius_m }),
+            .prop_map(|radius_m| Command::Traffic(TrafficCommand::SetHybrid { radius_m })),
     ]
 }
 
@@ -141,18 +153,32 @@ fn any_scenery() -> impl Strategy<Value = Command> {
         1 => any::<u64>(),
     ];
     prop_oneof![
-        (any::<u16>(), any::<bool>())
-            .prop_map(|(layers, loaded)| Command::SetMapLayers { layers, loaded }),
-        (prop::collection::vec(object, 0..3), any::<bool>())
-            .prop_map(|(objects, enabled)| Command::SetEnvironmentObjects { objects, enabled }),
-        (1u32..8, prop::collection::vec(any_actor(), 0..3)).prop_map(|(sensor, vehicles)| {
-            Command::IgnoreVehicles { sensor: ActorId::new(sensor).unwrap(), vehicles }
+        (any::<u16>(), any::<bool>()).prop_map(|(layers, loaded)| Command::Scenery(
+            SceneryCommand::Layers { layers, loaded }
+        )),
+        (prop::collection::vec(object, 0..3), any::<bool>()).prop_map(|(objects, enabled)| {
+            Command::Scenery(SceneryCommand::Objects { objects, enabled })
         }),
-        (1u32..8, ".{0,60}").prop_map(|(sensor, text)| Command::SendV2x {
+        (1u32..8, prop::collection::vec(any_actor(), 0..3)).prop_map(|(sensor, vehicles)| {
+            Command::Sensor(SensorCommand::IgnoreVehicles {
+                sensor: ActorId::new(sensor).unwrap(),
+                vehicles,
+            })
+        }),
+        (1u32..8, ".{0,60}").prop_map(|(sensor, text)| Command::Sensor(SensorCommand::SendV2x {
             sensor: ActorId::new(sensor).unwrap(),
             text,
-        }),
+        })),
     ]
+}
+
+fn any_pose() -> impl Strategy<Value = Command> {
+    (any_actor(), 0.0f32..40.0, -9.0f32..6.0, 0.0f32..3.0).prop_map(|(actor, x_m, y_m, z_m)| {
+        Command::Body(BodyCommand::SetPose {
+            actor,
+            world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), 1.0),
+        })
+    })
 }
 
 /// Any command, good or bad.
@@ -172,31 +198,27 @@ pub fn command() -> impl Strategy<Value = Command> {
         },
     );
     let drive = (actor.clone(), number.clone(), number.clone(), any::<bool>(), any::<bool>())
-        .prop_map(|(actor, steer, pedal, hand_brake, reverse)| Command::SetControl {
-            actor,
-            control: VehicleControl {
-                throttle: pedal.max(0.0),
-                steer,
-                brake: (-pedal).max(0.0),
-                hand_brake,
-                reverse,
-                ..VehicleControl::default()
-            },
+        .prop_map(|(actor, steer, pedal, hand_brake, reverse)| {
+            Command::Vehicle(VehicleCommand::Control {
+                actor,
+                control: VehicleControl {
+                    throttle: pedal.max(0.0),
+                    steer,
+                    brake: (-pedal).max(0.0),
+                    hand_brake,
+                    reverse,
+                    ..VehicleControl::default()
+                },
+            })
         });
     let velocity = (actor.clone(), number.clone(), number).prop_map(|(actor, x, z)| {
         let linear_mps = Vec3::new(20.0 * x, 0.0, 3.0 * z);
-        Command::SetVelocity {
+        Command::Body(BodyCommand::SetVelocity {
             actor,
             linear_mps: Some(linear_mps),
             angular_radps: Some(Vec3::zeros()),
-        }
+        })
     });
-    let pose = (actor.clone(), 0.0f32..40.0, -9.0f32..6.0, 0.0f32..3.0).prop_map(
-        |(actor, x_m, y_m, z_m)| Command::SetPose {
-            actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), 1.0),
-        },
-    );
     let weather = (-10.0f32..110.0).prop_map(|wetness_percent| Command::SetWeather {
         weather: Weather { wetness_percent, ..Weather::CLEAR_NOON },
     });
@@ -210,7 +232,7 @@ pub fn command() -> impl Strategy<Value = Command> {
         3 => any_traffic(),
         2 => any_scenery(),
         1 => velocity,
-        1 => pose,
+        1 => any_pose(),
         1 => weather,
         1 => actor.prop_map(|actor| Command::DestroyActor { actor }),
     ]

@@ -10,13 +10,14 @@ use std::sync::{Arc, LazyLock};
 
 use roads::Map;
 use schemas::{
-    ActorId, ActorState, Collision, Command, Pose, Vec3, VehicleControl, WorldId, level_pose,
+    ActorId, ActorState, Collision, Command, Pose, Vec3, VehicleCommand, VehicleControl, WorldId,
+    level_pose,
 };
 use world::{Town, World, WorldConfig};
 
 /// Two lanes of 3.5 m in each direction along x; traffic towards +x keeps to the right, at y < 0. A
 /// house stands beside the road, a wall across it at x = 600.
-const ROAD: &str = r#"<?xml version="1.0"?>
+pub const ROAD: &str = r#"<?xml version="1.0"?>
 <OpenDRIVE>
   <header revMajor="1" revMinor="4" name="straight" version="1" north="0" south="0" east="0" west="0"/>
   <road name="main" length="2000" id="1" junction="-1">
@@ -74,6 +75,12 @@ pub fn spawn_at(world: &mut World, blueprint: &str, pose: Pose, forward_mps: f32
     world.apply(&command).unwrap().unwrap()
 }
 
+/// Ids of everything with wheels.
+pub fn vehicles() -> impl Iterator<Item = &'static str> {
+    let all = blueprints::all().iter();
+    all.filter(|it| matches!(it.class, blueprints::Class::Vehicle(_))).map(|it| it.id.as_str())
+}
+
 /// A saloon in the left lane at `x_m`, heading along +x.
 pub fn car(world: &mut World, x_m: f32, forward_mps: f32) -> ActorId {
     let pose = level_pose(Vec3::new(x_m, LANE_Y_M, 0.0), 0.0);
@@ -87,7 +94,7 @@ pub fn walker(world: &mut World, x_m: f32, beside_m: f32) -> ActorId {
 }
 
 pub fn control(world: &mut World, actor: ActorId, control: VehicleControl) {
-    world.apply(&Command::SetControl { actor, control }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Control { actor, control })).unwrap();
 }
 
 pub fn brake(world: &mut World, actor: ActorId) {

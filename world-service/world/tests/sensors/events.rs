@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use roads::Map;
-use schemas::{ActorId, Command, Measurement, Pose, Vec3, level_pose};
+use schemas::{ActorId, BodyCommand, Command, Measurement, Pose, Vec3, level_pose};
 use world::{Town, World};
 
 use crate::common::*;
@@ -145,7 +145,9 @@ fn a_lane_invasion_names_the_lines_between_the_lanes_of_the_corners() {
         (-5.25, vec!["solid solid", "broken"]),
         (-6.5, vec!["solid"]),
     ] {
-        world.apply(&Command::SetPose { actor: car, world_from_actor: pose(y_m) }).unwrap();
+        world
+            .apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor: pose(y_m) }))
+            .unwrap();
         run(&mut world, 1);
         let marks = data_of(&world, lines).into_iter().next().map(|datum| datum.measurement);
         let expected: Vec<String> = expected.into_iter().map(str::to_owned).collect();

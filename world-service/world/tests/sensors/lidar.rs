@@ -2,7 +2,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use schemas::{ActorId, Command, ErrorCode, SemanticLidarPoint, Vec3, level_pose};
+use schemas::{ActorId, Command, ErrorCode, SemanticLidarPoint, SensorCommand, Vec3, level_pose};
 use world::World;
 
 use crate::common::*;
@@ -85,13 +85,23 @@ fn an_ignored_car_lets_the_rays_of_that_sensor_through_until_another_list_comes(
     let meets_car = |world: &World, lidar| {
         semantic_scan(world, lidar).points.iter().any(|point| point.actor == ahead.get())
     };
-    world.apply(&Command::IgnoreVehicles { sensor: blind, vehicles: vec![ahead] }).unwrap();
+    world
+        .apply(&Command::Sensor(SensorCommand::IgnoreVehicles {
+            sensor: blind,
+            vehicles: vec![ahead],
+        }))
+        .unwrap();
     run(&mut world, 1);
     assert_eq!((meets_car(&world, blind), meets_car(&world, seeing)), (false, true));
     let mut restored = World::restore(&world.snapshot(), world.id(), 1, |_| Some(flat())).unwrap();
     run(&mut restored, 1);
     assert_eq!((meets_car(&restored, blind), meets_car(&restored, seeing)), (false, true));
-    world.apply(&Command::IgnoreVehicles { sensor: blind, vehicles: Vec::new() }).unwrap();
+    world
+        .apply(&Command::Sensor(SensorCommand::IgnoreVehicles {
+            sensor: blind,
+            vehicles: Vec::new(),
+        }))
+        .unwrap();
     run(&mut world, 1);
     assert!(meets_car(&world, blind));
 }
@@ -108,7 +118,8 @@ fn only_vehicles_are_ignored_and_only_by_sensors() {
         (lidar, nobody, ErrorCode::UnknownActor),
         (nobody, car, ErrorCode::UnknownActor),
     ] {
-        let command = Command::IgnoreVehicles { sensor, vehicles: vec![vehicle] };
+        let command =
+            Command::Sensor(SensorCommand::IgnoreVehicles { sensor, vehicles: vec![vehicle] });
         let before = world.state_hash();
         assert_eq!(world.apply(&command).unwrap_err().code, code, "{command:?}");
         assert_eq!(world.state_hash(), before);

@@ -1,6 +1,8 @@
 //! When sensors measure, what is refused, and that they survive snapshots.
 
-use schemas::{ActorId, Command, ErrorCode, Pose, SensorDatum, Vec3, WorldId, level_pose};
+use schemas::{
+    ActorId, Command, ErrorCode, Pose, SensorCommand, SensorDatum, Vec3, WorldId, level_pose,
+};
 use world::{World, WorldConfig};
 
 use crate::common::*;
@@ -11,7 +13,7 @@ fn a_sensor_measures_only_while_somebody_listens() {
     let mut world = world();
     let gnss = sensor(&mut world, "sensor.other.gnss", None, Pose::identity(), &[]);
     for on in [false, true, false] {
-        world.apply(&Command::Listen { sensor: gnss, on }).unwrap();
+        world.apply(&Command::Sensor(SensorCommand::Listen { sensor: gnss, on })).unwrap();
         run(&mut world, 1);
         assert_eq!(data_of(&world, gnss).len(), usize::from(on));
     }
@@ -69,7 +71,8 @@ fn what_is_out_of_range_is_refused_and_changes_nothing() {
 fn only_sensors_can_be_listened_to() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);
-    let refused = world.apply(&Command::Listen { sensor: car, on: true }).unwrap_err();
+    let refused =
+        world.apply(&Command::Sensor(SensorCommand::Listen { sensor: car, on: true })).unwrap_err();
     assert_eq!(refused.code, ErrorCode::InvalidArgument);
 }
 
@@ -135,7 +138,7 @@ fn the_state_of_sensors_is_in_the_state_hash() {
     let mut world = world();
     let gnss = sensor(&mut world, "sensor.other.gnss", None, Pose::identity(), &[]);
     let listening = world.state_hash();
-    world.apply(&Command::Listen { sensor: gnss, on: false }).unwrap();
+    world.apply(&Command::Sensor(SensorCommand::Listen { sensor: gnss, on: false })).unwrap();
     assert_ne!(world.state_hash(), listening);
 }
 

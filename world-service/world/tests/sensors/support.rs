@@ -1,6 +1,6 @@
 //! Sensors in test worlds, and what they gave.
 
-use schemas::{ActorId, Attachment, AttachmentKind, Attribute, Command, Error};
+use schemas::{ActorId, Attachment, AttachmentKind, Attribute, Command, Error, SensorCommand};
 use schemas::{LidarPoint, Measurement, Pose, Scan, SemanticLidarPoint, SensorDatum, Vec3};
 use world::World;
 
@@ -19,6 +19,7 @@ pub(crate) fn try_sensor(
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.iter().map(attribute).collect(),
         attachment: parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid }),
+        id: None,
     });
     spawned.map(|id| id.expect("a spawn is answered with an id"))
 }
@@ -32,7 +33,7 @@ pub(crate) fn sensor(
     attributes: &[(&str, &str)],
 ) -> ActorId {
     let sensor = try_sensor(world, blueprint, parent, pose, attributes).unwrap();
-    world.apply(&Command::Listen { sensor, on: true }).unwrap();
+    world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
     sensor
 }
 

@@ -1,8 +1,8 @@
 //! Messages by radio.
 
 use schemas::{
-    ActorId, AwarenessMessage, Command, CustomMessage, ErrorCode, Measurement, Pose, Received,
-    StationKind, Vec3, level_pose, limits,
+    ActorId, AwarenessMessage, BodyCommand, Command, CustomMessage, ErrorCode, Measurement, Pose,
+    Received, SensorCommand, StationKind, Vec3, VehicleCommand, level_pose, limits,
 };
 use world::World;
 
@@ -51,7 +51,9 @@ fn messages_in_ten_seconds(speed_mps: f32, attributes: &[(&str, &str)]) -> usize
     let mut world = world();
     let (sender, receiver) = (car(&mut world, -200.0, speed_mps), car(&mut world, 250.0, 0.0));
     let velocity_mps = Some(Vec3::new(speed_mps, 0.0, 0.0));
-    world.apply(&Command::SetConstantVelocity { actor: sender, velocity_mps }).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetConstantVelocity { actor: sender, velocity_mps }))
+        .unwrap();
     radio(&mut world, sender, attributes);
     let ear = radio(&mut world, receiver, &[]);
     let mut count = 0;
@@ -116,7 +118,7 @@ fn sent(ticks: u16, mut act: impl FnMut(&mut World, ActorId, u16)) -> Vec<u16> {
 fn turn_to(world: &mut World, car: ActorId, heading_rad: f32) {
     let place_m = position_m(world, car);
     let world_from_actor = level_pose(place_m, heading_rad);
-    world.apply(&Command::SetPose { actor: car, world_from_actor }).unwrap();
+    world.apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor })).unwrap();
 }
 
 #[test]
@@ -134,7 +136,12 @@ fn a_turn_or_another_speed_asks_for_a_message() {
         let faster = sent(60, |world, car, tick| {
             let speed_mps = if tick < 10 { 0.0 } else { speed_mps };
             let velocity_mps = Some(Vec3::new(speed_mps, 0.0, 0.0));
-            world.apply(&Command::SetConstantVelocity { actor: car, velocity_mps }).unwrap();
+            world
+                .apply(&Command::Body(BodyCommand::SetConstantVelocity {
+                    actor: car,
+                    velocity_mps,
+                }))
+                .unwrap();
         });
         assert_eq!(faster.len(), count, "{speed_mps} m/s: {faster:?}");
     }
@@ -218,7 +225,7 @@ fn an_ambulance_tells_its_lights_twice_a_second() {
     let mut world = world();
     let sender = spawn(&mut world, "vehicle.ford.ambulance", 10.0, LANE_Y_M);
     let receiver = car(&mut world, 40.0, 0.0);
-    world.apply(&Command::SetVehicleLights { actor: sender, lights: 3 }).unwrap();
+    world.apply(&Command::Vehicle(VehicleCommand::Lights { actor: sender, lights: 3 })).unwrap();
     radio(&mut world, sender, &[("fixed_rate", "true")]);
     let ear = radio(&mut world, receiver, &[]);
     let mut told = Vec::new();
@@ -242,7 +249,7 @@ fn texts_reach_others_of_the_channel_once() {
     let other = texter(&mut world, cars[2], "b");
     for text in ["hello", "again"] {
         let text = text.to_owned();
-        world.apply(&Command::SendV2x { sensor: sender, text }).unwrap();
+        world.apply(&Command::Sensor(SensorCommand::SendV2x { sensor: sender, text })).unwrap();
     }
     let waiting = world.state_hash();
     let mut fork = world.fork(world.id());
@@ -265,7 +272,8 @@ fn what_cannot_be_sent_is_refused_and_changes_nothing() {
     let radio = radio(&mut world, car, &[]);
     let mut send = |sensor: ActorId, text: &str| {
         let before = world.state_hash();
-        let sent = world.apply(&Command::SendV2x { sensor, text: text.to_owned() });
+        let sent =
+            world.apply(&Command::Sensor(SensorCommand::SendV2x { sensor, text: text.to_owned() }));
         sent.map_err(|error| {
             assert_eq!(world.state_hash(), before);
             error.code

@@ -65,7 +65,7 @@ class Alive(object):
             return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
         return 0
 
-    # The renderer's adapter, the face's address, the Traffic Manager's port.
+    # The renderer's adapter, the face's address.
     # Alive
     def Detail(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(14))

@@ -91,7 +91,7 @@ class CreateWorld(object):
             return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
         return 0
 
-    # Whether the map's traffic lights and signs are actors of the world, with ids from 1 on.
+    # Whether the map's traffic lights and signs are actors of the world, the first ones.
     # CreateWorld
     def Traffic(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
@@ -99,8 +99,16 @@ class CreateWorld(object):
             return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
         return False
 
+    # Id of its first actor. Whoever follows one world with another gives no id again.
+    # CreateWorld
+    def FirstActor(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(18))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
+        return 1
+
 def CreateWorldStart(builder):
-    builder.StartObject(7)
+    builder.StartObject(8)
 
 def Start(builder):
     CreateWorldStart(builder)
@@ -152,6 +160,12 @@ def CreateWorldAddTraffic(builder, traffic):
 
 def AddTraffic(builder, traffic):
     CreateWorldAddTraffic(builder, traffic)
+
+def CreateWorldAddFirstActor(builder, firstActor):
+    builder.PrependUint32Slot(7, firstActor, 1)
+
+def AddFirstActor(builder, firstActor):
+    CreateWorldAddFirstActor(builder, firstActor)
 
 def CreateWorldEnd(builder):
     return builder.EndObject()

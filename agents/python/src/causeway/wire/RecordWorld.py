@@ -43,8 +43,16 @@ class RecordWorld(object):
             return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
         return False
 
+    # Its file in the folder of the tenant; absent: a new one.
+    # RecordWorld
+    def Name(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(8))
+        if o != 0:
+            return self._tab.String(o + self._tab.Pos)
+        return None
+
 def RecordWorldStart(builder):
-    builder.StartObject(2)
+    builder.StartObject(3)
 
 def Start(builder):
     RecordWorldStart(builder)
@@ -60,6 +68,12 @@ def RecordWorldAddOn(builder, on):
 
 def AddOn(builder, on):
     RecordWorldAddOn(builder, on)
+
+def RecordWorldAddName(builder, name):
+    builder.PrependUOffsetTRelativeSlot(2, flatbuffers.number_types.UOffsetTFlags.py_type(name), 0)
+
+def AddName(builder, name):
+    RecordWorldAddName(builder, name)
 
 def RecordWorldEnd(builder):
     return builder.EndObject()

@@ -17,3 +17,4 @@ class ReplyBody(object):
     Actors = 11
     Vehicle = 12
     RayHits = 13
+    JournalBegun = 14

@@ -19,3 +19,4 @@ class RequestBody(object):
     PutMap = 13
     ShareClock = 14
     RecordWorld = 15
+    BranchJournal = 16

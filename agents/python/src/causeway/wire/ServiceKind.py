@@ -7,4 +7,3 @@ class ServiceKind(object):
     Render = 1
     Scenario = 2
     Gateway = 3
-    TrafficManager = 4

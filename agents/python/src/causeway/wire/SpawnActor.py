@@ -100,8 +100,16 @@ class SpawnActor(object):
             return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
         return 0
 
+    # The id it is to have; 0: the next one.
+    # SpawnActor
+    def Id(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
+        return 0
+
 def SpawnActorStart(builder):
-    builder.StartObject(6)
+    builder.StartObject(7)
 
 def Start(builder):
     SpawnActorStart(builder)
@@ -147,6 +155,12 @@ def SpawnActorAddAttachment(builder, attachment):
 
 def AddAttachment(builder, attachment):
     SpawnActorAddAttachment(builder, attachment)
+
+def SpawnActorAddId(builder, id):
+    builder.PrependUint32Slot(6, id, 0)
+
+def AddId(builder, id):
+    SpawnActorAddId(builder, id)
 
 def SpawnActorEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,164 @@
+"""What recording and replaying cost, through CARLA's own client.
+
+Usage: recorder.py [--causeway PATH] [--port PORT] [--keep FOLDER]. Starts a site of its own and
+prints one line per figure. Wants `pip install carla==0.9.16`, and gzip and zstd on the path.
+"""
+
+import argparse
+import math
+import os
+import statistics
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import carla
+from wheel import STEP_SECS, Site, connect, spawn, synchronous, tell
+
+CARS = 100
+# Ticks of one round; with and without a recording take turns.
+TICKS = 50
+ROUNDS = 40
+HOUR_FRAMES = round(3_600 / STEP_SECS)
+
+
+class Measured:
+    """Ticks of one kind: how long each took, and how long processors worked for them."""
+
+    def __init__(self, site: Site):
+        self.site, self.took, self.worked = site, [], 0.0
+
+    def tick(self, world: carla.World) -> None:
+        worked = cpu_secs(self.site)
+        for _ in range(TICKS):
+            begun = time.perf_counter()
+            world.tick()
+            self.took.append(time.perf_counter() - begun)
+        self.worked += cpu_secs(self.site) - worked
+
+
+def cpu_secs(site: Site) -> float:
+    """Of all processes of a site."""
+    command = ["pgrep", "--parent", str(site.process.pid)]
+    services = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    total = 0
+    for pid in services.split():
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        total += int(fields[11]) + int(fields[12])
+    return total / os.sysconf("SC_CLK_TCK")
+
+
+def cost(site: Site, client: carla.Client, world: carla.World, folder: Path) -> None:
+    """Rounds with and without a recording take turns."""
+    for has_additional in (False, True):
+        path = folder / f"cost-{has_additional}.log"
+        plain, recorded = Measured(site), Measured(site)
+        for _ in range(ROUNDS):
+            plain.tick(world)
+            client.start_recorder(str(path), has_additional)
+            # The first frame has every actor.
+            world.tick()
+            recorded.tick(world)
+            client.stop_recorder()
+            client.show_recorder_actors_blocked(str(path), 1e9, 0.0)
+        what = "with" if has_additional else "without"
+        longer = statistics.median(recorded.took) / statistics.median(plain.took) - 1.0
+        tell(f"recording {what} additional data", 100.0 * longer, "% of a tick, median")
+        worked = recorded.worked / plain.worked - 1.0
+        tell("  work of all processors", 100.0 * worked, "% of a tick")
+        tell("  a tick without recording", 1_000.0 * statistics.median(plain.took), "ms")
+
+
+def sizes(client: carla.Client, world: carla.World, folder: Path) -> Path:
+    """Of an hour, from a minute; at rest as gzip -6 and zstd -3 have it."""
+    path = folder / "minute.log"
+    for has_additional in (True, False):
+        client.start_recorder(str(path), has_additional)
+        for _ in range(round(60 / STEP_SECS)):
+            world.tick()
+        client.stop_recorder()
+        client.show_recorder_actors_blocked(str(path), 1e9, 0.0)
+        frames = 60 / STEP_SECS
+        what = "with" if has_additional else "without"
+        hour = HOUR_FRAMES / frames / 1e6
+        tell(f"an hour {what} additional data", path.stat().st_size * hour, "MB")
+        for command in (["gzip", "-6", "-c"], ["zstd", "-3", "-q", "-c"]):
+            packed = subprocess.run([*command, str(path)], capture_output=True, check=True).stdout
+            tell(f"  {command[0]} {command[1]}", len(packed) * hour, "MB")
+    return path
+
+
+def replays(client: carla.Client, world: carla.World, path: Path, cars: list[int]) -> None:
+    """How fast, and how near to what was recorded."""
+    recorded = client.show_recorder_file_info(str(path), True)
+    places = poses(recorded)
+    client.replay_file(str(path), 0.0, 0.0, 0)
+    count = round(60 / STEP_SECS)
+    begun = time.perf_counter()
+    for _ in range(count - 1):
+        world.tick()
+    took = time.perf_counter() - begun
+    tell("replay", 60.0 / took, "times real time")
+    client.replay_file(str(path), 0.0, 0.0, 0)
+    apart, turned = 0.0, 0.0
+    for number in range(1, 200):
+        frame = world.tick()
+        snapshot = world.get_snapshot()
+        while snapshot.frame < frame:
+            snapshot = world.get_snapshot()
+        for id_ in cars:
+            (x, y, z), angles = places[number][id_]
+            pose = snapshot.find(id_).get_transform()
+            place, turn = pose.location, pose.rotation
+            apart = max(apart, math.dist((x, y, z), (place.x, place.y, place.z)))
+            turns = zip(angles, (turn.roll, turn.pitch, turn.yaw), strict=True)
+            turned = max(turned, *(abs((a - b + 180) % 360 - 180) for a, b in turns))
+    tell("replayed poses are off by at most", 1_000.0 * apart, "mm")
+    tell("", 1_000.0 * turned, "thousandths of a degree")
+    client.stop_replayer(True)
+
+
+def poses(text: str) -> list[dict]:
+    """Place in metres and roll, pitch and yaw in degrees of each actor, by frame."""
+    frames = []
+    for line in text.splitlines():
+        if line.startswith("Frame "):
+            frames.append({})
+        elif " Location: (" in line and " Rotation: (" in line:
+            words = line.replace("(", "").replace(")", "").replace(",", "").split()
+            numbers = [float(word) for word in (*words[3:6], *words[7:10])]
+            place = tuple(number / 100.0 for number in numbers[:3])
+            frames[-1][int(words[1])] = (place, numbers[3:])
+    return frames
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--causeway", default=os.environ.get("CAUSEWAY_BIN", "causeway"))
+    parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--keep", type=Path, help="a folder for the recordings")
+    asked = parser.parse_args()
+    site = Site(asked.causeway, asked.port)
+    print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = asked.keep or Path(temporary)
+        try:
+            client = connect(site)
+            world = synchronous(client.load_world("Town10HD_Opt"))
+            cars = spawn(client, world, CARS)
+            drive = carla.VehicleControl(throttle=0.5, steer=0.3)
+            order = carla.command.ApplyVehicleControl
+            client.apply_batch_sync([order(car, drive) for car in cars])
+            world.tick()
+            cost(site, client, world, folder)
+            path = sizes(client, world, folder)
+            replays(client, world, path, cars)
+        finally:
+            site.stop()
+    # The client library may end the process when it is taken down in order.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

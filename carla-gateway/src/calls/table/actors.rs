@@ -1,0 +1,134 @@
+//! Calls about one actor that is there. Their refusals name the function, as CARLA's do.
+
+use crate::calls::method::{self, Method, Run, refused};
+use crate::calls::method::{arguments, command, no_effect, of_argument, value, void};
+use crate::calls::{actor, lights, parts, vehicle, walker};
+
+use super::NO_EFFECT;
+use crate::dialect::ActorRef;
+
+const COMPONENTS: &str =
+    "mesh, box and blinkers of vehicles; capsule and mesh of walkers; a root of others";
+const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
+const NOT_DRAWN: &str = "bones tell the pose, pictures show the walk";
+const OPEN_DOORS: &str = "drawn; bodies and rays pass through open doors";
+const NO_SENDER: &str = "no client of 0.9.16 sends it";
+
+const fn full(name: &'static str, run: Run) -> Method {
+    method::full(name, run).naming_function()
+}
+
+const fn partly(name: &'static str, what: &'static str, run: Run) -> Method {
+    method::partly(name, what, run).naming_function()
+}
+
+pub(super) static ACTORS: &[Method] = &[
+    full("set_actor_location", command!(Location(id, location))),
+    full("set_actor_transform", command!(Transform(id, transform))),
+    full("set_actor_target_velocity", command!(TargetVelocity(id, velocity))),
+    full("set_actor_target_angular_velocity", command!(TargetAngularVelocity(id, velocity))),
+    full("enable_actor_constant_velocity", void!(actor::hold_velocity(id, velocity).await)),
+    full("disable_actor_constant_velocity", void!(actor::let_go(id).await)),
+    full("add_actor_impulse", command!(Impulse(id, impulse))),
+    full("add_actor_force", command!(Force(id, force))),
+    full("add_actor_angular_impulse", command!(AngularImpulse(id, impulse))),
+    full("add_actor_torque", command!(Torque(id, torque))),
+    refused("add_actor_impulse_at_location", NO_SENDER),
+    refused("add_actor_force_at_location", NO_SENDER),
+    full("set_actor_simulate_physics", void!(actor::switch_physics(id, on).await))
+        .or(actor::physics_refused),
+    full("set_actor_collisions", void!(actor::switch_collisions(id, on).await)),
+    full("set_actor_dead", void!(walker::fell(id).await)),
+    full("set_actor_enable_gravity", command!(EnableGravity(id, on))),
+    full("get_actor_bounding_box", value!(actor::bounding_box(id))).or(actor::no_box),
+    partly(
+        "get_actor_component_world_transform",
+        COMPONENTS,
+        value!(parts::component_in_world(id, name)),
+    ),
+    partly(
+        "get_actor_component_relative_transform",
+        COMPONENTS,
+        value!(parts::component_in_carrier(id, name)),
+    ),
+    partly("get_actor_bone_world_transforms", BASE_AND_WHEELS, value!(parts::bones_in_world(id))),
+    partly("get_actor_bone_relative_transforms", BASE_AND_WHEELS, value!(parts::bones_in_mesh(id))),
+    partly("get_actor_socket_world_transforms", BASE_AND_WHEELS, value!(parts::bones_in_world(id))),
+    partly(
+        "get_actor_socket_relative_transforms",
+        BASE_AND_WHEELS,
+        value!(parts::sockets_on_actor(id)),
+    ),
+    partly("get_actor_component_names", COMPONENTS, value!(parts::component_names(id))),
+    partly("get_actor_bone_names", BASE_AND_WHEELS, value!(parts::bone_names(id))),
+    partly("get_actor_socket_names", BASE_AND_WHEELS, value!(parts::bone_names(id))),
+    full("apply_control_to_vehicle", command!(Control(id, control))),
+    full("apply_ackermann_control_to_vehicle", command!(Ackermann(id, control))),
+    full("get_ackermann_controller_settings", value!(vehicle::ackermann_settings(id).await)),
+    full(
+        "apply_ackermann_controller_settings",
+        void!(vehicle::set_ackermann_settings(id, settings).await),
+    ),
+    full("get_physics_control", value!(vehicle::physics(id).await)),
+    full("apply_physics_control", void!(vehicle::set_physics(id, control).await)),
+    full("get_vehicle_light_state", value!(vehicle::lights(id))),
+    full("set_vehicle_light_state", void!(vehicle::set_lights(id, lights).await)),
+    full("get_vehicle_light_states", value!(vehicle::lights_of_all())).or(vehicle::no_lights),
+    full("get_telemetry_data", value!(vehicle::telemetry(id).await)),
+    partly("show_vehicle_debug_telemetry", NO_EFFECT, no_effect!(ActorRef, bool)),
+    partly("open_vehicle_door", OPEN_DOORS, void!(vehicle::open_door(id, door).await)),
+    partly("close_vehicle_door", OPEN_DOORS, void!(vehicle::close_door(id, door).await)),
+    partly(
+        "set_wheel_steer_direction",
+        "told back, not drawn",
+        void!(vehicle::steer_wheel(id, wheel, degrees)),
+    ),
+    partly(
+        "set_wheel_pitch_angle",
+        "told back, not drawn",
+        void!(vehicle::pitch_wheel(id, wheel, degrees)),
+    ),
+    full("get_wheel_steer_angle", value!(vehicle::wheel_steer_deg(id, wheel))),
+    partly(
+        "get_wheel_pitch_angle",
+        "as it was set, or 0",
+        value!(vehicle::wheel_pitch_deg(id, wheel)),
+    ),
+    partly(
+        "get_vehicle_bone_world_transforms",
+        BASE_AND_WHEELS,
+        value!(vehicle::bones_in_world(id)),
+    ),
+    partly(
+        "set_actor_autopilot",
+        "accepted; the autopilot is the client's own",
+        no_effect!(ActorRef, bool),
+    ),
+    partly("enable_carsim", NO_EFFECT, no_effect!(ActorRef, String)),
+    partly("use_carsim_road", NO_EFFECT, no_effect!(ActorRef, bool)),
+    partly(
+        "enable_chrono_physics",
+        NO_EFFECT,
+        no_effect!(ActorRef, u64, f32, String, String, String, String),
+    ),
+    partly("restore_physx_physics", NO_EFFECT, no_effect!(ActorRef)),
+    full("apply_control_to_walker", command!(WalkerControl(id, control))),
+    full("get_bones_transform", value!(walker::bones(id))),
+    partly("set_bones_transform", NOT_DRAWN, void!(walker::set_bones(id, wanted))),
+    partly("blend_pose", NOT_DRAWN, void!(walker::blend_pose(id, share))),
+    partly("get_pose_from_animation", NOT_DRAWN, void!(walker::take_pose(id))),
+    full("set_traffic_light_state", command!(TrafficLight(id, colour))),
+    full("set_traffic_light_green_time", void!(lights::set_green_secs(id, secs).await)),
+    full("set_traffic_light_yellow_time", void!(lights::set_yellow_secs(id, secs).await)),
+    full("set_traffic_light_red_time", void!(lights::set_red_secs(id, secs).await)),
+    full("freeze_all_traffic_lights", void!(lights::freeze_all(frozen).await)),
+    partly(
+        "freeze_traffic_light",
+        "stops all lights, as Python's freeze does",
+        void!(lights::freeze(id, frozen).await),
+    ),
+    full("reset_traffic_light_group", void!(lights::reset_group(id).await)),
+    full("reset_all_traffic_lights", void!(lights::reset_all().await)),
+    full("get_group_traffic_lights", value!(lights::group(id))),
+    full("get_light_boxes", value!(lights::boxes(id))),
+];

@@ -1,0 +1,34 @@
+//! Giving frames to the recorder.
+
+use super::Endpoint;
+use crate::dialect::VehiclePhysicsControl;
+use crate::recorder::Scene;
+use crate::rpc::Refusal;
+
+impl Endpoint {
+    /// Records the newest frame, if there is a recording.
+    pub(super) async fn record(&mut self) -> Result<(), Refusal> {
+        let Some(episode) = self.episode.as_ref().filter(|_| self.recorder.is_running()) else {
+            return Ok(());
+        };
+        let vehicles = self.recorder.vehicles_to_inspect(&episode.frame);
+        let mut physics = Vec::with_capacity(vehicles.len());
+        for vehicle in vehicles {
+            // One that the world does not know any more has nothing to tell.
+            let Ok(report) = self.inspect(vehicle.into()).await else { continue };
+            let Some(pose) = self.episode()?.state(vehicle).map(|state| state.world_from_actor)
+            else {
+                continue;
+            };
+            let control = VehiclePhysicsControl::of(&report.physics, &pose);
+            physics.push(control.recorded(vehicle.get()));
+        }
+        let Some(episode) = &self.episode else { return Ok(()) };
+        let scene = Scene { episode, lamps: self.lamps.lights(), weather: &self.weather, physics };
+        self.recorder.record(scene);
+        if !self.recorder.is_running() {
+            self.end_journal().await;
+        }
+        Ok(())
+    }
+}

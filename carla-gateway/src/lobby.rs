@@ -1,0 +1,372 @@
+//! What CARLA's client imposes on a server beside the calls themselves: who is connected, whose
+//! turn it is, which calls, reads and answers wait, and for what. A value: it is told what happened
+//! and when, and says what is to be done.
+//!
+//! - Calls are answered one after the other in the order of their arrival; ticks happen between
+//!   them. The version and the settings are told at once, even while a call is under way: a Traffic
+//!   Manager reads the settings between two frames, on a thread of its own, and must have them
+//!   before the next frame comes.
+//! - [`changeover`], [`held`], [`late`] and [`managers`] say what ends a client's process, and what
+//!   is done about it.
+
+mod changeover;
+mod gate;
+mod held;
+mod late;
+mod managers;
+mod messages;
+mod pace;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use crate::dialect::EpisodeSettings;
+use crate::rpc::{Answer, ConnectionId, Payload, Ticket};
+use crate::whereabouts::Whereabouts;
+use changeover::Phase;
+use held::HeldLoads;
+use late::LateAnswers;
+use managers::TrafficManagers;
+pub(crate) use messages::{Brief, Call, Do, Event, Job, Report, Task, Timing, WorldState};
+use pace::{Pace, QUIET_AFTER_LOAD};
+
+/// The client whose protocol this is.
+const VERSION: &str = "0.9.16";
+/// The call that loads a world.
+const LOAD: &str = "load_new_episode";
+/// Calls, and late answers, that may wait; clients that send more are read more slowly.
+pub(crate) const CALLS_MAX: usize = 1_024;
+
+/// Whose turn comes, in the order of arrival.
+#[derive(Debug)]
+enum Waiting {
+    Call(Call),
+    /// A client is gone; its calls come before.
+    Gone(ConnectionId),
+}
+
+/// What the report of the present job is about.
+#[derive(Debug)]
+struct UnderWay {
+    purpose: Purpose,
+    /// The newest client when it began.
+    newest_client: Option<ConnectionId>,
+}
+
+#[derive(Debug)]
+enum Purpose {
+    Call { ticket: Ticket, is_load: bool },
+    Prepare(Ticket),
+    Advance(ConnectionId),
+    TickByItself,
+    ShowEpisode,
+}
+
+/// Clients of one endpoint, and what they wait for.
+#[derive(Debug)]
+pub(crate) struct Lobby {
+    clients: BTreeMap<ConnectionId, Whereabouts>,
+    newest_client: Option<ConnectionId>,
+    managers: TrafficManagers,
+    phase: Phase,
+    held: HeldLoads,
+    late: LateAnswers,
+    pace: Pace,
+    waiting: VecDeque<Waiting>,
+    under_way: Option<UnderWay>,
+    settings: EpisodeSettings,
+    frame_number: u64,
+    episodes_begun: u64,
+    world: WorldState,
+    /// The last client that could know the world that is lost; who comes later finds a new one.
+    newest_witness: Option<ConnectionId>,
+}
+
+impl Lobby {
+    /// Nobody is here.
+    pub(crate) fn new(period: Duration, sync_lease: Option<Duration>, now: Instant) -> Self {
+        Self {
+            clients: BTreeMap::new(),
+            newest_client: None,
+            managers: TrafficManagers::default(),
+            phase: Phase::default(),
+            held: HeldLoads::default(),
+            late: LateAnswers::default(),
+            pace: Pace::new(period, sync_lease, now),
+            waiting: VecDeque::new(),
+            under_way: None,
+            settings: EpisodeSettings::default(),
+            frame_number: 0,
+            episodes_begun: 0,
+            world: WorldState::None,
+            newest_witness: None,
+        }
+    }
+
+    /// Whether more calls may come.
+    pub(crate) fn has_room(&self) -> bool {
+        self.waiting.len() < CALLS_MAX
+    }
+
+    /// When it has to be told that time has passed, if nothing else happens before.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        let late = self.late.due().into_iter().chain(self.phase.due());
+        if self.under_way.is_some() {
+            return late.min();
+        }
+        let idle = self.managers.due().into_iter().chain(self.held.due(&self.phase));
+        late.chain(idle).chain(self.next_tick_at()).min()
+    }
+
+    /// Takes in what happened, and says what is to be done about it.
+    pub(crate) fn take(&mut self, event: Event, now: Instant) -> Vec<Do> {
+        let mut acts = Vec::new();
+        match event {
+            Event::Connected(client, whereabouts) => {
+                if self.clients.is_empty() {
+                    self.pace.count_from(now);
+                }
+                self.clients.insert(client, whereabouts);
+                self.newest_client = self.newest_client.max(Some(client));
+            }
+            Event::Disconnected(client) => self.waiting.push_back(Waiting::Gone(client)),
+            Event::Called(call) => self.receive(call, now, &mut acts),
+            Event::Done(report) => self.finish(*report, now, &mut acts),
+            // No call that could prove the contrary waits.
+            Event::Due if self.under_way.is_none() => self.wake_late_managers(now, &mut acts),
+            Event::Due => {}
+        }
+        if self.phase.due().is_some_and(|due| due <= now) {
+            self.end_phase(now, &mut acts);
+        }
+        self.give_late_answers(now, &mut acts);
+        while self.under_way.is_none() && self.go_on(now, &mut acts) {}
+        self.give_late_answers(now, &mut acts);
+        acts
+    }
+
+    /// Answers at once what needs no endpoint; everything else waits for its turn.
+    fn receive(&mut self, call: Call, now: Instant, acts: &mut Vec<Do>) {
+        let Call { ticket, request } = call;
+        let client = ticket.client;
+        match request.method.as_str() {
+            "version" => acts.push(Do::Answer(ticket, Payload::value(VERSION))),
+            "get_episode_settings" => {
+                for read in self.phase.note_read(ticket, now) {
+                    acts.push(Do::Answer(read, Payload::value(&self.settings)));
+                }
+            }
+            _ => return self.waiting.push_back(Waiting::Call(Call { ticket, request })),
+        }
+        self.managers.note_call(client, now);
+    }
+
+    /// Begins the next job, or does what needs none; whether there was anything.
+    fn go_on(&mut self, now: Instant, acts: &mut Vec<Do>) -> bool {
+        if let Some(load) = self.held.take_ready(&self.phase, &self.managers, now) {
+            self.begin_call(load, acts);
+            return true;
+        }
+        let calls_first = self.pace.owes_a_call() && !self.waiting.is_empty();
+        if !calls_first && self.next_tick_at().is_some_and(|due| due <= now) {
+            acts.extend(self.pace.note_begin(&self.settings, now).map(Do::TellLoss));
+            self.begin(Task::TickByItself, Purpose::TickByItself, None, acts);
+            return true;
+        }
+        self.pace.note_call();
+        match self.waiting.pop_front() {
+            Some(Waiting::Call(call)) => self.attend(call, now, acts),
+            Some(Waiting::Gone(client)) => self.forget(client),
+            None => return false,
+        }
+        true
+    }
+
+    /// It is a call's turn.
+    fn attend(&mut self, call: Call, now: Instant, acts: &mut Vec<Do>) {
+        let client = call.ticket.client;
+        match call.request.method.as_str() {
+            "apply_batch" => self.managers.note_batch(client),
+            _ => self.managers.note_call(client, now),
+        }
+        if let Some((answer, starts)) = self.managers.answer(client, &call.request) {
+            let here = self.clients.get(&client).copied().filter(|client| client.is_here());
+            acts.extend(starts.zip(here).map(|(port, client)| Do::BorrowPort(port, client)));
+            return acts.push(Do::Answer(call.ticket, answer));
+        }
+        if call.request.method == "tick_cue" && self.settings.synchronous_mode {
+            return self.begin(Task::Prepare, Purpose::Prepare(call.ticket), Some(client), acts);
+        }
+        let is_early = call.request.method == LOAD
+            && self.held.is_too_early(client, &self.phase, &self.managers, now);
+        let call = if is_early { self.held.hold(call) } else { Some(call) };
+        if let Some(call) = call {
+            self.begin_call(call, acts);
+        }
+    }
+
+    fn begin_call(&mut self, call: Call, acts: &mut Vec<Do>) {
+        let Call { ticket, request } = call;
+        let client = ticket.client;
+        if self.phase.note_call(client, &request) {
+            // From here on a Traffic Manager may be silent for longer than one that sleeps.
+            self.managers.note_batch(client);
+        }
+        let purpose = Purpose::Call { ticket, is_load: request.method == LOAD };
+        self.begin(Task::Call(request), purpose, Some(client), acts);
+    }
+
+    fn begin(
+        &mut self,
+        task: Task,
+        purpose: Purpose,
+        caller: Option<ConnectionId>,
+        acts: &mut Vec<Do>,
+    ) {
+        let newest_client = self.newest_client;
+        self.under_way = Some(UnderWay { purpose, newest_client });
+        let finds_new_world = self.world == WorldState::Lost
+            && caller.is_some_and(|caller| Some(caller) > self.newest_witness);
+        let brief = Brief { last_tick: self.pace.last_tick(), caller, finds_new_world };
+        acts.push(Do::Begin(Job { task, brief }));
+    }
+
+    /// A job is done.
+    fn finish(&mut self, report: Report, now: Instant, acts: &mut Vec<Do>) {
+        let Some(UnderWay { purpose, newest_client }) = self.under_way.take() else { return };
+        self.learn(&report, newest_client, now);
+        let Report { answer, later, timing, expects_step, .. } = report;
+        match purpose {
+            Purpose::Call { ticket, is_load } => {
+                if let Some(later) = later {
+                    return acts.push(Do::AnswerLater(ticket, later));
+                }
+                if expects_step {
+                    self.managers.note_frame(ticket.client, now);
+                }
+                if is_load && answer.is_ok() {
+                    self.held.note_load(ticket.client, now);
+                    if self.managers.count(ticket.client) > 0 {
+                        return self.change_over(ticket, answer, now, acts);
+                    }
+                }
+                self.answer_in_time(ticket, answer, timing, acts);
+            }
+            Purpose::Prepare(ticket) => {
+                let (client, is_ready) = (ticket.client, answer.is_ok());
+                acts.push(Do::Answer(ticket, answer));
+                if is_ready {
+                    self.begin(Task::Advance, Purpose::Advance(client), Some(client), acts);
+                }
+            }
+            Purpose::Advance(client) => self.managers.note_frame(client, now),
+            Purpose::TickByItself => {
+                self.pace.note_end(self.waiting.len(), answer.is_ok(), now);
+            }
+            Purpose::ShowEpisode => {}
+        }
+    }
+
+    /// Takes over how the endpoint is after a job.
+    fn learn(&mut self, report: &Report, newest_client: Option<ConnectionId>, now: Instant) {
+        if report.frame_number != self.frame_number {
+            self.late.note_frame(report.frame_number, now + self.pace.half_period());
+        }
+        if report.world == WorldState::Lost && self.world != WorldState::Lost {
+            self.newest_witness = newest_client;
+        }
+        if report.settings != self.settings {
+            self.settings.clone_from(&report.settings);
+            self.pace.forget_loss(now);
+        }
+        self.pace.count_from(report.last_tick);
+        if report.episodes_begun != self.episodes_begun {
+            self.pace.count_from(now + QUIET_AFTER_LOAD);
+        }
+        self.frame_number = report.frame_number;
+        self.episodes_begun = report.episodes_begun;
+        self.world = report.world;
+    }
+
+    /// A load is done: answers it once the Traffic Managers of the client have changed over.
+    fn change_over(&mut self, ticket: Ticket, answer: Answer, now: Instant, acts: &mut Vec<Do>) {
+        self.end_phase(now, acts);
+        self.end_phase(now, acts);
+        let client = ticket.client;
+        self.managers.note_frame(client, now);
+        self.phase = Phase::begin((ticket, answer), self.managers.count(client), now);
+        self.begin(Task::ShowEpisode, Purpose::ShowEpisode, Some(client), acts);
+    }
+
+    /// Answers the load of who changes over, or what still waits after it.
+    fn end_phase(&mut self, now: Instant, acts: &mut Vec<Do>) {
+        let released = self.phase.end(now);
+        if let Some((ticket, answer)) = released.load {
+            acts.push(Do::Answer(ticket, answer));
+            self.pace.count_from(now + QUIET_AFTER_LOAD);
+        }
+        for read in released.reads {
+            acts.push(Do::Answer(read, Payload::value(&self.settings)));
+        }
+    }
+
+    /// Answers now, or with the next frame.
+    fn answer_in_time(
+        &mut self,
+        ticket: Ticket,
+        answer: Answer,
+        timing: Timing,
+        acts: &mut Vec<Do>,
+    ) {
+        let waits = match timing {
+            Timing::Now => false,
+            Timing::AfterManagersStep => self.managers.count(ticket.client) > 0,
+            Timing::WithNextFrame => true,
+        };
+        let given = if waits && self.ticks_by_itself() {
+            self.late.keep(ticket, answer, self.frame_number)
+        } else {
+            Some((ticket, answer))
+        };
+        acts.extend(given.map(|(ticket, answer)| Do::Answer(ticket, answer)));
+    }
+
+    /// Gives the answers whose time has come or whose frame will not come.
+    fn give_late_answers(&mut self, now: Instant, acts: &mut Vec<Do>) {
+        let due = self.late.take_due(now, self.ticks_by_itself());
+        acts.extend(due.into_iter().map(|(ticket, answer)| Do::Answer(ticket, answer)));
+    }
+
+    fn wake_late_managers(&mut self, now: Instant, acts: &mut Vec<Do>) {
+        for (port, client) in self.managers.take_late(now) {
+            let host = self.clients.get(&client).map(|client| client.address());
+            acts.extend(host.map(|host| Do::Wake(host, port)));
+        }
+    }
+
+    /// A client is gone, and its calls are done.
+    fn forget(&mut self, client: ConnectionId) {
+        self.clients.remove(&client);
+        self.managers.forget(client);
+        self.held.forget(client);
+        self.late.forget(client);
+        self.phase.forget(client);
+    }
+
+    /// When the world ticks by itself: never while nobody is connected, while clients tick, or
+    /// while the Traffic Managers of one change over to a new world.
+    fn next_tick_at(&self) -> Option<Instant> {
+        let stands =
+            self.phase.is_loading() || self.clients.is_empty() || self.world != WorldState::Alive;
+        if stands { None } else { self.pace.due(&self.settings) }
+    }
+
+    fn ticks_by_itself(&self) -> bool {
+        !self.settings.synchronous_mode && self.next_tick_at().is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests;

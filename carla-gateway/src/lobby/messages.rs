@@ -1,0 +1,124 @@
+//! What a lobby is told, and what it says.
+
+use std::net::IpAddr;
+
+use tokio::task::JoinHandle;
+use tokio::time::Instant;
+
+use super::pace::Loss;
+use crate::dialect::EpisodeSettings;
+use crate::rpc::{Answer, ConnectionId, Request, Ticket};
+use crate::whereabouts::Whereabouts;
+
+/// What a lobby hears.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// A client connected.
+    Connected(ConnectionId, Whereabouts),
+    /// A client is gone.
+    Disconnected(ConnectionId),
+    /// A client calls.
+    Called(Call),
+    /// The job that was begun is done.
+    Done(Box<Report>),
+    /// It is [`due`](super::Lobby::due), and nothing else has happened.
+    Due,
+}
+
+/// One call of a client.
+#[derive(Debug)]
+pub(crate) struct Call {
+    pub(crate) ticket: Ticket,
+    pub(crate) request: Request,
+}
+
+/// What is to be done, in this order.
+#[derive(Debug)]
+pub(crate) enum Do {
+    /// Answers a call.
+    Answer(Ticket, Answer),
+    /// Answers a call when its answer is there.
+    AnswerLater(Ticket, JoinHandle<Answer>),
+    /// Has the endpoint do something; its report comes before the next job.
+    Begin(Job),
+    /// Wakes a Traffic Manager that has slept through a frame.
+    Wake(IpAddr, u16),
+    /// Has whoever holds a port of this machine lend it to a client's Traffic Manager, which is
+    /// about to start.
+    BorrowPort(u16, Whereabouts),
+    /// Says that ticks take longer than their period, and how much time was lost lately.
+    TellLoss(Loss),
+}
+
+/// One job of the endpoint.
+#[derive(Debug)]
+pub(crate) struct Job {
+    pub(crate) task: Task,
+    pub(crate) brief: Brief,
+}
+
+/// What the endpoint does, one thing at a time.
+#[derive(Debug)]
+pub(crate) enum Task {
+    /// What a call says.
+    Call(Request),
+    /// Gets ready for the tick of a client; the answer is the number of the frame to come.
+    Prepare,
+    /// The tick of a client, which has got its answer.
+    Advance,
+    /// A tick of its own accord, in asynchronous mode from now on.
+    TickByItself,
+    /// Sends the first frame of a new episode to all clients.
+    ShowEpisode,
+}
+
+/// What the endpoint has to know for a job.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Brief {
+    /// When the last tick began.
+    pub(crate) last_tick: Instant,
+    /// Whose call it is; nobody's, if the world ticks by itself.
+    pub(crate) caller: Option<ConnectionId>,
+    /// The caller came after the world of the episode was lost, and finds a new one.
+    pub(crate) finds_new_world: bool,
+}
+
+/// What came of a job, and how the endpoint is after it.
+#[derive(Debug)]
+pub(crate) struct Report {
+    pub(crate) answer: Answer,
+    /// Takes the place of the answer.
+    pub(crate) later: Option<JoinHandle<Answer>>,
+    pub(crate) timing: Timing,
+    /// The client's Traffic Managers take a step before its call returns.
+    pub(crate) expects_step: bool,
+    pub(crate) settings: EpisodeSettings,
+    pub(crate) frame_number: u64,
+    pub(crate) episodes_begun: u64,
+    pub(crate) world: WorldState,
+    pub(crate) last_tick: Instant,
+}
+
+/// When a call is answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Timing {
+    /// At once.
+    #[default]
+    Now,
+    /// The call has destroyed a vehicle: when a step of the caller's Traffic Managers that has it
+    /// is over.
+    AfterManagersStep,
+    /// The call has put actors into the world: when they were seen.
+    WithNextFrame,
+}
+
+/// What there is of the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum WorldState {
+    /// It was not needed yet.
+    #[default]
+    None,
+    Alive,
+    /// It is gone.
+    Lost,
+}

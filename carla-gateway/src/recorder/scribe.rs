@@ -1,0 +1,201 @@
+//! The thread that writes one recording.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use recording::{FrameContent, Header, Writer};
+use tokio::sync::watch;
+
+/// Frames that may wait for the disk: several seconds, and at most some dozens of megabytes.
+const FRAMES_WAITING_MAX: usize = 256;
+/// How much a machine that dies may lose.
+const SYNC_PERIOD: Duration = Duration::from_secs(1);
+
+/// Why a frame was not recorded.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum WriteError {
+    #[error("the disk is too slow: {FRAMES_WAITING_MAX} frames wait already")]
+    TooSlow,
+    #[error("writing has ended")]
+    Ended,
+}
+
+/// Writes frames in the order it is given them, and holds nobody up. Who drops it says that no more
+/// are to come.
+pub(super) struct Scribe<T> {
+    frames: SyncSender<T>,
+    written: Written,
+}
+
+/// Knows when all of a recording is written.
+#[derive(Clone, Debug)]
+pub(super) struct Written(watch::Receiver<()>);
+
+impl Written {
+    /// Whether it is.
+    pub(super) fn is_over(&self) -> bool {
+        self.0.has_changed().is_err()
+    }
+
+    /// Waits until it is.
+    pub(super) async fn wait(mut self) {
+        while self.0.changed().await.is_ok() {}
+    }
+}
+
+impl<T: Send + 'static> Scribe<T> {
+    /// Writes the head. What a file has of each thing that is given later, its thread finds out.
+    pub(super) fn start(
+        file: File,
+        path: &Path,
+        header: &Header,
+        content: impl FnMut(T) -> FrameContent + Send + 'static,
+    ) -> io::Result<Self> {
+        let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
+        let writer = Writer::begin(Whole { file, bytes: 0 }, header)?;
+        let path = path.to_owned();
+        let (writing, written) = watch::channel(());
+        let thread = thread::Builder::new().name("recording".to_owned());
+        thread.spawn(move || {
+            write_all(writer, &waiting, content, &path);
+            // Also when that panics, whoever waits is told.
+            drop(writing);
+        })?;
+        Ok(Self { frames, written: Written(written) })
+    }
+
+    pub(super) fn write(&self, frame: T) -> Result<(), WriteError> {
+        self.frames.try_send(frame).map_err(|error| match error {
+            TrySendError::Full(_) => WriteError::TooSlow,
+            TrySendError::Disconnected(_) => WriteError::Ended,
+        })
+    }
+
+    /// When all that it was given is written.
+    pub(super) fn written(&self) -> Written {
+        self.written.clone()
+    }
+}
+
+/// A file that never ends within a frame: what cannot be written whole is taken back.
+struct Whole {
+    file: File,
+    bytes: u64,
+}
+
+impl Write for Whole {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        match self.file.write_all(buffer) {
+            Ok(()) => {
+                self.bytes += buffer.len() as u64;
+                Ok(buffer.len())
+            }
+            Err(error) => {
+                if let Err(why) = self.file.set_len(self.bytes) {
+                    tracing::warn!(%why, "a recording ends within a frame");
+                }
+                Err(error)
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.sync_data()
+    }
+}
+
+fn write_all<T>(
+    mut writer: Writer<Whole>,
+    waiting: &Receiver<T>,
+    mut content: impl FnMut(T) -> FrameContent,
+    path: &PathBuf,
+) {
+    let mut synced = Instant::now();
+    loop {
+        let outcome = match waiting.recv_timeout(SYNC_PERIOD) {
+            Ok(frame) => writer.frame(content(frame)),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        let outcome = outcome.and_then(|()| {
+            if synced.elapsed() >= SYNC_PERIOD {
+                synced = Instant::now();
+                writer.sink().file.sync_data()?;
+            }
+            Ok(())
+        });
+        if let Err(error) = outcome {
+            // The one before is what could not be written.
+            let frame = writer.frames().saturating_sub(1);
+            tracing::error!(frame, %error, ?path, "a recording ends before this frame");
+            return;
+        }
+    }
+    let frame = writer.frames();
+    if let Err(error) = writer.finish() {
+        tracing::error!(frame, %error, ?path, "a recording ends before this frame");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn frame(number: u32) -> FrameContent {
+        FrameContent { elapsed_secs: f64::from(number), ..FrameContent::default() }
+    }
+
+    fn header() -> Header {
+        Header { version: Header::VERSION, date: 0, map: "Town01".to_owned() }
+    }
+
+    #[tokio::test]
+    async fn all_frames_are_in_the_file_when_it_is_finished() {
+        let path = std::env::temp_dir().join(format!("causeway-scribe-{}", std::process::id()));
+        let scribe =
+            Scribe::start(File::create(&path).unwrap(), &path, &header(), |frame| frame).unwrap();
+        for number in 0..100 {
+            scribe.write(frame(number)).unwrap();
+        }
+        let written = scribe.written();
+        assert!(!written.is_over());
+        drop(scribe);
+        written.wait().await;
+        let log = fs::read(&path).unwrap();
+        let mut reader = recording::Reader::open(&log[..]).unwrap();
+        let last = recording::query::last_frame(&mut reader).unwrap().unwrap();
+        assert_eq!((last.number, last.duration_secs), (100, -1.0));
+        fs::remove_file(path).unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_full_disk_ends_the_recording_and_the_giver_learns_of_it() {
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let same = |frame: FrameContent| frame;
+        let begun = Scribe::start(full, Path::new("/dev/full"), &header(), same);
+        // The head is the first that does not fit.
+        assert_eq!(begun.err().unwrap().kind(), io::ErrorKind::StorageFull);
+        // A file that was not opened for writing refuses what a full disk would.
+        let read_only = Whole { file: File::open("/dev/null").unwrap(), bytes: 0 };
+        let writer = Writer::after_head(read_only);
+        let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
+        let (writing, written) = watch::channel(());
+        thread::spawn(move || {
+            write_all(writer, &waiting, same, &PathBuf::from("/dev/null"));
+            drop(writing);
+        });
+        let scribe = Scribe { frames, written: Written(written) };
+        let until = Instant::now() + Duration::from_secs(20);
+        while scribe.write(frame(1)).is_ok() {
+            assert!(Instant::now() < until, "nobody says that writing has ended");
+            thread::yield_now();
+        }
+        scribe.written().wait().await;
+    }
+}

@@ -1,0 +1,292 @@
+//! The MCAP container, version 0: chunks of messages, their indices and a summary.
+//!
+//! **Source:** the specification of the format, <https://mcap.dev/spec>.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+use lz4_flex::frame::FrameEncoder;
+
+const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
+/// Bytes of a chunk before it is compressed.
+const CHUNK_BYTES: usize = 4 * 1024 * 1024;
+/// How chunks are compressed.
+const COMPRESSION: &str = "lz4";
+
+/// Kinds of records.
+#[derive(Clone, Copy)]
+enum Opcode {
+    Header = 1,
+    Footer,
+    Schema,
+    Channel,
+    Message,
+    Chunk,
+    MessageIndex,
+    ChunkIndex,
+    Attachment,
+    AttachmentIndex,
+    Statistics,
+    Metadata,
+    MetadataIndex,
+    SummaryOffset,
+    DataEnd,
+}
+
+/// One kind of message.
+#[derive(Clone, Debug)]
+pub(crate) struct Schema<'a> {
+    pub(crate) name: &'a str,
+    /// `jsonschema` or `flatbuffer`.
+    pub(crate) encoding: &'a str,
+    pub(crate) data: &'a [u8],
+}
+
+/// A topic of one file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ChannelId(u16);
+
+/// A file that is being written.
+pub(crate) struct Writer<W> {
+    sink: W,
+    offset: u64,
+    /// Schemas and channels, for the summary.
+    described: Vec<(Opcode, Vec<u8>)>,
+    channels: u16,
+    schemas: u16,
+    chunk: Chunk,
+    chunk_indices: Vec<Vec<u8>>,
+    attachment_indices: Vec<Vec<u8>>,
+    metadata_indices: Vec<Vec<u8>>,
+    message_counts: BTreeMap<ChannelId, u64>,
+    times: Option<(u64, u64)>,
+}
+
+/// Messages that are not written yet.
+#[derive(Default)]
+struct Chunk {
+    records: Vec<u8>,
+    /// Times and offsets of the messages of each channel.
+    messages: BTreeMap<ChannelId, Vec<(u64, u64)>>,
+    times: Option<(u64, u64)>,
+}
+
+impl<W: Write> Writer<W> {
+    pub(crate) fn begin(sink: W, library: &str) -> io::Result<Self> {
+        let mut writer = Self {
+            sink,
+            offset: 0,
+            described: Vec::new(),
+            channels: 0,
+            schemas: 0,
+            chunk: Chunk::default(),
+            chunk_indices: Vec::new(),
+            attachment_indices: Vec::new(),
+            metadata_indices: Vec::new(),
+            message_counts: BTreeMap::new(),
+            times: None,
+        };
+        writer.raw(&MAGIC)?;
+        writer.record(Opcode::Header, &Body::default().text("").text(library).0)?;
+        Ok(writer)
+    }
+
+    /// A topic with its own schema; its messages are encoded as `encoding` says.
+    pub(crate) fn channel(
+        &mut self,
+        topic: &str,
+        encoding: &str,
+        schema: &Schema<'_>,
+    ) -> io::Result<ChannelId> {
+        self.schemas += 1;
+        let body = Body::default().u16(self.schemas).text(schema.name).text(schema.encoding);
+        self.describe(Opcode::Schema, body.bytes(schema.data).0)?;
+        self.channels += 1;
+        let id = ChannelId(self.channels);
+        let body = Body::default().u16(id.0).u16(self.schemas).text(topic).text(encoding);
+        self.describe(Opcode::Channel, body.u32(0).0)?;
+        Ok(id)
+    }
+
+    /// Appends a message; `now` in nanoseconds.
+    pub(crate) fn message(&mut self, channel: ChannelId, now: u64, data: &[u8]) -> io::Result<()> {
+        let count = self.message_counts.entry(channel).or_default();
+        let body = Body::default().u16(channel.0).u32(*count as u32).u64(now).u64(now);
+        *count += 1;
+        let chunk = &mut self.chunk;
+        let offset = chunk.records.len() as u64;
+        chunk.messages.entry(channel).or_default().push((now, offset));
+        put(&mut chunk.records, Opcode::Message, &[&body.0, data]);
+        for times in [&mut chunk.times, &mut self.times] {
+            let (first, last) = times.unwrap_or((now, now));
+            *times = Some((first.min(now), last.max(now)));
+        }
+        if chunk.records.len() >= CHUNK_BYTES { self.end_chunk() } else { Ok(()) }
+    }
+
+    pub(crate) fn attach(&mut self, name: &str, media: &str, data: &[u8]) -> io::Result<()> {
+        self.end_chunk()?;
+        let (offset, size) = (self.offset, data.len() as u64);
+        let body = Body::default().u64(0).u64(0).text(name).text(media).u64(size);
+        let mut body = body.0;
+        body.extend_from_slice(data);
+        let crc = crc32fast::hash(&body);
+        body.extend_from_slice(&crc.to_le_bytes());
+        self.record(Opcode::Attachment, &body)?;
+        let index = Body::default().u64(offset).u64(self.offset - offset).u64(0).u64(0).u64(size);
+        self.attachment_indices.push(index.text(name).text(media).0);
+        Ok(())
+    }
+
+    pub(crate) fn metadata(&mut self, name: &str, told: &[(&str, String)]) -> io::Result<()> {
+        self.end_chunk()?;
+        let offset = self.offset;
+        let pairs =
+            told.iter().fold(Body::default(), |body, (key, value)| body.text(key).text(value));
+        self.record(Opcode::Metadata, &Body::default().text(name).bytes(&pairs.0).0)?;
+        let index = Body::default().u64(offset).u64(self.offset - offset).text(name);
+        self.metadata_indices.push(index.0);
+        Ok(())
+    }
+
+    /// Writes what is left, the summary and the end.
+    pub(crate) fn finish(mut self) -> io::Result<W> {
+        self.end_chunk()?;
+        self.record(Opcode::DataEnd, &Body::default().u32(0).0)?;
+        let summary_start = self.offset;
+        let statistics = self.statistics();
+        let described = std::mem::take(&mut self.described);
+        let of = |wanted: u8| {
+            let of_kind = described.iter().filter(move |(kind, _)| *kind as u8 == wanted);
+            of_kind.map(|(_, body)| body.clone()).collect::<Vec<_>>()
+        };
+        let groups = [
+            (Opcode::Schema, of(Opcode::Schema as u8)),
+            (Opcode::Channel, of(Opcode::Channel as u8)),
+            (Opcode::Statistics, vec![statistics]),
+            (Opcode::ChunkIndex, std::mem::take(&mut self.chunk_indices)),
+            (Opcode::AttachmentIndex, std::mem::take(&mut self.attachment_indices)),
+            (Opcode::MetadataIndex, std::mem::take(&mut self.metadata_indices)),
+        ];
+        let mut offsets = Vec::new();
+        for (kind, bodies) in groups.into_iter().filter(|(_, bodies)| !bodies.is_empty()) {
+            let start = self.offset;
+            bodies.iter().try_for_each(|body| self.record(kind, body))?;
+            let group = Body::default().u8(kind as u8).u64(start).u64(self.offset - start);
+            offsets.push(group.0);
+        }
+        let offsets_start = self.offset;
+        offsets.iter().try_for_each(|body| self.record(Opcode::SummaryOffset, body))?;
+        let footer = Body::default().u64(summary_start).u64(offsets_start).u32(0);
+        self.record(Opcode::Footer, &footer.0)?;
+        self.raw(&MAGIC)?;
+        self.sink.flush()?;
+        Ok(self.sink)
+    }
+
+    fn statistics(&self) -> Vec<u8> {
+        let (first, last) = self.times.unwrap_or_default();
+        let counts = self.message_counts.iter();
+        let counts = counts.fold(Body::default(), |body, (id, count)| body.u16(id.0).u64(*count));
+        Body::default()
+            .u64(self.message_counts.values().sum())
+            .u16(self.schemas)
+            .u32(self.channels.into())
+            .u32(self.attachment_indices.len() as u32)
+            .u32(self.metadata_indices.len() as u32)
+            .u32(self.chunk_indices.len() as u32)
+            .u64(first)
+            .u64(last)
+            .bytes(&counts.0)
+            .0
+    }
+
+    fn describe(&mut self, kind: Opcode, body: Vec<u8>) -> io::Result<()> {
+        self.record(kind, &body)?;
+        self.described.push((kind, body));
+        Ok(())
+    }
+
+    fn end_chunk(&mut self) -> io::Result<()> {
+        let Chunk { records, messages, times } = std::mem::take(&mut self.chunk);
+        let Some((first, last)) = times else { return Ok(()) };
+        let mut encoder = FrameEncoder::new(Vec::new());
+        encoder.write_all(&records)?;
+        let packed = encoder.finish().map_err(io::Error::other)?;
+        let size = records.len() as u64;
+        let head = Body::default().u64(first).u64(last).u64(size).u32(crc32fast::hash(&records));
+        let mut body = head.text(COMPRESSION).u64(packed.len() as u64).0;
+        body.extend_from_slice(&packed);
+        let start = self.offset;
+        self.record(Opcode::Chunk, &body)?;
+        let chunk_bytes = self.offset - start;
+        let index_start = self.offset;
+        let mut indices = Body::default();
+        for (channel, places) in messages {
+            indices = indices.u16(channel.0).u64(self.offset);
+            let places = places.iter();
+            let places =
+                places.fold(Body::default(), |body, (at, offset)| body.u64(*at).u64(*offset));
+            let index = Body::default().u16(channel.0).bytes(&places.0);
+            self.record(Opcode::MessageIndex, &index.0)?;
+        }
+        let index = Body::default().u64(first).u64(last).u64(start).u64(chunk_bytes);
+        let index = index.bytes(&indices.0).u64(self.offset - index_start).text(COMPRESSION);
+        self.chunk_indices.push(index.u64(packed.len() as u64).u64(size).0);
+        Ok(())
+    }
+
+    fn record(&mut self, kind: Opcode, body: &[u8]) -> io::Result<()> {
+        let mut record = Vec::with_capacity(body.len() + 9);
+        put(&mut record, kind, &[body]);
+        self.raw(&record)
+    }
+
+    fn raw(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.sink.write_all(bytes)?;
+        self.offset += bytes.len() as u64;
+        Ok(())
+    }
+}
+
+fn put(out: &mut Vec<u8>, kind: Opcode, parts: &[&[u8]]) {
+    let bytes: usize = parts.iter().map(|part| part.len()).sum();
+    out.push(kind as u8);
+    out.extend_from_slice(&(bytes as u64).to_le_bytes());
+    parts.iter().for_each(|part| out.extend_from_slice(part));
+}
+
+/// The fields of a record, one after the other.
+#[derive(Default)]
+struct Body(Vec<u8>);
+
+impl Body {
+    fn append(mut self, bytes: &[u8]) -> Self {
+        self.0.extend_from_slice(bytes);
+        self
+    }
+
+    fn u8(self, number: u8) -> Self {
+        self.append(&[number])
+    }
+
+    fn u16(self, number: u16) -> Self {
+        self.append(&number.to_le_bytes())
+    }
+
+    fn u32(self, number: u32) -> Self {
+        self.append(&number.to_le_bytes())
+    }
+
+    fn u64(self, number: u64) -> Self {
+        self.append(&number.to_le_bytes())
+    }
+
+    fn bytes(self, bytes: &[u8]) -> Self {
+        self.u32(bytes.len() as u32).append(bytes)
+    }
+
+    fn text(self, text: &str) -> Self {
+        self.bytes(text.as_bytes())
+    }
+}

@@ -1,0 +1,149 @@
+//! JSON schemas of messages: of Foxglove's kinds the fields that are written here.
+
+use serde_json::{Map, Value, json};
+
+fn object(fields: &[(&str, Value)]) -> Value {
+    let properties: Map<String, Value> =
+        fields.iter().map(|(name, kind)| ((*name).to_owned(), kind.clone())).collect();
+    json!({"type": "object", "properties": properties})
+}
+
+fn array(of: &Value) -> Value {
+    json!({"type": "array", "items": of})
+}
+
+fn number() -> Value {
+    json!({"type": "number"})
+}
+
+fn integer() -> Value {
+    json!({"type": "integer"})
+}
+
+fn text() -> Value {
+    json!({"type": "string"})
+}
+
+fn time() -> Value {
+    object(&[("sec", integer()), ("nsec", integer())])
+}
+
+fn vector() -> Value {
+    object(&[("x", number()), ("y", number()), ("z", number())])
+}
+
+fn quaternion() -> Value {
+    object(&[("x", number()), ("y", number()), ("z", number()), ("w", number())])
+}
+
+fn colour() -> Value {
+    object(&[("r", number()), ("g", number()), ("b", number()), ("a", number())])
+}
+
+fn pose() -> Value {
+    object(&[("position", vector()), ("orientation", quaternion())])
+}
+
+/// An object of numbers.
+pub(crate) fn numbers(names: &[&str]) -> Value {
+    let fields: Vec<(&str, Value)> = names.iter().map(|name| (*name, number())).collect();
+    object(&fields)
+}
+
+pub(crate) fn opendrive() -> Value {
+    object(&[("name", text()), ("digest", text()), ("text", text())])
+}
+
+pub(crate) fn transforms() -> Value {
+    let transform = object(&[
+        ("timestamp", time()),
+        ("parent_frame_id", text()),
+        ("child_frame_id", text()),
+        ("translation", vector()),
+        ("rotation", quaternion()),
+    ]);
+    object(&[("transforms", array(&transform))])
+}
+
+pub(crate) fn poses() -> Value {
+    object(&[("timestamp", time()), ("frame_id", text()), ("poses", array(&pose()))])
+}
+
+pub(crate) fn pose_in_frame() -> Value {
+    object(&[("timestamp", time()), ("frame_id", text()), ("pose", pose())])
+}
+
+pub(crate) fn odometry() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("body_frame_id", text()),
+        ("pose", pose()),
+        ("linear_velocity", vector()),
+        ("angular_velocity", vector()),
+    ])
+}
+
+pub(crate) fn fix() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("latitude", number()),
+        ("longitude", number()),
+        ("altitude", number()),
+        ("position_covariance", array(&number())),
+        ("position_covariance_type", integer()),
+    ])
+}
+
+pub(crate) fn log() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("level", integer()),
+        ("message", text()),
+        ("name", text()),
+        ("file", text()),
+        ("line", integer()),
+    ])
+}
+
+pub(crate) fn scene() -> Value {
+    let deletion = object(&[("timestamp", time()), ("type", integer()), ("id", text())]);
+    let solid = object(&[("pose", pose()), ("size", vector()), ("color", colour())]);
+    let line = object(&[
+        ("type", integer()),
+        ("pose", pose()),
+        ("thickness", number()),
+        ("scale_invariant", json!({"type": "boolean"})),
+        ("points", array(&vector())),
+        ("color", colour()),
+        ("colors", array(&colour())),
+        ("indices", array(&integer())),
+    ]);
+    let label = object(&[
+        ("pose", pose()),
+        ("billboard", json!({"type": "boolean"})),
+        ("font_size", number()),
+        ("scale_invariant", json!({"type": "boolean"})),
+        ("color", colour()),
+        ("text", text()),
+    ]);
+    let nothing = array(&json!({"type": "object"}));
+    let entity = object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("id", text()),
+        ("lifetime", time()),
+        ("frame_locked", json!({"type": "boolean"})),
+        ("metadata", array(&object(&[("key", text()), ("value", text())]))),
+        ("arrows", nothing.clone()),
+        ("cubes", array(&solid)),
+        ("spheres", array(&solid)),
+        ("cylinders", nothing.clone()),
+        ("lines", array(&line)),
+        ("triangles", nothing.clone()),
+        ("texts", array(&label)),
+        ("models", nothing),
+    ]);
+    object(&[("deletions", array(&deletion)), ("entities", array(&entity))])
+}

@@ -1,0 +1,142 @@
+//! The topics of a file and what they hold.
+//!
+//! | topic | schema |
+//! |---|---|
+//! | `/tf` | `foxglove.FrameTransforms`: `map` to `ego` |
+//! | `/map` | `foxglove.SceneUpdate`: edges of lanes |
+//! | `/map/opendrive` | `causeway.OpenDrive` |
+//! | `/actors` | `foxglove.SceneUpdate`: a box and a name for each, changes only |
+//! | `/actors/poses` | `foxglove.PosesInFrame` |
+//! | `/traffic_lights` | `foxglove.SceneUpdate`, on change |
+//! | `/ego/odometry`, `/ego/pose`, `/ego/fix` | `foxglove.Odometry`, `PoseInFrame`, `LocationFix` |
+//! | `/ego/state` | `causeway.Vehicle` |
+//! | `/events` | `foxglove.Log` |
+//! | `/weather` | `causeway.Weather`, on change |
+//! | `/causeway/frame` | `causeway.wire.Frame`, as FlatBuffers; of exact recordings only |
+//!
+//! All but the last one are JSON.
+
+use std::io::{self, Write};
+
+use schemas::Weather;
+use serde_json::{Map, Value, json};
+
+use crate::container::{ChannelId, Schema, Writer};
+use crate::schema;
+
+/// One topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Topic {
+    Tf,
+    Map,
+    OpenDrive,
+    Actors,
+    Poses,
+    TrafficLights,
+    Odometry,
+    Pose,
+    Fix,
+    State,
+    Events,
+    Weather,
+    Frame,
+}
+
+/// The channels of one file.
+pub(crate) struct Topics(Vec<(Topic, ChannelId)>);
+
+impl Topics {
+    pub(crate) fn open(file: &mut Writer<impl Write>, is_exact: bool) -> io::Result<Self> {
+        let told = [
+            (Topic::Tf, "/tf", "foxglove.FrameTransforms", schema::transforms()),
+            (Topic::Map, "/map", "foxglove.SceneUpdate", schema::scene()),
+            (Topic::OpenDrive, "/map/opendrive", "causeway.OpenDrive", schema::opendrive()),
+            (Topic::Actors, "/actors", "foxglove.SceneUpdate", schema::scene()),
+            (Topic::Poses, "/actors/poses", "foxglove.PosesInFrame", schema::poses()),
+            (Topic::TrafficLights, "/traffic_lights", "foxglove.SceneUpdate", schema::scene()),
+            (Topic::Odometry, "/ego/odometry", "foxglove.Odometry", schema::odometry()),
+            (Topic::Pose, "/ego/pose", "foxglove.PoseInFrame", schema::pose_in_frame()),
+            (Topic::Fix, "/ego/fix", "foxglove.LocationFix", schema::fix()),
+            (Topic::State, "/ego/state", "causeway.Vehicle", schema::numbers(&STATE)),
+            (Topic::Events, "/events", "foxglove.Log", schema::log()),
+            (Topic::Weather, "/weather", "causeway.Weather", schema::numbers(&WEATHER)),
+        ];
+        let mut channels = Vec::with_capacity(told.len() + 1);
+        for (topic, path, name, schema) in told {
+            let text = schema.to_string();
+            let schema = Schema { name, encoding: "jsonschema", data: text.as_bytes() };
+            channels.push((topic, file.channel(path, "json", &schema)?));
+        }
+        if is_exact {
+            let (encoding, data) = ("flatbuffer", schemas::FRAME_SCHEMA);
+            let schema = Schema { name: "causeway.wire.Frame", encoding, data };
+            channels.push((Topic::Frame, file.channel("/causeway/frame", encoding, &schema)?));
+        }
+        Ok(Self(channels))
+    }
+
+    /// `None` for a topic that the file does not have.
+    pub(crate) fn channel(&self, topic: Topic) -> Option<ChannelId> {
+        self.0.iter().find(|(one, _)| *one == topic).map(|(_, channel)| *channel)
+    }
+}
+
+/// What is told of the ego, for plots.
+const STATE: [&str; 8] = [
+    "speed_mps",
+    "acceleration_mps2",
+    "throttle",
+    "brake",
+    "steer",
+    "gear",
+    "speed_limit_mps",
+    "road_wheel_rad",
+];
+
+/// The numbers of [`STATE`], in its order.
+pub(crate) fn state(numbers: &[f32; STATE.len()]) -> Value {
+    members(&STATE, numbers)
+}
+
+/// CARLA's parameters, angles in radians.
+const WEATHER: [&str; 14] = [
+    "cloudiness_percent",
+    "precipitation_percent",
+    "precipitation_deposits_percent",
+    "wind_intensity_percent",
+    "sun_azimuth_rad",
+    "sun_altitude_rad",
+    "fog_density_percent",
+    "fog_distance_m",
+    "wetness_percent",
+    "fog_falloff",
+    "scattering_intensity",
+    "mie_scattering_scale",
+    "rayleigh_scattering_scale",
+    "dust_storm_percent",
+];
+
+pub(crate) fn weather(weather: &Weather) -> Value {
+    let numbers = [
+        weather.cloudiness_percent,
+        weather.precipitation_percent,
+        weather.precipitation_deposits_percent,
+        weather.wind_intensity_percent,
+        weather.sun_azimuth_rad,
+        weather.sun_altitude_rad,
+        weather.fog_density_percent,
+        weather.fog_distance_m,
+        weather.wetness_percent,
+        weather.fog_falloff,
+        weather.scattering_intensity,
+        weather.mie_scattering_scale,
+        weather.rayleigh_scattering_scale,
+        weather.dust_storm_percent,
+    ];
+    members(&WEATHER, &numbers)
+}
+
+fn members(names: &[&str], numbers: &[f32]) -> Value {
+    let pairs = names.iter().zip(numbers).map(|(name, number)| ((*name).to_owned(), json!(number)));
+    Value::Object(pairs.collect::<Map<_, _>>())
+}

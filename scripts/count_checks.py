@@ -1,0 +1,114 @@
+"""Counts the checks of a JUnit report, and says what was skipped that this machine could run.
+
+count_checks.py REPORT.xml
+
+Prints `PASSED FAILED SKIPPED`; names on standard error every skipped test and why. A test that
+cannot run where it is says so: in Python with `pytest.skip(REASON)`, in Rust with a line
+`skipped: REASON` on its output, after which it returns. A reason that is not in `EXCUSES`, or whose
+excuse does not hold on this machine, counts as a failure.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+VULKAN_DRIVERS = ("/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d")
+
+
+def has_no_vulkan() -> bool:
+    return not any(any(Path(folder).glob("*.json")) for folder in VULKAN_DRIVERS)
+
+
+def has_no_other_address() -> bool:
+    interfaces = Path("/sys/class/net")
+    return interfaces.is_dir() and {path.name for path in interfaces.iterdir()} <= {
+        "lo"
+    }
+
+
+def has_no_engine() -> bool:
+    return shutil.which("docker") is None or bool(
+        subprocess.run(["docker", "info"], capture_output=True, check=False).returncode
+    )
+
+
+#: What a reason says, and whether this machine really cannot.
+EXCUSES: dict[str, Callable[[], bool]] = {
+    r"no checkout of git": lambda: not Path(".git").exists(),
+    r"no recordings": lambda: "CAUSEWAY_RECORDINGS_DIR" not in os.environ,
+    r"no maps": lambda: "CAUSEWAY_MAPS_DIR" not in os.environ,
+    r"no( Vulkan)? adapter": has_no_vulkan,
+    r"no address but the loopback": has_no_other_address,
+    r"no container engine": has_no_engine,
+    r"no docker-compose": lambda: shutil.which("docker-compose") is None,
+    r"only root can become another user": lambda: os.geteuid() != 0,
+    r"no systemd": lambda: shutil.which("systemd-analyze") is None,
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One test of a report."""
+
+    name: str
+    failed: bool
+    #: Why it did not run; `None` when it did.
+    skipped: str | None
+
+
+def checks(report: Path) -> Iterator[Check]:
+    """The tests of a report by nextest or pytest."""
+    for case in ElementTree.parse(report).iter("testcase"):
+        failed = case.find("failure") is not None or case.find("error") is not None
+        yield Check(
+            name=f"{case.get('classname')}::{case.get('name')}",
+            failed=failed,
+            skipped=None if failed else reason(case),
+        )
+
+
+def reason(case: ElementTree.Element) -> str | None:
+    mark = case.find("skipped")
+    if mark is not None:
+        return mark.get("message") or "no reason given"
+    for output in (*case.iter("system-out"), *case.iter("system-err")):
+        said = re.search(r"^skipped: (.*)$", output.text or "", flags=re.MULTILINE)
+        if said:
+            return said.group(1)
+    return None
+
+
+def is_excused(why: str) -> bool:
+    return any(re.search(words, why) and holds() for words, holds in EXCUSES.items())
+
+
+def main() -> int:
+    passed = failed = skipped = 0
+    for check in checks(Path(sys.argv[1])):
+        if check.failed:
+            failed += 1
+        elif check.skipped is None:
+            passed += 1
+        elif is_excused(check.skipped):
+            skipped += 1
+            print(f"skipped: {check.name}: {check.skipped}", file=sys.stderr)
+        else:
+            failed += 1
+            print(
+                f"skipped, but this machine could run it: {check.name}: {check.skipped}",
+                file=sys.stderr,
+            )
+    print(passed, failed, skipped)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+//! What does a journal cost a tick and the disk, and how soon is any second of it reached?
+//!
+//! `cargo bench -p world-service --bench journal -- [seconds=3600] [cars=100]`. Prints Markdown.
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
+
+use std::fs::{File, OpenOptions};
+use std::io::BufReader;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use schemas::{Command, TrafficCommand, WorldId};
+use world::{Town, World, WorldConfig};
+use world_service::journal::{Head, Moment, Reader, Replay, Writer, verify};
+use world_service::service::Recorded;
+
+const TICK_SECS: f64 = 0.05;
+const MAP: &str = "Town10HD_Opt";
+/// Seconds that are looked for.
+const SEEKS: u64 = 200;
+
+fn named(name: &str, usual: u64) -> u64 {
+    let of = |argument: String| argument.strip_prefix(name)?.strip_prefix('=')?.parse().ok();
+    std::env::args().find_map(of).unwrap_or(usual)
+}
+
+fn world(cars: u32) -> World {
+    let text = roads::town::build(MAP).unwrap();
+    let map = Arc::new(Town::new(Arc::new(roads::Map::parse(MAP, &text).unwrap())));
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: TICK_SECS, map };
+    let mut world = World::with_traffic(config).unwrap();
+    let spawn = TrafficCommand::Spawn { count: cars, behaviour: None };
+    world.apply(&Command::Traffic(spawn)).unwrap();
+    world
+}
+
+fn head(world: &World) -> Head {
+    Head {
+        map_name: world.map_ref().name.clone(),
+        map_text: world.map_text().to_owned(),
+        snapshot: world.snapshot(),
+        first: Moment::of(&world.frame()),
+    }
+}
+
+/// Seconds of some ticks.
+fn run(world: &mut Recorded<World>, ticks: u64) -> f64 {
+    let begin = Instant::now();
+    for _ in 0..ticks {
+        world.tick(WorldId::new(1).unwrap(), None).unwrap();
+    }
+    begin.elapsed().as_secs_f64()
+}
+
+fn tell(what: &str, mut times: Vec<Duration>) {
+    times.sort();
+    let millis = |time: Duration| time.as_secs_f64() * 1e3;
+    let (median, longest) = (millis(times[times.len() / 2]), millis(times[times.len() - 1]));
+    println!("| {what} | median {median:.2} ms, longest {longest:.2} ms of {} |", times.len());
+}
+
+fn main() {
+    let (secs, cars) = (named("seconds", 3_600), named("cars", 100));
+    let ticks = secs * 20;
+    let path = std::env::temp_dir().join(format!("causeway-bench-{}.journal", std::process::id()));
+    let open = || OpenOptions::new().create(true).write(true).truncate(true).open(&path).unwrap();
+
+    let mut plain = Recorded::new(world(cars as u32));
+    let probe = ticks.min(2_000);
+    let without_secs = run(&mut plain, probe);
+
+    let start = world(cars as u32);
+    let head = head(&start);
+    let mut recorded = Recorded::new(start);
+    let writer = Writer::begin(open(), u64::MAX, &head).unwrap();
+    assert!(recorded.record(Some(Box::new(writer))).is_none());
+    let with_secs = run(&mut recorded, probe);
+    run(&mut recorded, ticks - probe);
+    recorded.record(None).unwrap().end(Box::new(|| ()));
+
+    println!("| {cars} cars, {secs} s | |\n|---|---|");
+    let per_tick = |secs: f64| secs / probe as f64 * 1e3;
+    let (without, with) = (per_tick(without_secs), per_tick(with_secs));
+    println!("| tick, alone | {without:.3} ms |");
+    println!("| tick, with a journal written on the same thread | {with:.3} ms |");
+    let bytes = path.metadata().unwrap().len() as f64;
+    println!("| size | {:.0} MB, {:.0} B a tick |", bytes / 1e6, bytes / ticks as f64);
+    seek(&path, ticks);
+    let begin = Instant::now();
+    let some = verify(BufReader::new(File::open(&path).unwrap()), |tick| {
+        let is_enough = begin.elapsed() > Duration::from_secs(120) || tick.moment.tick.0 > ticks;
+        if is_enough {
+            Err(std::io::Error::other(tick.moment.tick.to_string()).into())
+        } else {
+            Ok(())
+        }
+    });
+    println!("| exact replay, of two minutes of work | {some:?} |");
+    std::fs::remove_file(&path).unwrap();
+}
+
+fn seek(path: &std::path::Path, ticks: u64) {
+    let begin = Instant::now();
+    let mut reader = Reader::open(BufReader::new(File::open(path).unwrap())).unwrap();
+    println!("| open | {:.1} ms |", begin.elapsed().as_secs_f64() * 1e3);
+    println!("| keyframes | {} |", reader.index().keyframe_count());
+    let begin = Instant::now();
+    let mut replay = Replay::begin(reader.head()).unwrap();
+    println!("| map and town, once | {:.0} ms |", begin.elapsed().as_secs_f64() * 1e3);
+    let (mut frames, mut states) = (Vec::new(), Vec::new());
+    let mut seed = 1u64;
+    for _ in 0..SEEKS {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let tick = reader.index().tick_at(((seed >> 20) % (ticks / 20)) as f64 + 0.95);
+        let begin = Instant::now();
+        let frame = reader.frame(tick).unwrap();
+        assert_eq!(schemas::wire::decode_frame(&frame.0).unwrap().tick, tick);
+        frames.push(begin.elapsed());
+        let begin = Instant::now();
+        let way = reader.way_to(tick).unwrap();
+        replay.go(&way).unwrap();
+        assert_eq!(replay.world().state_hash(), way.to.state_hash);
+        states.push(begin.elapsed());
+    }
+    tell("the frame of any second", frames);
+    tell("the world of any second, to the bit", states);
+}

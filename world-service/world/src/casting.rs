@@ -1,0 +1,99 @@
+//! Rays that clients cast, and what of the world they can meet.
+
+use schemas::{ActorId, Error, ErrorCode, RayHit, Vec3, limits};
+
+use crate::check;
+use crate::rays::{Hit, Owner, Ray, RayScene, Solid, Solids, Stack, tag};
+use crate::world::{State, World};
+
+/// Hits of one ray, so that a long ray through a city stays a short answer.
+const HITS_PER_RAY_MAX: usize = 256;
+
+impl World {
+    /// Everything that each ray meets, ordered by ray, then by distance; at most 256 for each ray.
+    ///
+    /// - **Frame:** from and to in the world, metres.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for points that are not within the limits, `TooLarge` for too many rays.
+    pub fn cast_rays(&self, rays: &[(Vec3, Vec3)]) -> Result<Vec<RayHit>, Error> {
+        if rays.len() > limits::RAYS_PER_REQUEST_MAX {
+            return Err(Error::new(ErrorCode::TooLarge, "too many rays")
+                .wanted(format!("at most {}", limits::RAYS_PER_REQUEST_MAX))
+                .found(rays.len()));
+        }
+        for (from_m, to_m) in rays {
+            check::vector("start of a ray", *from_m, limits::COORDINATE_M_MAX, "m")?;
+            check::vector("end of a ray", *to_m, limits::COORDINATE_M_MAX, "m")?;
+        }
+        let bodies = self.state.solids_but(&[]);
+        let scene = self.ray_scene(&bodies);
+        let mut stack = Stack::new();
+        let hits = rays.iter().zip(0..).flat_map(|(&(from_m, to_m), ray)| {
+            let found = between(&scene, from_m, to_m, &mut stack);
+            found.into_iter().map(move |(hit, position_m)| RayHit {
+                ray,
+                actor: hit.actor,
+                tag: hit.tag,
+                position_m,
+            })
+        });
+        Ok(hits.collect())
+    }
+
+    fn ray_scene<'a>(&'a self, bodies: &'a Solids) -> RayScene<'a> {
+        RayScene { town: &self.town.rays, hidden: &self.state.hidden, bodies }
+    }
+
+    /// What lies first in a direction within `reach_m`; the answer of a ray with one hit.
+    ///
+    /// - **Frame:** point and direction in the world; the direction of any length but 0.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a point or reach that is not within the limits, or no direction.
+    pub fn project_point(
+        &self,
+        from_m: Vec3,
+        direction: Vec3,
+        reach_m: f32,
+    ) -> Result<Option<RayHit>, Error> {
+        check::vector("point", from_m, limits::COORDINATE_M_MAX, "m")?;
+        check::range("reach", reach_m, 0.0, limits::COORDINATE_M_MAX, "m")?;
+        let direction = direction.try_normalize(f32::MIN_POSITIVE).ok_or_else(|| {
+            Error::new(ErrorCode::InvalidArgument, "a ray without direction")
+                .wanted("a vector longer than 0")
+                .found(direction)
+        })?;
+        let bodies = self.state.solids_but(&[]);
+        let scene = self.ray_scene(&bodies);
+        let ray = Ray::new(from_m, direction);
+        Ok(scene.nearest(&ray, reach_m, &mut Stack::new()).map(|hit| RayHit {
+            ray: 0,
+            actor: hit.actor,
+            tag: hit.tag,
+            position_m: ray.at(hit.distance_m),
+        }))
+    }
+}
+
+impl State {
+    /// The shapes that also collide, at their present places, but those of some actors.
+    pub(crate) fn solids_but(&self, ignored: &[ActorId]) -> Solids {
+        let seen = self.actors.iter().filter(|actor| !ignored.contains(&actor.id));
+        let bodies = seen.filter_map(|actor| Some((actor, actor.rigid()?)));
+        let solids = bodies.flat_map(|(actor, body)| {
+            let tag = tag::of_actor(actor.blueprint());
+            let shapes = self.physics.shapes(body);
+            shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Owner::Actor(actor.id)))
+        });
+        Solids::new(solids.collect())
+    }
+}
+
+fn between(scene: &RayScene, from_m: Vec3, to_m: Vec3, stack: &mut Stack) -> Vec<(Hit, Vec3)> {
+    let along_m = to_m - from_m;
+    let Some(direction) = along_m.try_normalize(f32::MIN_POSITIVE) else { return Vec::new() };
+    let ray = Ray::new(from_m, direction);
+    let hits = scene.all(&ray, along_m.norm(), stack).into_iter().take(HITS_PER_RAY_MAX);
+    hits.map(|hit| (hit, ray.at(hit.distance_m))).collect()
+}

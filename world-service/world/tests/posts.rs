@@ -1,0 +1,92 @@
+//! The posts of lights and signs are in the way of bodies and rays, in worlds with and without
+//! lights that work.
+#![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::*;
+use roads::{Carried, Map, Post};
+use schemas::{SemanticTag, Vec3, WorldId, level_pose};
+use world::{Town, World, WorldConfig};
+
+/// A light, a speed limit beside the road, and a stop sign in the middle of a lane.
+const SIGNALS: &str = r#"</objects><signals>
+  <signal id="1" name="light" s="900" t="-9" zOffset="0" orientation="+" dynamic="yes" type="1000001" subtype="-1" country="OpenDRIVE" value="-1" hOffset="0" height="1" width="1"/>
+  <signal id="2" name="limit" s="920" t="-9" zOffset="2" orientation="+" dynamic="no" type="274" subtype="50" country="OpenDRIVE" value="50" unit="km/h" hOffset="0" height="0.8" width="0.8"/>
+  <signal id="3" name="Sign_STATIC" s="940" t="-1.75" zOffset="2" orientation="+" dynamic="no" type="206" subtype="-1" country="OpenDRIVE" value="-1" hOffset="0" height="0.8" width="0.8"/>
+</signals>"#;
+
+fn roads() -> Arc<Map> {
+    let text = ROAD.replace("SLOPE", "0").replace("</objects>", SIGNALS);
+    Arc::new(Map::parse("signals", &text).unwrap())
+}
+
+fn worlds() -> [World; 2] {
+    let map = Arc::new(Town::new(roads()));
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
+    [World::new(config.clone()).unwrap(), World::with_traffic(config).unwrap()]
+}
+
+/// The light, the limit and the sign on the lane.
+fn posts() -> [Post; 3] {
+    roads().posts().try_into().unwrap()
+}
+
+/// Lets a car roll along +x towards a place; where its front ends up before it, and whether it
+/// touched anything.
+fn roll_towards(world: &mut World, post: &Post) -> (f32, bool) {
+    let at_m: Vec3 = post.foot.translation.vector.cast();
+    let pose = level_pose(at_m - Vec3::x() * 12.0, 0.0);
+    let car = spawn_at(world, "vehicle.lincoln.mkz", pose, 8.0);
+    let hits = run(world, 60);
+    let half_m = state(world, car).box_half_extent_m.x;
+    assert!(hits.iter().all(|hit| hit.other.is_none()), "{hits:?}");
+    (at_m.x - position_m(world, car).x - half_m, !hits.is_empty())
+}
+
+#[test]
+fn a_car_does_not_pass_the_post_of_a_light_or_a_sign() {
+    let [light, limit, _] = posts();
+    assert_eq!([light.carried, limit.carried], [Carried::Lamps, Carried::Board]);
+    for post in [&light, &limit] {
+        for mut world in worlds() {
+            let (before_m, touched) = roll_towards(&mut world, post);
+            assert!(touched && before_m > -0.1, "{before_m} m before {:?}", post.carried);
+        }
+    }
+}
+
+#[test]
+fn a_post_that_a_map_has_on_a_lane_stops_nobody() {
+    let [light, limit, on_lane] = posts();
+    assert_eq!([light, limit, on_lane.clone()].map(|post| post.is_on_lane), [false, false, true]);
+    for mut world in worlds() {
+        let (before_m, touched) = roll_towards(&mut world, &on_lane);
+        assert!(!touched && before_m < -3.0, "{before_m} m");
+    }
+}
+
+#[test]
+fn rays_meet_posts_lamps_and_boards_by_their_names() {
+    let [light, limit, _] = posts();
+    for world in worlds() {
+        let tags_at = |post: &Post, above_m: f64| -> Vec<u8> {
+            let at_m: Vec3 = post.foot.translation.vector.cast();
+            let at_m = at_m + Vec3::z() * above_m as f32;
+            let from_m = at_m - Vec3::x() * 5.0;
+            let hits = world.cast_rays(&[(from_m, at_m + Vec3::x() * 5.0)]).unwrap();
+            assert!(hits.iter().all(|hit| hit.actor.is_none()));
+            hits.iter().map(|hit| hit.tag).collect()
+        };
+        let number = SemanticTag::number;
+        let [poles, lamps, boards] =
+            [SemanticTag::Poles, SemanticTag::TrafficLight, SemanticTag::TrafficSigns].map(number);
+        assert_eq!(tags_at(&light, 1.5), [poles]);
+        assert_eq!(tags_at(&light, light.post_from_carried.z), [lamps, poles]);
+        assert_eq!(tags_at(&limit, 1.0), [poles]);
+        assert_eq!(tags_at(&limit, limit.post_from_carried.z), [boards, poles]);
+    }
+}
