@@ -1,11 +1,14 @@
 """Counts the checks of a JUnit report, and says what was skipped that this machine could run.
 
-count_checks.py REPORT.xml
+count_checks.py REPORT.xml [AGAIN.xml]
 
 Prints `PASSED FAILED SKIPPED`; names on standard error every skipped test and why. A test that
 cannot run where it is says so: in Python with `pytest.skip(REASON)`, in Rust with a line
 `skipped: REASON` on its output, after which it returns. A reason that is not in `EXCUSES`, or whose
 excuse does not hold on this machine, counts as a failure.
+
+What failed is run once more, and AGAIN.xml tells how that went. A test that passes then is flaky:
+it is named. Up to `FLAKY_MOST` of them count as passed, more as failed.
 """
 
 from __future__ import annotations
@@ -16,9 +19,12 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
+
+#: Tests of one report that may pass only when they are run again.
+FLAKY_MOST = 2
 
 VULKAN_DRIVERS = ("/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d")
 
@@ -60,6 +66,8 @@ class Check:
 
     name: str
     failed: bool
+    #: It failed, and passed when it was run again.
+    flaky: bool
     #: Why it did not run; `None` when it did.
     skipped: str | None
 
@@ -71,8 +79,21 @@ def checks(report: Path) -> Iterator[Check]:
         yield Check(
             name=f"{case.get('classname')}::{case.get('name')}",
             failed=failed,
+            # As nextest reports it, which runs a test again by itself.
+            flaky=not failed and case.find("flakyFailure") is not None,
             skipped=None if failed else reason(case),
         )
+
+
+def with_second_run(first: list[Check], again: list[Check]) -> list[Check]:
+    """The checks of a run, knowing how those that failed went when they were run again."""
+    passed_again = {check.name for check in again if not check.failed and check.skipped is None}
+    return [
+        replace(check, failed=False, flaky=True)
+        if check.failed and check.name in passed_again
+        else check
+        for check in first
+    ]
 
 
 def reason(case: ElementTree.Element) -> str | None:
@@ -91,9 +112,14 @@ def is_excused(why: str) -> bool:
 
 
 def main() -> int:
+    reports = [list(checks(Path(path))) for path in sys.argv[1:]]
+    found = with_second_run(*reports) if len(reports) > 1 else reports[0]
+    flaky = [check.name for check in found if check.flaky]
+    for name in flaky:
+        print(f"flaky, passed when it was run again: {name}", file=sys.stderr)
     passed = failed = skipped = 0
-    for check in checks(Path(sys.argv[1])):
-        if check.failed:
+    for check in found:
+        if check.failed or (check.flaky and len(flaky) > FLAKY_MOST):
             failed += 1
         elif check.skipped is None:
             passed += 1

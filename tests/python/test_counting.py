@@ -57,3 +57,37 @@ def test_a_reason_that_nobody_knows_is_no_excuse(tmp_path):
     counted, said = count(tmp_path, skipped)
     assert counted == (0, 1, 0)
     assert "suite::t0: it is late" in said
+
+
+def named(names: dict[str, str]) -> str:
+    tests = "".join(
+        f'<testcase classname="suite" name="{n}">{c}</testcase>' for n, c in names.items()
+    )
+    return f"<testsuites><testsuite>{tests}</testsuite></testsuites>"
+
+
+def count_twice(tmp_path, first: dict[str, str], again: dict[str, str]):
+    reports = [tmp_path / "report.xml", tmp_path / "again.xml"]
+    for path, names in zip(reports, (first, again), strict=True):
+        path.write_text(named(names))
+    result = subprocess.run(
+        [sys.executable, COUNTER, *reports], capture_output=True, text=True, check=True
+    )
+    return tuple(map(int, result.stdout.split())), result.stderr
+
+
+def test_what_passes_when_it_is_run_again_is_named(tmp_path):
+    first = {"a": "", "b": "<failure/>", "c": "<failure/>"}
+    counted, said = count_twice(tmp_path, first, {"b": "", "c": "<failure/>"})
+    assert counted == (2, 1, 0)
+    assert "flaky, passed when it was run again: suite::b\n" in said
+
+
+def test_more_than_two_flaky_tests_are_failures(tmp_path):
+    first = dict.fromkeys("abc", "<failure/>")
+    assert count_twice(tmp_path, first, dict.fromkeys("abc", ""))[0] == (0, 3, 0)
+    assert count_twice(tmp_path, first, dict.fromkeys("ab", ""))[0] == (2, 1, 0)
+    # As nextest says it.
+    flaky = '<flakyFailure type="panic">wrong</flakyFailure>'
+    assert count(tmp_path, flaky, flaky)[0] == (2, 0, 0)
+    assert count(tmp_path, flaky, flaky, flaky)[0] == (0, 3, 0)
