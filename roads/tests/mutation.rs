@@ -53,7 +53,7 @@ impl Texts {
     }
 
     fn case(&self, seed: u64) -> String {
-        let mut draws = Draws(seed);
+        let mut draws = Draws::new(seed);
         let from = if draws.below(TOWN_EVERY) == 0 { &self.towns } else { &self.small };
         let text = &from[draws.below(from.len())];
         damaged(text, &mut draws)

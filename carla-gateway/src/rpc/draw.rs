@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use schemas::SplitMix64;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
@@ -31,7 +32,7 @@ impl Draw {
     pub(super) fn bytes_of<T: DeserializeOwned>(&self) -> Vec<u8> {
         for attempt in 0..TRIES_MAX {
             let mut hand = Hand {
-                state: self.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ attempt << 32,
+                dice: SplitMix64::new(self.seed ^ attempt << 48),
                 spoilt: self.spoilt,
                 float_count: 0,
                 depth: 0,
@@ -47,7 +48,7 @@ impl Draw {
 }
 
 struct Hand {
-    state: u64,
+    dice: SplitMix64,
     spoilt: Option<(usize, f64)>,
     float_count: usize,
     depth: usize,
@@ -55,15 +56,8 @@ struct Hand {
 }
 
 impl Hand {
-    /// Below `count`.
-    ///
-    /// - **Source:** Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014.
     fn below(&mut self, count: u64) -> u64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut mixed = self.state;
-        mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (mixed ^ mixed >> 31) % count
+        self.dice.next_u64() % count
     }
 
     fn one_of<T: Copy, const N: usize>(&mut self, choices: [T; N]) -> T {

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use schemas::SplitMix64;
+
 /// What stands in the place of a number: borders of the limits, of types and of arithmetic.
 const VALUES: [&str; 24] = [
     "0",
@@ -34,26 +36,22 @@ const FACTORS: [f64; 8] = [-1.0, 0.0, 0.001, 0.5, 3.0, 10.0, 1000.0, 1e5];
 /// Most copies of an element that are put behind it.
 const COPIES_MAX: u64 = 40;
 
-/// Draws of the generator SplitMix64 (Steele, Lea and Flood 2014).
-pub(crate) struct Draws(pub(crate) u64);
+/// What is drawn for one text.
+pub(crate) struct Draws(SplitMix64);
 
 impl Draws {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
+    pub(crate) const fn new(seed: u64) -> Self {
+        Self(SplitMix64::new(seed))
     }
 
     /// A whole number below a limit, 0 for a limit of 0.
     #[allow(clippy::cast_possible_truncation, reason = "the limits are lengths in memory")]
     pub(crate) fn below(&mut self, limit: usize) -> usize {
-        (self.next() % (limit as u64).max(1)) as usize
+        (self.0.next_u64() % (limit as u64).max(1)) as usize
     }
 
     fn pick<'a, T>(&mut self, from: &'a [T]) -> Option<&'a T> {
-        from.get(self.below(from.len()))
+        self.0.choose(from)
     }
 }
 
@@ -191,7 +189,7 @@ fn delete(text: String, draws: &mut Draws) -> String {
 fn duplicate(mut text: String, draws: &mut Draws) -> String {
     const GROWTH_MAX: usize = 1 << 20;
     let Some(place) = element(&text, draws) else { return text };
-    let count = 1 + draws.next() % COPIES_MAX;
+    let count = 1 + draws.0.next_u64() % COPIES_MAX;
     let copies = text[place.clone()].repeat(usize::try_from(count).unwrap_or(1));
     if copies.len() < GROWTH_MAX {
         text.insert_str(place.end, &copies);

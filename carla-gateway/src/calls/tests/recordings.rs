@@ -7,6 +7,7 @@ use recording::{
     Rotation, SceneLight, Vector, VehicleControl, VehicleLights, WalkerSpeed, Weather, Writer,
     attribute,
 };
+use schemas::SplitMix64;
 
 use super::toy::{Toy, runtime};
 use super::*;
@@ -96,13 +97,8 @@ fn eventful() -> Vec<u8> {
 
 /// Changes some bytes behind the head. Seeded, so that a failure can be repeated.
 fn damage(log: &mut [u8], seed: u64) {
-    let mut dice = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    let mut below = |limit: usize| {
-        dice ^= dice << 13;
-        dice ^= dice >> 7;
-        dice ^= dice << 17;
-        (dice % limit as u64) as usize
-    };
+    let mut dice = SplitMix64::new(seed);
+    let mut below = |limit: usize| (dice.next_u64() % limit as u64) as usize;
     for _ in 0..=below(6) {
         let at = 40 + below(log.len() - 40);
         log[at] = [0, 1, 50, 51, 127, 128, 255][below(7)];

@@ -6,6 +6,8 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use schemas::SplitMix64;
+
 use super::super::*;
 use super::stage::Stage;
 
@@ -28,16 +30,11 @@ const METHODS: [&str; 14] = [
     "get_required_files",
 ];
 
-/// SplitMix64.
-struct Dice(u64);
+struct Dice(SplitMix64);
 
 impl Dice {
     fn roll(&mut self, sides: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % sides as u64) as usize
+        (self.0.next_u64() % sides as u64) as usize
     }
 
     fn one_in(&mut self, sides: usize) -> bool {
@@ -57,7 +54,7 @@ struct Simulation {
 impl Simulation {
     fn new(seed: u64) -> Self {
         let (clients, calls) = (Vec::new(), BTreeSet::new());
-        Self { dice: Dice(seed), stage: Stage::new(), clients, came: 0, calls }
+        Self { dice: Dice(SplitMix64::new(seed)), stage: Stage::new(), clients, came: 0, calls }
     }
 
     fn step(&mut self) {
