@@ -68,15 +68,20 @@ def make_binary_image(folder: Path) -> None:
 
 
 def build(target: str, name: str) -> None:
-    """One of the two images; unlike the builder before BuildKit it leaves out unused stages."""
+    """One of the two images."""
     arguments = ["--build-arg", f"BINARY_IMAGE={BINARY}", "--target", target]
-    command = ["build", "-f", "deploy/Containerfile", *arguments, "-t", name, "."]
+    build_from(ROOT, name, "-f", "deploy/Containerfile", *arguments)
+
+
+def build_from(folder: Path, name: str, *arguments: str) -> None:
+    """An image; unlike the builder before BuildKit this leaves out unused stages."""
+    command = ["build", *arguments, "-t", name, "."]
     said = b""
     # A newer client wants a plug-in for BuildKit; Debian's own has it inside.
     for client in ("docker", "/usr/bin/docker"):
         done = subprocess.run(
             [client, *command],
-            cwd=ROOT,
+            cwd=folder,
             env={**os.environ, "DOCKER_BUILDKIT": "1"},
             capture_output=True,
             timeout=600,

@@ -4,6 +4,8 @@ Method: build the images from deploy/Containerfile with the program under test, 
 drive what runs from them as users would.
 """
 
+import base64
+import importlib
 import io
 import os
 import shutil
@@ -12,13 +14,16 @@ import tarfile
 from pathlib import Path
 
 import carla
+import httpx
 import pytest
 from causeway import Session
+from openenv.cli.commands import push
 
 from carla_site import connect, spawn_car, synchronous
 from containers import (
     ROOT,
     build,
+    build_from,
     docker,
     make_binary_image,
     make_debian,
@@ -129,6 +134,34 @@ def test_a_container_for_each_service_is_a_site(names_of_project):
         assert states == ["0"] * 6, run("logs")
     finally:
         run("down", "--timeout", "5")
+
+
+@pytest.mark.usefixtures("images")
+def test_a_space_serves_its_own_client(tmp_path, names_of_project, monkeypatch):
+    folder, space = ROOT / "deploy" / "space", tmp_path / "space"
+    name, manifest = push._validate_openenv_directory(folder)
+    assert (name, manifest["port"]) == ("carla_env", 8000)
+    push._prepare_staging_directory(folder, name, space, [], base_image=FULL)
+    assert "base_path: /web" in (space / "README.md").read_text()
+    build_from(space, f"{FULL}-space")
+    port = two_free_ports()
+    # As whom and with what files Hugging Face runs it.
+    docker(
+        "run", "--detach", "--user", "1000:1000", "--name", names_of_project,
+        "-p", f"127.0.0.1:{port}:8000", f"{FULL}-space",
+    )  # fmt: skip
+    url = f"http://127.0.0.1:{port}"
+    wait_until_healthy(url)
+    assert httpx.get(f"{url}/web", follow_redirects=True).status_code == 200
+    monkeypatch.syspath_prepend(space)
+    client = importlib.import_module("client")
+    with client.CarlaEnv(base_url=url).sync() as env:
+        env.reset(scenario_name="trolley_saves", seed=7)
+        seen = env.step(client.CarlaAction(action_type="capture_image")).observation
+        assert base64.b64decode(seen.camera_image).startswith(b"\xff\xd8"), "no JPEG"
+        slower = env.step(client.CarlaAction(action_type="emergency_stop")).observation
+        assert slower.speed_kmh < seen.speed_kmh
+        assert env.state().step_count == 2
 
 
 def test_the_unit_for_systemd_is_one(tmp_path):
