@@ -9,12 +9,13 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 17] = [
+const MAY_NAME: [(&str, &[&str]); 18] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
     ("signals", &[]),
+    ("whole-file", &[]),
     ("port-lending", &[]),
     ("roads", &["schemas"]),
     ("recording", &[]),
@@ -22,12 +23,21 @@ const MAY_NAME: [(&str, &[&str]); 17] = [
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
-    ("world-service", &["world", "agents", "bus", "roads", "schemas", "signals"]),
+    ("world-service", &["world", "agents", "bus", "roads", "schemas", "signals", "whole-file"]),
     ("render-service", &["bus", "roads", "schemas", "signals"]),
     ("scenario-service", &["agents", "bus", "port-lending", "roads", "schemas", "signals"]),
     (
         "carla-gateway",
-        &["blueprints", "bus", "port-lending", "recording", "roads", "schemas", "signals"],
+        &[
+            "blueprints",
+            "bus",
+            "port-lending",
+            "recording",
+            "roads",
+            "schemas",
+            "signals",
+            "whole-file",
+        ],
     ),
     (
         "causeway",

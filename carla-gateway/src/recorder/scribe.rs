@@ -1,7 +1,7 @@
 //! The thread that writes one recording.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread;
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use recording::{FrameContent, Header, Writer};
 use tokio::sync::watch;
+use whole_file::WholeFile;
 
 /// Frames that may wait for the disk: several seconds, and at most some dozens of megabytes.
 const FRAMES_WAITING_MAX: usize = 256;
@@ -56,7 +57,7 @@ impl<T: Send + 'static> Scribe<T> {
         content: impl FnMut(T) -> FrameContent + Send + 'static,
     ) -> io::Result<Self> {
         let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
-        let writer = Writer::begin(Whole { file, bytes: 0 }, header)?;
+        let writer = Writer::begin(WholeFile::new(file), header)?;
         let path = path.to_owned();
         let (writing, written) = watch::channel(());
         let thread = thread::Builder::new().name("recording".to_owned());
@@ -81,35 +82,8 @@ impl<T: Send + 'static> Scribe<T> {
     }
 }
 
-/// A file that never ends within a frame: what cannot be written whole is taken back.
-struct Whole {
-    file: File,
-    bytes: u64,
-}
-
-impl Write for Whole {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        match self.file.write_all(buffer) {
-            Ok(()) => {
-                self.bytes += buffer.len() as u64;
-                Ok(buffer.len())
-            }
-            Err(error) => {
-                if let Err(why) = self.file.set_len(self.bytes) {
-                    tracing::warn!(%why, "a recording ends within a frame");
-                }
-                Err(error)
-            }
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.sync_data()
-    }
-}
-
 fn write_all<T>(
-    mut writer: Writer<Whole>,
+    mut writer: Writer<WholeFile>,
     waiting: &Receiver<T>,
     mut content: impl FnMut(T) -> FrameContent,
     path: &PathBuf,
@@ -124,7 +98,7 @@ fn write_all<T>(
         let outcome = outcome.and_then(|()| {
             if synced.elapsed() >= SYNC_PERIOD {
                 synced = Instant::now();
-                writer.sink().file.sync_data()?;
+                writer.sink().sync()?;
             }
             Ok(())
         });
@@ -136,7 +110,7 @@ fn write_all<T>(
         }
     }
     let frame = writer.frames();
-    if let Err(error) = writer.finish() {
+    if let Err(error) = writer.finish().and_then(|file| file.sync()) {
         tracing::error!(frame, %error, ?path, "a recording ends before this frame");
     }
 }
@@ -182,7 +156,7 @@ mod tests {
         // The head is the first that does not fit.
         assert_eq!(begun.err().unwrap().kind(), io::ErrorKind::StorageFull);
         // A file that was not opened for writing refuses what a full disk would.
-        let read_only = Whole { file: File::open("/dev/null").unwrap(), bytes: 0 };
+        let read_only = WholeFile::new(File::open("/dev/null").unwrap());
         let writer = Writer::after_head(read_only);
         let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
         let (writing, written) = watch::channel(());

@@ -10,6 +10,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use schemas::{Error, ErrorCode, Tenant};
+use whole_file::WholeFile;
 
 use crate::args::Journals;
 use crate::journal::{Entry, Head, Scribe, Writer};
@@ -99,7 +100,7 @@ impl Desk {
         let (taken, name) = (Arc::clone(&waiting_bytes), name.to_owned());
         let thread = thread::Builder::new().name("journal".to_owned());
         let thread = thread.spawn(move || {
-            let out = Whole { file, bytes: 0 };
+            let out = WholeFile::new(file);
             match write_all(out, bytes_max, &head, &waiting, &taken) {
                 Ok(()) => tracing::info!(name, "a journal is written"),
                 Err(error) => tracing::error!(name, %error, "a journal ends before its world"),
@@ -178,33 +179,6 @@ fn write_all(
         then();
     }
     finished
-}
-
-/// A file that does not end within a chunk: what cannot be written whole is taken back.
-struct Whole {
-    file: File,
-    bytes: u64,
-}
-
-impl Write for Whole {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        match self.file.write_all(buffer) {
-            Ok(()) => {
-                self.bytes += buffer.len() as u64;
-                Ok(buffer.len())
-            }
-            Err(error) => {
-                if let Err(why) = self.file.set_len(self.bytes) {
-                    tracing::warn!(%why, "a journal ends within an entry");
-                }
-                Err(error)
-            }
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// The file that a name leads to.
