@@ -2,8 +2,9 @@
 
 mod poses;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
+use blueprints::VehicleModel;
 use recording::{
     Add, Additional, Attribute, Collision, Destroy, Door, FrameContent, LightState, LightTimes,
     Packet, Parent, PhysicsControl, SceneLight,
@@ -14,6 +15,7 @@ use super::arrivals::Arrival;
 use crate::dialect::{ActorDescription, LightState as Lamp, WeatherParameters};
 use crate::skeleton::Custom;
 use crate::snapshot::colour_index;
+use crate::wheels;
 
 /// The type of sensors whose contacts are recorded.
 const COLLISION_SENSOR: &str = "sensor.other.collision";
@@ -49,16 +51,41 @@ pub(super) struct Further {
 #[derive(Default)]
 pub(super) struct Notes {
     first_secs: Option<f64>,
-    /// Who was there in the last frame, and who carried them.
-    known: BTreeMap<ActorId, Option<ActorId>>,
-    heroes: BTreeSet<ActorId>,
-    doors: BTreeMap<ActorId, u8>,
+    /// The actors of the newest frame, in its order, which is that of their ids.
+    known: Vec<Known>,
     light_times: BTreeMap<ActorId, [f32; 3]>,
     lamps: BTreeMap<u32, Lamp>,
     weather: Option<WeatherParameters>,
-    /// How far wheels have turned, in radians.
-    turned_rad: BTreeMap<ActorId, f32>,
     collisions: u32,
+}
+
+/// What earlier frames said of one actor.
+struct Known {
+    id: ActorId,
+    /// Whether the newest frame is its first one.
+    is_new: bool,
+    is_hero: bool,
+    carrier: Option<ActorId>,
+    doors: u8,
+    /// How far wheels have turned, in radians.
+    turned_rad: f32,
+    /// Of a vehicle.
+    model: Option<&'static VehicleModel>,
+}
+
+impl Known {
+    fn new(frame: &Frame, actor: &ActorState) -> Self {
+        let is_vehicle = actor.kind == ActorKind::Vehicle;
+        Self {
+            id: actor.id,
+            is_new: true,
+            is_hero: false,
+            carrier: None,
+            doors: 0,
+            turned_rad: 0.0,
+            model: is_vehicle.then(|| wheels::model(frame.type_of(actor))).flatten(),
+        }
+    }
 }
 
 impl Notes {
@@ -67,11 +94,12 @@ impl Notes {
         let Shot { frame, arrivals, lamps, weather, additional, foreign } = shot;
         let is_first = self.first_secs.is_none();
         let first_secs = *self.first_secs.get_or_insert(frame.sim_secs);
+        let destroys = self.meet(&frame);
         let mut content = FrameContent {
             elapsed_secs: frame.sim_secs - first_secs,
             visual_secs: frame.sim_secs,
             adds: self.adds(&frame, &arrivals, is_first),
-            destroys: self.destroys(&frame),
+            destroys,
             parents: self.parents(&frame),
             collisions: self.collisions(&frame),
             doors: self.doors(&frame),
@@ -83,12 +111,49 @@ impl Notes {
             ..FrameContent::default()
         };
         self.put_motion(&mut content, &frame);
-        self.known = frame.actors.iter().map(|actor| (actor.id, actor.parent)).collect();
         content
     }
 
-    fn new_actors<'a>(&self, frame: &'a Frame) -> impl Iterator<Item = &'a ActorState> {
-        frame.actors.iter().filter(|actor| !self.known.contains_key(&actor.id))
+    /// Goes on to the actors of a frame; gives those who are gone.
+    fn meet(&mut self, frame: &Frame) -> Vec<Destroy> {
+        let ids = || frame.actors.iter().map(|actor| actor.id);
+        if self.known.iter().map(|one| one.id).eq(ids()) {
+            self.known.iter_mut().for_each(|one| one.is_new = false);
+            return Vec::new();
+        }
+        let mut gone = Vec::new();
+        let mut before = std::mem::take(&mut self.known).into_iter().peekable();
+        for actor in &frame.actors {
+            while let Some(one) = before.next_if(|one| one.id < actor.id) {
+                gone.push(one.id);
+            }
+            let same = before.next_if(|one| one.id == actor.id);
+            self.known.push(match same {
+                Some(one) => Known { is_new: false, ..one },
+                None => Known::new(frame, actor),
+            });
+        }
+        gone.extend(before.map(|one| one.id));
+        self.light_times.retain(|id, _| !gone.contains(id));
+        gone.into_iter().map(|id| Destroy { id: id.get() }).collect()
+    }
+
+    /// The actors of the newest frame, each with what is known of it.
+    fn all<'a>(
+        &'a mut self,
+        frame: &'a Frame,
+    ) -> impl Iterator<Item = (&'a ActorState, &'a mut Known)> {
+        frame.actors.iter().zip(&mut self.known)
+    }
+
+    fn new_actors<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = &'a ActorState> {
+        let all = frame.actors.iter().zip(&self.known);
+        all.filter(|(_, known)| known.is_new).map(|(actor, _)| actor)
+    }
+
+    fn is_hero(&self, id: ActorId) -> bool {
+        let at = self.known.binary_search_by_key(&id, |one| one.id);
+        at.is_ok_and(|at| self.known[at].is_hero)
     }
 
     /// Who is new. As in CARLA, what is attached while recording has its place on its carrier, all
@@ -96,11 +161,10 @@ impl Notes {
     fn adds(&mut self, frame: &Frame, arrivals: &[Arrival], is_first: bool) -> Vec<Add> {
         let mut adds = Vec::with_capacity(arrivals.len());
         for Arrival { id, description, place } in arrivals {
-            let Some(actor) = frame.actor(*id) else { continue };
+            let Ok(at) = frame.actors.binary_search_by_key(id, |actor| actor.id) else { continue };
+            let actor = &frame.actors[at];
             let role = description.as_ref().and_then(|known| known.text("role_name"));
-            if role == Some("hero") {
-                self.heroes.insert(*id);
-            }
+            self.known[at].is_hero = role == Some("hero");
             let place = if is_first { &place.in_world } else { &place.on_carrier };
             let (location, rotation) = poses::in_file(place);
             adds.push(Add {
@@ -116,47 +180,36 @@ impl Notes {
         adds
     }
 
-    fn destroys(&mut self, frame: &Frame) -> Vec<Destroy> {
-        let is_gone = |id: &&ActorId| frame.actor(**id).is_none();
-        let gone: Vec<ActorId> = self.known.keys().filter(is_gone).copied().collect();
-        for id in &gone {
-            self.heroes.remove(id);
-            self.doors.remove(id);
-            self.light_times.remove(id);
-            self.turned_rad.remove(id);
-        }
-        gone.into_iter().map(|id| Destroy { id: id.get() }).collect()
-    }
-
-    fn parents(&self, frame: &Frame) -> Vec<Parent> {
-        let attached = frame.actors.iter().filter_map(|actor| {
-            let parent = actor.parent?;
-            let is_told = self.known.get(&actor.id) == Some(&Some(parent));
-            (!is_told).then_some(Parent { child: actor.id.get(), parent: parent.get() })
+    fn parents(&mut self, frame: &Frame) -> Vec<Parent> {
+        let attached = self.all(frame).filter_map(|(actor, known)| {
+            let before = std::mem::replace(&mut known.carrier, actor.parent);
+            let parent = actor.parent.filter(|parent| before != Some(*parent))?;
+            Some(Parent { child: actor.id.get(), parent: parent.get() })
         });
         attached.collect()
     }
 
     /// Contacts of those who carry a collision sensor, from their side.
     fn collisions(&mut self, frame: &Frame) -> Vec<Collision> {
+        if frame.collisions.is_empty() {
+            return Vec::new();
+        }
         let is_sensor = |actor: &&ActorState| {
             actor.kind == ActorKind::Sensor && frame.type_of(actor) == COLLISION_SENSOR
         };
-        let carriers = |id: &ActorId| {
-            let sensors = frame.actors.iter().filter(is_sensor);
-            sensors.filter_map(|sensor| sensor.parent).any(|carrier| carrier == *id)
-        };
+        let sensors = frame.actors.iter().filter(is_sensor);
+        let carriers: Vec<ActorId> = sensors.filter_map(|sensor| sensor.parent).collect();
         let mut told = Vec::new();
         for collision in &frame.collisions {
             let (one, other) = (Some(collision.actor), collision.other);
             for (carrier, met) in [(one, other), (other, one)] {
-                let Some(id) = carrier.filter(carriers) else { continue };
+                let Some(id) = carrier.filter(|id| carriers.contains(id)) else { continue };
                 told.push(Collision {
                     serial: self.collisions,
                     id1: id.get(),
                     id2: met.map_or(Collision::NO_ACTOR, ActorId::get),
-                    is_hero1: self.heroes.contains(&id),
-                    is_hero2: met.is_some_and(|id| self.heroes.contains(&id)),
+                    is_hero1: self.is_hero(id),
+                    is_hero2: met.is_some_and(|id| self.is_hero(id)),
                 });
                 self.collisions = self.collisions.wrapping_add(1);
             }
@@ -167,8 +220,8 @@ impl Notes {
     /// Doors that were opened or closed.
     fn doors(&mut self, frame: &Frame) -> Vec<Door> {
         let mut changed = Vec::new();
-        for vehicle in frame.actors.iter().filter(|actor| actor.kind == ActorKind::Vehicle) {
-            let before = self.doors.insert(vehicle.id, vehicle.doors).unwrap_or(0);
+        for (vehicle, known) in self.all(frame) {
+            let before = std::mem::replace(&mut known.doors, vehicle.doors);
             let differs = |door: &u8| (before ^ vehicle.doors) & (1 << door) != 0;
             changed.extend((0..DOORS).filter(differs).map(|door| Door {
                 id: vehicle.id.get(),

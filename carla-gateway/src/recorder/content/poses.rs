@@ -8,10 +8,10 @@ use recording::{
 };
 use schemas::{ActorId, ActorKind, ActorState, Frame, Pose, Translation3, Vec3};
 
-use super::Notes;
+use super::{Known, Notes};
 use crate::dialect::{Transform, Vector3D, spin_deg};
 use crate::skeleton::{self, Custom};
-use crate::wheels::{model, wheel_rad};
+use crate::wheels::wheel_rad;
 
 /// Recordings have lengths in centimetres.
 const CM_PER_M: f32 = 100.0;
@@ -82,10 +82,15 @@ pub(super) fn bones_of(frame: &Frame, custom: &BTreeMap<ActorId, Custom>) -> Vec
 impl Notes {
     /// Poses, and what vehicles and walkers are told to do.
     pub(super) fn put_motion(&mut self, content: &mut FrameContent, frame: &Frame) {
-        for actor in &frame.actors {
+        let vehicles = self.known.iter().filter(|known| known.model.is_some()).count();
+        content.positions.reserve(frame.actors.len());
+        content.vehicle_controls.reserve(vehicles);
+        content.vehicle_lights.reserve(vehicles);
+        content.wheels.reserve(vehicles);
+        for (actor, known) in self.all(frame) {
             let id = actor.id.get();
             match actor.kind {
-                ActorKind::Vehicle => self.put_vehicle(content, frame, actor),
+                ActorKind::Vehicle => put_vehicle(content, frame.dt_secs as f32, actor, known),
                 ActorKind::Walker => {
                     let speed = actor.walker.speed_mps * CM_PER_M;
                     content.walker_speeds.push(WalkerSpeed { id, speed });
@@ -97,35 +102,33 @@ impl Notes {
             content.positions.push(Position { id, location, rotation });
         }
     }
+}
 
-    fn put_vehicle(&mut self, content: &mut FrameContent, frame: &Frame, vehicle: &ActorState) {
-        let (id, control) = (vehicle.id.get(), &vehicle.control);
-        content.vehicle_controls.push(VehicleControl {
-            id,
-            steer: -control.steer,
-            throttle: control.throttle,
-            brake: control.brake,
-            hand_brake: control.hand_brake,
-            gear: i32::from(vehicle.gear),
-        });
-        content.vehicle_lights.push(VehicleLights { id, flags: vehicle.lights });
-        let blueprint = frame.types.get(usize::from(vehicle.type_index));
-        let Some(model) = blueprint.and_then(|blueprint| model(blueprint)) else { return };
-        let ahead = vehicle.world_from_actor.rotation * Vec3::x();
-        let speed_mps = vehicle.linear_velocity_mps.dot(&ahead);
-        let turned_rad = self.turned_rad.entry(vehicle.id).or_default();
-        let by_rad = speed_mps * frame.dt_secs as f32 / model.wheel_radius_m;
-        *turned_rad = (*turned_rad + by_rad).rem_euclid(std::f32::consts::TAU);
-        let wheel = |index: usize| WheelPose {
-            wheel: index as u8,
-            steer_deg: -wheel_rad(model, index, vehicle.road_wheel_rad).to_degrees(),
-            rotation_deg: turned_rad.to_degrees(),
-        };
-        let wheels = Long((0..model.physics.wheels.len()).map(wheel).collect());
-        content.wheels.push(Wheels { id, wheels });
-        if model.is_two_wheeler() {
-            let engine = control.throttle.abs();
-            content.bikers.push(Biker { id, speed: speed_mps * CM_PER_M, engine });
-        }
+fn put_vehicle(content: &mut FrameContent, dt_secs: f32, vehicle: &ActorState, known: &mut Known) {
+    let (id, control) = (vehicle.id.get(), &vehicle.control);
+    content.vehicle_controls.push(VehicleControl {
+        id,
+        steer: -control.steer,
+        throttle: control.throttle,
+        brake: control.brake,
+        hand_brake: control.hand_brake,
+        gear: i32::from(vehicle.gear),
+    });
+    content.vehicle_lights.push(VehicleLights { id, flags: vehicle.lights });
+    let Some(model) = known.model else { return };
+    let ahead = vehicle.world_from_actor.rotation * Vec3::x();
+    let speed_mps = vehicle.linear_velocity_mps.dot(&ahead);
+    let by_rad = speed_mps * dt_secs / model.wheel_radius_m;
+    known.turned_rad = (known.turned_rad + by_rad).rem_euclid(std::f32::consts::TAU);
+    let wheel = |index: usize| WheelPose {
+        wheel: index as u8,
+        steer_deg: -wheel_rad(model, index, vehicle.road_wheel_rad).to_degrees(),
+        rotation_deg: known.turned_rad.to_degrees(),
+    };
+    let wheels = Long((0..model.physics.wheels.len()).map(wheel).collect());
+    content.wheels.push(Wheels { id, wheels });
+    if model.is_two_wheeler() {
+        let engine = control.throttle.abs();
+        content.bikers.push(Biker { id, speed: speed_mps * CM_PER_M, engine });
     }
 }
