@@ -25,6 +25,7 @@ use tokio::runtime;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
+use crate::archive::Prepared;
 use crate::config::{Ports, WorldConfig};
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
@@ -52,6 +53,16 @@ struct Present {
     timing: Timing,
     expects_step: bool,
     later: Option<JoinHandle<Answer>>,
+    /// Was made ready for the call.
+    prepared: Option<Prepared>,
+    again: Option<JoinHandle<Prepared>>,
+}
+
+impl Present {
+    fn new(brief: Brief) -> Self {
+        let (timing, expects_step) = (Timing::Now, false);
+        Self { brief, timing, expects_step, later: None, prepared: None, again: None }
+    }
 }
 
 /// The state of one CARLA server.
@@ -135,12 +146,12 @@ impl Endpoint {
             shapes: Arc::default(),
             imui_gravity_mps2: GRAVITY_MPS2,
             settings: EpisodeSettings::default(),
-            present: Present {
-                brief: Brief { last_tick: now, caller: None, finds_new_world: false },
-                timing: Timing::Now,
-                expects_step: false,
-                later: None,
-            },
+            present: Present::new(Brief {
+                last_tick: now,
+                caller: None,
+                finds_new_world: false,
+                ticks_by_itself: false,
+            }),
             newest_stream: WORLD_OBSERVER,
             given: GivenIds::default(),
             expected: Expected::default(),
@@ -166,8 +177,27 @@ impl Endpoint {
 
     /// A job begins.
     pub(crate) fn begin(&mut self, brief: Brief) {
-        let timing = Timing::Now;
-        self.present = Present { brief, timing, expects_step: false, later: None };
+        self.present = Present::new(brief);
+    }
+
+    /// Brings what was made ready for the present call.
+    pub(crate) fn bring(&mut self, prepared: Option<Prepared>) {
+        self.present.prepared = prepared;
+    }
+
+    /// What was made ready for the present call, if it comes again.
+    pub(crate) fn take_prepared(&mut self) -> Option<Prepared> {
+        self.present.prepared.take()
+    }
+
+    /// The present call comes again when something is ready for it; others are answered meanwhile.
+    pub(crate) fn come_again(&mut self, ready: JoinHandle<Prepared>) {
+        self.present.again = Some(ready);
+    }
+
+    /// What the present call waits for, to come again.
+    pub(crate) fn take_again(&mut self) -> Option<JoinHandle<Prepared>> {
+        self.present.again.take()
     }
 
     /// The client's Traffic Managers take a step before its present call returns.
@@ -204,6 +234,7 @@ impl Endpoint {
         Report {
             answer,
             later: self.present.later.take(),
+            again: None,
             timing: self.present.timing,
             expects_step: self.present.expects_step,
             settings: self.settings.clone(),

@@ -6,12 +6,13 @@
 //! - `server` is one CARLA server: its `lobby`, where clients wait for their turn, and its
 //!   `endpoint`, the episode and its streams; `calls` is what each call does with that.
 //! - `skeleton` is where the limbs of pedestrians are.
-//! - `recorder` and `replayer` write and replay CARLA's recordings.
+//! - `recorder` and `replayer` write and replay CARLA's recordings; `archive` opens them.
 //! - `site` is the world service behind the bus.
 //!
 //! The client does not check what it receives, so every payload has one encoder.
 
 mod app;
+mod archive;
 mod calls;
 mod catalogue;
 mod config;

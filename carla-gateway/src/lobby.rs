@@ -29,7 +29,7 @@ use changeover::Phase;
 use held::HeldLoads;
 use late::LateAnswers;
 use managers::TrafficManagers;
-pub(crate) use messages::{Brief, Call, Do, Event, Job, Report, Task, Timing, WorldState};
+pub(crate) use messages::{Again, Brief, Call, Do, Event, Job, Report, Task, Timing, WorldState};
 use pace::{Pace, QUIET_AFTER_LOAD};
 
 /// The client whose protocol this is.
@@ -149,7 +149,7 @@ impl Lobby {
 
     /// Answers at once what needs no endpoint; everything else waits for its turn.
     fn receive(&mut self, call: Call, now: Instant, acts: &mut Vec<Do>) {
-        let Call { ticket, request } = call;
+        let Call { ticket, request, prepared } = call;
         let client = ticket.client;
         match request.method.as_str() {
             "version" => acts.push(Do::Answer(ticket, Payload::value(VERSION))),
@@ -158,7 +158,7 @@ impl Lobby {
                     acts.push(Do::Answer(read, Payload::value(&self.settings)));
                 }
             }
-            _ => return self.waiting.push_back(Waiting::Call(Call { ticket, request })),
+            _ => return self.waiting.push_back(Waiting::Call(Call { ticket, request, prepared })),
         }
         self.managers.note_call(client, now);
     }
@@ -187,6 +187,10 @@ impl Lobby {
     /// It is a call's turn.
     fn attend(&mut self, call: Call, now: Instant, acts: &mut Vec<Do>) {
         let client = call.ticket.client;
+        // It went while its call was made ready.
+        if !self.clients.contains_key(&client) {
+            return;
+        }
         match call.request.method.as_str() {
             "apply_batch" => self.managers.note_batch(client),
             _ => self.managers.note_call(client, now),
@@ -208,14 +212,14 @@ impl Lobby {
     }
 
     fn begin_call(&mut self, call: Call, acts: &mut Vec<Do>) {
-        let Call { ticket, request } = call;
+        let Call { ticket, request, prepared } = call;
         let client = ticket.client;
         if self.phase.note_call(client, &request) {
             // From here on a Traffic Manager may be silent for longer than one that sleeps.
             self.managers.note_batch(client);
         }
         let purpose = Purpose::Call { ticket, is_load: request.method == LOAD };
-        self.begin(Task::Call(request), purpose, Some(client), acts);
+        self.begin(Task::Call(request, prepared), purpose, Some(client), acts);
     }
 
     fn begin(
@@ -229,7 +233,9 @@ impl Lobby {
         self.under_way = Some(UnderWay { purpose, newest_client });
         let finds_new_world = self.world == WorldState::Lost
             && caller.is_some_and(|caller| Some(caller) > self.newest_witness);
-        let brief = Brief { last_tick: self.pace.last_tick(), caller, finds_new_world };
+        let last_tick = self.pace.last_tick();
+        let ticks_by_itself = self.ticks_by_itself();
+        let brief = Brief { last_tick, caller, finds_new_world, ticks_by_itself };
         acts.push(Do::Begin(Job { task, brief }));
     }
 
@@ -237,11 +243,14 @@ impl Lobby {
     fn finish(&mut self, report: Report, now: Instant, acts: &mut Vec<Do>) {
         let Some(UnderWay { purpose, newest_client }) = self.under_way.take() else { return };
         self.learn(&report, newest_client, now);
-        let Report { answer, later, timing, expects_step, .. } = report;
+        let Report { answer, later, again, timing, expects_step, .. } = report;
         match purpose {
             Purpose::Call { ticket, is_load } => {
                 if let Some(later) = later {
                     return acts.push(Do::AnswerLater(ticket, later));
+                }
+                if let Some(again) = again {
+                    return acts.push(Do::CallAgain(ticket, again));
                 }
                 if expects_step {
                     self.managers.note_frame(ticket.client, now);

@@ -23,6 +23,7 @@ use schemas::{ActorId, Frame};
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::JoinHandle;
 
+use crate::archive::{Known, Prepared};
 use crate::dialect::{LightState as Lamp, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::{Answer, Refusal};
@@ -137,7 +138,20 @@ impl Recorder {
         self.desk.ask(path, endings, question)
     }
 
-    /// No question is answered until this is dropped.
+    /// Opens a recording to be replayed, as soon as it is written; nobody is held up by that.
+    ///
+    /// # Errors
+    /// Too many at once.
+    pub(crate) fn open(
+        &self,
+        path: PathBuf,
+        known: Option<Known>,
+    ) -> Result<JoinHandle<Prepared>, Refusal> {
+        let endings = self.endings(&path);
+        self.desk.open(path, endings, known)
+    }
+
+    /// Nothing is read until this is dropped.
     #[cfg(test)]
     pub(crate) async fn hold_answers(&self) -> OwnedSemaphorePermit {
         self.desk.hold().await

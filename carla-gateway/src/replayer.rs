@@ -4,25 +4,24 @@
 //! finds or makes the actors for it, `orders` turns what is said into commands. Replayed actors
 //! have their physics off: they stand where they are put, and others run into them.
 
-mod archive;
 mod cast;
 mod exact;
 mod orders;
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use recording::{Event, Index, Player, Span, Step};
+use recording::{Event, Player, Span, Step};
 use roads::MapLayer;
 use schemas::{BodyCommand, Command, TrafficLightCommand};
 
+use crate::archive::{Known, OpenError, Opened};
 use crate::config::AfterReplays;
 use crate::dialect::Transform;
 use crate::endpoint::Endpoint;
 use crate::rpc::Refusal;
-use archive::Opened;
 use cast::Cast;
 use exact::Exact;
 use orders::Said;
@@ -33,7 +32,7 @@ pub(crate) struct Replayer {
     options: Options,
     running: Option<Replay>,
     /// Where the frames of the recording lie that was replayed last.
-    known: Option<(archive::Version, Arc<Index>)>,
+    known: Option<Known>,
 }
 
 /// How replays are made, the present one and later ones.
@@ -127,19 +126,26 @@ impl Endpoint {
     /// Begins a replay, in place of one that is under way; poses come with the next tick. The
     /// answer is CARLA's text, also for files that are missing or no recordings.
     ///
+    /// The first time it only has the recording opened, which may take seconds; the call comes
+    /// again when that is done.
+    ///
     /// # Errors
     /// A name that leads nowhere, a file that cannot be read, and those of the world.
     pub(crate) async fn replay(&mut self, order: Order) -> Result<String, Refusal> {
         self.end_recording().await;
         self.stop_replay(false).await?;
         let path = self.recorder.shelf().path_of(&order.name)?;
-        self.recorder.settle(&path).await;
-        let head = format!("Replaying File: {}\n", path.display());
-        let opened = match self.open_recording(&path).await? {
-            Ok(opened) => opened,
-            Err(why) => return Ok(head + &why),
+        let Some(prepared) = self.take_prepared() else {
+            let opening = self.recorder.open(path, self.replayer.known.clone())?;
+            self.come_again(opening);
+            return Ok(String::new());
         };
-        let mut text = head;
+        let mut text = format!("Replaying File: {}\n", path.display());
+        let opened = match found(&path, prepared.opened.map(|opened| *opened))? {
+            Ok(opened) => opened,
+            Err(why) => return Ok(text + &why),
+        };
+        self.replayer.known = Some((opened.version.clone(), Arc::clone(&opened.index)));
         let wanted = opened.reader.header().map.clone();
         if wanted != self.short_map_name() {
             if self.load(&wanted, MapLayer::ALL).await.is_err() {
@@ -151,29 +157,6 @@ impl Endpoint {
         text += &self.replayer.options.text(span);
         self.begin_replay(opened, span, &order).await?;
         Ok(text)
-    }
-
-    /// The recording, or CARLA's words for why it is none.
-    async fn open_recording(&mut self, path: &Path) -> Result<Result<Opened, String>, Refusal> {
-        let known = self.replayer.known.clone();
-        let (found, told): (PathBuf, _) = (path.to_owned(), path.display());
-        let opened = tokio::task::spawn_blocking(move || archive::open(&found, known)).await;
-        match opened.map_err(|error| Refusal(error.to_string()))? {
-            Ok(opened) => {
-                let version = opened.version.clone();
-                self.replayer.known = Some((version, Arc::clone(&opened.index)));
-                Ok(Ok(opened))
-            }
-            Err(archive::OpenError::Foreign) => {
-                Ok(Err("File is not a CARLA recorder\n".to_owned()))
-            }
-            Err(archive::OpenError::Missing) => {
-                Ok(Err(format!("File {told} not found on server\n")))
-            }
-            Err(archive::OpenError::Io(error)) => {
-                Err(Refusal(format!("recording {told}: {error}")))
-            }
-        }
     }
 
     /// The name by which recordings know the map.
@@ -334,5 +317,19 @@ impl Endpoint {
             }
         }
         self.enter(cast, waiting).await
+    }
+}
+
+/// The recording, or CARLA's words for why it is none.
+fn found(
+    path: &Path,
+    opened: Result<Opened, OpenError>,
+) -> Result<Result<Opened, String>, Refusal> {
+    let told = path.display();
+    match opened {
+        Ok(opened) => Ok(Ok(opened)),
+        Err(OpenError::Foreign) => Ok(Err("File is not a CARLA recorder\n".to_owned())),
+        Err(OpenError::Missing) => Ok(Err(format!("File {told} not found on server\n"))),
+        Err(OpenError::Io(error)) => Err(Refusal(format!("recording {told}: {error}"))),
     }
 }

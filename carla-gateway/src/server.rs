@@ -12,7 +12,7 @@ use tokio::time::Instant;
 
 use crate::calls;
 use crate::endpoint::Endpoint;
-use crate::lobby::{Call, Do, Event, Job, Lobby, Report, Task};
+use crate::lobby::{Again, Call, Do, Event, Job, Lobby, Report, Task};
 use crate::rpc::{self, Answer, ConnectionId, Outbox, Payload, Refusal, Ticket};
 
 /// What connections tell may wait so far; clients that send more are read more slowly.
@@ -22,6 +22,8 @@ pub(crate) const EVENTS_MAX: usize = 1_024;
 pub(crate) struct Server {
     lobby: Lobby,
     told: mpsc::Receiver<rpc::Event>,
+    /// Calls that come again.
+    again: (mpsc::Sender<Call>, mpsc::Receiver<Call>),
     outboxes: BTreeMap<ConnectionId, Outbox>,
     /// Where streams are served.
     stream_port: u16,
@@ -30,7 +32,8 @@ pub(crate) struct Server {
 impl Server {
     /// A server for what these connections tell, whose streams have a port of their own.
     pub(crate) fn new(lobby: Lobby, told: mpsc::Receiver<rpc::Event>, stream_port: u16) -> Self {
-        Self { lobby, told, outboxes: BTreeMap::new(), stream_port }
+        let again = mpsc::channel(EVENTS_MAX);
+        Self { lobby, told, again, outboxes: BTreeMap::new(), stream_port }
     }
 
     /// Serves until nobody can connect any more.
@@ -71,6 +74,7 @@ impl Server {
             // What clients say comes before what they did not say in time.
             biased;
             told = self.told.recv(), if self.lobby.has_room() => told?,
+            call = self.again.1.recv() => return call.map(Event::Called),
             () = is_due => return Some(Event::Due),
         };
         Some(match told {
@@ -78,7 +82,9 @@ impl Server {
                 self.outboxes.insert(client, outbox);
                 Event::Connected(client, whereabouts)
             }
-            rpc::Event::Called(ticket, request) => Event::Called(Call { ticket, request }),
+            rpc::Event::Called(ticket, request) => {
+                Event::Called(Call { ticket, request, prepared: None })
+            }
             rpc::Event::Disconnected(client) => {
                 self.outboxes.remove(&client);
                 Event::Disconnected(client)
@@ -93,6 +99,7 @@ impl Server {
             match act {
                 Do::Answer(ticket, answer) => self.answer(&ticket, &answer),
                 Do::AnswerLater(ticket, answer) => self.answer_later(ticket, answer),
+                Do::CallAgain(ticket, again) => self.call_again(ticket, again),
                 Do::Begin(begun) => job = Some(begun),
                 Do::Wake(host, port) => drop(tokio::spawn(waking::wake(host, port))),
                 Do::BorrowPort(port, client) => {
@@ -117,6 +124,22 @@ impl Server {
         tokio::spawn(async move { outbox.answer(&ticket, &joined(answer.await)) });
     }
 
+    /// Nothing waits for what a call needs to be ready.
+    fn call_again(&self, ticket: Ticket, Again { request, ready }: Again) {
+        let Some(outbox) = self.outboxes.get(&ticket.client).cloned() else { return };
+        let calls = self.again.0.clone();
+        tokio::spawn(async move {
+            match ready.await {
+                Ok(prepared) => {
+                    let call = Call { ticket, request, prepared: Some(prepared) };
+                    // Nobody is served any more otherwise.
+                    let _ = calls.send(call).await;
+                }
+                Err(error) => outbox.answer(&ticket, &joined(Err(error))),
+            }
+        });
+    }
+
     fn answer(&self, ticket: &Ticket, answer: &Answer) {
         if let (Err(refusal), true) = (answer, ticket.asynchronous) {
             tracing::debug!(call = ticket.id, %refusal, "a call nobody waits for");
@@ -136,7 +159,12 @@ fn joined(answer: Result<Answer, JoinError>) -> Answer {
 async fn perform(endpoint: &mut Endpoint, job: Job) -> Report {
     endpoint.begin(job.brief);
     let answer = match job.task {
-        Task::Call(request) => calls::answer(endpoint, &request).await,
+        Task::Call(request, prepared) => {
+            endpoint.bring(prepared);
+            let answer = calls::answer(endpoint, &request).await;
+            let again = endpoint.take_again().map(|ready| Again { request, ready });
+            return Report { again, ..endpoint.report(answer) };
+        }
         Task::Prepare => endpoint.prepare_tick().await,
         Task::Advance => {
             endpoint.keep_promised_tick().await;

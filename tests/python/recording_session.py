@@ -33,9 +33,7 @@ def record(client: carla.Client, tm_port: int, name: str) -> dict:
     while world.get_snapshot().timestamp.elapsed_seconds < begun + RECORDED_SECS:
         world.wait_for_tick()
     client.apply_batch_sync([carla.command.DestroyActor(car) for car in cars])
-    # Destroyed in a frame of the recording.
-    world.wait_for_tick()
-    world.wait_for_tick()
+    # They are destroyed in the last frame of the recording.
     client.stop_recorder()
     return {"path": path, "cars": cars}
 

@@ -24,6 +24,7 @@ pub(super) async fn start(
 }
 
 pub(super) async fn stop(endpoint: &mut Endpoint) -> Result<(), Refusal> {
+    endpoint.record_last_frame().await;
     endpoint.end_recording().await;
     Ok(())
 }

@@ -6,6 +6,17 @@ use crate::recorder::Scene;
 use crate::rpc::Refusal;
 
 impl Endpoint {
+    /// Records one more frame where frames come by themselves, so that what a client asked for right
+    /// before the end of the recording is in it.
+    pub(crate) async fn record_last_frame(&mut self) {
+        if !self.recorder.is_running() || !self.present.brief.ticks_by_itself {
+            return;
+        }
+        if let Err(error) = self.tick().await {
+            tracing::warn!(%error, "a recording ends without its last frame");
+        }
+    }
+
     /// Records the newest frame, if there is a recording.
     pub(super) async fn record(&mut self) -> Result<(), Refusal> {
         let Some(episode) = self.episode.as_ref().filter(|_| self.recorder.is_running()) else {

@@ -6,6 +6,7 @@ use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
 use super::pace::Loss;
+use crate::archive::Prepared;
 use crate::dialect::EpisodeSettings;
 use crate::rpc::{Answer, ConnectionId, Request, Ticket};
 use crate::whereabouts::Whereabouts;
@@ -30,6 +31,15 @@ pub(crate) enum Event {
 pub(crate) struct Call {
     pub(crate) ticket: Ticket,
     pub(crate) request: Request,
+    /// What was made ready for it, if it comes again.
+    pub(crate) prepared: Option<Prepared>,
+}
+
+/// A call that comes again when something is ready for it.
+#[derive(Debug)]
+pub(crate) struct Again {
+    pub(crate) request: Request,
+    pub(crate) ready: JoinHandle<Prepared>,
 }
 
 /// What is to be done, in this order.
@@ -39,6 +49,8 @@ pub(crate) enum Do {
     Answer(Ticket, Answer),
     /// Answers a call when its answer is there.
     AnswerLater(Ticket, JoinHandle<Answer>),
+    /// Has a call come again.
+    CallAgain(Ticket, Again),
     /// Has the endpoint do something; its report comes before the next job.
     Begin(Job),
     /// Wakes a Traffic Manager that has slept through a frame.
@@ -60,8 +72,8 @@ pub(crate) struct Job {
 /// What the endpoint does, one thing at a time.
 #[derive(Debug)]
 pub(crate) enum Task {
-    /// What a call says.
-    Call(Request),
+    /// What a call says, with what was made ready for it.
+    Call(Request, Option<Prepared>),
     /// Gets ready for the tick of a client; the answer is the number of the frame to come.
     Prepare,
     /// The tick of a client, which has got its answer.
@@ -81,6 +93,8 @@ pub(crate) struct Brief {
     pub(crate) caller: Option<ConnectionId>,
     /// The caller came after the world of the episode was lost, and finds a new one.
     pub(crate) finds_new_world: bool,
+    /// Frames come without anybody's tick.
+    pub(crate) ticks_by_itself: bool,
 }
 
 /// What came of a job, and how the endpoint is after it.
@@ -89,6 +103,8 @@ pub(crate) struct Report {
     pub(crate) answer: Answer,
     /// Takes the place of the answer.
     pub(crate) later: Option<JoinHandle<Answer>>,
+    /// Takes the place of the answer.
+    pub(crate) again: Option<Again>,
     pub(crate) timing: Timing,
     /// The client's Traffic Managers take a step before its call returns.
     pub(crate) expects_step: bool,

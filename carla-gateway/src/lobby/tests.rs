@@ -47,6 +47,27 @@ async fn a_call_whose_answer_comes_later_holds_nobody_up() {
     assert!(stage.is_answered(2, tick) && !stage.is_answered(1, question));
 }
 
+#[tokio::test]
+async fn a_call_that_comes_again_holds_nobody_up_and_is_answered_then() {
+    let mut stage = Stage::with(2, true);
+    let replay = stage.call(1, "replay_file", ());
+    let tick = stage.call(2, "tick_cue", ());
+    stage.opening = Some(tokio::spawn(std::future::pending()));
+    stage.finish_one(Timing::Now, true);
+    stage.finish();
+    assert!(stage.is_answered(2, tick) && !stage.is_answered(1, replay));
+    stage.come_again();
+    stage.finish();
+    assert!(stage.is_answered(1, replay));
+    // Nobody waits for this one any more when it comes again.
+    stage.call(1, "replay_file", ());
+    stage.opening = Some(tokio::spawn(std::future::pending()));
+    stage.finish_one(Timing::Now, true);
+    stage.disconnect(1);
+    stage.come_again();
+    assert!(stage.job.is_none());
+}
+
 #[test]
 fn a_tick_is_answered_before_the_world_advances() {
     let mut stage = Stage::with(1, true);
@@ -153,7 +174,7 @@ mod turns {
             long_tick(&mut stage, PERIOD * 5);
             let waiting = stage.call(1, "get_spectator", ());
             stage.finish_one(Timing::Now, true);
-            assert!(matches!(stage.job.as_ref().unwrap().task, Task::Call(_)));
+            assert!(matches!(stage.job.as_ref().unwrap().task, Task::Call(..)));
             stage.finish_one(Timing::Now, true);
             assert!(stage.is_answered(1, waiting));
             // So has who answers to an answer.
@@ -173,7 +194,7 @@ mod turns {
         assert!(!stage.lobby.has_room());
         stage.finish_one(Timing::Now, true);
         let mut calls = 0;
-        while matches!(stage.job.as_ref().unwrap().task, Task::Call(_)) {
+        while matches!(stage.job.as_ref().unwrap().task, Task::Call(..)) {
             stage.now += MOMENT;
             stage.finish_one(Timing::Now, true);
             calls += 1;

@@ -1,28 +1,28 @@
 //! What clients ask about recordings.
 
-use std::fs::{self, File};
-use std::io::{self, BufReader, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use recording::query::{self, Letter, QueryError};
-use recording::{NotARecording, Reader};
 #[cfg(test)]
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
 
 use super::scribe::Written;
+use crate::archive::{self, Known, OpenError, Prepared};
 use crate::rpc::{Answer, Payload, Refusal};
 
 /// Longest answer, in bytes: a text that is cut would be misread.
 const TEXT_BYTES_MAX: usize = 64 * 1024 * 1024;
-/// Bytes that are read at once.
-const READ_BYTES: usize = 256 * 1024;
 
 /// Questions that are answered or wait for that.
 const QUESTIONS_MAX: usize = 64;
-/// Questions that are answered at once.
+/// Recordings that are opened to be replayed, or are open and not replayed yet; each takes up to
+/// some 100 MB.
+const OPENINGS_MAX: usize = 4;
+/// Recordings that are read at once.
 const READERS_MAX: usize = 2;
 
 /// One question about a recording.
@@ -44,18 +44,19 @@ pub(crate) enum Question {
     },
 }
 
-/// Where questions are answered, away from the calls.
+/// Where recordings are read, away from the calls.
 #[derive(Clone, Debug)]
 pub(super) struct Desk {
     seats: Arc<Semaphore>,
+    openings: Arc<Semaphore>,
     readers: Arc<Semaphore>,
 }
 
 impl Default for Desk {
     fn default() -> Self {
-        let [seats, readers] =
-            [QUESTIONS_MAX, READERS_MAX].map(|count| Arc::new(Semaphore::new(count)));
-        Self { seats, readers }
+        let limits = [QUESTIONS_MAX, OPENINGS_MAX, READERS_MAX];
+        let [seats, openings, readers] = limits.map(|count| Arc::new(Semaphore::new(count)));
+        Self { seats, openings, readers }
     }
 }
 
@@ -90,6 +91,35 @@ impl Desk {
         }))
     }
 
+    /// Opens a recording when what is still being written is written; where its frames lie takes a
+    /// while to find out, unless it is known.
+    ///
+    /// # Errors
+    /// Too many are opened.
+    pub(super) fn open(
+        &self,
+        path: PathBuf,
+        endings: Vec<Written>,
+        known: Option<Known>,
+    ) -> Result<JoinHandle<Prepared>, Refusal> {
+        let place = Arc::clone(&self.openings).try_acquire_owned().map_err(|_| {
+            let limit = OPENINGS_MAX;
+            Refusal(format!("wanted at most {limit} recordings to be opened at once, found more"))
+        })?;
+        let readers = Arc::clone(&self.readers);
+        Ok(tokio::spawn(async move {
+            for written in endings {
+                written.wait().await;
+            }
+            let reader = readers.acquire_owned().await;
+            let opening = move || archive::open_indexed(&path, known).map(Box::new);
+            let opened = tokio::task::spawn_blocking(opening).await;
+            drop(reader);
+            let opened = opened.unwrap_or_else(|error| Err(io::Error::other(error).into()));
+            Prepared { opened, _place: place }
+        }))
+    }
+
     #[cfg(test)]
     pub(super) async fn hold(&self) -> OwnedSemaphorePermit {
         let readers = Arc::clone(&self.readers);
@@ -99,10 +129,12 @@ impl Desk {
 
 fn answer(path: &Path, question: Question) -> Result<String, Refusal> {
     let told = path.display();
-    let mut reader = match open(path) {
+    let mut reader = match archive::open(path) {
         Ok(reader) => reader,
-        Err(NotARecording::Foreign) => return Ok("File is not a CARLA recorder\n".to_owned()),
-        Err(NotARecording::Io(_)) => return Ok(format!("File {told} not found on server\n")),
+        Err(OpenError::Foreign) => return Ok("File is not a CARLA recorder\n".to_owned()),
+        Err(OpenError::Missing | OpenError::Io(_)) => {
+            return Ok(format!("File {told} not found on server\n"));
+        }
     };
     let mut text = Text(Vec::new());
     let (date, out) = (&local_date, &mut text);
@@ -121,17 +153,6 @@ fn answer(path: &Path, question: Question) -> Result<String, Refusal> {
         error => Refusal(format!("recording {told}: {error}; causeway record reads it too")),
     })?;
     Ok(String::from_utf8_lossy(&text.0).into_owned())
-}
-
-/// # Errors
-/// As for [`Reader::open`]; a file that is not there is an [`NotARecording::Io`].
-pub(crate) fn open(path: &Path) -> Result<Reader<BufReader<File>>, NotARecording> {
-    // Opening a pipe would wait for whoever writes to it.
-    if !fs::metadata(path)?.is_file() {
-        return Err(NotARecording::Foreign);
-    }
-    let file = File::open(path)?;
-    Reader::open(BufReader::with_capacity(READ_BYTES, file))
 }
 
 /// Seconds since 1970 as CARLA writes dates: in the time zone of this machine.

@@ -123,7 +123,7 @@ impl Simulation {
     fn work(&mut self) {
         let Some(job) = &self.stage.job else { return };
         match &job.task {
-            Task::Call(request) if request.method == "set_episode_settings" => {
+            Task::Call(request, _) if request.method == "set_episode_settings" => {
                 self.stage.settings.synchronous_mode = self.dice.one_in(2);
             }
             Task::TickByItself => self.stage.settings.synchronous_mode = false,

@@ -6,6 +6,7 @@ use serde::Serialize;
 use tokio::task::JoinHandle;
 
 use super::super::*;
+use crate::archive::Prepared;
 use crate::lobby::pace::Loss;
 use crate::rpc::{Refusal, Request};
 
@@ -35,6 +36,9 @@ pub(super) struct Stage {
     pub(super) later: Option<JoinHandle<Answer>>,
     /// Whose answers are somebody else's business.
     pub(super) answered_later: Vec<(u64, u32)>,
+    /// What the present call waits for, to come again.
+    pub(super) opening: Option<JoinHandle<Prepared>>,
+    to_come_again: Vec<(Ticket, Again)>,
     next_id: u32,
 }
 
@@ -58,6 +62,8 @@ impl Stage {
             losses: Vec::new(),
             later: None,
             answered_later: Vec::new(),
+            opening: None,
+            to_come_again: Vec::new(),
             next_id: 1,
         }
     }
@@ -94,7 +100,7 @@ impl Stage {
         let bytes = rmp_serde::to_vec(&(0, id, method, args)).unwrap();
         let request = Request::parse(&with_metadata(bytes)).unwrap();
         let ticket = request.ticket(ConnectionId(client));
-        self.tell(Event::Called(Call { ticket, request }));
+        self.tell(Event::Called(Call { ticket, request, prepared: None }));
         id
     }
 
@@ -129,12 +135,12 @@ impl Stage {
         let mut last_tick = brief.last_tick;
         let mut expects_step = false;
         match &task {
-            Task::Call(request) if request.method == "load_new_episode" && succeeds => {
+            Task::Call(request, _) if request.method == "load_new_episode" && succeeds => {
                 self.episodes_begun += 1;
                 self.frame_number += 1;
                 self.world = WorldState::Alive;
             }
-            Task::Call(request) => {
+            Task::Call(request, _) => {
                 expects_step = request.method == "set_episode_settings";
                 if brief.finds_new_world {
                     self.episodes_begun += 1;
@@ -152,9 +158,14 @@ impl Stage {
             false => Err(Refusal("as the test wants".to_owned())),
         };
         let later = self.later.take();
+        let again = match (self.opening.take(), task) {
+            (Some(ready), Task::Call(request, _)) => Some(Again { request, ready }),
+            _ => None,
+        };
         self.tell(Event::Done(Box::new(Report {
             answer,
             later,
+            again,
             timing,
             expects_step,
             settings: self.settings.clone(),
@@ -163,6 +174,13 @@ impl Stage {
             world: self.world,
             last_tick,
         })));
+    }
+
+    /// What calls waited for is ready.
+    pub(super) fn come_again(&mut self) {
+        for (ticket, Again { request, .. }) in std::mem::take(&mut self.to_come_again) {
+            self.tell(Event::Called(Call { ticket, request, prepared: None }));
+        }
     }
 
     /// Time passes; ticks take none.
@@ -212,6 +230,7 @@ impl Stage {
                 Do::AnswerLater(ticket, _) => {
                     self.answered_later.push((ticket.client.0, ticket.id));
                 }
+                Do::CallAgain(ticket, again) => self.to_come_again.push((ticket, again)),
                 Do::Begin(job) => {
                     assert!(self.job.is_none(), "two jobs at once");
                     self.job = Some(job);
