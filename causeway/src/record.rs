@@ -10,6 +10,7 @@ mod piece;
 mod progress;
 mod site;
 mod source;
+mod translated;
 
 use std::path::PathBuf;
 
@@ -103,7 +104,7 @@ pub(crate) fn run(args: Args) -> Result<(), RecordError> {
         Command::List(folder) => listing::list(&folder),
         Command::Site(order) => site::carry_out(order),
         Command::Info(info) => log::info(&info),
-        Command::Ask(question) => Ok(log::ask(&question)?),
+        Command::Ask(question) => log::ask(&question),
         Command::Verify(source) => exact::verify(&source.file),
         Command::Replay(order) => exact::replay(&order),
         Command::Cut(order) => piece::cut(&order),

@@ -290,3 +290,113 @@ impl Body {
         self.bytes(text.as_bytes())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use lz4_flex::frame::FrameDecoder;
+
+    use super::*;
+
+    const SCHEMA: Schema<'_> = Schema { name: "a.Kind", encoding: "jsonschema", data: b"{}" };
+
+    /// Opcode, place and body of each record.
+    fn records(file: &[u8]) -> Vec<(u8, usize, &[u8])> {
+        let mut found = Vec::new();
+        let mut at = 0;
+        while at < file.len() {
+            let length = u64::from_le_bytes(file[at + 1..at + 9].try_into().unwrap()) as usize;
+            found.push((file[at], at, &file[at + 9..at + 9 + length]));
+            at += 9 + length;
+        }
+        found
+    }
+
+    /// Without the magic at both ends, whose places are those of the file.
+    fn inside(file: &[u8]) -> Vec<(u8, usize, &[u8])> {
+        assert!(file.starts_with(&MAGIC) && file.ends_with(&MAGIC));
+        let found = records(&file[8..file.len() - 8]);
+        found.into_iter().map(|(kind, at, body)| (kind, at + 8, body)).collect()
+    }
+
+    fn number(body: &[u8], at: usize) -> u64 {
+        u64::from_le_bytes(body[at..at + 8].try_into().unwrap())
+    }
+
+    fn written(messages: usize, bytes: usize) -> Vec<u8> {
+        let mut writer = Writer::begin(Vec::new(), "test").unwrap();
+        let channel = writer.channel("/a", "json", &SCHEMA).unwrap();
+        for count in 0..messages {
+            writer.message(channel, 100 + count as u64, &vec![b'x'; bytes]).unwrap();
+        }
+        writer.finish().unwrap()
+    }
+
+    #[test]
+    fn records_come_in_the_order_of_the_format() {
+        let file = written(2, 5);
+        let kinds: Vec<u8> = inside(&file).iter().map(|(kind, ..)| *kind).collect();
+        // Header, schema, channel, chunk, its index, end of the data; schema, channel, statistics
+        // and chunk index again, four offsets to them, and the footer.
+        assert_eq!(kinds, [1, 3, 4, 6, 7, 15, 3, 4, 11, 8, 14, 14, 14, 14, 2]);
+    }
+
+    #[test]
+    fn a_chunk_unpacks_to_its_messages_and_its_index_leads_to_them() {
+        let file = written(3, 5);
+        let all = inside(&file);
+        let (_, _, chunk) = all.iter().find(|(kind, ..)| *kind == Opcode::Chunk as u8).unwrap();
+        assert_eq!((number(chunk, 0), number(chunk, 8)), (100, 102));
+        // Two times, a size, a sum, the name of the compression and the packed size come before.
+        let head = 8 + 8 + 8 + 4 + 4 + COMPRESSION.len() + 8;
+        let mut unpacked = Vec::new();
+        FrameDecoder::new(&chunk[head..]).read_to_end(&mut unpacked).unwrap();
+        assert_eq!(unpacked.len() as u64, number(chunk, 16));
+        assert_eq!(chunk[24..28], crc32fast::hash(&unpacked).to_le_bytes());
+        let messages = records(&unpacked);
+        assert!(messages.iter().all(|(kind, _, body)| *kind == 5 && body.ends_with(b"xxxxx")));
+        let (_, _, index) = all.iter().find(|(kind, ..)| *kind == 7).unwrap();
+        for (count, (_, at, _)) in messages.iter().enumerate() {
+            let entry = 2 + 4 + 16 * count;
+            let told = (number(index, entry), number(index, entry + 8));
+            assert_eq!(told, (100 + count as u64, *at as u64));
+        }
+    }
+
+    #[test]
+    fn the_footer_leads_to_the_summary_and_that_to_every_chunk() {
+        let file = written(5, 2 * 1024 * 1024);
+        let all = inside(&file);
+        let chunks: Vec<usize> =
+            all.iter().filter(|(kind, ..)| *kind == 6).map(|(_, at, _)| *at).collect();
+        assert!(chunks.len() > 1, "a chunk is full with some messages");
+        let told: Vec<usize> = all
+            .iter()
+            .filter(|(kind, ..)| *kind == Opcode::ChunkIndex as u8)
+            .map(|(_, _, body)| number(body, 16) as usize)
+            .collect();
+        assert_eq!(told, chunks);
+        let (_, _, footer) = all.last().unwrap();
+        let summary = number(footer, 0) as usize;
+        let end = all.iter().find(|(kind, ..)| *kind == Opcode::DataEnd as u8).unwrap();
+        assert_eq!(summary, end.1 + 9 + end.2.len());
+        let (_, _, statistics) = all.iter().find(|(kind, ..)| *kind == 11).unwrap();
+        assert_eq!(number(statistics, 0), 5);
+    }
+
+    #[test]
+    fn attachments_and_metadata_are_found_through_the_summary() {
+        let mut writer = Writer::begin(Vec::new(), "test").unwrap();
+        writer.attach("a.xodr", "application/xml", b"<map/>").unwrap();
+        writer.metadata("about", &[("map", "Town01".to_owned())]).unwrap();
+        let file = writer.finish().unwrap();
+        let all = inside(&file);
+        for (index, what) in [(Opcode::AttachmentIndex, 9), (Opcode::MetadataIndex, 12)] {
+            let (_, _, told) = all.iter().find(|(kind, ..)| *kind == index as u8).unwrap();
+            let (_, at, body) = all.iter().find(|(kind, ..)| *kind == what).unwrap();
+            assert_eq!(number(told, 0) as usize, *at);
+            assert_eq!(number(told, 8) as usize, 9 + body.len());
+        }
+    }
+}

@@ -32,6 +32,18 @@ pub(crate) fn pose(of: &schemas::Pose) -> Value {
     json!({"position": vector(of.translation.vector), "orientation": quaternion(of)})
 }
 
+/// Where a frame is in the map.
+pub(crate) fn transforms(child: &str, world_from_child: &schemas::Pose, now: u64) -> Value {
+    let transform = json!({
+        "timestamp": time(now),
+        "parent_frame_id": MAP_FRAME,
+        "child_frame_id": child,
+        "translation": vector(world_from_child.translation.vector),
+        "rotation": quaternion(world_from_child),
+    });
+    json!({"transforms": [transform]})
+}
+
 pub(crate) fn opaque([r, g, b]: [f32; 3]) -> Value {
     json!({"r": r, "g": g, "b": b, "a": 1.0})
 }

@@ -46,3 +46,53 @@ pub(crate) fn between(before: &Frame, after: &Frame) -> Vec<Value> {
     };
     told.into_iter().map(line).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::{ActorKind, ActorState, Collision, MapRef, Pose, Vec3, WorldId};
+
+    use super::*;
+
+    fn frame(actors: &[u32]) -> Frame {
+        let state = |id: &u32| {
+            let id = ActorId::new(*id).unwrap();
+            ActorState::at_rest(id, ActorKind::Vehicle, 0, Pose::identity())
+        };
+        let map = MapRef { name: "Town01".to_owned(), digest: String::new() };
+        Frame {
+            types: vec!["vehicle.audi.tt".to_owned()],
+            actors: actors.iter().map(state).collect(),
+            ..Frame::empty(WorldId::new(1).unwrap(), map)
+        }
+    }
+
+    #[test]
+    fn who_comes_goes_and_meets_is_told_by_name_and_only_when_it_begins() {
+        let contact = |other, started| Collision {
+            actor: ActorId::new(2).unwrap(),
+            other,
+            started,
+            position_m: Vec3::zeros(),
+            impulse_ns: Vec3::zeros(),
+            closing_speed_mps: 6.25,
+        };
+        let after = Frame {
+            collisions: vec![contact(None, true), contact(ActorId::new(3), false)],
+            ..frame(&[2, 3])
+        };
+        let told = between(&frame(&[1, 2]), &after);
+        let lines: Vec<(&str, &str)> = told
+            .iter()
+            .map(|line| (line["name"].as_str().unwrap(), line["message"].as_str().unwrap()))
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                ("spawned", "3 vehicle.audi.tt"),
+                ("destroyed", "1 vehicle.audi.tt"),
+                ("collision", "2 vehicle.audi.tt with the map at 6.2 m/s"),
+            ]
+        );
+        assert_eq!(told[2]["level"], ERROR);
+    }
+}

@@ -10,6 +10,8 @@ mod convert;
 mod ego;
 mod events;
 mod map_scene;
+mod measured;
+mod pictures;
 mod scene;
 mod schema;
 mod topics;
@@ -17,10 +19,12 @@ mod topics;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use schemas::{ActorId, ActorKind, ActorState, SharedFrame};
+use schemas::{ActorId, ActorKind, ActorState, Image, SensorDatum, SharedFrame};
+use serde_json::Value;
 
 use container::Writer;
-use convert::nanos;
+use convert::{nanos, transforms};
+pub use pictures::View;
 use scene::Scene;
 use topics::{Topic, Topics};
 
@@ -61,8 +65,20 @@ impl<W: Write> Out<W> {
         }
     }
 
-    fn json(&mut self, topic: Topic, now: u64, message: &serde_json::Value) -> io::Result<()> {
+    fn json(&mut self, topic: Topic, now: u64, message: &Value) -> io::Result<()> {
         self.tell(topic, now, message.to_string().as_bytes())
+    }
+
+    /// A message of a camera or sensor.
+    fn named(
+        &mut self,
+        path: String,
+        schema: (&str, impl FnOnce() -> Value),
+        now: u64,
+        message: &Value,
+    ) -> io::Result<()> {
+        let channel = self.topics.named(&mut self.file, path, schema)?;
+        self.file.message(channel, now, message.to_string().as_bytes())
     }
 }
 
@@ -86,6 +102,7 @@ impl<W: Write> Exporter<W> {
     /// Those of the sink.
     pub fn frame(&mut self, frame: &SharedFrame) -> io::Result<()> {
         let now = nanos(frame.sim_secs);
+        let ego = self.ego(frame);
         let out = &mut self.out;
         if self.frames == 0 {
             out.json(Topic::Map, now, &map_scene::of(&self.map, now))?;
@@ -108,12 +125,7 @@ impl<W: Write> Exporter<W> {
             }
         }
         out.tell(Topic::Frame, now, &frame.encoded().0)?;
-        let is_vehicle = |actor: &&ActorState| actor.kind == ActorKind::Vehicle;
-        let ego = match self.about.ego {
-            Some(id) => frame.actor(id),
-            None => frame.actors.iter().find(is_vehicle),
-        };
-        if let Some(ego) = ego {
+        if let Some(ego) = ego.and_then(|ego| frame.actor(ego)) {
             for (topic, message) in ego::messages(ego, &self.map, now) {
                 out.json(topic, now, &message)?;
             }
@@ -121,6 +133,41 @@ impl<W: Write> Exporter<W> {
         self.before = Some(frame.clone());
         self.frames += 1;
         Ok(())
+    }
+
+    /// The vehicle of the topics below `/ego` in a frame.
+    pub fn ego(&self, frame: &SharedFrame) -> Option<ActorId> {
+        let is_vehicle = |actor: &&ActorState| actor.kind == ActorKind::Vehicle;
+        let first = || frame.actors.iter().find(is_vehicle).map(|actor| actor.id);
+        self.about.ego.or_else(first)
+    }
+
+    /// Writes a picture of a frame, with where its camera was and how it sees.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn picture(&mut self, frame: &SharedFrame, view: &View, image: &Image) -> io::Result<()> {
+        let Some(place) = view.world_from_optical(frame) else { return Ok(()) };
+        let (now, name, out) = (nanos(frame.sim_secs), &view.name, &mut self.out);
+        out.json(Topic::Tf, now, &transforms(&view.frame_id(), &place, now))?;
+        let calibration = ("foxglove.CameraCalibration", schema::calibration);
+        out.named(format!("/{name}/calibration"), calibration, now, &view.calibration(now))?;
+        let (schema_name, schema) = view.schema();
+        let message = view.message(image, now);
+        out.named(format!("/{name}/image"), (schema_name, || schema), now, &message)
+    }
+
+    /// Writes what a sensor of this name measured; what is no series of measurements is left out.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn measured(&mut self, name: &str, datum: &SensorDatum) -> io::Result<()> {
+        let now = nanos(datum.sim_secs);
+        let Some(told) = measured::of(datum, name, now) else { return Ok(()) };
+        let place = &datum.world_from_sensor;
+        self.out.json(Topic::Tf, now, &transforms(name, place, now))?;
+        let (path, schema) = (format!("/{name}/{}", told.topic), (told.schema_name, told.schema));
+        self.out.named(path, schema, now, &told.message)
     }
 
     /// How many frames it was given.

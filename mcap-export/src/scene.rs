@@ -117,3 +117,57 @@ pub(crate) fn lights(frame: &Frame) -> Value {
     let none: [Value; 0] = [];
     json!({"deletions": none, "entities": entities})
 }
+
+#[cfg(test)]
+mod tests {
+    use schemas::{MapRef, WorldId};
+
+    use super::*;
+
+    fn frame(actors: &[(u32, ActorKind, f32)]) -> Frame {
+        let state = |&(id, kind, x): &(u32, ActorKind, f32)| {
+            ActorState::at_rest(ActorId::new(id).unwrap(), kind, 0, Pose::translation(x, 0.0, 0.0))
+        };
+        let map = MapRef { name: "Town01".to_owned(), digest: String::new() };
+        Frame {
+            types: vec!["vehicle.audi.tt".to_owned()],
+            actors: actors.iter().map(state).collect(),
+            ..Frame::empty(WorldId::new(1).unwrap(), map)
+        }
+    }
+
+    fn ids(update: &Value, what: &str) -> Vec<String> {
+        let all = update[what].as_array().unwrap();
+        all.iter().map(|one| one["id"].as_str().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn only_those_are_told_who_come_move_or_go() {
+        use ActorKind::{Sensor, Vehicle, Walker};
+        let mut scene = Scene::default();
+        let first = scene.update(&frame(&[(1, Vehicle, 0.0), (2, Walker, 5.0), (3, Sensor, 0.0)]));
+        assert_eq!(
+            (ids(&first, "entities"), ids(&first, "deletions").len()),
+            (vec!["1".to_owned(), "2".to_owned()], 0)
+        );
+        let second = scene.update(&frame(&[(1, Vehicle, 1.0), (2, Walker, 5.0)]));
+        assert_eq!(ids(&second, "entities"), ["1"]);
+        let third = scene.update(&frame(&[(1, Vehicle, 1.0)]));
+        assert_eq!(
+            (ids(&third, "entities").len(), ids(&third, "deletions")),
+            (0, vec!["2".to_owned()])
+        );
+    }
+
+    #[test]
+    fn a_box_is_where_the_box_of_its_actor_is() {
+        let mut frame = frame(&[(1, ActorKind::Vehicle, 2.0)]);
+        frame.actors[0].box_centre_m = schemas::Vec3::new(0.5, 0.0, 0.75);
+        frame.actors[0].box_half_extent_m = schemas::Vec3::new(2.0, 1.0, 0.75);
+        let update = Scene::default().update(&frame);
+        let cube = &update["entities"][0]["cubes"][0];
+        assert_eq!(cube["pose"]["position"], json!({"x": 2.5, "y": 0.0, "z": 0.75}));
+        assert_eq!(cube["size"], json!({"x": 4.0, "y": 2.0, "z": 1.5}));
+        assert_eq!(update["entities"][0]["texts"][0]["text"], "1 tt");
+    }
+}

@@ -107,6 +107,63 @@ pub(crate) fn log() -> Value {
     ])
 }
 
+/// Bytes, as JSON has them.
+fn data() -> Value {
+    json!({"type": "string", "contentEncoding": "base64"})
+}
+
+pub(crate) fn compressed_image() -> Value {
+    object(&[("timestamp", time()), ("frame_id", text()), ("data", data()), ("format", text())])
+}
+
+pub(crate) fn raw_image() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("width", integer()),
+        ("height", integer()),
+        ("encoding", text()),
+        ("step", integer()),
+        ("data", data()),
+    ])
+}
+
+pub(crate) fn calibration() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("width", integer()),
+        ("height", integer()),
+        ("distortion_model", text()),
+        ("D", array(&number())),
+        ("K", array(&number())),
+        ("R", array(&number())),
+        ("P", array(&number())),
+    ])
+}
+
+pub(crate) fn points() -> Value {
+    let field = object(&[("name", text()), ("offset", integer()), ("type", integer())]);
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("pose", pose()),
+        ("point_stride", integer()),
+        ("fields", array(&field)),
+        ("data", data()),
+    ])
+}
+
+pub(crate) fn inertia() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("acceleration_mps2", vector()),
+        ("angular_velocity_radps", vector()),
+        ("compass_rad", number()),
+    ])
+}
+
 pub(crate) fn scene() -> Value {
     let deletion = object(&[("timestamp", time()), ("type", integer()), ("id", text())]);
     let solid = object(&[("pose", pose()), ("size", vector()), ("color", colour())]);

@@ -12,10 +12,15 @@
 //! | `/ego/state` | `causeway.Vehicle` |
 //! | `/events` | `foxglove.Log` |
 //! | `/weather` | `causeway.Weather`, on change |
+//! | `/NAME/image`, `/NAME/calibration` | `foxglove.CompressedImage` or `RawImage`, `CameraCalibration` |
+//! | `/NAME/points` | `foxglove.PointCloud`: of lidars and radars |
+//! | `/NAME/inertia`, `/NAME/fix` | `causeway.Imu`, `foxglove.LocationFix` |
 //! | `/causeway/frame` | `causeway.wire.Frame`, as FlatBuffers; of exact recordings only |
 //!
-//! All but the last one are JSON.
+//! All but the last one are JSON. NAME is what a camera or sensor is called; it has a frame of its
+//! own in `/tf`, and its topics are there if it is.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use schemas::Weather;
@@ -43,7 +48,11 @@ pub(crate) enum Topic {
 }
 
 /// The channels of one file.
-pub(crate) struct Topics(Vec<(Topic, ChannelId)>);
+pub(crate) struct Topics {
+    fixed: Vec<(Topic, ChannelId)>,
+    /// Of cameras and sensors, by topic.
+    named: BTreeMap<String, ChannelId>,
+}
 
 impl Topics {
     pub(crate) fn open(file: &mut Writer<impl Write>, is_exact: bool) -> io::Result<Self> {
@@ -72,12 +81,29 @@ impl Topics {
             let schema = Schema { name: "causeway.wire.Frame", encoding, data };
             channels.push((Topic::Frame, file.channel("/causeway/frame", encoding, &schema)?));
         }
-        Ok(Self(channels))
+        Ok(Self { fixed: channels, named: BTreeMap::new() })
     }
 
     /// `None` for a topic that the file does not have.
     pub(crate) fn channel(&self, topic: Topic) -> Option<ChannelId> {
-        self.0.iter().find(|(one, _)| *one == topic).map(|(_, channel)| *channel)
+        self.fixed.iter().find(|(one, _)| *one == topic).map(|(_, channel)| *channel)
+    }
+
+    /// The channel of a camera's or sensor's topic, made when it is first needed.
+    pub(crate) fn named(
+        &mut self,
+        file: &mut Writer<impl Write>,
+        path: String,
+        (name, schema): (&str, impl FnOnce() -> Value),
+    ) -> io::Result<ChannelId> {
+        if let Some(channel) = self.named.get(&path) {
+            return Ok(*channel);
+        }
+        let text = schema().to_string();
+        let schema = Schema { name, encoding: "jsonschema", data: text.as_bytes() };
+        let channel = file.channel(&path, "json", &schema)?;
+        self.named.insert(path, channel);
+        Ok(channel)
     }
 }
 

@@ -1,14 +1,16 @@
 //! Logs and journals as MCAP files, which Foxglove and its libraries open.
 
 mod rebuilt;
+mod studio;
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mcap_export::{About, Exporter};
-use schemas::{ActorId, SharedFrame, Tick};
+use schemas::{ActorDescription, ActorId, Error, SharedFrame, Tick};
 use world_service::journal::{Reader as JournalReader, Replay};
 
 use super::RecordError;
@@ -16,6 +18,7 @@ use super::piece::NewFile;
 use super::progress::Progress;
 use super::source::{Opened, of, open};
 use rebuilt::Rebuilt;
+use studio::{Size, Studio, Wanted};
 
 /// Roles by which clients name the vehicle that an episode is about.
 const EGO_ROLES: [&str; 3] = ["hero", "ego", "ego_vehicle"];
@@ -43,9 +46,32 @@ pub(crate) struct Export {
     /// The map's OpenDRIVE file, for logs of a map that is not one of ours
     #[arg(long, value_name = "FILE.xodr")]
     map: Option<PathBuf>,
+    /// A camera whose pictures are drawn again: chase, top or driver, which the ego carries, or the
+    /// id of a camera in the world of a journal; may be given several times
+    #[arg(long, value_name = "CAMERA")]
+    camera: Vec<Wanted>,
+    /// Size of the pictures of chase, top and driver
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x360")]
+    picture_size: Size,
+    /// What draws: part of an adapter's name, or cpu for software [default: a GPU if there is one]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true,
+        env = "CAUSEWAY_ADAPTER"
+    )]
+    adapter: String,
+    /// Simulate a journal again for what its sensors measured: those that somebody listened to
+    #[arg(long)]
+    sensors: bool,
 }
 
-type Out = Exporter<NewFile>;
+/// A file that is being written, and what draws its pictures.
+struct Out {
+    file: Exporter<NewFile>,
+    studio: Option<Studio>,
+}
 
 /// # Errors
 /// A file that is neither, a map that is not known, and a new file that cannot be written.
@@ -53,6 +79,7 @@ pub(super) fn export(order: &Export) -> Result<(), RecordError> {
     match open(&order.file)? {
         Opened::Journal(reader) => of_journal(order, *reader),
         Opened::Log(reader) => {
+            order.check_log()?;
             let map = order.log_map(&reader.header().map)?;
             let mut rebuilt = Rebuilt::new(&order.file, reader, &map);
             let mut out = None;
@@ -71,7 +98,7 @@ pub(super) fn export(order: &Export) -> Result<(), RecordError> {
                     Some(out) => out,
                     None => {
                         let ego = order.ego().or(rebuilt.hero());
-                        out.insert(order.begin(Arc::clone(&map), ego, false)?)
+                        out.insert(order.begin(Arc::clone(&map), ego, &[], false)?)
                     }
                 };
                 order.put(out, &SharedFrame::from(frame))?;
@@ -90,39 +117,90 @@ fn of_journal(
     let index = reader.index();
     let (first, last) = (index.tick_at(order.from), index.tick_at(order.until));
     let total_secs = index.total_secs();
-    let ego = match order.ego() {
-        Some(ego) => Some(ego),
-        None => hero_at(&order.file, &mut reader, last)?,
-    };
-    let mut out = order.begin(map, ego, true)?;
-    let mut progress = Progress::new("exported", total_secs);
     // Of the first state of all there is no frame on file.
-    let begin = first.0.max(reader.index().first().0 + 1);
-    for tick in (begin..=last.0).step_by(order.every as usize) {
-        let frame = reader.frame(Tick(tick)).map_err(of(&order.file))?;
-        let frame = SharedFrame::decode(frame).map_err(RecordError::Refused)?;
+    let begin = first.0.max(index.first().0 + 1);
+    let described = described_at(&order.file, &mut reader, last)?;
+    let ego =
+        order.ego().or_else(|| described.iter().find(|actor| is_ego(actor)).map(|ego| ego.id));
+    let mut replay = None;
+    if order.sensors {
+        replay = Some(replay_at(&order.file, &mut reader, Tick(begin - 1))?);
+    }
+    let mut out = order.begin(map, ego, &described, true)?;
+    let mut progress = Progress::new("exported", total_secs);
+    for tick in begin..=last.0 {
+        let is_due = (tick - begin).is_multiple_of(order.every.into());
+        if is_due {
+            let frame = reader.frame(Tick(tick)).map_err(of(&order.file))?;
+            let frame = SharedFrame::decode(frame).map_err(RecordError::Refused)?;
+            order.put(&mut out, &frame)?;
+        }
+        if let Some(replay) = &mut replay {
+            for step in reader.steps_to(Tick(tick)).map_err(of(&order.file))? {
+                replay.step(&step).map_err(of(&order.file))?;
+            }
+            order.put_measured(&mut out, replay, ego)?;
+        }
         progress.reach(reader.index().elapsed_secs(Tick(tick)).unwrap_or_default());
-        order.put(&mut out, &frame)?;
     }
     order.finish(Some(out))
 }
 
-/// Who has the role of the ego in the world of a journal.
-fn hero_at(
+/// The world of a journal after a tick.
+fn replay_at(
     path: &Path,
     reader: &mut JournalReader<BufReader<File>>,
     tick: Tick,
-) -> Result<Option<ActorId>, RecordError> {
+) -> Result<Replay, RecordError> {
     let way = reader.way_to(tick).map_err(of(path))?;
     let mut replay = Replay::begin(reader.head()).map_err(of(path))?;
     replay.go(&way).map_err(of(path))?;
-    let described = replay.world().describe(&[]);
-    let is_ego = |actor: &&schemas::ActorDescription| {
-        actor.attributes.iter().any(|attribute| {
-            attribute.id == "role_name" && EGO_ROLES.contains(&attribute.value.as_str())
-        })
+    Ok(replay)
+}
+
+/// Who is in the world of a journal after a tick.
+fn described_at(
+    path: &Path,
+    reader: &mut JournalReader<BufReader<File>>,
+    tick: Tick,
+) -> Result<Vec<ActorDescription>, RecordError> {
+    Ok(replay_at(path, reader, tick)?.world().describe(&[]))
+}
+
+/// Who has one of the roles of the ego at the end of a journal.
+///
+/// # Errors
+/// A journal that cannot be replayed.
+pub(super) fn heroes_of(
+    path: &Path,
+    reader: &mut JournalReader<BufReader<File>>,
+) -> Result<BTreeSet<ActorId>, RecordError> {
+    let last = reader.index().last();
+    let described = described_at(path, reader, last)?;
+    Ok(described.iter().filter(|actor| is_ego(actor)).map(|actor| actor.id).collect())
+}
+
+/// Whether an actor has one of the roles of the ego.
+fn is_ego(actor: &ActorDescription) -> bool {
+    actor.attributes.iter().any(|attribute| {
+        attribute.id == "role_name" && EGO_ROLES.contains(&attribute.value.as_str())
+    })
+}
+
+/// What a sensor is called: below its carrier, with the last word of its kind and its id.
+fn sensor_name(frame: &schemas::Frame, sensor: ActorId, ego: Option<ActorId>) -> Option<String> {
+    let actor = frame.actor(sensor)?;
+    let kind = frame.type_of(actor);
+    let kind = match kind.split('.').nth(1) {
+        Some("lidar") => "lidar",
+        _ => kind.rsplit('.').next()?,
     };
-    Ok(described.iter().find(is_ego).map(|actor| actor.id))
+    let own = format!("{kind}/{}", sensor.get());
+    Some(match actor.parent {
+        Some(carrier) if Some(carrier) == ego => format!("ego/{own}"),
+        Some(carrier) => format!("actors/{}/{own}", carrier.get()),
+        None => format!("world/{own}"),
+    })
 }
 
 impl Export {
@@ -142,12 +220,26 @@ impl Export {
         parsed(&self.file, name, &text)
     }
 
+    /// # Errors
+    /// What only a journal has.
+    fn check_log(&self) -> Result<(), RecordError> {
+        let has_world = self.camera.iter().any(|camera| matches!(camera, Wanted::Actor(_)));
+        if !has_world && !self.sensors {
+            return Ok(());
+        }
+        let why = "wanted a journal for --sensors and cameras of the world, found a log, which has \
+                   no measurements: its journal is FILE.journal";
+        Err(RecordError::Unfit { path: self.file.clone(), why: why.to_owned() })
+    }
+
     fn begin(
         &self,
         map: Arc<roads::Map>,
         ego: Option<ActorId>,
+        described: &[ActorDescription],
         is_exact: bool,
     ) -> Result<Out, RecordError> {
+        let studio = self.studio(&map, described)?;
         let about = About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             source: self.file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
@@ -155,20 +247,65 @@ impl Export {
             is_exact,
         };
         let sink = NewFile::create(&self.to)?;
-        Exporter::begin(sink, map, about).map_err(|cause| self.refused(cause))
+        let file = Exporter::begin(sink, map, about).map_err(|cause| self.refused(cause))?;
+        Ok(Out { file, studio })
+    }
+
+    fn studio(
+        &self,
+        map: &roads::Map,
+        described: &[ActorDescription],
+    ) -> Result<Option<Studio>, RecordError> {
+        if self.camera.is_empty() {
+            return Ok(None);
+        }
+        let views = self.camera.iter().map(|camera| camera.view(self.picture_size, described));
+        let views = views.collect::<Result<_, Error>>().map_err(|cause| self.undrawn(&cause))?;
+        let tenant = "local".parse().map_err(|cause: schemas::InvalidName| self.undrawn(&cause))?;
+        let studio = Studio::open(&self.adapter, tenant, map, views);
+        let studio = studio.map_err(|cause| self.undrawn(&cause))?;
+        eprintln!("pictures are drawn by {}", studio.adapter_name());
+        Ok(Some(studio))
     }
 
     fn put(&self, out: &mut Out, frame: &SharedFrame) -> Result<(), RecordError> {
-        out.frame(frame).map_err(|cause| self.refused(cause))
+        let file = &mut out.file;
+        file.frame(frame).map_err(|cause| self.refused(cause))?;
+        let Some(studio) = &mut out.studio else { return Ok(()) };
+        let pictures = studio.draw(frame, file.ego(frame)).map_err(|cause| self.undrawn(&cause))?;
+        for (view, image) in pictures {
+            file.picture(frame, &view, &image).map_err(|cause| self.refused(cause))?;
+        }
+        Ok(())
+    }
+
+    /// What sensors measured in the newest tick.
+    fn put_measured(
+        &self,
+        out: &mut Out,
+        replay: &Replay,
+        ego: Option<ActorId>,
+    ) -> Result<(), RecordError> {
+        let frame = replay.world().frame();
+        for datum in replay.world().sensors() {
+            let Some(name) = sensor_name(&frame, datum.sensor, ego) else { continue };
+            out.file.measured(&name, datum).map_err(|cause| self.refused(cause))?;
+        }
+        Ok(())
+    }
+
+    fn undrawn(&self, cause: &dyn std::fmt::Display) -> RecordError {
+        let why = format!("its pictures cannot be drawn: {cause}");
+        RecordError::Unfit { path: self.file.clone(), why }
     }
 
     fn finish(&self, out: Option<Out>) -> Result<(), RecordError> {
-        let out = out.filter(|out| out.frames() > 0).ok_or_else(|| RecordError::Unfit {
+        let out = out.filter(|out| out.file.frames() > 0).ok_or_else(|| RecordError::Unfit {
             path: self.file.clone(),
             why: format!("wanted frames from {} s to {} s, found none", self.from, self.until),
         })?;
-        let frames = out.frames();
-        out.finish().map_err(|cause| self.refused(cause))?.keep()?;
+        let frames = out.file.frames();
+        out.file.finish().map_err(|cause| self.refused(cause))?.keep()?;
         println!("{}: {frames} frames of {}", self.to.display(), self.file.display());
         Ok(())
     }

@@ -1,12 +1,17 @@
 //! Recordings of CARLA's format: what they say, without a site.
 
-use std::io::{self, BufWriter, Read, Write};
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use recording::query::{self, Letter, QueryError};
 use recording::{Cut, NotARecording, Reader};
+use world_service::journal::Reader as JournalReader;
 
-use super::source::{Opened, log as open, open as open_any};
+use super::export::heroes_of;
+use super::source::{Opened, open};
+use super::translated::Translated;
 use super::{RecordError, journal};
 
 /// What a recording is about.
@@ -19,10 +24,11 @@ pub(crate) struct Info {
     all: bool,
 }
 
-/// A question about one recording; the answers are those of CARLA's calls.
+/// A question about a log or a journal; the answers are those of CARLA's calls. A log has the
+/// contacts of those who carry a collision sensor, a journal those of all.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub(crate) enum Question {
-    /// List who met whom in a recording of CARLA's format.
+    /// List who met whom in a log or a journal.
     Collisions {
         /// Its file
         file: PathBuf,
@@ -30,7 +36,7 @@ pub(crate) enum Question {
         #[arg(long, value_name = "TWO LETTERS", default_value = "aa", value_parser = letters)]
         types: Letters,
     },
-    /// List who stood still in a recording of CARLA's format, longest first.
+    /// List who stood still in a log or a journal, longest first.
     Blocked {
         /// Its file
         file: PathBuf,
@@ -82,10 +88,24 @@ pub(crate) enum LogError {
 }
 
 /// Prints the answer; a recording that is cut is told up to there, and then an error.
-pub(crate) fn ask(question: &Question) -> Result<(), LogError> {
+pub(super) fn ask(question: &Question) -> Result<(), RecordError> {
     let (Question::Collisions { file, .. } | Question::Blocked { file, .. }) = question;
+    match open(file)? {
+        Opened::Log(reader) => Ok(answer(question, file, reader)?),
+        Opened::Journal(reader) => {
+            let translated = translated(file, *reader)?;
+            let open = |cause| LogError::Open { path: file.clone(), cause };
+            Ok(answer(question, file, Reader::open(translated).map_err(open)?)?)
+        }
+    }
+}
+
+fn answer<R: Read>(
+    question: &Question,
+    file: &Path,
+    mut reader: Reader<R>,
+) -> Result<(), LogError> {
     let date = &carla_gateway::local_date;
-    let mut reader = open(file)?;
     let mut out = BufWriter::new(io::stdout().lock());
     let asked = match question {
         Question::Collisions { types, .. } => {
@@ -98,9 +118,21 @@ pub(crate) fn ask(question: &Question) -> Result<(), LogError> {
     finish(file, &reader, asked.and_then(|()| Ok(out.flush()?)))
 }
 
+/// A journal as a log, of the date of its file.
+fn translated(
+    path: &Path,
+    mut reader: JournalReader<BufReader<File>>,
+) -> Result<Translated, RecordError> {
+    let refused = |cause| RecordError::Open { path: path.to_owned(), cause };
+    let heroes = heroes_of(path, &mut reader)?;
+    let changed = std::fs::metadata(path).and_then(|file| file.modified()).map_err(refused)?;
+    let date = changed.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs();
+    Translated::begin(reader, date as i64, heroes).map_err(refused)
+}
+
 /// Prints what a log or a journal is about.
 pub(crate) fn info(Info { file, all }: &Info) -> Result<(), RecordError> {
-    let mut reader = match open_any(file)? {
+    let mut reader = match open(file)? {
         Opened::Log(reader) => reader,
         Opened::Journal(reader) => {
             journal::info(file, &reader);

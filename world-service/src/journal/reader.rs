@@ -168,6 +168,24 @@ impl<R: Read + Seek> Reader<R> {
         Ok(())
     }
 
+    /// What was done from the state before a tick to the state after it, in order.
+    ///
+    /// # Errors
+    /// As for [`entries`](Self::entries).
+    pub fn steps_to(&mut self, tick: Tick) -> Result<Vec<Step>, JournalError> {
+        let before = Tick(tick.0.checked_sub(1).ok_or_else(|| self.unknown(tick))?);
+        let mut steps = Vec::new();
+        self.entries(before, tick, |entry| {
+            match entry {
+                Entry::Commands(request) => steps.push(commands_in(&request)?),
+                Entry::Tick(tick) => steps.push(Step::Tick(tick)),
+                Entry::Keyframe { .. } => {}
+            }
+            Ok(())
+        })?;
+        Ok(steps)
+    }
+
     fn unknown(&self, tick: Tick) -> JournalError {
         let (first, last) = (self.index.first(), self.index.last());
         let error = Error::new(ErrorCode::WrongTick, "the journal does not have this tick");
