@@ -35,7 +35,7 @@ fn replay(log: &[u8]) {
     }
 }
 
-/// How many damaged logs a test reads, times a thousand; more with CAUSEWAY_MUTATIONS=100, say.
+/// How many damaged logs a test reads, in thousands, unless CAUSEWAY_MUTATIONS says another number.
 fn mutations(thousands: usize) -> usize {
     let wanted = std::env::var("CAUSEWAY_MUTATIONS").ok().and_then(|text| text.parse().ok());
     wanted.unwrap_or(thousands) * 1_000

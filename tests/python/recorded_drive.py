@@ -6,6 +6,7 @@ import time
 import carla
 
 import carla_log
+from carla_log import POSITION
 from carla_site import spawn_car
 
 WAIT_SECS = 10.0
@@ -37,6 +38,13 @@ def seen(world: carla.World, frame: int) -> dict[int, carla.Transform]:
         snapshot = world.get_snapshot()
     assert snapshot.frame == frame
     return {actor.id: actor.get_transform() for actor in snapshot}
+
+
+def shows(world: carla.World, frame: carla_log.Frame, ids: list[int]) -> bool:
+    """Whether the world is now as a recorded frame, under the recorded ids."""
+    now = seen(world, world.get_snapshot().frame)
+    places = frame.by_actor(POSITION)
+    return all(id_ in now and is_near(places[id_], now[id_]) for id_ in ids)
 
 
 def drive(world: carla.World, count: int = 2) -> list[carla.Vehicle]:

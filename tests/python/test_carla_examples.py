@@ -33,11 +33,12 @@ PROGRAMS = {
     "client_example.py": ("--episodes", "1", "--frames", "2", "-q", "Low"),
     "point_cloud_example.py": ("--frames", "1"),
     "view_start_positions.py": ("--positions", "0"),
+    "incident.py": (),
     "manual_control.py": ("--res", "160x90", "--keys", "w*2"),
     "run_benchmark.py": ("--city-name", "Town02", "--tasks", "straight", "--agent", "basic"),
 }
 #: Every program that drives with others has a Traffic Manager, which wants a port of its own.
-WITH_MANAGER = set(PROGRAMS) - {"view_start_positions.py"}
+WITH_MANAGER = set(PROGRAMS) - {"view_start_positions.py", "incident.py"}
 
 
 @dataclass
@@ -299,6 +300,23 @@ def results(folder: Path) -> dict[str, str]:
     (log,) = (folder / "_benchmarks_results").iterdir()
     assert log.name == "test_Basic_Town02"
     return {path.name: path.read_text() for path in log.iterdir()}
+
+
+def test_an_incident_is_found_replayed_and_avoided(site, client, tmp_path):
+    ran = run(site, tmp_path, "incident.py", "--out", "pictures")
+    assert ran.status == 0, ran.err
+    ((secs,),) = ran.numbers(r"meets the parked car after ([\d.]+) s")
+    ((gap_m,),) = ran.numbers(r"stands ([\d.]+) m from")
+    # Two cars that touch are about 4.5 m apart.
+    assert 1.0 < secs < 6.0 and gap_m > 5.5
+    brightness = []
+    for name in ("before", "contact", "braked"):
+        with Image.open(tmp_path / "pictures" / f"{name}.jpg") as picture:
+            assert picture.size == (480, 270)
+            brightness.append(np.asarray(picture.convert("L"), float))
+        assert (tmp_path / "pictures" / f"{name}.jpg").stat().st_size < 100_000
+    assert all(np.ptp(one) > 100 for one in brightness)
+    assert np.abs(brightness[0] - brightness[1]).mean() > 2.0
 
 
 def test_the_benchmark_goes_on_where_it_was_interrupted(site, client, tmp_path):

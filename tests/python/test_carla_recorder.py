@@ -1,7 +1,12 @@
 """CARLA's recorder and its queries, through CARLA's own client."""
 
 import math
+import os
+import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import carla
 import pytest
@@ -11,7 +16,7 @@ import metrics_text
 from carla_log import ADD, COLLISION, KINEMATICS, POSITION, STATE
 from carla_site import STEP_SECS, attach, connect, spawn_car, ticks
 from recorded_drive import drive, finished, is_near, seen
-from running_site import two_free_ports
+from running_site import binary, child, two_free_ports
 
 
 def test_a_log_says_of_each_frame_what_clients_see_in_its_snapshot(client, world, tmp_path):
@@ -72,6 +77,22 @@ def test_actors_are_told_with_class_number_and_attributes(client, world, tmp_pat
     assert log.frames[1].records[carla_log.DOOR] == [(car.id, 1, 1)]
     assert log.frames[1].by_actor(carla_log.LIGHTS)[car.id] == (8,)
     assert {carla_log.BOX, carla_log.PLATFORM_TIME, carla_log.BONES} <= set(log.frames[2].ids)
+    assert log.frames[0].by_actor(carla_log.BOX)[car.id][3:] == pytest.approx(
+        [100 * getattr(car.bounding_box.extent, axis) for axis in "xyz"], abs=0.1
+    )
+    volumes = log.frames[0].by_actor(carla_log.VOLUME)
+    lights = {one.id for one in world.get_actors().filter("traffic.traffic_light")}
+    assert lights & volumes.keys()
+    text = client.show_recorder_file_info(str(path), True)
+    for section in (
+        "Dynamic actors",
+        "Actor bounding boxes",
+        "Actor trigger volumes",
+        "Current platform time",
+        "Physics Control events",
+        "Traffic Light time events",
+    ):
+        assert f"\n {section}: " in text
     physics = log.frames[0].by_actor(carla_log.PHYSICS)[car.id]
     assert physics[0][8] == pytest.approx(car.get_physics_control().mass)
     velocity = log.frames[0].by_actor(KINEMATICS)[car.id]
@@ -218,3 +239,59 @@ def test_two_endpoints_do_not_record_to_one_file(start_site, tmp_path):
     first.stop_recorder()
     first.show_recorder_file_info("one.log", False)
     assert second.start_recorder("one.log") == path
+
+
+# Records until it is killed.
+RECORDING = """
+import sys
+import carla
+
+client = carla.Client("127.0.0.1", int(sys.argv[1]))
+client.set_timeout(60.0)
+print(client.start_recorder("killed.log"), flush=True)
+world = client.get_world()
+while True:
+    world.wait_for_tick()
+"""
+
+
+@pytest.mark.parametrize("victim", ["client", "gateway"])
+def test_whoever_is_killed_leaves_a_whole_log(start_site, victim):
+    site = start_site("--no-render")
+    command = [sys.executable, "-c", RECORDING, str(site.carla_port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as recording:
+        try:
+            path = Path(recording.stdout.readline().strip())
+            wait_for_frames(path, 10)
+            killed = recording.pid if victim == "client" else child(site, "gateway")
+            os.kill(killed, signal.SIGKILL)
+        finally:
+            recording.kill()
+    if victim == "client":
+        # Nobody ticks an endpoint without clients: the next one ends the recording.
+        client = connect(site.carla_port)
+        client.stop_recorder()
+        client.show_recorder_file_info("killed.log", False)
+        log = carla_log.read(path)
+        assert log.frames[-1].duration == -1.0
+        assert [frame.number for frame in log.frames] == list(range(1, len(log.frames) + 1))
+    # At most the frame that was being written is cut, and told so.
+    told = frames_told(path)
+    assert told.returncode == 0 or "the recording ends at" in told.stderr
+    assert frame_count(told) >= 10
+
+
+def frames_told(path: Path) -> subprocess.CompletedProcess:
+    command = [binary(), "record", "info", path]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+
+def frame_count(told: subprocess.CompletedProcess) -> int:
+    return int(told.stdout.split("\nFrames: ")[1].split()[0]) if told.stdout else 0
+
+
+def wait_for_frames(path: Path, count: int) -> None:
+    deadline = time.monotonic() + 60.0
+    while frame_count(frames_told(path)) < count:
+        assert time.monotonic() < deadline, "no frames are written"
+        time.sleep(0.05)

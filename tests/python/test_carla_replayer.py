@@ -110,6 +110,20 @@ def test_the_factor_of_time_may_change_during_a_replay(client, world, recorded):
         client.stop_replayer(False)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
+def test_a_log_goes_by_as_fast_as_the_factor_says(client, world, recorded, factor):
+    path, log, ids = recorded
+    client.set_replayer_time_factor(factor)
+    try:
+        client.replay_file(str(path), 0.0, 0.0, 0)
+        now = seen(world, ticks(world, 20))
+        shown = log.frames[round(20 * factor)].by_actor(POSITION)
+        assert all(is_near(shown[id_], now[id_]) for id_ in ids)
+    finally:
+        client.set_replayer_time_factor(1.0)
+        client.stop_replayer(False)
+
+
 def test_the_spectator_follows_an_actor_of_the_log(client, world, recorded):
     path, _, ids = recorded
     spectator = world.get_spectator()

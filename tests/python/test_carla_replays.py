@@ -11,9 +11,9 @@ import carla
 import pytest
 
 import carla_log
-from carla_log import BONES, POSITION, STATE
+from carla_log import POSITION, STATE
 from carla_site import STEP_SECS, attach, connect, spawn_car, ticks
-from recorded_drive import WAIT_SECS, drive, finished, is_near, seen
+from recorded_drive import WAIT_SECS, drive, finished, is_near, shows
 
 CARS = "vehicle.lincoln.mkz_2020"
 
@@ -31,13 +31,6 @@ def recorded(client, world, tmp_path):
         car.destroy()
     world.tick()
     return path, log, ids
-
-
-def shows(world: carla.World, frame: carla_log.Frame, ids: list[int]) -> bool:
-    """Whether the world is now as a recorded frame, under the recorded ids."""
-    now = seen(world, world.get_snapshot().frame)
-    places = frame.by_actor(POSITION)
-    return all(id_ in now and is_near(places[id_], now[id_]) for id_ in ids)
 
 
 def test_replayed_actors_have_their_recorded_ids(client, world, recorded):
@@ -223,43 +216,6 @@ def test_lights_doors_and_lamps_of_a_log_come_back(client, world, tmp_path):
     ticks(world, 2)
     first = finished(client, again).frames[0]
     assert first.records[carla_log.DOOR] == [(car.id, 2, 1)]
-
-
-def test_walkers_walk_again_as_they_did_with_all_their_bones(client, world, tmp_path):
-    path = tmp_path / "walk.log"
-    place = world.get_map().get_spawn_points()[0].location + carla.Location(z=1.0)
-    blueprint = world.get_blueprint_library().find("walker.pedestrian.0005")
-    client.start_recorder(str(path), True)
-    walker = world.spawn_actor(blueprint, carla.Transform(place))
-    walker.apply_control(carla.WalkerControl(carla.Vector3D(x=1.0), 1.5))
-    ticks(world, 20)
-    walker.blend_pose(1.0)
-    waving = carla.Transform(carla.Location(x=0.3), carla.Rotation(roll=75.0))
-    walker.set_bones(carla.WalkerBoneControlIn([("crl_arm__R", waving)]))
-    ticks(world, 20)
-    log = finished(client, path)
-    frames = log.frames
-    assert frames[30].by_actor(carla_log.WALKER)[walker.id] == (150.0,)
-    velocity = frames[15].by_actor(carla_log.KINEMATICS)[walker.id]
-    assert velocity[0] == pytest.approx(1.5, abs=0.05)
-    names = [name for name, _ in frames[30].by_actor(BONES)[walker.id][0]]
-    assert {"crl_root", "crl_Head__C", "crl_arm__R"} <= set(names)
-    walker.destroy()
-    world.tick()
-    client.replay_file(str(path), 0.0, 0.0, 0)
-    world.tick()
-    walker = world.get_actor(walker.id)
-    for number in (2, 12, 30):
-        while not shows(world, frames[number], [walker.id]):
-            assert world.tick() and not shows(world, frames[39], [walker.id])
-        wanted = dict(frames[number].by_actor(BONES)[walker.id][0])
-        held = {bone.name: bone.relative for bone in walker.get_bones().bone_transforms}
-        assert held.keys() == wanted.keys()
-        assert all(is_near(wanted[name], held[name]) for name in wanted)
-    ticks(world, 20)
-    assert walker.get_control().speed == 0.0
-    held = {bone.name: bone.relative for bone in walker.get_bones().bone_transforms}
-    assert not is_near(wanted["crl_arm__R"], held["crl_arm__R"]), "the replay holds its arm no more"
 
 
 def test_what_is_still_to_come_happens_at_a_stop_that_keeps_nothing(client, world, tmp_path):

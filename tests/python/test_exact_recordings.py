@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 import carla_log
 from carla_log import POSITION
 from carla_site import STEP_SECS, attach, spawn_car, synchronous, ticks
+from driving import act, session
 from recorded_drive import drive, finished, seen
 from running_site import Site, binary
 
@@ -252,3 +253,56 @@ def test_a_log_without_a_journal_is_exported_from_its_poses(recorded, tmp_path):
     assert len(poses) == len(wanted)
     for place, (x, y, *_) in zip(poses, wanted, strict=True):
         assert (place["x"], -place["y"]) == pytest.approx((x / 100, y / 100), abs=1e-3)
+
+
+def test_what_only_a_journal_has_is_not_exported_of_a_log(recorded, tmp_path):
+    path, *_ = recorded
+    for flags in (("--sensors",), ("--camera", "12")):
+        done = record("export", path, "--to", tmp_path / "no.mcap", *flags)
+        assert done.returncode == 1 and "wanted a journal" in done.stderr
+    done = record("export", f"{path}.journal", "--to", tmp_path / "no.mcap", "--camera", 4_000_000)
+    assert done.returncode == 1 and "no camera" in done.stderr
+    assert not (tmp_path / "no.mcap").exists()
+
+
+def test_pictures_of_a_log_are_drawn_from_its_poses(recorded, tmp_path):
+    path, _, cars = recorded
+    out = tmp_path / "log.mcap"
+    flags = ("--camera", "driver", "--picture-size", "64x36", "--every", 30, "--ego", cars[0].id)
+    told("export", path, "--to", out, *flags)
+    with out.open("rb") as file:
+        images = list(make_reader(file).iter_messages(topics=["/ego/driver/image"]))
+    assert len(images) == TICKS // 30
+
+
+def test_a_journal_is_asked_as_a_log_is(recorded):
+    path, *_ = recorded
+    # Who stands somewhere for half a second: those who wait to set off do.
+    asked = [
+        told("blocked", name, "--time", 0.5, "--distance", 100)
+        for name in (path, f"{path}.journal")
+    ]
+    rows = [[line for line in text.splitlines() if "vehicle." in line] for text in asked]
+    assert rows[0] and rows[0] == rows[1]
+    assert all(f"\nFrames: {TICKS}\n" in text for text in asked)
+
+
+def test_a_session_hits_those_whom_its_recording_has(start_site):
+    site = start_site("--no-render")
+    at = ("--connect", site.endpoint)
+    with session(site.base_url) as env:
+        name = "trolley_micro_classic_5v1"
+        env.reset(scenario_name=name, scenario_config={"aftermath_ticks": 100}, seed=2)
+        (world,) = told("worlds", *at).splitlines()
+        number = world.split()[0]
+        journal = told("start", "--world", number, *at).split()[0]
+        while not act(env).done:
+            pass
+        for _ in range(20):
+            result = act(env)
+        told("stop", "--world", number, *at)
+        outcome = result.observation.metadata["outcome"]
+    path = site.log.parent / "recordings" / journal
+    rows = told("collisions", path, "--types", "vw").splitlines()
+    hit = {row.split()[5] for row in rows if " walker.pedestrian." in row}
+    assert len(hit) == outcome["actual_pedestrians_hit"] >= 3

@@ -6,8 +6,8 @@ use crate::recorder::Scene;
 use crate::rpc::Refusal;
 
 impl Endpoint {
-    /// Records one more frame where frames come by themselves, so that what a client asked for right
-    /// before the end of the recording is in it.
+    /// Records one more frame where frames come by themselves, so that what a client asked for
+    /// right before the end of the recording is in it.
     pub(crate) async fn record_last_frame(&mut self) {
         if !self.recorder.is_running() || !self.present.brief.ticks_by_itself {
             return;
