@@ -305,8 +305,8 @@ def results(folder: Path) -> dict[str, str]:
 def test_an_incident_is_found_replayed_and_avoided(site, client, tmp_path):
     ran = run(site, tmp_path, "incident.py", "--out", "pictures")
     assert ran.status == 0, ran.err
-    ((secs,),) = ran.numbers(r"meets the parked car after ([\d.]+) s")
-    ((gap_m,),) = ran.numbers(r"stands ([\d.]+) m from")
+    ((_, secs),) = ran.numbers(r"actor (\d+) meets the parked car after ([\d.]+) s")
+    gap_m = float(re.findall(r"stands ([\d.]+) m from", ran.out)[0])
     # Two cars that touch are about 4.5 m apart.
     assert 1.0 < secs < 6.0 and gap_m > 5.5
     brightness = []

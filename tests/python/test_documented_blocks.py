@@ -173,6 +173,7 @@ TAKEN = (
     "play_trolley",
     "record worlds",
     "record collisions",
+    "incident.py",
     "causeway router",
     "gateway --connect tcp/127.0.0.1",
     "causeway world --listen",
@@ -214,12 +215,20 @@ def test_a_crash_is_recorded_and_found(shell, start_site):
     (gap,) = re.findall(r"stands (\d+\.\d) m", printed)
     assert 5.0 < float(gap) < 20.0
     said = [shell.run(line) for line in take("record collisions")]
-    listed, collisions, blocked, info, verify, replayed, cut, exported = said
+    listed, collisions, blocked, info, verify, replayed, cut, exported, seen = said
     assert "crash.log  log" in listed and "crash.log.journal  journal" in listed
     assert "vehicle.audi.tt" in collisions and "vehicle.audi.tt" in blocked
     assert "  role_name = hero\n" in info
     assert "120 frames" in verify and "120 frames, 0 differences" in replayed
-    assert "41 frames" in cut and "120 frames" in exported
+    assert "41 frames" in cut and "120 frames" in exported and "60 frames" in seen
+
+
+def test_an_incident_has_three_pictures(shell, site):
+    (shell.folder / "agents").symlink_to(ROOT / "agents")
+    (line,) = take("incident.py")
+    ours = line.replace("python ", f"{sys.executable} ", 1)
+    shell.run(f"{ours} --port {site.carla_port}")
+    assert len(list((shell.folder / "docs/images/incident").glob("*.jpg"))) == 3
 
 
 def test_a_journal_is_kept_and_verified(shell, start_site):

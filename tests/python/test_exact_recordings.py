@@ -1,8 +1,12 @@
 """What a journal beside a recording gives: replays to the bit, branches, exports."""
 
+import base64
+import io
 import itertools
 import json
 import math
+import queue
+import struct
 import subprocess
 from pathlib import Path
 
@@ -11,6 +15,7 @@ import causeway
 import causeway.frames
 import pytest
 from mcap.reader import make_reader
+from PIL import Image
 
 import carla_log
 from carla_log import POSITION
@@ -253,6 +258,66 @@ def test_a_log_without_a_journal_is_exported_from_its_poses(recorded, tmp_path):
     assert len(poses) == len(wanted)
     for place, (x, y, *_) in zip(poses, wanted, strict=True):
         assert (place["x"], -place["y"]) == pytest.approx((x / 100, y / 100), abs=1e-3)
+
+
+def test_pictures_are_drawn_and_sensors_measure_again(client, world, site, tmp_path):
+    car = spawn_car(world, role_name="hero")
+    lidar, scans = attach(world, car, "sensor.lidar.ray_cast", points_per_second="20000")
+    imu, jolts = attach(world, car, "sensor.other.imu")
+    library = world.get_blueprint_library()
+    depth = library.find("sensor.camera.depth")
+    depth.set_attribute("image_size_x", "64")
+    depth.set_attribute("image_size_y", "32")
+    ahead = carla.Transform(carla.Location(x=2.5, z=1.2))
+    camera = world.spawn_actor(depth, ahead, attach_to=car)
+    client.start_recorder("seen.log")
+    car.apply_control(carla.VehicleControl(throttle=0.7))
+    frames = [world.tick() for _ in range(20)]
+    finished(client, folder(site) / "seen.log")
+    wanted = {"scan": by_frame(scans, frames), "jolt": by_frame(jolts, frames)}
+    flags = ("--camera", "chase", "--camera", "top", "--camera", camera.id, "--sensors")
+    more = ("--picture-size", "160x90", "--every", 10)
+    with make_mcap(folder(site) / "seen.log", *flags, *more) as messages:
+        told_of = {
+            topic: [json.loads(data) for data in all_data]
+            for topic, all_data in messages.items()
+            if topic != "/causeway/frame"
+        }
+    for name in ("chase", "top"):
+        assert len(told_of[f"/ego/{name}/image"]) == 2
+        for message in told_of[f"/ego/{name}/image"]:
+            assert message["format"] == "jpeg"
+            with Image.open(io.BytesIO(base64.b64decode(message["data"]))) as picture:
+                assert picture.size == (160, 90)
+                assert max(high - low for low, high in picture.getextrema()) > 60
+        calibration = told_of[f"/ego/{name}/calibration"][0]
+        assert calibration["K"][0] == pytest.approx(80.0)
+    (picture, _) = told_of[f"/cameras/{camera.id}/image"]
+    assert (picture["encoding"], picture["width"], picture["step"]) == ("32FC1", 64, 256)
+    depths = struct.unpack(f"<{64 * 32}f", base64.b64decode(picture["data"]))
+    assert 0.5 < min(depths) < 60.0
+    children = {one["child_frame_id"] for tf in told_of["/tf"] for one in tf["transforms"]}
+    assert {"ego", "ego/chase_optical", f"ego/lidar/{lidar.id}"} <= children
+
+    points = told_of[f"/ego/lidar/{lidar.id}/points"]
+    assert len(points) == len(frames)
+    for message, scan in zip(points, wanted["scan"], strict=True):
+        ours = struct.iter_unpack("<4f", base64.b64decode(message["data"]))
+        theirs = struct.iter_unpack("<4f", bytes(scan.raw_data))
+        assert [(x, -y, z, i) for x, y, z, i in ours] == list(theirs)
+    inertia = told_of[f"/ego/imu/{imu.id}/inertia"]
+    for message, jolt in zip(inertia, wanted["jolt"], strict=True):
+        assert message["acceleration_mps2"]["z"] == pytest.approx(jolt.accelerometer.z, abs=1e-4)
+
+
+def by_frame(measured: queue.Queue, frames: list[int]) -> list[carla.SensorData]:
+    """What a sensor measured in these frames, which follow one another."""
+    found = {}
+    while len(found) < len(frames):
+        one = measured.get(timeout=60.0)
+        if one.frame in frames:
+            found[one.frame] = one
+    return [found[frame] for frame in frames]
 
 
 def test_what_only_a_journal_has_is_not_exported_of_a_log(recorded, tmp_path):
