@@ -2,11 +2,12 @@
 
 import contextlib
 import queue
+import time
 
 import carla
 
 STEP_SECS = 0.05
-TIMEOUT_SECS = 20.0
+TIMEOUT_SECS = 60.0
 MAP = "Town10HD_Opt"
 
 
@@ -16,9 +17,9 @@ _clients: list[carla.Client] = []
 _first_of_port: dict[int, carla.Client] = {}
 
 
-def connect(port: int) -> carla.Client:
+def connect(port: int, host: str = "127.0.0.1") -> carla.Client:
     """A further client."""
-    client = carla.Client("127.0.0.1", port)
+    client = carla.Client(host, port)
     client.set_timeout(TIMEOUT_SECS)
     _clients.append(client)
     return client
@@ -63,6 +64,15 @@ def spawn_at(world: carla.World, place: carla.Waypoint, **attributes: str) -> ca
     pose = place.transform
     pose.location.z += 0.3
     return world.spawn_actor(blueprint, pose)
+
+
+def ticks_until(world: carla.World, condition) -> None:
+    """Ticks until that holds, or it is too late: the client does some things beside its frames."""
+    deadline = time.monotonic() + TIMEOUT_SECS
+    ticks(world, 2)
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.02)
+        ticks(world, 2)
 
 
 def ticks(world: carla.World, count: int) -> int:

@@ -44,7 +44,7 @@ def drive(client: carla.Client, world: carla.World, tm_port: int, mode: str) -> 
 
 def main(port: str, tm_port: str, mode: str) -> None:
     client = carla.Client("127.0.0.1", int(port))
-    client.set_timeout(30.0)
+    client.set_timeout(60.0)
     world = client.load_world("Town03")
     manager = client.get_trafficmanager(int(tm_port))
     manager.set_synchronous_mode(mode == "synchronous")

@@ -37,7 +37,7 @@ class Churn:
 
     def sessions(self) -> None:
         """An episode of some scenario with a picture, or its beginning."""
-        with causeway.Session(self.base_url) as session:
+        with causeway.Session(self.base_url, connect_timeout_secs=60.0) as session:
             others = {"num_npc_vehicles": 5, "num_pedestrians": 5, "camera_width": 160}
             config = {**others, "camera_height": 90}
             session.reset(self.dice.choice(SCENARIOS), scenario_config=config, seed=1)
@@ -46,7 +46,7 @@ class Churn:
             session.capture()
 
     def subscribers(self) -> None:
-        with bus.subscribe(self.endpoint) as frames:
+        with bus.subscribe(self.endpoint, connect_timeout_secs=60.0) as frames:
             for _ in range(self.dice.randrange(20)):
                 frames.receive(timeout_secs=60.0)
 
@@ -70,7 +70,7 @@ class Churn:
         host, port = self.base_url.removeprefix("http://").split(":")
         url = f"ws://{host}:{port}/ws"
         with (
-            websockets.sync.client.connect(url) as deaf,
+            websockets.sync.client.connect(url, open_timeout=60.0) as deaf,
             socket.create_connection((host, self.port), 60.0) as noise,
             socket.create_connection((host, self.port), 60.0) as caller,
         ):

@@ -117,5 +117,5 @@ PHASES = {phase.__name__: phase for phase in ALL}
 
 if __name__ == "__main__":
     own = carla.Client("127.0.0.1", int(sys.argv[1]))
-    own.set_timeout(20.0)
+    own.set_timeout(60.0)
     PHASES[sys.argv[2]](own)

@@ -16,7 +16,7 @@ from running_site import binary
 ROOT = Path(__file__).parent.parent.parent
 DEBIAN = "debian:12-slim"
 BINARY = "causeway-binary:test"
-READY_SECS = 30.0
+READY_SECS = 60.0
 
 
 def docker(*arguments: str, **options) -> str:
@@ -98,7 +98,9 @@ def wait_until_healthy(url: str) -> None:
         try:
             if httpx.get(f"{url}/health", timeout=2.0).json()["status"] == "healthy":
                 return
+            said = "it is not healthy"
         except httpx.HTTPError as error:
-            if time.monotonic() > deadline:
-                pytest.fail(f"{url} does not answer: {error}", pytrace=False)
+            said = str(error)
+        if time.monotonic() > deadline:
+            pytest.fail(f"{url} does not answer: {said}", pytrace=False)
         time.sleep(0.05)

@@ -18,7 +18,7 @@ TICKS = 5
 
 def main(port: str, tm_port: str) -> None:
     client = carla.Client("127.0.0.1", int(port))
-    client.set_timeout(30.0)
+    client.set_timeout(60.0)
     world = client.load_world("Town10HD_Opt")
     manager = client.get_trafficmanager(int(tm_port))
     free = world.get_settings()

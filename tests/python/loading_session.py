@@ -1,6 +1,6 @@
 """One of several clients that load towns while a Traffic Manager drives in each.
 
-Usage: loading_session.py PORT TM_PORT. Prints the number of its loads.
+Usage: loading_session.py PORT TM_PORT SEED. Prints the number of its loads.
 """
 
 import os
@@ -15,11 +15,11 @@ LOADS = 4
 CARS = 5
 
 
-def main(port: str, tm_port: str) -> None:
+def main(port: str, tm_port: str, seed: str) -> None:
     client = carla.Client("127.0.0.1", int(port))
     client.set_timeout(60.0)
     client.get_trafficmanager(int(tm_port))
-    chance = random.Random(tm_port)
+    chance = random.Random(seed)
     for _ in range(LOADS):
         world = client.load_world(chance.choice(TOWNS))
         blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")

@@ -22,14 +22,14 @@ from manager_stage import (
     travelled,
 )
 
-DRIVING_SECS = 10.0
+DRIVING_SECS = 60.0
 #: One road that leads nowhere.
 DEAD_END = document(road(length=80))
 #: A second client, whose car the Traffic Manager of the first one drives.
 GUEST = """
 import os, sys, carla
 client = carla.Client("127.0.0.1", int(sys.argv[1]))
-client.set_timeout(20.0)
+client.set_timeout(60.0)
 world, port = client.get_world(), int(sys.argv[2])
 place = world.get_map().get_waypoint_xodr(15, -2, 100.0).transform
 place.location.z += 0.3
@@ -144,7 +144,7 @@ def shared_port(stage: Stage) -> dict:
     """A second process has this one's Traffic Manager drive its car."""
     arguments = [str(stage.client_port), str(stage.port)]
     run = subprocess.run(
-        [sys.executable, "-c", GUEST, *arguments], capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", GUEST, *arguments], capture_output=True, text=True, timeout=300
     )
     stage.world.tick()
     car = stage.world.get_actor(int(run.stdout))
@@ -200,7 +200,7 @@ OTHERS = (
 
 def main(port: str, tm_port: str) -> None:
     client = carla.Client("127.0.0.1", int(port))
-    client.set_timeout(30.0)
+    client.set_timeout(60.0)
     found = {}
     with synchronous(client.load_world(TOWN), STEP_SECS) as world:
         stage = Stage(client, world, int(tm_port), int(port))

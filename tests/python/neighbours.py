@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 import causeway
 
+#: So much longer than a look may somebody wait for a step.
+STANDSTILL_SECS = 10.0
+
 
 @dataclass(frozen=True)
 class Round:
@@ -39,7 +42,7 @@ class Neighbour(threading.Thread):
 
     def run(self) -> None:
         try:
-            with causeway.Session(self.base_url) as session:
+            with causeway.Session(self.base_url, connect_timeout_secs=60.0) as session:
                 while not self.over.is_set():
                     session.reset("trolley_saves", seed=1)
                     for _ in range(1_000):
@@ -63,7 +66,7 @@ class Neighbours:
     def __enter__(self) -> "Neighbours":
         for one in self._all:
             one.start()
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + 120.0
         while not all(one.steps for one in self._all):
             assert time.monotonic() < deadline, self.errors()
             time.sleep(0.01)
@@ -79,12 +82,26 @@ class Neighbours:
         """What they do from now on, for so long; none of them may fail or stand still."""
         begun = time.monotonic()
         time.sleep(secs)
+        done = self._done(begun, secs)
+        # A machine that is busy with something else may leave somebody no turn in so short a time.
+        while not all(done) and time.monotonic() < begun + secs + STANDSTILL_SECS:
+            time.sleep(0.1)
+            done = self._done(begun, secs)
         assert not self.errors()
-        done = [[secs for ended, secs in list(one.steps) if ended >= begun] for one in self._all]
-        assert all(done), f"somebody did no step in {secs} s: {[len(one) for one in done]}"
+        counts = [len(one) for one in done]
+        assert all(done), f"somebody did no step in {secs + STANDSTILL_SECS} s: {counts}"
         for one in self._all:
             del one.steps[: len(one.steps) // 2]
         return Round([secs for one in done for secs in one])
+
+    def _done(self, begun: float, secs: float) -> list[list[float]]:
+        """How long the steps took that each ended in a span of time, or else the first after it."""
+        found = []
+        for one in self._all:
+            since = [step for step in list(one.steps) if step[0] >= begun]
+            within = [step for step in since if step[0] < begun + secs] or since[:1]
+            found.append([took_secs for _, took_secs in within])
+        return found
 
     def errors(self) -> list[Exception]:
         return [one.error for one in self._all if one.error is not None]

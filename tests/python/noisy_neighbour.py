@@ -25,7 +25,7 @@ SUBSTEPS = 16
 def crowd(base_url: str, _: int) -> None:
     """A session with as many others as may be, and as many ticks a step."""
     others = {"num_npc_vehicles": CROWD, "num_pedestrians": CROWD}
-    with causeway.Session(base_url) as session:
+    with causeway.Session(base_url, connect_timeout_secs=60.0) as session:
         session.reset("free_roam", scenario_config={**others, "ticks_per_step": TICKS_PER_STEP})
         for _ in go_on():
             session.step()
@@ -34,7 +34,7 @@ def crowd(base_url: str, _: int) -> None:
 def pictures(base_url: str, _: int) -> None:
     """A session that takes one large picture after the other."""
     size = {"camera_width": 4096, "camera_height": 4095}
-    with causeway.Session(base_url) as session:
+    with causeway.Session(base_url, connect_timeout_secs=60.0) as session:
         session.reset("free_roam", scenario_config=size)
         for _ in go_on():
             session.capture()

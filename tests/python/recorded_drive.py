@@ -9,7 +9,7 @@ import carla_log
 from carla_log import POSITION
 from carla_site import spawn_car
 
-WAIT_SECS = 10.0
+WAIT_SECS = 30.0
 # What the format keeps.
 NEAR_M = 0.01
 NEAR_DEG = 0.1

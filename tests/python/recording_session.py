@@ -57,7 +57,7 @@ def replay(client: carla.Client, name: str, car: int) -> dict:
     above = carla.Transform(carla.Location(0, 0, 40), carla.Rotation(-90, 0, 0))
     text = client.replay_file(name, 1.0, 0.0, car, False, above)
     most, heights = 0, []
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline:
         world.wait_for_tick()
         cars = world.get_actors().filter("vehicle.*")

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import re
 import signal
 import socket
@@ -16,9 +17,12 @@ import pytest
 PACKAGE = Path(__file__).parent.parent.parent / "agents" / "python"
 CACHE = Path.home() / ".cache" / "causeway"
 
-START_SECS = 30.0
-# A site ends within three seconds; a busy machine gets five times as long.
-STOP_SECS = 15.0
+START_SECS = 60.0
+# A site ends within three seconds; a busy machine gets ten times as long.
+STOP_SECS = 30.0
+# Below those that the system gives to whoever connects or asks for any port.
+PORTS = range(10_000, 32_000)
+_given: set[int] = set()
 
 
 def binary() -> Path:
@@ -48,7 +52,8 @@ def start(log: Path, *flags: str, **environment: str) -> Site:
     """Starts a site and waits until it is healthy."""
     ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"]
     says_port = any(flag.split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
-    carla = [] if says_port else ["--carla", "0"]
+    # A port of the system's choice may be somebody's by the time that a service binds it.
+    carla = [] if says_port else ["--carla", str(two_free_ports())]
     keeps = any(flag.split("=")[0] == "--recordings" for flag in flags)
     recordings = [] if keeps else ["--recordings", log.parent / "recordings"]
     command = [binary(), "up", *ports, *carla, *recordings, *flags]
@@ -68,6 +73,11 @@ def start(log: Path, *flags: str, **environment: str) -> Site:
         carla_address = wait_for(site, deadline, lambda: first(r"CARLA +[\d.]+:\d+", site))
         site.carla_port = int(carla_address.rsplit(":", 1)[1])
         wait_for(site, deadline, lambda: healthy(site.base_url))
+        # Cameras wait only a moment for a renderer that is still starting.
+        while "--no-render" not in flags and not first(r"renderer .* up after", site):
+            if time.monotonic() > deadline:
+                break
+            time.sleep(0.02)
     except BaseException:
         stop(site)
         raise
@@ -113,7 +123,7 @@ def wait_for(site: Site, deadline: float, condition):
 
 
 def first(pattern: str, site: Site):
-    found = re.search(pattern, site.said())
+    found = re.search(pattern, site.log.read_text(errors="replace"))
     return found and found.group()
 
 
@@ -125,11 +135,15 @@ def healthy(base_url: str) -> bool:
 
 
 def two_free_ports() -> int:
-    """A port that is free, as is the next one."""
+    """A port that is free, as is the next one; nobody gets either without asking for it."""
     while True:
-        with socket.socket() as first, socket.socket() as second:
-            first.bind(("127.0.0.1", 0))
-            port = first.getsockname()[1]
-            with contextlib.suppress(OSError, OverflowError):
-                second.bind(("127.0.0.1", port + 1))
-                return port
+        # An even one, so that two pairs are the same or apart; clients of one that was given before
+        # may still look for their server there.
+        port = random.SystemRandom().choice(PORTS[::2])
+        if port in _given:
+            continue
+        with socket.socket() as first, socket.socket() as second, contextlib.suppress(OSError):
+            first.bind(("127.0.0.1", port))
+            second.bind(("127.0.0.1", port + 1))
+            _given.add(port)
+            return port

@@ -4,6 +4,7 @@ import carla
 import pytest
 
 from carla_site import STEP_SECS, connect, spawn_car, ticks
+from running_site import two_free_ports
 
 
 def test_a_car_stands_where_it_was_spawned_with_what_it_was_given(world):
@@ -82,6 +83,7 @@ def test_a_batch_spawns_chains_and_destroys(client, world):
     assert sum(speed > 2.0 for speed in speeds) >= 6
     gone = client.apply_batch_sync([carla.command.DestroyActor(id) for id in ids], True)
     assert not any(response.error for response in gone)
+    world.tick()
     assert len(world.get_actors().filter("vehicle.*")) == 0
 
 
@@ -166,7 +168,7 @@ def test_light_state_is_read_by_who_wrote_it(world):
 
 
 def test_the_traffic_manager_drives_cars_in_synchronous_mode(client, world):
-    manager = client.get_trafficmanager(8123)
+    manager = client.get_trafficmanager(two_free_ports())
     manager.set_synchronous_mode(True)
     manager.set_random_device_seed(7)
     cars = [spawn_car(world, index) for index in range(0, 12, 3)]

@@ -8,7 +8,7 @@ import time
 import carla
 import pytest
 
-from carla_site import MAP, spawn_car, synchronous
+from carla_site import MAP, connect, spawn_car, synchronous
 from running_site import child, memory_kib
 
 
@@ -60,9 +60,7 @@ def test_a_client_without_server_waits_as_long_as_it_was_told():
 
 
 def test_a_name_is_as_good_as_an_address(site):
-    client = carla.Client("localhost", site.carla_port)
-    client.set_timeout(10.0)
-    world = client.get_world()
+    world = connect(site.carla_port, "localhost").get_world()
     frame = world.wait_for_tick().frame
     assert world.wait_for_tick().frame > frame
 
@@ -85,12 +83,18 @@ def test_a_batch_answers_each_command_and_raises_for_none(client):
         assert answers[1].error == "unable to destroy actor: not found"
 
 
+def at_rest(before_kib: list[int], after_kib: list[int]) -> bool:
+    pairs = zip(before_kib, after_kib, strict=True)
+    return all(after < 1.01 * before for before, after in pairs)
+
+
 def test_a_thousand_worlds_leave_nothing_on_the_server(site):
     processes = [child(site, service) for service in ("gateway", "world")]
     # Each client asks once, and never again what it knows.
     program = (
         "import carla, os\n"
         f"clients = [carla.Client('127.0.0.1', {site.carla_port}) for _ in range(100)]\n"
+        "for client in clients: client.set_timeout(60.0)\n"
         "ids = {client.get_world().id for client in clients for _ in range(10)}\n"
         "print(len(ids), flush=True)\n"
         "os._exit(0)"
@@ -102,9 +106,8 @@ def test_a_thousand_worlds_leave_nothing_on_the_server(site):
         assert run.stdout == "1\n", run.stderr
         return [memory_kib(process) for process in processes]
 
-    # The first ones fill what is allocated once.
-    thousand(), thousand()
-    before = thousand()
-    after = thousand()
-    for held_kib, holds_kib in zip(before, after, strict=True):
-        assert holds_kib < held_kib * 1.02, (before, after)
+    # Memory is allocated for a while before it is used again; a leak would not come to rest.
+    held_kib = [thousand(), thousand()]
+    while not at_rest(*held_kib[-2:]):
+        assert len(held_kib) < 12, held_kib
+        held_kib.append(thousand())

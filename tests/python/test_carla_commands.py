@@ -1,19 +1,28 @@
 """The commands of a batch through CARLA's own client: what each does, and what refused ones say."""
 
+import time
+
 import carla
 import pytest
 
 from carla_site import STEP_SECS, connect, spawn_car, ticks
+from running_site import two_free_ports
 
 cmd = carla.command
+SOON_SECS = 30.0
 GONE = 99_999
 NOT_FOUND = "Actor could not be found in the registry.  Actor Id: 99999"
 WRONG_TYPE = "Actor does not match the expected type.  Actor Id: {}"
 
 
 def run(client: carla.Client, *commands) -> list:
-    """Their responses, none of which is an error."""
+    """Their responses, none of which is an error, when the frame after them was seen."""
+    world = client.get_world()
+    before = world.get_snapshot().frame
     responses = client.apply_batch_sync(list(commands), True)
+    deadline = time.monotonic() + SOON_SECS
+    while world.get_snapshot().frame == before and time.monotonic() < deadline:
+        time.sleep(0.001)
     assert [response.error for response in responses] == [""] * len(commands)
     return responses
 
@@ -120,7 +129,7 @@ def test_a_spawn_is_followed_by_its_commands(client, world):
 
 
 def test_autopilot_and_destruction_in_a_batch(client, world):
-    manager = client.get_trafficmanager(8133)
+    manager = client.get_trafficmanager(two_free_ports())
     manager.set_synchronous_mode(True)
     car = spawn_car(world)
     world.tick()

@@ -8,7 +8,7 @@ import pytest
 
 from carla_site import attach, spawn_car, ticks
 
-WAIT_SECS = 10.0
+WAIT_SECS = 30.0
 # Events come within milliseconds of the tick or not at all.
 SOON_SECS = 0.3
 

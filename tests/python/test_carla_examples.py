@@ -19,7 +19,7 @@ from plyfile import PlyData
 from running_site import PACKAGE, two_free_ports
 
 EXAMPLES = PACKAGE / "examples" / "carla"
-LIMIT_SECS = 240.0
+LIMIT_SECS = 600.0
 
 #: What both rays and pictures show.
 WALLS_AND_GROUND = (
@@ -227,6 +227,8 @@ def test_an_interrupted_example_clears_up(site, client, tmp_path):
     world = client.get_world()
     assert not world.get_settings().synchronous_mode
     assert not world.get_settings().fixed_delta_seconds
+    # A frame from before may have been the newest.
+    world.wait_for_tick()
     kinds = {one.type_id.split(".")[0] for one in world.get_actors()}
     assert not kinds & {"vehicle", "walker", "sensor", "controller"}
 

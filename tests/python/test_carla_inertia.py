@@ -8,7 +8,7 @@ import pytest
 
 from carla_site import STEP_SECS, attach, spawn_car, synchronous, ticks
 
-WAIT_SECS = 10.0
+WAIT_SECS = 30.0
 MIDDLE = carla.Transform()
 
 

@@ -48,6 +48,9 @@ def test_flags_of_carlas_launcher_are_taken(start_site):
     assert world.get_map().name.endswith("Town02")
     # A busy machine is often late, and never early.
     shortest_secs = min(world.wait_for_tick().delta_seconds for _ in range(40))
+    deadline = time.monotonic() + WAIT_SECS
+    while shortest_secs > 0.06 and time.monotonic() < deadline:
+        shortest_secs = min(shortest_secs, world.wait_for_tick().delta_seconds)
     assert shortest_secs == pytest.approx(0.05, rel=0.2)
     assert "something-else" in site.said()
 
@@ -92,9 +95,7 @@ def test_pictures_reach_clients_that_come_by_another_address(start_site, tmp_pat
         gateway = subprocess.Popen([binary(), "gateway", *flags], stdout=log, stderr=log)
     try:
         eventually(lambda: socket.create_connection((address, port)).close())
-        client = carla.Client(address, port)
-        client.set_timeout(WAIT_SECS)
-        with synchronous(client.get_world()) as world:
+        with synchronous(connect(port, address).get_world()) as world:
             blueprint = world.get_blueprint_library().find("sensor.camera.rgb")
             blueprint.set_attribute("image_size_x", "64")
             blueprint.set_attribute("image_size_y", "48")

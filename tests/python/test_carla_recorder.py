@@ -1,5 +1,6 @@
 """CARLA's recorder and its queries, through CARLA's own client."""
 
+import json
 import math
 import os
 import signal
@@ -174,6 +175,8 @@ def test_a_second_recording_ends_the_first_and_a_stop_too_many_is_harmless(clien
     ticks(world, 5)
     client.start_recorder(str(second))
     ticks(world, 3)
+    # Questions wait until the file is written.
+    client.show_recorder_file_info(str(first), False)
     assert len(carla_log.read(first).frames) == 5
     assert len(finished(client, second).frames) == 3
     client.stop_recorder()
@@ -295,3 +298,27 @@ def wait_for_frames(path: Path, count: int) -> None:
     while frame_count(frames_told(path)) < count:
         assert time.monotonic() < deadline, "no frames are written"
         time.sleep(0.05)
+
+
+def test_a_client_records_traffic_asks_and_replays_without_being_synchronous(start_site, tmp_path):
+    site = start_site("--no-render", "--recordings", str(tmp_path / "kept"))
+    session = Path(__file__).parent / "recording_session.py"
+    ports = [str(site.carla_port), str(two_free_ports())]
+    command = [sys.executable, session, *ports, "test1.log"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr[-2000:]
+    told = json.loads(run.stdout.splitlines()[-1])
+    assert told["path"] == str(tmp_path / "kept" / "local" / "test1.log")
+    assert len(told["cars"]) == 10
+    log = carla_log.read(Path(told["path"]))
+    total = f"{log.frames[-1].elapsed:.6g}"
+    for car in told["cars"]:
+        assert f" Create {car}: vehicle." in told["info"] and f" Destroy {car}\n" in told["info"]
+    for text in (told["info"], told["all"], told["blocked"]):
+        assert text.endswith(f"\nFrames: {len(log.frames)}\nDuration: {total} seconds\n")
+    assert told["all"].count("\n Positions: ") == len(log.frames)
+    assert told["collisions"].split("\n")[4].startswith("    Time  Types     Id Actor 1   ")
+    replay = told["replay"]
+    assert f"Replaying from 1 s - {total} s ({total} s) at 2.0x\n" in replay["text"]
+    assert replay["most"] == 10 and replay["left"] == 0
+    assert any(abs(height - 40.0) < 1.0 for height in replay["heights"])

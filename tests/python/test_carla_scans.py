@@ -8,7 +8,7 @@ import pytest
 
 from carla_site import attach, spawn_car, ticks
 
-WAIT_SECS = 10.0
+WAIT_SECS = 30.0
 HIGH = 2.0
 LIDAR, SEMANTIC = "sensor.lidar.ray_cast", "sensor.lidar.ray_cast_semantic"
 EXACT = {

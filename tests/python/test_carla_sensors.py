@@ -5,7 +5,7 @@ import pytest
 
 from carla_site import attach, spawn_car, ticks
 
-WAIT_SECS = 10.0
+WAIT_SECS = 30.0
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def help_of(*command: str) -> str:
         [*command, "--help"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
     )
     assert result.returncode == 0, f"{command}: {result.stderr}"

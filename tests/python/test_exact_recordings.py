@@ -136,7 +136,7 @@ def test_sensors_measure_in_the_recorded_world(client, world, site):
     client.stop_replayer(True)
     frame = ticks(world, 3)
     # What was measured before may still be on its way: the newest frame must come.
-    while measured.get(timeout=10.0).frame < frame:
+    while measured.get(timeout=30.0).frame < frame:
         pass
 
 

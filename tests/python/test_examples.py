@@ -23,7 +23,7 @@ def run(name, *arguments, cwd=EXAMPLES):
         env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
     )
 
 
@@ -100,7 +100,7 @@ def driving(base_url):
 def test_watch_frames_prints_the_speeds_of_a_running_world(site):
     with driving(site.base_url):
         result = run(
-            "watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 20
+            "watch_frames.py", "--endpoint", site.endpoint, "--count", 5, "--timeout-secs", 60
         )
     assert result.returncode == 0, result.stderr
     lines = [line for line in result.stdout.splitlines() if line.startswith("world ")]

@@ -6,7 +6,7 @@ import pytest
 
 @pytest.fixture(scope="module")
 def http(site):
-    with httpx.Client(base_url=site.base_url, timeout=10.0, trust_env=False) as client:
+    with httpx.Client(base_url=site.base_url, timeout=60.0, trust_env=False) as client:
         yield client
 
 
@@ -84,7 +84,7 @@ def test_the_documentation_page_needs_nobody_else(http):
 
 @pytest.mark.parametrize("path", ["/", "/web", "/web/"])
 def test_a_person_finds_a_page_to_play_at(base_url, path):
-    with httpx.Client(base_url=base_url, follow_redirects=True) as browser:
+    with httpx.Client(base_url=base_url, timeout=60.0, follow_redirects=True) as browser:
         page = browser.get(path)
     assert page.status_code == 200
     assert "data-reset" in page.text

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from running_site import two_free_ports
+
 pytest.importorskip("carla", reason="the client is not installed")
 
 SESSION = Path(__file__).parent / "manager_session.py"
@@ -17,8 +19,8 @@ NIGHT = 1 | 2 | 128
 @pytest.fixture(scope="module")
 def seen(site):
     """What the session measured, by experiment."""
-    command = [sys.executable, SESSION, str(site.carla_port), "8170"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=240)
+    command = [sys.executable, SESSION, str(site.carla_port), str(two_free_ports())]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr[-2000:]
     return json.loads(run.stdout.splitlines()[-1])
 

@@ -12,7 +12,7 @@ from wire import wire
 def ask(request, site):
     """Sends one request, as object or as text, and gives the JSON-RPC answer."""
     if request.param == "http":
-        with httpx.Client(base_url=site.base_url, timeout=10.0, trust_env=False) as client:
+        with httpx.Client(base_url=site.base_url, timeout=60.0, trust_env=False) as client:
 
             def over_http(message):
                 body = message if isinstance(message, str) else json.dumps(message)

@@ -19,7 +19,7 @@ def test_the_old_client_plays_an_episode(base_url, old_client):
         env={**os.environ, "PYTHONPATH": f"{old_client}{os.pathsep}{HERE}"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
     )
     assert run.returncode == 0, run.stderr
     seen = json.loads(run.stdout)

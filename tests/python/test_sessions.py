@@ -38,7 +38,7 @@ def test_32_clients_finish_as_if_each_were_alone(base_url):
 
     async def together():
         return await asyncio.wait_for(
-            asyncio.gather(*(play(base_url, *plan) for plan in plans)), timeout=60
+            asyncio.gather(*(play(base_url, *plan) for plan in plans)), timeout=300
         )
 
     results = asyncio.run(together())
@@ -78,7 +78,7 @@ def test_a_full_server_says_so_and_takes_the_next_one_when_there_is_room(start_s
                 data = raw.receive()["data"]
                 assert (data["active_sessions"], data["max_sessions"]) == (2, 2)
                 assert act(one).observation.step_number == 1
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 30
         while True:
             with session(base_url) as late:
                 try:
@@ -86,7 +86,7 @@ def test_a_full_server_says_so_and_takes_the_next_one_when_there_is_room(start_s
                     return
                 except RuntimeError as refusal:
                     assert "CAPACITY_REACHED" in str(refusal)
-                    assert time.monotonic() < deadline, "the freed place was not given away in 10 s"
+                    assert time.monotonic() < deadline, "the freed place was not given away in 30 s"
                     time.sleep(0.05)
 
 
@@ -108,7 +108,7 @@ def test_a_thousand_resets_leave_nothing_of_the_episodes_before(start_site):
                 env.reset(scenario_name="bias_3v0", seed=7)
                 act(env)
             held_kib.append([memory_kib(process) for process in processes])
-            kinds = seen.receive(timeout_secs=10.0).actors["kind"]
+            kinds = seen.receive(timeout_secs=30.0).actors["kind"]
             assert ((kinds == frames.WALKER).sum(), (kinds == frames.VEHICLE).sum()) == (3, 1)
 
 

@@ -18,7 +18,7 @@ FPS = 300
 CALLS = 10
 #: A call waits for at most one tick; on a busy machine such a tick may take a second.
 BOUND_SECS = 5.0
-SOON_SECS = 20.0
+SOON_SECS = 60.0
 STILL_SECS = 2.0
 FRAMES = 60
 

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from neighbours import Neighbours, median_ratio
+from neighbours import Neighbours, Round, median_ratio
 
 STRANGER = Path(__file__).with_name("stopping_subscriber.py")
 KINDS = [("client", "no"), ("client", "yes"), ("peer", "no"), ("peer", "yes")]
@@ -22,6 +22,13 @@ LOOK_SECS = float(os.environ.get("CAUSEWAY_LOOK_SECS", "3"))
 # Beside a stopped low-latency subscriber steps took 20 s, and none was done meanwhile.
 RATIO_MAX = 3.0
 STEP_SECS_MAX = 10.0
+# What else the machine does may spoil a round.
+ATTEMPTS = 3
+
+
+def held_up(beside: Round, quiet: Round) -> bool:
+    longest_secs = max(beside.steps_secs)
+    return longest_secs > STEP_SECS_MAX or len(beside.steps_secs) < len(quiet.steps_secs) / 5
 
 
 @contextlib.contextmanager
@@ -42,11 +49,13 @@ def test_subscribers_of_every_kind_that_are_stopped_hold_up_no_step(start_site):
     beside, quiet = [], []
     with Neighbours(site.base_url, SESSIONS) as neighbours:
         for kind in KINDS:
-            with stopped_subscriber(site.endpoint, *kind):
-                beside.append(neighbours.look(LOOK_SECS))
-            quiet.append(neighbours.look(LOOK_SECS))
-            print(f"{kind}: beside it {beside[-1]}; then {quiet[-1]}")
-            assert max(beside[-1].steps_secs) < STEP_SECS_MAX, kind
-            assert len(beside[-1].steps_secs) > len(quiet[-1].steps_secs) / 5, kind
+            for attempt in range(ATTEMPTS):
+                with stopped_subscriber(site.endpoint, *kind):
+                    beside.append(neighbours.look(LOOK_SECS))
+                quiet.append(neighbours.look(LOOK_SECS))
+                print(f"{kind}: beside it {beside[-1]}; then {quiet[-1]}")
+                if not held_up(beside[-1], quiet[-1]):
+                    break
+                assert attempt + 1 < ATTEMPTS, (kind, str(beside[-1]), str(quiet[-1]))
     print(f"p99 beside one that is stopped / quiet: {median_ratio(beside, quiet, 0.99):.2f}")
     assert median_ratio(beside, quiet, 0.5) < RATIO_MAX

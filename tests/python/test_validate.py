@@ -20,7 +20,7 @@ VALIDATE = [sys.executable, "-m", "openenv.cli", "validate"]
 
 def test_openenv_validate_passes_every_criterion(base_url):
     run = subprocess.run(
-        [*VALIDATE, "--json", "--url", base_url], capture_output=True, text=True, timeout=60
+        [*VALIDATE, "--json", "--url", base_url], capture_output=True, text=True, timeout=300
     )
     assert run.returncode == 0, run.stdout + run.stderr
     report = json.loads(run.stdout)
@@ -50,7 +50,7 @@ def test_the_runtime_graders_pass(base_url, actions, scenario):
         },
         actions=actions,
     )
-    evidence = collect_runtime_evidence(base_url, plan, episode_timeout_s=60.0)
+    evidence = collect_runtime_evidence(base_url, plan, episode_timeout_s=300.0)
     assert evidence.failure_reason is None, evidence.failure_reason
     # The graders look at nothing else of a package.
     manifest = SimpleNamespace(reward=SimpleNamespace(range=(-1.0, 1.0)))

@@ -32,11 +32,11 @@ SAMPLE_SECS = 5 * STEP_SECS
 # for files, walkers, ticks, share of walkers that may cross roads, and where they are sent:
 # anywhere, or over the street, as near to a crossing or as far from any as can be.
 CLIENT = """
-import json, sys, carla
+import json, os, sys, carla
 
 port, folder, walkers, ticks, crossing, sent = sys.argv[1:]
 client = carla.Client("127.0.0.1", int(port))
-client.set_timeout(20.0)
+client.set_timeout(60.0)
 client.set_files_base_folder(folder)
 world = client.get_world()
 world.set_pedestrians_seed(7)
@@ -93,7 +93,10 @@ for tick in range(int(ticks)):
         at = walker.get_location()
         track.append(beside(carla.Location(at.x, at.y, at.z - 0.9)))
 corners = [[corner.x, corner.y] for corner in corners]
-print(json.dumps({"places": places, "tracks": tracks, "goals": goals, "crosswalks": corners}))
+told = {"places": places, "tracks": tracks, "goals": goals, "crosswalks": corners}
+print(json.dumps(told), flush=True)
+# The client library may end the process when it is taken down in order.
+os._exit(0)
 """
 
 
@@ -138,7 +141,7 @@ def walk(example, tmp_path):
                 [sys.executable, "-c", CLIENT, *options, str(crossing), sent],
                 capture_output=True,
                 text=True,
-                timeout=300,
+                timeout=600,
             )
         finally:
             server.close()

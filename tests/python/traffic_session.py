@@ -111,7 +111,7 @@ def start_manager(client: carla.Client, tm_port: int, mode: str) -> None:
 def main(port: str, tm_port: str, name: str, vehicles: str, ticks: str, mode: str) -> None:
     assert mode in MODES, MODES
     client = carla.Client("127.0.0.1", int(port))
-    client.set_timeout(30.0)
+    client.set_timeout(60.0)
     world = client.load_world(name)
     advance = world.wait_for_tick if mode == "asynchronous" else world.tick
     if mode != "asynchronous":

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from websockets.sync.client import connect
 
-REPLY_SECS = 30.0
+REPLY_SECS = 60.0
 
 
 class Wire:
@@ -45,5 +45,5 @@ class Wire:
 def wire(base_url, *, path="/ws", **options):
     """A raw connection; `options` go to the WebSocket library."""
     url = base_url.replace("http", "ws", 1) + path
-    with connect(url, max_size=None, open_timeout=10, proxy=None, **options) as connection:
+    with connect(url, max_size=None, open_timeout=60, proxy=None, **options) as connection:
         yield Wire(connection)

@@ -11,7 +11,7 @@ import zenoh
 from causeway import bus
 
 GOLDEN = (Path(__file__).parent / "golden" / "frame.bin").read_bytes()
-DEADLINE_SECS = 10.0
+DEADLINE_SECS = 30.0
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_a_missing_bus_is_named():
     begin = time.monotonic()
     with pytest.raises(ConnectionError, match=r"no bus at tcp/127\.0\.0\.1:1: .*causeway up"):
         bus.subscribe("tcp/127.0.0.1:1", connect_timeout_secs=0.5)
-    assert time.monotonic() - begin < 5.0
+    assert time.monotonic() - begin < 20.0
 
 
 @pytest.mark.parametrize("tenant", ["", "A", "a/b", "*", "a" * 33, "batch"])

@@ -106,14 +106,17 @@ def test_a_full_server_is_told_by_its_own_words(scripted):
 
 
 def test_a_late_reply_is_never_taken_for_the_next_one(scripted):
+    given_up = threading.Event()
+
     def slow(connection):
         connection.recv()
-        time.sleep(0.5)
+        given_up.wait(30.0)
         connection.send(json.dumps(observed()))
 
     with Session(scripted(slow), reply_timeout_secs=0.1) as session:
         with pytest.raises(TimeoutError, match=r"within 0\.1 s"):
             session.reset()
+        given_up.set()
         with pytest.raises(ConnectionError, match="closed the session"):
             session.state()
 

@@ -22,7 +22,7 @@ def test_the_wheel_is_complete_typed_and_leaves_nothing_in_the_tree(tmp_path):
             *("--no-deps", "--no-build-isolation", "--wheel-dir", tmp_path / "wheel", PACKAGE),
         ],
         check=True,
-        timeout=120,
+        timeout=600,
     )
     assert files() == before
     (wheel,) = (tmp_path / "wheel").glob("causeway-*.whl")
@@ -55,7 +55,7 @@ def test_the_types_are_consistent():
         cwd=PACKAGE,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
     )
     assert run.returncode == 0, run.stdout + run.stderr
 
@@ -66,6 +66,6 @@ def test_the_code_is_formatted_and_lint_finds_nothing():
             [sys.executable, "-m", "ruff", *command, PACKAGE, CONFORMANCE],
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=300,
         )
         assert run.returncode == 0, run.stdout + run.stderr
