@@ -77,6 +77,11 @@ impl Bus {
         self.publishing.push(keys::world_frame(tenant, world), frame.0.clone());
     }
 
+    /// Counts frames that were given up before they were sent, as newer ones waited.
+    pub fn dropped_publications(&self) -> impl Fn() -> u64 + Send + Sync + use<> {
+        self.publishing.dropped()
+    }
+
     /// The frames of one world, or of all worlds of a tenant.
     ///
     /// # Errors

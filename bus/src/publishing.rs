@@ -47,6 +47,12 @@ impl Publishing {
         Self { session, queue: Arc::default(), begun: Once::new() }
     }
 
+    /// How many publications were given up before they were sent.
+    pub(crate) fn dropped(&self) -> impl Fn() -> u64 + Send + Sync + use<> {
+        let queue = Arc::clone(&self.queue);
+        move || queue.lock().dropped
+    }
+
     /// Has something published. Never waits.
     pub(crate) fn push(&self, key: String, payload: Vec<u8>) {
         self.queue.push(Publication { key, payload });

@@ -1,8 +1,8 @@
 //! Who can draw, and the way of one job to whoever does.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use schemas::{
@@ -13,7 +13,7 @@ use tokio::sync::watch;
 use tokio::time::Instant;
 
 use crate::shortcut::Shortcut;
-use crate::{Bus, Presence};
+use crate::{Bus, Draining, Presence};
 
 /// How long a job waits for a renderer to come, or to come back.
 const RENDERER_WAIT: Duration = Duration::from_secs(5);
@@ -24,6 +24,7 @@ const DRAW_DEADLINE: Duration = Duration::from_secs(30);
 #[derive(Default)]
 pub struct Renderers {
     live: watch::Sender<BTreeMap<ServiceId, Live>>,
+    draining: OnceLock<Draining>,
     turn: AtomicUsize,
 }
 
@@ -55,6 +56,10 @@ impl Renderers {
                 return;
             }
         };
+        match bus.follow_draining(ServiceKind::Render).await {
+            Ok(draining) => drop(self.draining.set(draining)),
+            Err(error) => tracing::error!(%error, "renderers that end cannot be told apart"),
+        }
         for coming in 0.. {
             match presence.next().await {
                 Presence::Up(Alive { id, .. }) => {
@@ -152,10 +157,14 @@ impl Renderers {
 
     fn next_but(&self, tried: &BTreeSet<(ServiceId, usize)>) -> Option<(ServiceId, Live)> {
         let live = self.live.borrow();
-        let untried: Vec<(&ServiceId, &Live)> = live
+        let mut untried: Vec<(&ServiceId, &Live)> = live
             .iter()
             .filter(|(id, renderer)| !tried.contains(&((*id).clone(), renderer.coming)))
             .collect();
+        let ends = |id: &ServiceId| self.draining.get().is_some_and(|draining| draining.has(id));
+        if untried.iter().any(|(id, _)| !ends(id)) {
+            untried.retain(|(id, _)| !ends(id));
+        }
         let turn = self.turn.fetch_add(1, Ordering::Relaxed);
         let (id, renderer) = untried.get(turn.checked_rem(untried.len())?)?;
         Some(((*id).clone(), (*renderer).clone()))

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bus::{Bus, BusConfig, BusError};
+use monitoring::Monitor;
 use schemas::{Alive, ServiceKind};
 use signals::Termination;
 use tokio::net::TcpListener;
@@ -15,9 +16,10 @@ use tokio::time::Instant;
 
 use crate::config::{Args, Config, ConfigError, Ports, WorldConfig};
 use crate::endpoint::Endpoint;
+use crate::figures::Figures;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
-use crate::server::{EVENTS_MAX, Server};
+use crate::server::{EVENTS_MAX, LateComers, Server};
 use crate::site::{BusSite, Site};
 use crate::{rpc, stream};
 
@@ -57,28 +59,32 @@ struct Sockets {
     streams: TcpListener,
 }
 
-/// Runs the gateway until the process is told to end.
+/// Runs the gateway until the process is told to end; in the window of its monitor it takes no new
+/// clients then, and ends when those that there are have gone.
 ///
 /// # Errors
 /// [`RunError`] when it cannot start or go on.
-pub fn run(args: &Args) -> Result<(), RunError> {
+pub fn run(args: &Args, monitor: &Monitor) -> Result<(), RunError> {
     let config = Config::resolve(args)?;
     let runtime = runtime::Builder::new_multi_thread().enable_all().build()?;
-    let result = runtime.block_on(serve(config));
+    let result = runtime.block_on(serve(config, monitor));
     runtime.shutdown_timeout(Duration::from_millis(500));
     result
 }
 
-async fn serve(config: Config) -> Result<(), RunError> {
+async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let mut termination = Termination::follow()?;
+    tokio::spawn(monitor.pulse("runtime").beat_for_ever());
+    let figures = Figures::new(monitor.metrics());
+    let clients = figures.clients.clone();
     // The ports open before the bus is there: a client that comes at once waits instead of failing.
     let mut sockets = Vec::with_capacity(config.endpoints.len());
     for ports in &config.endpoints {
         sockets.push(open(&config, *ports).await?);
     }
     tokio::select! {
-        result = gateway(config, sockets) => result,
-        () = termination.requested() => Ok(()),
+        result = gateway(config, sockets, monitor, figures) => result,
+        () = termination.drained(monitor, "clients", move || clients.count()) => Ok(()),
     }
 }
 
@@ -93,7 +99,16 @@ async fn open(config: &Config, ports: Ports) -> Result<Sockets, RunError> {
     Ok(Sockets { ports, calls, streams })
 }
 
-async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> {
+/// Why nobody can be served.
+const NO_WORLDS: &str = "no world service is up that makes new worlds";
+
+async fn gateway(
+    config: Config,
+    sockets: Vec<Sockets>,
+    monitor: &Monitor,
+    figures: Figures,
+) -> Result<(), RunError> {
+    let worlds = monitor.condition("worlds", NO_WORLDS);
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
     let ports: Vec<String> = config.endpoints.iter().map(|ports| ports.calls.to_string()).collect();
@@ -106,7 +121,10 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
         detail: format!("{}:{}", config.host, ports.join(",")),
     };
     let _announcement = bus.announce(alive).await?;
-    let site: Arc<dyn Site> = Arc::new(BusSite::start(bus, config.tenant.clone()));
+    let site = BusSite::start(bus, config.tenant.clone());
+    let hosts = site.hosts().clone();
+    tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
+    let site: Arc<dyn Site> = Arc::new(site);
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
@@ -117,12 +135,17 @@ async fn gateway(config: Config, sockets: Vec<Sockets>) -> Result<(), RunError> 
             config.world.clone(),
             sockets.ports,
             runtime::Handle::current(),
+            figures.streams.clone(),
         );
         let (calls, streams) = (sockets.calls.into_std()?, sockets.streams.into_std()?);
         let own = threads_of(sockets.ports.calls)?;
-        endpoints.spawn_on(attend(endpoint, calls, streams), own.handle());
+        own.spawn(monitor.pulse(&format!("carla-{}", sockets.ports.calls)).beat_for_ever());
+        let late_comers = LateComers::new(monitor.clone());
+        let attending = attend(endpoint, calls, streams, late_comers, figures.clone());
+        endpoints.spawn_on(attending, own.handle());
         threads.push(Threads(Some(own)));
     }
+    monitor.set_started();
     // None ends unless something is wrong; whoever watches over this process starts it again.
     match endpoints.join_next().await {
         Some(Ok(ended)) => Ok(ended?),
@@ -153,6 +176,8 @@ async fn attend(
     endpoint: Endpoint,
     calls: std::net::TcpListener,
     streams: std::net::TcpListener,
+    late_comers: LateComers,
+    figures: Figures,
 ) -> Result<(), std::io::Error> {
     let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
     let (events, told) = mpsc::channel(EVENTS_MAX);
@@ -160,6 +185,7 @@ async fn attend(
     tokio::spawn(rpc::serve(calls, events));
     let WorldConfig { period, sync_lease, .. } = endpoint.config;
     let lobby = Lobby::new(period, sync_lease, Instant::now());
-    Server::new(lobby, told, endpoint.stream_port).run(endpoint).await;
+    let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);
+    server.run(endpoint).await;
     Ok(())
 }

@@ -29,6 +29,7 @@ use crate::archive::Prepared;
 use crate::config::{Ports, WorldConfig};
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
+use crate::figures::StreamFigures;
 use crate::lobby::{Brief, Report, Timing, WorldState};
 use crate::maps::Maps;
 use crate::pictures::Shape;
@@ -121,8 +122,9 @@ impl Endpoint {
         config: WorldConfig,
         ports: Ports,
         workers: runtime::Handle,
+        figures: StreamFigures,
     ) -> Self {
-        let hub = Arc::new(Hub::new());
+        let hub = Arc::new(Hub::counting(figures));
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
         let recorder = Recorder::new(Shelf::clone(&config.shelf));

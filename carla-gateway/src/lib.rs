@@ -19,6 +19,7 @@ mod config;
 mod dialect;
 mod endpoint;
 mod episode;
+mod figures;
 mod launcher;
 mod lobby;
 mod maps;

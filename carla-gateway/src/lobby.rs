@@ -105,6 +105,11 @@ impl Lobby {
         }
     }
 
+    /// How many are here.
+    pub(crate) fn client_count(&self) -> usize {
+        self.clients.len()
+    }
+
     /// Whether more calls may come.
     pub(crate) fn has_room(&self) -> bool {
         self.waiting.len() < CALLS_MAX

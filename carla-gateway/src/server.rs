@@ -1,6 +1,7 @@
 //! One CARLA server: connections tell the lobby what clients want, and the endpoint does what the
 //! lobby says, one thing at a time. The lobby listens while that is under way.
 
+mod late_comers;
 mod waking;
 
 use std::collections::BTreeMap;
@@ -12,8 +13,11 @@ use tokio::time::Instant;
 
 use crate::calls;
 use crate::endpoint::Endpoint;
+use crate::figures::Figures;
 use crate::lobby::{Again, Call, Do, Event, Job, Lobby, Report, Task};
 use crate::rpc::{self, Answer, ConnectionId, Outbox, Payload, Refusal, Ticket};
+
+pub(crate) use late_comers::LateComers;
 
 /// What connections tell may wait so far; clients that send more are read more slowly.
 pub(crate) const EVENTS_MAX: usize = 1_024;
@@ -27,13 +31,24 @@ pub(crate) struct Server {
     outboxes: BTreeMap<ConnectionId, Outbox>,
     /// Where streams are served.
     stream_port: u16,
+    late_comers: LateComers,
+    figures: Figures,
+    /// Clients that the figures know of.
+    counted: usize,
 }
 
 impl Server {
     /// A server for what these connections tell, whose streams have a port of their own.
-    pub(crate) fn new(lobby: Lobby, told: mpsc::Receiver<rpc::Event>, stream_port: u16) -> Self {
+    pub(crate) fn new(
+        lobby: Lobby,
+        told: mpsc::Receiver<rpc::Event>,
+        stream_port: u16,
+        late_comers: LateComers,
+        figures: Figures,
+    ) -> Self {
         let again = mpsc::channel(EVENTS_MAX);
-        Self { lobby, told, again, outboxes: BTreeMap::new(), stream_port }
+        let (outboxes, counted) = (BTreeMap::new(), 0);
+        Self { lobby, told, again, outboxes, stream_port, late_comers, figures, counted }
     }
 
     /// Serves until nobody can connect any more.
@@ -42,8 +57,9 @@ impl Server {
         loop {
             let event = match next.take() {
                 Some(job) => {
+                    let begun = Instant::now();
                     let mut work = pin!(perform(&mut endpoint, job));
-                    loop {
+                    let event = loop {
                         tokio::select! {
                             report = &mut work => break Some(Event::Done(Box::new(report))),
                             event = self.hear() => match event {
@@ -52,7 +68,9 @@ impl Server {
                                 None => break None,
                             },
                         }
-                    }
+                    };
+                    self.figures.job_seconds.observe(begun.elapsed());
+                    event
                 }
                 None => self.hear().await,
             };
@@ -63,39 +81,57 @@ impl Server {
 
     /// What happens next; `None` when nobody can connect any more.
     async fn hear(&mut self) -> Option<Event> {
-        let due = self.lobby.due();
-        let is_due = async {
-            match due {
-                Some(due) => tokio::time::sleep_until(due).await,
-                None => std::future::pending().await,
+        loop {
+            let due = self.lobby.due();
+            let is_due = async {
+                match due {
+                    Some(due) => tokio::time::sleep_until(due).await,
+                    None => std::future::pending().await,
+                }
+            };
+            let told = tokio::select! {
+                // What clients say comes before what they did not say in time.
+                biased;
+                told = self.told.recv(), if self.lobby.has_room() => told?,
+                call = self.again.1.recv() => return call.map(Event::Called),
+                () = is_due => return Some(Event::Due),
+            };
+            if let Some(event) = self.admit(told) {
+                return Some(event);
             }
-        };
-        let told = tokio::select! {
-            // What clients say comes before what they did not say in time.
-            biased;
-            told = self.told.recv(), if self.lobby.has_room() => told?,
-            call = self.again.1.recv() => return call.map(Event::Called),
-            () = is_due => return Some(Event::Due),
-        };
-        Some(match told {
+        }
+    }
+
+    /// What the lobby hears of what a connection tells; nothing of clients that come too late.
+    fn admit(&mut self, told: rpc::Event) -> Option<Event> {
+        match told {
             rpc::Event::Connected(client, whereabouts, outbox) => {
                 self.outboxes.insert(client, outbox);
-                Event::Connected(client, whereabouts)
+                let is_late = self.late_comers.take(client, self.lobby.client_count());
+                (!is_late).then_some(Event::Connected(client, whereabouts))
             }
             rpc::Event::Called(ticket, request) => {
-                Event::Called(Call { ticket, request, prepared: None })
+                let Some(refusal) = self.late_comers.refusal_of(ticket.client) else {
+                    return Some(Event::Called(Call { ticket, request, prepared: None }));
+                };
+                self.answer(&ticket, &Err(refusal));
+                None
             }
             rpc::Event::Disconnected(client) => {
                 self.outboxes.remove(&client);
-                Event::Disconnected(client)
+                let was_late = self.late_comers.forget(client);
+                (!was_late).then_some(Event::Disconnected(client))
             }
-        })
+        }
     }
 
     /// Does what the lobby says about an event; gives the job that it begins.
     fn take(&mut self, event: Event) -> Option<Job> {
         let mut job = None;
-        for act in self.lobby.take(event, Instant::now()) {
+        let acts = self.lobby.take(event, Instant::now());
+        let clients = self.lobby.client_count();
+        self.figures.clients.change(clients, std::mem::replace(&mut self.counted, clients));
+        for act in acts {
             match act {
                 Do::Answer(ticket, answer) => self.answer(&ticket, &answer),
                 Do::AnswerLater(ticket, answer) => self.answer_later(ticket, answer),
@@ -121,7 +157,12 @@ impl Server {
     /// Nothing waits for an answer that comes later.
     fn answer_later(&self, ticket: Ticket, answer: JoinHandle<Answer>) {
         let Some(outbox) = self.outboxes.get(&ticket.client).cloned() else { return };
-        tokio::spawn(async move { outbox.answer(&ticket, &joined(answer.await)) });
+        let figures = self.figures.clone();
+        tokio::spawn(async move {
+            let answer = joined(answer.await);
+            figures.note_answer(&answer);
+            outbox.answer(&ticket, &answer);
+        });
     }
 
     /// Nothing waits for what a call needs to be ready.
@@ -141,6 +182,7 @@ impl Server {
     }
 
     fn answer(&self, ticket: &Ticket, answer: &Answer) {
+        self.figures.note_answer(answer);
         if let (Err(refusal), true) = (answer, ticket.asynchronous) {
             tracing::debug!(call = ticket.id, %refusal, "a call nobody waits for");
         }

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, Channel, Host, Renderers, follow_hosts};
+use bus::{Bus, Hosts, Renderers};
 use schemas::{Camera, Error, ErrorCode, Image, RenderJob, Reply, Request};
 use schemas::{ServiceKind, SharedFrame, Tenant, WorldId, keys};
 use tokio::sync::watch;
@@ -36,7 +36,7 @@ pub(crate) trait Site: Send + Sync + 'static {
 pub(crate) struct BusSite {
     bus: Bus,
     tenant: Tenant,
-    host: watch::Receiver<Option<Host>>,
+    hosts: Hosts,
     renderers: Arc<Renderers>,
 }
 
@@ -45,13 +45,18 @@ impl BusSite {
     pub(crate) fn start(bus: Bus, tenant: Tenant) -> Self {
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
         let renderers = Renderers::follow(connected.clone());
-        let host = follow_hosts(connected, ServiceKind::World, keys::batch_tick);
-        Self { bus, tenant, host, renderers }
+        let hosts = Hosts::follow(connected, ServiceKind::World, keys::batch_tick);
+        Self { bus, tenant, hosts, renderers }
     }
 
-    /// Over the fast channel, once it is open: it leads to the host of all worlds of this gateway.
+    /// The world services.
+    pub(crate) fn hosts(&self) -> &Hosts {
+        &self.hosts
+    }
+
+    /// Over the fast channel to the host of the world, once it is open.
     async fn tick(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
-        match self.channel() {
+        match self.hosts.of_world(world).and_then(|host| host.channel) {
             Some(channel) => channel.request(request, ASK_DEADLINE).await,
             None => {
                 self.bus.request(&keys::world(&self.tenant, world), request, ASK_DEADLINE).await
@@ -59,21 +64,20 @@ impl BusSite {
         }
     }
 
-    fn channel(&self) -> Option<Arc<Channel>> {
-        self.host.borrow().as_ref()?.channel.clone()
-    }
-
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
         let until = Instant::now() + START_WAIT;
         loop {
-            let host = self.host.borrow().as_ref().map(|host| host.id.clone());
-            let answer = match host {
+            let host = self.hosts.next().borrow().as_ref().map(|host| host.id.clone());
+            let answer = match &host {
                 Some(host) => {
-                    let key = keys::worlds_of(&self.tenant, &host);
+                    let key = keys::worlds_of(&self.tenant, host);
                     self.bus.request(&key, request, ASK_DEADLINE).await
                 }
                 None => Err(Error::new(ErrorCode::Unreachable, "no world service is up")),
             };
+            if let (Some(host), Ok(Reply::WorldCreated { world, .. })) = (&host, &answer) {
+                self.hosts.note_world(host, *world);
+            }
             match answer {
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;

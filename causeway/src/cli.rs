@@ -3,7 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
-use crate::{bench, lifeline, logging, map, record, router, up};
+use crate::watched::Watched;
+use crate::{bench, health, lifeline, logging, map, record, router, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -24,17 +25,23 @@ pub(crate) struct Cli {
 enum Command {
     /// Start a whole site on this machine: one process per service, restarted when one dies.
     #[command(after_help = EXIT_CODES)]
-    Up(up::Args),
+    Up(Box<up::Args>),
     /// Run a world service alone.
-    World(world_service::Args),
+    World(Watched<world_service::Args>),
     /// Run a renderer alone.
-    Render(render_service::Args),
+    Render(Watched<render_service::Args>),
     /// Run a scenario service with its HTTP and WebSocket face alone.
-    Scenario(scenario_service::Args),
+    Scenario(Box<Watched<scenario_service::Args>>),
     /// Run a CARLA gateway alone: clients of CARLA 0.9.16 connect to it.
-    Gateway(carla_gateway::Args),
+    Gateway(Box<Watched<carla_gateway::Args>>),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
+    /// Ask running services how they are: exit code 0 when all say that they are well.
+    #[command(after_help = EXIT_CODES)]
+    Health(health::HealthArgs),
+    /// Have running services of this machine take nothing new; what goes on goes on.
+    #[command(after_help = EXIT_CODES)]
+    Drain(health::DrainArgs),
     /// Measure what a user waits for and relies on.
     #[command(subcommand)]
     Bench(bench::Command),
@@ -56,16 +63,27 @@ impl Cli {
         if self.exit_with_parent {
             lifeline::end_with_stdin().map_err(|error| Failure::of(&error))?;
         }
+        let name = self.command.name();
         match self.command {
-            Command::Up(args) => up::run(args),
-            Command::World(args) => world_service::run(args).map_err(|error| Failure::of(&error)),
-            Command::Render(args) => render_service::run(args).map_err(|error| Failure::of(&error)),
+            Command::Up(args) => up::run(*args),
+            Command::World(args) => {
+                let (args, monitor) = args.begin(name)?;
+                world_service::run(args, &monitor).map_err(|error| Failure::of(&error))
+            }
+            Command::Render(args) => {
+                let (args, monitor) = args.begin(name)?;
+                render_service::run(args, &monitor).map_err(|error| Failure::of(&error))
+            }
             Command::Scenario(args) => {
-                scenario_service::run(&args).map_err(|error| Failure::of(&error))
+                let (args, monitor) = args.begin(name)?;
+                scenario_service::run(&args, &monitor).map_err(|error| Failure::of(&error))
             }
             Command::Gateway(args) => {
-                carla_gateway::run(&args).map_err(|error| Failure::of(&error))
+                let (args, monitor) = args.begin(name)?;
+                carla_gateway::run(&args, &monitor).map_err(|error| Failure::of(&error))
             }
+            Command::Health(args) => health::health(&args),
+            Command::Drain(args) => health::drain(&args),
             Command::Router(args) => router::run(args),
             Command::Bench(command) => bench::run(&command),
             Command::Record(args) => record::run(args).map_err(|error| Failure::of(&error)),
@@ -84,6 +102,8 @@ impl Command {
             Self::Scenario(_) => "scenario",
             Self::Gateway(_) => "gateway",
             Self::Router(_) => "router",
+            Self::Health(_) => "health",
+            Self::Drain(_) => "drain",
             Self::Bench(_) => "bench",
             Self::Record(_) => "record",
             Self::Map(_) => "map",

@@ -8,12 +8,14 @@ mod bench;
 mod carla_flags;
 mod cli;
 mod failure;
+mod health;
 mod lifeline;
 mod logging;
 mod map;
 mod record;
 mod router;
 mod up;
+mod watched;
 
 use std::process::ExitCode;
 

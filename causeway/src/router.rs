@@ -1,9 +1,12 @@
 //! `causeway router`: a meeting point of the bus for services on several machines.
 
+use std::time::Duration;
+
 use bus::{Bus, BusAddress, BusConfig, BusError};
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::failure::Failure;
+use crate::watched::{self, AdminArgs};
 
 /// Settings of a router.
 #[derive(Debug, clap::Args)]
@@ -15,6 +18,8 @@ pub(crate) struct Args {
     /// Other routers to join.
     #[arg(long, value_name = "tcp/HOST:PORT")]
     connect: Vec<BusAddress>,
+    #[command(flatten)]
+    admin: AdminArgs,
 }
 
 /// Passes traffic on until SIGINT or SIGTERM.
@@ -22,6 +27,7 @@ pub(crate) struct Args {
 /// # Errors
 /// When an address cannot be taken.
 pub(crate) fn run(args: Args) -> Result<(), Failure> {
+    let monitor = watched::begin("router", args.admin, Duration::ZERO)?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
         .build()
@@ -29,9 +35,11 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
     runtime.block_on(async {
         let mut interrupt = signal(SignalKind::interrupt()).map_err(|error| Failure::of(&error))?;
         let mut terminate = signal(SignalKind::terminate()).map_err(|error| Failure::of(&error))?;
+        tokio::spawn(monitor.pulse("runtime").beat_for_ever());
         // A router that is to be joined may hang.
         let routing = async {
             let _bus = open(args).await?;
+            monitor.set_started();
             std::future::pending::<Result<(), BusError>>().await
         };
         tokio::select! {

@@ -7,13 +7,16 @@ mod banner;
 mod child;
 mod plan;
 mod ports;
+mod readiness;
 mod restart;
 mod stop;
 mod supervisor;
 
+use monitoring::Monitor;
 use tokio::sync::watch;
 
 use crate::failure::Failure;
+use crate::watched;
 use plan::Plan;
 use stop::Stop;
 
@@ -31,18 +34,22 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         .enable_all()
         .build()
         .map_err(|error| Failure::of(&error))?;
-    let outcome = runtime.block_on(run_site(plan));
+    let monitor = watched::begin("up", plan.admin, plan.window)?;
+    readiness::follow(&plan.services, &monitor).map_err(|error| Failure::of(&error))?;
+    let outcome = runtime.block_on(run_site(plan, &monitor));
     // Nobody waits for the transport, which may still be looking for a bus that is gone.
     runtime.shutdown_background();
     outcome
 }
 
-async fn run_site(plan: Plan) -> Result<(), Failure> {
+async fn run_site(plan: Plan, monitor: &Monitor) -> Result<(), Failure> {
     let (stop, _) = watch::channel(Stop::No);
+    tokio::spawn(monitor.pulse("runtime").beat_for_ever());
+    monitor.set_started();
     banner::print_addresses(&plan);
     let announcing = tokio::spawn(banner::print_arrivals(plan.bus.clone(), stop.subscribe()));
     let outcome = tokio::select! {
-        outcome = supervisor::supervise(plan.services, &stop) => {
+        outcome = supervisor::supervise(plan.services, &stop, monitor) => {
             outcome.map_err(|error| Failure::of(&error))
         }
         // Signals only ever end this one with an error.

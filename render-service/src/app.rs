@@ -4,11 +4,13 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use bus::{Announcement, Bus, BusConfig, BusError, Serving};
-use schemas::{Alive, ServiceKind, keys};
+use monitoring::{Drain, Monitor};
+use schemas::{Alive, ServiceId, ServiceKind, keys};
 use signals::Termination;
 use tokio::sync::oneshot;
 
 use crate::config::{Args, Config};
+use crate::service::figures::Figures;
 use crate::service::job_queue::{JOBS_MAX, JobQueue};
 use crate::service::worker::Worker;
 use crate::{AdapterChoice, RenderError, Renderer};
@@ -44,11 +46,12 @@ pub struct RenderService {
     _servings: [Serving; 2],
 }
 
-/// Runs the service until it is told to end by SIGINT or SIGTERM.
+/// Runs the service until it is told to end by SIGINT or SIGTERM; in the window of its monitor it
+/// sends jobs to other renderers then, and ends when those that wait here are drawn.
 ///
 /// # Errors
 /// [`ServiceError`] when it cannot start, or when its drawing thread ends on its own.
-pub fn run(args: Args) -> Result<(), ServiceError> {
+pub fn run(args: Args, monitor: &Monitor) -> Result<(), ServiceError> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
@@ -56,13 +59,15 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
         .map_err(system("threads"))?;
     runtime.block_on(async {
         let mut termination = Termination::follow().map_err(system("signals"))?;
-        let starting = start(args.into());
+        tokio::spawn(monitor.pulse("runtime").beat_for_ever());
+        let starting = start(args.into(), monitor);
         let mut service = tokio::select! {
             service = starting => service?,
             () = termination.requested() => return Ok(()),
         };
+        let queue = Arc::clone(&service.queue);
         tokio::select! {
-            () = termination.requested() => {}
+            () = termination.drained(monitor, "pictures", move || queue.waiting()) => {}
             () = service.ended() => {}
         }
         service.stop().await
@@ -75,7 +80,7 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
 ///
 /// # Errors
 /// [`ServiceError`] when it cannot start.
-pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
+pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, ServiceError> {
     let choice = config.adapter.clone();
     let opening = tokio::task::spawn_blocking(move || open(choice));
     let bus = Bus::open(BusConfig { connect: config.connect, ..BusConfig::default() }).await?;
@@ -87,7 +92,15 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
     let capacity = if renderer.is_ok() { JOBS_MAX as u32 } else { 0 };
 
     let queue = Arc::new(JobQueue::default());
-    let worker = Worker::new(renderer, bus.clone(), tokio::runtime::Handle::current());
+    let has_adapter = monitor.condition("adapter", &adapter);
+    has_adapter.set(renderer.is_ok(), &adapter);
+    let of_figures = Arc::clone(&queue);
+    monitor.metrics().read_gauge("causeway_render_jobs_waiting", "Jobs that wait", move || {
+        of_figures.waiting() as f64
+    });
+    let figures = Figures::new(monitor);
+    let runtime = tokio::runtime::Handle::current();
+    let worker = Worker::new(renderer, bus.clone(), runtime, figures);
     let (ending, ended) = oneshot::channel();
     let of_worker = Arc::clone(&queue);
     let worker = std::thread::Builder::new()
@@ -108,13 +121,15 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
     let announcement = bus
         .announce(Alive {
             kind: ServiceKind::Render,
-            id: config.id,
+            id: config.id.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             pid: std::process::id(),
             capacity,
             detail: adapter.clone(),
         })
         .await?;
+    tell_draining(bus.clone(), config.id, monitor);
+    monitor.set_started();
     Ok(RenderService {
         bus,
         queue,
@@ -124,6 +139,15 @@ pub async fn start(config: Config) -> Result<RenderService, ServiceError> {
         _announcement: announcement,
         _servings: servings,
     })
+}
+
+/// Tells those who have frames drawn while others should have their jobs.
+fn tell_draining(bus: Bus, id: ServiceId, monitor: &Monitor) {
+    let drain = monitor.follow_drain();
+    tokio::spawn(async move {
+        let service = (ServiceKind::Render, id);
+        bus.tell_draining(service, drain, |drain: &Drain| drain.is_on()).await;
+    });
 }
 
 impl RenderService {

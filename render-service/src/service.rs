@@ -1,6 +1,7 @@
 //! The bus face: jobs come in on one key, wait fairly, are drawn together and answered.
 
 pub(crate) mod fair_queue;
+pub(crate) mod figures;
 pub(crate) mod job_queue;
 pub(crate) mod towns;
 pub(crate) mod worker;

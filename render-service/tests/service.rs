@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use bus::{Bus, BusAddress, BusConfig, Incoming, Presence, Serving};
 use common::{camera, frame, job};
+use monitoring::Monitor;
 use render_service::{AdapterChoice, Config, RenderService, start};
 use schemas::{Alive, Camera, ErrorCode, ImageEncoding, Images, Reply, ServiceKind, keys, wire};
 
@@ -32,7 +33,7 @@ async fn site(adapter: AdapterChoice) -> Site {
     let mut watch = bus.watch(Some(ServiceKind::Render)).await.unwrap();
     let connect = bus.listening().to_vec();
     let config = Config { connect, id: "render-0".parse().unwrap(), adapter };
-    let service = start(config).await.unwrap();
+    let service = start(config, &Monitor::default()).await.unwrap();
     let Ok(Presence::Up(alive)) = tokio::time::timeout(DEADLINE, watch.next()).await else {
         panic!("the renderer did not announce itself");
     };

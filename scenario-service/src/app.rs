@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use axum::serve::{Listener as _, ListenerExt as _};
 use bus::{Bus, BusConfig};
+use monitoring::Monitor;
 use schemas::{Alive, ServiceKind};
 use signals::Termination;
 use tokio::sync::watch;
@@ -41,21 +42,23 @@ pub enum RunError {
     System(#[from] std::io::Error),
 }
 
-/// Runs the service until the process is told to end.
+/// Runs the service until the process is told to end; in the window of its monitor it takes no new
+/// sessions then, and ends when those that there are have ended.
 ///
 /// # Errors
 /// [`RunError`] when it cannot start or go on.
-pub fn run(args: &Args) -> Result<(), RunError> {
+pub fn run(args: &Args, monitor: &Monitor) -> Result<(), RunError> {
     let config = Config::resolve(args)?;
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    let result = runtime.block_on(serve(config));
+    let result = runtime.block_on(serve(config, monitor));
     runtime.shutdown_timeout(Duration::from_millis(500));
     result
 }
 
-async fn serve(config: Config) -> Result<(), RunError> {
+async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     // Before anybody can see that the service is up.
     let mut termination = Termination::follow()?;
+    tokio::spawn(monitor.pulse("runtime").beat_for_ever());
     // The port opens before the bus is there: a client that comes at once waits instead of failing.
     let address = config.http;
     let listen_error = |cause| RunError::Listen { address, cause };
@@ -64,9 +67,12 @@ async fn serve(config: Config) -> Result<(), RunError> {
 
     let (bus_sender, bus) = watch::channel(None);
     let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
-    let context =
-        Arc::new(SessionContext::new(port, config.default_scenario.clone(), config.profile));
+    let (worlds, hosts) = (monitor.condition("worlds", NO_WORLDS), port.hosts().clone());
+    tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
+    let context = SessionContext::new(port, config.default_scenario.clone(), config.profile);
+    let context = Arc::new(context.watched(monitor));
     let sessions = Arc::new(Sessions::new(Arc::clone(&context), config.sessions_max, config.idle));
+    export(monitor, &sessions, &context);
     let origins = OriginRule {
         is_loopback: address.ip().is_loopback(),
         allowed: config.allow_origin.clone(),
@@ -77,7 +83,8 @@ async fn serve(config: Config) -> Result<(), RunError> {
     tokio::spawn(sweep(Arc::clone(&context)));
     tokio::spawn(warm_up(context));
 
-    let on_bus = join_bus(&config, address, bus_sender);
+    let on_bus = join_bus(&config, address, bus_sender, monitor);
+    let left = || sessions.load().0 as usize;
     // Small answers must not wait for the acknowledgement of earlier ones.
     let listener = listener.tap_io(|stream| {
         if let Err(error) = stream.set_nodelay(true) {
@@ -87,8 +94,28 @@ async fn serve(config: Config) -> Result<(), RunError> {
     tokio::select! {
         served = axum::serve(listener, router).into_future() => served.map_err(RunError::System),
         joined = on_bus => joined.map(|never| match never {}),
-        () = termination.requested() => Ok(()),
+        () = termination.drained(monitor, "sessions", left) => Ok(()),
     }
+}
+
+/// Why nobody can be served.
+const NO_WORLDS: &str = "no world service is up that makes new worlds";
+
+/// Exports what sessions and their ticker know.
+fn export(monitor: &Monitor, sessions: &Arc<Sessions>, context: &Arc<SessionContext>) {
+    let metrics = monitor.metrics();
+    let of = |read: fn((u32, u32)) -> u32| {
+        let sessions = Arc::clone(sessions);
+        move || f64::from(read(sessions.load()))
+    };
+    metrics.read_gauge("causeway_scenario_sessions", "Sessions", of(|(now, _)| now));
+    metrics.read_gauge("causeway_scenario_sessions_max", "Sessions at once", of(|(_, max)| max));
+    let ticker = context.ticker.clone();
+    metrics.read_gauge(
+        "causeway_scenario_steps_waiting",
+        "Steps that wait for the round trip before theirs",
+        move || ticker.waiting() as f64,
+    );
 }
 
 /// Connects, says that this service is up, and stays.
@@ -96,6 +123,7 @@ async fn join_bus(
     config: &Config,
     address: SocketAddr,
     bus_sender: watch::Sender<Option<Bus>>,
+    monitor: &Monitor,
 ) -> Result<std::convert::Infallible, RunError> {
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
@@ -109,6 +137,7 @@ async fn join_bus(
     };
     let _announcement = bus.announce(alive).await?;
     bus_sender.send_replace(Some(bus));
+    monitor.set_started();
     std::future::pending().await
 }
 

@@ -13,6 +13,7 @@ mod action;
 mod app;
 mod config;
 mod episode;
+mod figures;
 mod limits;
 mod listener;
 mod maps;

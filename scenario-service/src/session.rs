@@ -1,10 +1,13 @@
 //! One session: a scenario with its settings, and the episode that runs in its own world.
 
+mod context;
 mod origin;
 pub(crate) mod table;
 
 use std::sync::Arc;
+use std::time::Instant;
 
+use monitoring::Drain;
 use schemas::{
     Command, CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame, TickItem,
     TickOutcome,
@@ -13,56 +16,11 @@ use serde_json::{Map, Value};
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
-use crate::maps::Maps;
-use crate::scenario::{Overrides, Profile, Scenario, ScenarioError, WorldSpec, registry};
-use crate::ticker::Ticker;
-use crate::world_port::keeper::{Keeper, OwnedWorld};
-use crate::world_port::{CreatedWorld, NewWorld, WorldPort};
+use crate::scenario::{Overrides, Scenario, ScenarioError, WorldSpec, registry};
+use crate::world_port::keeper::OwnedWorld;
+use crate::world_port::{CreatedWorld, NewWorld};
+pub(crate) use context::SessionContext;
 use origin::Origin;
-
-/// What all sessions share.
-pub(crate) struct SessionContext {
-    /// Worlds.
-    pub(crate) port: Arc<dyn WorldPort>,
-    /// Those that sessions use.
-    pub(crate) keeper: Arc<Keeper>,
-    /// Their ticks.
-    pub(crate) ticker: Ticker,
-    /// Their maps.
-    pub(crate) maps: Maps,
-    /// The scenario of a session that names none.
-    pub(crate) default_scenario: String,
-    /// The profile of a session that names none.
-    pub(crate) profile: Profile,
-}
-
-impl SessionContext {
-    /// Everything behind the sessions, over one port.
-    pub(crate) fn new(
-        port: Arc<dyn WorldPort>,
-        default_scenario: String,
-        profile: Profile,
-    ) -> Self {
-        Self {
-            ticker: Ticker::new(Arc::clone(&port)),
-            maps: Maps::new(Arc::clone(&port)),
-            keeper: Keeper::new(Arc::clone(&port)),
-            port,
-            default_scenario,
-            profile,
-        }
-    }
-
-    /// Has the map of the default scenario ready.
-    ///
-    /// # Errors
-    /// [`SessionError`] when it cannot be had.
-    pub(crate) async fn warm_up(&self) -> Result<(), SessionError> {
-        let scenario = registry::build(&self.default_scenario, self.profile)?;
-        let map = self.maps.get(scenario.common().map_name()).await;
-        map.map(drop).map_err(SessionError::World)
-    }
-}
 
 /// Why a session refused. The episode that was running still is, except in [`WorldLost`].
 ///
@@ -119,6 +77,16 @@ pub(crate) struct Session {
     running: Running,
 }
 
+/// How far a session is with its episode.
+enum Stage {
+    /// There was none, or it was lost.
+    Nothing,
+    /// It goes on.
+    Playing,
+    /// It is over.
+    Over,
+}
+
 enum Running {
     Nothing,
     Episode(Box<Episode>, OwnedWorld),
@@ -141,6 +109,13 @@ impl Session {
     /// # Errors
     /// [`SessionError`]; the episode that was running still is.
     pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
+        let begun = Instant::now();
+        let report = self.begin(request).await?;
+        self.context.figures.reset_seconds.observe(begun.elapsed());
+        Ok(report)
+    }
+
+    async fn begin(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
         let Candidate { mut scenario, built_from, ignored_config, origin } =
             self.candidate(&request)?;
         let settings = scenario.clone_box();
@@ -196,9 +171,32 @@ impl Session {
         if matches!(self.running, Running::Nothing) {
             self.reset(ResetRequest::default()).await?;
         }
-        match action.kind {
-            ActionKind::CaptureImage => self.capture().await,
-            _ => self.advance(action).await,
+        let begun = Instant::now();
+        if action.kind == ActionKind::CaptureImage {
+            let captured = self.capture().await;
+            self.context.figures.picture_seconds.observe(begun.elapsed());
+            return captured;
+        }
+        let report = self.advance(action).await?;
+        self.context.figures.step_seconds.observe(begun.elapsed());
+        Ok(report)
+    }
+
+    fn stage(&self) -> Stage {
+        match &self.running {
+            Running::Episode(episode, _) if episode.is_done() => Stage::Over,
+            Running::Episode(..) => Stage::Playing,
+            Running::Nothing | Running::Lost(_) => Stage::Nothing,
+        }
+    }
+
+    /// Whether there is nothing to finish before a service that ends does: episodes go on to their
+    /// end, and new ones begin in the first half of the time that there is.
+    pub(crate) fn leaves(&self, drain: Drain) -> bool {
+        match self.stage() {
+            Stage::Nothing => drain.is_on(),
+            Stage::Over => drain.is_late(Instant::now()),
+            Stage::Playing => false,
         }
     }
 
@@ -313,6 +311,7 @@ impl Session {
             return SessionError::World(error);
         }
         tracing::warn!(%error, "an episode lost its world");
+        self.context.figures.lost.inc();
         self.context.maps.forget_names();
         self.running = Running::Lost(error.to_string());
         SessionError::WorldLost(error.to_string())

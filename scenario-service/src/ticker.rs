@@ -66,6 +66,13 @@ impl Ticker {
         self.queue(item.world).tick(item).await
     }
 
+    /// Items that wait for the round trip before theirs.
+    pub(crate) fn waiting(&self) -> usize {
+        let waiting =
+            |queue: &Mutex<Queue>| queue.lock().unwrap_or_else(PoisonError::into_inner).items.len();
+        self.shared.queues.iter().map(waiting).sum()
+    }
+
     /// Whether nothing waits or is under way.
     #[cfg(test)]
     pub(crate) fn is_idle(&self) -> bool {

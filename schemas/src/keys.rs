@@ -10,9 +10,10 @@
 //! | `causeway/render/{worker}/job` | query | [`RenderJob`](crate::RenderJob) → images |
 //! | `causeway/batch/{host}/shortcut`, `causeway/render/{worker}/shortcut` | query | name of a Unix socket that takes the same |
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
+//! | `causeway/draining/{kind}/{id}` | liveliness | none: the service takes no new work |
 //! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
 //!
-//! `batch`, `render`, `alive` and `asset` carry no tenant: they belong to services alone.
+//! `batch`, `render`, `alive`, `draining` and `asset` carry no tenant: they belong to services alone.
 
 use crate::{ServiceId, ServiceKind, Tenant, WorldId};
 
@@ -88,6 +89,16 @@ pub fn any_alive(kind: ServiceKind) -> String {
 /// [`alive`] of every service.
 pub const ANY_ALIVE: &str = "causeway/alive/*/*";
 
+/// Liveliness of a service that takes no new work.
+pub fn draining(kind: ServiceKind, id: &ServiceId) -> String {
+    format!("causeway/draining/{}/{id}", kind.as_str())
+}
+
+/// [`draining`] of every service of one kind.
+pub fn any_draining(kind: ServiceKind) -> String {
+    format!("causeway/draining/{}/*", kind.as_str())
+}
+
 /// A map's OpenDRIVE text by the hexadecimal BLAKE3 digest of its bytes.
 pub fn asset(digest: &str) -> String {
     format!("causeway/asset/{digest}")
@@ -121,7 +132,16 @@ pub fn parse_world_frame(key: &str) -> Option<(Tenant, WorldId)> {
 
 /// The inverse of [`alive`]; `None` for any other key.
 pub fn parse_alive(key: &str) -> Option<(ServiceKind, ServiceId)> {
-    let (kind, id) = key.strip_prefix("causeway/alive/")?.split_once('/')?;
+    parse_service(key.strip_prefix("causeway/alive/")?)
+}
+
+/// The inverse of [`draining`]; `None` for any other key.
+pub fn parse_draining(key: &str) -> Option<(ServiceKind, ServiceId)> {
+    parse_service(key.strip_prefix("causeway/draining/")?)
+}
+
+fn parse_service(place: &str) -> Option<(ServiceKind, ServiceId)> {
+    let (kind, id) = place.split_once('/')?;
     Some((ServiceKind::parse(kind)?, id.parse().ok()?))
 }
 
@@ -206,6 +226,7 @@ mod tests {
             keys.extend([render_job(&id), shortcut_to(&render_job(&id))]);
             keys.push(shortcut_to(&batch_tick(&id)));
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
+            keys.extend(ServiceKind::ALL.map(|kind| draining(kind, &id)));
             for key in keys {
                 for expression in [ANY_WORLDS, &any_worlds_of(&id), &any_world(1)] {
                     assert!(!matches(expression, &key), "{expression} matches {key}");
@@ -219,6 +240,7 @@ mod tests {
         let id: ServiceId = "render-0".parse().unwrap();
         for kind in ServiceKind::ALL {
             assert_eq!(parse_alive(&alive(kind, &id)), Some((kind, id.clone())));
+            assert_eq!(parse_draining(&draining(kind, &id)), Some((kind, id.clone())));
         }
     }
 }

@@ -17,6 +17,7 @@ ROOT = Path(__file__).parent.parent.parent
 DEBIAN = "debian:12-slim"
 BINARY = "causeway-binary:test"
 READY_SECS = 60.0
+HEALTHY_SECS = 120.0
 
 
 def docker(*arguments: str, **options) -> str:
@@ -90,6 +91,18 @@ def build_from(folder: Path, name: str, *arguments: str) -> None:
             return
         said += done.stderr
     pytest.fail(f"no image: {said.decode()[-3000:]}", pytrace=False)
+
+
+def wait_until_containers_are_healthy(*names: str) -> None:
+    """Each is asked by the engine, as its image or compose says."""
+    deadline = time.monotonic() + HEALTHY_SECS
+    while True:
+        states = docker("inspect", "--format", "{{.State.Health.Status}}", *names).split()
+        if set(states) == {"healthy"}:
+            return
+        if time.monotonic() > deadline:
+            pytest.fail(f"containers are {states}", pytrace=False)
+        time.sleep(0.1)
 
 
 def wait_until_healthy(url: str) -> None:

@@ -28,6 +28,7 @@ from containers import (
     make_binary_image,
     make_debian,
     need_engine,
+    wait_until_containers_are_healthy,
     wait_until_healthy,
 )
 from running_site import two_free_ports
@@ -96,6 +97,7 @@ def test_one_container_serves_openenv_and_carlas_client(names_of_project):
         "--name", names_of_project, *published, FULL, "up", *flags,
     )  # fmt: skip
     drive(f"http://127.0.0.1:{http}", port)
+    wait_until_containers_are_healthy(names_of_project)
     docker("stop", "--time", "5", names_of_project)
     state = docker("inspect", "--format", "{{.State.ExitCode}}", names_of_project)
     assert state.strip() == "0", docker("logs", names_of_project)
@@ -130,6 +132,7 @@ def test_a_container_for_each_service_is_a_site(names_of_project):
         run("up", "--detach", "--scale", "world=2")
         drive(f"http://127.0.0.1:{http}", port)
         running = run("ps", "--quiet").split()
+        wait_until_containers_are_healthy(*running)
         states = docker("inspect", "--format", "{{.RestartCount}}", *running).split()
         assert states == ["0"] * 6, run("logs")
     finally:

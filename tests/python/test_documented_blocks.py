@@ -184,6 +184,7 @@ TAKEN = (
     "map query",
     "map export Town03",
     "map build",
+    "health --ready",
 )
 
 
@@ -310,6 +311,20 @@ def test_maps_are_listed_checked_shown_exported_and_built(shell, start_site):
     assert "Mine" in printed and "survives" in printed
     made = {path.name for path in shell.folder.iterdir()}
     assert {"mine.png", "town03.svg", "Town03.xodr", "Village7.xodr"} <= made
+
+
+def test_a_site_is_asked_how_it_is(shell, start_site):
+    up, asked = take("health --ready")
+    site = start_site(*shlex.split(up)[2:-1], "127.0.0.1:0")
+    port = int(re.search(r"probes +http://[\d.]+:(\d+)", site.said())[1])
+    for offset in range(3):
+        asked = asked.replace(str(9464 + offset), str(port + offset))
+    deadline = time.monotonic() + DEADLINE_SECS
+    while True:
+        with contextlib.suppress(AssertionError):
+            assert shell.run(asked).count('"status":"ready"') == 3
+            return
+        assert time.monotonic() < deadline, "the site is not ready"
 
 
 def test_a_map_is_asked_in_a_shell(shell):

@@ -9,13 +9,15 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 18] = [
+const MAY_NAME: [(&str, &[&str]); 20] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
-    ("signals", &[]),
     ("whole-file", &[]),
+    ("monitoring", &[]),
+    ("admin", &["monitoring"]),
+    ("signals", &["monitoring"]),
     ("port-lending", &[]),
     ("roads", &["schemas"]),
     ("recording", &[]),
@@ -23,14 +25,21 @@ const MAY_NAME: [(&str, &[&str]); 18] = [
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
-    ("world-service", &["world", "agents", "bus", "roads", "schemas", "signals", "whole-file"]),
-    ("render-service", &["bus", "roads", "schemas", "signals"]),
-    ("scenario-service", &["agents", "bus", "port-lending", "roads", "schemas", "signals"]),
+    (
+        "world-service",
+        &["world", "agents", "bus", "monitoring", "roads", "schemas", "signals", "whole-file"],
+    ),
+    ("render-service", &["bus", "monitoring", "roads", "schemas", "signals"]),
+    (
+        "scenario-service",
+        &["agents", "bus", "monitoring", "port-lending", "roads", "schemas", "signals"],
+    ),
     (
         "carla-gateway",
         &[
             "blueprints",
             "bus",
+            "monitoring",
             "port-lending",
             "recording",
             "roads",
@@ -47,7 +56,9 @@ const MAY_NAME: [(&str, &[&str]); 18] = [
             "render-service",
             "scenario-service",
             "carla-gateway",
+            "admin",
             "bus",
+            "monitoring",
             "recording",
             "mcap-export",
             "roads",
@@ -58,11 +69,13 @@ const MAY_NAME: [(&str, &[&str]); 18] = [
 ];
 
 /// Outside crates that only one crate of ours may name.
-const OWNED: [(&str, &str); 4] = [
+const OWNED: [(&str, &str); 6] = [
     ("zenoh", "bus"),
     ("flatbuffers", "schemas"),
     ("rapier3d", "world"),
     ("wgpu", "render-service"),
+    ("prometheus-client", "monitoring"),
+    ("hyper", "admin"),
 ];
 
 /// What must not come in through anybody else either.

@@ -10,6 +10,7 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusAddress, BusConfig, Channel};
+use monitoring::Monitor;
 use schemas::{
     ActorId, Command, Reply, Request, ServiceKind, Tenant, TickItem, Vec3, WorldId, keys,
     level_pose,
@@ -31,7 +32,7 @@ async fn main() {
 }
 
 async fn measure() {
-    let service = world_service::start(Config {
+    let config = Config {
         listen: vec![BusAddress::loopback(0)],
         connect: Vec::new(),
         id: "world".parse().unwrap(),
@@ -39,9 +40,8 @@ async fn measure() {
         maps: None,
         journals: None,
         worlds_max: 256,
-    })
-    .await
-    .unwrap();
+    };
+    let service = world_service::start(config, &Monitor::default()).await.unwrap();
     let client = Bus::open(BusConfig::connecting(service.listening()[0].clone())).await.unwrap();
     let host = "world".parse().unwrap();
     let key = keys::batch_tick(&host);

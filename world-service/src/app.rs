@@ -1,5 +1,6 @@
 //! Wires worlds and maps to the bus; owns all threads and clocks.
 
+mod figures;
 mod journals;
 mod keys;
 mod maker;
@@ -7,18 +8,20 @@ mod shard_worker;
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bus::{Announcement, Bus, BusAddress, BusConfig, BusError, Presence, Serving};
-use schemas::{Alive, ServiceKind};
+use monitoring::{Drain, Monitor};
+use schemas::{Alive, ServiceId, ServiceKind};
 use signals::Termination;
 use tokio::task::AbortHandle;
 
 use crate::args::{Args, Config, ConfigError};
 use crate::maps::Maps;
 use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
+use figures::RequestFigures;
 use journals::Desk;
 use maker::Maker;
 use shard_worker::{Mailboxes, ShardOutlet, ShardWorker};
@@ -53,16 +56,18 @@ pub struct WorldService {
     jobs: Vec<SyncSender<Job<world::World>>>,
     threads: Vec<JoinHandle<()>>,
     journals: Arc<Desk>,
-    presence: AbortHandle,
+    seats: Seats,
+    tasks: [AbortHandle; 2],
     _announcement: Announcement,
     servings: Vec<Serving>,
 }
 
-/// Runs the service until it is told to end by SIGINT or SIGTERM.
+/// Runs the service until it is told to end by SIGINT or SIGTERM; in the window of its monitor it
+/// makes no new worlds then, and ends when those that there are have ended.
 ///
 /// # Errors
 /// [`ServiceError`] when it cannot start.
-pub fn run(args: Args) -> Result<(), ServiceError> {
+pub fn run(args: Args, monitor: &Monitor) -> Result<(), ServiceError> {
     let config = Config::resolve(args)?;
     let system = |what| move |cause| ServiceError::System { what, cause };
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -72,12 +77,14 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
         .map_err(system("threads"))?;
     runtime.block_on(async {
         let mut termination = Termination::follow().map_err(system("signals"))?;
+        tokio::spawn(monitor.pulse("runtime").beat_for_ever());
         // A bus may hang while it is joined.
         let service = tokio::select! {
-            service = start(config) => service?,
+            service = start(config, monitor) => service?,
             () = termination.requested() => return Ok(()),
         };
-        termination.requested().await;
+        let seats = service.seats.clone();
+        termination.drained(monitor, "worlds", move || seats.taken()).await;
         service.stop().await;
         Ok(())
     })
@@ -87,7 +94,7 @@ pub fn run(args: Args) -> Result<(), ServiceError> {
 ///
 /// # Errors
 /// [`ServiceError`] when it cannot start.
-pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
+pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, ServiceError> {
     let begun = Instant::now();
     let maps =
         Arc::new(Maps::new(config.maps.as_deref(), world::Town::new).map_err(ServiceError::Maps)?);
@@ -104,44 +111,67 @@ pub async fn start(config: Config) -> Result<WorldService, ServiceError> {
     let (jobs, inboxes): (Vec<_>, Vec<_>) =
         (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
     let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
-    let journals = Arc::new(Desk::new(config.journals.clone()));
+    let journal_bytes = figures::journal_bytes(monitor.metrics());
+    let journals = Arc::new(Desk::new(config.journals.clone(), journal_bytes));
     let listeners = bus.frame_listeners().await?;
-    let mut threads = Vec::with_capacity(shard_count + 1);
-    let mut workers = Vec::with_capacity(shard_count);
-    for (index, inbox) in inboxes.into_iter().enumerate() {
-        let outlet = ShardOutlet {
-            index,
-            bus: bus.clone(),
-            listeners: listeners.clone(),
-            mailboxes: Arc::clone(&mailboxes),
-            journals: Arc::clone(&journals),
-        };
-        let worker = Arc::new(ShardWorker::new(outlet, Arc::clone(&ids), seats.clone()));
-        threads.push(worker.spawn(inbox)?);
-        workers.push(worker);
-    }
+    let figures = figures::export(monitor.metrics(), &seats, &bus);
+    let outlet = |index| ShardOutlet {
+        index,
+        bus: bus.clone(),
+        listeners: listeners.clone(),
+        mailboxes: Arc::clone(&mailboxes),
+        journals: Arc::clone(&journals),
+        figures: figures.clone(),
+    };
+    let (workers, mut threads) = start_shards(inboxes, outlet, (&ids, &seats), monitor)?;
     let dispatcher = Arc::new(Dispatcher::new(jobs.clone()));
     let maker = Maker {
         maps,
         ids,
-        seats,
+        seats: seats.clone(),
         epoch,
         dispatcher: Arc::clone(&dispatcher),
         mailboxes,
         journals: Arc::clone(&journals),
+        first_map: monitor.condition("maps", "the first map is not built yet"),
     };
     let (maker, maker_thread) = maker.spawn()?;
     threads.push(maker_thread);
-    let servings =
-        keys::serve(&bus, (&config.id, number), &dispatcher, workers.into(), &maker).await?;
+    let desk = keys::FrontDesk {
+        dispatcher,
+        maker,
+        monitor: monitor.clone(),
+        figures: RequestFigures::new(monitor.metrics()),
+    };
+    let servings = keys::serve(&bus, (&config.id, number), desk, workers.into()).await?;
     let presence = follow_presence(&bus, jobs.clone()).await?;
-    let announcement = bus.announce(alive(&config)).await?;
+    let tasks = [presence, tell_draining(&bus, &config.id, monitor)];
+    let _announcement = bus.announce(alive(&config)).await?;
     for address in bus.listening() {
         tracing::info!(%address, threads = shard_count, "worlds live here");
     }
     tracing::debug!(millis = begun.elapsed().as_millis() as u64, "the world service is up");
-    let _announcement = announcement;
-    Ok(WorldService { bus, jobs, threads, journals, presence, _announcement, servings })
+    monitor.set_started();
+    Ok(WorldService { bus, jobs, threads, journals, seats, tasks, _announcement, servings })
+}
+
+type Worker = Arc<ShardWorker<world::World>>;
+type Inbox = Receiver<Job<world::World>>;
+
+/// Starts a shard for each inbox.
+fn start_shards(
+    inboxes: Vec<Inbox>,
+    outlet: impl Fn(usize) -> ShardOutlet<world::World>,
+    (ids, seats): (&Arc<Ids>, &Seats),
+    monitor: &Monitor,
+) -> Result<(Vec<Worker>, Vec<JoinHandle<()>>), ServiceError> {
+    let start = |(index, inbox)| {
+        let worker = ShardWorker::new(outlet(index), Arc::clone(ids), seats.clone(), monitor);
+        let worker = Arc::new(worker);
+        let thread = worker.spawn(inbox)?;
+        Ok((worker, thread))
+    };
+    inboxes.into_iter().enumerate().map(start).collect()
 }
 
 impl WorldService {
@@ -152,7 +182,7 @@ impl WorldService {
 
     /// Ends all worlds; every request that still waits is answered or told that nobody does.
     pub async fn stop(mut self) {
-        self.presence.abort();
+        self.tasks.iter().for_each(AbortHandle::abort);
         self.bus.close().await;
         self.servings.clear();
         self.stop_shards();
@@ -181,9 +211,19 @@ impl WorldService {
 
 impl Drop for WorldService {
     fn drop(&mut self) {
-        self.presence.abort();
+        self.tasks.iter().for_each(AbortHandle::abort);
         self.stop_shards();
     }
+}
+
+/// Tells faces while no new worlds are made.
+fn tell_draining(bus: &Bus, id: &ServiceId, monitor: &Monitor) -> AbortHandle {
+    let (bus, service, drain) =
+        (bus.clone(), (ServiceKind::World, id.clone()), monitor.follow_drain());
+    let telling = async move {
+        bus.tell_draining(service, drain, |drain: &Drain| drain.is_on()).await;
+    };
+    tokio::spawn(telling).abort_handle()
 }
 
 fn alive(config: &Config) -> Alive {

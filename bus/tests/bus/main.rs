@@ -3,6 +3,7 @@
 
 mod channels;
 mod common;
+mod draining;
 mod frames;
 mod hostile;
 mod presence;

@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
 use tokio::time::Instant;
 
 use super::StreamId;
+use crate::figures::StreamFigures;
 
 /// Messages that may wait for one listener.
 const MESSAGES_MAX: usize = 8;
@@ -34,6 +35,7 @@ pub(crate) struct Hub {
     changes: watch::Sender<u64>,
     /// In bytes.
     room: Arc<Semaphore>,
+    figures: StreamFigures,
 }
 
 #[derive(Default)]
@@ -64,12 +66,19 @@ pub(crate) struct Listener {
 }
 
 impl Hub {
-    /// No streams.
+    /// No streams, and nobody asks what they send.
+    #[cfg(test)]
     pub(crate) fn new() -> Self {
+        Self::counting(StreamFigures::default())
+    }
+
+    /// No streams.
+    pub(crate) fn counting(figures: StreamFigures) -> Self {
         Self {
             streams: Mutex::default(),
             changes: watch::Sender::new(0),
             room: Arc::new(Semaphore::new(WAITING_BYTES_MAX)),
+            figures,
         }
     }
 
@@ -180,7 +189,9 @@ impl Hub {
             let sending = async {
                 let bytes = room_of(&message);
                 let room = Arc::clone(&self.room).acquire_many_owned(bytes).await.ok()?;
-                listener.send(Letter { message: Arc::clone(&message), _room: room }).await.ok()
+                listener.send(Letter { message: Arc::clone(&message), _room: room }).await.ok()?;
+                self.figures.note_sent(1, message.len());
+                Some(())
             };
             if tokio::time::timeout(LISTENER_WAIT, sending).await.is_err() {
                 tracing::warn!(stream = stream.0, "a listener that takes nothing is disconnected");
@@ -205,6 +216,7 @@ impl Hub {
                 behind.push((*id, listener.clone()));
             }
         }
+        self.figures.note_sent(stream.listeners.len() - behind.len(), message.len());
         behind
     }
 
@@ -218,6 +230,7 @@ impl Hub {
         if count == 0 {
             return;
         }
+        self.figures.dropped.inc_by(count);
         let mut streams = self.lock();
         let before = streams.losses;
         streams.losses += count;

@@ -17,6 +17,14 @@ pub(crate) fn print_addresses(plan: &Plan) {
         println!("  CARLA     127.0.0.1:{port}");
     }
     println!("  bus       {}", plan.bus);
+    if let Some(address) = plan.admin.admin {
+        println!("  probes    http://{address}");
+        for service in &plan.services {
+            if let Some(address) = service.admin {
+                println!("            http://{address} · {}", service.stem);
+            }
+        }
+    }
 }
 
 /// Prints every service that comes up or goes away until the site is to end.

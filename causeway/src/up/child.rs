@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io;
+use std::net::SocketAddr;
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -24,13 +25,50 @@ pub(crate) struct Service {
     pub(crate) stem: String,
     /// What follows the subcommand.
     pub(crate) arguments: Vec<OsString>,
-    /// Whether the site is of use without it.
+    /// Whether the site is of no use without it.
     pub(crate) essential: bool,
+    /// Whether users are connected to it; it ends before those that it asks.
+    pub(crate) is_face: bool,
+    /// Where it is asked how it is.
+    pub(crate) admin: Option<SocketAddr>,
+    /// How long it may take to end in good order.
+    pub(crate) grace: Duration,
+}
+
+impl Service {
+    /// Without settings.
+    pub(crate) fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            stem: name.to_owned(),
+            arguments: Vec::new(),
+            essential: true,
+            is_face: false,
+            admin: None,
+            grace: GRACE,
+        }
+    }
+
+    /// Has it answer how it is.
+    pub(crate) fn watch(&mut self, address: SocketAddr) {
+        self.admin = Some(address);
+        self.arguments.extend([OsString::from("--admin"), address.to_string().into()]);
+    }
+
+    /// Gives it so many seconds to end; services that only serve others need none once those are
+    /// gone.
+    pub(crate) fn drain_within(&mut self, secs: u64) {
+        if self.is_face && secs > 0 {
+            self.grace += Duration::from_secs(secs);
+            self.arguments.extend([OsString::from("--drain-secs"), secs.to_string().into()]);
+        }
+    }
 }
 
 /// A running process of a service. It dies with this value, and with this process.
 pub(crate) struct Child {
     process: tokio::process::Child,
+    grace: Duration,
     /// Never written; see [`lifeline`](crate::lifeline).
     _lifeline: Option<ChildStdin>,
 }
@@ -51,6 +89,8 @@ impl Child {
             }
         }
         let mut process = process
+            // Meant for `up`; the services have other ports.
+            .env_remove("CAUSEWAY_ADMIN")
             .arg("--exit-with-parent")
             .arg(service.name)
             .args(&service.arguments)
@@ -64,7 +104,7 @@ impl Child {
             .spawn()?;
         // `wait` would close it, and with it tell the process to end.
         let lifeline = process.stdin.take();
-        Ok(Self { process, _lifeline: lifeline })
+        Ok(Self { process, grace: service.grace, _lifeline: lifeline })
     }
 
     /// Waits until the process ends by itself. May be dropped and called again.
@@ -84,7 +124,7 @@ impl Child {
                     () = Stop::at_once(stop) => false,
                 }
             };
-            if timeout(GRACE, patient).await.unwrap_or(false) {
+            if timeout(self.grace, patient).await.unwrap_or(false) {
                 return;
             }
         }

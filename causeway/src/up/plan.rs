@@ -3,11 +3,13 @@
 use std::ffi::OsString;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use bus::BusAddress;
 
 use super::child::Service;
 use super::ports::{self, PortTaken};
+use crate::watched::{AdminArgs, DrainArgs};
 
 /// Settings of a site.
 #[derive(Clone, Debug, clap::Args)]
@@ -71,6 +73,12 @@ pub(crate) struct Args {
     /// Start no renderer: `capture_image` then answers without a picture and says why.
     #[arg(long)]
     no_render: bool,
+    /// What the services are asked: its port is that of the site as a whole, which is ready when
+    /// all services are that it is of no use without; the services have the ports after it.
+    #[command(flatten)]
+    admin: AdminArgs,
+    #[command(flatten)]
+    drain: DrainArgs,
 }
 
 /// Where recordings lie unless told otherwise, as for gateways.
@@ -111,6 +119,10 @@ pub(crate) struct Plan {
     pub(crate) carla: Vec<u16>,
     /// In the order in which they are started.
     pub(crate) services: Vec<Service>,
+    /// Where the site as a whole is asked how it is.
+    pub(crate) admin: AdminArgs,
+    /// How long services may take to end.
+    pub(crate) window: Duration,
 }
 
 impl Plan {
@@ -131,8 +143,16 @@ impl Plan {
         let carla: Vec<u16> = std::iter::zip(wanted, streams)
             .map(|(port, streams)| ports::free_carla(args.carla_host, *port, streams))
             .collect::<Result<_, _>>()?;
-        let services = services(&args, http, &bus, &carla);
-        Ok(Self { http, bus, carla, services })
+        let mut services = services(&args, http, &bus, &carla);
+        let mut admin = args.admin;
+        if let Some(address) = &mut admin.admin {
+            *address = ports::free_admin(*address, services.len())?;
+            let beside = (address.port() + 1..).zip(&mut services);
+            beside.for_each(|(port, service)| service.watch(SocketAddr::new(address.ip(), port)));
+        }
+        let window = Duration::from_secs(args.drain.drain_secs);
+        services.iter_mut().for_each(|service| service.drain_within(args.drain.drain_secs));
+        Ok(Self { http, bus, carla, services, admin, window })
     }
 }
 
@@ -165,13 +185,13 @@ fn world(args: &Args, bus: &BusAddress) -> Service {
     if let Some(threads) = args.threads {
         arguments.extend(flag("--threads", threads.to_string()));
     }
-    Service { name: "world", stem: "world".to_owned(), arguments, essential: true }
+    Service { arguments, ..Service::new("world") }
 }
 
 fn scenario(http: SocketAddr, bus: &BusAddress) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     arguments.extend(flag("--http", http.to_string()));
-    Service { name: "scenario", stem: "scenario".to_owned(), arguments, essential: true }
+    Service { arguments, is_face: true, ..Service::new("scenario") }
 }
 
 fn gateway(args: &Args, ports: &[u16], bus: &BusAddress) -> Service {
@@ -196,13 +216,14 @@ fn gateway(args: &Args, ports: &[u16], bus: &BusAddress) -> Service {
     if args.drive_after_replays {
         arguments.extend(flag("--after-replays", "drive".to_owned()));
     }
-    Service { name: "gateway", stem: "gateway".to_owned(), arguments, essential: true }
+    Service { arguments, is_face: true, ..Service::new("gateway") }
 }
 
 fn renderer(index: u8, bus: &BusAddress) -> Service {
     let arguments = flag("--connect", bus.to_string());
     // The site is of use without pictures, so a machine without Vulkan gets a warning.
-    Service { name: "render", stem: format!("render-{index}"), arguments, essential: false }
+    let stem = format!("render-{index}");
+    Service { stem, arguments, essential: false, ..Service::new("render") }
 }
 
 fn flag(name: &str, value: String) -> Vec<OsString> {

@@ -60,6 +60,38 @@ fn bind_pair(host: IpAddr, port: u16, streams: Option<u16>) -> Result<u16, (u16,
     bind(streams.ok_or_else(|| (port, io::ErrorKind::AddrInUse.into()))?).map(|_| port)
 }
 
+/// The address itself, with port 0 replaced by a free one, if the `count` ports after it are free
+/// too.
+pub(crate) fn free_admin(address: SocketAddr, count: usize) -> Result<SocketAddr, PortTaken> {
+    /// Places that are tried for a row.
+    const ATTEMPTS: usize = 64;
+    let mut outcome = bind_row(address, count);
+    for _ in 0..ATTEMPTS {
+        if address.port() != 0 || outcome.is_ok() {
+            break;
+        }
+        outcome = bind_row(address, count);
+    }
+    outcome.map_err(|(address, cause)| PortTaken {
+        address: address.to_string(),
+        purpose: "probes",
+        flag: "--admin",
+        cause,
+    })
+}
+
+fn bind_row(address: SocketAddr, count: usize) -> Result<SocketAddr, (SocketAddr, io::Error)> {
+    let bind = |address| TcpListener::bind(address).map_err(|cause| (address, cause));
+    let first = bind(address)?;
+    let address = first.local_addr().map_err(|cause| (address, cause))?;
+    let after = (1..=count).map(|offset| u16::try_from(usize::from(address.port()) + offset));
+    for port in after {
+        let none = |_| (address, io::Error::other("too few ports after it"));
+        bind(SocketAddr::new(address.ip(), port.map_err(none)?))?;
+    }
+    Ok(address)
+}
+
 /// The address itself, with port 0 replaced by a free one.
 pub(crate) fn free_bus(address: &BusAddress) -> Result<BusAddress, PortTaken> {
     bind_bus(address).map_err(|cause| PortTaken {

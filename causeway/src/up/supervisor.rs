@@ -3,6 +3,7 @@
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
+use monitoring::{Counter, Monitor};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 
@@ -18,40 +19,64 @@ pub(crate) struct Misconfigured {
 }
 
 /// Runs all services until the site is to end, and leaves no process behind. A service that dies
-/// is started again for ever, while the others go on.
+/// is started again for ever, while the others go on. In the window of the monitor faces end first,
+/// and those that they ask when they have.
 ///
 /// # Errors
 /// The first essential service that refuses its settings; it ends the site.
 pub(crate) async fn supervise(
     services: Vec<Service>,
     stop: &watch::Sender<Stop>,
+    monitor: &Monitor,
 ) -> Result<(), Misconfigured> {
+    let restarts = monitor.metrics().counter("causeway_up_restarts", "Services started again");
+    let (mut asked, rest) = (stop.subscribe(), watch::Sender::new(Stop::No));
+    let mut faces = services.iter().filter(|service| service.is_face).count();
     let mut running = JoinSet::new();
     for service in services {
-        let stop = stop.subscribe();
+        let stop = if service.is_face { stop.subscribe() } else { rest.subscribe() };
+        let restarts = restarts.clone();
         running.spawn(async move {
-            let essential = service.essential;
-            (essential, keep_running(service, stop).await)
+            let (essential, is_face) = (service.essential, service.is_face);
+            (essential, is_face, keep_running(service, stop, restarts).await)
         });
     }
     let mut outcome = Ok(());
-    while let Some(ended) = running.join_next().await {
+    loop {
+        let urgency = *asked.borrow_and_update();
+        if urgency >= Stop::InOrder && !monitor.window().is_zero() && !monitor.is_ending() {
+            monitor.begin_end();
+        }
+        if urgency == Stop::AtOnce || faces == 0 || monitor.window().is_zero() {
+            Stop::raise(&rest, urgency);
+        }
+        let ended = tokio::select! {
+            ended = running.join_next() => ended,
+            // The sender is with whoever called.
+            _ = asked.changed() => continue,
+        };
         match ended {
-            Ok((_, Ok(()))) => {}
-            Ok((true, Err(error))) => {
-                Stop::raise(stop, Stop::InOrder);
-                outcome = outcome.and(Err(error));
+            None => return outcome,
+            Some(Ok((essential, is_face, ended))) => {
+                faces -= usize::from(is_face);
+                match ended {
+                    Ok(()) => {}
+                    Err(error) if essential => {
+                        Stop::raise(stop, Stop::InOrder);
+                        outcome = outcome.and(Err(error));
+                    }
+                    Err(error) => tracing::warn!("{error}; everything else goes on"),
+                }
             }
-            Ok((false, Err(error))) => tracing::warn!("{error}; everything else goes on"),
-            Err(panic) => std::panic::resume_unwind(panic.into_panic()),
+            Some(Err(panic)) => std::panic::resume_unwind(panic.into_panic()),
         }
     }
-    outcome
 }
 
 async fn keep_running(
     service: Service,
     mut stop: watch::Receiver<Stop>,
+    restarts: Counter,
 ) -> Result<(), Misconfigured> {
     let mut policy = RestartPolicy::new();
     for generation in 1.. {
@@ -63,6 +88,7 @@ async fn keep_running(
             return Err(Misconfigured { service: service.name });
         };
         tell(service.name, &end, pause, quick_deaths);
+        restarts.inc();
         tokio::select! {
             () = tokio::time::sleep(pause) => {}
             () = Stop::requested(&mut stop) => return Ok(()),

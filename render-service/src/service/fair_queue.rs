@@ -75,6 +75,10 @@ impl<T> FairQueue<T> {
         taken
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }

@@ -90,6 +90,12 @@ impl JobQueue {
         Some(tasks)
     }
 
+    /// Jobs that wait.
+    pub(crate) fn waiting(&self) -> usize {
+        let state = self.lock();
+        state.unread.len() + state.waiting.len()
+    }
+
     /// Refuses everything that waits and all that comes.
     pub(crate) fn close(&self) {
         let mut state = self.lock();
@@ -110,6 +116,6 @@ impl JobQueue {
 }
 
 /// Pixels of all pictures of a job.
-fn pixels_of(job: &RenderJob) -> usize {
+pub(crate) fn pixels_of(job: &RenderJob) -> usize {
     job.cameras.iter().map(|camera| camera.width_px as usize * camera.height_px as usize).sum()
 }

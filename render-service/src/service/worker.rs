@@ -9,7 +9,8 @@ use tokio::runtime::Handle;
 use crate::renderer::TownJob;
 use crate::{RenderError, Renderer};
 
-use super::job_queue::{JobQueue, Task};
+use super::figures::Figures;
+use super::job_queue::{JobQueue, Task, pixels_of};
 use super::towns::Towns;
 
 /// Jobs drawn together: more would only make the first ones wait for the last ones.
@@ -22,16 +23,24 @@ const PIXELS_TOGETHER_MAX: usize = 4 * 1024 * 1024;
 pub(crate) struct Worker {
     renderer: Result<Renderer, RenderError>,
     towns: Towns,
+    figures: Figures,
 }
 
 impl Worker {
-    pub(crate) fn new(renderer: Result<Renderer, RenderError>, bus: Bus, runtime: Handle) -> Self {
-        Self { renderer, towns: Towns::new(bus, runtime) }
+    pub(crate) fn new(
+        renderer: Result<Renderer, RenderError>,
+        bus: Bus,
+        runtime: Handle,
+        figures: Figures,
+    ) -> Self {
+        Self { renderer, towns: Towns::new(bus, runtime), figures }
     }
 
     /// Answers jobs until the queue is closed.
     pub(crate) fn run(mut self, queue: &JobQueue) {
         while let Some(tasks) = queue.take(TOGETHER_MAX, PIXELS_TOGETHER_MAX) {
+            let turns = std::sync::Arc::clone(&self.figures.turns);
+            let _turn = turns.begin(Instant::now());
             self.answer(tasks);
         }
     }
@@ -41,6 +50,7 @@ impl Worker {
             Ok(renderer) => renderer,
             Err(error) => {
                 for task in tasks {
+                    self.figures.refused.inc();
                     task.incoming.refuse(error.clone().into());
                 }
                 return;
@@ -50,25 +60,37 @@ impl Worker {
         for Task { job, incoming } in tasks {
             match self.towns.get(&job.frame.map) {
                 Ok(town) => drawable.push((town, job, incoming)),
-                Err(error) => refuse(incoming, &job, error),
+                Err(error) => self.figures.refuse(incoming, &job, error),
             }
         }
         let jobs: Vec<TownJob<'_>> =
             drawable.iter().map(|(town, job, _)| (town.clone(), job)).collect();
         let begun = Instant::now();
         let drawn = renderer.render(&jobs);
-        tracing::debug!(jobs = jobs.len(), micros = begun.elapsed().as_micros() as u64, "drawn");
+        let took = begun.elapsed();
+        tracing::debug!(jobs = jobs.len(), micros = took.as_micros() as u64, "drawn");
+        if !jobs.is_empty() {
+            self.figures.batch_seconds.observe(took);
+        }
         drop(jobs);
         for ((_, job, incoming), images) in drawable.into_iter().zip(drawn) {
             match images {
-                Ok(images) => incoming.reply(&Reply::Images(images)),
-                Err(error) => refuse(incoming, &job, error),
+                Ok(images) => {
+                    self.figures.drawn.inc();
+                    self.figures.pictures.inc_by(images.images.len() as u64);
+                    self.figures.pixels.inc_by(pixels_of(&job) as u64);
+                    incoming.reply(&Reply::Images(images));
+                }
+                Err(error) => self.figures.refuse(incoming, &job, error),
             }
         }
     }
 }
 
-fn refuse(incoming: Incoming, job: &RenderJob, error: Error) {
-    tracing::debug!(tenant = %job.tenant, world = %job.frame.world, tick = %job.frame.tick, %error, "a job was refused");
-    incoming.refuse(error);
+impl Figures {
+    fn refuse(&self, incoming: Incoming, job: &RenderJob, error: Error) {
+        tracing::debug!(tenant = %job.tenant, world = %job.frame.world, tick = %job.frame.tick, %error, "a job was refused");
+        self.refused.inc();
+        incoming.refuse(error);
+    }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::result_large_err, reason = "a refusal is as large as the answer it stands for")]
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Query, State};
@@ -102,6 +103,9 @@ async fn reset(
         Some(_) => face.sessions.open(Life::Detached).map_err(IntoResponse::into_response)?,
         None => face.sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
     };
+    if face.sessions.drain().is_late(Instant::now()) {
+        return Err(http_errors::elsewhere());
+    }
     let mut running = session.session.lock().await;
     let report = running.reset(request).await.map_err(IntoResponse::into_response)?;
     answer(&session, running.observation(&report).as_ref())

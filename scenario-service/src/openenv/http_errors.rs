@@ -1,7 +1,7 @@
 //! HTTP answers that are not 200, in the shapes that OpenEnv's server gives them.
 
 use axum::Json;
-use axum::http::StatusCode;
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::{Value, json};
 
@@ -10,9 +10,18 @@ use super::reply;
 use crate::session::SessionError;
 use crate::session::table::{AttachError, OpenError};
 
+/// When a client that was sent away may come again: another service may answer at once.
+const RETRY_AFTER_SECS: &str = "1";
+
 /// Any status with a `detail`.
 pub(super) fn detail(status: StatusCode, detail: impl Into<Value>) -> Response {
     (status, Json(json!({ "detail": detail.into() }))).into_response()
+}
+
+/// For those who come when the service is about to end.
+pub(super) fn elsewhere() -> Response {
+    let refused = detail(StatusCode::SERVICE_UNAVAILABLE, OpenError::Draining.to_string());
+    ([(header::RETRY_AFTER, RETRY_AFTER_SECS)], refused).into_response()
 }
 
 /// For paths nobody serves.
@@ -55,11 +64,11 @@ impl IntoResponse for SessionError {
 
 impl IntoResponse for OpenError {
     fn into_response(self) -> Response {
-        let status = match &self {
-            Self::Capacity { .. } => StatusCode::SERVICE_UNAVAILABLE,
-            Self::Scenario(_) => StatusCode::INTERNAL_SERVER_ERROR,
-        };
-        detail(status, self.to_string())
+        match &self {
+            Self::Capacity { .. } => detail(StatusCode::SERVICE_UNAVAILABLE, self.to_string()),
+            Self::Draining => elsewhere(),
+            Self::Scenario(_) => detail(StatusCode::INTERNAL_SERVER_ERROR, self.to_string()),
+        }
     }
 }
 

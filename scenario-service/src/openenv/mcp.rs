@@ -72,6 +72,7 @@ fn refused_for(id: &Value, why: &OpenError) -> Value {
             let data = json!({ "active_sessions": active, "max_sessions": max });
             error(id, CAPACITY, &why.to_string(), data)
         }
+        OpenError::Draining => error(id, CAPACITY, &why.to_string(), Value::Null),
         OpenError::Scenario(_) => error(id, INTERNAL_ERROR, &why.to_string(), Value::Null),
     }
 }

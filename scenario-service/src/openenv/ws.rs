@@ -1,14 +1,16 @@
 //! The WebSocket `/ws`: one connection, one session, one answer per message, in order.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{CloseFrame, Message as Frame, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, State};
-use axum::response::Response;
+use axum::response::{IntoResponse as _, Response};
 use futures_util::SinkExt as _;
+use monitoring::Drain;
 use serde_json::{Map, Value};
+use tokio::sync::watch;
 
 use super::envelope::{self, Message, Refusal};
 use super::{Face, http_errors, mcp, reply};
@@ -19,6 +21,8 @@ use crate::session::table::{InUse, Life, OpenError};
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
 /// Normal closure, RFC 6455 §7.4.1.
 const CLOSE_NORMAL: u16 = 1000;
+/// The service restarts: whoever connects again finds another one. Registered by IANA for RFC 6455.
+const CLOSE_RESTART: u16 = 1012;
 
 #[derive(serde::Deserialize)]
 pub(super) struct Params {
@@ -31,6 +35,10 @@ pub(super) async fn upgrade(
     Query(params): Query<Params>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
+    // Before the upgrade, so that whoever balances the load tries another service.
+    if params.session_id.is_none() && face.sessions.drain().is_on() {
+        return OpenError::Draining.into_response();
+    }
     with_limits(upgrade, move |socket| serve(socket, face, params.session_id))
 }
 
@@ -77,13 +85,29 @@ async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String
         }
     };
     let idle = face.sessions.idle.connected;
-    while let Some(text) = next_text(&mut socket, idle).await {
+    let mut drain = face.sessions.follow_drain();
+    let mut code = CLOSE_NORMAL;
+    loop {
+        let text = tokio::select! {
+            text = next_text(&mut socket, idle) => text,
+            () = until_it_leaves(&mut drain, &in_use) => {
+                code = CLOSE_RESTART;
+                break;
+            }
+        };
         let message = match text {
-            Ok(text) => envelope::parse(&text),
-            Err(refusal) => Err(refusal),
+            Some(Ok(text)) => envelope::parse(&text),
+            Some(Err(refusal)) => Err(refusal),
+            None => break,
         };
         let answer = match message {
             Ok(Message::Close) => break,
+            Ok(Message::Reset(_)) if face.sessions.drain().is_late(Instant::now()) => {
+                code = CLOSE_RESTART;
+                let refused = open_error(&OpenError::Draining);
+                send(&mut socket, refused).await;
+                break;
+            }
             Ok(message) => answer(&face, &in_use, message).await,
             Err(refusal) => reply::refusal(&refusal),
         };
@@ -92,7 +116,32 @@ async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String
         }
     }
     drop(in_use);
-    close(socket).await;
+    close_as(socket, code).await;
+}
+
+/// Returns when there is nothing left for a session to do before the service ends.
+async fn until_it_leaves(drain: &mut watch::Receiver<Drain>, in_use: &InUse) {
+    loop {
+        let now = *drain.borrow_and_update();
+        if now.is_on() && in_use.session.lock().await.leaves(now) {
+            return;
+        }
+        let half = now.late_at().map(tokio::time::Instant::from_std);
+        let is_late = async {
+            match half.filter(|half| *half > tokio::time::Instant::now()) {
+                Some(half) => tokio::time::sleep_until(half).await,
+                None => std::future::pending().await,
+            }
+        };
+        tokio::select! {
+            changed = drain.changed() => {
+                if changed.is_err() {
+                    return std::future::pending().await;
+                }
+            }
+            () = is_late => {}
+        }
+    }
 }
 
 /// Whether a client has taken an answer, as far as the system's buffers can tell.
@@ -168,6 +217,7 @@ fn open_error(error: &OpenError) -> String {
             more.insert("max_sessions".to_owned(), (*max).into());
             reply::error("CAPACITY_REACHED", &error.to_string(), more)
         }
+        OpenError::Draining => reply::error("SERVICE_ENDING", &error.to_string(), Map::new()),
         OpenError::Scenario(_) => {
             let name = "CarlaEnvironment";
             let text = format!("Environment factory '{name}' failed to create instance.");
@@ -191,7 +241,13 @@ async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
         }
     };
     let idle = face.sessions.idle.connected;
-    while let Some(text) = next_text(&mut socket, idle).await {
+    let mut drain = face.sessions.follow_drain();
+    loop {
+        let text = tokio::select! {
+            text = next_text(&mut socket, idle) => text,
+            () = until_it_leaves(&mut drain, &in_use) => None,
+        };
+        let Some(text) = text else { break };
         let response: Value = match text {
             Ok(text) => match super::json::parse(&text) {
                 Ok(request) => mcp::answer(&face.sessions, Some(&in_use.id), &request),
@@ -207,9 +263,14 @@ async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
     close(socket).await;
 }
 
+async fn close(socket: WebSocket) {
+    close_as(socket, CLOSE_NORMAL).await;
+}
+
 /// Says goodbye and lets the client say it too, so that nothing sent before is lost.
-async fn close(mut socket: WebSocket) {
-    let frame = CloseFrame { code: CLOSE_NORMAL, reason: "".into() };
+async fn close_as(mut socket: WebSocket, code: u16) {
+    let reason = if code == CLOSE_RESTART { "the service restarts; connect again" } else { "" };
+    let frame = CloseFrame { code, reason: reason.into() };
     let farewell = async {
         if socket.send(Frame::Close(Some(frame))).await.is_ok() {
             while let Some(Ok(_)) = socket.recv().await {}

@@ -5,6 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use monitoring::Drain;
+use tokio::sync::watch;
+
 use super::{Session, SessionContext};
 use crate::scenario::ScenarioError;
 
@@ -37,6 +40,9 @@ pub(crate) enum OpenError {
         /// Sessions at most.
         max: u32,
     },
+    /// The service is about to end.
+    #[error("This server is ending and takes no new sessions. Connect again: another one answers.")]
+    Draining,
     /// The default scenario does not exist.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
@@ -103,11 +109,26 @@ impl Sessions {
         (self.lock().len() as u32, self.max)
     }
 
+    /// Follows whether new sessions are taken.
+    pub(crate) fn follow_drain(&self) -> watch::Receiver<Drain> {
+        self.context.monitor.follow_drain()
+    }
+
+    /// Whether new sessions are taken, and for how long new episodes are begun.
+    pub(crate) fn drain(&self) -> Drain {
+        self.context.monitor.drain_now()
+    }
+
     /// Opens a session.
     ///
     /// # Errors
     /// [`OpenError`]; nothing is opened.
     pub(crate) fn open(self: &Arc<Self>, life: Life) -> Result<InUse, OpenError> {
+        let figures = &self.context.figures;
+        if self.drain().is_on() {
+            figures.draining.inc();
+            return Err(OpenError::Draining);
+        }
         let session = Session::new(Arc::clone(&self.context))?;
         let slot = Arc::new(Slot {
             id: uuid::Uuid::new_v4().to_string(),
@@ -120,9 +141,11 @@ impl Sessions {
         let mut slots = self.lock();
         let active = slots.len() as u32;
         if active >= self.max {
+            figures.full.inc();
             return Err(OpenError::Capacity { active, max: self.max });
         }
         slots.insert(slot.id.clone(), Arc::clone(&slot));
+        figures.opened.inc();
         Ok(InUse { sessions: Arc::clone(self), slot: Arc::clone(&slot), is_attached: false })
     }
 
@@ -162,14 +185,17 @@ impl Sessions {
         Closed::Now
     }
 
-    /// Ends sessions that nobody has used for too long.
+    /// Ends sessions that nobody has used for too long, and those that have nothing to finish
+    /// before the service ends.
     pub(crate) fn reap(&self) {
-        let idle = self.idle.detached;
+        let (idle, drain) = (self.idle.detached, self.drain());
         let mut slots = self.lock();
         let before = slots.len();
         slots.retain(|_, slot| {
             let held = slot.life == Life::Connection || slot.attached.load(Ordering::Acquire);
-            held || slot.idle() < idle
+            // Who is at work with a session has something to finish.
+            let leaves = || slot.session.try_lock().is_ok_and(|session| session.leaves(drain));
+            held || (slot.idle() < idle && !(drain.is_on() && leaves()))
         });
         let ended = before - slots.len();
         drop(slots);

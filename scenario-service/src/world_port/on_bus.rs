@@ -1,9 +1,10 @@
 //! The world port over the bus.
 
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use bus::{Bus, Host, Renderers, follow_hosts};
+use bus::{Bus, Host, Hosts, Renderers};
 use schemas::{ActorId, Camera, Error, ErrorCode, Image, Lease, MapRef, RenderJob, Reply};
 use schemas::{
     Request, ServiceId, ServiceKind, SharedFrame, Tenant, Tick, TickItem, TickResult, WorldId, keys,
@@ -18,7 +19,7 @@ const RETRY_PAUSE: Duration = Duration::from_millis(5);
 
 /// Worlds of one tenant on the bus.
 pub(crate) struct BusWorlds {
-    host: watch::Receiver<Option<Host>>,
+    hosts: Hosts,
     renderers: Arc<Renderers>,
     tenant: Tenant,
     owner: ServiceId,
@@ -32,29 +33,57 @@ impl BusWorlds {
         owner: ServiceId,
     ) -> Self {
         let renderers = Renderers::follow(bus.clone());
-        let host = follow_hosts(bus, ServiceKind::World, keys::batch_tick);
-        Self { host, renderers, tenant, owner }
+        let hosts = Hosts::follow(bus, ServiceKind::World, keys::batch_tick);
+        Self { hosts, renderers, tenant, owner }
+    }
+
+    /// The world services.
+    pub(crate) fn hosts(&self) -> &Hosts {
+        &self.hosts
     }
 
     /// The world service, waiting for one that is still starting or restarting.
     async fn host(&self) -> Result<Host, Error> {
-        let mut receiver = self.host.clone();
+        let mut receiver = self.hosts.next();
         let up = receiver.wait_for(Option::is_some);
         let up = tokio::time::timeout(WORLD_SERVICE_WAIT, up).await;
         up.ok().and_then(Result::ok).and_then(|host| host.clone()).ok_or_else(nobody)
     }
 
-    /// The world service as it is now.
-    fn host_now(&self) -> Result<Host, Error> {
-        self.host.borrow().clone().ok_or_else(nobody)
+    /// The world service that has a world.
+    fn host_of(&self, world: WorldId) -> Result<Host, Error> {
+        self.hosts.of_world(world).ok_or_else(nobody)
     }
 
     async fn ask_worlds(&self, request: Request) -> Result<Reply, Error> {
-        let (tenant, request) = (&self.tenant, &request);
+        let (tenant, request, hosts) = (&self.tenant, &request, &self.hosts);
         self.patiently(|Host { bus, id, .. }| async move {
-            bus.request(&keys::worlds_of(tenant, &id), request, WORLD_DEADLINE).await
+            let key = keys::worlds_of(tenant, &id);
+            let reply = bus.request(&key, request, WORLD_DEADLINE).await?;
+            if let Reply::WorldCreated { world, .. } = &reply {
+                hosts.note_world(&id, *world);
+            }
+            Ok(reply)
         })
         .await
+    }
+
+    /// Ticks worlds of one world service.
+    async fn tick_there(&self, items: Vec<TickItem>) -> Result<Vec<TickResult>, Error> {
+        let Some(item) = items.first() else { return Ok(Vec::new()) };
+        let host = self.host_of(item.world)?;
+        let request = Request::TickWorlds(items);
+        let reply = match &host.channel {
+            Some(channel) => channel.request(&request, TICK_DEADLINE).await?,
+            None => {
+                let key = keys::batch_tick(&host.id);
+                host.bus.request(&key, &request, TICK_DEADLINE).await?
+            }
+        };
+        match reply {
+            Reply::Ticked(results) => Ok(results),
+            _ => Err(unexpected("ticked worlds")),
+        }
     }
 
     /// Asks again while the world service is still starting or restarting.
@@ -73,6 +102,36 @@ impl BusWorlds {
                 answer => return answer,
             }
         }
+    }
+}
+
+impl BusWorlds {
+    /// Ticks worlds of several world services at once; each answers for its own.
+    async fn tick_everywhere(&self, items: Vec<TickItem>) -> Result<Vec<TickResult>, Error> {
+        let worlds: Vec<WorldId> = items.iter().map(|item| item.world).collect();
+        let mut parts: BTreeMap<u32, Vec<TickItem>> = BTreeMap::new();
+        for item in items {
+            parts.entry(item.world.host()).or_default().push(item);
+        }
+        let asked = parts.into_values().map(|part| async {
+            let worlds: Vec<WorldId> = part.iter().map(|item| item.world).collect();
+            match self.tick_there(part).await {
+                Ok(results) => results,
+                Err(error) => {
+                    let failed = |world| TickResult { world, outcome: Err(error.clone()) };
+                    worlds.into_iter().map(failed).collect()
+                }
+            }
+        });
+        let results = futures_util::future::join_all(asked).await.into_iter().flatten();
+        let mut results: BTreeMap<WorldId, VecDeque<TickResult>> =
+            results.fold(BTreeMap::new(), |mut by_world, result| {
+                by_world.entry(result.world).or_default().push_back(result);
+                by_world
+            });
+        let result_of = |world: WorldId| results.get_mut(&world)?.pop_front();
+        let ordered: Option<Vec<TickResult>> = worlds.into_iter().map(result_of).collect();
+        ordered.ok_or_else(|| unexpected("a result for every world"))
     }
 }
 
@@ -120,7 +179,7 @@ impl WorldPort for BusWorlds {
 
     fn destroy(&self, world: WorldId) -> Answer<'_, ()> {
         Box::pin(async move {
-            let host = self.host_now()?;
+            let host = self.host_of(world)?;
             let key = keys::world(&self.tenant, world);
             let request = Request::DestroyWorld { world };
             host.bus.request(&key, &request, WORLD_DEADLINE).await.map(drop)
@@ -129,7 +188,7 @@ impl WorldPort for BusWorlds {
 
     fn fork(&self, world: WorldId) -> Answer<'_, WorldId> {
         Box::pin(async move {
-            let host = self.host_now()?;
+            let host = self.host_of(world)?;
             let lease = Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS });
             let request = Request::ForkWorld { world, count: 1, lease };
             let key = keys::world(&self.tenant, world);
@@ -152,19 +211,11 @@ impl WorldPort for BusWorlds {
 
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {
         Box::pin(async move {
-            let host = self.host_now()?;
-            let request = Request::TickWorlds(items);
-            let reply = match &host.channel {
-                Some(channel) => channel.request(&request, TICK_DEADLINE).await?,
-                None => {
-                    let key = keys::batch_tick(&host.id);
-                    host.bus.request(&key, &request, TICK_DEADLINE).await?
-                }
-            };
-            match reply {
-                Reply::Ticked(results) => Ok(results),
-                _ => Err(unexpected("ticked worlds")),
+            let first = items.first().map(|item| item.world.host());
+            if items.iter().all(|item| Some(item.world.host()) == first) {
+                return self.tick_there(items).await;
             }
+            self.tick_everywhere(items).await
         })
     }
 

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use monitoring::Counter;
 use schemas::{Error, ErrorCode, Tenant};
 use whole_file::WholeFile;
 
@@ -33,12 +34,14 @@ const BYTES_WAITING_MAX: usize = 128 * 1024 * 1024;
 pub(super) struct Desk {
     journals: Option<Journals>,
     threads: Mutex<Vec<JoinHandle<()>>>,
+    /// Of entries, before they are packed.
+    bytes: Counter,
 }
 
 impl Desk {
-    /// Where no folder is named, none are kept.
-    pub(super) fn new(journals: Option<Journals>) -> Self {
-        Self { journals, threads: Mutex::default() }
+    /// Where no folder is named, none are kept. Bytes of their entries are counted.
+    pub(super) fn new(journals: Option<Journals>, bytes: Counter) -> Self {
+        Self { journals, threads: Mutex::default(), bytes }
     }
 
     /// Begins a journal.
@@ -109,7 +112,7 @@ impl Desk {
         let mut threads = self.lock();
         threads.retain(|thread| !thread.is_finished());
         threads.push(thread);
-        Ok(Queue { entries, waiting_bytes })
+        Ok(Queue { entries, waiting_bytes, bytes: self.bytes.clone() })
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<JoinHandle<()>>> {
@@ -121,6 +124,7 @@ impl Desk {
 struct Queue {
     entries: SyncSender<Message>,
     waiting_bytes: Arc<AtomicUsize>,
+    bytes: Counter,
 }
 
 enum Message {
@@ -135,6 +139,7 @@ impl Scribe for Queue {
         if self.waiting_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes > BYTES_WAITING_MAX {
             return Err(too_slow());
         }
+        self.bytes.inc_by(bytes as u64);
         self.entries.try_send(Message::Entry(entry)).map_err(|error| match error {
             TrySendError::Full(_) => too_slow(),
             // Its thread has said why.
@@ -264,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_full_disk_ends_the_journal_and_the_giver_learns_of_it() {
-        let desk = Desk::new(None);
+        let desk = Desk::new(None, Counter::default());
         let full = File::options().write(true).open("/dev/full").unwrap();
         let mut queue = desk.spawn(full, "full", 1 << 30, Head::default()).unwrap();
         desk.settle();
@@ -274,11 +279,13 @@ mod tests {
     #[test]
     fn a_queue_that_is_full_refuses_at_once() {
         let (entries, _waiting) = sync_channel(1);
-        let mut queue = Queue { entries, waiting_bytes: Arc::default() };
+        let (waiting_bytes, bytes) = Default::default();
+        let mut queue = Queue { entries, waiting_bytes, bytes };
         queue.put(Entry::Commands(vec![0; 8])).unwrap();
         assert_eq!(queue.put(Entry::Commands(Vec::new())).unwrap_err().kind(), ErrorKind::TimedOut);
         let (entries, _waiting) = sync_channel(2);
-        let mut queue = Queue { entries, waiting_bytes: Arc::default() };
+        let (waiting_bytes, bytes) = Default::default();
+        let mut queue = Queue { entries, waiting_bytes, bytes };
         let huge = Entry::Commands(vec![0; BYTES_WAITING_MAX + 1]);
         assert_eq!(queue.put(huge).unwrap_err().kind(), ErrorKind::TimedOut);
     }

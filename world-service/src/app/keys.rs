@@ -5,8 +5,10 @@ use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
 
 use bus::{Bus, BusError, Incoming, Serving};
+use monitoring::Monitor;
 use schemas::{Error, ErrorCode, Reply, Request, ServiceId, Tenant, WorldId, keys};
 
+use super::figures::{Outcome, RequestFigures};
 use super::maker::MakerJob;
 use super::shard_worker::ShardWorker;
 use crate::service::{Answer, Dispatcher, Simulation};
@@ -14,28 +16,36 @@ use crate::service::{Answer, Dispatcher, Simulation};
 /// Of every shard.
 type ShardWorkers<S> = Arc<[Arc<ShardWorker<S>>]>;
 
+/// Who takes requests in.
+pub(super) struct FrontDesk<S: Simulation> {
+    pub(super) dispatcher: Arc<Dispatcher<S>>,
+    pub(super) maker: SyncSender<MakerJob>,
+    pub(super) monitor: Monitor,
+    pub(super) figures: RequestFigures,
+}
+
 /// Serves all keys of a world service with this name and number.
 pub(super) async fn serve<S: Simulation>(
     bus: &Bus,
     (id, number): (&ServiceId, u32),
-    dispatcher: &Arc<Dispatcher<S>>,
+    desk: FrontDesk<S>,
     workers: ShardWorkers<S>,
-    maker: &SyncSender<MakerJob>,
 ) -> Result<Vec<Serving>, BusError> {
+    let desk = Arc::new(desk);
     let worlds = || {
-        let (dispatcher, maker) = (Arc::clone(dispatcher), maker.clone());
+        let desk = Arc::clone(&desk);
         move |incoming: Incoming| match keys::parse_worlds(incoming.key()) {
-            Some(tenant) => route(&dispatcher, &maker, tenant, None, incoming),
+            Some(tenant) => desk.route(tenant, None, incoming),
             None => incoming.refuse(unknown_key()),
         }
     };
-    let (for_world, maker_for_world) = (Arc::clone(dispatcher), maker.clone());
+    let for_world = Arc::clone(&desk);
     let world = move |incoming: Incoming| match keys::parse_world(incoming.key()) {
-        Some((tenant, world)) => route(&for_world, &maker_for_world, tenant, Some(world), incoming),
+        Some((tenant, world)) => for_world.route(tenant, Some(world), incoming),
         None => incoming.refuse(unknown_key()),
     };
     let batch = |workers: Option<ShardWorkers<S>>| {
-        let dispatcher = Arc::clone(dispatcher);
+        let dispatcher = Arc::clone(&desk.dispatcher);
         move |incoming: Incoming| match incoming.request() {
             Ok(Request::TickWorlds(items)) => {
                 let here = |shard: usize, job| match &workers {
@@ -48,9 +58,9 @@ pub(super) async fn serve<S: Simulation>(
             Err(error) => incoming.refuse(error),
         }
     };
-    let maker = maker.clone();
+    let for_maps = Arc::clone(&desk);
     let asset = move |incoming: Incoming| match keys::parse_asset(incoming.key()) {
-        Some(digest) => send(&maker, MakerJob::Asset { digest: digest.to_owned(), incoming }),
+        Some(digest) => for_maps.send(MakerJob::Asset { digest: digest.to_owned(), incoming }),
         None => incoming.refuse(unknown_key()),
     };
     Ok(vec![
@@ -63,36 +73,68 @@ pub(super) async fn serve<S: Simulation>(
     ])
 }
 
-fn route<S: Simulation>(
-    dispatcher: &Dispatcher<S>,
-    maker: &SyncSender<MakerJob>,
-    tenant: Tenant,
-    world: Option<WorldId>,
-    incoming: Incoming,
-) {
-    let request = match incoming.request() {
-        Ok(request) => request,
-        Err(error) => return incoming.refuse(error),
-    };
-    if world.is_some_and(|world| !is_about(&request, world)) {
-        return incoming.refuse(unfit("a request about the world of the key"));
+impl<S: Simulation> FrontDesk<S> {
+    fn route(&self, tenant: Tenant, world: Option<WorldId>, incoming: Incoming) {
+        let request = match incoming.request() {
+            Ok(request) => request,
+            Err(error) => return self.refuse(Outcome::Refused, incoming, error),
+        };
+        if world.is_some_and(|world| !is_about(&request, world)) {
+            let error = unfit("a request about the world of the key");
+            return self.refuse(Outcome::Refused, incoming, error);
+        }
+        if makes_a_world(&request) && self.monitor.is_draining() {
+            return self.refuse(Outcome::Draining, incoming, draining());
+        }
+        let left = self.dispatcher.dispatch(tenant, request, self.answer(incoming));
+        if let Some((tenant, request, answer)) = left {
+            self.send(MakerJob::Request { tenant, request, answer });
+        }
     }
-    let left = dispatcher.dispatch(tenant, request, answer(incoming));
-    if let Some((tenant, request, answer)) = left {
-        send(maker, MakerJob::Request { tenant, request, answer });
+
+    fn refuse(&self, outcome: Outcome, incoming: Incoming, error: Error) {
+        self.figures.note(outcome);
+        incoming.refuse(error);
+    }
+
+    fn answer(&self, incoming: Incoming) -> Answer {
+        let figures = self.figures.clone();
+        Box::new(move |reply| {
+            figures.note(match &reply {
+                Reply::Error(error) if error.code == ErrorCode::Capacity => Outcome::Capacity,
+                Reply::Error(_) => Outcome::Refused,
+                _ => Outcome::Done,
+            });
+            incoming.reply(&reply);
+        })
+    }
+
+    /// The maker refuses what it has no room for: a dropped answer would only say "internal error".
+    fn send(&self, job: MakerJob) {
+        let sent = self.maker.try_send(job);
+        if let Err(TrySendError::Full(job) | TrySendError::Disconnected(job)) = sent {
+            let busy =
+                Error::new(ErrorCode::Capacity, "too many worlds are being made; nothing was done");
+            match job {
+                MakerJob::Request { answer, .. } => answer(Reply::Error(busy)),
+                MakerJob::Asset { incoming, .. } => incoming.refuse(busy),
+            }
+        }
     }
 }
 
-/// The maker refuses what it has no room for: a dropped answer would only say "internal error".
-fn send(maker: &SyncSender<MakerJob>, job: MakerJob) {
-    if let Err(TrySendError::Full(job) | TrySendError::Disconnected(job)) = maker.try_send(job) {
-        let busy =
-            Error::new(ErrorCode::Capacity, "too many worlds are being made; nothing was done");
-        match job {
-            MakerJob::Request { answer, .. } => answer(Reply::Error(busy)),
-            MakerJob::Asset { incoming, .. } => incoming.refuse(busy),
-        }
-    }
+/// Forks are not meant: who has a world here tries things out in them.
+fn makes_a_world(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::CreateWorld { .. } | Request::RestoreWorld { .. } | Request::BranchJournal { .. }
+    )
+}
+
+/// Also what a client reads whose service finds no other.
+fn draining() -> Error {
+    Error::new(ErrorCode::Capacity, "this world service is ending and makes no new worlds")
+        .wanted("another world service, or the same a little later")
 }
 
 fn answer(incoming: Incoming) -> Answer {

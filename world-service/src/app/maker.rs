@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use bus::Incoming;
+use monitoring::Condition;
 use schemas::wire::encode_frame;
 use schemas::{Error, ErrorCode, Lease, MapRef, Reply, Request, Tenant, Tick};
 
@@ -53,6 +54,8 @@ pub(super) struct Maker<S: Simulation> {
     pub(super) dispatcher: Arc<Dispatcher<S>>,
     pub(super) mailboxes: Arc<Mailboxes<S>>,
     pub(super) journals: Arc<Desk>,
+    /// Holds once the first map is built, or known not to be there.
+    pub(super) first_map: Condition,
 }
 
 impl<S: Simulation> Maker<S> {
@@ -70,6 +73,7 @@ impl<S: Simulation> Maker<S> {
         if let Err(error) = self.maps.common_town(WARM_MAP) {
             tracing::warn!(%error, "the first map cannot be used");
         }
+        self.first_map.meet();
         while let Ok(job) = inbox.recv() {
             // A map that breaks the parser must not end the making of worlds; its asker hears of it
             // because the answer is dropped.

@@ -7,9 +7,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bus::{Bus, FrameListeners};
+use monitoring::{Monitor, Pulse};
 use schemas::{EncodedFrame, Error, Tenant, WorldId};
 
 use super::ServiceError;
+use super::figures::ShardFigures;
 use super::journals::Desk;
 use crate::journal::Scribe;
 use crate::service::{Hosted, Ids, Job, NewJournal, Outlet, Seats, Shard, Simulation};
@@ -36,6 +38,7 @@ pub(super) struct ShardOutlet<S: Simulation> {
     pub(super) listeners: FrameListeners,
     pub(super) mailboxes: Arc<Mailboxes<S>>,
     pub(super) journals: Arc<Desk>,
+    pub(super) figures: ShardFigures,
 }
 
 /// Where the worlds of one shard are worked on: by a thread of its own, or by those who lend
@@ -46,6 +49,10 @@ pub(super) struct ShardWorker<S: Simulation> {
     /// The shard's own thread is at a tick that takes long, and hears of nothing else.
     is_away: AtomicBool,
     outlet: ShardOutlet<S>,
+    /// Turns of whoever has the shard.
+    turns: Arc<Pulse>,
+    /// Ticks that take long.
+    away_turns: Arc<Pulse>,
 }
 
 impl<S: Simulation> Mailboxes<S> {
@@ -74,9 +81,16 @@ impl<S: Simulation> Mailboxes<S> {
 
 impl<S: Simulation> ShardWorker<S> {
     /// Without worlds, and nobody at work yet.
-    pub(super) fn new(outlet: ShardOutlet<S>, ids: Arc<Ids>, seats: Seats) -> Self {
+    pub(super) fn new(
+        outlet: ShardOutlet<S>,
+        ids: Arc<Ids>,
+        seats: Seats,
+        monitor: &Monitor,
+    ) -> Self {
         let shard = Mutex::new(Shard::new(ids, seats, SLOW_TICK));
-        Self { shard, is_away: AtomicBool::default(), outlet }
+        let turns = monitor.pulse(&format!("shard-{}", outlet.index));
+        let away_turns = monitor.pulse(&format!("slow world of shard-{}", outlet.index));
+        Self { shard, is_away: AtomicBool::default(), outlet, turns, away_turns }
     }
 
     /// Starts the thread that works here, which ends with [`Job::Stop`].
@@ -101,6 +115,7 @@ impl<S: Simulation> ShardWorker<S> {
             Err(_) if self.is_away.load(Ordering::Acquire) => self.lock(),
             Err(_) => return Some(job),
         };
+        let turn = self.turns.begin(Instant::now());
         let due = shard.next_end();
         self.work(&mut shard, Some(job));
         let begun = Instant::now();
@@ -109,6 +124,7 @@ impl<S: Simulation> ShardWorker<S> {
         }
         let is_due_sooner = shard.next_end().is_some_and(|end| due.is_none_or(|due| end < due));
         let is_running = shard.is_running();
+        drop(turn);
         drop(shard);
         if is_due_sooner || is_running {
             self.outlet.mailboxes.wake(self.outlet.index);
@@ -135,7 +151,11 @@ impl<S: Simulation> ShardWorker<S> {
             };
             jobs_since_slice += 1;
             let is_turn = job.is_none() || jobs_since_slice >= JOBS_BETWEEN_MAX;
-            self.work(&mut self.lock(), job);
+            {
+                let mut shard = self.lock();
+                let _turn = self.turns.begin(Instant::now());
+                self.work(&mut shard, job);
+            }
             if is_turn {
                 jobs_since_slice = 0;
                 self.go_on();
@@ -152,12 +172,16 @@ impl<S: Simulation> ShardWorker<S> {
                 let Some(mut turn) = shard.take_turn() else { return };
                 self.is_away.store(true, Ordering::Release);
                 drop(shard);
+                let away_turn = self.away_turns.begin(Instant::now());
                 turn.go_on(&self.outlet);
+                drop(away_turn);
                 shard = self.lock();
                 self.is_away.store(false, Ordering::Release);
                 shard.give_back(Instant::now(), turn, &self.outlet);
             } else {
-                shard.go_on(Instant::now(), &self.outlet);
+                let now = Instant::now();
+                let _turn = self.turns.begin(now);
+                shard.go_on(now, &self.outlet);
             }
             if begun.elapsed() >= SLICE {
                 return;
@@ -189,12 +213,17 @@ impl<S: Simulation> Outlet<S> for ShardOutlet<S> {
 
     fn publish(&self, tenant: &Tenant, world: WorldId, frame: &EncodedFrame) {
         if self.listeners.any() {
+            self.figures.note_frame(frame);
             self.bus.publish_frame(tenant, world, frame);
         }
     }
 
     fn journal(&self, wanted: NewJournal<'_>) -> Result<(String, Box<dyn Scribe>), Error> {
         self.journals.begin(wanted)
+    }
+
+    fn ticked(&self, took: Duration) {
+        self.figures.tick_seconds.observe(took);
     }
 
     fn adopt(&self, id: WorldId, world: Hosted<S>) {

@@ -25,7 +25,7 @@ pub struct Hosted<S> {
     /// Ticks that take longer are slow.
     pub(super) slow: Duration,
     state: State<S>,
-    _seat: Seat,
+    seat: Seat,
 }
 
 enum State<S> {
@@ -36,6 +36,7 @@ enum State<S> {
 impl<S: Simulation> Hosted<S> {
     /// A healthy world. One with a lease counts as orphaned until its owner is known to be up.
     pub fn new(tenant: Tenant, lease: Option<Lease>, world: S, seat: Seat) -> Self {
+        seat.note_begin();
         let map_name = world.map().name.clone();
         let state = State::Healthy(Box::new(Recorded::new(world)));
         let (roster, deferred) = (Roster::default(), VecDeque::new());
@@ -51,7 +52,7 @@ impl<S: Simulation> Hosted<S> {
             took,
             slow: Duration::MAX,
             state,
-            _seat: seat,
+            seat,
         }
     }
 
@@ -61,9 +62,10 @@ impl<S: Simulation> Hosted<S> {
         self.took.iter().all(|took| *took > self.slow)
     }
 
-    /// Notes when a tick began that is over now.
-    pub(super) fn note_tick(&mut self, begun: Instant) {
+    /// Notes when a tick began that is over now; gives what it took.
+    pub(super) fn note_tick(&mut self, begun: Instant) -> Duration {
         self.took = [self.took[1], begun.elapsed()];
+        self.took[1]
     }
 
     /// Works with the world; a panic or an error of [`ErrorCode::WorldQuarantined`] puts it aside
@@ -98,6 +100,7 @@ impl<S: Simulation> Hosted<S> {
             Err(panic) => format!("panicked: {}", panic_text(panic.as_ref())),
         };
         tracing::error!(world = id.get(), tick = tick.0, reason, "a world is quarantined");
+        self.seat.note_quarantine();
         let error = quarantined(id, tick, &reason);
         let aside = State::Quarantined { reason, tick, actor_count: actor_count as u32 };
         let broken = std::mem::replace(&mut self.state, aside);

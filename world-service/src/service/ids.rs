@@ -38,17 +38,44 @@ impl Ids {
 /// How many worlds there may be at once.
 #[derive(Clone)]
 pub struct Seats {
-    taken: Arc<AtomicUsize>,
+    tally: Arc<Tally>,
     max: usize,
 }
 
 /// The right of one world to exist; given back when dropped.
-pub struct Seat(Arc<AtomicUsize>);
+pub struct Seat(Arc<Tally>);
+
+#[derive(Default)]
+struct Tally {
+    taken: AtomicUsize,
+    begun: AtomicU64,
+    quarantined: AtomicU64,
+}
 
 impl Seats {
     /// None taken.
     pub fn new(max: usize) -> Self {
-        Self { taken: Arc::new(AtomicUsize::new(0)), max }
+        Self { tally: Arc::default(), max }
+    }
+
+    /// Worlds there are or are about to be.
+    pub fn taken(&self) -> usize {
+        self.tally.taken.load(Ordering::Relaxed)
+    }
+
+    /// Worlds at once.
+    pub fn max(&self) -> usize {
+        self.max
+    }
+
+    /// Worlds that ever were.
+    pub fn begun(&self) -> u64 {
+        self.tally.begun.load(Ordering::Relaxed)
+    }
+
+    /// Worlds that were ever put aside.
+    pub fn quarantined(&self) -> u64 {
+        self.tally.quarantined.load(Ordering::Relaxed)
     }
 
     /// All or none of `count` seats.
@@ -57,9 +84,9 @@ impl Seats {
     /// [`ErrorCode::Capacity`].
     pub fn take(&self, count: usize) -> Result<Vec<Seat>, Error> {
         let fits = |taken: usize| taken.checked_add(count).filter(|sum| *sum <= self.max);
-        let taken = self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
+        let taken = self.tally.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fits);
         match taken {
-            Ok(_) => Ok((0..count).map(|_| Seat(Arc::clone(&self.taken))).collect()),
+            Ok(_) => Ok((0..count).map(|_| Seat(Arc::clone(&self.tally))).collect()),
             Err(taken) => Err(Error::new(ErrorCode::Capacity, "no room for more worlds")
                 .wanted(format_args!("at most {} worlds", self.max))
                 .found(format_args!("{taken} and {count} more"))),
@@ -67,9 +94,21 @@ impl Seats {
     }
 }
 
+impl Seat {
+    /// Its world has begun.
+    pub(super) fn note_begin(&self) {
+        self.0.begun.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Its world was put aside.
+    pub(super) fn note_quarantine(&self) {
+        self.0.quarantined.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
 impl Drop for Seat {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
+        self.0.taken.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -88,8 +127,11 @@ mod tests {
     fn seats_are_taken_whole_or_not_and_given_back() {
         let seats = Seats::new(3);
         let two = seats.take(2).unwrap();
+        assert_eq!((seats.taken(), seats.begun()), (2, 0));
+        two[0].note_begin();
         assert_eq!(seats.take(2).err().unwrap().code, ErrorCode::Capacity);
         drop(two);
+        assert_eq!((seats.taken(), seats.begun(), seats.quarantined()), (0, 1, 0));
         assert_eq!(seats.take(3).unwrap().len(), 3);
         assert_eq!(seats.take(usize::MAX).err().unwrap().code, ErrorCode::Capacity);
     }

@@ -1,6 +1,7 @@
 //! What the state machine needs of others.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::{ActorId, Collision, Command, CommandReply, EncodedFrame, Error, Frame, MapRef};
 use schemas::{Reply, SensorDatum, Tenant, Tick, Vec3, WorldId};
@@ -131,6 +132,9 @@ pub trait Outlet<S> {
     /// # Errors
     /// `Unsupported` where none are kept, a name that leads nowhere, or the file cannot be made.
     fn journal(&self, wanted: NewJournal<'_>) -> Result<(String, Box<dyn Scribe>), Error>;
+
+    /// A tick of a world was done, and took so long.
+    fn ticked(&self, _took: Duration) {}
 
     /// Gives a new world to the shard of its id, before anything else that this shard is sent
     /// later.

@@ -63,7 +63,7 @@ impl<S: Simulation> Hosted<S> {
             let is_over = progress.is_over(item);
             Ok(if is_over { Ok(progress.outcome(world)) } else { Err(progress) })
         });
-        self.note_tick(begun);
+        outlet.ticked(self.note_tick(begun));
         match advanced {
             Ok(Err(progress)) => self.run = Some(Run { waiter, progress }),
             Ok(Ok(outcome)) => waiter.give(Ok(outcome)),

@@ -63,7 +63,7 @@ impl<S: Simulation> Hosted<S> {
         let outcome =
             self.with_tenant(item.world, |world, tenant| tick_world(world, tenant, item, outlet));
         if item.tick_count > 0 {
-            self.note_tick(begun);
+            outlet.ticked(self.note_tick(begun));
         }
         outcome
     }

@@ -2,6 +2,7 @@
 use std::time::{Duration, Instant};
 
 use bus::{Bus, BusAddress, BusConfig};
+use monitoring::Monitor;
 use schemas::{Command, EncodedFrame, Error, Frame, Lease, Reply, Request, Tenant, TickItem};
 use schemas::{TickOutcome, Vec3, WorldId, WorldInfo, keys, level_pose, wire};
 use world_service::{Config, WorldService};
@@ -38,7 +39,7 @@ pub(crate) fn tenant() -> Tenant {
 
 impl Site {
     pub(crate) async fn open(config: Config) -> Self {
-        let service = world_service::start(config).await.unwrap();
+        let service = world_service::start(config, &Monitor::default()).await.unwrap();
         let client = connect(&service).await;
         Self { service, client }
     }

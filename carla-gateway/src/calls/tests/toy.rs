@@ -12,6 +12,7 @@ use schemas::{
 
 use crate::config::{AfterReplays, Ports, Tyres, WorldConfig};
 use crate::endpoint::Endpoint;
+use crate::figures::StreamFigures;
 use crate::maps::Maps;
 use crate::recorder::Shelf;
 use crate::site::{Later, Site};
@@ -73,6 +74,7 @@ impl Toy {
                 config,
                 Ports { calls: 2000, streams: 2001 },
                 WORKERS.handle().clone(),
+                StreamFigures::default(),
             ),
             toy,
         )

@@ -1,0 +1,40 @@
+//! What the service counts. Relaxed atomics: no picture waits for any of it.
+
+use std::sync::Arc;
+
+use monitoring::{Counter, Histogram, Metrics, Monitor, Pulse};
+
+/// What the drawing thread counts.
+pub(crate) struct Figures {
+    /// Time of jobs that were drawn together.
+    pub(crate) batch_seconds: Histogram,
+    /// Jobs that were drawn.
+    pub(crate) drawn: Counter,
+    /// Jobs that were not.
+    pub(crate) refused: Counter,
+    /// Pictures that were drawn.
+    pub(crate) pictures: Counter,
+    /// Of them.
+    pub(crate) pixels: Counter,
+    /// Turns of the drawing thread.
+    pub(crate) turns: Arc<Pulse>,
+}
+
+impl Figures {
+    /// New figures.
+    pub(crate) fn new(monitor: &Monitor) -> Self {
+        let metrics: &Metrics = monitor.metrics();
+        let label = ("outcome", ["drawn", "refused"]);
+        let [drawn, refused] =
+            metrics.counters("causeway_render_jobs", "Jobs by what came of them", label);
+        Self {
+            batch_seconds: metrics
+                .histogram("causeway_render_batch_seconds", "Time of jobs that are drawn together"),
+            drawn,
+            refused,
+            pictures: metrics.counter("causeway_render_pictures", "Pictures that were drawn"),
+            pixels: metrics.counter("causeway_render_pixels", "Pixels that were drawn"),
+            turns: monitor.pulse("draw"),
+        }
+    }
+}

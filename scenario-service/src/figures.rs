@@ -1,0 +1,49 @@
+//! What the service counts. Relaxed atomics: no step waits for any of it.
+
+use monitoring::{Counter, Histogram, Metrics, Monitor};
+
+/// What the service counts.
+pub(crate) struct Figures {
+    /// Time of a reset that was done.
+    pub(crate) reset_seconds: Histogram,
+    /// Time of a step that was done, but for pictures.
+    pub(crate) step_seconds: Histogram,
+    /// Time of a picture, with or without success.
+    pub(crate) picture_seconds: Histogram,
+    /// Sessions that began.
+    pub(crate) opened: Counter,
+    /// Sessions for which there was no room.
+    pub(crate) full: Counter,
+    /// Sessions that came while no new ones are taken.
+    pub(crate) draining: Counter,
+    /// Episodes whose world was lost.
+    pub(crate) lost: Counter,
+}
+
+impl Figures {
+    /// New figures.
+    pub(crate) fn new(metrics: &Metrics) -> Self {
+        let asked = "Sessions that were asked for, by what came of it";
+        let outcomes = ("outcome", ["opened", "capacity", "draining"]);
+        let [opened, full, draining] =
+            metrics.counters("causeway_scenario_sessions_asked", asked, outcomes);
+        Self {
+            reset_seconds: metrics.histogram("causeway_scenario_reset_seconds", "Time of a reset"),
+            step_seconds: metrics
+                .histogram("causeway_scenario_step_seconds", "Time of a step without a picture"),
+            picture_seconds: metrics
+                .histogram("causeway_scenario_picture_seconds", "Time of a step for a picture"),
+            opened,
+            full,
+            draining,
+            lost: metrics
+                .counter("causeway_scenario_episodes_lost", "Episodes whose world was lost"),
+        }
+    }
+}
+
+impl Default for Figures {
+    fn default() -> Self {
+        Self::new(Monitor::default().metrics())
+    }
+}
