@@ -19,8 +19,8 @@ pub struct Draining {
 }
 
 impl Bus {
-    /// Tells everyone, whenever and as long as `is_draining`, that a service takes no new work; ends
-    /// when nobody can change that any more.
+    /// Tells everyone, whenever and as long as `is_draining`, that a service takes no new work.
+    /// Ends when nobody can change that any more.
     pub async fn tell_draining<T>(
         &self,
         (kind, id): (ServiceKind, ServiceId),
