@@ -175,8 +175,8 @@ def test_a_second_recording_ends_the_first_and_a_stop_too_many_is_harmless(clien
     ticks(world, 5)
     client.start_recorder(str(second))
     ticks(world, 3)
-    # Questions wait until the file is written.
-    client.show_recorder_file_info(str(first), False)
+    # Questions wait until a recording that has ended is written.
+    assert "\nFrames: 5\n" in client.show_recorder_file_info(str(first), False)
     assert len(carla_log.read(first).frames) == 5
     assert len(finished(client, second).frames) == 3
     client.stop_recorder()

@@ -95,8 +95,7 @@ def test_a_replay_ends_a_recording_and_a_recording_ends_a_replay(client, world, 
     ticks(world, 5)
     client.replay_file(str(path), 0.0, 0.0, 0)
     ticks(world, 10)
-    # Questions wait until the file is written.
-    client.show_recorder_file_info(str(first), False)
+    assert "\nFrames: 5\n" in client.show_recorder_file_info(str(first), False)
     assert len(carla_log.read(first).frames) == 5
     client.start_recorder(str(second))
     ticks(world, 20)

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use serde_json::json;
 use tests::{AT_LAST, Process, Service, Site};
@@ -42,9 +43,13 @@ fn a_killed_service_leaves_a_journal_that_another_process_replays() {
     for _ in 0..20 {
         session.step(json!({"action_type": "observe"}));
     }
+    let path = folder.0.join(format!("local/world-{world}-1.journal"));
+    let until = Instant::now() + AT_LAST;
+    while said(&["record", "info", path.to_str().unwrap()]).0.contains(", 0.000 s") {
+        assert!(Instant::now() < until, "no tick is written");
+    }
     site.kill(Service::World);
 
-    let path = folder.0.join(format!("local/world-{world}-1.journal"));
     let (told, done) = said(&["record", "verify", path.to_str().unwrap()]);
     assert!(done && told.contains("the same to the bit"), "{told}");
     let mut bytes = std::fs::read(&path).unwrap();

@@ -3,13 +3,12 @@
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::thread;
+use std::sync::mpsc::TrySendError;
 use std::time::{Duration, Instant};
 
 use recording::{FrameContent, Header, Writer};
 use tokio::sync::watch;
-use whole_file::WholeFile;
+use whole_file::{Giver, Taker, WholeFile};
 
 /// Frames that may wait for the disk: several seconds, and at most some dozens of megabytes.
 const FRAMES_WAITING_MAX: usize = 256;
@@ -28,7 +27,7 @@ pub(super) enum WriteError {
 /// Writes frames in the order it is given them, and holds nobody up. Who drops it says that no more
 /// are to come.
 pub(super) struct Scribe<T> {
-    frames: SyncSender<T>,
+    frames: Giver<T>,
     written: Written,
 }
 
@@ -56,21 +55,20 @@ impl<T: Send + 'static> Scribe<T> {
         header: &Header,
         content: impl FnMut(T) -> FrameContent + Send + 'static,
     ) -> io::Result<Self> {
-        let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
         let writer = Writer::begin(WholeFile::new(file), header)?;
         let path = path.to_owned();
         let (writing, written) = watch::channel(());
-        let thread = thread::Builder::new().name("recording".to_owned());
-        thread.spawn(move || {
+        let work = move |waiting| {
             write_all(writer, &waiting, content, &path);
             // Also when that panics, whoever waits is told.
             drop(writing);
-        })?;
+        };
+        let (frames, _) = whole_file::spawn("recording", FRAMES_WAITING_MAX, work)?;
         Ok(Self { frames, written: Written(written) })
     }
 
     pub(super) fn write(&self, frame: T) -> Result<(), WriteError> {
-        self.frames.try_send(frame).map_err(|error| match error {
+        self.frames.give(frame).map_err(|error| match error {
             TrySendError::Full(_) => WriteError::TooSlow,
             TrySendError::Disconnected(_) => WriteError::Ended,
         })
@@ -84,18 +82,13 @@ impl<T: Send + 'static> Scribe<T> {
 
 fn write_all<T>(
     mut writer: Writer<WholeFile>,
-    waiting: &Receiver<T>,
+    waiting: &Taker<T>,
     mut content: impl FnMut(T) -> FrameContent,
     path: &PathBuf,
 ) {
     let mut synced = Instant::now();
-    loop {
-        let outcome = match waiting.recv_timeout(SYNC_PERIOD) {
-            Ok(frame) => writer.frame(content(frame)),
-            Err(RecvTimeoutError::Timeout) => Ok(()),
-            Err(RecvTimeoutError::Disconnected) => break,
-        };
-        let outcome = outcome.and_then(|()| {
+    while let Some(mut frames) = waiting.gather() {
+        let outcome = frames.try_for_each(|frame| writer.frame(content(frame))).and_then(|()| {
             if synced.elapsed() >= SYNC_PERIOD {
                 synced = Instant::now();
                 writer.sink().sync()?;
@@ -158,17 +151,17 @@ mod tests {
         // A file that was not opened for writing refuses what a full disk would.
         let read_only = WholeFile::new(File::open("/dev/null").unwrap());
         let writer = Writer::after_head(read_only);
-        let (frames, waiting) = sync_channel(FRAMES_WAITING_MAX);
         let (writing, written) = watch::channel(());
-        thread::spawn(move || {
+        let work = move |waiting| {
             write_all(writer, &waiting, same, &PathBuf::from("/dev/null"));
             drop(writing);
-        });
+        };
+        let (frames, _) = whole_file::spawn("recording", FRAMES_WAITING_MAX, work).unwrap();
         let scribe = Scribe { frames, written: Written(written) };
         let until = Instant::now() + Duration::from_secs(20);
         while scribe.write(frame(1)).is_ok() {
             assert!(Instant::now() < until, "nobody says that writing has ended");
-            thread::yield_now();
+            std::thread::yield_now();
         }
         scribe.written().wait().await;
     }

@@ -4,14 +4,14 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::TrySendError;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use monitoring::Counter;
 use schemas::{Error, ErrorCode, Tenant};
-use whole_file::WholeFile;
+use whole_file::{Giver, Taker, WholeFile};
 
 use crate::args::Journals;
 use crate::journal::{Entry, Head, Scribe, Writer};
@@ -23,8 +23,8 @@ const EXTENSION: &str = "journal";
 const MAGIC: [u8; 4] = *b"CWJL";
 /// Journals of one world, one after the other.
 const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
-/// Entries that may wait for the disk: several seconds.
-const ENTRIES_WAITING_MAX: usize = 512;
+/// Entries that may wait for the disk: a tenth of a second of the fastest worlds, minutes of others.
+const ENTRIES_WAITING_MAX: usize = 4_096;
 /// How long the end of a service waits for the disk.
 const SETTLE_WAIT: Duration = Duration::from_secs(10);
 /// Memory that they may take.
@@ -98,17 +98,16 @@ impl Desk {
     }
 
     fn spawn(&self, file: File, name: &str, bytes_max: u64, head: Head) -> io::Result<Queue> {
-        let (entries, waiting) = sync_channel(ENTRIES_WAITING_MAX);
         let waiting_bytes = Arc::new(AtomicUsize::new(0));
         let (taken, name) = (Arc::clone(&waiting_bytes), name.to_owned());
-        let thread = thread::Builder::new().name("journal".to_owned());
-        let thread = thread.spawn(move || {
+        let work = move |waiting| {
             let out = WholeFile::new(file);
             match write_all(out, bytes_max, &head, &waiting, &taken) {
                 Ok(()) => tracing::info!(name, "a journal is written"),
                 Err(error) => tracing::error!(name, %error, "a journal ends before its world"),
             }
-        })?;
+        };
+        let (entries, thread) = whole_file::spawn("journal", ENTRIES_WAITING_MAX, work)?;
         let mut threads = self.lock();
         threads.retain(|thread| !thread.is_finished());
         threads.push(thread);
@@ -122,7 +121,7 @@ impl Desk {
 
 /// What waits for the thread of a journal; dropped, the journal ends.
 struct Queue {
-    entries: SyncSender<Message>,
+    entries: Giver<Message>,
     waiting_bytes: Arc<AtomicUsize>,
     bytes: Counter,
 }
@@ -140,7 +139,7 @@ impl Scribe for Queue {
             return Err(too_slow());
         }
         self.bytes.inc_by(bytes as u64);
-        self.entries.try_send(Message::Entry(entry)).map_err(|error| match error {
+        self.entries.give(Message::Entry(entry)).map_err(|error| match error {
             TrySendError::Full(_) => too_slow(),
             // Its thread has said why.
             TrySendError::Disconnected(_) => io::Error::other("it cannot be written any more"),
@@ -150,7 +149,7 @@ impl Scribe for Queue {
     fn end(self: Box<Self>, then: Box<dyn FnOnce() + Send>) {
         if let Err(
             TrySendError::Full(Message::End(then)) | TrySendError::Disconnected(Message::End(then)),
-        ) = self.entries.try_send(Message::End(then))
+        ) = self.entries.give(Message::End(then))
         {
             // Nobody is told any more when all is written, or it never will be.
             then();
@@ -162,20 +161,22 @@ fn write_all(
     out: impl Write,
     bytes_max: u64,
     head: &Head,
-    waiting: &Receiver<Message>,
+    waiting: &Taker<Message>,
     waiting_bytes: &AtomicUsize,
 ) -> io::Result<()> {
     let mut writer = Writer::begin(out, bytes_max, head)?;
     let mut told = None;
-    while let Ok(message) = waiting.recv() {
-        match message {
-            Message::Entry(entry) => {
-                writer.write(&entry)?;
-                waiting_bytes.fetch_sub(entry.bytes(), Ordering::Relaxed);
-            }
-            Message::End(then) => {
-                told = Some(then);
-                break;
+    'messages: while let Some(messages) = waiting.gather() {
+        for message in messages {
+            match message {
+                Message::Entry(entry) => {
+                    writer.write(&entry)?;
+                    waiting_bytes.fetch_sub(entry.bytes(), Ordering::Relaxed);
+                }
+                Message::End(then) => {
+                    told = Some(then);
+                    break 'messages;
+                }
             }
         }
     }
@@ -278,15 +279,21 @@ mod tests {
 
     #[test]
     fn a_queue_that_is_full_refuses_at_once() {
-        let (entries, _waiting) = sync_channel(1);
-        let (waiting_bytes, bytes) = Default::default();
-        let mut queue = Queue { entries, waiting_bytes, bytes };
-        queue.put(Entry::Commands(vec![0; 8])).unwrap();
-        assert_eq!(queue.put(Entry::Commands(Vec::new())).unwrap_err().kind(), ErrorKind::TimedOut);
-        let (entries, _waiting) = sync_channel(2);
-        let (waiting_bytes, bytes) = Default::default();
-        let mut queue = Queue { entries, waiting_bytes, bytes };
+        // A thread that takes nothing until the end.
+        let (end, ending) = std::sync::mpsc::channel::<()>();
+        let queue = |waiting_max, ending: std::sync::mpsc::Receiver<()>| {
+            let work = move |_waiting: Taker<Message>| ending.recv().unwrap_or_default();
+            let (entries, _) = whole_file::spawn("journal", waiting_max, work).unwrap();
+            let (waiting_bytes, bytes) = Default::default();
+            Queue { entries, waiting_bytes, bytes }
+        };
+        let mut full = queue(1, ending);
+        full.put(Entry::Commands(vec![0; 8])).unwrap();
+        assert_eq!(full.put(Entry::Commands(Vec::new())).unwrap_err().kind(), ErrorKind::TimedOut);
+        let (_end, ending) = std::sync::mpsc::channel();
         let huge = Entry::Commands(vec![0; BYTES_WAITING_MAX + 1]);
-        assert_eq!(queue.put(huge).unwrap_err().kind(), ErrorKind::TimedOut);
+        let refused = queue(2, ending).put(huge).unwrap_err();
+        assert_eq!(refused.kind(), ErrorKind::TimedOut);
+        drop(end);
     }
 }
