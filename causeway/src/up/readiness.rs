@@ -11,7 +11,7 @@ use super::child::Service;
 /// Between two questions.
 const ASK_EVERY: Duration = Duration::from_secs(1);
 /// How long a service may take to answer.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A service that is asked.
 struct Asked {
