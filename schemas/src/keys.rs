@@ -13,7 +13,8 @@
 //! | `causeway/draining/{kind}/{id}` | liveliness | none: the service takes no new work |
 //! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
 //!
-//! `batch`, `render`, `alive`, `draining` and `asset` carry no tenant: they belong to services alone.
+//! `batch`, `render`, `alive`, `draining` and `asset` carry no tenant: they belong to services
+//! alone.
 
 use crate::{ServiceId, ServiceKind, Tenant, WorldId};
 
