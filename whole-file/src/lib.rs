@@ -7,7 +7,7 @@
 mod gathering;
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 
 pub use gathering::{Giver, Taker, spawn};
 
@@ -31,6 +31,12 @@ impl WholeFile {
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_data()
     }
+
+    /// The next piece follows the last whole one.
+    fn take_back(&mut self) -> io::Result<()> {
+        self.file.set_len(self.bytes)?;
+        self.file.seek(SeekFrom::Start(self.bytes)).map(drop)
+    }
 }
 
 impl Write for WholeFile {
@@ -40,7 +46,7 @@ impl Write for WholeFile {
     /// What the system says; also when the piece could not be taken back.
     fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
         if let Err(error) = self.file.write_all(piece) {
-            self.file.set_len(self.bytes).map_err(|why| {
+            self.take_back().map_err(|why| {
                 io::Error::new(error.kind(), format!("{error}; the file ends in a piece: {why}"))
             })?;
             return Err(error);
@@ -71,6 +77,7 @@ mod tests {
             file.write_all(&PIECE).unwrap();
             file.sync().unwrap();
             assert_eq!(file.write_all(&PIECE).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+            file.write_all(&PIECE[..10]).unwrap();
             return;
         }
         let path = std::env::temp_dir().join(format!("causeway-whole-{}", std::process::id()));
@@ -79,7 +86,7 @@ mod tests {
         let mut second = Command::new("bash");
         second.args(["-c", limited]).arg(std::env::current_exe().unwrap()).env(FILE, &path);
         assert!(second.output().unwrap().status.success());
-        assert_eq!(std::fs::read(&path).unwrap(), PIECE);
+        assert_eq!(std::fs::read(&path).unwrap(), [7; 1_010]);
         std::fs::remove_file(path).unwrap();
     }
 
