@@ -62,6 +62,7 @@ def matches(wanted: str, printed: str) -> bool:
 def addressed(text: str, site: Site) -> str:
     for usual, ours in (
         ("http://localhost:8000", site.base_url),
+        ("https://USER-causeway.hf.space", site.base_url),
         ("tcp/127.0.0.1:7460", site.endpoint),
         ('"127.0.0.1", 2000', f'"127.0.0.1", {site.carla_port}'),
     ):
@@ -81,7 +82,7 @@ def environment(tmp_path):
     return {
         **os.environ,
         "PATH": f"{commands}:{os.environ['PATH']}",
-        "PYTHONPATH": str(PACKAGE / "src"),
+        "PYTHONPATH": os.pathsep.join([str(PACKAGE / "src"), str(ROOT / "deploy" / "space")]),
     }
 
 
