@@ -12,7 +12,7 @@ use monitoring::Monitor;
 use render_service::{AdapterChoice, Config, RenderService, start};
 use schemas::{Alive, Camera, ErrorCode, ImageEncoding, Images, Reply, ServiceKind, keys, wire};
 
-const DEADLINE: Duration = Duration::from_secs(20);
+const DEADLINE: Duration = Duration::from_secs(60);
 
 /// A bus, a renderer on it, and an owner of this town.
 struct Site {

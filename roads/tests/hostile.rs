@@ -23,7 +23,7 @@ const WIDTH: &str = "<width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/>";
 fn refusal(text: &str) -> MapError {
     let started = Instant::now();
     let refused = Map::parse("test", text).expect_err("the text is broken");
-    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+    assert!(started.elapsed() < Duration::from_secs(30), "{:?}", started.elapsed());
     refused
 }
 
@@ -234,7 +234,7 @@ fn a_walk_around_lanes_that_lead_in_a_circle_ends() {
     assert_eq!(map.next(&start, 0.1).len(), 1);
     let started = Instant::now();
     let far = map.next(&start, 1e9);
-    assert!(far.len() <= 1 && started.elapsed() < Duration::from_secs(1));
+    assert!(far.len() <= 1 && started.elapsed() < Duration::from_secs(10));
     assert!(map.next(&start, f64::NAN).is_empty());
 }
 

@@ -24,6 +24,6 @@ pub use wait::eventually;
 use std::time::Duration;
 
 /// For what takes milliseconds when it works, on a busy machine.
-pub const SOON: Duration = Duration::from_secs(10);
+pub const SOON: Duration = Duration::from_secs(30);
 /// For what a person would call stuck.
-pub const AT_LAST: Duration = Duration::from_secs(40);
+pub const AT_LAST: Duration = Duration::from_secs(90);

@@ -9,7 +9,7 @@ use tokio::runtime::Runtime;
 use crate::{SOON, eventually};
 
 /// Answer time of a request.
-const DEADLINE: Duration = Duration::from_secs(5);
+const DEADLINE: Duration = Duration::from_secs(30);
 
 /// A client of the bus, of the tenant that the scenario service uses.
 pub struct Probe {

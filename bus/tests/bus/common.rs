@@ -60,7 +60,7 @@ pub(crate) fn job(seed: u64) -> RenderJob {
 
 /// Long enough for a busy machine.
 pub(crate) fn deadline() -> Duration {
-    Duration::from_secs(10)
+    Duration::from_secs(30)
 }
 
 /// Waits for a condition, with a deadline.

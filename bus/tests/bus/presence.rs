@@ -104,5 +104,5 @@ async fn services_that_never_say_what_they_are_keep_nobody_waiting_who_does() {
     let _real = site.client.announce(renderer("z")).await.unwrap();
     while next(&mut watch).await != Presence::Up(renderer("z")) {}
     // One after the other they took half a second each.
-    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
 }

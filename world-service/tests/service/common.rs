@@ -30,7 +30,7 @@ pub(crate) fn config() -> Config {
 
 /// Long enough for a busy machine.
 pub(crate) fn deadline() -> Duration {
-    Duration::from_secs(20)
+    Duration::from_secs(60)
 }
 
 pub(crate) fn tenant() -> Tenant {

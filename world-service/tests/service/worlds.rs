@@ -253,23 +253,22 @@ async fn a_subscriber_gets_the_frame_of_every_tick() {
     let site = Site::open(config()).await;
     let world = site.create(7, None).await.unwrap();
     let frames = site.client.subscribe_frames(&tenant(), Some(world)).await.unwrap();
-    let next = async || {
-        let short = std::time::Duration::from_millis(50);
-        tokio::time::timeout(short, frames.next()).await.ok().flatten()
-    };
+    let next = async |within| tokio::time::timeout(within, frames.next()).await.ok().flatten();
     crate::common::until("the subscription is known", || async {
         site.tick(ticks(world, 1)).await.unwrap();
-        next().await.is_some()
+        next(std::time::Duration::from_millis(50)).await.is_some()
     })
     .await;
     let answered = site.tick(ticks(world, 3)).await.unwrap();
+    // Frames of the ticks before may come late.
     let mut seen = Vec::new();
-    while let Some(published) = next().await {
+    loop {
+        let published = next(deadline()).await.expect("a frame of every tick");
         seen.push(decoded(&published.frame).tick.0);
         if published.frame == answered.frame {
             break;
         }
     }
     let last = decoded(&answered.frame).tick.0;
-    assert_eq!(seen, [last - 2, last - 1, last]);
+    assert!(seen.ends_with(&[last - 2, last - 1, last]), "{seen:?}");
 }
