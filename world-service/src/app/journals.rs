@@ -23,7 +23,7 @@ const EXTENSION: &str = "journal";
 const MAGIC: [u8; 4] = *b"CWJL";
 /// Journals of one world, one after the other.
 const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
-/// Entries that may wait for the disk: a tenth of a second of the fastest worlds, minutes of others.
+/// Entries that may wait for the disk: a tenth of a second of fast worlds, minutes of others.
 const ENTRIES_WAITING_MAX: usize = 4_096;
 /// How long the end of a service waits for the disk.
 const SETTLE_WAIT: Duration = Duration::from_secs(10);
