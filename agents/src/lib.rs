@@ -37,6 +37,7 @@ mod stroller;
 mod track;
 mod traffic;
 mod wander;
+mod way;
 
 pub use agent::{Agent, Unreachable};
 pub use network::{LaneId, Network};
@@ -45,3 +46,4 @@ pub use scene::{Body, Scene};
 pub use senses::Senses;
 pub use stroller::{Obstacle, Outlook, Stroller};
 pub use traffic::{Claims, Driver, Glide, Held};
+pub use way::WayPoint;

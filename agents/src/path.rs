@@ -56,7 +56,8 @@ impl Leg {
         self.onto.unwrap_or(self.lane)
     }
 
-    fn point(&self, network: &Network, at_m: f32) -> Option<LanePoint> {
+    /// The way at a distance from the entry of the leg's lane.
+    pub(crate) fn point(&self, network: &Network, at_m: f32) -> Option<LanePoint> {
         let lane = network.lane(self.lane)?;
         let own = lane.at(at_m);
         let Some(onto) = self.onto.and_then(|onto| network.lane(onto)) else { return Some(own) };

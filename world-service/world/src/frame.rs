@@ -1,6 +1,6 @@
 //! The public picture of a world, and the number that stands for its state.
 
-use schemas::{ActorState, Frame, HiddenScenery, TrafficLightState, Weather};
+use schemas::{ActorId, ActorState, Frame, HiddenScenery, TrafficLightState, Weather};
 
 use crate::blueprint;
 use crate::hash::Hasher;
@@ -46,6 +46,13 @@ impl World {
             halted: self.state.halted.clone(),
             sim_secs: self.state.sim_secs,
         }
+    }
+
+    /// One spawned actor as [`frame`](Self::frame) tells it, without the cost of a frame; its
+    /// `type_index` is 0. `None` for others, and for the town's lights and signs.
+    pub fn actor(&self, id: ActorId) -> Option<ActorState> {
+        let actor = self.state.actors.get(self.state.index_of(id).ok()?)?;
+        Some(actor.state(&self.state.motion_of(actor), 0))
     }
 
     fn traffic_lights(&self) -> Vec<TrafficLightState> {
