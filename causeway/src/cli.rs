@@ -34,6 +34,8 @@ enum Command {
     Scenario(Box<Watched<scenario_service::Args>>),
     /// Run a CARLA gateway alone: clients of CARLA 0.9.16 connect to it.
     Gateway(Box<Watched<carla_gateway::Args>>),
+    /// Run batches of worlds for programs that train or evaluate drivers, without a bus.
+    Rollout(rollout_service::Args),
     /// Run a router of the bus, for services on several machines.
     Router(router::Args),
     /// Ask running services how they are: exit code 0 when all say that they are well.
@@ -84,6 +86,9 @@ impl Cli {
             }
             Command::Health(args) => health::health(&args),
             Command::Drain(args) => health::drain(&args),
+            Command::Rollout(args) => {
+                rollout_service::run(args).map_err(|error| Failure::of(&error))
+            }
             Command::Router(args) => router::run(args),
             Command::Bench(command) => bench::run(&command),
             Command::Record(args) => record::run(args).map_err(|error| Failure::of(&error)),
@@ -101,6 +106,7 @@ impl Command {
             Self::Render(_) => "render",
             Self::Scenario(_) => "scenario",
             Self::Gateway(_) => "gateway",
+            Self::Rollout(_) => "rollout",
             Self::Router(_) => "router",
             Self::Health(_) => "health",
             Self::Drain(_) => "drain",

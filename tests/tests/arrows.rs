@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 20] = [
+const MAY_NAME: [(&str, &[&str]); 22] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
@@ -25,6 +25,8 @@ const MAY_NAME: [(&str, &[&str]); 20] = [
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
+    ("rollouts", &["world", "agents", "blueprints", "roads", "schemas"]),
+    ("rollout-service", &["rollouts", "roads", "schemas", "signals"]),
     (
         "world-service",
         &["world", "agents", "bus", "monitoring", "roads", "schemas", "signals", "whole-file"],
@@ -52,6 +54,7 @@ const MAY_NAME: [(&str, &[&str]); 20] = [
         "causeway",
         &[
             "manoeuvres",
+            "rollout-service",
             "world-service",
             "render-service",
             "scenario-service",
@@ -79,12 +82,14 @@ const OWNED: [(&str, &str); 6] = [
 ];
 
 /// What must not come in through anybody else either.
-const NEVER_BELOW: [(&str, &[&str]); 9] = [
+const NEVER_BELOW: [(&str, &[&str]); 11] = [
     ("schemas", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("roads", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("recording", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("agents", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("world", &["bus", "zenoh", "tokio", "wgpu", "axum"]),
+    ("rollouts", &["bus", "zenoh", "tokio", "wgpu", "axum"]),
+    ("rollout-service", &["bus", "zenoh", "wgpu", "axum"]),
     ("world-service", &["wgpu", "axum"]),
     ("render-service", &["rapier3d", "axum"]),
     ("scenario-service", &["rapier3d", "wgpu"]),

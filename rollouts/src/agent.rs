@@ -1,0 +1,161 @@
+//! One agent's episode: how far it is along its way, what a step is worth, and whether it is over.
+
+use std::sync::Arc;
+
+use crate::action::Action;
+use crate::course::AgentStart;
+use crate::end::{Cause, End};
+use crate::episode::Tally;
+use crate::motion::{Contacts, Motion};
+use crate::reward::{self, Terms};
+use crate::route::{Abreast, Route};
+use crate::spec::Spec;
+use crate::task::Task;
+
+/// A goal counts as reached from here; CoRL 2017's benchmark.
+const ARRIVED_M: f32 = 2.0;
+
+/// What holds for all agents of a batch.
+#[derive(Clone, Debug)]
+pub(crate) struct Rules {
+    pub weights: Terms,
+    /// By position in [`End::ALL`].
+    pub ends: [bool; End::ALL.len()],
+    pub horizon_secs: Option<f32>,
+    /// Length of a step.
+    pub step_secs: f32,
+}
+
+/// One agent in its episode.
+#[derive(Clone, Debug)]
+pub(crate) struct Agent {
+    pub route: Arc<Route>,
+    pub place: Abreast,
+    pub last: Action,
+    pub alive: bool,
+    limit_secs: f32,
+    pair: usize,
+    tally: Tally,
+}
+
+/// What a step was worth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Verdict {
+    pub reward: f32,
+    pub cause: Option<Cause>,
+}
+
+impl Rules {
+    pub(crate) fn new(spec: &Spec, task: &Task) -> Result<Self, schemas::Error> {
+        let named = spec.ends.as_deref().unwrap_or(task.ends);
+        Ok(Self {
+            weights: spec.reward.weights()?,
+            ends: End::ALL.map(|end| named.contains(&end)),
+            horizon_secs: spec.horizon_secs,
+            step_secs: spec.step_secs() as f32,
+        })
+    }
+
+    /// The first of the ends that hold and count.
+    fn end(&self, holds: [bool; End::ALL.len()]) -> Option<End> {
+        let counted = End::ALL.into_iter().zip(self.ends).zip(holds);
+        counted.into_iter().find(|((_, counts), holds)| *counts && *holds).map(|((end, _), _)| end)
+    }
+}
+
+impl Agent {
+    pub(crate) fn new(start: &AgentStart, motion: &Motion) -> Self {
+        let place = start.route.abreast(motion.x_m, motion.y_m, 0);
+        Self {
+            route: Arc::clone(&start.route),
+            place,
+            last: Action::default(),
+            alive: true,
+            limit_secs: start.limit_secs,
+            pair: start.pair,
+            tally: Tally::default(),
+        }
+    }
+
+    /// Takes in what came of an action.
+    pub(crate) fn advance(
+        &mut self,
+        rules: &Rules,
+        action: Action,
+        motion: &Motion,
+        contacts: Contacts,
+    ) -> Verdict {
+        let place = self.route.abreast(motion.x_m, motion.y_m, self.place.segment);
+        let before = std::mem::replace(&mut self.place, place);
+        let steered = (action.steer - std::mem::replace(&mut self.last, action).steer).abs();
+        let goal = self.route.goal();
+        let (to_x, to_y) = (goal.x_m - motion.x_m, goal.y_m - motion.y_m);
+        let arrived = to_x * to_x + to_y * to_y < ARRIVED_M * ARRIVED_M;
+        let off_route = self.beside_m(motion) > self.place.half_width_m;
+        let speeding_mps = match self.place.limit_mps {
+            limit_mps if limit_mps > 0.0 => (motion.speed_mps - limit_mps).max(0.0),
+            _ => 0.0,
+        };
+        let progress_m = self.place.at_m - before.at_m;
+        let number = |holds: bool| f32::from(u8::from(holds));
+        let terms: Terms = [
+            progress_m,
+            progress_m / self.route.length_m(),
+            number(arrived),
+            number(contacts.any()),
+            number(off_route),
+            speeding_mps,
+            steered,
+        ];
+        let reward = reward::sum(&terms, &rules.weights);
+        self.note(rules, motion, contacts, reward, (off_route, speeding_mps));
+        let cause = rules
+            .end([arrived, contacts.any(), off_route, motion.overturned])
+            .map(Cause::By)
+            .or_else(|| self.is_late(rules).then_some(Cause::Time));
+        Verdict { reward, cause }
+    }
+
+    /// Distance from the route; farther than to its left where the vehicle is beyond an end.
+    fn beside_m(&self, motion: &Motion) -> f32 {
+        let point = self.route.at(self.place.at_m, self.place.segment);
+        let (x_m, y_m) = (motion.x_m - point.x_m, motion.y_m - point.y_m);
+        nalgebra::ComplexField::sqrt(x_m * x_m + y_m * y_m)
+    }
+
+    fn note(
+        &mut self,
+        rules: &Rules,
+        motion: &Motion,
+        contacts: Contacts,
+        reward: f32,
+        (off_route, speeding_mps): (bool, f32),
+    ) {
+        let secs = rules.step_secs;
+        let tally = &mut self.tally;
+        tally.reward += reward;
+        tally.steps += 1;
+        tally.secs = tally.steps as f32 * secs;
+        tally.driven_m += motion.speed_mps.abs() * secs;
+        tally.beside_m += self.place.left_m.abs();
+        tally.hit(contacts);
+        if off_route {
+            tally.off_route_secs += secs;
+        }
+        if speeding_mps > 0.0 {
+            tally.speeding_secs += secs;
+        }
+    }
+
+    fn is_late(&self, rules: &Rules) -> bool {
+        self.tally.secs >= rules.horizon_secs.unwrap_or(self.limit_secs)
+    }
+
+    /// Writes what is known of the episode that ended.
+    pub(crate) fn conclude(&self, row: &mut [f32], cause: Cause) {
+        let length_m = self.route.length_m();
+        let arrived = cause == Cause::By(End::Arrived);
+        let completion = if arrived { 1.0 } else { self.place.at_m / length_m };
+        self.tally.write(row, cause, (length_m, completion, self.pair));
+    }
+}

@@ -1,0 +1,157 @@
+//! A town prepared for a task: pairs of starts and goals, and the starts that episodes begin at.
+//!
+//! Pairs are drawn from one seed, so that a town and a task have the same ones everywhere; an
+//! episode's seed then picks one of [`STARTS`] starts, each a pair (several with several agents)
+//! a little beside its exact pose.
+
+mod pairs;
+
+use std::sync::{Arc, OnceLock};
+
+use agents::Network;
+use roads::Map;
+use schemas::{Error, ErrorCode, Pose, SplitMix64, Vec3, level_pose, yaw_rad};
+use world::Town;
+
+use crate::limits::STARTS;
+use crate::route::Route;
+use crate::spec::Spec;
+use crate::task::Task;
+use pairs::Pair;
+
+/// Starts of one world are at least this far apart, in metres.
+const APART_M: f32 = 12.0;
+
+/// A town prepared for a task. Shared by all worlds; nothing in it changes.
+#[derive(Debug)]
+pub struct Course {
+    pub(crate) map: Arc<Map>,
+    pub(crate) town: Arc<Town>,
+    pub(crate) task: &'static Task,
+    agents: usize,
+    pairs: Vec<Pair>,
+    starts: Vec<OnceLock<Start>>,
+}
+
+/// Where the agents of a world begin.
+#[derive(Debug)]
+pub(crate) struct Start {
+    pub agents: Vec<AgentStart>,
+}
+
+/// Where one agent begins, and where it is to go.
+#[derive(Clone, Debug)]
+pub(crate) struct AgentStart {
+    /// Box centre on the ground.
+    pub pose: Pose,
+    pub speed_mps: f32,
+    pub route: Arc<Route>,
+    pub limit_secs: f32,
+    /// Position among the pairs.
+    pub pair: usize,
+}
+
+impl Course {
+    /// Draws the pairs of a task in a town.
+    ///
+    /// - **Cost:** that of the town's ground and lanes, and of some thousand ways: tenths of a
+    ///   second for a town.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a spec that cannot be, or a town that has not as many starts as a
+    /// world has agents.
+    pub fn new(spec: &Spec, map: Arc<Map>) -> Result<Self, Error> {
+        spec.check()?;
+        let task = Task::named(&spec.task)?;
+        let network = Network::new(&map);
+        let pairs = pairs::draw(&map, &network, task, spec.pairs);
+        let town = Arc::new(Town::new(Arc::clone(&map)));
+        let starts = std::iter::repeat_with(OnceLock::new).take(STARTS).collect();
+        let course = Self { map, town, task, agents: spec.agents, pairs, starts };
+        match course.chosen(&mut SplitMix64::new(0)).len() {
+            found if found < spec.agents => {
+                Err(Error::new(ErrorCode::InvalidArgument, "the town has not so many starts")
+                    .wanted(format!("at most {found} agents for {} here", task.name))
+                    .found(spec.agents))
+            }
+            _ => Ok(course),
+        }
+    }
+
+    /// How many pairs of a start and a goal there are.
+    #[must_use]
+    pub fn pair_count(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// Length of the shortest way of each pair, in metres.
+    pub fn lengths_m(&self) -> impl Iterator<Item = f32> + '_ {
+        self.pairs.iter().map(|pair| pair.route.length_m())
+    }
+
+    /// Which start an episode of a seed has.
+    pub(crate) fn start_of(episode_seed: u64) -> usize {
+        let count = STARTS as u64;
+        (SplitMix64::new(episode_seed).next_u64() % count) as usize
+    }
+
+    /// One of the starts, worked out when it is first asked for.
+    pub(crate) fn start(&self, index: usize) -> &Start {
+        let index = index % STARTS;
+        self.starts[index].get_or_init(|| {
+            let mut random = SplitMix64::new(index as u64);
+            let chosen = self.chosen(&mut random);
+            let agents = chosen.iter().map(|&pair| self.begin(pair, &mut random)).collect();
+            Start { agents }
+        })
+    }
+
+    /// As many pairs as a world has agents, whose starts are far enough from each other. Fewer
+    /// where the town has not as many.
+    fn chosen(&self, random: &mut SplitMix64) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.pairs.len()).collect();
+        shuffle(&mut order, random);
+        let mut chosen: Vec<usize> = Vec::with_capacity(self.agents);
+        for index in order {
+            let place = |index: usize| self.pairs[index].start.translation.vector;
+            let free = |other: &usize| (place(*other) - place(index)).norm() > APART_M;
+            if chosen.len() < self.agents && chosen.iter().all(free) {
+                chosen.push(index);
+            }
+        }
+        chosen
+    }
+
+    fn begin(&self, index: usize, random: &mut SplitMix64) -> AgentStart {
+        let (pair, beginning) = (&self.pairs[index], self.task.beginning);
+        let (slowest, fastest) = beginning.speed_mps;
+        let beside_m = beginning.beside_m * (2.0 * share(random) - 1.0);
+        let turned_rad = beginning.turned_rad * (2.0 * share(random) - 1.0);
+        let speed_mps = slowest + (fastest - slowest) * share(random);
+        let left = pair.start.rotation * Vec3::y();
+        let position_m = pair.start.translation.vector + left * beside_m;
+        AgentStart {
+            pose: level_pose(position_m, yaw_rad(&pair.start) + turned_rad),
+            speed_mps,
+            route: Arc::clone(&pair.route),
+            limit_secs: (self.task.limit_secs)(pair.route.length_m()),
+            pair: index,
+        }
+    }
+}
+
+/// A number from 0 to below 1.
+fn share(random: &mut SplitMix64) -> f32 {
+    (random.next_u64() >> 40) as f32 / (1u64 << 24) as f32
+}
+
+/// Fisher and Yates's shuffle.
+fn shuffle<T>(items: &mut [T], random: &mut SplitMix64) {
+    for last in (1..items.len()).rev() {
+        let other = (random.next_u64() % (last as u64 + 1)) as usize;
+        items.swap(last, other);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,61 @@
+use super::*;
+
+fn course(task: &str, town: &str, agents: usize) -> Result<Course, Error> {
+    let spec = Spec { task: task.to_owned(), town: town.to_owned(), agents, ..Spec::default() };
+    let map = Map::parse(town, &roads::town::build(town).unwrap()).unwrap();
+    Course::new(&spec, Arc::new(map))
+}
+
+/// The mean lengths of the paper's ways in Town01 are 200, 400 and 770 m.
+#[test]
+fn ways_are_as_long_as_the_task_says_and_enough_for_the_benchmark() {
+    for town in ["Town01", "Town02"] {
+        for task in ["corl17-straight", "corl17-one-turn", "corl17-navigation", "lane-keep"] {
+            let course = course(task, town, 1).unwrap();
+            let (shortest_m, longest_m) = course.task.bounds_m(town);
+            assert!(course.pair_count() >= 25, "{town} {task}: {}", course.pair_count());
+            for length_m in course.lengths_m() {
+                assert!((shortest_m..=longest_m).contains(&length_m), "{town} {task}: {length_m}");
+            }
+            let mean_m = course.lengths_m().sum::<f32>() / course.pair_count() as f32;
+            println!("{town} {task}: {} pairs, mean {mean_m:.0} m", course.pair_count());
+        }
+    }
+}
+
+#[test]
+fn every_town_has_a_lane_to_keep() {
+    for town in ["Town03", "Town04", "Town05", "Town06", "Town07", "Town10HD"] {
+        let course = course("lane-keep", town, 1).unwrap();
+        println!("{town}: {} pairs", course.pair_count());
+        assert!(course.pair_count() >= 25, "{town}");
+    }
+}
+
+#[test]
+fn starts_are_the_same_for_everybody_and_apart_from_each_other() {
+    let (a, b) =
+        (course("lane-keep", "Town02", 8).unwrap(), course("lane-keep", "Town02", 8).unwrap());
+    for index in [0, 1, 17, STARTS - 1] {
+        let (one, other) = (&a.start(index).agents, &b.start(index).agents);
+        assert_eq!(one.len(), 8);
+        for (place, same) in one.iter().zip(other) {
+            assert_eq!((place.pose, place.speed_mps), (same.pose, same.speed_mps));
+            assert!((0.0..=10.0).contains(&place.speed_mps));
+            let way = place.route.abreast(place.pose.translation.x, place.pose.translation.y, 0);
+            assert!(way.left_m.abs() < 0.7 && way.at_m < 1.0, "{way:?}");
+        }
+        for (index, place) in one.iter().enumerate() {
+            let near = |other: &AgentStart| {
+                (other.pose.translation.vector - place.pose.translation.vector).norm()
+            };
+            assert!(one[..index].iter().all(|other| near(other) > APART_M - 2.0));
+        }
+    }
+}
+
+#[test]
+fn a_town_too_small_for_the_agents_says_how_many_it_takes() {
+    let error = course("corl17-straight", "Town02", 256).unwrap_err().to_string();
+    assert!(error.contains("agents for corl17-straight"), "{error}");
+}

@@ -1,0 +1,269 @@
+//! The tier of kinematic cars: a bicycle that rolls without slip, boxes, and nothing else.
+//!
+//! - **Determinism:** additions, multiplications, divisions and square roots in single precision
+//!   alone, in a fixed order: the same bits on every machine.
+//! - **Source:** the kinematic bicycle of Rajamani, "Vehicle Dynamics and Control", 2012, section
+//!   2.2, about the rear axle; understeer and the limits of tyres as [`Plant`] measures them.
+//!
+//! A car that has run into something stands still.
+
+mod boxes;
+mod obstacles;
+mod plant;
+
+use std::sync::{Arc, OnceLock};
+
+use schemas::{Error, Vec3};
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::action::Action;
+use crate::course::{AgentStart, Course};
+use crate::limits::{STARTS, TICK_SECS};
+use crate::motion::{Contacts, Motion, Shape};
+use crate::tier::{Fault, Tier};
+use boxes::Outline;
+use obstacles::Obstacles;
+use plant::Plant;
+
+/// Parts of a tick in which poses are advanced.
+const SUBSTEPS: usize = 2;
+/// How fast acceleration follows the pedals, and the path the wheels, in seconds.
+const PEDAL_SECS: f32 = 0.1;
+const PATH_SECS: f32 = 0.06;
+
+/// A world with a car for each agent.
+#[derive(Clone)]
+pub(crate) struct FastWorld {
+    cars: Vec<Car>,
+    kit: Arc<Shared>,
+}
+
+/// What all worlds share.
+pub(crate) struct FastKit {
+    shared: Arc<Shared>,
+    starts: Vec<OnceLock<FastWorld>>,
+}
+
+struct Shared {
+    plant: Plant,
+    obstacles: Obstacles,
+}
+
+/// One car. Its place is that of the rear axle's middle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Car {
+    x_m: f32,
+    y_m: f32,
+    cos: f32,
+    sin: f32,
+    speed_mps: f32,
+    along_mps2: f32,
+    road_wheel_rad: f32,
+    /// Of the path, positive to the left.
+    curvature_per_m: f32,
+    action: Action,
+    contacts: Contacts,
+    touches: bool,
+    gone: bool,
+}
+
+impl Tier for FastWorld {
+    type Kit = FastKit;
+
+    fn kit(course: &Course) -> Result<FastKit, Error> {
+        let shared = Shared { plant: Plant::measured()?, obstacles: Obstacles::of(&course.map) };
+        let starts = std::iter::repeat_with(OnceLock::new).take(STARTS).collect();
+        Ok(FastKit { shared: Arc::new(shared), starts })
+    }
+
+    fn begin(course: &Course, kit: &FastKit, start: usize) -> Result<Self, Error> {
+        let made = kit.starts[start].get_or_init(|| {
+            let shape = kit.shared.plant.shape;
+            let agents = course.start(start).agents.iter();
+            let cars = agents.map(|agent| Car::new(agent, shape)).collect();
+            Self { cars, kit: Arc::clone(&kit.shared) }
+        });
+        Ok(made.clone())
+    }
+
+    fn drive(&mut self, agent: usize, action: Action) {
+        self.cars[agent].action = action;
+    }
+
+    fn tick(&mut self) -> Result<(), Fault> {
+        let kit = Arc::clone(&self.kit);
+        let Shared { plant, obstacles } = &*kit;
+        for car in self.cars.iter_mut().filter(|car| !car.gone) {
+            car.advance(plant);
+        }
+        let touched: Vec<bool> = self.cars.iter().map(|car| car.touches).collect();
+        for car in &mut self.cars {
+            car.touches = false;
+        }
+        self.meet(&touched);
+        for (car, touched) in self.cars.iter_mut().zip(touched).filter(|(car, _)| !car.gone) {
+            if obstacles.touch(&car.outline(plant.shape)) {
+                car.hit(touched, |contacts| contacts.things += 1);
+            }
+        }
+        Ok(())
+    }
+
+    fn motion(&self, agent: usize) -> Motion {
+        let (car, shape) = (&self.cars[agent], self.kit.plant.shape);
+        let yaw_radps = car.speed_mps * car.curvature_per_m;
+        Motion {
+            x_m: car.x_m + car.cos * shape.rear_m,
+            y_m: car.y_m + car.sin * shape.rear_m,
+            cos: car.cos,
+            sin: car.sin,
+            speed_mps: car.speed_mps,
+            along_mps2: car.along_mps2,
+            left_mps2: car.speed_mps * yaw_radps,
+            yaw_radps,
+            road_wheel_rad: car.road_wheel_rad,
+            overturned: false,
+        }
+    }
+
+    fn shape(&self, _: usize) -> Shape {
+        self.kit.plant.shape
+    }
+
+    fn take_contacts(&mut self, agent: usize) -> Contacts {
+        std::mem::take(&mut self.cars[agent].contacts)
+    }
+
+    fn remove(&mut self, agent: usize) {
+        self.cars[agent].gone = true;
+    }
+
+    fn hash(&self) -> u64 {
+        let mut hasher = Xxh3::new();
+        for car in &self.cars {
+            for value in car.values() {
+                // -0.0 as +0.0.
+                hasher.update(&(value + 0.0).to_bits().to_le_bytes());
+            }
+            hasher.update(&[u8::from(car.touches), u8::from(car.gone)]);
+        }
+        hasher.digest()
+    }
+}
+
+impl FastWorld {
+    /// Lets cars run into each other.
+    fn meet(&mut self, touched: &[bool]) {
+        let shape = self.kit.plant.shape;
+        // Centres farther apart than this cannot touch.
+        let reach_m2 = shape.length_m * shape.length_m + shape.width_m * shape.width_m;
+        for later in 1..self.cars.len() {
+            for earlier in 0..later {
+                let (one, other) = (&self.cars[earlier], &self.cars[later]);
+                let (x_m, y_m) = (one.x_m - other.x_m, one.y_m - other.y_m);
+                // Rear axles may be farther apart than centres, by their distance from these.
+                let near = x_m * x_m + y_m * y_m < 4.0 * reach_m2;
+                if !near || one.gone || other.gone {
+                    continue;
+                }
+                if one.outline(shape).touches(&other.outline(shape)) {
+                    for index in [earlier, later] {
+                        self.cars[index].hit(touched[index], |contacts| contacts.vehicles += 1);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Car {
+    fn new(start: &AgentStart, shape: Shape) -> Self {
+        let forward = start.pose.rotation * Vec3::x();
+        let position_m = start.pose.translation.vector - forward * shape.rear_m;
+        Self {
+            x_m: position_m.x,
+            y_m: position_m.y,
+            cos: forward.x,
+            sin: forward.y,
+            speed_mps: start.speed_mps,
+            ..Self::default()
+        }
+    }
+
+    /// Moves by one tick.
+    fn advance(&mut self, plant: &Plant) {
+        let dt = TICK_SECS as f32;
+        let wanted_mps2 = plant.acceleration_mps2(self.action.pedal, self.speed_mps);
+        let before_mps = self.speed_mps;
+        self.along_mps2 += (wanted_mps2 - self.along_mps2) * (dt / (PEDAL_SECS + dt));
+        let wanted_rad = self.action.steer * plant.full_lock_rad(self.speed_mps);
+        let step_rad = plant.steer_radps * dt;
+        self.road_wheel_rad += (wanted_rad - self.road_wheel_rad).clamp(-step_rad, step_rad);
+        let step = dt / SUBSTEPS as f32;
+        for _ in 0..SUBSTEPS {
+            let speed_mps = (self.speed_mps + self.along_mps2 * step).max(0.0);
+            let wanted = plant.curvature_per_m(self.road_wheel_rad, speed_mps);
+            self.curvature_per_m += (wanted - self.curvature_per_m) * (step / (PATH_SECS + step));
+            let way_m = 0.5 * (self.speed_mps + speed_mps) * step;
+            self.roll(way_m, way_m * self.curvature_per_m);
+            self.speed_mps = speed_mps;
+        }
+        // What it did, where it came to stand within the tick.
+        self.along_mps2 = (self.speed_mps - before_mps) / dt;
+    }
+
+    /// Along an arc: half of the turn, the way, the other half.
+    fn roll(&mut self, way_m: f32, turn_rad: f32) {
+        self.turn(0.5 * turn_rad);
+        self.x_m += way_m * self.cos;
+        self.y_m += way_m * self.sin;
+        self.turn(0.5 * turn_rad);
+    }
+
+    /// By a small angle: series of sine and cosine, then back to length 1.
+    fn turn(&mut self, rad: f32) {
+        let square = rad * rad;
+        let sin = rad * (1.0 - square * (1.0 / 6.0));
+        let cos = 1.0 - square * (0.5 - square * (1.0 / 24.0));
+        let (x, y) = (self.cos * cos - self.sin * sin, self.sin * cos + self.cos * sin);
+        let scale = 1.5 - 0.5 * (x * x + y * y);
+        (self.cos, self.sin) = (x * scale, y * scale);
+    }
+
+    fn outline(&self, shape: Shape) -> Outline {
+        Outline {
+            x_m: self.x_m + self.cos * shape.rear_m,
+            y_m: self.y_m + self.sin * shape.rear_m,
+            cos: self.cos,
+            sin: self.sin,
+            half_length_m: 0.5 * shape.length_m,
+            half_width_m: 0.5 * shape.width_m,
+        }
+    }
+
+    /// Stops it; counts unless it was touching something before.
+    fn hit(&mut self, touched: bool, count: impl FnOnce(&mut Contacts)) {
+        if !touched && !self.touches {
+            count(&mut self.contacts);
+        }
+        self.touches = true;
+        (self.speed_mps, self.along_mps2) = (0.0, 0.0);
+    }
+
+    /// Numbers that decide how it goes on, in a fixed order.
+    fn values(&self) -> [f32; 8] {
+        [
+            self.x_m,
+            self.y_m,
+            self.cos,
+            self.sin,
+            self.speed_mps,
+            self.along_mps2,
+            self.road_wheel_rad,
+            self.curvature_per_m,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests;

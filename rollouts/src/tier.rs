@@ -1,0 +1,49 @@
+//! What worlds of every tier can do.
+
+use crate::action::Action;
+use crate::course::{AgentStart, Course};
+use crate::motion::{Contacts, Motion, Shape};
+
+/// A world could not go on: its episode is cut off.
+#[derive(Debug)]
+pub(crate) struct Fault;
+
+/// One world with its agents, who are numbered from 0.
+pub(crate) trait Tier: Clone + Send + Sized {
+    /// What all worlds share.
+    type Kit: Send + Sync;
+
+    /// # Errors
+    /// What the course lacks.
+    fn kit(course: &Course) -> Result<Self::Kit, schemas::Error>;
+
+    /// A world at one of the course's starts.
+    ///
+    /// # Errors
+    /// Why nobody can start there.
+    fn begin(course: &Course, kit: &Self::Kit, start: usize) -> Result<Self, schemas::Error>;
+
+    /// Holds until the next one.
+    fn drive(&mut self, agent: usize, action: Action);
+
+    /// # Errors
+    /// The world must begin anew.
+    fn tick(&mut self) -> Result<(), Fault>;
+
+    fn motion(&self, agent: usize) -> Motion;
+
+    fn shape(&self, agent: usize) -> Shape;
+
+    /// What the agent ran into since it was last asked.
+    fn take_contacts(&mut self, agent: usize) -> Contacts;
+
+    /// Takes an agent out whose episode is over, where those of others go on.
+    fn remove(&mut self, agent: usize);
+
+    fn hash(&self) -> u64;
+}
+
+/// How fast an agent of a start moves, along x and y.
+pub(crate) fn velocity_mps(start: &AgentStart) -> schemas::Vec3 {
+    start.pose.rotation * schemas::Vec3::new(start.speed_mps, 0.0, 0.0)
+}
