@@ -186,6 +186,7 @@ TAKEN = (
     "map export Town03",
     "map build",
     "health --ready",
+    "rollout --help",
 )
 
 
@@ -331,3 +332,8 @@ def test_a_site_is_asked_how_it_is(shell, start_site):
 def test_a_map_is_asked_in_a_shell(shell):
     (ask,) = take("map query")
     assert shell.run(ask).startswith('{"columns":["road"')
+
+
+def test_rollouts_say_how_they_are_used(shell):
+    (asked,) = take("rollout --help")
+    assert "--listen" in shell.run(asked)
