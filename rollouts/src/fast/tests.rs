@@ -76,7 +76,6 @@ fn cars_that_meet_stop_and_count_it_once() {
     assert_ne!(world.hash(), before);
 }
 
-/// Anybody may repeat this: a change of this number is a change of how cars move.
 #[test]
 fn the_same_actions_give_the_same_bits() {
     let course = course();
