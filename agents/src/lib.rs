@@ -46,4 +46,4 @@ pub use scene::{Body, Scene};
 pub use senses::Senses;
 pub use stroller::{Obstacle, Outlook, Stroller};
 pub use traffic::{Claims, Driver, Glide, Held};
-pub use way::WayPoint;
+pub use way::{Spot, Way, WayPoint, Ways};

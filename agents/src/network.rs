@@ -37,6 +37,8 @@ pub struct Network {
 /// One lane of one section.
 #[derive(Debug, Default)]
 pub(crate) struct Lane {
+    /// Road, section and lane of the map.
+    key: (u32, u32, i32),
     /// Where its traffic enters and leaves it, as road coordinates.
     entry_s: f64,
     exit_s: f64,
@@ -214,6 +216,19 @@ impl Lane {
                 + (to.curvature_per_m - from.curvature_per_m) * share,
             limit_mps: from.limit_mps,
         }
+    }
+
+    /// Its points between two distances from the entry.
+    pub(crate) fn between(&self, from_m: f32, to_m: f32) -> &[LanePoint] {
+        let first = self.points.partition_point(|point| point.at_m <= from_m);
+        let end = self.points.partition_point(|point| point.at_m < to_m);
+        self.points.get(first..end).unwrap_or_default()
+    }
+
+    /// The map's name of a place.
+    pub(crate) fn waypoint(&self, at_m: f32) -> Waypoint {
+        let (road, section, lane) = self.key;
+        Waypoint { road, section, lane, s: self.s_at(at_m) }
     }
 
     /// Where one of the junction's other lanes comes near, if it does.

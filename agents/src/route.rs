@@ -1,4 +1,4 @@
-//! The shortest way from place to place over lanes and lane changes (A*).
+//! The shortest way from place to place over lanes and lane changes (A*, and Dijkstra's search).
 //!
 //! **Source:** Hart, Nilsson, Raphael, "A formal basis for the heuristic determination of minimum
 //! cost paths", 1968; the estimate is the straight distance to the goal.
@@ -33,9 +33,53 @@ struct Reached {
     is_done: bool,
 }
 
+/// Nodes that were reached from a place, each by its shortest way.
+#[derive(Debug)]
+pub(crate) struct Reach {
+    from: Place,
+    reached: BTreeMap<Node, Reached>,
+}
+
 /// The legs of the shortest way, with its cost in metres; `None` where no way leads there.
 pub(crate) fn plan(network: &Network, from: Place, to: Place) -> Option<(f32, Vec<Leg>)> {
     let goal_m = network.lane(to.lane)?.at(to.at_m).point_m;
+    let left_m = |node| left_m(network, node, goal_m);
+    let is_goal = |node: Node| node.0 == to.lane && begin(network, from, node) <= to.at_m;
+    let (reach, goal) = search(network, from, left_m, is_goal);
+    reach.legs(network, to, goal?)
+}
+
+/// All that can be reached from a place (Dijkstra's search: nothing is estimated).
+pub(crate) fn reach(network: &Network, from: Place) -> Reach {
+    search(network, from, |_| 0.0, |_| false).0
+}
+
+impl Reach {
+    /// As [`plan`] has it; of several ways of one length the other may be found.
+    pub(crate) fn plan(&self, network: &Network, to: Place) -> Option<(f32, Vec<Leg>)> {
+        let ends = [(to.lane, true), (to.lane, false)].into_iter().filter_map(|node| {
+            let begins_m = begin(network, self.from, node);
+            let reached = self.reached.get(&node).filter(|_| begins_m <= to.at_m)?;
+            Some((reached.cost_m + to.at_m - begins_m, node))
+        });
+        let (_, goal) = ends.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        self.legs(network, to, goal)
+    }
+
+    fn legs(&self, network: &Network, to: Place, goal: Node) -> Option<(f32, Vec<Leg>)> {
+        let cost_m = self.reached.get(&goal)?.cost_m;
+        let begins_m = begin(network, self.from, goal);
+        Some((cost_m + to.at_m - begins_m, legs(network, &self.reached, self.from, to, goal)))
+    }
+}
+
+/// Looks at nodes in the order of their cost and what is left at least, until one is the goal.
+fn search(
+    network: &Network,
+    from: Place,
+    left_m: impl Fn(Node) -> f32,
+    is_goal: impl Fn(Node) -> bool,
+) -> (Reach, Option<Node>) {
     let mut reached: BTreeMap<Node, Reached> = BTreeMap::new();
     let mut open: BinaryHeap<Reverse<(u64, Node)>> = BinaryHeap::new();
     let start = (from.lane, true);
@@ -47,22 +91,20 @@ pub(crate) fn plan(network: &Network, from: Place, to: Place) -> Option<(f32, Ve
             continue;
         }
         let cost_m = state.cost_m;
-        let begins_m = begin(network, from, node);
-        if node.0 == to.lane && begins_m <= to.at_m {
-            let legs = legs(network, &reached, from, to, node);
-            return Some((cost_m + to.at_m - begins_m, legs));
+        if is_goal(node) {
+            return (Reach { from, reached }, Some(node));
         }
-        for (next, step_m, by_change) in ways_on(network, node, begins_m) {
+        for (next, step_m, by_change) in ways_on(network, node, begin(network, from, node)) {
             let cost_m = cost_m + step_m;
             if reached.get(&next).is_some_and(|known| known.cost_m <= cost_m) {
                 continue;
             }
             let known = Reached { cost_m, from: Some(node), by_change, is_done: false };
             reached.insert(next, known);
-            open.push(Reverse((millimetres(cost_m + left_m(network, next, goal_m)), next)));
+            open.push(Reverse((millimetres(cost_m + left_m(next)), next)));
         }
     }
-    None
+    (Reach { from, reached }, None)
 }
 
 /// Where on its lane a node begins.
@@ -156,5 +198,38 @@ pub(crate) fn across(
         let length_m = network.lane(*lane).map_or(0.0, |lane| lane.length_m());
         let to_m = ends_m.unwrap_or(length_m).max(at_m);
         legs.push(Leg { lane: *lane, from_m: at_m, to_m, onto: None });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use roads::Map;
+
+    use super::*;
+
+    #[test]
+    fn one_search_for_all_goals_finds_ways_as_short_as_one_for_each() {
+        let text = roads::town::build("Town03_Opt").unwrap();
+        let map = Map::parse("Town03_Opt", &text).unwrap();
+        let network = Network::new(&map);
+        let places: Vec<Place> = network
+            .places(60.0)
+            .iter()
+            .step_by(7)
+            .map(|pose| network.vehicle_place(&map, pose).unwrap())
+            .collect();
+        let mut found = 0;
+        for from in &places {
+            let reach = reach(&network, *from);
+            for to in &places {
+                let one = plan(&network, *from, *to).map(|(cost_m, _)| cost_m);
+                let all = reach.plan(&network, *to).map(|(cost_m, _)| cost_m);
+                let apart_m = one.zip(all).map(|(one, all)| (one - all).abs());
+                assert_eq!(one.is_some(), all.is_some(), "{from:?} to {to:?}");
+                assert!(apart_m.unwrap_or(0.0) < 0.1, "{from:?} to {to:?}: {one:?}, {all:?}");
+                found += usize::from(one.is_some());
+            }
+        }
+        assert!(found > 100, "{found}");
     }
 }

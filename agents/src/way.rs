@@ -1,11 +1,11 @@
-//! The shortest way between two places as points, for whoever measures a drive against it.
+//! The shortest ways from a place to others as points, for whoever measures a drive against one.
 
-use roads::Map;
+use roads::{Map, Waypoint};
 use schemas::{Pose, Vec3};
 
-use crate::network::{LanePoint, Network, Place};
+use crate::network::{Lane, LanePoint, Network, Place};
 use crate::path::Leg;
-use crate::route;
+use crate::route::{self, Reach};
 
 /// A place on a way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,49 +22,110 @@ pub struct WayPoint {
     pub limit_mps: f32,
     /// The junction that the lane leads through.
     pub junction: Option<u32>,
+    /// The place on the lane; on that before, while the way changes to another.
+    pub on: Waypoint,
+}
+
+/// A place on a lane, as the ends of ways are.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot(Place);
+
+/// The shortest ways from one spot, over lanes and allowed lane changes.
+#[derive(Debug)]
+pub struct Ways<'n> {
+    network: &'n Network,
+    reach: Reach,
 }
 
 impl Network {
-    /// The shortest way over lanes and allowed lane changes, one point every `step_m` and one at
-    /// its end; `None` where no way leads there, or one of the places is beside all lanes.
-    ///
-    /// - **Domain:** `step_m` above 0.
-    /// - **Cost:** that of a search through the lanes between the places.
+    /// The spot of a vehicle; `None` beside all lanes.
     #[must_use]
-    pub fn way(&self, map: &Map, from: &Pose, to: &Pose, step_m: f32) -> Option<Vec<WayPoint>> {
-        let from = self.vehicle_place(map, from)?;
-        let to = self.vehicle_place(map, to)?;
-        let (_, legs) = route::plan(self, from, to)?;
-        Some(self.sampled(&legs, step_m, to))
+    pub fn spot(&self, map: &Map, pose: &Pose) -> Option<Spot> {
+        self.vehicle_place(map, pose).map(Spot)
     }
 
-    fn sampled(&self, legs: &[Leg], step_m: f32, end: Place) -> Vec<WayPoint> {
+    /// - **Cost:** that of a search through all lanes, for all goals together.
+    #[must_use]
+    pub fn ways(&self, from: Spot) -> Ways<'_> {
+        Ways { network: self, reach: route::reach(self, from.0) }
+    }
+}
+
+impl<'n> Ways<'n> {
+    /// The way to one goal; `None` where none leads there.
+    #[must_use]
+    pub fn to(&self, goal: Spot) -> Option<Way<'n>> {
+        let (_, legs) = self.reach.plan(self.network, goal.0)?;
+        Some(Way { network: self.network, legs, end: goal.0 })
+    }
+}
+
+/// The shortest way to one goal.
+#[derive(Debug)]
+pub struct Way<'n> {
+    network: &'n Network,
+    legs: Vec<Leg>,
+    end: Place,
+}
+
+impl Way<'_> {
+    /// How long it is.
+    #[must_use]
+    pub fn length_m(&self) -> f32 {
+        self.legs.iter().map(|leg| leg.length_m().max(0.0)).sum()
+    }
+
+    /// Headings along it, where its lanes have points and where it goes from one to the next, each
+    /// with the junction there: what is enough to tell its turns.
+    pub fn headings(&self) -> impl Iterator<Item = (f32, Option<u32>)> + '_ {
+        self.legs.iter().flat_map(move |leg| {
+            let lane = self.network.lane(leg.lane);
+            let within = lane.map_or(&[][..], |lane| lane.between(leg.from_m, leg.to_m));
+            let ends = [leg.from_m, leg.to_m].map(|at_m| leg.point(self.network, at_m));
+            let changes = leg.onto.is_some();
+            let within = within.iter().filter_map(move |point| match changes {
+                true => leg.point(self.network, point.at_m),
+                false => Some(*point),
+            });
+            let points = ends[0].into_iter().chain(within).chain(ends[1]);
+            points.map(move |point| (point.heading_rad, lane.and_then(|lane| lane.junction)))
+        })
+    }
+
+    /// One point every `step_m` and one at its end.
+    ///
+    /// - **Domain:** `step_m` above 0.
+    #[must_use]
+    pub fn points(&self, step_m: f32) -> Vec<WayPoint> {
         let mut points = Vec::new();
         let (mut at_m, mut done_m) = (0.0, 0.0);
-        for leg in legs {
+        for leg in &self.legs {
             let length_m = leg.length_m().max(0.0);
-            let junction = self.lane(leg.lane).and_then(|lane| lane.junction);
+            let Some(lane) = self.network.lane(leg.lane) else { continue };
             while at_m < done_m + length_m {
-                let point = leg.point(self, leg.from_m + at_m - done_m);
-                points.extend(point.map(|point| way_point(&point, at_m, junction)));
+                let on_lane_m = leg.from_m + at_m - done_m;
+                let point = leg.point(self.network, on_lane_m);
+                points.extend(point.map(|point| way_point(&point, at_m, lane, on_lane_m)));
                 at_m += step_m;
             }
             done_m += length_m;
         }
-        let last = self.lane(end.lane);
-        points.extend(last.map(|lane| way_point(&lane.at(end.at_m), done_m, lane.junction)));
+        if let Some(lane) = self.network.lane(self.end.lane) {
+            points.push(way_point(&lane.at(self.end.at_m), done_m, lane, self.end.at_m));
+        }
         points
     }
 }
 
-fn way_point(point: &LanePoint, at_m: f32, junction: Option<u32>) -> WayPoint {
+fn way_point(point: &LanePoint, at_m: f32, lane: &Lane, on_lane_m: f32) -> WayPoint {
     WayPoint {
         at_m,
         point_m: point.point_m,
         heading_rad: point.heading_rad,
         curvature_per_m: point.curvature_per_m,
         limit_mps: point.limit_mps,
-        junction,
+        junction: lane.junction,
+        on: lane.waypoint(on_lane_m),
     }
 }
 
@@ -79,7 +140,10 @@ mod tests {
         let network = Network::new(&map);
         let places = network.places(60.0);
         let (start, goal) = (places[0], places[places.len() / 2]);
-        let way = network.way(&map, &start, &goal, 1.0).unwrap();
+        let [from, to] = [&start, &goal].map(|place| network.spot(&map, place).unwrap());
+        let found = network.ways(from).to(to).unwrap();
+        let way = found.points(1.0);
+        assert!((way[way.len() - 1].at_m - found.length_m()).abs() < 0.01);
         let ends = [(&start, way[0]), (&goal, way[way.len() - 1])];
         for (place, point) in ends {
             assert!((place.translation.vector - point.point_m).norm() < 0.5, "{point:?}");

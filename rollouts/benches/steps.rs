@@ -17,8 +17,8 @@ fn course(spec: &Spec) -> Arc<Course> {
 fn steps(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step");
     let physics = [(1, 1), (64, 1), (256, 1), (4, 16)].map(|size| (TierKind::Physics, size));
-    let fast = [(256, 1), (16, 16), (4, 64), (64, 64)].map(|size| (TierKind::Fast, size));
-    for (tier, (worlds, agents)) in physics.into_iter().chain(fast) {
+    let kinematic = [(256, 1), (16, 16), (4, 64), (64, 64)].map(|size| (TierKind::Kinematic, size));
+    for (tier, (worlds, agents)) in physics.into_iter().chain(kinematic) {
         let spec = Spec { tier, worlds, agents, decision_ticks: 1, ..Spec::default() };
         let course = course(&spec);
         let mut shard = Shard::new(&spec, &course, 0..worlds).unwrap();

@@ -91,7 +91,7 @@ impl Agent {
         let goal = self.route.goal();
         let (to_x, to_y) = (goal.x_m - motion.x_m, goal.y_m - motion.y_m);
         let arrived = to_x * to_x + to_y * to_y < ARRIVED_M * ARRIVED_M;
-        let off_route = self.beside_m(motion) > self.place.half_width_m;
+        let off_route = self.place.away_m > self.place.half_width_m;
         let speeding_mps = match self.place.limit_mps {
             limit_mps if limit_mps > 0.0 => (motion.speed_mps - limit_mps).max(0.0),
             _ => 0.0,
@@ -114,13 +114,6 @@ impl Agent {
             .map(Cause::By)
             .or_else(|| self.is_late(rules).then_some(Cause::Time));
         Verdict { reward, cause }
-    }
-
-    /// Distance from the route; farther than to its left where the vehicle is beyond an end.
-    fn beside_m(&self, motion: &Motion) -> f32 {
-        let point = self.route.at(self.place.at_m, self.place.segment);
-        let (x_m, y_m) = (motion.x_m - point.x_m, motion.y_m - point.y_m);
-        nalgebra::ComplexField::sqrt(x_m * x_m + y_m * y_m)
     }
 
     fn note(

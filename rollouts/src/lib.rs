@@ -35,7 +35,7 @@ mod course;
 mod end;
 mod env;
 mod episode;
-mod fast;
+mod kinematic;
 pub mod limits;
 mod motion;
 mod observe;

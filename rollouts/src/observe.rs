@@ -99,7 +99,8 @@ impl Encoder {
         }
         let bounds = self.scale.iter().zip(self.low.iter().zip(&self.high));
         for (value, (scale, (low, high))) in row.iter_mut().zip(bounds) {
-            *value = (*value * scale).clamp(*low, *high);
+            // Not `clamp`, which asks for each of them whether its bounds are in order.
+            *value = (*value * scale).max(*low).min(*high);
         }
     }
 }

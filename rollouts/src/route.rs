@@ -7,6 +7,9 @@ use nalgebra::ComplexField;
 pub(crate) const STEP_M: f32 = 1.0;
 /// Segments looked at on either side of where a vehicle was before.
 const REACH: usize = 32;
+/// A segment so much farther away than the nearest, as the difference of squares: a bend does not
+/// come back from there.
+const FAR_M2: f32 = 100.0;
 
 /// One point of a route, on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,6 +30,18 @@ pub(crate) struct RoutePoint {
 #[derive(Debug)]
 pub(crate) struct Route {
     points: Vec<RoutePoint>,
+    /// From each point but the last to the next.
+    segments: Vec<Segment>,
+}
+
+/// What of a piece of a route does not change from step to step.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    x_m: f32,
+    y_m: f32,
+    cos: f32,
+    sin: f32,
+    length_m: f32,
 }
 
 /// A vehicle seen from its route.
@@ -38,6 +53,8 @@ pub(crate) struct Abreast {
     pub at_m: f32,
     /// Left of the route.
     pub left_m: f32,
+    /// From the route; more than `left_m` beyond its ends.
+    pub away_m: f32,
     /// Direction of the route.
     pub cos: f32,
     pub sin: f32,
@@ -46,7 +63,8 @@ pub(crate) struct Abreast {
 }
 
 impl Route {
-    /// - **Domain:** `half_width_m` tells a point's half width of the lane.
+    /// - **Domain:** points of the way are [`STEP_M`] apart, but for the last; `half_width_m` tells
+    ///   a point's half width of the lane.
     ///
     /// `None` for a way without length.
     pub(crate) fn new(way: &[WayPoint], half_width_m: impl Fn(&WayPoint) -> f32) -> Option<Self> {
@@ -64,7 +82,8 @@ impl Route {
                 });
             }
         }
-        (points.len() >= 2).then_some(Self { points })
+        let segments = points.windows(2).map(|pair| Segment::between(&pair[0], &pair[1])).collect();
+        (points.len() >= 2).then_some(Self { points, segments })
     }
 
     pub(crate) fn length_m(&self) -> f32 {
@@ -75,18 +94,11 @@ impl Route {
         self.points.last().copied().unwrap_or_default()
     }
 
-    /// The route at a distance from its start, kept within its ends. `segment` is one near there.
-    pub(crate) fn at(&self, at_m: f32, segment: usize) -> RoutePoint {
-        let last = self.points.len().saturating_sub(2);
-        // Points are a step apart, but for the last one.
-        let steps = ((at_m - self.start_of(segment)) / STEP_M).floor();
-        let mut index = if steps < 0.0 {
-            segment.saturating_sub((-steps) as usize)
-        } else {
-            segment + steps as usize
-        };
-        index = index.min(last);
-        let (Some(from), Some(to)) = (self.points.get(index), self.points.get(index + 1)) else {
+    /// The route at a distance from its start, kept within its ends.
+    pub(crate) fn at(&self, at_m: f32) -> RoutePoint {
+        let last = self.segments.len().saturating_sub(1);
+        let index = ((at_m / STEP_M) as usize).min(last);
+        let Some([from, to]) = self.points.get(index..index + 2) else {
             return RoutePoint::default();
         };
         let share = ((at_m - from.at_m) / (to.at_m - from.at_m)).clamp(0.0, 1.0);
@@ -101,55 +113,62 @@ impl Route {
         }
     }
 
-    fn start_of(&self, segment: usize) -> f32 {
-        self.points.get(segment).map_or(0.0, |point| point.at_m)
-    }
-
     /// Where a point is beside the route, near the segment where it was before. Ways that cross
     /// themselves are told apart by that.
     pub(crate) fn abreast(&self, x_m: f32, y_m: f32, before: usize) -> Abreast {
-        let last = self.points.len().saturating_sub(2);
-        let (first, end) = (before.saturating_sub(REACH / 4), (before + REACH).min(last));
-        let mut best = (f32::INFINITY, Abreast::default());
-        for segment in first..=end {
-            let (Some(from), Some(to)) = (self.points.get(segment), self.points.get(segment + 1))
-            else {
-                break;
-            };
-            let (way_x, way_y) = (to.x_m - from.x_m, to.y_m - from.y_m);
-            let (x, y) = (x_m - from.x_m, y_m - from.y_m);
-            let square = way_x * way_x + way_y * way_y;
-            let share = (x * way_x + y * way_y) / square.max(1.0e-9);
-            let near = share.clamp(0.0, 1.0);
-            let (off_x, off_y) = (x - way_x * near, y - way_y * near);
-            let away = off_x * off_x + off_y * off_y;
+        let first = before.saturating_sub(REACH / 4);
+        let end = (before + REACH + 1).min(self.segments.len());
+        // Square of the distance, segment, and along it.
+        let mut best = (f32::INFINITY, first, 0.0);
+        for (index, segment) in self.segments.iter().enumerate().take(end).skip(first) {
+            let (along_m, left_m) = segment.seen(x_m, y_m);
+            let near_m = along_m.max(0.0).min(segment.length_m);
+            let beyond_m = along_m - near_m;
+            let away = beyond_m * beyond_m + left_m * left_m;
             if away < best.0 {
-                let length_m = ComplexField::sqrt(square.max(1.0e-9));
-                let (cos, sin) = (way_x / length_m, way_y / length_m);
-                best = (
-                    away,
-                    Abreast {
-                        segment,
-                        at_m: from.at_m + (to.at_m - from.at_m) * near,
-                        left_m: y * cos - x * sin,
-                        cos,
-                        sin,
-                        half_width_m: from.half_width_m
-                            + (to.half_width_m - from.half_width_m) * near,
-                        limit_mps: from.limit_mps,
-                    },
-                );
-            } else if away > best.0 + 400.0 {
-                // 20 m farther than the nearest: a bend does not come back from there.
+                best = (away, index, near_m);
+            } else if away > best.0 + FAR_M2 {
                 break;
             }
         }
-        best.1
+        let (away, index, near_m) = best;
+        let (Some(segment), Some([from, to])) =
+            (self.segments.get(index), self.points.get(index..index + 2))
+        else {
+            return Abreast::default();
+        };
+        let share = near_m / segment.length_m;
+        Abreast {
+            segment: index,
+            at_m: from.at_m + (to.at_m - from.at_m) * share,
+            left_m: segment.seen(x_m, y_m).1,
+            away_m: ComplexField::sqrt(away),
+            cos: segment.cos,
+            sin: segment.sin,
+            half_width_m: from.half_width_m + (to.half_width_m - from.half_width_m) * share,
+            limit_mps: from.limit_mps,
+        }
+    }
+}
+
+impl Segment {
+    fn between(from: &RoutePoint, to: &RoutePoint) -> Self {
+        let (x_m, y_m) = (to.x_m - from.x_m, to.y_m - from.y_m);
+        let length_m = ComplexField::sqrt((x_m * x_m + y_m * y_m).max(1.0e-9));
+        let (cos, sin) = (x_m / length_m, y_m / length_m);
+        Self { x_m: from.x_m, y_m: from.y_m, cos, sin, length_m }
+    }
+
+    /// How far a point is ahead of its begin, and left of it.
+    fn seen(&self, x_m: f32, y_m: f32) -> (f32, f32) {
+        let (x_m, y_m) = (x_m - self.x_m, y_m - self.y_m);
+        (x_m * self.cos + y_m * self.sin, y_m * self.cos - x_m * self.sin)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use roads::Waypoint;
     use schemas::Vec3;
 
     use super::*;
@@ -167,6 +186,7 @@ mod tests {
                     curvature_per_m: 0.0,
                     limit_mps: 8.0,
                     junction: None,
+                    on: Waypoint { road: 1, section: 0, lane: -1, s: f64::from(at) },
                 }
             })
             .collect();
@@ -189,10 +209,10 @@ mod tests {
     fn points_ahead_lie_on_the_route_and_end_at_its_goal() {
         let route = corner();
         assert_eq!(route.length_m(), 100.0);
-        let point = route.at(60.5, 20);
+        let point = route.at(60.5);
         assert_eq!((point.x_m, point.y_m, point.limit_mps), (50.0, 10.5, 8.0));
-        let point = route.at(140.0, 99);
+        let point = route.at(140.0);
         assert_eq!((point.x_m, point.y_m), (50.0, 50.0));
-        assert_eq!(route.at(1.5, 20).x_m, 1.5);
+        assert_eq!(route.at(1.5).x_m, 1.5);
     }
 }

@@ -8,7 +8,7 @@ use schemas::{Error, ErrorCode};
 use crate::action::Action;
 use crate::course::Course;
 use crate::env::{Env, Shared};
-use crate::fast::FastWorld;
+use crate::kinematic::KinematicWorld;
 use crate::physics::PhysicsWorld;
 use crate::rows::Rows;
 use crate::spec::{Autoreset, Spec, TierKind};
@@ -56,7 +56,7 @@ impl Shard {
         spec.check()?;
         match spec.tier {
             TierKind::Physics => several::<PhysicsWorld>(spec, course, parts),
-            TierKind::Fast => several::<FastWorld>(spec, course, parts),
+            TierKind::Kinematic => several::<KinematicWorld>(spec, course, parts),
         }
     }
 

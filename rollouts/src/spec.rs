@@ -17,7 +17,7 @@ pub enum TierKind {
     #[default]
     Physics,
     /// Cars that roll without slip, and boxes; many times as fast.
-    Fast,
+    Kinematic,
 }
 
 /// When a world whose episode is over begins the next one; Gymnasium's three modes.

@@ -80,8 +80,8 @@ fn a_driver_who_follows_the_points_arrives() {
         ("corl17-straight", TierKind::Physics),
         ("corl17-one-turn", TierKind::Physics),
         ("lane-keep", TierKind::Physics),
-        ("corl17-one-turn", TierKind::Fast),
-        ("lane-keep", TierKind::Fast),
+        ("corl17-one-turn", TierKind::Kinematic),
+        ("lane-keep", TierKind::Kinematic),
     ] {
         let spec = Spec { tier, autoreset: Autoreset::SameStep, ..spec(task, 16) };
         let seen = run(&spec, std::slice::from_ref(&(0..16)), 900);
@@ -101,7 +101,7 @@ fn a_driver_who_follows_the_points_arrives() {
 
 #[test]
 fn equal_seeds_and_actions_give_equal_bytes_however_worlds_are_dealt_out() {
-    for tier in [TierKind::Physics, TierKind::Fast] {
+    for tier in [TierKind::Physics, TierKind::Kinematic] {
         equal_bytes(&Spec { tier, hash_every: 1, ..spec("lane-keep", 6) });
     }
 }
@@ -227,7 +227,7 @@ fn a_fork_goes_on_as_its_origin_and_only_its_own_actions_change_it() {
 
 #[test]
 fn several_agents_share_a_world_until_the_last_has_ended() {
-    for tier in [TierKind::Physics, TierKind::Fast] {
+    for tier in [TierKind::Physics, TierKind::Kinematic] {
         share(&Spec { tier, agents: 3, horizon_secs: Some(30.0), ..spec("lane-keep", 2) });
     }
 }

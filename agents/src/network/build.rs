@@ -54,6 +54,7 @@ fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
     }
     bend(&mut points);
     Lane {
+        key: (entry.road, entry.section, entry.lane),
         entry_s: entry.s,
         exit_s: exit.s,
         points,

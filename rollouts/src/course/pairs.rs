@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use agents::Network;
+use agents::{Network, Spot, Way};
 use nalgebra::Point3;
 use roads::{LaneTypes, Map};
 use schemas::{Pose, SplitMix64, Translation3, Vec3};
@@ -14,8 +14,6 @@ use crate::task::{Bends, Task};
 
 /// Pairs of a town and task are the same everywhere: they come from this seed.
 const SEED: u64 = 2017;
-/// A lane that no width is known of, in metres.
-const HALF_WIDTH_M: f64 = 1.75;
 
 /// A start, and the shortest way from it to a goal.
 #[derive(Debug)]
@@ -25,10 +23,18 @@ pub(super) struct Pair {
     pub route: Arc<Route>,
 }
 
+/// A place to begin or end at.
+struct Place {
+    /// On the ground in the middle of the lane.
+    pose: Pose,
+    spot: Spot,
+}
+
 /// Up to `wanted` pairs, none twice: every start once, then those that have a second goal, and so
 /// on. Starts and goals are at least 10 m from junctions, as the map's spread places are.
 pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> Vec<Pair> {
-    let places: Vec<Pose> = map.spread_places().iter().map(|place| on_ground(map, place)).collect();
+    let places = map.spread_places().iter().filter_map(|place| Place::of(map, network, place));
+    let places: Vec<Place> = places.collect();
     let mut random = SplitMix64::new(SEED);
     let mut starts: Vec<usize> = (0..places.len()).collect();
     shuffle(&mut starts, &mut random);
@@ -40,15 +46,17 @@ pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> 
             (start, goals)
         })
         .collect();
+    let wanted = wanted.min(PAIRS_MAX);
     let mut found = Vec::new();
-    while !open.is_empty() && found.len() < wanted.min(PAIRS_MAX) {
+    while !open.is_empty() && found.len() < wanted {
         open.retain_mut(|(start, goals)| {
-            if found.len() >= wanted.min(PAIRS_MAX) {
+            if found.len() >= wanted || goals.is_empty() {
                 return false;
             }
+            let ways = network.ways(places[*start].spot);
             while let Some(goal) = goals.pop() {
-                if let Some(route) = route(map, network, task, (&places[*start], &places[goal])) {
-                    found.push(Pair { start: places[*start], route: Arc::new(route) });
+                if let Some(route) = route(map, task, ways.to(places[goal].spot)) {
+                    found.push(Pair { start: places[*start].pose, route: Arc::new(route) });
                     return true;
                 }
             }
@@ -56,6 +64,13 @@ pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> 
         });
     }
     found
+}
+
+impl Place {
+    fn of(map: &Map, network: &Network, place: &nalgebra::Isometry3<f64>) -> Option<Self> {
+        let pose = on_ground(map, place);
+        Some(Self { pose, spot: network.spot(map, &pose)? })
+    }
 }
 
 /// A spawn point hangs above the ground.
@@ -69,32 +84,19 @@ fn on_ground(map: &Map, place: &nalgebra::Isometry3<f64>) -> Pose {
 }
 
 /// Goals that are not too far away as the crow flies.
-fn possible(places: &[Pose], start: usize, (_, longest_m): (f32, f32)) -> Vec<usize> {
-    let from = places[start].translation.vector;
-    let near = |goal: &usize| {
-        let apart_m = (places[*goal].translation.vector - from).norm();
-        *goal != start && apart_m <= longest_m
-    };
+fn possible(places: &[Place], start: usize, (_, longest_m): (f32, f32)) -> Vec<usize> {
+    let at = |place: &Place| place.pose.translation.vector;
+    let from = at(&places[start]);
+    let near = |goal: &usize| *goal != start && (at(&places[*goal]) - from).norm() <= longest_m;
     (0..places.len()).filter(near).collect()
 }
 
-/// The shortest way, if it is one of the task's.
-fn route(
-    map: &Map,
-    network: &Network,
-    task: &Task,
-    (start, goal): (&Pose, &Pose),
-) -> Option<Route> {
-    let way = network.way(map, start, goal, STEP_M)?;
+/// The shortest way as a route, if it is one of the task's.
+fn route(map: &Map, task: &Task, way: Option<Way<'_>>) -> Option<Route> {
+    let way = way?;
     let (shortest_m, longest_m) = task.bounds_m(map.name());
-    let length_m = way.last()?.at_m;
-    if !(shortest_m..=longest_m).contains(&length_m) || !(task.fits)(&Bends::of(&way)) {
-        return None;
-    }
-    Route::new(&way, |point| {
-        let place: Point3<f64> =
-            nalgebra::convert::<_, nalgebra::Vector3<f64>>(point.point_m).into();
-        let width_m = map.nearest(place, LaneTypes::DRIVING).map(|lane| map.lane(&lane).width_m);
-        (width_m.map_or(HALF_WIDTH_M, |width_m| width_m / 2.0)) as f32
-    })
+    let fits = (shortest_m..=longest_m).contains(&way.length_m())
+        && (task.fits)(&Bends::of(way.headings()));
+    let points = fits.then(|| way.points(STEP_M))?;
+    Route::new(&points, |point| map.lane(&point.on).width_m as f32 / 2.0)
 }

@@ -52,7 +52,7 @@ pub(super) fn encode(view: &View<'_>, row: &mut [f32]) {
     encode_ego(view, row);
     let View { place, route, .. } = *view;
     for (point, ahead_m) in row[EGO..].chunks_exact_mut(POINT).zip(AHEAD_M) {
-        let on_route = route.at(place.at_m + ahead_m, place.segment);
+        let on_route = route.at(place.at_m + ahead_m);
         let (x_m, y_m) = view.seen(on_route.x_m, on_route.y_m);
         point.copy_from_slice(&[x_m, y_m, on_route.half_width_m, on_route.curvature_per_m]);
     }

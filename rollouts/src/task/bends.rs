@@ -2,8 +2,6 @@
 
 use std::f32::consts::{PI, TAU};
 
-use agents::WayPoint;
-
 /// Turns of a way, in radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Bends {
@@ -14,13 +12,14 @@ pub(crate) struct Bends {
 }
 
 impl Bends {
-    pub(crate) fn of(way: &[WayPoint]) -> Self {
+    /// - **Domain:** headings along a way, each with the junction there.
+    pub(crate) fn of(way: impl Iterator<Item = (f32, Option<u32>)>) -> Self {
         let mut bends = Self::default();
-        let mut inside = None;
-        for pair in way.windows(2) {
-            let [from, to] = pair else { continue };
-            let turn_rad = wrapped(to.heading_rad - from.heading_rad);
-            let junction = to.junction.or(from.junction);
+        let (mut before, mut inside) = (None, None);
+        for (heading_rad, at) in way {
+            let Some((from_rad, from)) = before.replace((heading_rad, at)) else { continue };
+            let turn_rad = wrapped(heading_rad - from_rad);
+            let junction = at.or(from);
             match (junction, bends.junctions_rad.last_mut()) {
                 (None, _) => bends.elsewhere_rad += turn_rad.abs(),
                 (Some(_), Some(last)) if junction == inside => *last += turn_rad,
@@ -44,34 +43,21 @@ fn wrapped(angle_rad: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use schemas::Vec3;
-
     use super::*;
-
-    fn point(heading_rad: f32, junction: Option<u32>) -> WayPoint {
-        WayPoint {
-            at_m: 0.0,
-            point_m: Vec3::zeros(),
-            heading_rad,
-            curvature_per_m: 0.0,
-            limit_mps: 0.0,
-            junction,
-        }
-    }
 
     #[test]
     fn turns_count_by_junction_and_those_between_add_up() {
         let way = [
-            point(0.0, None),
-            point(0.1, None),
-            point(0.1, Some(1)),
-            point(0.9, Some(1)),
-            point(1.6, Some(1)),
-            point(1.6, None),
-            point(1.5, None),
-            point(1.5 + TAU, Some(2)),
+            (0.0, None),
+            (0.1, None),
+            (0.1, Some(1)),
+            (0.9, Some(1)),
+            (1.6, Some(1)),
+            (1.6, None),
+            (1.5, None),
+            (1.5 + TAU, Some(2)),
         ];
-        let bends = Bends::of(&way);
+        let bends = Bends::of(way.into_iter());
         assert_eq!(bends.junctions_rad.len(), 2);
         assert!((bends.junctions_rad[0] - 1.5).abs() < 1.0e-5);
         assert!(bends.junctions_rad[1].abs() < 1.0e-5);

@@ -8,10 +8,11 @@ fn course() -> Course {
     Course::new(&spec, Arc::new(roads::Map::parse("Town02", &text).unwrap())).unwrap()
 }
 
-fn both(course: &Course, start: usize) -> (FastWorld, PhysicsWorld) {
-    let (fast, physics) = (FastWorld::kit(course).unwrap(), PhysicsWorld::kit(course).unwrap());
+fn both(course: &Course, start: usize) -> (KinematicWorld, PhysicsWorld) {
+    let (kinematic, physics) =
+        (KinematicWorld::kit(course).unwrap(), PhysicsWorld::kit(course).unwrap());
     (
-        FastWorld::begin(course, &fast, start).unwrap(),
+        KinematicWorld::begin(course, &kinematic, start).unwrap(),
         PhysicsWorld::begin(course, &physics, start).unwrap(),
     )
 }
@@ -21,20 +22,20 @@ fn gentle_driving_leads_to_the_same_place_as_with_rigid_bodies() {
     let course = course();
     let mut worst_m = 0.0_f32;
     for start in 0..12 {
-        let (mut fast, mut physics) = both(&course, start);
+        let (mut kinematic, mut physics) = both(&course, start);
         let weave = [0.0, 0.04, -0.04][start % 3];
         let pedal = [0.15, 0.3, -0.05][start % 3];
-        let begin = fast.motion(0);
+        let begin = kinematic.motion(0);
         for tick in 0..60u8 {
             let steer = weave * if tick % 40 < 20 { 1.0 } else { -1.0 };
             for agent in 0..2 {
-                fast.drive(agent, Action { steer, pedal });
+                kinematic.drive(agent, Action { steer, pedal });
                 physics.drive(agent, Action { steer, pedal });
             }
-            fast.tick().unwrap();
+            kinematic.tick().unwrap();
             physics.tick().unwrap();
         }
-        let (ours, theirs) = (fast.motion(0), physics.motion(0));
+        let (ours, theirs) = (kinematic.motion(0), physics.motion(0));
         let apart_m = (ours.x_m - theirs.x_m).hypot(ours.y_m - theirs.y_m);
         let way_m = (theirs.x_m - begin.x_m).hypot(theirs.y_m - begin.y_m);
         println!(

@@ -33,15 +33,15 @@ const PATH_SECS: f32 = 0.06;
 
 /// A world with a car for each agent.
 #[derive(Clone)]
-pub(crate) struct FastWorld {
+pub(crate) struct KinematicWorld {
     cars: Vec<Car>,
     kit: Arc<Shared>,
 }
 
 /// What all worlds share.
-pub(crate) struct FastKit {
+pub(crate) struct KinematicKit {
     shared: Arc<Shared>,
-    starts: Vec<OnceLock<FastWorld>>,
+    starts: Vec<OnceLock<KinematicWorld>>,
 }
 
 struct Shared {
@@ -63,20 +63,22 @@ struct Car {
     curvature_per_m: f32,
     action: Action,
     contacts: Contacts,
+    /// Something, in this tick and in the one before.
     touches: bool,
+    touched: bool,
     gone: bool,
 }
 
-impl Tier for FastWorld {
-    type Kit = FastKit;
+impl Tier for KinematicWorld {
+    type Kit = KinematicKit;
 
-    fn kit(course: &Course) -> Result<FastKit, Error> {
+    fn kit(course: &Course) -> Result<KinematicKit, Error> {
         let shared = Shared { plant: Plant::measured()?, obstacles: Obstacles::of(&course.map) };
         let starts = std::iter::repeat_with(OnceLock::new).take(STARTS).collect();
-        Ok(FastKit { shared: Arc::new(shared), starts })
+        Ok(KinematicKit { shared: Arc::new(shared), starts })
     }
 
-    fn begin(course: &Course, kit: &FastKit, start: usize) -> Result<Self, Error> {
+    fn begin(course: &Course, kit: &KinematicKit, start: usize) -> Result<Self, Error> {
         let made = kit.starts[start].get_or_init(|| {
             let shape = kit.shared.plant.shape;
             let agents = course.start(start).agents.iter();
@@ -91,19 +93,18 @@ impl Tier for FastWorld {
     }
 
     fn tick(&mut self) -> Result<(), Fault> {
-        let kit = Arc::clone(&self.kit);
-        let Shared { plant, obstacles } = &*kit;
-        for car in self.cars.iter_mut().filter(|car| !car.gone) {
-            car.advance(plant);
+        let Self { cars, kit } = self;
+        let Shared { plant, obstacles } = &**kit;
+        for car in cars.iter_mut() {
+            car.touched = std::mem::take(&mut car.touches);
+            if !car.gone {
+                car.advance(plant);
+            }
         }
-        let touched: Vec<bool> = self.cars.iter().map(|car| car.touches).collect();
-        for car in &mut self.cars {
-            car.touches = false;
-        }
-        self.meet(&touched);
-        for (car, touched) in self.cars.iter_mut().zip(touched).filter(|(car, _)| !car.gone) {
+        meet(cars, plant.shape);
+        for car in cars.iter_mut().filter(|car| !car.gone) {
             if obstacles.touch(&car.outline(plant.shape)) {
-                car.hit(touched, |contacts| contacts.things += 1);
+                car.hit(|contacts| contacts.things += 1);
             }
         }
         Ok(())
@@ -151,26 +152,20 @@ impl Tier for FastWorld {
     }
 }
 
-impl FastWorld {
-    /// Lets cars run into each other.
-    fn meet(&mut self, touched: &[bool]) {
-        let shape = self.kit.plant.shape;
-        // Centres farther apart than this cannot touch.
-        let reach_m2 = shape.length_m * shape.length_m + shape.width_m * shape.width_m;
-        for later in 1..self.cars.len() {
-            for earlier in 0..later {
-                let (one, other) = (&self.cars[earlier], &self.cars[later]);
-                let (x_m, y_m) = (one.x_m - other.x_m, one.y_m - other.y_m);
-                // Rear axles may be farther apart than centres, by their distance from these.
-                let near = x_m * x_m + y_m * y_m < 4.0 * reach_m2;
-                if !near || one.gone || other.gone {
-                    continue;
-                }
-                if one.outline(shape).touches(&other.outline(shape)) {
-                    for index in [earlier, later] {
-                        self.cars[index].hit(touched[index], |contacts| contacts.vehicles += 1);
-                    }
-                }
+/// Lets cars run into each other.
+fn meet(cars: &mut [Car], shape: Shape) {
+    // Centres farther apart than this cannot touch.
+    let reach_m2 = shape.length_m * shape.length_m + shape.width_m * shape.width_m;
+    for later in 1..cars.len() {
+        let (before, rest) = cars.split_at_mut(later);
+        let Some(other) = rest.first_mut().filter(|car| !car.gone) else { continue };
+        for one in before.iter_mut().filter(|car| !car.gone) {
+            let (x_m, y_m) = (one.x_m - other.x_m, one.y_m - other.y_m);
+            // Rear axles may be farther apart than centres, by their distance from these.
+            let near = x_m * x_m + y_m * y_m < 4.0 * reach_m2;
+            if near && one.outline(shape).touches(&other.outline(shape)) {
+                one.hit(|contacts| contacts.vehicles += 1);
+                other.hit(|contacts| contacts.vehicles += 1);
             }
         }
     }
@@ -242,8 +237,8 @@ impl Car {
     }
 
     /// Stops it; counts unless it was touching something before.
-    fn hit(&mut self, touched: bool, count: impl FnOnce(&mut Contacts)) {
-        if !touched && !self.touches {
+    fn hit(&mut self, count: impl FnOnce(&mut Contacts)) {
+        if !self.touched && !self.touches {
             count(&mut self.contacts);
         }
         self.touches = true;
