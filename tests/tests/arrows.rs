@@ -9,12 +9,13 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 22] = [
+const MAY_NAME: [(&str, &[&str]); 23] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
     ("whole-file", &[]),
+    ("batched-queue", &[]),
     ("monitoring", &[]),
     ("admin", &["monitoring"]),
     ("signals", &["monitoring"]),
@@ -29,7 +30,17 @@ const MAY_NAME: [(&str, &[&str]); 22] = [
     ("rollout-service", &["rollouts", "roads", "schemas", "signals"]),
     (
         "world-service",
-        &["world", "agents", "bus", "monitoring", "roads", "schemas", "signals", "whole-file"],
+        &[
+            "world",
+            "agents",
+            "batched-queue",
+            "bus",
+            "monitoring",
+            "roads",
+            "schemas",
+            "signals",
+            "whole-file",
+        ],
     ),
     ("render-service", &["bus", "monitoring", "roads", "schemas", "signals"]),
     (
@@ -39,6 +50,7 @@ const MAY_NAME: [(&str, &[&str]); 22] = [
     (
         "carla-gateway",
         &[
+            "batched-queue",
             "blueprints",
             "bus",
             "monitoring",

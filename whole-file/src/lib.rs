@@ -1,15 +1,10 @@
-//! Files that grow piece by piece and never end within a piece, whatever the disk does, and the
-//! threads that write them.
+//! Files that grow piece by piece and never end within a piece, whatever the disk does.
 //!
 //! Recordings and journals are such files: who reads one that is still being written, or whose
-//! writer died, finds whole pieces only. [`spawn`] starts a thread for one.
-
-mod gathering;
+//! writer died, finds whole pieces only.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
-
-pub use gathering::{Giver, Taker, spawn};
 
 /// A file in which every write is a piece: one that does not fit is taken back.
 #[derive(Debug)]

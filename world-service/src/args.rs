@@ -29,7 +29,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub journals: Option<PathBuf>,
     /// Size of a journal, in MiB; a longer one ends there
-    #[arg(long, value_name = "MIB", default_value_t = 1_024)]
+    #[arg(long, value_name = "MIB", default_value_t = 4_096)]
     pub journal_mib: u32,
     /// Worlds at once
     #[arg(long, default_value_t = limits::WORLDS_PER_SERVICE_MAX)]
@@ -190,7 +190,7 @@ mod tests {
         assert!(!folder.exists());
         assert_eq!(
             resolve(&["--journals", "journals"]).unwrap().journals.unwrap().bytes_max,
-            1 << 30
+            4 << 30
         );
     }
 }

@@ -15,6 +15,7 @@ mod compare;
 mod cut;
 mod entry;
 mod index;
+mod queue;
 mod reader;
 mod replay;
 mod writer;
@@ -23,9 +24,10 @@ pub use compare::Difference;
 pub use cut::cut;
 pub use entry::{Entry, Head, Moment, Scribe, Step, TickEntry};
 pub use index::Index;
+pub use queue::Queue;
 pub use reader::{Reader, Way};
 pub use replay::{JournalError, Replay, Replayed, verify};
 pub use writer::Writer;
 
 /// Ticks from one keyframe to the next.
-pub const KEYFRAME_TICKS: u64 = 20;
+pub const KEYFRAME_TICKS: u64 = 10;

@@ -69,7 +69,10 @@ impl Simulation for World {
     fn answer(&self, question: &Question) -> Result<Reply, Error> {
         match question {
             Question::Actors(wanted) => Ok(Reply::Actors(self.describe(wanted))),
-            Question::Vehicle(id) => Ok(Reply::Vehicle(Box::new(self.vehicle_report(*id)?))),
+            Question::Vehicles(ids) => {
+                let reports = ids.iter().map(|id| self.vehicle_report(*id));
+                Ok(Reply::Vehicles(reports.collect::<Result<_, _>>()?))
+            }
             Question::Rays(rays) => Ok(Reply::RayHits(self.cast_rays(rays)?)),
         }
     }

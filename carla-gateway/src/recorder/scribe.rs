@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::TrySendError;
 use std::time::{Duration, Instant};
 
+use batched_queue::{Giver, Taker};
 use recording::{FrameContent, Header, Writer};
 use tokio::sync::watch;
-use whole_file::{Giver, Taker, WholeFile};
+use whole_file::WholeFile;
 
 /// Frames that may wait for the disk: several seconds, and at most some dozens of megabytes.
 const FRAMES_WAITING_MAX: usize = 256;
@@ -63,7 +64,7 @@ impl<T: Send + 'static> Scribe<T> {
             // Also when that panics, whoever waits is told.
             drop(writing);
         };
-        let (frames, _) = whole_file::spawn("recording", FRAMES_WAITING_MAX, work)?;
+        let (frames, _) = batched_queue::spawn("recording", FRAMES_WAITING_MAX, work)?;
         Ok(Self { frames, written: Written(written) })
     }
 
@@ -156,7 +157,7 @@ mod tests {
             write_all(writer, &waiting, same, &PathBuf::from("/dev/null"));
             drop(writing);
         };
-        let (frames, _) = whole_file::spawn("recording", FRAMES_WAITING_MAX, work).unwrap();
+        let (frames, _) = batched_queue::spawn("recording", FRAMES_WAITING_MAX, work).unwrap();
         let scribe = Scribe { frames, written: Written(written) };
         let until = Instant::now() + Duration::from_secs(20);
         while scribe.write(frame(1)).is_ok() {

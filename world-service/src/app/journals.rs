@@ -1,20 +1,18 @@
-//! Journals on disk: which names lead to which files, and the threads that write them.
+//! Journals on disk: which names lead to which files, and whether all are written.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::TrySendError;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use monitoring::Counter;
 use schemas::{Error, ErrorCode, Tenant};
-use whole_file::{Giver, Taker, WholeFile};
+use whole_file::WholeFile;
 
 use crate::args::Journals;
-use crate::journal::{Entry, Head, Scribe, Writer};
+use crate::journal::{Head, Queue, Scribe};
 use crate::service::NewJournal;
 
 /// What names of journals end with.
@@ -23,12 +21,8 @@ const EXTENSION: &str = "journal";
 const MAGIC: [u8; 4] = *b"CWJL";
 /// Journals of one world, one after the other.
 const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
-/// Entries that may wait for the disk: a tenth of a second of fast worlds, minutes of others.
-const ENTRIES_WAITING_MAX: usize = 4_096;
 /// How long the end of a service waits for the disk.
 const SETTLE_WAIT: Duration = Duration::from_secs(10);
-/// Memory that they may take.
-const BYTES_WAITING_MAX: usize = 128 * 1024 * 1024;
 
 /// The journals of one service.
 pub(super) struct Desk {
@@ -98,93 +92,17 @@ impl Desk {
     }
 
     fn spawn(&self, file: File, name: &str, bytes_max: u64, head: Head) -> io::Result<Queue> {
-        let waiting_bytes = Arc::new(AtomicUsize::new(0));
-        let (taken, name) = (Arc::clone(&waiting_bytes), name.to_owned());
-        let work = move |waiting| {
-            let out = WholeFile::new(file);
-            match write_all(out, bytes_max, &head, &waiting, &taken) {
-                Ok(()) => tracing::info!(name, "a journal is written"),
-                Err(error) => tracing::error!(name, %error, "a journal ends before its world"),
-            }
-        };
-        let (entries, thread) = whole_file::spawn("journal", ENTRIES_WAITING_MAX, work)?;
+        let (out, bytes) = (WholeFile::new(file), self.bytes.clone());
+        let (queue, thread) = Queue::begin(out, bytes_max, head, name.to_owned(), bytes)?;
         let mut threads = self.lock();
         threads.retain(|thread| !thread.is_finished());
         threads.push(thread);
-        Ok(Queue { entries, waiting_bytes, bytes: self.bytes.clone() })
+        Ok(queue)
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<JoinHandle<()>>> {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// What waits for the thread of a journal; dropped, the journal ends.
-struct Queue {
-    entries: Giver<Message>,
-    waiting_bytes: Arc<AtomicUsize>,
-    bytes: Counter,
-}
-
-enum Message {
-    Entry(Entry),
-    End(Box<dyn FnOnce() + Send>),
-}
-
-impl Scribe for Queue {
-    fn put(&mut self, entry: Entry) -> io::Result<()> {
-        let bytes = entry.bytes();
-        let too_slow = || io::Error::new(ErrorKind::TimedOut, "the disk is too slow for it");
-        if self.waiting_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes > BYTES_WAITING_MAX {
-            return Err(too_slow());
-        }
-        self.bytes.inc_by(bytes as u64);
-        self.entries.give(Message::Entry(entry)).map_err(|error| match error {
-            TrySendError::Full(_) => too_slow(),
-            // Its thread has said why.
-            TrySendError::Disconnected(_) => io::Error::other("it cannot be written any more"),
-        })
-    }
-
-    fn end(self: Box<Self>, then: Box<dyn FnOnce() + Send>) {
-        if let Err(
-            TrySendError::Full(Message::End(then)) | TrySendError::Disconnected(Message::End(then)),
-        ) = self.entries.give(Message::End(then))
-        {
-            // Nobody is told any more when all is written, or it never will be.
-            then();
-        }
-    }
-}
-
-fn write_all(
-    out: impl Write,
-    bytes_max: u64,
-    head: &Head,
-    waiting: &Taker<Message>,
-    waiting_bytes: &AtomicUsize,
-) -> io::Result<()> {
-    let mut writer = Writer::begin(out, bytes_max, head)?;
-    let mut told = None;
-    'messages: while let Some(messages) = waiting.gather() {
-        for message in messages {
-            match message {
-                Message::Entry(entry) => {
-                    writer.write(&entry)?;
-                    waiting_bytes.fetch_sub(entry.bytes(), Ordering::Relaxed);
-                }
-                Message::End(then) => {
-                    told = Some(then);
-                    break 'messages;
-                }
-            }
-        }
-    }
-    let finished = writer.finish().map(drop);
-    if let Some(then) = told {
-        then();
-    }
-    finished
 }
 
 /// The file that a name leads to.
@@ -243,7 +161,10 @@ fn new_file(folder: &Path, world: u64) -> Result<(String, io::Result<File>), Err
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
+    use crate::journal::Entry;
 
     #[test]
     fn names_lie_in_the_folder_and_end_as_journals_do() {
@@ -275,25 +196,5 @@ mod tests {
         let mut queue = desk.spawn(full, "full", 1 << 30, Head::default()).unwrap();
         desk.settle();
         assert!(queue.put(Entry::Commands(Vec::new())).is_err());
-    }
-
-    #[test]
-    fn a_queue_that_is_full_refuses_at_once() {
-        // A thread that takes nothing until the end.
-        let (end, ending) = std::sync::mpsc::channel::<()>();
-        let queue = |waiting_max, ending: std::sync::mpsc::Receiver<()>| {
-            let work = move |_waiting: Taker<Message>| ending.recv().unwrap_or_default();
-            let (entries, _) = whole_file::spawn("journal", waiting_max, work).unwrap();
-            let (waiting_bytes, bytes) = Default::default();
-            Queue { entries, waiting_bytes, bytes }
-        };
-        let mut full = queue(1, ending);
-        full.put(Entry::Commands(vec![0; 8])).unwrap();
-        assert_eq!(full.put(Entry::Commands(Vec::new())).unwrap_err().kind(), ErrorKind::TimedOut);
-        let (_end, ending) = std::sync::mpsc::channel();
-        let huge = Entry::Commands(vec![0; BYTES_WAITING_MAX + 1]);
-        let refused = queue(2, ending).put(huge).unwrap_err();
-        assert_eq!(refused.kind(), ErrorKind::TimedOut);
-        drop(end);
     }
 }

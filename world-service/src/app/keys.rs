@@ -148,7 +148,7 @@ fn is_about(request: &Request, key_world: WorldId) -> bool {
         | Request::ForkWorld { world, .. }
         | Request::RunCommands { world, .. }
         | Request::DescribeActors { world, .. }
-        | Request::InspectVehicle { world, .. }
+        | Request::InspectVehicles { world, .. }
         | Request::CastRays { world, .. }
         | Request::ShareClock { world, .. }
         | Request::RecordWorld { world, .. } => *world == key_world,

@@ -145,8 +145,8 @@ impl<S: super::Simulation> Dispatcher<S> {
             Request::DescribeActors { world, actors } => {
                 (world, WorldWork::Look(Question::Actors(actors)))
             }
-            Request::InspectVehicle { world, actor } => {
-                (world, WorldWork::Look(Question::Vehicle(actor)))
+            Request::InspectVehicles { world, actors } => {
+                (world, WorldWork::Look(Question::Vehicles(actors)))
             }
             Request::CastRays { world, rays } => (world, WorldWork::Look(Question::Rays(rays))),
             Request::ShareClock { world, participant, lease_millis } => {

@@ -33,8 +33,8 @@ pub struct NewWorld<T> {
 pub enum Question {
     /// Descriptions of these actors; none named: of all.
     Actors(Vec<ActorId>),
-    /// Parameters and measurements of a vehicle.
-    Vehicle(ActorId),
+    /// Parameters and measurements of vehicles.
+    Vehicles(Vec<ActorId>),
     /// What rays from a point to another meet, world frame, metres.
     Rays(Vec<(Vec3, Vec3)>),
 }

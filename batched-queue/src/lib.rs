@@ -1,5 +1,7 @@
-//! A queue to a thread that looks into it now and then. Waking a thread for every piece would cost
-//! whoever gives it more than the writing itself.
+//! A bounded queue to a thread of its own, which takes what has gathered every 20 ms.
+//!
+//! Waking a thread for every piece would cost whoever gives it more than the work itself.
+//! [`spawn`] starts the thread; nobody ever waits for it.
 
 use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
