@@ -2,36 +2,20 @@
 //!
 //! **Source:** the specification of the format, <https://mcap.dev/spec>.
 
+mod record;
+
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use lz4_flex::frame::FrameEncoder;
+
+use record::{Body, Opcode, put};
 
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
 /// Bytes of a chunk before it is compressed.
 const CHUNK_BYTES: usize = 4 * 1024 * 1024;
 /// How chunks are compressed.
 const COMPRESSION: &str = "lz4";
-
-/// Kinds of records.
-#[derive(Clone, Copy)]
-enum Opcode {
-    Header = 1,
-    Footer,
-    Schema,
-    Channel,
-    Message,
-    Chunk,
-    MessageIndex,
-    ChunkIndex,
-    Attachment,
-    AttachmentIndex,
-    Statistics,
-    Metadata,
-    MetadataIndex,
-    SummaryOffset,
-    DataEnd,
-}
 
 /// One kind of message.
 #[derive(Clone, Debug)]
@@ -246,48 +230,6 @@ impl<W: Write> Writer<W> {
         self.sink.write_all(bytes)?;
         self.offset += bytes.len() as u64;
         Ok(())
-    }
-}
-
-fn put(out: &mut Vec<u8>, kind: Opcode, parts: &[&[u8]]) {
-    let bytes: usize = parts.iter().map(|part| part.len()).sum();
-    out.push(kind as u8);
-    out.extend_from_slice(&(bytes as u64).to_le_bytes());
-    parts.iter().for_each(|part| out.extend_from_slice(part));
-}
-
-/// The fields of a record, one after the other.
-#[derive(Default)]
-struct Body(Vec<u8>);
-
-impl Body {
-    fn append(mut self, bytes: &[u8]) -> Self {
-        self.0.extend_from_slice(bytes);
-        self
-    }
-
-    fn u8(self, number: u8) -> Self {
-        self.append(&[number])
-    }
-
-    fn u16(self, number: u16) -> Self {
-        self.append(&number.to_le_bytes())
-    }
-
-    fn u32(self, number: u32) -> Self {
-        self.append(&number.to_le_bytes())
-    }
-
-    fn u64(self, number: u64) -> Self {
-        self.append(&number.to_le_bytes())
-    }
-
-    fn bytes(self, bytes: &[u8]) -> Self {
-        self.u32(bytes.len() as u32).append(bytes)
-    }
-
-    fn text(self, text: &str) -> Self {
-        self.bytes(text.as_bytes())
     }
 }
 

@@ -24,23 +24,12 @@ pub(crate) fn messages(ego: &ActorState, map: &roads::Map, now: u64) -> [(Topic,
     let in_map = json!({"timestamp": stamp, "frame_id": MAP_FRAME, "pose": pose(place)});
     let on_earth = map.geo_place(&place.translation.vector.cast::<f64>().into());
     let on_earth = [on_earth.latitude_deg, on_earth.longitude_deg, on_earth.altitude_m];
-    let control = &ego.control;
-    let state = topics::state(&[
-        ego.linear_velocity_mps.norm(),
-        ego.linear_acceleration_mps2.norm(),
-        control.throttle,
-        control.brake,
-        control.steer,
-        f32::from(ego.gear),
-        ego.speed_limit_mps,
-        ego.road_wheel_rad,
-    ]);
     [
         (Topic::Tf, transforms(EGO_FRAME, place, now)),
         (Topic::Odometry, odometry),
         (Topic::Pose, in_map),
         (Topic::Fix, fix(EGO_FRAME, now, on_earth)),
-        (Topic::State, state),
+        (Topic::State, topics::state(ego)),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! What happened from one frame to the next.
 
-use schemas::{ActorId, Frame};
+use schemas::{ActorId, Frame, Measurement, SensorDatum};
 use serde_json::{Value, json};
 
 use crate::convert::{nanos, time};
@@ -33,23 +33,43 @@ pub(crate) fn between(before: &Frame, after: &Frame) -> Vec<Value> {
     for halt in after.halted_since(before.tick) {
         told.push(("halted", WARNING, format!("{}: {}", name(after, halt.actor), halt.reason)));
     }
-    let now = time(nanos(after.sim_secs));
-    let line = |(kind, level, message)| {
-        json!({
-            "timestamp": now,
-            "level": level,
-            "message": message,
-            "name": kind,
-            "file": "",
-            "line": 0,
-        })
+    told.into_iter().map(|told| line(after.sim_secs, told)).collect()
+}
+
+/// What a sensor tells that is an event; contacts are told of everybody. `name` is that of the
+/// sensor, `frame` knows whom it met.
+pub(crate) fn of_sensor(datum: &SensorDatum, name: &str, frame: Option<&Frame>) -> Option<Value> {
+    let told = match &datum.measurement {
+        Measurement::Obstacle { other, distance_m, .. } => {
+            let blueprint = |id: ActorId| {
+                let found = frame.and_then(|frame| Some(frame.type_of(frame.actor(id)?)));
+                format!("{} {}", id.get(), found.unwrap_or_default())
+            };
+            let ahead = other.map_or_else(|| "the map".to_owned(), blueprint);
+            ("obstacle", INFO, format!("{name}: {ahead} at {distance_m:.1} m"))
+        }
+        Measurement::LaneInvasion { marks } => {
+            ("lane_invasion", INFO, format!("{name}: {}", marks.join(", ")))
+        }
+        _ => return None,
     };
-    told.into_iter().map(line).collect()
+    Some(line(datum.sim_secs, told))
+}
+
+fn line(sim_secs: f64, (kind, level, message): (&str, u8, String)) -> Value {
+    json!({
+        "timestamp": time(nanos(sim_secs)),
+        "level": level,
+        "message": message,
+        "name": kind,
+        "file": "",
+        "line": 0,
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorKind, ActorState, Collision, MapRef, Pose, Vec3, WorldId};
+    use schemas::{ActorKind, ActorState, Collision, MapRef, Pose, Tick, Vec3, WorldId};
 
     use super::*;
 
@@ -64,6 +84,31 @@ mod tests {
             actors: actors.iter().map(state).collect(),
             ..Frame::empty(WorldId::new(1).unwrap(), map)
         }
+    }
+
+    #[test]
+    fn what_a_sensor_sees_ahead_and_which_marks_it_crosses_are_events() {
+        let seen = |measurement| {
+            let datum = SensorDatum {
+                sensor: ActorId::new(7).unwrap(),
+                tick: Tick(1),
+                sim_secs: 0.05,
+                world_from_sensor: Pose::identity(),
+                measurement,
+            };
+            let line = of_sensor(&datum, "ego/obstacle/7", Some(&frame(&[3])))?;
+            Some((line["name"].as_str()?.to_owned(), line["message"].as_str()?.to_owned()))
+        };
+        let obstacle = |other| Measurement::Obstacle { other, tag: 14, distance_m: 4.25 };
+        let told = |kind: &str, message: &str| Some((kind.to_owned(), message.to_owned()));
+        let car = told("obstacle", "ego/obstacle/7: 3 vehicle.audi.tt at 4.2 m");
+        assert_eq!(seen(obstacle(ActorId::new(3))), car);
+        assert_eq!(seen(obstacle(None)), told("obstacle", "ego/obstacle/7: the map at 4.2 m"));
+        let marks = vec!["solid".to_owned(), "broken".to_owned()];
+        let crossed = told("lane_invasion", "ego/obstacle/7: solid, broken");
+        assert_eq!(seen(Measurement::LaneInvasion { marks }), crossed);
+        let contact = Measurement::Collision { other: None, tag: 0, impulse_ns: Vec3::zeros() };
+        assert_eq!(seen(contact), None);
     }
 
     #[test]

@@ -157,12 +157,15 @@ impl<W: Write> Exporter<W> {
         out.named(format!("/{name}/image"), (schema_name, || schema), now, &message)
     }
 
-    /// Writes what a sensor of this name measured; what is no series of measurements is left out.
+    /// Writes what a sensor of this name measured; obstacles and crossed marks are events.
     ///
     /// # Errors
     /// Those of the sink.
     pub fn measured(&mut self, name: &str, datum: &SensorDatum) -> io::Result<()> {
         let now = nanos(datum.sim_secs);
+        if let Some(event) = events::of_sensor(datum, name, self.before.as_deref()) {
+            return self.out.json(Topic::Events, now, &event);
+        }
         let Some(told) = measured::of(datum, name, now) else { return Ok(()) };
         let place = &datum.world_from_sensor;
         self.out.json(Topic::Tf, now, &transforms(name, place, now))?;

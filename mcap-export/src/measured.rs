@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use bytemuck::{Pod, cast_slice};
-use schemas::{Measurement, Pose, RadarDetection, SensorDatum};
+use schemas::{AwarenessMessage, Measurement, Pose, RadarDetection, Received, SensorDatum};
 use serde_json::{Value, json};
 
 use crate::convert::{pose, time, vector};
@@ -62,12 +62,58 @@ pub(crate) fn of(datum: &SensorDatum, frame_id: &str, now: u64) -> Option<Measur
             schema: schema::fix,
             message: fix(frame_id, now, [*latitude_deg, *longitude_deg, *altitude_m]),
         },
+        Measurement::V2x(all) => Measured {
+            topic: "awareness",
+            schema_name: "causeway.V2xAwareness",
+            schema: schema::awareness,
+            message: received(frame_id, now, all, awareness),
+        },
+        Measurement::V2xCustom(all) => Measured {
+            topic: "texts",
+            schema_name: "causeway.V2xTexts",
+            schema: schema::texts,
+            message: received(
+                frame_id,
+                now,
+                all,
+                |told| json!({"station": told.station.get(), "text": told.text}),
+            ),
+        },
         Measurement::Collision { .. }
         | Measurement::Obstacle { .. }
-        | Measurement::LaneInvasion { .. }
-        | Measurement::V2x(_)
-        | Measurement::V2xCustom(_) => return None,
+        | Measurement::LaneInvasion { .. } => return None,
     })
+}
+
+/// What a sensor received in a tick, each with its power.
+fn received<T>(frame_id: &str, now: u64, all: &[Received<T>], says: impl Fn(&T) -> Value) -> Value {
+    let one = |one: &Received<T>| {
+        let mut told = says(&one.message);
+        told["power_dbm"] = json!(one.power_dbm);
+        told
+    };
+    let messages: Vec<Value> = all.iter().map(one).collect();
+    json!({"timestamp": time(now), "frame_id": frame_id, "messages": messages})
+}
+
+/// Kinds are numbers of ETSI TS 102 894-2; what the station did not tell is left out.
+fn awareness(told: &AwarenessMessage) -> Value {
+    let motion = told.motion.as_ref();
+    let mut fields = json!({
+        "station": told.station.get(),
+        "kind": told.kind as u8,
+        "made_secs": told.sim_secs,
+        "latitude_deg": told.latitude_deg,
+        "longitude_deg": told.longitude_deg,
+        "altitude_m": told.altitude_m,
+        "heading_deg": motion.map(|motion| motion.heading_deg),
+        "speed_mps": motion.map(|motion| motion.speed_mps),
+        "lights": told.lights,
+    });
+    if let Some(fields) = fields.as_object_mut() {
+        fields.retain(|_, value| !value.is_null());
+    }
+    fields
 }
 
 fn bytes<T: Pod>(points: &[T]) -> &[u8] {
@@ -97,7 +143,7 @@ fn cloud(frame_id: &str, now: u64, fields: &[(&str, u8)], points: &[u8]) -> Valu
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorId, LidarPoint, Scan, Tick};
+    use schemas::{ActorId, CustomMessage, LidarPoint, Scan, StationKind, Tick};
 
     use super::*;
 
@@ -136,6 +182,32 @@ mod tests {
         assert!(x.abs() < 1e-5 && (y - 10.0).abs() < 1e-5 && z == 0.0 && speed_mps == -3.0);
         let above = RadarDetection { azimuth_rad: 0.0, altitude_rad: quarter, ..left };
         assert!((echo(&above)[2] - 10.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_arrives_by_radio_is_told_with_its_power() {
+        let says = AwarenessMessage {
+            station: ActorId::new(9).unwrap(),
+            kind: StationKind::RoadSideUnit,
+            sim_secs: 1.5,
+            latitude_deg: 49.0,
+            longitude_deg: 8.0,
+            altitude_m: 110.0,
+            motion: None,
+            lights: Some(3),
+        };
+        let all = vec![Received { power_dbm: -60.0, message: says }];
+        let told = of(&datum(Measurement::V2x(all)), "ego/v2x/7", 0).unwrap();
+        assert_eq!((told.topic, told.schema_name), ("awareness", "causeway.V2xAwareness"));
+        let message = &told.message["messages"][0];
+        assert_eq!(message["station"], 9);
+        assert_eq!((&message["kind"], &message["lights"]), (&json!(15), &json!(3)));
+        assert_eq!((&message["power_dbm"], message.get("speed_mps")), (&json!(-60.0), None));
+
+        let text = CustomMessage { station: ActorId::new(9).unwrap(), text: "ice".to_owned() };
+        let all = vec![Received { power_dbm: -61.0, message: text }];
+        let told = of(&datum(Measurement::V2xCustom(all)), "ego/v2x_custom/8", 0).unwrap();
+        assert_eq!((told.topic, &told.message["messages"][0]["text"]), ("texts", &json!("ice")));
     }
 
     #[test]

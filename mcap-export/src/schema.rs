@@ -44,9 +44,10 @@ fn pose() -> Value {
     object(&[("position", vector()), ("orientation", quaternion())])
 }
 
-/// An object of numbers.
-pub(crate) fn numbers(names: &[&str]) -> Value {
-    let fields: Vec<(&str, Value)> = names.iter().map(|name| (*name, number())).collect();
+/// An object of numbers, like this one.
+pub(crate) fn numbers(example: &Value) -> Value {
+    let names = example.as_object().into_iter().flat_map(Map::keys);
+    let fields: Vec<(&str, Value)> = names.map(|name| (name.as_str(), number())).collect();
     object(&fields)
 }
 
@@ -162,6 +163,31 @@ pub(crate) fn inertia() -> Value {
         ("angular_velocity_radps", vector()),
         ("compass_rad", number()),
     ])
+}
+
+/// What stations say of themselves, as it arrives at a sensor.
+pub(crate) fn awareness() -> Value {
+    received(&[
+        ("kind", integer()),
+        ("made_secs", number()),
+        ("latitude_deg", number()),
+        ("longitude_deg", number()),
+        ("altitude_m", number()),
+        ("heading_deg", number()),
+        ("speed_mps", number()),
+        ("lights", integer()),
+    ])
+}
+
+/// Texts, as they arrive at a sensor.
+pub(crate) fn texts() -> Value {
+    received(&[("text", text())])
+}
+
+fn received(says: &[(&str, Value)]) -> Value {
+    let from = [("station", integer()), ("power_dbm", number())];
+    let message = object(&[&from, says].concat());
+    object(&[("timestamp", time()), ("frame_id", text()), ("messages", array(&message))])
 }
 
 pub(crate) fn scene() -> Value {

@@ -10,11 +10,12 @@
 //! | `/traffic_lights` | `foxglove.SceneUpdate`, on change |
 //! | `/ego/odometry`, `/ego/pose`, `/ego/fix` | `foxglove.Odometry`, `PoseInFrame`, `LocationFix` |
 //! | `/ego/state` | `causeway.Vehicle` |
-//! | `/events` | `foxglove.Log` |
+//! | `/events` | `foxglove.Log`; of sensors: obstacles and crossed marks |
 //! | `/weather` | `causeway.Weather`, on change |
 //! | `/NAME/image`, `/NAME/calibration` | `foxglove.CompressedImage` or `RawImage`, `CameraCalibration` |
 //! | `/NAME/points` | `foxglove.PointCloud`: of lidars and radars |
 //! | `/NAME/inertia`, `/NAME/fix` | `causeway.Imu`, `foxglove.LocationFix` |
+//! | `/NAME/awareness`, `/NAME/texts` | `causeway.V2xAwareness`, `causeway.V2xTexts`: as they arrive |
 //! | `/causeway/frame` | `causeway.wire.Frame`, as FlatBuffers; of exact recordings only |
 //!
 //! All but the last one are JSON. NAME is what a camera or sensor is called; it has a frame of its
@@ -23,8 +24,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use schemas::Weather;
-use serde_json::{Map, Value, json};
+use schemas::{ActorId, ActorKind, ActorState, Pose, Weather};
+use serde_json::{Value, json};
 
 use crate::container::{ChannelId, Schema, Writer};
 use crate::schema;
@@ -56,6 +57,7 @@ pub(crate) struct Topics {
 
 impl Topics {
     pub(crate) fn open(file: &mut Writer<impl Write>, is_exact: bool) -> io::Result<Self> {
+        let nobody = ActorState::at_rest(ActorId::FIRST, ActorKind::Vehicle, 0, Pose::identity());
         let told = [
             (Topic::Tf, "/tf", "foxglove.FrameTransforms", schema::transforms()),
             (Topic::Map, "/map", "foxglove.SceneUpdate", schema::scene()),
@@ -66,9 +68,14 @@ impl Topics {
             (Topic::Odometry, "/ego/odometry", "foxglove.Odometry", schema::odometry()),
             (Topic::Pose, "/ego/pose", "foxglove.PoseInFrame", schema::pose_in_frame()),
             (Topic::Fix, "/ego/fix", "foxglove.LocationFix", schema::fix()),
-            (Topic::State, "/ego/state", "causeway.Vehicle", schema::numbers(&STATE)),
+            (Topic::State, "/ego/state", "causeway.Vehicle", schema::numbers(&state(&nobody))),
             (Topic::Events, "/events", "foxglove.Log", schema::log()),
-            (Topic::Weather, "/weather", "causeway.Weather", schema::numbers(&WEATHER)),
+            (
+                Topic::Weather,
+                "/weather",
+                "causeway.Weather",
+                schema::numbers(&weather(&Weather::CLEAR_NOON)),
+            ),
         ];
         let mut channels = Vec::with_capacity(told.len() + 1);
         for (topic, path, name, schema) in told {
@@ -108,61 +115,20 @@ impl Topics {
 }
 
 /// What is told of the ego, for plots.
-const STATE: [&str; 8] = [
-    "speed_mps",
-    "acceleration_mps2",
-    "throttle",
-    "brake",
-    "steer",
-    "gear",
-    "speed_limit_mps",
-    "road_wheel_rad",
-];
-
-/// The numbers of [`STATE`], in its order.
-pub(crate) fn state(numbers: &[f32; STATE.len()]) -> Value {
-    members(&STATE, numbers)
+pub(crate) fn state(ego: &ActorState) -> Value {
+    json!({
+        "speed_mps": ego.linear_velocity_mps.norm(),
+        "acceleration_mps2": ego.linear_acceleration_mps2.norm(),
+        "throttle": ego.control.throttle,
+        "brake": ego.control.brake,
+        "steer": ego.control.steer,
+        "gear": ego.gear,
+        "speed_limit_mps": ego.speed_limit_mps,
+        "road_wheel_rad": ego.road_wheel_rad,
+    })
 }
 
 /// CARLA's parameters, angles in radians.
-const WEATHER: [&str; 14] = [
-    "cloudiness_percent",
-    "precipitation_percent",
-    "precipitation_deposits_percent",
-    "wind_intensity_percent",
-    "sun_azimuth_rad",
-    "sun_altitude_rad",
-    "fog_density_percent",
-    "fog_distance_m",
-    "wetness_percent",
-    "fog_falloff",
-    "scattering_intensity",
-    "mie_scattering_scale",
-    "rayleigh_scattering_scale",
-    "dust_storm_percent",
-];
-
 pub(crate) fn weather(weather: &Weather) -> Value {
-    let numbers = [
-        weather.cloudiness_percent,
-        weather.precipitation_percent,
-        weather.precipitation_deposits_percent,
-        weather.wind_intensity_percent,
-        weather.sun_azimuth_rad,
-        weather.sun_altitude_rad,
-        weather.fog_density_percent,
-        weather.fog_distance_m,
-        weather.wetness_percent,
-        weather.fog_falloff,
-        weather.scattering_intensity,
-        weather.mie_scattering_scale,
-        weather.rayleigh_scattering_scale,
-        weather.dust_storm_percent,
-    ];
-    members(&WEATHER, &numbers)
-}
-
-fn members(names: &[&str], numbers: &[f32]) -> Value {
-    let pairs = names.iter().zip(numbers).map(|(name, number)| ((*name).to_owned(), json!(number)));
-    Value::Object(pairs.collect::<Map<_, _>>())
+    json!(weather)
 }
