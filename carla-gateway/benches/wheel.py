@@ -26,9 +26,19 @@ class Site:
     """`causeway up` with an endpoint for CARLA."""
 
     def __init__(self, program: str, port: int):
-        flags = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--carla", str(port)]
+        flags = [
+            "--http",
+            "127.0.0.1:0",
+            "--bus",
+            "tcp/127.0.0.1:0",
+            "--carla",
+            str(port),
+        ]
         self.process = subprocess.Popen(
-            [program, "up", *flags], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [program, "up", *flags],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
         )
         line = ""
         while "CARLA" not in line:
@@ -113,7 +123,9 @@ def ticks(site: Site) -> None:
     cars = spawn(client, world, 100)
     tell("world.tick(), 100 cars that stand", rate(world.tick, 500), "ticks/s")
     throttle = carla.VehicleControl(throttle=0.5, steer=0.3)
-    client.apply_batch_sync([carla.command.ApplyVehicleControl(car, throttle) for car in cars])
+    client.apply_batch_sync(
+        [carla.command.ApplyVehicleControl(car, throttle) for car in cars]
+    )
     tell("world.tick(), 100 cars that drive", rate(world.tick, 200, 3), "ticks/s")
 
 
@@ -144,7 +156,9 @@ def batch(site: Site) -> None:
 def loads(site: Site) -> None:
     client = connect(site)
     for name in TOWNS:
-        first, again = (millis(functools.partial(client.load_world, name), 1) for _ in range(2))
+        first, again = (
+            millis(functools.partial(client.load_world, name), 1) for _ in range(2)
+        )
         tell(f"load_world({name}), first", first, "ms")
         tell(f"load_world({name}), again", again, "ms")
 
@@ -204,12 +218,16 @@ def lidar(site: Site) -> None:
     time.sleep(0.2)
 
 
-PARTS = {part.__name__: part for part in (start, calls, ticks, batch, loads, camera, lidar)}
+PARTS = {
+    part.__name__: part for part in (start, calls, ticks, batch, loads, camera, lidar)
+}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--causeway", default=os.environ.get("CAUSEWAY_BIN", "causeway"))
+    parser.add_argument(
+        "--causeway", default=os.environ.get("CAUSEWAY_BIN", "causeway")
+    )
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("parts", nargs="*", help=", ".join(PARTS))
     asked = parser.parse_args()

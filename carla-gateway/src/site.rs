@@ -94,7 +94,7 @@ impl Site for BusSite {
             let world = match &request {
                 Request::RunCommands { world, .. }
                 | Request::DescribeActors { world, .. }
-                | Request::InspectVehicle { world, .. }
+                | Request::InspectVehicles { world, .. }
                 | Request::DestroyWorld { world }
                 | Request::CastRays { world, .. } => *world,
                 Request::TickWorlds(items) => {

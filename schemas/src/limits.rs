@@ -33,6 +33,8 @@ pub const ATTRIBUTES_PER_ACTOR_MAX: usize = 64;
 pub const ATTRIBUTE_CHARS_MAX: usize = 1_024;
 /// Points of a curve, gears or wheels of one vehicle.
 pub const VEHICLE_PARTS_MAX: usize = 64;
+/// Vehicles that one request may ask about.
+pub const VEHICLES_PER_REQUEST_MAX: usize = 256;
 /// Places of one route.
 pub const ROUTE_PLACES_MAX: usize = 4_096;
 /// Rays of one request.

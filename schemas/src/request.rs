@@ -78,12 +78,12 @@ pub enum Request {
         /// Empty: all.
         actors: Vec<ActorId>,
     },
-    /// Physics parameters and last measurements of one vehicle.
-    InspectVehicle {
+    /// Physics parameters and last measurements of vehicles.
+    InspectVehicles {
         /// Of which world.
         world: WorldId,
-        /// Which vehicle.
-        actor: ActorId,
+        /// Which vehicles.
+        actors: Vec<ActorId>,
     },
     /// Makes a map known, or replaces one that was made known this way.
     PutMap {
@@ -194,8 +194,8 @@ pub enum Reply {
     Images(Images),
     /// Known actors of those asked for, ordered by id.
     Actors(Vec<ActorDescription>),
-    /// One vehicle.
-    Vehicle(Box<VehicleReport>),
+    /// One per vehicle, in the order of the request.
+    Vehicles(Vec<VehicleReport>),
     /// Ordered by ray, then by distance.
     RayHits(Vec<RayHit>),
     /// From which state a journal goes on.

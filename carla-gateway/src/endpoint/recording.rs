@@ -1,5 +1,7 @@
 //! Giving frames to the recorder.
 
+use recording::PhysicsControl;
+
 use super::Endpoint;
 use crate::dialect::VehiclePhysicsControl;
 use crate::recorder::Scene;
@@ -19,21 +21,10 @@ impl Endpoint {
 
     /// Records the newest frame, if there is a recording.
     pub(super) async fn record(&mut self) -> Result<(), Refusal> {
-        let Some(episode) = self.episode.as_ref().filter(|_| self.recorder.is_running()) else {
+        if !self.recorder.is_running() {
             return Ok(());
-        };
-        let vehicles = self.recorder.vehicles_to_inspect(&episode.frame);
-        let mut physics = Vec::with_capacity(vehicles.len());
-        for vehicle in vehicles {
-            // One that the world does not know any more has nothing to tell.
-            let Ok(report) = self.inspect(vehicle.into()).await else { continue };
-            let Some(pose) = self.episode()?.state(vehicle).map(|state| state.world_from_actor)
-            else {
-                continue;
-            };
-            let control = VehiclePhysicsControl::of(&report.physics, &pose);
-            physics.push(control.recorded(vehicle.get()));
         }
+        let physics = self.physics_to_record().await?;
         let Some(episode) = &self.episode else { return Ok(()) };
         let scene = Scene { episode, lamps: self.lamps.lights(), weather: &self.weather, physics };
         self.recorder.record(scene);
@@ -41,5 +32,26 @@ impl Endpoint {
             self.end_journal().await;
         }
         Ok(())
+    }
+
+    /// Physics of vehicles that are new or whose physics was changed, in the newest frame.
+    async fn physics_to_record(&mut self) -> Result<Vec<PhysicsControl>, Refusal> {
+        let wanted = |it: &Self| {
+            let frame = it.episode.as_ref().map(|episode| &episode.frame);
+            frame.map_or_else(Vec::new, |frame| it.recorder.vehicles_to_inspect(frame))
+        };
+        if wanted(self).is_empty() {
+            return Ok(Vec::new());
+        }
+        // A vehicle that was to be destroyed is gone then.
+        self.flush().await?;
+        let vehicles = wanted(self);
+        let reports = self.reports(&vehicles).await?;
+        let episode = self.episode()?;
+        let told = vehicles.into_iter().zip(&reports).filter_map(|(vehicle, report)| {
+            let pose = episode.state(vehicle)?.world_from_actor;
+            Some(VehiclePhysicsControl::of(&report.physics, &pose).recorded(vehicle.get()))
+        });
+        Ok(told.collect())
     }
 }

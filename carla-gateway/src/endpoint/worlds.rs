@@ -168,13 +168,28 @@ impl Endpoint {
     /// Those of the world.
     pub(crate) async fn inspect(&mut self, actor: ActorRef) -> Result<VehicleReport, Refusal> {
         self.flush().await?;
-        let episode = self.episode()?;
-        let actor = episode.found(actor)?.id;
-        let world = episode.world;
-        match self.ask(Request::InspectVehicle { world, actor }).await? {
-            Reply::Vehicle(report) => Ok(*report),
-            _ => Err(unexpected()),
+        let actor = self.episode()?.found(actor)?.id;
+        self.reports(&[actor]).await?.pop().ok_or_else(unexpected)
+    }
+
+    /// Parameters and measurements of vehicles, in the same order.
+    ///
+    /// # Errors
+    /// Those of the world, also when it does not know one of them.
+    pub(super) async fn reports(
+        &mut self,
+        vehicles: &[ActorId],
+    ) -> Result<Vec<VehicleReport>, Refusal> {
+        let world = self.episode()?.world;
+        let mut reports = Vec::with_capacity(vehicles.len());
+        for some in vehicles.chunks(limits::VEHICLES_PER_REQUEST_MAX) {
+            let asked = Request::InspectVehicles { world, actors: some.to_vec() };
+            match self.ask(asked).await? {
+                Reply::Vehicles(told) if told.len() == some.len() => reports.extend(told),
+                _ => return Err(unexpected()),
+            }
         }
+        Ok(reports)
     }
 
     /// What a ray meets, nearest first.

@@ -209,8 +209,8 @@ impl Endpoint {
     ) -> Result<(), Refusal> {
         let frame = &self.episode()?.frame;
         let shown = |actor: ActorId| {
-            let light = frame.traffic_lights.iter().find(|light| light.actor == actor)?;
-            Some(colour_index(light.colour))
+            let at = frame.traffic_lights.binary_search_by_key(&actor, |light| light.actor).ok()?;
+            Some(colour_index(frame.traffic_lights.get(at)?.colour))
         };
         let changed = states.iter().filter_map(|state| {
             let actor = cast.member(state.id)?.id;

@@ -28,7 +28,7 @@ pub const ENUM_VALUES_REPLY_BODY: [ReplyBody; 15] = [
   ReplyBody::Ticked,
   ReplyBody::Images,
   ReplyBody::Actors,
-  ReplyBody::Vehicle,
+  ReplyBody::Vehicles,
   ReplyBody::RayHits,
   ReplyBody::JournalBegun,
 ];
@@ -50,7 +50,7 @@ impl ReplyBody {
   pub const Ticked: Self = Self(9);
   pub const Images: Self = Self(10);
   pub const Actors: Self = Self(11);
-  pub const Vehicle: Self = Self(12);
+  pub const Vehicles: Self = Self(12);
   pub const RayHits: Self = Self(13);
   pub const JournalBegun: Self = Self(14);
 
@@ -69,7 +69,7 @@ impl ReplyBody {
     Self::Ticked,
     Self::Images,
     Self::Actors,
-    Self::Vehicle,
+    Self::Vehicles,
     Self::RayHits,
     Self::JournalBegun,
   ];
@@ -88,7 +88,7 @@ impl ReplyBody {
       Self::Ticked => Some("Ticked"),
       Self::Images => Some("Images"),
       Self::Actors => Some("Actors"),
-      Self::Vehicle => Some("Vehicle"),
+      Self::Vehicles => Some("Vehicles"),
       Self::RayHits => Some("RayHits"),
       Self::JournalBegun => Some("JournalBegun"),
       _ => None,

@@ -214,13 +214,13 @@ impl<'a> Reply<'a> {
 
   #[inline]
   #[allow(non_snake_case)]
-  pub fn body_as_vehicle(&self) -> Option<Vehicle<'a>> {
-    if self.body_type() == ReplyBody::Vehicle {
+  pub fn body_as_vehicles(&self) -> Option<Vehicles<'a>> {
+    if self.body_type() == ReplyBody::Vehicles {
       let u = self.body();
       // Safety:
       // Created from a valid Table for this object
       // Which contains a valid union in this slot
-      Some(unsafe { Vehicle::init_from_table(u) })
+      Some(unsafe { Vehicles::init_from_table(u) })
     } else {
       None
     }
@@ -276,7 +276,7 @@ impl flatbuffers::Verifiable for Reply<'_> {
           ReplyBody::Ticked => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Ticked>>("ReplyBody::Ticked", pos),
           ReplyBody::Images => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Images>>("ReplyBody::Images", pos),
           ReplyBody::Actors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Actors>>("ReplyBody::Actors", pos),
-          ReplyBody::Vehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Vehicle>>("ReplyBody::Vehicle", pos),
+          ReplyBody::Vehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<Vehicles>>("ReplyBody::Vehicles", pos),
           ReplyBody::RayHits => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RayHits>>("ReplyBody::RayHits", pos),
           ReplyBody::JournalBegun => v.verify_union_variant::<flatbuffers::ForwardsUOffset<JournalBegun>>("ReplyBody::JournalBegun", pos),
           _ => Ok(()),
@@ -411,8 +411,8 @@ impl core::fmt::Debug for Reply<'_> {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
           }
         },
-        ReplyBody::Vehicle => {
-          if let Some(x) = self.body_as_vehicle() {
+        ReplyBody::Vehicles => {
+          if let Some(x) = self.body_as_vehicles() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -27,7 +27,7 @@ pub const ENUM_VALUES_REQUEST_BODY: [RequestBody; 17] = [
   RequestBody::RunCommands,
   RequestBody::TickWorlds,
   RequestBody::DescribeActors,
-  RequestBody::InspectVehicle,
+  RequestBody::InspectVehicles,
   RequestBody::CastRays,
   RequestBody::PutMap,
   RequestBody::ShareClock,
@@ -51,7 +51,7 @@ impl RequestBody {
   pub const RunCommands: Self = Self(8);
   pub const TickWorlds: Self = Self(9);
   pub const DescribeActors: Self = Self(10);
-  pub const InspectVehicle: Self = Self(11);
+  pub const InspectVehicles: Self = Self(11);
   pub const CastRays: Self = Self(12);
   pub const PutMap: Self = Self(13);
   pub const ShareClock: Self = Self(14);
@@ -72,7 +72,7 @@ impl RequestBody {
     Self::RunCommands,
     Self::TickWorlds,
     Self::DescribeActors,
-    Self::InspectVehicle,
+    Self::InspectVehicles,
     Self::CastRays,
     Self::PutMap,
     Self::ShareClock,
@@ -93,7 +93,7 @@ impl RequestBody {
       Self::RunCommands => Some("RunCommands"),
       Self::TickWorlds => Some("TickWorlds"),
       Self::DescribeActors => Some("DescribeActors"),
-      Self::InspectVehicle => Some("InspectVehicle"),
+      Self::InspectVehicles => Some("InspectVehicles"),
       Self::CastRays => Some("CastRays"),
       Self::PutMap => Some("PutMap"),
       Self::ShareClock => Some("ShareClock"),

@@ -200,13 +200,13 @@ impl<'a> Request<'a> {
 
   #[inline]
   #[allow(non_snake_case)]
-  pub fn body_as_inspect_vehicle(&self) -> Option<InspectVehicle<'a>> {
-    if self.body_type() == RequestBody::InspectVehicle {
+  pub fn body_as_inspect_vehicles(&self) -> Option<InspectVehicles<'a>> {
+    if self.body_type() == RequestBody::InspectVehicles {
       let u = self.body();
       // Safety:
       // Created from a valid Table for this object
       // Which contains a valid union in this slot
-      Some(unsafe { InspectVehicle::init_from_table(u) })
+      Some(unsafe { InspectVehicles::init_from_table(u) })
     } else {
       None
     }
@@ -303,7 +303,7 @@ impl flatbuffers::Verifiable for Request<'_> {
           RequestBody::RunCommands => v.verify_union_variant::<flatbuffers::ForwardsUOffset<RunCommands>>("RequestBody::RunCommands", pos),
           RequestBody::TickWorlds => v.verify_union_variant::<flatbuffers::ForwardsUOffset<TickWorlds>>("RequestBody::TickWorlds", pos),
           RequestBody::DescribeActors => v.verify_union_variant::<flatbuffers::ForwardsUOffset<DescribeActors>>("RequestBody::DescribeActors", pos),
-          RequestBody::InspectVehicle => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicle>>("RequestBody::InspectVehicle", pos),
+          RequestBody::InspectVehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<InspectVehicles>>("RequestBody::InspectVehicles", pos),
           RequestBody::CastRays => v.verify_union_variant::<flatbuffers::ForwardsUOffset<CastRays>>("RequestBody::CastRays", pos),
           RequestBody::PutMap => v.verify_union_variant::<flatbuffers::ForwardsUOffset<PutMap>>("RequestBody::PutMap", pos),
           RequestBody::ShareClock => v.verify_union_variant::<flatbuffers::ForwardsUOffset<ShareClock>>("RequestBody::ShareClock", pos),
@@ -434,8 +434,8 @@ impl core::fmt::Debug for Request<'_> {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
           }
         },
-        RequestBody::InspectVehicle => {
-          if let Some(x) = self.body_as_inspect_vehicle() {
+        RequestBody::InspectVehicles => {
+          if let Some(x) = self.body_as_inspect_vehicles() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

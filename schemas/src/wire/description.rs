@@ -65,23 +65,31 @@ fn description_in(raw: &fb::ActorDescription<'_>) -> Result<ActorDescription, Er
     })
 }
 
-pub(super) fn vehicle_out(
+pub(super) fn vehicles_out(
     b: &mut FlatBufferBuilder<'_>,
-    report: &VehicleReport,
+    reports: &[VehicleReport],
 ) -> WIPOffset<UnionWIPOffset> {
-    let physics = Some(physics_out(b, &report.physics));
-    let telemetry = Some(telemetry_out(b, &report.telemetry));
-    let gains = gains_out(&report.gains);
-    let args = fb::VehicleArgs { physics, telemetry, gains: Some(&gains) };
-    fb::Vehicle::create(b, &args).as_union_value()
+    let mut raw = Vec::with_capacity(reports.len());
+    for report in reports {
+        let physics = Some(physics_out(b, &report.physics));
+        let telemetry = Some(telemetry_out(b, &report.telemetry));
+        let gains = gains_out(&report.gains);
+        let args = fb::VehicleReportArgs { physics, telemetry, gains: Some(&gains) };
+        raw.push(fb::VehicleReport::create(b, &args));
+    }
+    let vehicles = Some(b.create_vector(&raw));
+    fb::Vehicles::create(b, &fb::VehiclesArgs { vehicles }).as_union_value()
 }
 
-pub(super) fn vehicle_in(raw: &fb::Vehicle<'_>) -> Result<VehicleReport, Error> {
-    Ok(VehicleReport {
-        physics: physics_in(&raw.physics())?,
-        telemetry: telemetry_in(&raw.telemetry())?,
-        gains: gains_in(raw.gains())?,
-    })
+pub(super) fn vehicles_in(raw: &fb::Vehicles<'_>) -> Result<Vec<VehicleReport>, Error> {
+    let report = |raw: fb::VehicleReport<'_>| -> Result<VehicleReport, Error> {
+        Ok(VehicleReport {
+            physics: physics_in(&raw.physics())?,
+            telemetry: telemetry_in(&raw.telemetry())?,
+            gains: gains_in(raw.gains())?,
+        })
+    };
+    raw.vehicles().iter().map(report).collect()
 }
 
 pub(super) fn hits_out(

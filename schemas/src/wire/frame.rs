@@ -20,7 +20,13 @@ pub(super) const FRAME: Kind =
 
 /// A frame as bytes.
 pub fn encode_frame(frame: &Frame) -> EncodedFrame {
-    let capacity = 1024 + frame.actors.len() * 128 + frame.collisions.len() * 64;
+    // A buffer that is too small is copied.
+    let actor_bytes = size_of::<fb::ActorState>();
+    let light_bytes = size_of::<fb::TrafficLightState>();
+    let capacity = 4096
+        + frame.actors.len() * actor_bytes
+        + frame.traffic_lights.len() * light_bytes
+        + frame.collisions.len() * 64;
     let mut builder = FlatBufferBuilder::with_capacity(capacity);
     let name = builder.create_string(&frame.map.name);
     let digest = builder.create_string(&frame.map.digest);

@@ -3,7 +3,7 @@
 use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, UnionWIPOffset, Vector, WIPOffset};
 
 use super::camera::{images_in, images_out};
-use super::description::{actors_in, actors_out, hits_in, hits_out, vehicle_in, vehicle_out};
+use super::description::{actors_in, actors_out, hits_in, hits_out, vehicles_in, vehicles_out};
 use super::frame::{collisions_in, collisions_out, map_in};
 use super::parts::{actor_in, error_code_in, error_code_out, unknown_variant, world_in};
 use super::sensor::{sensors_in, sensors_out};
@@ -105,7 +105,7 @@ fn body_out(
             (Body::Images, fb::Images::create(b, &args).as_union_value())
         }
         Reply::Actors(actors) => (Body::Actors, actors_out(b, actors)),
-        Reply::Vehicle(report) => (Body::Vehicle, vehicle_out(b, report)),
+        Reply::Vehicles(reports) => (Body::Vehicles, vehicles_out(b, reports)),
         Reply::RayHits(hits) => (Body::RayHits, hits_out(b, hits)),
         Reply::JournalBegun { name, digest, tick, state_hash } => {
             let name = Some(b.create_string(name));
@@ -166,8 +166,8 @@ fn body_in(raw: &fb::Reply<'_>) -> Result<Reply, Error> {
     if let Some(actors) = raw.body_as_actors() {
         return Ok(Reply::Actors(actors_in(&actors)?));
     }
-    if let Some(vehicle) = raw.body_as_vehicle() {
-        return Ok(Reply::Vehicle(Box::new(vehicle_in(&vehicle)?)));
+    if let Some(vehicles) = raw.body_as_vehicles() {
+        return Ok(Reply::Vehicles(vehicles_in(&vehicles)?));
     }
     if let Some(hits) = raw.body_as_ray_hits() {
         return Ok(Reply::RayHits(hits_in(&hits)?));

@@ -8,7 +8,8 @@ use super::{Kind, check_count, root};
 use crate::generated as fb;
 use crate::generated::RequestBody as Table;
 use crate::limits::{
-    ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, WORLDS_PER_BATCH_MAX,
+    ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, VEHICLES_PER_REQUEST_MAX,
+    WORLDS_PER_BATCH_MAX,
 };
 use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem, Vec3, WorldId};
 
@@ -79,10 +80,7 @@ fn body_out(b: &mut FlatBufferBuilder<'_>, request: &Request) -> Body {
         }
         Request::TickWorlds(items) => (Table::TickWorlds, tick_out(b, items)),
         Request::DescribeActors { world, actors } => describe_out(b, *world, actors),
-        Request::InspectVehicle { world, actor } => {
-            let args = fb::InspectVehicleArgs { world: world.get(), actor: actor.get() };
-            (Table::InspectVehicle, fb::InspectVehicle::create(b, &args).as_union_value())
-        }
+        Request::InspectVehicles { world, actors } => inspect_out(b, *world, actors),
         Request::CastRays { world, rays } => rays_out(b, *world, rays),
         Request::PutMap { name, text } => {
             let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
@@ -139,6 +137,13 @@ fn describe_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, actors: &[ActorId
     (Table::DescribeActors, fb::DescribeActors::create(b, &args).as_union_value())
 }
 
+fn inspect_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, actors: &[ActorId]) -> Body {
+    let ids: Vec<u32> = actors.iter().map(|actor| actor.get()).collect();
+    let actors = Some(b.create_vector(&ids));
+    let args = fb::InspectVehiclesArgs { world: world.get(), actors };
+    (Table::InspectVehicles, fb::InspectVehicles::create(b, &args).as_union_value())
+}
+
 fn rays_out(b: &mut FlatBufferBuilder<'_>, world: WorldId, rays: &[(Vec3, Vec3)]) -> Body {
     let ray = |(from_m, to_m): &_| fb::Ray::new(&vec3_out(from_m), &vec3_out(to_m));
     let raw: Vec<fb::Ray> = rays.iter().map(ray).collect();
@@ -181,9 +186,8 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     if let Some(describe) = raw.body_as_describe_actors() {
         return describe_in(&describe);
     }
-    if let Some(inspect) = raw.body_as_inspect_vehicle() {
-        let (world, actor) = (world_in(inspect.world())?, actor_in(inspect.actor())?);
-        return Ok(Request::InspectVehicle { world, actor });
+    if let Some(inspect) = raw.body_as_inspect_vehicles() {
+        return inspect_in(&inspect);
     }
     if let Some(cast) = raw.body_as_cast_rays() {
         return rays_in(&cast);
@@ -250,6 +254,12 @@ fn describe_in(raw: &fb::DescribeActors<'_>) -> Result<Request, Error> {
         None => Vec::new(),
     };
     Ok(Request::DescribeActors { world: world_in(raw.world())?, actors })
+}
+
+fn inspect_in(raw: &fb::InspectVehicles<'_>) -> Result<Request, Error> {
+    check_count("vehicles", raw.actors().len(), VEHICLES_PER_REQUEST_MAX)?;
+    let actors = raw.actors().iter().map(actor_in).collect::<Result<_, _>>()?;
+    Ok(Request::InspectVehicles { world: world_in(raw.world())?, actors })
 }
 
 fn rays_in(raw: &fb::CastRays<'_>) -> Result<Request, Error> {

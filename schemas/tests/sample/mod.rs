@@ -244,7 +244,7 @@ pub(crate) fn requests() -> Vec<Request> {
         Request::RunCommands { world: world(), commands: commands() },
         Request::TickWorlds(vec![item, bare]),
         Request::DescribeActors { world: world(), actors: vec![actor(1), actor(2)] },
-        Request::InspectVehicle { world: world(), actor: actor(1) },
+        Request::InspectVehicles { world: world(), actors: vec![actor(1), actor(2)] },
         Request::CastRays { world: world(), rays: vec![(Vec3::x(), Vec3::z())] },
         Request::ShareClock {
             world: world(),
@@ -298,11 +298,11 @@ pub(crate) fn replies() -> Vec<Reply> {
         ]),
         Reply::Images(Images { tick: Tick(3), state_hash: 5, images: vec![image] }),
         Reply::Actors(vec![description(), ActorDescription { signal: None, ..description() }]),
-        Reply::Vehicle(Box::new(VehicleReport {
+        Reply::Vehicles(vec![VehicleReport {
             physics: physics(),
             telemetry: telemetry(),
             gains: gains(),
-        })),
+        }]),
         Reply::RayHits(vec![RayHit {
             ray: 0,
             actor: Some(actor(1)),

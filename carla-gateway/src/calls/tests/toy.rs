@@ -150,11 +150,11 @@ impl Site for Toy {
             schemas::Request::DescribeActors { actors, .. } => {
                 Reply::Actors(actors.into_iter().map(Self::description).collect())
             }
-            schemas::Request::InspectVehicle { .. } => {
+            schemas::Request::InspectVehicles { actors, .. } => {
                 let blueprint = blueprints::find(ACTORS[2].1).unwrap();
                 let blueprints::Class::Vehicle(model) = blueprint.class else { panic!("a car") };
                 let physics = model.physics.clone();
-                Reply::Vehicle(Box::new(VehicleReport {
+                let report = VehicleReport {
                     physics,
                     telemetry: schemas::VehicleTelemetry::default(),
                     gains: schemas::AckermannGains {
@@ -165,7 +165,8 @@ impl Site for Toy {
                         acceleration_ki: 0.0,
                         acceleration_kd: 0.01,
                     },
-                }))
+                };
+                Reply::Vehicles(vec![report; actors.len()])
             }
             schemas::Request::CastRays { .. } => Reply::RayHits(Vec::new()),
             schemas::Request::TickWorlds(items) => {

@@ -140,15 +140,18 @@ impl World {
                 return Ok(());
             }
         };
-        let placed = place::exactly(blueprint, world_from_actor, &self.town.ground);
-        let pose = if at_will { &placed.world_from_actor } else { world_from_actor };
+        let pose = if at_will {
+            place::exactly(blueprint, world_from_actor, &self.town.ground).world_from_actor
+        } else {
+            *world_from_actor
+        };
         if let Some(vehicle) = actor.vehicle_mut() {
             vehicle.state.lift();
         }
         if let Some((_, walker)) = actor.walker_mut() {
             walker.place(physics.linear_mps(handle));
         }
-        physics.set_pose(handle, pose);
+        physics.set_pose(handle, &pose);
         Ok(())
     }
 

@@ -15,6 +15,6 @@ class ReplyBody(object):
     Ticked = 9
     Images = 10
     Actors = 11
-    Vehicle = 12
+    Vehicles = 12
     RayHits = 13
     JournalBegun = 14

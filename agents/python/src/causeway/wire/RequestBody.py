@@ -14,7 +14,7 @@ class RequestBody(object):
     RunCommands = 8
     TickWorlds = 9
     DescribeActors = 10
-    InspectVehicle = 11
+    InspectVehicles = 11
     CastRays = 12
     PutMap = 13
     ShareClock = 14

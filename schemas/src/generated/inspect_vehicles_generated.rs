@@ -9,38 +9,38 @@ use core::mem;
 use core::cmp::Ordering;
 use self::flatbuffers::{EndianScalar, Follow};
 use super::*;
-pub enum InspectVehicleOffset {}
+pub enum InspectVehiclesOffset {}
 #[derive(Copy, Clone, PartialEq)]
 
-/// Physics parameters, gains and last measurements of one vehicle.
-pub struct InspectVehicle<'a> {
+/// Physics parameters, gains and last measurements of vehicles.
+pub struct InspectVehicles<'a> {
   pub _tab: flatbuffers::Table<'a>,
 }
 
-impl<'a> flatbuffers::Follow<'a> for InspectVehicle<'a> {
-  type Inner = InspectVehicle<'a>;
+impl<'a> flatbuffers::Follow<'a> for InspectVehicles<'a> {
+  type Inner = InspectVehicles<'a>;
   #[inline]
   unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
     Self { _tab: flatbuffers::Table::new(buf, loc) }
   }
 }
 
-impl<'a> InspectVehicle<'a> {
+impl<'a> InspectVehicles<'a> {
   pub const VT_WORLD: flatbuffers::VOffsetT = 4;
-  pub const VT_ACTOR: flatbuffers::VOffsetT = 6;
+  pub const VT_ACTORS: flatbuffers::VOffsetT = 6;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
-    InspectVehicle { _tab: table }
+    InspectVehicles { _tab: table }
   }
   #[allow(unused_mut)]
   pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr>(
     _fbb: &'mut_bldr mut flatbuffers::FlatBufferBuilder<'bldr>,
-    args: &'args InspectVehicleArgs
-  ) -> flatbuffers::WIPOffset<InspectVehicle<'bldr>> {
-    let mut builder = InspectVehicleBuilder::new(_fbb);
+    args: &'args InspectVehiclesArgs<'args>
+  ) -> flatbuffers::WIPOffset<InspectVehicles<'bldr>> {
+    let mut builder = InspectVehiclesBuilder::new(_fbb);
     builder.add_world(args.world);
-    builder.add_actor(args.actor);
+    if let Some(x) = args.actors { builder.add_actors(x); }
     builder.finish()
   }
 
@@ -50,18 +50,18 @@ impl<'a> InspectVehicle<'a> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<u64>(InspectVehicle::VT_WORLD, Some(0)).unwrap()}
+    unsafe { self._tab.get::<u64>(InspectVehicles::VT_WORLD, Some(0)).unwrap()}
   }
   #[inline]
-  pub fn actor(&self) -> u32 {
+  pub fn actors(&self) -> flatbuffers::Vector<'a, u32> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<u32>(InspectVehicle::VT_ACTOR, Some(0)).unwrap()}
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u32>>>(InspectVehicles::VT_ACTORS, None).unwrap()}
   }
 }
 
-impl flatbuffers::Verifiable for InspectVehicle<'_> {
+impl flatbuffers::Verifiable for InspectVehicles<'_> {
   #[inline]
   fn run_verifier(
     v: &mut flatbuffers::Verifier, pos: usize
@@ -69,58 +69,59 @@ impl flatbuffers::Verifiable for InspectVehicle<'_> {
     use self::flatbuffers::Verifiable;
     v.visit_table(pos)?
      .visit_field::<u64>("world", Self::VT_WORLD, false)?
-     .visit_field::<u32>("actor", Self::VT_ACTOR, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("actors", Self::VT_ACTORS, true)?
      .finish();
     Ok(())
   }
 }
-pub struct InspectVehicleArgs {
+pub struct InspectVehiclesArgs<'a> {
     pub world: u64,
-    pub actor: u32,
+    pub actors: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
 }
-impl<'a> Default for InspectVehicleArgs {
+impl<'a> Default for InspectVehiclesArgs<'a> {
   #[inline]
   fn default() -> Self {
-    InspectVehicleArgs {
+    InspectVehiclesArgs {
       world: 0,
-      actor: 0,
+      actors: None, // required field
     }
   }
 }
 
-pub struct InspectVehicleBuilder<'a: 'b, 'b> {
+pub struct InspectVehiclesBuilder<'a: 'b, 'b> {
   fbb_: &'b mut flatbuffers::FlatBufferBuilder<'a>,
   start_: flatbuffers::WIPOffset<flatbuffers::TableUnfinishedWIPOffset>,
 }
-impl<'a: 'b, 'b> InspectVehicleBuilder<'a, 'b> {
+impl<'a: 'b, 'b> InspectVehiclesBuilder<'a, 'b> {
   #[inline]
   pub fn add_world(&mut self, world: u64) {
-    self.fbb_.push_slot::<u64>(InspectVehicle::VT_WORLD, world, 0);
+    self.fbb_.push_slot::<u64>(InspectVehicles::VT_WORLD, world, 0);
   }
   #[inline]
-  pub fn add_actor(&mut self, actor: u32) {
-    self.fbb_.push_slot::<u32>(InspectVehicle::VT_ACTOR, actor, 0);
+  pub fn add_actors(&mut self, actors: flatbuffers::WIPOffset<flatbuffers::Vector<'b , u32>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(InspectVehicles::VT_ACTORS, actors);
   }
   #[inline]
-  pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> InspectVehicleBuilder<'a, 'b> {
+  pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> InspectVehiclesBuilder<'a, 'b> {
     let start = _fbb.start_table();
-    InspectVehicleBuilder {
+    InspectVehiclesBuilder {
       fbb_: _fbb,
       start_: start,
     }
   }
   #[inline]
-  pub fn finish(self) -> flatbuffers::WIPOffset<InspectVehicle<'a>> {
+  pub fn finish(self) -> flatbuffers::WIPOffset<InspectVehicles<'a>> {
     let o = self.fbb_.end_table(self.start_);
+    self.fbb_.required(o, InspectVehicles::VT_ACTORS,"actors");
     flatbuffers::WIPOffset::new(o.value())
   }
 }
 
-impl core::fmt::Debug for InspectVehicle<'_> {
+impl core::fmt::Debug for InspectVehicles<'_> {
   fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-    let mut ds = f.debug_struct("InspectVehicle");
+    let mut ds = f.debug_struct("InspectVehicles");
       ds.field("world", &self.world());
-      ds.field("actor", &self.actor());
+      ds.field("actors", &self.actors());
       ds.finish()
   }
 }

@@ -6,29 +6,29 @@ import flatbuffers
 from flatbuffers.compat import import_numpy
 np = import_numpy()
 
-class Vehicle(object):
+class VehicleReport(object):
     __slots__ = ['_tab']
 
     @classmethod
     def GetRootAs(cls, buf, offset=0):
         n = flatbuffers.encode.Get(flatbuffers.packer.uoffset, buf, offset)
-        x = Vehicle()
+        x = VehicleReport()
         x.Init(buf, n + offset)
         return x
 
     @classmethod
-    def GetRootAsVehicle(cls, buf, offset=0):
+    def GetRootAsVehicleReport(cls, buf, offset=0):
         """This method is deprecated. Please switch to GetRootAs."""
         return cls.GetRootAs(buf, offset)
     @classmethod
-    def VehicleBufferHasIdentifier(cls, buf, offset, size_prefixed=False):
+    def VehicleReportBufferHasIdentifier(cls, buf, offset, size_prefixed=False):
         return flatbuffers.util.BufferHasIdentifier(buf, offset, b"\x43\x57\x52\x50", size_prefixed=size_prefixed)
 
-    # Vehicle
+    # VehicleReport
     def Init(self, buf, pos):
         self._tab = flatbuffers.table.Table(buf, pos)
 
-    # Vehicle
+    # VehicleReport
     def Physics(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(4))
         if o != 0:
@@ -39,7 +39,7 @@ class Vehicle(object):
             return obj
         return None
 
-    # Vehicle
+    # VehicleReport
     def Telemetry(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(6))
         if o != 0:
@@ -50,7 +50,7 @@ class Vehicle(object):
             return obj
         return None
 
-    # Vehicle
+    # VehicleReport
     def Gains(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(8))
         if o != 0:
@@ -61,32 +61,32 @@ class Vehicle(object):
             return obj
         return None
 
-def VehicleStart(builder):
+def VehicleReportStart(builder):
     builder.StartObject(3)
 
 def Start(builder):
-    VehicleStart(builder)
+    VehicleReportStart(builder)
 
-def VehicleAddPhysics(builder, physics):
+def VehicleReportAddPhysics(builder, physics):
     builder.PrependUOffsetTRelativeSlot(0, flatbuffers.number_types.UOffsetTFlags.py_type(physics), 0)
 
 def AddPhysics(builder, physics):
-    VehicleAddPhysics(builder, physics)
+    VehicleReportAddPhysics(builder, physics)
 
-def VehicleAddTelemetry(builder, telemetry):
+def VehicleReportAddTelemetry(builder, telemetry):
     builder.PrependUOffsetTRelativeSlot(1, flatbuffers.number_types.UOffsetTFlags.py_type(telemetry), 0)
 
 def AddTelemetry(builder, telemetry):
-    VehicleAddTelemetry(builder, telemetry)
+    VehicleReportAddTelemetry(builder, telemetry)
 
-def VehicleAddGains(builder, gains):
+def VehicleReportAddGains(builder, gains):
     builder.PrependStructSlot(2, flatbuffers.number_types.UOffsetTFlags.py_type(gains), 0)
 
 def AddGains(builder, gains):
-    VehicleAddGains(builder, gains)
+    VehicleReportAddGains(builder, gains)
 
-def VehicleEnd(builder):
+def VehicleReportEnd(builder):
     return builder.EndObject()
 
 def End(builder):
-    return VehicleEnd(builder)
+    return VehicleReportEnd(builder)

@@ -9,36 +9,36 @@ use core::mem;
 use core::cmp::Ordering;
 use self::flatbuffers::{EndianScalar, Follow};
 use super::*;
-pub enum VehicleOffset {}
+pub enum VehicleReportOffset {}
 #[derive(Copy, Clone, PartialEq)]
 
-pub struct Vehicle<'a> {
+pub struct VehicleReport<'a> {
   pub _tab: flatbuffers::Table<'a>,
 }
 
-impl<'a> flatbuffers::Follow<'a> for Vehicle<'a> {
-  type Inner = Vehicle<'a>;
+impl<'a> flatbuffers::Follow<'a> for VehicleReport<'a> {
+  type Inner = VehicleReport<'a>;
   #[inline]
   unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
     Self { _tab: flatbuffers::Table::new(buf, loc) }
   }
 }
 
-impl<'a> Vehicle<'a> {
+impl<'a> VehicleReport<'a> {
   pub const VT_PHYSICS: flatbuffers::VOffsetT = 4;
   pub const VT_TELEMETRY: flatbuffers::VOffsetT = 6;
   pub const VT_GAINS: flatbuffers::VOffsetT = 8;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
-    Vehicle { _tab: table }
+    VehicleReport { _tab: table }
   }
   #[allow(unused_mut)]
   pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr>(
     _fbb: &'mut_bldr mut flatbuffers::FlatBufferBuilder<'bldr>,
-    args: &'args VehicleArgs<'args>
-  ) -> flatbuffers::WIPOffset<Vehicle<'bldr>> {
-    let mut builder = VehicleBuilder::new(_fbb);
+    args: &'args VehicleReportArgs<'args>
+  ) -> flatbuffers::WIPOffset<VehicleReport<'bldr>> {
+    let mut builder = VehicleReportBuilder::new(_fbb);
     if let Some(x) = args.gains { builder.add_gains(x); }
     if let Some(x) = args.telemetry { builder.add_telemetry(x); }
     if let Some(x) = args.physics { builder.add_physics(x); }
@@ -51,25 +51,25 @@ impl<'a> Vehicle<'a> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<VehiclePhysics>>(Vehicle::VT_PHYSICS, None).unwrap()}
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<VehiclePhysics>>(VehicleReport::VT_PHYSICS, None).unwrap()}
   }
   #[inline]
   pub fn telemetry(&self) -> VehicleTelemetry<'a> {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<VehicleTelemetry>>(Vehicle::VT_TELEMETRY, None).unwrap()}
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<VehicleTelemetry>>(VehicleReport::VT_TELEMETRY, None).unwrap()}
   }
   #[inline]
   pub fn gains(&self) -> &'a AckermannGains {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<AckermannGains>(Vehicle::VT_GAINS, None).unwrap()}
+    unsafe { self._tab.get::<AckermannGains>(VehicleReport::VT_GAINS, None).unwrap()}
   }
 }
 
-impl flatbuffers::Verifiable for Vehicle<'_> {
+impl flatbuffers::Verifiable for VehicleReport<'_> {
   #[inline]
   fn run_verifier(
     v: &mut flatbuffers::Verifier, pos: usize
@@ -83,15 +83,15 @@ impl flatbuffers::Verifiable for Vehicle<'_> {
     Ok(())
   }
 }
-pub struct VehicleArgs<'a> {
+pub struct VehicleReportArgs<'a> {
     pub physics: Option<flatbuffers::WIPOffset<VehiclePhysics<'a>>>,
     pub telemetry: Option<flatbuffers::WIPOffset<VehicleTelemetry<'a>>>,
     pub gains: Option<&'a AckermannGains>,
 }
-impl<'a> Default for VehicleArgs<'a> {
+impl<'a> Default for VehicleReportArgs<'a> {
   #[inline]
   fn default() -> Self {
-    VehicleArgs {
+    VehicleReportArgs {
       physics: None, // required field
       telemetry: None, // required field
       gains: None, // required field
@@ -99,44 +99,44 @@ impl<'a> Default for VehicleArgs<'a> {
   }
 }
 
-pub struct VehicleBuilder<'a: 'b, 'b> {
+pub struct VehicleReportBuilder<'a: 'b, 'b> {
   fbb_: &'b mut flatbuffers::FlatBufferBuilder<'a>,
   start_: flatbuffers::WIPOffset<flatbuffers::TableUnfinishedWIPOffset>,
 }
-impl<'a: 'b, 'b> VehicleBuilder<'a, 'b> {
+impl<'a: 'b, 'b> VehicleReportBuilder<'a, 'b> {
   #[inline]
   pub fn add_physics(&mut self, physics: flatbuffers::WIPOffset<VehiclePhysics<'b >>) {
-    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<VehiclePhysics>>(Vehicle::VT_PHYSICS, physics);
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<VehiclePhysics>>(VehicleReport::VT_PHYSICS, physics);
   }
   #[inline]
   pub fn add_telemetry(&mut self, telemetry: flatbuffers::WIPOffset<VehicleTelemetry<'b >>) {
-    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<VehicleTelemetry>>(Vehicle::VT_TELEMETRY, telemetry);
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<VehicleTelemetry>>(VehicleReport::VT_TELEMETRY, telemetry);
   }
   #[inline]
   pub fn add_gains(&mut self, gains: &AckermannGains) {
-    self.fbb_.push_slot_always::<&AckermannGains>(Vehicle::VT_GAINS, gains);
+    self.fbb_.push_slot_always::<&AckermannGains>(VehicleReport::VT_GAINS, gains);
   }
   #[inline]
-  pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> VehicleBuilder<'a, 'b> {
+  pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> VehicleReportBuilder<'a, 'b> {
     let start = _fbb.start_table();
-    VehicleBuilder {
+    VehicleReportBuilder {
       fbb_: _fbb,
       start_: start,
     }
   }
   #[inline]
-  pub fn finish(self) -> flatbuffers::WIPOffset<Vehicle<'a>> {
+  pub fn finish(self) -> flatbuffers::WIPOffset<VehicleReport<'a>> {
     let o = self.fbb_.end_table(self.start_);
-    self.fbb_.required(o, Vehicle::VT_PHYSICS,"physics");
-    self.fbb_.required(o, Vehicle::VT_TELEMETRY,"telemetry");
-    self.fbb_.required(o, Vehicle::VT_GAINS,"gains");
+    self.fbb_.required(o, VehicleReport::VT_PHYSICS,"physics");
+    self.fbb_.required(o, VehicleReport::VT_TELEMETRY,"telemetry");
+    self.fbb_.required(o, VehicleReport::VT_GAINS,"gains");
     flatbuffers::WIPOffset::new(o.value())
   }
 }
 
-impl core::fmt::Debug for Vehicle<'_> {
+impl core::fmt::Debug for VehicleReport<'_> {
   fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-    let mut ds = f.debug_struct("Vehicle");
+    let mut ds = f.debug_struct("VehicleReport");
       ds.field("physics", &self.physics());
       ds.field("telemetry", &self.telemetry());
       ds.field("gains", &self.gains());
