@@ -1,5 +1,6 @@
 //! Wires endpoints to sockets and the bus; the only place that starts a runtime.
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,13 +15,14 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::config::{Args, Config, ConfigError, Ports, WorldConfig};
+use crate::config::{Args, Config, ConfigError, EndpointConfig, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::Figures;
+use crate::guests::Guests;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
 use crate::server::{EVENTS_MAX, LateComers, Server};
-use crate::site::{BusSite, Site};
+use crate::site::{BusSite, Links, Site};
 use crate::{rpc, stream};
 
 /// Clients of one endpoint; told to others as its capacity.
@@ -54,7 +56,7 @@ pub enum RunError {
 
 /// Both sockets of one endpoint.
 struct Sockets {
-    ports: Ports,
+    endpoint: EndpointConfig,
     calls: TcpListener,
     streams: TcpListener,
 }
@@ -79,8 +81,8 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let clients = figures.clients.clone();
     // The ports open before the bus is there: a client that comes at once waits instead of failing.
     let mut sockets = Vec::with_capacity(config.endpoints.len());
-    for ports in &config.endpoints {
-        sockets.push(open(&config, *ports).await?);
+    for endpoint in &config.endpoints {
+        sockets.push(open(&config, endpoint).await?);
     }
     tokio::select! {
         result = gateway(config, sockets, monitor, figures) => result,
@@ -88,15 +90,17 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     }
 }
 
-async fn open(config: &Config, ports: Ports) -> Result<Sockets, RunError> {
+async fn open(config: &Config, endpoint: &EndpointConfig) -> Result<Sockets, RunError> {
     let listen = async |port| {
         let address = SocketAddr::new(config.host, port);
         let listening = TcpListener::bind(address).await;
         listening.map_err(|cause| RunError::Listen { address, cause })
     };
+    let ports = endpoint.ports;
     let (calls, streams) = (listen(ports.calls).await?, listen(ports.streams).await?);
-    tracing::info!(address = %SocketAddr::new(config.host, ports.calls), "CARLA clients may connect");
-    Ok(Sockets { ports, calls, streams })
+    let address = SocketAddr::new(config.host, ports.calls);
+    tracing::info!(%address, tenant = %endpoint.tenant, "CARLA clients may connect");
+    Ok(Sockets { endpoint: endpoint.clone(), calls, streams })
 }
 
 /// Why nobody can be served.
@@ -111,7 +115,8 @@ async fn gateway(
     let worlds = monitor.condition("worlds", NO_WORLDS);
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
-    let ports: Vec<String> = config.endpoints.iter().map(|ports| ports.calls.to_string()).collect();
+    let ports: Vec<String> =
+        config.endpoints.iter().map(|endpoint| endpoint.ports.calls.to_string()).collect();
     let alive = Alive {
         kind: ServiceKind::Gateway,
         id: config.id.clone(),
@@ -121,29 +126,34 @@ async fn gateway(
         detail: format!("{}:{}", config.host, ports.join(",")),
     };
     let _announcement = bus.announce(alive).await?;
-    let site = BusSite::start(bus, config.tenant.clone());
-    let hosts = site.hosts().clone();
+    let links = Links::follow(bus);
+    let hosts = links.hosts.clone();
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
-    let site: Arc<dyn Site> = Arc::new(site);
-    let maps = Arc::new(Maps::new(Arc::clone(&site)));
+    let mut sites = BTreeMap::new();
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
-    for sockets in sockets {
+    for Sockets { endpoint: own, calls, streams } in sockets {
+        let (site, maps) = sites.entry(own.tenant.clone()).or_insert_with(|| {
+            let site: Arc<dyn Site> = Arc::new(BusSite::new(links.clone(), own.tenant.clone()));
+            let maps = Arc::new(Maps::new(Arc::clone(&site)));
+            (site, maps)
+        });
         let endpoint = Endpoint::new(
-            Arc::clone(&site),
-            Arc::clone(&maps),
-            config.world.clone(),
-            sockets.ports,
+            Arc::clone(site),
+            Arc::clone(maps),
+            config.world_of(&own.tenant),
+            own.ports,
             runtime::Handle::current(),
             figures.streams.clone(),
         );
-        let (calls, streams) = (sockets.calls.into_std()?, sockets.streams.into_std()?);
-        let own = threads_of(sockets.ports.calls)?;
-        own.spawn(monitor.pulse(&format!("carla-{}", sockets.ports.calls)).beat_for_ever());
+        let doors =
+            Doors { calls: calls.into_std()?, streams: streams.into_std()?, guests: own.guests };
+        let thread = threads_of(own.ports.calls)?;
+        thread.spawn(monitor.pulse(&format!("carla-{}", own.ports.calls)).beat_for_ever());
         let late_comers = LateComers::new(monitor.clone());
-        let attending = attend(endpoint, calls, streams, late_comers, figures.clone());
-        endpoints.spawn_on(attending, own.handle());
-        threads.push(Threads(Some(own)));
+        let attending = attend(endpoint, doors, late_comers, figures.clone());
+        endpoints.spawn_on(attending, thread.handle());
+        threads.push(Threads(Some(thread)));
     }
     monitor.set_started();
     // None ends unless something is wrong; whoever watches over this process starts it again.
@@ -171,18 +181,25 @@ fn threads_of(port: u16) -> Result<Runtime, std::io::Error> {
     threads.worker_threads(1).thread_name(format!("carla-{port}")).enable_all().build()
 }
 
+/// Both sockets of an endpoint on their way to its thread, and who may come in by them.
+struct Doors {
+    calls: std::net::TcpListener,
+    streams: std::net::TcpListener,
+    guests: Guests,
+}
+
 /// Serves an endpoint with all its sockets.
 async fn attend(
     endpoint: Endpoint,
-    calls: std::net::TcpListener,
-    streams: std::net::TcpListener,
+    doors: Doors,
     late_comers: LateComers,
     figures: Figures,
 ) -> Result<(), std::io::Error> {
+    let Doors { calls, streams, guests } = doors;
     let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
     let (events, told) = mpsc::channel(EVENTS_MAX);
-    tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub)));
-    tokio::spawn(rpc::serve(calls, events));
+    tokio::spawn(stream::serve(streams, guests.clone(), Arc::clone(&endpoint.hub)));
+    tokio::spawn(rpc::serve(calls, guests, events));
     let WorldConfig { period, sync_lease, .. } = endpoint.config;
     let lobby = Lobby::new(period, sync_lease, Instant::now());
     let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);

@@ -1,6 +1,7 @@
 //! What was typed, and what the gateway runs with.
 
-use std::collections::BTreeSet;
+mod endpoints;
+
 use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,7 +9,10 @@ use std::time::Duration;
 use bus::BusAddress;
 use schemas::{ServiceId, ServiceKind, Tenant};
 
+use crate::guests::Allowed;
 use crate::recorder::Shelf;
+pub use endpoints::PortOfTenant;
+pub(crate) use endpoints::{EndpointConfig, Ports};
 
 /// Ticks per second in asynchronous mode unless told otherwise.
 const FPS: f64 = 30.0;
@@ -22,18 +26,23 @@ pub struct Args {
     #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
         default_value = bus::site_address())]
     pub connect: Vec<BusAddress>,
-    /// Ports of CARLA endpoints, each a world of its own
+    /// Ports of CARLA endpoints, each a world of its own, with its owner if that is not --tenant
     #[arg(
         long,
+        visible_alias = "endpoint",
         env = "CARLA_PORT",
-        value_name = "PORT",
+        value_name = "PORT[=TENANT]",
         default_value = "2000",
         value_delimiter = ','
     )]
-    pub port: Vec<u16>,
+    pub port: Vec<PortOfTenant>,
     /// Ports of the endpoints' streams, one for each [default: the next after each --port]
     #[arg(long, value_name = "PORT", value_delimiter = ',')]
     pub stream_port: Vec<u16>,
+    /// Networks whose clients may connect to an endpoint, e.g. 2000=10.0.3.0/24 [default: all
+    /// that reach it]
+    #[arg(long, value_name = "PORT=ADDRESS/BITS", value_delimiter = ',')]
+    pub allow: Vec<Allowed>,
     /// Address on which endpoints listen
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub host: IpAddr,
@@ -63,7 +72,7 @@ pub struct Args {
     /// What replayed vehicles do when a replay is over
     #[arg(long, value_enum, default_value_t)]
     pub after_replays: AfterReplays,
-    /// Owner of the worlds
+    /// Owner of the worlds of endpoints that name none
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: Tenant,
 }
@@ -92,20 +101,12 @@ pub enum AfterReplays {
 #[derive(Clone, Debug)]
 pub struct Config {
     pub(crate) connect: Vec<BusAddress>,
-    pub(crate) endpoints: Vec<Ports>,
+    pub(crate) endpoints: Vec<EndpointConfig>,
     pub(crate) host: IpAddr,
     pub(crate) id: ServiceId,
-    pub(crate) tenant: Tenant,
-    pub(crate) world: WorldConfig,
-}
-
-/// Where clients of an endpoint connect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Ports {
-    /// For calls.
-    pub(crate) calls: u16,
-    /// For the streams of sensors.
-    pub(crate) streams: u16,
+    /// With the recordings of no tenant; see [`Config::world_of`].
+    world: WorldConfig,
+    recordings: PathBuf,
 }
 
 /// How worlds of an endpoint are made and run.
@@ -146,17 +147,15 @@ impl Config {
         }
         let lease = args.sync_lease.map(Duration::try_from_secs_f64).transpose();
         let sync_lease = lease.map_err(|why| wrong("sync-lease", why.to_string()))?;
-        let folder = std::path::absolute(args.recordings.join(args.tenant.as_str()));
-        let folder = folder.map_err(|why| wrong("recordings", why.to_string()))?;
-        // Users of this machine may name whole paths, as with CARLA.
-        let shelf = Shelf::new(folder, args.host.is_loopback());
-        let endpoints = pair(&args.port, &args.stream_port)?;
+        let recordings = std::path::absolute(&args.recordings);
+        let recordings = recordings.map_err(|why| wrong("recordings", why.to_string()))?;
+        let endpoints =
+            endpoints::endpoints(&args.port, &args.stream_port, &args.allow, &args.tenant)?;
         Ok(Self {
             connect: args.connect.clone(),
             endpoints,
             host: args.host,
             id: args.id.clone(),
-            tenant: args.tenant.clone(),
             world: WorldConfig {
                 map: args.map.clone(),
                 seed: args.seed,
@@ -164,59 +163,17 @@ impl Config {
                 period: Duration::from_secs_f64(1.0 / args.fps),
                 sync_lease,
                 after_replays: args.after_replays,
-                shelf,
+                shelf: Shelf::new(recordings.clone(), false),
                 owner: args.id.clone(),
             },
+            recordings,
         })
     }
-}
 
-/// Each port of calls with that of its streams; no port twice.
-fn pair(calls: &[u16], streams: &[u16]) -> Result<Vec<Ports>, ConfigError> {
-    let wrong = |setting, why: String| ConfigError { setting, why };
-    if calls.is_empty() {
-        return Err(wrong("port", "wanted at least one".to_owned()));
-    }
-    if !streams.is_empty() && streams.len() != calls.len() {
-        let why = format!("wanted one for each --port: {}, found {}", calls.len(), streams.len());
-        return Err(wrong("stream-port", why));
-    }
-    let mut taken = BTreeSet::new();
-    let mut pairs = Vec::with_capacity(calls.len());
-    for (index, &calls) in calls.iter().enumerate() {
-        let next = || calls.checked_add(1).filter(|_| calls > 0);
-        let streams = streams.get(index).copied().or_else(next).filter(|port| *port > 0);
-        let streams =
-            streams.ok_or_else(|| wrong("port", format!("wanted 1 to 65534, found {calls}")))?;
-        for port in [calls, streams] {
-            if port == 0 || !taken.insert(port) {
-                return Err(wrong("port", format!("{port} is wanted twice or is none")));
-            }
-        }
-        pairs.push(Ports { calls, streams });
-    }
-    Ok(pairs)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn streams_take_the_next_port_unless_told() {
-        let pairs = pair(&[2000, 2010], &[]).unwrap();
-        let told = pair(&[2000, 2001], &[3000, 3001]).unwrap();
-        let of = |pairs: &[Ports]| pairs.iter().map(|p| (p.calls, p.streams)).collect::<Vec<_>>();
-        assert_eq!(of(&pairs), [(2000, 2001), (2010, 2011)]);
-        assert_eq!(of(&told), [(2000, 3000), (2001, 3001)]);
-    }
-
-    #[test]
-    fn ports_that_clash_are_refused() {
-        for ports in [&[2000, 2001][..], &[2001, 2000], &[2000, 2000], &[0], &[65_535], &[]] {
-            assert_eq!(pair(ports, &[]).unwrap_err().setting, "port", "{ports:?}");
-        }
-        assert_eq!(pair(&[2000], &[2000]).unwrap_err().setting, "port");
-        assert_eq!(pair(&[2000, 2010], &[2005]).unwrap_err().setting, "stream-port");
+    /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.
+    pub(crate) fn world_of(&self, tenant: &Tenant) -> WorldConfig {
+        // Users of this machine may name whole paths, as with CARLA.
+        let shelf = Shelf::new(self.recordings.join(tenant.as_str()), self.host.is_loopback());
+        WorldConfig { shelf, ..self.world.clone() }
     }
 }

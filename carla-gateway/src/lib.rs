@@ -20,6 +20,7 @@ mod dialect;
 mod endpoint;
 mod episode;
 mod figures;
+mod guests;
 mod launcher;
 mod lobby;
 mod maps;
@@ -38,6 +39,7 @@ mod wheels;
 mod whereabouts;
 
 pub use app::{RunError, run};
-pub use config::{Args, Config, ConfigError, Tyres};
+pub use config::{Args, Config, ConfigError, PortOfTenant, Tyres};
+pub use guests::Allowed;
 pub use launcher::{Flags, Translated, translate};
 pub use recorder::local_date;

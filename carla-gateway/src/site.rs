@@ -32,34 +32,46 @@ pub(crate) trait Site: Send + Sync + 'static {
     fn can_draw(&self) -> bool;
 }
 
-/// Worlds of one tenant on the bus.
-pub(crate) struct BusSite {
+/// The services of a bus that endpoints of all tenants use.
+#[derive(Clone)]
+pub(crate) struct Links {
     bus: Bus,
-    tenant: Tenant,
-    hosts: Hosts,
+    /// The world services.
+    pub(crate) hosts: Hosts,
     renderers: Arc<Renderers>,
 }
 
-impl BusSite {
+impl Links {
     /// On a bus that is connected.
-    pub(crate) fn start(bus: Bus, tenant: Tenant) -> Self {
+    pub(crate) fn follow(bus: Bus) -> Self {
         let connected = watch::Sender::new(Some(bus.clone())).subscribe();
         let renderers = Renderers::follow(connected.clone());
         let hosts = Hosts::follow(connected, ServiceKind::World, keys::batch_tick);
-        Self { bus, tenant, hosts, renderers }
+        Self { bus, hosts, renderers }
     }
+}
 
-    /// The world services.
-    pub(crate) fn hosts(&self) -> &Hosts {
-        &self.hosts
+/// Worlds of one tenant on the bus.
+pub(crate) struct BusSite {
+    links: Links,
+    tenant: Tenant,
+}
+
+impl BusSite {
+    /// Those that are reached by these links.
+    pub(crate) fn new(links: Links, tenant: Tenant) -> Self {
+        Self { links, tenant }
     }
 
     /// Over the fast channel to the host of the world, once it is open.
     async fn tick(&self, world: WorldId, request: &Request) -> Result<Reply, Error> {
-        match self.hosts.of_world(world).and_then(|host| host.channel) {
+        match self.links.hosts.of_world(world).and_then(|host| host.channel) {
             Some(channel) => channel.request(request, ASK_DEADLINE).await,
             None => {
-                self.bus.request(&keys::world(&self.tenant, world), request, ASK_DEADLINE).await
+                self.links
+                    .bus
+                    .request(&keys::world(&self.tenant, world), request, ASK_DEADLINE)
+                    .await
             }
         }
     }
@@ -67,16 +79,16 @@ impl BusSite {
     async fn ask_worlds(&self, request: &Request) -> Result<Reply, Error> {
         let until = Instant::now() + START_WAIT;
         loop {
-            let host = self.hosts.next().borrow().as_ref().map(|host| host.id.clone());
+            let host = self.links.hosts.next().borrow().as_ref().map(|host| host.id.clone());
             let answer = match &host {
                 Some(host) => {
                     let key = keys::worlds_of(&self.tenant, host);
-                    self.bus.request(&key, request, ASK_DEADLINE).await
+                    self.links.bus.request(&key, request, ASK_DEADLINE).await
                 }
                 None => Err(Error::new(ErrorCode::Unreachable, "no world service is up")),
             };
             if let (Some(host), Ok(Reply::WorldCreated { world, .. })) = (&host, &answer) {
-                self.hosts.note_world(host, *world);
+                self.links.hosts.note_world(host, *world);
             }
             match answer {
                 Err(error) if error.code == ErrorCode::Unreachable && Instant::now() < until => {
@@ -103,22 +115,22 @@ impl Site for BusSite {
                 }
                 _ => return self.ask_worlds(&request).await,
             };
-            self.bus.request(&keys::world(&self.tenant, world), &request, ASK_DEADLINE).await
+            self.links.bus.request(&keys::world(&self.tenant, world), &request, ASK_DEADLINE).await
         })
     }
 
     fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
         Box::pin(async move {
             let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
-            Ok(self.renderers.draw(&job).await?.images)
+            Ok(self.links.renderers.draw(&job).await?.images)
         })
     }
 
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>> {
-        Box::pin(async move { self.bus.asset(&digest, ASK_DEADLINE).await })
+        Box::pin(async move { self.links.bus.asset(&digest, ASK_DEADLINE).await })
     }
 
     fn can_draw(&self) -> bool {
-        self.renderers.is_any_up()
+        self.links.renderers.is_any_up()
     }
 }

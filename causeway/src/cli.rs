@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::watched::Watched;
-use crate::{bench, health, lifeline, logging, map, record, router, up};
+use crate::{bench, health, lifeline, logging, map, record, router, token, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -44,6 +44,9 @@ enum Command {
     /// Have running services of this machine take nothing new; what goes on goes on.
     #[command(after_help = EXIT_CODES)]
     Drain(health::DrainArgs),
+    /// Make and check tokens of people who may use a server.
+    #[command(subcommand)]
+    Token(token::Command),
     /// Measure what a user waits for and relies on.
     #[command(subcommand)]
     Bench(bench::Command),
@@ -78,7 +81,11 @@ impl Cli {
             }
             Command::Scenario(args) => {
                 let (args, monitor) = args.begin(name)?;
-                scenario_service::run(&args, &monitor).map_err(|error| Failure::of(&error))
+                scenario_service::run(&args, &monitor).map_err(|error| match &error {
+                    scenario_service::RunError::Config(wrong) => Failure::usage(wrong),
+                    scenario_service::RunError::Tokens(wrong) => Failure::usage(wrong),
+                    _ => Failure::of(&error),
+                })
             }
             Command::Gateway(args) => {
                 let (args, monitor) = args.begin(name)?;
@@ -90,6 +97,7 @@ impl Cli {
                 rollout_service::run(args).map_err(|error| Failure::of(&error))
             }
             Command::Router(args) => router::run(args),
+            Command::Token(command) => token::run(&command),
             Command::Bench(command) => bench::run(&command),
             Command::Record(args) => record::run(args).map_err(|error| Failure::of(&error)),
             Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
@@ -110,6 +118,7 @@ impl Command {
             Self::Router(_) => "router",
             Self::Health(_) => "health",
             Self::Drain(_) => "drain",
+            Self::Token(_) => "token",
             Self::Bench(_) => "bench",
             Self::Record(_) => "record",
             Self::Map(_) => "map",

@@ -14,6 +14,7 @@ mod logging;
 mod map;
 mod record;
 mod router;
+mod token;
 mod up;
 mod watched;
 

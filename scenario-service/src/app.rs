@@ -4,19 +4,21 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::serve::{Listener as _, ListenerExt as _};
+use axum::serve::Listener as _;
 use bus::{Bus, BusConfig};
 use monitoring::Monitor;
 use schemas::{Alive, ServiceKind};
 use signals::Termination;
+use tenancy::{Door, DoorError, FOLLOW_EVERY};
 use tokio::sync::watch;
 
 use crate::config::{Args, Config, ConfigError};
 use crate::limits::{REAP_EVERY, SWEEP_EVERY};
 use crate::listener::FaceListener;
 use crate::openenv::{self, Face, OriginRule};
-use crate::session::SessionContext;
 use crate::session::table::Sessions;
+use crate::session::{Contexts, SessionContext};
+use crate::world_port::WorldPort;
 use crate::world_port::on_bus::BusWorlds;
 
 /// Why the service ended.
@@ -34,6 +36,9 @@ pub enum RunError {
         #[source]
         cause: std::io::Error,
     },
+    /// The file of tenants cannot be used.
+    #[error("--tokens: {0}")]
+    Tokens(#[from] DoorError),
     /// The bus refused.
     #[error(transparent)]
     Bus(#[from] bus::BusError),
@@ -56,6 +61,10 @@ pub fn run(args: &Args, monitor: &Monitor) -> Result<(), RunError> {
 }
 
 async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
+    let door = Arc::new(match &config.tokens {
+        Some(path) => Door::with_tokens(path)?,
+        None => Door::open(config.tenant.clone()),
+    });
     // Before anybody can see that the service is up.
     let mut termination = Termination::follow()?;
     tokio::spawn(monitor.pulse("runtime").beat_for_ever());
@@ -69,30 +78,34 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
     let (worlds, hosts) = (monitor.condition("worlds", NO_WORLDS), port.hosts().clone());
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
-    let context = SessionContext::new(port, config.default_scenario.clone(), config.profile);
+    let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
+    let context = SessionContext::new(shared, config.default_scenario.clone(), config.profile);
     let context = Arc::new(context.watched(monitor));
-    let sessions = Arc::new(Sessions::new(Arc::clone(&context), config.sessions_max, config.idle));
-    export(monitor, &sessions, &context);
+    let contexts = Contexts::new(config.tenant.clone(), Arc::clone(&context), move |tenant| {
+        Arc::new(port.for_tenant(tenant.clone()))
+    });
+    let sessions = Arc::new(Sessions::new(contexts, config.sessions_max, config.idle));
+    export(monitor, &sessions);
     let origins = OriginRule {
         is_loopback: address.ip().is_loopback(),
         allowed: config.allow_origin.clone(),
     };
-    let face = Face { sessions: Arc::clone(&sessions), mode: config.mode, origins };
-    let router = openenv::router(Arc::new(face));
+    let face = Face {
+        sessions: Arc::clone(&sessions),
+        mode: config.mode,
+        door: Arc::clone(&door),
+        origins,
+    };
+    let face = openenv::service(Arc::new(face));
+    tokio::spawn(follow(door));
     tokio::spawn(reap(Arc::clone(&sessions)));
-    tokio::spawn(sweep(Arc::clone(&context)));
+    tokio::spawn(sweep(Arc::clone(&sessions)));
     tokio::spawn(warm_up(context));
 
     let on_bus = join_bus(&config, address, bus_sender, monitor);
     let left = || sessions.load().0 as usize;
-    // Small answers must not wait for the acknowledgement of earlier ones.
-    let listener = listener.tap_io(|stream| {
-        if let Err(error) = stream.set_nodelay(true) {
-            tracing::debug!(%error, "a connection stays with delayed sending");
-        }
-    });
     tokio::select! {
-        served = axum::serve(listener, router).into_future() => served.map_err(RunError::System),
+        served = axum::serve(listener, face).into_future() => served.map_err(RunError::System),
         joined = on_bus => joined.map(|never| match never {}),
         () = termination.drained(monitor, "sessions", left) => Ok(()),
     }
@@ -102,7 +115,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
 const NO_WORLDS: &str = "no world service is up that makes new worlds";
 
 /// Exports what sessions and their ticker know.
-fn export(monitor: &Monitor, sessions: &Arc<Sessions>, context: &Arc<SessionContext>) {
+fn export(monitor: &Monitor, sessions: &Arc<Sessions>) {
     let metrics = monitor.metrics();
     let of = |read: fn((u32, u32)) -> u32| {
         let sessions = Arc::clone(sessions);
@@ -110,11 +123,14 @@ fn export(monitor: &Monitor, sessions: &Arc<Sessions>, context: &Arc<SessionCont
     };
     metrics.read_gauge("causeway_scenario_sessions", "Sessions", of(|(now, _)| now));
     metrics.read_gauge("causeway_scenario_sessions_max", "Sessions at once", of(|(_, max)| max));
-    let ticker = context.ticker.clone();
+    let sessions = Arc::clone(sessions);
     metrics.read_gauge(
         "causeway_scenario_steps_waiting",
         "Steps that wait for the round trip before theirs",
-        move || ticker.waiting() as f64,
+        move || {
+            let contexts = sessions.contexts().all();
+            contexts.iter().map(|context| context.ticker.waiting() as f64).sum()
+        },
     );
 }
 
@@ -148,10 +164,20 @@ async fn warm_up(context: Arc<SessionContext>) {
     }
 }
 
-async fn sweep(context: Arc<SessionContext>) {
+async fn sweep(sessions: Arc<Sessions>) {
     loop {
         tokio::time::sleep(SWEEP_EVERY).await;
-        context.keeper.sweep().await;
+        for context in sessions.contexts().all() {
+            context.keeper.sweep().await;
+        }
+    }
+}
+
+/// Notices that the file of tenants has changed.
+async fn follow(door: Arc<Door>) {
+    loop {
+        tokio::time::sleep(FOLLOW_EVERY).await;
+        door.follow();
     }
 }
 

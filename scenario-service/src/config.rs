@@ -1,6 +1,7 @@
 //! What was typed, and what the service runs with.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::BusAddress;
@@ -29,6 +30,13 @@ pub struct Args {
     /// Owner of the worlds that sessions make.
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: String,
+    /// File of tenants and tokens: whoever comes must have one, and has worlds and quotas of its
+    /// tenant.
+    #[arg(long, env = "CAUSEWAY_TOKENS", value_name = "FILE")]
+    pub tokens: Option<PathBuf>,
+    /// Without --tokens: serve anybody who reaches an address beyond the loopback.
+    #[arg(long, env = "CAUSEWAY_OPEN", value_parser = clap::builder::FalseyValueParser::new())]
+    pub open: bool,
     /// Sessions at once.
     #[arg(long, env = "MAX_CONCURRENT_ENVS", default_value_t = limits::SESSIONS_MAX)]
     pub sessions_max: u32,
@@ -63,6 +71,8 @@ pub(crate) struct Config {
     pub(crate) id: ServiceId,
     /// Of the worlds.
     pub(crate) tenant: Tenant,
+    /// Who may come in; `None`: everybody.
+    pub(crate) tokens: Option<PathBuf>,
     /// At once.
     pub(crate) sessions_max: u32,
     /// Exists.
@@ -100,6 +110,19 @@ pub fn http_address(text: &str) -> Result<SocketAddr, String> {
     }
 }
 
+/// A face that anybody could use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "whoever reaches {0} could use this server: say who may with --tokens FILE (causeway token new), \
+     or that everybody may with --open"
+)]
+pub struct Unguarded(pub SocketAddr);
+
+/// Whether a face may be served: others reach it only with tokens, or because somebody wants that.
+pub fn is_guarded(http: SocketAddr, has_tokens: bool, open: bool) -> bool {
+    http.ip().is_loopback() || has_tokens || open
+}
+
 impl Config {
     /// # Errors
     /// [`ConfigError`] names the first setting that cannot work.
@@ -115,10 +138,14 @@ impl Config {
         if args.sessions_max == 0 {
             return Err(wrong("sessions-max", &"wanted at least 1"));
         }
+        if !is_guarded(args.http, args.tokens.is_some(), args.open) {
+            return Err(wrong("http", &Unguarded(args.http)));
+        }
         Ok(Self {
             connect: args.connect.clone(),
             http: args.http,
             id: args.id.clone(),
+            tokens: args.tokens.clone(),
             tenant: args.tenant.parse().map_err(|why| wrong("tenant", &why))?,
             sessions_max: args.sessions_max,
             default_scenario: args.default_scenario.clone(),

@@ -14,8 +14,12 @@ pub(crate) struct Figures {
     pub(crate) opened: Counter,
     /// Sessions for which there was no room.
     pub(crate) full: Counter,
+    /// Sessions beyond a tenant's quota.
+    pub(crate) quota: Counter,
     /// Sessions that came while no new ones are taken.
     pub(crate) draining: Counter,
+    /// Pictures that were beyond a tenant's quota.
+    pub(crate) pixels_refused: Counter,
     /// Episodes whose world was lost.
     pub(crate) lost: Counter,
 }
@@ -24,8 +28,8 @@ impl Figures {
     /// New figures.
     pub(crate) fn new(metrics: &Metrics) -> Self {
         let asked = "Sessions that were asked for, by what came of it";
-        let outcomes = ("outcome", ["opened", "capacity", "draining"]);
-        let [opened, full, draining] =
+        let outcomes = ("outcome", ["opened", "capacity", "quota", "draining"]);
+        let [opened, full, quota, draining] =
             metrics.counters("causeway_scenario_sessions_asked", asked, outcomes);
         Self {
             reset_seconds: metrics.histogram("causeway_scenario_reset_seconds", "Time of a reset"),
@@ -35,7 +39,12 @@ impl Figures {
                 .histogram("causeway_scenario_picture_seconds", "Time of a step for a picture"),
             opened,
             full,
+            quota,
             draining,
+            pixels_refused: metrics.counter(
+                "causeway_scenario_pictures_refused",
+                "Pictures that were beyond a tenant's quota",
+            ),
             lost: metrics
                 .counter("causeway_scenario_episodes_lost", "Episodes whose world was lost"),
         }

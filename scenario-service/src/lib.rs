@@ -29,4 +29,4 @@ mod simulation;
 mod testing;
 
 pub use app::{RunError, run};
-pub use config::{Args, ConfigError, http_address};
+pub use config::{Args, ConfigError, Unguarded, http_address, is_guarded};

@@ -121,10 +121,13 @@ fn is_alive(process: Pid) -> bool {
 }
 
 async fn accept(listener: &mut Option<TcpListener>) -> (TcpStream, SocketAddr) {
-    match listener {
-        Some(listener) => Listener::accept(listener).await,
-        None => std::future::pending().await,
+    let Some(listener) = listener else { return std::future::pending().await };
+    let (stream, address) = Listener::accept(listener).await;
+    // Small answers must not wait for the acknowledgement of earlier ones.
+    if let Err(error) = stream.set_nodelay(true) {
+        tracing::debug!(%error, "a connection stays with delayed sending");
     }
+    (stream, address)
 }
 
 impl Listener for FaceListener {

@@ -1,5 +1,6 @@
 //! The OpenEnv face: HTTP and WebSocket on one port, a translation layer over sessions.
 
+mod access;
 pub(crate) mod coerce;
 mod docs;
 mod envelope;
@@ -17,7 +18,10 @@ mod ws;
 use std::sync::Arc;
 
 use axum::Router;
+use axum::extract::connect_info::IntoMakeServiceWithConnectInfo;
+use tenancy::Door;
 
+use access::Peer;
 pub(crate) use origin::OriginRule;
 
 use crate::session::table::Sessions;
@@ -49,13 +53,15 @@ pub(crate) struct Face {
     pub(crate) sessions: Arc<Sessions>,
     /// Which endpoints there are.
     pub(crate) mode: Mode,
+    /// Who may come in.
+    pub(crate) door: Arc<Door>,
     /// Whose web pages are served.
     pub(crate) origins: OriginRule,
 }
 
 /// Every route of the face.
-pub(crate) fn router(face: Arc<Face>) -> Router {
-    http::router(face)
+pub(crate) fn service(face: Arc<Face>) -> IntoMakeServiceWithConnectInfo<Router, Peer> {
+    http::router(face).into_make_service_with_connect_info()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! One session: a scenario with its settings, and the episode that runs in its own world.
 
 mod context;
+mod contexts;
 mod origin;
 pub(crate) mod table;
 
@@ -13,6 +14,7 @@ use schemas::{
     TickOutcome,
 };
 use serde_json::{Map, Value};
+use tenancy::Quotas;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
@@ -20,6 +22,7 @@ use crate::scenario::{Overrides, Scenario, ScenarioError, WorldSpec, registry};
 use crate::world_port::keeper::OwnedWorld;
 use crate::world_port::{CreatedWorld, NewWorld};
 pub(crate) use context::SessionContext;
+pub(crate) use contexts::Contexts;
 use origin::Origin;
 
 /// Why a session refused. The episode that was running still is, except in [`WorldLost`].
@@ -74,6 +77,7 @@ pub(crate) struct Session {
     scenario: Box<dyn Scenario>,
     /// The name the settings were built from, which `name` may have covered since.
     built_from: String,
+    quotas: Quotas,
     running: Running,
 }
 
@@ -98,10 +102,10 @@ impl Session {
     ///
     /// # Errors
     /// [`ScenarioError`] when the default scenario does not exist.
-    pub(crate) fn new(context: Arc<SessionContext>) -> Result<Self, ScenarioError> {
+    pub(crate) fn new(context: Arc<SessionContext>, quotas: Quotas) -> Result<Self, ScenarioError> {
         let built_from = context.default_scenario.clone();
         let scenario = registry::build(&built_from, context.profile)?;
-        Ok(Self { context, scenario, built_from, running: Running::Nothing })
+        Ok(Self { context, scenario, built_from, quotas, running: Running::Nothing })
     }
 
     /// Begins an episode. All or nothing: only when the new world stands does the old one go.
@@ -255,8 +259,14 @@ impl Session {
 
     async fn capture(&mut self) -> Result<Report, SessionError> {
         let (episode, _) = self.running.episode()?;
-        let drawn = self.context.port.draw(episode.frame().clone(), vec![episode.camera()]);
-        let picture = drawn.await.map_err(|error| error.to_string()).and_then(picture);
+        let camera = episode.camera();
+        let picture = match self.context.may_draw(self.quotas, &camera) {
+            Ok(()) => {
+                let drawn = self.context.port.draw(episode.frame().clone(), vec![camera]);
+                drawn.await.map_err(|error| error.to_string()).and_then(picture)
+            }
+            Err(why) => Err(why),
+        };
         Ok(episode.captured(picture))
     }
 

@@ -67,7 +67,7 @@ impl Client {
         let mut calls = 0;
         while calls < CALLS {
             let life = if self.roll(2) == 0 { Life::Connection } else { Life::Detached };
-            match self.sessions.open(life) {
+            match self.sessions.of(testing::visitor()).open(life) {
                 Ok(in_use) => {
                     calls += self.converse(&in_use).await;
                     drop(in_use);
@@ -245,7 +245,7 @@ impl Simulation {
         context.maps.learn(testing::map());
         let context = Arc::new(context);
         let idle = IdleTimes { connected: Duration::MAX, detached: Duration::ZERO };
-        let sessions = Arc::new(Sessions::new(Arc::clone(&context), SESSIONS_MAX, idle));
+        let sessions = testing::sessions(&context, SESSIONS_MAX, idle);
         Self { clock, worlds, context, sessions, history: History::default() }
     }
 

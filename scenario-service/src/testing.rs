@@ -9,9 +9,11 @@ use schemas::{
     EncodedFrame, Error, ErrorCode, Frame, Image, MapRef, PilotMode, Pose, SharedFrame, Tick,
     TickItem, TickOutcome, TickResult, Vec3, VehicleCommand, VehicleControl, WorldId, wire,
 };
+use tenancy::{Quotas, Visitor};
 
 use crate::scenario::Profile;
-use crate::session::SessionContext;
+use crate::session::table::{IdleTimes, Sessions};
+use crate::session::{Contexts, SessionContext};
 use crate::world_port::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
 
 /// The default town.
@@ -29,6 +31,19 @@ pub(crate) fn context() -> (Arc<ToyWorlds>, Arc<SessionContext>) {
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
     let context = SessionContext::new(shared, "trolley_saves".to_owned(), Profile::Documented);
     (port, Arc::new(context))
+}
+
+/// All sessions, of whatever tenants, over the worlds of one context.
+pub(crate) fn sessions(context: &Arc<SessionContext>, max: u32, idle: IdleTimes) -> Arc<Sessions> {
+    let port = Arc::clone(&context.port);
+    let contexts = Contexts::new(visitor().tenant, Arc::clone(context), move |_| Arc::clone(&port));
+    Arc::new(Sessions::new(contexts, max, idle))
+}
+
+/// Whoever comes where nobody is asked who it is.
+pub(crate) fn visitor() -> Visitor {
+    let tenant = "local".parse().unwrap();
+    Visitor { tenant, token: None, quotas: Quotas::default() }
 }
 
 /// Worlds in which cars slide along their heading and brake at 9 m/s².

@@ -5,6 +5,7 @@ drive what runs from them as users would.
 """
 
 import base64
+import contextlib
 import importlib
 import io
 import os
@@ -32,6 +33,7 @@ from containers import (
     wait_until_healthy,
 )
 from running_site import two_free_ports
+from tenants import new_token
 
 FULL, CORE = "causeway:test", "causeway-core:test"
 FULL_BYTES_MAX, CORE_BYTES_MAX = 300_000_000, 60_000_000
@@ -91,7 +93,7 @@ def test_one_container_serves_openenv_and_carlas_client(names_of_project):
     http, port = two_free_ports(), two_free_ports()
     ports = [f"127.0.0.1:{http}:8000"] + [f"127.0.0.1:{p}:{p}" for p in (port, port + 1)]
     published = [word for mapping in ports for word in ("-p", mapping)]
-    flags = ["--http", "0.0.0.0:8000", "--carla", str(port), "--carla-host", "0.0.0.0"]
+    flags = ["--http", "0.0.0.0:8000", "--open", "--carla", str(port), "--carla-host", "0.0.0.0"]
     docker(
         "run", "--detach", "--read-only", "--tmpfs", "/tmp", "--cap-drop", "ALL",
         "--name", names_of_project, *published, FULL, "up", *flags,
@@ -105,9 +107,6 @@ def test_one_container_serves_openenv_and_carlas_client(names_of_project):
 
 @pytest.mark.usefixtures("images")
 def test_a_container_for_each_service_is_a_site(names_of_project):
-    compose = shutil.which("docker-compose")
-    if compose is None:
-        pytest.skip("no docker-compose")
     http, port = two_free_ports(), two_free_ports()
     settings = {
         "CAUSEWAY_IMAGE": FULL,
@@ -115,11 +114,52 @@ def test_a_container_for_each_service_is_a_site(names_of_project):
         "CARLA_PORT": str(port),
         "CARLA_STREAM_PORT": str(port + 1),
     }
-    command = [compose, "-f", "deploy/compose.yaml", "-p", names_of_project]
+    with composed(names_of_project, ["deploy/compose.yaml"], settings) as run:
+        run("up", "--detach", "--scale", "world=2")
+        drive(f"http://127.0.0.1:{http}", port)
+        running = run("ps", "--quiet").split()
+        wait_until_containers_are_healthy(*running)
+        states = docker("inspect", "--format", "{{.RestartCount}}", *running).split()
+        assert states == ["0"] * 6, run("logs")
+
+
+@pytest.mark.usefixtures("images")
+def test_two_people_share_a_composed_site(names_of_project, tmp_path):
+    tokens = tmp_path / "tokens.toml"
+    alice, bob = (new_token(tokens, name, f"{name}-laptop") for name in ("alice", "bob"))
+    tokens.chmod(0o644)
+    http, port, second = two_free_ports(), two_free_ports(), two_free_ports()
+    settings = {
+        "CAUSEWAY_IMAGE": FULL,
+        "CAUSEWAY_HTTP_PORT": str(http),
+        "CAUSEWAY_TOKENS_FILE": str(tokens),
+        "CARLA_PORTS": f"{port}=alice,{second}=bob",
+        "CARLA_PORT": str(port),
+        "CARLA_STREAM_PORT": str(port + 1),
+        "CARLA_PORT_2": str(second),
+        "CARLA_STREAM_PORT_2": str(second + 1),
+    }
+    files = ["deploy/compose.yaml", "deploy/compose.secure.yaml"]
+    with composed(names_of_project, files, settings) as run:
+        run("up", "--detach")
+        wait_until_healthy(f"http://127.0.0.1:{http}")
+        with pytest.raises(PermissionError):
+            Session(f"http://127.0.0.1:{http}")
+        for token, own in ((alice, port), (bob, second)):
+            drive(f"http://anybody:{token}@127.0.0.1:{http}", own)
+
+
+@contextlib.contextmanager
+def composed(project: str, files: list[str], settings: dict[str, str]):
+    """Runs words of docker-compose; takes everything down at the end."""
+    compose = shutil.which("docker-compose")
+    if compose is None:
+        pytest.skip("no docker-compose")
+    named = [word for file in files for word in ("-f", file)]
 
     def run(*words: str) -> str:
         done = subprocess.run(
-            [*command, *words],
+            [compose, *named, "-p", project, *words],
             cwd=ROOT,
             env={**os.environ, **settings},
             capture_output=True,
@@ -129,12 +169,7 @@ def test_a_container_for_each_service_is_a_site(names_of_project):
         return done.stdout.decode()
 
     try:
-        run("up", "--detach", "--scale", "world=2")
-        drive(f"http://127.0.0.1:{http}", port)
-        running = run("ps", "--quiet").split()
-        wait_until_containers_are_healthy(*running)
-        states = docker("inspect", "--format", "{{.RestartCount}}", *running).split()
-        assert states == ["0"] * 6, run("logs")
+        yield run
     finally:
         run("down", "--timeout", "5")
 

@@ -187,6 +187,7 @@ TAKEN = (
     "map build",
     "health --ready",
     "rollout --help",
+    "token new",
 )
 
 
@@ -262,6 +263,18 @@ def test_services_of_one_bus_are_started_one_by_one(shell):
         ours = ours.replace("0.0.0.0:8000", f"127.0.0.1:{http}")
         shell.serve(ours + (f" --port {carla}" if " gateway " in line else ""))
     play_at(f"http://127.0.0.1:{http}")
+
+
+def test_two_people_share_a_server(shell):
+    *tokens, up = take("token new")
+    alice, bob = (shell.run(line).strip() for line in tokens)
+    http, bus = two_free_ports(), two_free_ports()
+    ours = up.replace(":8000", f":{http}").replace("2000=", f"{two_free_ports()}=")
+    shell.serve(ours.replace("2100=", f"{two_free_ports()}=") + f" --bus tcp/127.0.0.1:{bus}")
+    for token in (alice, bob):
+        play_at(f"http://anybody:{token}@127.0.0.1:{http}")
+    with pytest.raises(PermissionError):
+        causeway.Session(f"http://127.0.0.1:{http}")
 
 
 def play_at(base_url: str) -> None:

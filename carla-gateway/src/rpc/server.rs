@@ -11,6 +11,7 @@ use tokio::sync::{Notify, Semaphore, mpsc};
 use super::backlog::{Backlog, Counted, Share};
 use super::intake::{Room, read};
 use super::message::{Answer, ConnectionId, Payload, Request, Ticket, encode_reply};
+use crate::guests::Guests;
 use crate::whereabouts::Whereabouts;
 
 /// Connections of one endpoint at once.
@@ -78,13 +79,13 @@ impl Outbox {
 }
 
 /// Accepts clients for ever, and tells of their calls in the order of arrival.
-pub(crate) async fn serve(listener: TcpListener, events: mpsc::Sender<Event>) {
+pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::Sender<Event>) {
     let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let ids = AtomicU64::new(1);
     let (room, backlog) = (Room::new(), Backlog::default());
     loop {
         let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let (socket, address) = match listener.accept().await {
+        let (socket, address) = match guests.accept(&listener).await {
             Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!(%error, "a client could not connect");
@@ -167,7 +168,7 @@ mod tests {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
         let (events, mut told) = mpsc::channel(8);
-        tokio::spawn(serve(listener, events));
+        tokio::spawn(serve(listener, Guests::default(), events));
         let client = TcpStream::connect(address).await.unwrap();
         let Some(Event::Connected(_, whereabouts, outbox)) = told.recv().await else {
             panic!("nobody connected");

@@ -10,6 +10,7 @@ use tokio::sync::Semaphore;
 
 use super::StreamId;
 use super::hub::{Hub, Listener};
+use crate::guests::Guests;
 
 /// Listeners of one endpoint at once.
 const LISTENERS_MAX: usize = 2_048;
@@ -22,11 +23,11 @@ const MESSAGE_WAIT: Duration = Duration::from_secs(30);
 const REST_WAIT: Duration = Duration::from_secs(2);
 
 /// Accepts listeners for ever.
-pub(crate) async fn serve(listener: TcpListener, hub: Arc<Hub>) {
+pub(crate) async fn serve(listener: TcpListener, guests: Guests, hub: Arc<Hub>) {
     let seats = Arc::new(Semaphore::new(LISTENERS_MAX));
     loop {
         let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let Ok((socket, _)) = listener.accept().await else {
+        let Ok((socket, _)) = guests.accept(&listener).await else {
             tokio::task::yield_now().await;
             continue;
         };

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use bus::{Bus, BusAddress, BusConfig, BusError, Presence};
+use carla_gateway::PortOfTenant;
 use schemas::ServiceKind;
 use tokio::sync::watch;
 
@@ -13,8 +14,9 @@ use super::stop::Stop;
 pub(crate) fn print_addresses(plan: &Plan) {
     println!("causeway {}", env!("CARGO_PKG_VERSION"));
     println!("  OpenEnv   http://{}", plan.http);
-    for port in &plan.carla {
-        println!("  CARLA     127.0.0.1:{port}");
+    for PortOfTenant { port, tenant } in &plan.carla {
+        let whose = tenant.as_ref().map(|tenant| format!(" · {tenant}")).unwrap_or_default();
+        println!("  CARLA     127.0.0.1:{port}{whose}");
     }
     println!("  bus       {}", plan.bus);
     if let Some(address) = plan.admin.admin {

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bus::BusAddress;
+use carla_gateway::{Allowed, PortOfTenant};
+use tenancy::Door;
 
 use super::child::Service;
 use super::ports::{self, PortTaken};
@@ -14,11 +16,17 @@ use crate::watched::{AdminArgs, DrainArgs};
 /// Settings of a site.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Where OpenEnv clients and browsers connect; port 0 takes any free one. Loopback unless told
-    /// otherwise: nobody is asked for a password.
+    /// Where OpenEnv clients and browsers connect; port 0 takes any free one. Beyond the loopback
+    /// only with --tokens or --open.
     #[arg(long, value_name = "[IP:]PORT", default_value = "8000",
         value_parser = scenario_service::http_address)]
     http: SocketAddr,
+    /// File of tenants and tokens for the OpenEnv face; `causeway token new` makes them.
+    #[arg(long, env = "CAUSEWAY_TOKENS", value_name = "FILE")]
+    tokens: Option<PathBuf>,
+    /// Without --tokens: serve anybody who reaches the OpenEnv face beyond the loopback.
+    #[arg(long, env = "CAUSEWAY_OPEN", value_parser = clap::builder::FalseyValueParser::new())]
+    open: bool,
     /// Where the services and other clients of the bus meet; port 0 takes any free one.
     #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
     bus: BusAddress,
@@ -35,15 +43,16 @@ pub(crate) struct Args {
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Where clients of CARLA connect, each port a world of its own; port 0 takes any free one.
+    /// Where clients of CARLA connect, each port a world of its own, of a tenant if that is named;
+    /// port 0 takes any free one.
     #[arg(
         long,
         env = "CARLA_PORT",
-        value_name = "PORT",
+        value_name = "PORT[=TENANT]",
         default_value = "2000",
         value_delimiter = ','
     )]
-    carla: Vec<u16>,
+    carla: Vec<PortOfTenant>,
     /// Where they have the streams of sensors, a port for each [default: the next after each].
     #[arg(long, value_name = "PORT", value_delimiter = ',')]
     carla_stream: Vec<u16>,
@@ -51,6 +60,10 @@ pub(crate) struct Args {
     /// a password.
     #[arg(long, env = "CAUSEWAY_CARLA_HOST", value_name = "ADDRESS", default_value = "127.0.0.1")]
     carla_host: IpAddr,
+    /// Networks whose clients may connect to a CARLA endpoint, e.g. 2000=10.0.3.0/24 [default: all
+    /// that reach it].
+    #[arg(long, value_name = "PORT=ADDRESS/BITS", value_delimiter = ',')]
+    allow: Vec<Allowed>,
     /// Start no CARLA gateway.
     #[arg(long)]
     no_carla: bool,
@@ -90,6 +103,12 @@ pub(crate) enum PlanError {
     /// Somebody listens there already.
     #[error("{0}")]
     Port(#[from] PortTaken),
+    /// Everybody could use it.
+    #[error("--http: {0}")]
+    Unguarded(#[from] scenario_service::Unguarded),
+    /// The file of tenants is none.
+    #[error("--tokens: {0}")]
+    Tokens(#[from] tenancy::DoorError),
     /// Streams of some endpoints only.
     #[error("--carla-stream wants one port for each of --carla: {wanted}, found {found}")]
     Streams {
@@ -116,7 +135,7 @@ pub(crate) struct Plan {
     /// The bus, with its port.
     pub(crate) bus: BusAddress,
     /// The CARLA endpoints' ports.
-    pub(crate) carla: Vec<u16>,
+    pub(crate) carla: Vec<PortOfTenant>,
     /// In the order in which they are started.
     pub(crate) services: Vec<Service>,
     /// Where the site as a whole is asked how it is.
@@ -132,17 +151,26 @@ impl Plan {
         if let Some(path) = &args.maps {
             check_folder(path)?;
         }
+        if !scenario_service::is_guarded(args.http, args.tokens.is_some(), args.open) {
+            return Err(scenario_service::Unguarded(args.http).into());
+        }
+        if let Some(path) = &args.tokens {
+            Door::with_tokens(path)?;
+        }
         let http = ports::usable_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
-        let wanted: &[u16] = if args.no_carla { &[] } else { &args.carla };
+        let wanted: &[PortOfTenant] = if args.no_carla { &[] } else { &args.carla };
         let streams = &args.carla_stream;
         if !streams.is_empty() && streams.len() != wanted.len() {
             return Err(PlanError::Streams { wanted: wanted.len(), found: streams.len() });
         }
         let streams = streams.iter().copied().map(Some).chain(std::iter::repeat(None));
-        let carla: Vec<u16> = std::iter::zip(wanted, streams)
-            .map(|(port, streams)| ports::free_carla(args.carla_host, *port, streams))
-            .collect::<Result<_, _>>()?;
+        let carla: Vec<PortOfTenant> = std::iter::zip(wanted, streams)
+            .map(|(PortOfTenant { port, tenant }, streams)| {
+                let port = ports::free_carla(args.carla_host, *port, streams)?;
+                Ok(PortOfTenant { port, tenant: tenant.clone() })
+            })
+            .collect::<Result<_, PortTaken>>()?;
         let mut services = services(&args, http, &bus, &carla);
         let mut admin = args.admin;
         if let Some(address) = &mut admin.admin {
@@ -164,8 +192,13 @@ fn check_folder(path: &Path) -> Result<(), PlanError> {
 }
 
 /// The world service comes first: everybody else connects to it.
-fn services(args: &Args, http: SocketAddr, bus: &BusAddress, carla: &[u16]) -> Vec<Service> {
-    let mut services = vec![world(args, bus), scenario(http, bus)];
+fn services(
+    args: &Args,
+    http: SocketAddr,
+    bus: &BusAddress,
+    carla: &[PortOfTenant],
+) -> Vec<Service> {
+    let mut services = vec![world(args, bus), scenario(args, http, bus)];
     if !carla.is_empty() {
         services.push(gateway(args, carla, bus));
     }
@@ -188,13 +221,19 @@ fn world(args: &Args, bus: &BusAddress) -> Service {
     Service { arguments, ..Service::new("world") }
 }
 
-fn scenario(http: SocketAddr, bus: &BusAddress) -> Service {
+fn scenario(args: &Args, http: SocketAddr, bus: &BusAddress) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     arguments.extend(flag("--http", http.to_string()));
+    if let Some(path) = &args.tokens {
+        arguments.extend([OsString::from("--tokens"), path.clone().into_os_string()]);
+    }
+    if args.open {
+        arguments.push(OsString::from("--open"));
+    }
     Service { arguments, is_face: true, ..Service::new("scenario") }
 }
 
-fn gateway(args: &Args, ports: &[u16], bus: &BusAddress) -> Service {
+fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     let mut arguments = flag("--connect", bus.to_string());
     let ports: Vec<String> = ports.iter().map(ToString::to_string).collect();
     arguments.extend(flag("--port", ports.join(",")));
@@ -202,6 +241,8 @@ fn gateway(args: &Args, ports: &[u16], bus: &BusAddress) -> Service {
         let streams: Vec<String> = args.carla_stream.iter().map(ToString::to_string).collect();
         arguments.extend(flag("--stream-port", streams.join(",")));
     }
+    let allowed = args.allow.iter().flat_map(|rule| flag("--allow", rule.to_string()));
+    arguments.extend(allowed);
     arguments.extend(flag("--host", args.carla_host.to_string()));
     arguments.extend(flag("--map", args.carla_map.clone()));
     if let Some(fps) = args.fps {

@@ -11,11 +11,14 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{MethodRouter, any, get, post};
-use axum::{Json, Router};
+use axum::{Extension, Json, Router};
 use serde_json::{Map, Value, json};
+use tenancy::Visitor;
 
 use super::coerce::{self, FieldError, Reader};
-use super::{Face, Mode, docs, envelope, http_errors, json as lenient, mcp, openapi, reply};
+use super::{
+    Face, Mode, access, docs, envelope, http_errors, json as lenient, mcp, openapi, reply,
+};
 use super::{origin, schema, tasks, ws};
 use crate::action::Action;
 use crate::limits::{ID_CHARS_MAX, MESSAGE_BYTES_MAX};
@@ -50,6 +53,7 @@ pub(super) fn router(face: Arc<Face>) -> Router {
         .fallback(|| async { http_errors::not_found() })
         .method_not_allowed_fallback(http_errors::method_not_allowed)
         .layer(DefaultBodyLimit::max(MESSAGE_BYTES_MAX))
+        .layer(from_fn_with_state(Arc::clone(&face.door), access::check))
         .layer(from_fn_with_state(Arc::new(face.origins.clone()), origin::check))
         .with_state(face)
 }
@@ -75,33 +79,40 @@ fn to_page() -> Response {
     (StatusCode::TEMPORARY_REDIRECT, [(header::LOCATION, "../web")]).into_response()
 }
 
-async fn metrics(State(face): State<Arc<Face>>) -> Json<Value> {
-    let (active, max) = face.sessions.load();
+async fn metrics(
+    State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
+) -> Json<Value> {
+    let (active, max) = face.sessions.of(visitor).load();
     Json(json!({ "active_sessions": active, "max_sessions": max }))
 }
 
-async fn rpc(State(face): State<Arc<Face>>, body: Bytes) -> Json<Value> {
+async fn rpc(
+    State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
+    body: Bytes,
+) -> Json<Value> {
     let request = std::str::from_utf8(&body).ok().and_then(|text| lenient::parse(text).ok());
     Json(match request {
-        Some(request) => mcp::answer(&face.sessions, None, &request),
+        Some(request) => mcp::answer(&face.sessions.of(visitor), None, &request),
         None => mcp::parse_error(None),
     })
 }
 
 async fn reset(
     State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
     headers: HeaderMap,
     body: Bytes,
 ) -> Result<Response, Response> {
     let body = if body.is_empty() { Map::new() } else { object(&headers, &body)? };
     let request = envelope::reset_request(&body).map_err(in_body)?;
+    let sessions = face.sessions.of(visitor);
     // A reset by id without a session makes one: the id comes back with the answer.
     let session = match session_id(&headers, body.get("session_id")) {
-        Some(id) if !id.is_empty() => {
-            face.sessions.find(&id).map_err(IntoResponse::into_response)?
-        }
-        Some(_) => face.sessions.open(Life::Detached).map_err(IntoResponse::into_response)?,
-        None => face.sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
+        Some(id) if !id.is_empty() => sessions.find(&id).map_err(IntoResponse::into_response)?,
+        Some(_) => sessions.open(Life::Detached).map_err(IntoResponse::into_response)?,
+        None => sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
     };
     if face.sessions.drain().is_late(Instant::now()) {
         return Err(http_errors::elsewhere());
@@ -113,6 +124,7 @@ async fn reset(
 
 async fn step(
     State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
     headers: HeaderMap,
     body: Bytes,
 ) -> Result<Response, Response> {
@@ -121,9 +133,10 @@ async fn step(
     }
     let body = object(&headers, &body)?;
     let action = action_of(&body)?;
+    let sessions = face.sessions.of(visitor);
     let session = match session_id(&headers, body.get("session_id")) {
-        Some(id) => face.sessions.find(&id).map_err(IntoResponse::into_response)?,
-        None => face.sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
+        Some(id) => sessions.find(&id).map_err(IntoResponse::into_response)?,
+        None => sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
     };
     let mut running = session.session.lock().await;
     let report = running.step(&action).await.map_err(IntoResponse::into_response)?;
@@ -137,6 +150,7 @@ struct StateParams {
 
 async fn state(
     State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
     Query(params): Query<StateParams>,
     headers: HeaderMap,
 ) -> Result<Response, Response> {
@@ -144,7 +158,7 @@ async fn state(
     let Some(id) = session_id(&headers, asked.as_ref()) else {
         return Ok(Json(json!({ "episode_id": null, "step_count": 0 })).into_response());
     };
-    let session = face.sessions.find(&id).map_err(IntoResponse::into_response)?;
+    let session = face.sessions.of(visitor).find(&id).map_err(IntoResponse::into_response)?;
     let running = session.session.lock().await;
     Ok(Json(reply::http_state(&running.state())).into_response())
 }

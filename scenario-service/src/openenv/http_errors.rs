@@ -65,7 +65,9 @@ impl IntoResponse for SessionError {
 impl IntoResponse for OpenError {
     fn into_response(self) -> Response {
         match &self {
-            Self::Capacity { .. } => detail(StatusCode::SERVICE_UNAVAILABLE, self.to_string()),
+            Self::Capacity { .. } | Self::Quota { .. } => {
+                detail(StatusCode::SERVICE_UNAVAILABLE, self.to_string())
+            }
             Self::Draining => elsewhere(),
             Self::Scenario(_) => detail(StatusCode::INTERNAL_SERVER_ERROR, self.to_string()),
         }

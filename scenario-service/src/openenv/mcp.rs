@@ -1,11 +1,9 @@
 //! JSON-RPC as OpenEnv's tools expect it: sessions can be made and closed; there are no tools yet.
 
-use std::sync::Arc;
-
 use serde_json::{Map, Value, json};
 
 use crate::limits::ECHO_CHARS_MAX;
-use crate::session::table::{Closed, Life, OpenError, Sessions};
+use crate::session::table::{Closed, Life, OpenError, TenantSessions};
 
 const PARSE_ERROR: i32 = -32_700;
 const INVALID_REQUEST: i32 = -32_600;
@@ -22,7 +20,7 @@ struct Request<'a> {
 
 /// The response to one request; `own_session` is that of the connection, if it has one.
 pub(super) fn answer(
-    sessions: &Arc<Sessions>,
+    sessions: &TenantSessions,
     own_session: Option<&str>,
     request: &Value,
 ) -> Value {
@@ -68,7 +66,7 @@ pub(super) fn refused(why: &OpenError) -> Value {
 
 fn refused_for(id: &Value, why: &OpenError) -> Value {
     match why {
-        OpenError::Capacity { active, max } => {
+        OpenError::Capacity { active, max } | OpenError::Quota { active, max, .. } => {
             let data = json!({ "active_sessions": active, "max_sessions": max });
             error(id, CAPACITY, &why.to_string(), data)
         }
@@ -77,7 +75,7 @@ fn refused_for(id: &Value, why: &OpenError) -> Value {
     }
 }
 
-fn create(sessions: &Arc<Sessions>, own_session: Option<&str>, id: &Value) -> Value {
+fn create(sessions: &TenantSessions, own_session: Option<&str>, id: &Value) -> Value {
     if let Some(own) = own_session {
         return result(id, json!({ "session_id": own }));
     }
@@ -87,7 +85,7 @@ fn create(sessions: &Arc<Sessions>, own_session: Option<&str>, id: &Value) -> Va
     }
 }
 
-fn close(sessions: &Arc<Sessions>, own_session: Option<&str>, request: &Request<'_>) -> Value {
+fn close(sessions: &TenantSessions, own_session: Option<&str>, request: &Request<'_>) -> Value {
     let id = request.id;
     let given = request.params.and_then(|params| params.get("session_id"));
     let Some(given) = given.filter(|given| !given.is_null()) else {
@@ -108,7 +106,7 @@ fn close(sessions: &Arc<Sessions>, own_session: Option<&str>, request: &Request<
     }
 }
 
-fn is_known(sessions: &Arc<Sessions>, id: &Value) -> bool {
+fn is_known(sessions: &TenantSessions, id: &Value) -> bool {
     id.is_null() || id.as_str().is_some_and(|id| sessions.find(id).is_ok())
 }
 

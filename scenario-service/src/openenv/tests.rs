@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::serve::Listener as _;
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
@@ -12,24 +13,30 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
 use super::*;
+use crate::listener::FaceListener;
 use crate::session::table::IdleTimes;
 use crate::testing::{self, ToyWorlds};
 
 mod strangers;
+mod tokens;
 
 const DEADLINE: Duration = Duration::from_secs(20);
 
 type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
 async fn serve(max: u32, mode: Mode) -> (Arc<ToyWorlds>, SocketAddr) {
+    serve_behind(Door::open(testing::visitor().tenant), max, mode).await
+}
+
+async fn serve_behind(door: Door, max: u32, mode: Mode) -> (Arc<ToyWorlds>, SocketAddr) {
     let (port, context) = testing::context();
     let idle = IdleTimes { connected: DEADLINE, detached: DEADLINE };
-    let sessions = Arc::new(Sessions::new(context, max, idle));
-    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let sessions = testing::sessions(&context, max, idle);
+    let listener = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
     let address = listener.local_addr().unwrap();
     let origins = OriginRule { is_loopback: true, allowed: Vec::new() };
-    let router = router(Arc::new(Face { sessions, mode, origins }));
-    tokio::spawn(async move { axum::serve(listener, router).await.unwrap() });
+    let face = service(Arc::new(Face { sessions, mode, door: Arc::new(door), origins }));
+    tokio::spawn(async move { axum::serve(listener, face).await.unwrap() });
     (port, address)
 }
 

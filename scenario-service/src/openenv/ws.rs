@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use axum::Extension;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{CloseFrame, Message as Frame, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::extract::{Query, State};
@@ -10,12 +11,13 @@ use axum::response::{IntoResponse as _, Response};
 use futures_util::SinkExt as _;
 use monitoring::Drain;
 use serde_json::{Map, Value};
+use tenancy::Visitor;
 use tokio::sync::watch;
 
 use super::envelope::{self, Message, Refusal};
-use super::{Face, http_errors, mcp, reply};
+use super::{Face, access, http_errors, mcp, reply};
 use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX, WRITE_DEADLINE};
-use crate::session::table::{InUse, Life, OpenError};
+use crate::session::table::{InUse, Life, OpenError, TenantSessions};
 
 /// How long a client may take to answer a close.
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
@@ -32,6 +34,7 @@ pub(super) struct Params {
 /// Upgrades `/ws`.
 pub(super) async fn upgrade(
     State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
     Query(params): Query<Params>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -39,15 +42,22 @@ pub(super) async fn upgrade(
     if params.session_id.is_none() && face.sessions.drain().is_on() {
         return OpenError::Draining.into_response();
     }
-    with_limits(upgrade, move |socket| serve(socket, face, params.session_id))
+    with_limits(upgrade, move |socket| async move {
+        let sessions = face.sessions.of(visitor);
+        serve(socket, &face, &sessions, params.session_id).await;
+    })
 }
 
 /// Upgrades `/mcp`.
 pub(super) async fn upgrade_mcp(
     State(face): State<Arc<Face>>,
+    Extension(visitor): Extension<Visitor>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    with_limits(upgrade, move |socket| serve_mcp(socket, face))
+    with_limits(upgrade, move |socket| async move {
+        let sessions = face.sessions.of(visitor);
+        serve_mcp(socket, &face, &sessions).await;
+    })
 }
 
 fn with_limits<F>(
@@ -62,18 +72,23 @@ where
             .max_message_size(TRANSPORT_BYTES_MAX)
             .max_frame_size(TRANSPORT_BYTES_MAX)
             .read_buffer_size(READ_BUFFER_BYTES)
+            .protocols([access::PROTOCOL])
             .on_upgrade(serve),
         Err(_) => http_errors::not_found(),
     }
 }
 
-async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String>) {
+async fn serve(
+    mut socket: WebSocket,
+    face: &Face,
+    sessions: &TenantSessions,
+    session_id: Option<String>,
+) {
     let opened = match &session_id {
-        Some(id) => face
-            .sessions
+        Some(id) => sessions
             .attach(id)
             .map_err(|error| reply::error("SESSION_ERROR", &error.to_string(), Map::new())),
-        None => face.sessions.open(Life::Connection).map_err(|error| open_error(&error)),
+        None => sessions.open(Life::Connection).map_err(|error| open_error(&error)),
     };
     let in_use = match opened {
         Ok(in_use) => in_use,
@@ -108,7 +123,7 @@ async fn serve(mut socket: WebSocket, face: Arc<Face>, session_id: Option<String
                 send(&mut socket, refused).await;
                 break;
             }
-            Ok(message) => answer(&face, &in_use, message).await,
+            Ok(message) => answer(sessions, &in_use, message).await,
             Err(refusal) => reply::refusal(&refusal),
         };
         if !send(&mut socket, answer).await || in_use.is_closing() {
@@ -184,7 +199,7 @@ async fn next_text(socket: &mut WebSocket, idle: Duration) -> Option<Result<Utf8
     }
 }
 
-async fn answer(face: &Arc<Face>, in_use: &InUse, message: Message) -> String {
+async fn answer(sessions: &TenantSessions, in_use: &InUse, message: Message) -> String {
     let mut session = in_use.session.lock().await;
     let result = match message {
         Message::Reset(request) => session.reset(request).await,
@@ -192,7 +207,7 @@ async fn answer(face: &Arc<Face>, in_use: &InUse, message: Message) -> String {
         Message::State => return reply::state(&session.state(), &in_use.id),
         Message::Mcp(request) => {
             drop(session);
-            return reply::mcp(&mcp::answer(&face.sessions, Some(&in_use.id), &request));
+            return reply::mcp(&mcp::answer(sessions, Some(&in_use.id), &request));
         }
         Message::Close => return String::new(),
     };
@@ -211,7 +226,7 @@ fn execution_error(text: &str) -> String {
 
 fn open_error(error: &OpenError) -> String {
     match error {
-        OpenError::Capacity { active, max } => {
+        OpenError::Capacity { active, max } | OpenError::Quota { active, max, .. } => {
             let mut more = Map::new();
             more.insert("active_sessions".to_owned(), (*active).into());
             more.insert("max_sessions".to_owned(), (*max).into());
@@ -229,8 +244,8 @@ fn open_error(error: &OpenError) -> String {
     }
 }
 
-async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
-    let in_use = match face.sessions.open(Life::Connection) {
+async fn serve_mcp(mut socket: WebSocket, face: &Face, sessions: &TenantSessions) {
+    let in_use = match sessions.open(Life::Connection) {
         Ok(in_use) => in_use,
         Err(error) => {
             let text = mcp::refused(&error).to_string();
@@ -250,7 +265,7 @@ async fn serve_mcp(mut socket: WebSocket, face: Arc<Face>) {
         let Some(text) = text else { break };
         let response: Value = match text {
             Ok(text) => match super::json::parse(&text) {
-                Ok(request) => mcp::answer(&face.sessions, Some(&in_use.id), &request),
+                Ok(request) => mcp::answer(sessions, Some(&in_use.id), &request),
                 Err(why) => mcp::parse_error(Some(&why)),
             },
             Err(_) => mcp::parse_error(Some("not a text of legal size")),

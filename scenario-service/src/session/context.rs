@@ -1,8 +1,11 @@
-//! What all sessions share.
+//! What all sessions of one tenant share.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use monitoring::Monitor;
+use schemas::Camera;
+use tenancy::{PixelBudget, Quotas};
 
 use super::SessionError;
 use crate::figures::Figures;
@@ -12,7 +15,7 @@ use crate::ticker::Ticker;
 use crate::world_port::WorldPort;
 use crate::world_port::keeper::Keeper;
 
-/// What all sessions share.
+/// What all sessions of one tenant share.
 pub(crate) struct SessionContext {
     /// Worlds.
     pub(crate) port: Arc<dyn WorldPort>,
@@ -29,7 +32,9 @@ pub(crate) struct SessionContext {
     /// Whether new sessions are taken.
     pub(crate) monitor: Monitor,
     /// What is counted.
-    pub(crate) figures: Figures,
+    pub(crate) figures: Arc<Figures>,
+    /// What may still be drawn.
+    pub(crate) pixels: PixelBudget,
 }
 
 impl SessionContext {
@@ -47,14 +52,35 @@ impl SessionContext {
             default_scenario,
             profile,
             monitor: Monitor::default(),
-            figures: Figures::default(),
+            figures: Arc::default(),
+            pixels: PixelBudget::default(),
         }
     }
 
     /// The same, watched over.
     pub(crate) fn watched(self, monitor: &Monitor) -> Self {
-        let figures = Figures::new(monitor.metrics());
+        let figures = Arc::new(Figures::new(monitor.metrics()));
         Self { monitor: monitor.clone(), figures, ..self }
+    }
+
+    /// The same for another tenant, whose worlds are reached by a port of its own.
+    pub(crate) fn beside(&self, port: Arc<dyn WorldPort>) -> Self {
+        let new = Self::new(port, self.default_scenario.clone(), self.profile);
+        Self { monitor: self.monitor.clone(), figures: Arc::clone(&self.figures), ..new }
+    }
+
+    /// Counts a picture against what the tenant may have drawn.
+    ///
+    /// # Errors
+    /// Which quota is used up, and for how long; nothing is counted.
+    pub(crate) fn may_draw(&self, quotas: Quotas, camera: &Camera) -> Result<(), String> {
+        let Some(rate) = quotas.pixels_per_second else { return Ok(()) };
+        let pixels = u64::from(camera.width_px) * u64::from(camera.height_px);
+        self.pixels.take(pixels, rate, Instant::now()).map_err(|wait| {
+            self.figures.pixels_refused.inc();
+            let wait = wait.as_secs_f64();
+            format!("the quota pixels_per_second = {rate} is used up; ask again in {wait:.2} s")
+        })
     }
 
     /// Has the map of the default scenario ready.

@@ -6,9 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use monitoring::Drain;
+use schemas::Tenant;
+use tenancy::Visitor;
 use tokio::sync::watch;
 
-use super::{Session, SessionContext};
+use super::{Contexts, Session};
 use crate::scenario::ScenarioError;
 
 /// How long sessions may be idle.
@@ -38,6 +40,18 @@ pub(crate) enum OpenError {
         /// Sessions now.
         active: u32,
         /// Sessions at most.
+        max: u32,
+    },
+    /// The tenant has as many as it may.
+    #[error(
+        "Tenant {tenant} has {active} of {max} sessions (quota sessions_max). Close one first."
+    )]
+    Quota {
+        /// Whose.
+        tenant: Tenant,
+        /// Its sessions now.
+        active: u32,
+        /// Its sessions at most.
         max: u32,
     },
     /// The service is about to end.
@@ -76,6 +90,7 @@ pub(crate) struct Slot {
     pub(crate) id: String,
     /// Used by one request at a time.
     pub(crate) session: tokio::sync::Mutex<Session>,
+    tenant: Tenant,
     life: Life,
     attached: AtomicBool,
     closing: AtomicBool,
@@ -84,11 +99,18 @@ pub(crate) struct Slot {
 
 /// All sessions of the process.
 pub(crate) struct Sessions {
-    context: Arc<SessionContext>,
+    contexts: Contexts,
     max: u32,
     /// How long sessions may be idle.
     pub(crate) idle: IdleTimes,
     slots: Mutex<BTreeMap<String, Arc<Slot>>>,
+}
+
+/// The sessions of one tenant.
+#[derive(Clone)]
+pub(crate) struct TenantSessions {
+    all: Arc<Sessions>,
+    visitor: Visitor,
 }
 
 /// A session in use; what it leaves behind follows from its life.
@@ -100,8 +122,18 @@ pub(crate) struct InUse {
 
 impl Sessions {
     /// An empty table.
-    pub(crate) fn new(context: Arc<SessionContext>, max: u32, idle: IdleTimes) -> Self {
-        Self { context, max, idle, slots: Mutex::new(BTreeMap::new()) }
+    pub(crate) fn new(contexts: Contexts, max: u32, idle: IdleTimes) -> Self {
+        Self { contexts, max, idle, slots: Mutex::new(BTreeMap::new()) }
+    }
+
+    /// Those of a visitor's tenant, which no other sees.
+    pub(crate) fn of(self: &Arc<Self>, visitor: Visitor) -> TenantSessions {
+        TenantSessions { all: Arc::clone(self), visitor }
+    }
+
+    /// What each tenant's sessions share.
+    pub(crate) fn contexts(&self) -> &Contexts {
+        &self.contexts
     }
 
     /// Sessions now, and at most.
@@ -111,78 +143,12 @@ impl Sessions {
 
     /// Follows whether new sessions are taken.
     pub(crate) fn follow_drain(&self) -> watch::Receiver<Drain> {
-        self.context.monitor.follow_drain()
+        self.contexts.first().monitor.follow_drain()
     }
 
     /// Whether new sessions are taken, and for how long new episodes are begun.
     pub(crate) fn drain(&self) -> Drain {
-        self.context.monitor.drain_now()
-    }
-
-    /// Opens a session.
-    ///
-    /// # Errors
-    /// [`OpenError`]; nothing is opened.
-    pub(crate) fn open(self: &Arc<Self>, life: Life) -> Result<InUse, OpenError> {
-        let figures = &self.context.figures;
-        if self.drain().is_on() {
-            figures.draining.inc();
-            return Err(OpenError::Draining);
-        }
-        let session = Session::new(Arc::clone(&self.context))?;
-        let slot = Arc::new(Slot {
-            id: uuid::Uuid::new_v4().to_string(),
-            session: tokio::sync::Mutex::new(session),
-            life,
-            attached: AtomicBool::new(false),
-            closing: AtomicBool::new(false),
-            used: Mutex::new(Instant::now()),
-        });
-        let mut slots = self.lock();
-        let active = slots.len() as u32;
-        if active >= self.max {
-            figures.full.inc();
-            return Err(OpenError::Capacity { active, max: self.max });
-        }
-        slots.insert(slot.id.clone(), Arc::clone(&slot));
-        figures.opened.inc();
-        Ok(InUse { sessions: Arc::clone(self), slot: Arc::clone(&slot), is_attached: false })
-    }
-
-    /// A session by its id, for one request.
-    ///
-    /// # Errors
-    /// [`AttachError::Unknown`].
-    pub(crate) fn find(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
-        let slot = self.lock().get(id).cloned().ok_or_else(|| unknown(id))?;
-        slot.touch();
-        Ok(InUse { sessions: Arc::clone(self), slot, is_attached: false })
-    }
-
-    /// A session by its id, for a connection of its own.
-    ///
-    /// # Errors
-    /// [`AttachError`].
-    pub(crate) fn attach(self: &Arc<Self>, id: &str) -> Result<InUse, AttachError> {
-        let mut in_use = self.find(id)?;
-        if in_use.slot.life == Life::Connection || in_use.slot.attached.swap(true, Ordering::AcqRel)
-        {
-            return Err(AttachError::Attached(cut(id)));
-        }
-        in_use.is_attached = true;
-        Ok(in_use)
-    }
-
-    /// Closes a session.
-    pub(crate) fn close(&self, id: &str) -> Closed {
-        let mut slots = self.lock();
-        let Some(slot) = slots.get(id) else { return Closed::Unknown };
-        if slot.life == Life::Connection || slot.attached.load(Ordering::Acquire) {
-            slot.closing.store(true, Ordering::Release);
-            return Closed::WithItsConnection;
-        }
-        slots.remove(id);
-        Closed::Now
+        self.contexts.first().monitor.drain_now()
     }
 
     /// Ends sessions that nobody has used for too long, and those that have nothing to finish
@@ -207,6 +173,99 @@ impl Sessions {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Slot>>> {
         // Nothing panics while it holds the lock.
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl TenantSessions {
+    /// Sessions now, and at most.
+    pub(crate) fn load(&self) -> (u32, u32) {
+        match self.visitor.quotas.sessions_max {
+            Some(max) => (of_tenant(&self.all.lock(), &self.visitor.tenant), max.min(self.all.max)),
+            None => self.all.load(),
+        }
+    }
+
+    fn owns(&self, slot: &Slot) -> bool {
+        slot.tenant == self.visitor.tenant
+    }
+
+    /// Opens a session.
+    ///
+    /// # Errors
+    /// [`OpenError`]; nothing is opened.
+    pub(crate) fn open(&self, life: Life) -> Result<InUse, OpenError> {
+        let Visitor { tenant, quotas, .. } = &self.visitor;
+        let context = self.all.contexts.of(tenant);
+        let figures = Arc::clone(&context.figures);
+        if self.all.drain().is_on() {
+            figures.draining.inc();
+            return Err(OpenError::Draining);
+        }
+        let session = Session::new(context, *quotas)?;
+        let slot = Arc::new(Slot {
+            id: uuid::Uuid::new_v4().to_string(),
+            session: tokio::sync::Mutex::new(session),
+            tenant: tenant.clone(),
+            life,
+            attached: AtomicBool::new(false),
+            closing: AtomicBool::new(false),
+            used: Mutex::new(Instant::now()),
+        });
+        let mut slots = self.all.lock();
+        let (active, max) = (slots.len() as u32, self.all.max);
+        if active >= max {
+            figures.full.inc();
+            return Err(OpenError::Capacity { active, max });
+        }
+        if let Some(max) = quotas.sessions_max {
+            let active = of_tenant(&slots, tenant);
+            if active >= max {
+                figures.quota.inc();
+                return Err(OpenError::Quota { tenant: tenant.clone(), active, max });
+            }
+        }
+        slots.insert(slot.id.clone(), Arc::clone(&slot));
+        figures.opened.inc();
+        Ok(InUse { sessions: Arc::clone(&self.all), slot: Arc::clone(&slot), is_attached: false })
+    }
+
+    /// A session by its id, for one request.
+    ///
+    /// # Errors
+    /// [`AttachError::Unknown`].
+    pub(crate) fn find(&self, id: &str) -> Result<InUse, AttachError> {
+        let slot = self.all.lock().get(id).filter(|slot| self.owns(slot)).cloned();
+        let slot = slot.ok_or_else(|| unknown(id))?;
+        slot.touch();
+        Ok(InUse { sessions: Arc::clone(&self.all), slot, is_attached: false })
+    }
+
+    /// A session by its id, for a connection of its own.
+    ///
+    /// # Errors
+    /// [`AttachError`].
+    pub(crate) fn attach(&self, id: &str) -> Result<InUse, AttachError> {
+        let mut in_use = self.find(id)?;
+        if in_use.slot.life == Life::Connection || in_use.slot.attached.swap(true, Ordering::AcqRel)
+        {
+            return Err(AttachError::Attached(cut(id)));
+        }
+        in_use.is_attached = true;
+        Ok(in_use)
+    }
+
+    /// Closes a session.
+    pub(crate) fn close(&self, id: &str) -> Closed {
+        let mut slots = self.all.lock();
+        let Some(slot) = slots.get(id).filter(|slot| self.owns(slot)) else {
+            return Closed::Unknown;
+        };
+        if slot.life == Life::Connection || slot.attached.load(Ordering::Acquire) {
+            slot.closing.store(true, Ordering::Release);
+            return Closed::WithItsConnection;
+        }
+        slots.remove(id);
+        Closed::Now
     }
 }
 
@@ -250,6 +309,10 @@ impl Drop for InUse {
             self.sessions.lock().remove(&self.slot.id);
         }
     }
+}
+
+fn of_tenant(slots: &BTreeMap<String, Arc<Slot>>, tenant: &Tenant) -> u32 {
+    slots.values().filter(|slot| slot.tenant == *tenant).count() as u32
 }
 
 fn unknown(id: &str) -> AttachError {

@@ -7,7 +7,7 @@ use crate::testing::{self, ToyWorlds};
 
 fn session() -> (Arc<ToyWorlds>, Session) {
     let (port, context) = testing::context();
-    (port, Session::new(context).unwrap())
+    (port, Session::new(context, Quotas::default()).unwrap())
 }
 
 fn reset_to(name: &str, seed: u64, config: Value) -> ResetRequest {
@@ -139,7 +139,7 @@ async fn the_same_seed_and_actions_give_the_same_observations() {
     let (_, context) = testing::context();
     let mut runs = Vec::new();
     for _ in 0..2 {
-        let mut session = Session::new(Arc::clone(&context)).unwrap();
+        let mut session = Session::new(Arc::clone(&context), Quotas::default()).unwrap();
         let report = session.reset(reset_to("bias_2v1", 3, json!({}))).await.unwrap();
         let mut run = vec![seen(&session, &report)];
         run.push(observe(&mut session, 2).await);

@@ -37,6 +37,12 @@ impl BusWorlds {
         Self { hosts, renderers, tenant, owner }
     }
 
+    /// Worlds of another tenant, by the same services.
+    pub(crate) fn for_tenant(&self, tenant: Tenant) -> Self {
+        let (hosts, renderers) = (self.hosts.clone(), Arc::clone(&self.renderers));
+        Self { hosts, renderers, tenant, owner: self.owner.clone() }
+    }
+
     /// The world services.
     pub(crate) fn hosts(&self) -> &Hosts {
         &self.hosts

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -15,13 +16,16 @@ from types import TracebackType
 from typing import Any
 from urllib.parse import urlsplit, urlunsplit
 
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 from websockets.sync.client import ClientConnection, connect
 
 DEFAULT_BASE_URL = "http://localhost:8000"
 
 #: Largest reply, in bytes: a picture of 4096 × 4096 pixels in base64, with room.
 REPLY_BYTES_MAX = 64 * 1024 * 1024
+
+#: Status of HTTP for who has no valid token.
+UNAUTHORIZED = 401
 
 
 class SessionError(RuntimeError):
@@ -73,20 +77,33 @@ class Session:
         self,
         base_url: str = DEFAULT_BASE_URL,
         *,
+        token: str | None = None,
         connect_timeout_secs: float = 10.0,
         reply_timeout_secs: float = 60.0,
     ) -> None:
         """Connects.
 
+        Args:
+            base_url: where the server is; a token may be its password, as in
+                ``http://anybody:cw_...@host:8000``.
+            token: who you are, for servers that ask; absent: `CAUSEWAY_TOKEN` of the environment.
+            connect_timeout_secs: how long connecting may take.
+            reply_timeout_secs: how long a reply may take.
+
         Raises:
             ConnectionError: nobody answers at `base_url`, or not as an OpenEnv server.
+            PermissionError: the server wants a token, or another one.
         """
-        self._url = _websocket_url(base_url)
+        url = _websocket_url(base_url)
+        self._url = _without_user(url)
+        if token is None and self._url == url:
+            token = os.environ.get("CAUSEWAY_TOKEN")
         self._reply_timeout_secs = reply_timeout_secs
         self._open = ExitStack()
         try:
             opening = connect(
-                self._url,
+                url,
+                additional_headers={"Authorization": f"Bearer {token}"} if token else None,
                 open_timeout=connect_timeout_secs,
                 max_size=REPLY_BYTES_MAX,
                 compression=None,
@@ -96,6 +113,10 @@ class Session:
             )
             self._connection: ClientConnection = self._open.enter_context(opening)
         except (OSError, InvalidHandshake, InvalidURI) as cause:
+            if isinstance(cause, InvalidStatus) and cause.response.status_code == UNAUTHORIZED:
+                raise PermissionError(
+                    f"{self._url} wants a valid token: pass token=..., or set CAUSEWAY_TOKEN"
+                ) from None
             raise ConnectionError(
                 f"no OpenEnv server at {self._url} ({cause}): start one with `causeway up`, "
                 "or pass the address it printed"
@@ -227,6 +248,12 @@ def _websocket_url(base_url: str) -> str:
     if scheme is None or not parts.netloc:
         raise ValueError(f"wanted an address like {DEFAULT_BASE_URL}, found {base_url!r}")
     return urlunsplit((scheme, parts.netloc, parts.path.rstrip("/") + "/ws", "", ""))
+
+
+def _without_user(url: str) -> str:
+    """The address as messages may show it."""
+    parts = urlsplit(url)
+    return urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2]))
 
 
 def _step(content: dict[str, Any]) -> Step:
