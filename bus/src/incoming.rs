@@ -1,11 +1,14 @@
 //! The answering side: keys that a service serves, and the requests that come in on them.
 
+use std::time::Instant;
+
 use schemas::wire;
 use schemas::{Error, ErrorCode, RenderJob, Reply, Request, keys, limits};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 
+use crate::query::patience_in;
 use crate::shortcut::{Listening, Responder};
 use crate::{Bus, BusError};
 
@@ -30,8 +33,13 @@ pub struct Incoming {
 
 /// How a request came, and its answer goes.
 enum Origin {
-    Query(Query),
-    Shortcut { key: String, question: Vec<u8>, responder: Responder },
+    /// With when its asker gives up, if it has said so.
+    Query(Query, Option<Instant>),
+    Shortcut {
+        key: String,
+        question: Vec<u8>,
+        responder: Responder,
+    },
 }
 
 impl Bus {
@@ -59,7 +67,7 @@ impl Bus {
         self.session
             .declare_queryable(key_expr)
             .complete(true)
-            .callback(move |query| handler(Incoming { origin: Some(Origin::Query(query)) }))
+            .callback(move |query| handler(Incoming::by_query(query)))
             .await
             .map_err(|cause| BusError::Declare {
                 key: key_expr.to_owned(),
@@ -89,14 +97,14 @@ impl Bus {
 impl Origin {
     fn key(&self) -> &str {
         match self {
-            Self::Query(query) => query.key_expr().as_str(),
+            Self::Query(query, _) => query.key_expr().as_str(),
             Self::Shortcut { key, .. } => key,
         }
     }
 
     fn payload_bytes(&self) -> usize {
         match self {
-            Self::Query(query) => query.payload().map_or(0, ZBytes::len),
+            Self::Query(query, _) => query.payload().map_or(0, ZBytes::len),
             Self::Shortcut { question, .. } => question.len(),
         }
     }
@@ -104,13 +112,20 @@ impl Origin {
     fn payload(&self) -> Vec<u8> {
         let owned = |payload: &ZBytes| payload.to_bytes().into_owned();
         match self {
-            Self::Query(query) => query.payload().map(owned).unwrap_or_default(),
+            Self::Query(query, _) => query.payload().map(owned).unwrap_or_default(),
             Self::Shortcut { question, .. } => question.clone(),
         }
     }
 }
 
 impl Incoming {
+    /// A question that has just come on the bus.
+    fn by_query(query: Query) -> Self {
+        let patience = query.attachment().and_then(|attached| patience_in(&attached.to_bytes()));
+        let gives_up_at = patience.and_then(|patience| Instant::now().checked_add(patience));
+        Self { origin: Some(Origin::Query(query, gives_up_at)) }
+    }
+
     /// A question that came by a shortcut.
     pub(crate) fn by_shortcut(key: String, question: Vec<u8>, responder: Responder) -> Self {
         Self { origin: Some(Origin::Shortcut { key, question, responder }) }
@@ -124,6 +139,18 @@ impl Incoming {
     /// The bytes that came with it; a copy, aligned for decoding.
     pub fn payload(&self) -> Vec<u8> {
         self.origin.as_ref().map(Origin::payload).unwrap_or_default()
+    }
+
+    /// Whether nobody waits for the answer any more: whoever asked on the bus has run out of
+    /// patience, or has left the shortcut.
+    pub fn is_given_up(&self) -> bool {
+        match &self.origin {
+            None => true,
+            Some(Origin::Query(_, gives_up_at)) => {
+                gives_up_at.is_some_and(|at| at <= Instant::now())
+            }
+            Some(Origin::Shortcut { responder, .. }) => responder.is_left(),
+        }
     }
 
     /// The verified request in it.
@@ -182,7 +209,7 @@ impl Incoming {
         let query = match self.origin.take() {
             None => return,
             Some(Origin::Shortcut { responder, .. }) => return responder.answer(false, reply),
-            Some(Origin::Query(query)) => query,
+            Some(Origin::Query(query, _)) => query,
         };
         // A wildcard was asked: answer under a key that the asker's expression contains.
         if let Err(cause) = query.reply(query.key_expr(), reply).express(true).wait() {
@@ -196,7 +223,7 @@ impl Incoming {
         let query = match self.origin.take() {
             None => return,
             Some(Origin::Shortcut { responder, .. }) => return responder.answer(true, refusal),
-            Some(Origin::Query(query)) => query,
+            Some(Origin::Query(query, _)) => query,
         };
         if let Err(cause) = query.reply_err(refusal).wait() {
             tracing::debug!(key = query.key_expr().as_str(), %cause, "the asker is gone");

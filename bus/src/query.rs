@@ -127,6 +127,7 @@ async fn put(
     let question = session
         .get(key)
         .payload(payload)
+        .attachment(patience_out(deadline))
         .express(true)
         .target(target)
         // The first answer counts: it need not wait for the word that there are no others.
@@ -140,6 +141,17 @@ async fn put(
         Ok(Ok(Ok(sample))) => Ok(sample.payload().to_bytes().into_owned()),
         Ok(Ok(Err(refusal))) => Err(error_of(key, deadline, &refusal.payload().to_bytes())),
     }
+}
+
+/// How long the asker of a question waits for the answer, as it goes along with the question.
+fn patience_out(deadline: Duration) -> [u8; 4] {
+    u32::try_from(deadline.as_millis()).unwrap_or(u32::MAX).to_le_bytes()
+}
+
+/// The inverse of [`patience_out`]; `None` for anything else.
+pub(crate) fn patience_in(bytes: &[u8]) -> Option<Duration> {
+    let millis = u32::from_le_bytes(bytes.try_into().ok()?);
+    Some(Duration::from_millis(millis.into()))
 }
 
 fn too_large(found_bytes: usize, bytes_max: usize) -> Error {

@@ -99,16 +99,14 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, S
         of_figures.waiting() as f64
     });
     let figures = Figures::new(monitor);
-    let runtime = tokio::runtime::Handle::current();
-    let worker = Worker::new(renderer, bus.clone(), runtime, figures);
+    let worker = Worker::new(renderer, bus.clone(), Arc::clone(&queue), figures);
     let (ending, ended) = oneshot::channel();
-    let of_worker = Arc::clone(&queue);
     let worker = std::thread::Builder::new()
         .name("draw".to_owned())
         .spawn(move || {
             // Dropped at the end of the thread, in a panic too.
             let _ending = ending;
-            worker.run(&of_worker);
+            worker.run();
         })
         .map_err(system("threads"))?;
 

@@ -2,7 +2,7 @@
 //!
 //! A [`RenderJob`](schemas::RenderJob) holds all that is to be seen but the town, which is named by
 //! the digest of its map. [`Renderer`] draws jobs without a bus; [`run`] is the process around it,
-//! which takes jobs from the bus, draws all that wait together, tenants in turn, and answers each.
+//! which takes jobs from the bus, shares its time among their tenants, and answers each.
 //!
 //! Equal jobs give equal bytes on one adapter. Mesa's software Vulkan is an adapter like any other
 //! and is chosen when there is no GPU. Nothing is kept between jobs but caches, each with a bound.
@@ -33,6 +33,7 @@ mod renderer;
 mod scene;
 mod service;
 mod shaders;
+mod sliced;
 
 pub use app::{RenderService, ServiceError, run, start};
 pub use config::{Args, Config};

@@ -1,18 +1,16 @@
 //! Jobs in, pictures out.
 
+use std::ops::Deref;
 use std::sync::Arc;
 
-use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
-use schemas::{Error, ErrorCode, Images, RenderJob};
+use schemas::{Error, Images, RenderJob};
 
 use crate::RenderError;
-use crate::pipeline::batch::Shot;
+use crate::pipeline::batch::Strip;
 use crate::pipeline::device::AdapterChoice;
-use crate::pipeline::drawing::{Drawing, Pictures};
-use crate::scene::instance::{Body, bodies};
-use crate::scene::light::Light;
+use crate::pipeline::drawing::{Drawing, Drawn};
 use crate::scene::town::TownScene;
-use crate::scene::view::View;
+use crate::sliced::{Portion, SlicedJob};
 
 /// Devices that may be lost in a row before the jobs are given up.
 const LOSSES_MAX: u32 = 3;
@@ -26,17 +24,9 @@ pub type TownJob<'a> = (Arc<TownScene>, &'a RenderJob);
 pub struct Renderer {
     choice: AdapterChoice,
     adapter_name: String,
+    is_software: bool,
     /// `None` after a loss, until the next job.
     drawing: Option<Drawing>,
-}
-
-/// A job that was checked.
-struct Prepared<'a> {
-    town: &'a Arc<TownScene>,
-    job: &'a RenderJob,
-    light: Light,
-    bodies: Vec<Body>,
-    views: Vec<View>,
 }
 
 impl Renderer {
@@ -49,7 +39,8 @@ impl Renderer {
     /// not open.
     pub fn new(choice: AdapterChoice) -> Result<Self, RenderError> {
         let drawing = Drawing::open(&choice)?;
-        Ok(Self { choice, adapter_name: drawing.gpu.description(), drawing: Some(drawing) })
+        let (adapter_name, is_software) = (drawing.gpu.description(), drawing.gpu.software);
+        Ok(Self { choice, adapter_name, is_software, drawing: Some(drawing) })
     }
 
     /// What draws, e.g. `llvmpipe (LLVM 15.0.6, 256 bits), software`.
@@ -57,43 +48,61 @@ impl Renderer {
         &self.adapter_name
     }
 
+    /// Whether processors draw.
+    pub(crate) fn is_software(&self) -> bool {
+        self.is_software
+    }
+
     /// Draws all cameras of all jobs, in as few submissions as fit. Results are in the order of the
     /// jobs; one wrong job does not touch the others. A lost device is rebuilt and all is drawn
     /// again.
     ///
     /// # Errors
-    /// Per job: [`ErrorCode::InvalidArgument`] or [`ErrorCode::UnknownActor`] for a camera that
-    /// cannot be, [`ErrorCode::TooLarge`], [`ErrorCode::UnknownMap`] for another town than the
-    /// frame's,
-    /// [`ErrorCode::RendererUnavailable`] when the device is lost for good.
+    /// Per job: [`InvalidArgument`](schemas::ErrorCode::InvalidArgument) or
+    /// [`UnknownActor`](schemas::ErrorCode::UnknownActor) for a camera that cannot be,
+    /// [`TooLarge`](schemas::ErrorCode::TooLarge),
+    /// [`UnknownMap`](schemas::ErrorCode::UnknownMap) for another town than the frame's,
+    /// [`RendererUnavailable`](schemas::ErrorCode::RendererUnavailable) when the device is lost
+    /// for good.
     pub fn render(&mut self, jobs: &[TownJob<'_>]) -> Vec<Result<Images, Error>> {
-        let prepared: Vec<Result<Prepared<'_>, Error>> = jobs.iter().map(prepare).collect();
-        let shots: Vec<Shot<'_>> = prepared.iter().flatten().flat_map(Prepared::shots).collect();
-        let mut pictures = match self.draw(&shots) {
-            Ok(pictures) => pictures.into_iter(),
-            Err(error) => {
-                let refused =
-                    |job: Result<Prepared<'_>, Error>| job.and_then(|_| Err(error.clone().into()));
-                return prepared.into_iter().map(refused).collect();
-            }
-        };
-        let answer = |job: Result<Prepared<'_>, Error>| {
-            let Prepared { job, .. } = job?;
-            let images = pictures.by_ref().take(job.cameras.len()).collect::<Result<_, Error>>();
-            Ok(Images { tick: job.frame.tick, state_hash: job.frame.state_hash, images: images? })
-        };
-        prepared.into_iter().map(answer).collect()
+        let mut sliced: Vec<Result<SlicedJob<&RenderJob>, Error>> =
+            jobs.iter().map(|(town, job)| SlicedJob::new(Arc::clone(town), *job)).collect();
+        let whole = sliced.iter_mut().flatten().map(|job| {
+            let rest = job.rest();
+            (job, rest)
+        });
+        let drawn = self.draw_portions(whole.collect()).map_err(Error::from);
+        sliced.into_iter().map(|job| drawn.clone().and(job)?.finish()).collect()
     }
 
-    fn draw(&mut self, shots: &[Shot<'_>]) -> Result<Pictures, RenderError> {
+    /// Draws portions of jobs, each the next of its job, in as few submissions as fit. The bytes of
+    /// a picture are the same in however many portions it is drawn.
+    ///
+    /// # Errors
+    /// [`RenderError`] when the device is lost for good; no job has got further then.
+    pub(crate) fn draw_portions<J: Deref<Target = RenderJob>>(
+        &mut self,
+        portions: Vec<(&mut SlicedJob<J>, Portion)>,
+    ) -> Result<(), RenderError> {
+        let strips: Vec<Strip<'_>> =
+            portions.iter().flat_map(|(job, portion)| job.strips(portion)).collect();
+        let mut drawn = self.draw(&strips)?.into_iter();
+        drop(strips);
+        for (job, portion) in portions {
+            job.take(&portion, &mut drawn);
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
         let mut cause = String::new();
         for _ in 0..LOSSES_MAX {
             let drawing = match &mut self.drawing {
                 Some(drawing) => drawing,
                 None => self.drawing.insert(Drawing::open(&self.choice)?),
             };
-            match drawing.draw(shots) {
-                Ok(pictures) => return Ok(pictures),
+            match drawing.draw(strips) {
+                Ok(drawn) => return Ok(drawn),
                 Err(fault) => {
                     tracing::warn!(
                         adapter = self.adapter_name,
@@ -109,51 +118,11 @@ impl Renderer {
     }
 }
 
-impl<'a> Prepared<'a> {
-    fn shots(&self) -> impl Iterator<Item = Shot<'_>> {
-        self.job.cameras.iter().zip(&self.views).map(|(camera, view)| Shot {
-            town: self.town,
-            hidden: &self.job.frame.hidden,
-            bodies: &self.bodies,
-            light: self.light,
-            camera,
-            view: view.clone(),
-        })
-    }
-}
-
-fn prepare<'a>((town, job): &'a TownJob<'_>) -> Result<Prepared<'a>, Error> {
-    if town.digest() != job.frame.map.digest {
-        return Err(Error::new(ErrorCode::UnknownMap, "the job is for another map")
-            .wanted(town.digest())
-            .found(&job.frame.map.digest));
-    }
-    if job.cameras.len() > CAMERAS_PER_JOB_MAX {
-        return Err(Error::new(ErrorCode::TooLarge, "the job has too many cameras")
-            .wanted(format_args!("at most {CAMERAS_PER_JOB_MAX}"))
-            .found(job.cameras.len()));
-    }
-    let views: Vec<View> = job
-        .cameras
-        .iter()
-        .map(|camera| View::of(camera, &job.frame))
-        .collect::<Result<_, Error>>()?;
-    let pixels: usize =
-        job.cameras.iter().map(|camera| camera.width_px as usize * camera.height_px as usize).sum();
-    if pixels > PIXELS_PER_JOB_MAX {
-        return Err(Error::new(ErrorCode::TooLarge, "the job has too many pixels")
-            .wanted(format_args!("at most {PIXELS_PER_JOB_MAX}"))
-            .found(pixels));
-    }
-    let light = Light::of(&job.frame.weather, job.frame.tick);
-    let mut bodies = bodies(&job.frame);
-    bodies.extend(town.signals.bodies(&job.frame));
-    Ok(Prepared { town, job, light, bodies, views })
-}
-
 #[cfg(test)]
 mod tests {
-    use schemas::{Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, WorldId};
+    use schemas::{
+        Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose, Vec3, WorldId, level_pose,
+    };
 
     use super::*;
 
@@ -173,6 +142,65 @@ mod tests {
             ignored: Vec::new(),
         };
         RenderJob { tenant: "local".parse().unwrap(), frame, cameras: vec![camera] }
+    }
+
+    /// A street of a town in the rain, in colour and in four kinds of geometry.
+    fn street(map: &roads::Map, (width_px, height_px): (u32, u32)) -> RenderJob {
+        let mut job = job();
+        job.frame.map.digest = map.digest().to_owned();
+        job.frame.weather.precipitation_percent = 60.0;
+        let start: Pose = map.spawn_points().first().unwrap().cast();
+        let mut colour = job.cameras.remove(0);
+        (colour.width_px, colour.height_px) = (width_px, height_px);
+        colour.carrier_from_camera = start * level_pose(Vec3::new(0.0, 0.0, 1.5), 0.0);
+        let jpeg = Camera { id: 2, encoding: ImageEncoding::Jpeg, ..colour.clone() };
+        let geometry = [ImageKind::Depth, ImageKind::Semantic, ImageKind::Normals].map(|kind| {
+            let encoding = kind.encodings()[0];
+            Camera { id: 3, kind, encoding, ..colour.clone() }
+        });
+        job.cameras = [colour, jpeg].into_iter().chain(geometry).collect();
+        job
+    }
+
+    /// Slices cost so much that there are at least three of every pass; others of the same size
+    /// are drawn in between, in the same textures.
+    #[test]
+    fn pictures_that_are_drawn_in_slices_have_the_same_bytes() {
+        let Ok(mut renderer) = Renderer::new(AdapterChoice::Best) else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let name = roads::town::names().next().unwrap();
+        let map = roads::Map::parse(name, &roads::town::build(name).unwrap()).unwrap();
+        let town = Arc::new(TownScene::of_map(&map));
+        for (size_px, slice_px) in [((320, 250), 30_000), ((1_280, 720), 250_000)] {
+            let job = street(&map, size_px);
+            let mut other = job.clone();
+            other.frame.weather.sun_azimuth_rad += 2.0;
+            let begun = std::time::Instant::now();
+            let whole = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+            let whole_took = begun.elapsed();
+            let mut sliced = SlicedJob::new(Arc::clone(&town), &job).unwrap();
+            let (mut turns, mut took) = (0, std::time::Duration::ZERO);
+            while !sliced.is_drawn() {
+                let pixels = |work: &crate::sliced::Work| work.colour_px + work.geometry_px;
+                let portion = sliced.portion(slice_px, pixels);
+                let begun = std::time::Instant::now();
+                renderer.draw_portions(vec![(&mut sliced, portion)]).unwrap();
+                took += begun.elapsed();
+                renderer.render(&[(Arc::clone(&town), &other)]).remove(0).unwrap();
+                turns += 1;
+            }
+            eprintln!("{size_px:?}: whole {whole_took:?}, {turns} slices {took:?}");
+            assert!(turns >= 9, "only {turns} slices");
+            assert!(sliced.has_rows());
+            let sliced = sliced.finish().unwrap();
+            assert_eq!(whole.images.len(), sliced.images.len());
+            for (whole, sliced) in whole.images.iter().zip(&sliced.images) {
+                let differing = whole.data.iter().zip(&sliced.data).filter(|(a, b)| a != b).count();
+                assert!(whole == sliced, "{:?} {size_px:?}: {differing} bytes", whole.kind);
+            }
+        }
     }
 
     /// Reliability F23: the device goes before a job, and twice in a row.

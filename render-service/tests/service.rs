@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bus::{Bus, BusAddress, BusConfig, Incoming, Presence, Serving};
@@ -20,6 +22,7 @@ struct Site {
     service: RenderService,
     map: roads::Map,
     alive: Alive,
+    monitor: Monitor,
     _asset: Serving,
 }
 
@@ -33,11 +36,12 @@ async fn site(adapter: AdapterChoice) -> Site {
     let mut watch = bus.watch(Some(ServiceKind::Render)).await.unwrap();
     let connect = bus.listening().to_vec();
     let config = Config { connect, id: "render-0".parse().unwrap(), adapter };
-    let service = start(config, &Monitor::default()).await.unwrap();
+    let monitor = Monitor::default();
+    let service = start(config, &monitor).await.unwrap();
     let Ok(Presence::Up(alive)) = tokio::time::timeout(DEADLINE, watch.next()).await else {
         panic!("the renderer did not announce itself");
     };
-    Site { bus, service, map, alive, _asset: asset }
+    Site { bus, service, map, alive, monitor, _asset: asset }
 }
 
 fn no_adapter(site: &Site) -> bool {
@@ -102,6 +106,125 @@ async fn without_an_adapter_every_job_is_answered_with_what_to_install() {
     assert_eq!(error.code, ErrorCode::RendererUnavailable);
     assert!(error.message.contains("mesa-vulkan-drivers"), "{error}");
     site.service.stop().await.unwrap();
+}
+
+/// A figure of the service.
+fn figure(site: &Site, name: &str) -> f64 {
+    let text = site.monitor.metrics().text();
+    let line = text.lines().find_map(|line| line.strip_prefix(name));
+    line.and_then(|value| value.trim().parse().ok()).unwrap_or_else(|| panic!("{name}: {text}"))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn jobs_whose_askers_have_given_up_are_not_drawn() {
+    let site = site(AdapterChoice::Best).await;
+    if no_adapter(&site) {
+        return;
+    }
+    let large = Camera { width_px: 4_096, height_px: 4_000, ..camera() };
+    let mut large = job(frame(vec![]), vec![large]);
+    large.frame.map.digest = site.map.digest().to_owned();
+    let mut last = large.clone();
+    last.cameras[0].height_px = 8;
+    let ask = |job: &schemas::RenderJob, deadline| {
+        let (bus, id, job) = (site.bus.clone(), site.alive.id.clone(), job.clone());
+        tokio::spawn(async move { bus.draw(&id, &job, deadline).await })
+    };
+    let first = [ask(&large, DEADLINE), ask(&large, DEADLINE)];
+    while figure(&site, "causeway_render_jobs_waiting ") < 2.0 {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+    let impatient: Vec<_> = (0..4).map(|_| ask(&large, Duration::from_millis(1))).collect();
+    for asked in impatient {
+        assert_eq!(asked.await.unwrap().unwrap_err().code, ErrorCode::TimedOut);
+    }
+    ask(&last, DEADLINE).await.unwrap().unwrap();
+    for asked in first {
+        asked.await.unwrap().unwrap();
+    }
+    assert_eq!(figure(&site, "causeway_render_jobs_total{outcome=\"given_up\"}"), 4.0);
+    assert_eq!(figure(&site, "causeway_render_jobs_total{outcome=\"drawn\"}"), 3.0);
+    site.service.stop().await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_town_that_does_not_come_holds_up_no_picture_of_another() {
+    let site = site(AdapterChoice::Best).await;
+    if no_adapter(&site) {
+        return;
+    }
+    let small = Camera { width_px: 32, height_px: 32, ..camera() };
+    let mut good = job(frame(vec![]), vec![small]);
+    good.frame.map.digest = site.map.digest().to_owned();
+    let mut slow = good.clone();
+    slow.frame.map.digest = "b".repeat(64);
+    slow.frame.world = schemas::WorldId::new(2).unwrap();
+    let (asked, mut unanswered) = tokio::sync::mpsc::channel(1);
+    let keep = move |incoming: Incoming| asked.try_send(incoming).unwrap();
+    let _asset = site.bus.serve(&keys::asset(&slow.frame.map.digest), keep).await.unwrap();
+    let waiting = {
+        let (bus, id) = (site.bus.clone(), site.alive.id.clone());
+        tokio::spawn(async move { bus.draw(&id, &slow, DEADLINE).await })
+    };
+    let wanted = unanswered.recv().await.unwrap();
+    site.bus.draw(&site.alive.id, &good, DEADLINE).await.unwrap();
+    assert!(!waiting.is_finished(), "the picture has waited for another town");
+    drop(wanted);
+    assert_eq!(waiting.await.unwrap().unwrap_err().code, ErrorCode::Internal);
+    site.service.stop().await.unwrap();
+}
+
+/// Asks for one picture after the other of these sides, for a tenant and as a session of it.
+fn ask_on(site: &Site, tenant: &str, session: u64, size_px: (u32, u32)) -> Arc<AtomicUsize> {
+    let (width_px, height_px) = size_px;
+    let mut job = job(frame(vec![]), vec![Camera { width_px, height_px, ..camera() }]);
+    job.tenant = tenant.parse().unwrap();
+    job.frame.world = schemas::WorldId::new(session).unwrap();
+    job.frame.map.digest = site.map.digest().to_owned();
+    let (bus, id, count) = (site.bus.clone(), site.alive.id.clone(), Arc::<AtomicUsize>::default());
+    let counted = Arc::clone(&count);
+    tokio::spawn(async move {
+        while bus.draw(&id, &job, DEADLINE).await.is_ok() {
+            counted.fetch_add(1, Ordering::Relaxed);
+        }
+    });
+    count
+}
+
+/// Pictures that seven small tenants get each while an eighth asks on.
+async fn drawn_beside(sizes_px: &[(u32, u32)]) -> Option<Vec<usize>> {
+    const SMALL_PX: (u32, u32) = (320, 180);
+    let site = site(AdapterChoice::Best).await;
+    if no_adapter(&site) {
+        return None;
+    }
+    for (session, size_px) in (1..).zip(sizes_px) {
+        ask_on(&site, "eighth", session, *size_px);
+    }
+    let small = |at: u64| ask_on(&site, &format!("small-{at}"), 100 + at, SMALL_PX);
+    let counts: Vec<_> = (0..7).map(small).collect();
+    let now = || counts.iter().map(|count| count.load(Ordering::Relaxed)).collect::<Vec<_>>();
+    // The town has come, and costs are known.
+    while now().iter().any(|count| *count < 10) {
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    let before = now();
+    tokio::time::sleep(Duration::from_secs(3)).await;
+    let drawn = now().iter().zip(before).map(|(now, before)| now - before).collect();
+    site.service.stop().await.unwrap();
+    Some(drawn)
+}
+
+/// The goal is 80 % of an eighth each; half of it is asked for here, as the machine has other work.
+#[tokio::test(flavor = "multi_thread")]
+async fn small_tenants_get_their_share_of_the_time_beside_a_wild_one() {
+    let Some(alike) = drawn_beside(&[(320, 180)]).await else { return };
+    let wild = [(1_920, 1_080), (4_096, 4_000), (1_920, 1_080), (1_280, 720)].repeat(4);
+    let beside = drawn_beside(&wild).await.unwrap();
+    let eighth = alike.iter().sum::<usize>() as f64 / alike.len() as f64;
+    let shares: Vec<f64> = beside.iter().map(|count| *count as f64 / eighth).collect();
+    eprintln!("of {eighth:.0} pictures each: {shares:.2?}");
+    assert!(shares.iter().all(|share| *share >= 0.5), "of an eighth: {shares:.2?}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

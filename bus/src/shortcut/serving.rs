@@ -130,6 +130,7 @@ impl Connections {
         let connection = Arc::new(Connection {
             stream,
             is_asked: AtomicBool::default(),
+            is_left: AtomicBool::default(),
             unsent: AtomicUsize::default(),
         });
         open.connections.push(Arc::downgrade(&connection));
@@ -154,6 +155,8 @@ struct Connection {
     stream: UnixStream,
     /// Whether a question waits for its answer; a second one would break the order.
     is_asked: AtomicBool,
+    /// Whether the asker has gone, or was cut off.
+    is_left: AtomicBool,
     /// Answers that wait to be read.
     unsent: AtomicUsize,
 }
@@ -206,6 +209,7 @@ impl Connection {
     }
 
     fn close(&self) {
+        self.is_left.store(true, Ordering::Release);
         if let Err(cause) = self.stream.shutdown(Shutdown::Both) {
             tracing::trace!(%cause, "the asker had left the shortcut");
         }
@@ -216,6 +220,11 @@ impl Connection {
 pub(crate) struct Responder(Arc<Connection>);
 
 impl Responder {
+    /// Whether the asker has gone.
+    pub(crate) fn is_left(&self) -> bool {
+        self.0.is_left.load(Ordering::Acquire)
+    }
+
     /// Whoever answers writes to the socket himself, as far as there is room, and never waits.
     pub(crate) fn answer(self, is_refusal: bool, bytes: Vec<u8>) {
         let Self(connection) = self;

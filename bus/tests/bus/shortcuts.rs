@@ -2,11 +2,12 @@
 //! finds the shortcut closed asks on the bus.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use bus::{Bus, Incoming, Serving};
 use schemas::{Error, ErrorCode, Image, ImageEncoding, ImageKind, Images, RenderJob, Reply, keys};
 
-use crate::common::{Site, announce_renderer, job, renderer, renderers};
+use crate::common::{Site, announce_renderer, deadline, job, renderer, renderers};
 
 const PICTURE_BYTES: usize = 3_000_000;
 
@@ -90,6 +91,25 @@ async fn a_shortcut_that_closes_in_mid_job_leaves_the_bus() {
     assert!(drawing.await.unwrap().unwrap() == picture(b'B', &job(1)));
     drop(unanswered);
     assert!(renderers.draw(&job(2)).await.unwrap() == picture(b'B', &job(2)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_service_is_told_that_whoever_asked_has_left() {
+    let site = Site::open().await;
+    let (inbox, mut kept) = tokio::sync::mpsc::channel(1);
+    let _shortcut =
+        serve_shortcut(&site.service, move |incoming| inbox.try_send(incoming).unwrap()).await;
+    let _up = announce_renderer(&site.service).await;
+    let renderers = renderers(&site.client);
+    let drawing = tokio::spawn(async move { renderers.draw(&job(1)).await });
+    let incoming = kept.recv().await.unwrap();
+    assert!(!incoming.is_given_up());
+    drawing.abort();
+    let left = Instant::now();
+    while !incoming.is_given_up() {
+        assert!(left.elapsed() < deadline(), "the service is not told that nobody waits");
+        tokio::task::yield_now().await;
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

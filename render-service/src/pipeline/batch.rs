@@ -13,7 +13,7 @@ use crate::scene::shape::{Detail, Shape};
 use crate::scene::town::{Tile, TownScene};
 use crate::scene::view::View;
 
-use super::buffers::SHOTS_PER_BATCH_MAX;
+use super::buffers::VIEWS_PER_BATCH_MAX;
 use super::targets::shadow_side_px;
 use super::uniform::ViewUniform;
 
@@ -26,33 +26,41 @@ const BODY_RADIUS_PX_MIN: f32 = 0.6;
 /// Bodies that are smaller than this in the picture, in pixels, are drawn coarsely.
 const FINE_RADIUS_PX_MIN: f32 = 44.0;
 
-/// One picture to be drawn.
-pub(crate) struct Shot<'a> {
+/// Rows of the pictures that one camera pose gives in one pass.
+pub(crate) struct Strip<'a> {
     pub(crate) town: &'a Arc<TownScene>,
     /// Of the town.
     pub(crate) hidden: &'a HiddenScenery,
     pub(crate) bodies: &'a [Body],
-    pub(crate) light: Light,
-    pub(crate) camera: &'a Camera,
-    pub(crate) view: View,
+    pub(crate) light: &'a Light,
+    pub(crate) view: &'a View,
+    /// One of colour, one or more of geometry; of one size.
+    pub(crate) cameras: Vec<&'a Camera>,
+    /// Of each picture, from the top; never empty.
+    pub(crate) rows: Range<u32>,
+    /// What the shadows are of: strips of one number have the same.
+    pub(crate) shadows_of: u64,
 }
 
-impl Shot<'_> {
-    /// Whether one geometry pass gives both pictures.
-    fn shares_geometry_with(&self, other: &Self) -> bool {
-        let size_px = |shot: &Self| (shot.camera.width_px, shot.camera.height_px);
-        self.camera.kind != ImageKind::Rgb
-            && other.camera.kind != ImageKind::Rgb
-            && std::ptr::eq(self.bodies, other.bodies)
-            && Arc::ptr_eq(self.town, other.town)
-            && size_px(self) == size_px(other)
-            && self.view == other.view
-            && self.camera.ignored == other.camera.ignored
+impl<'a> Strip<'a> {
+    /// The first of its cameras: what holds for it holds for all.
+    pub(crate) fn camera(&self) -> &'a Camera {
+        self.cameras.first().expect("a strip is of one camera or more")
+    }
+
+    /// Whether it has all rows.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.rows == (0..self.camera().height_px)
     }
 
     fn bodies(&self) -> impl Iterator<Item = &Body> {
-        let ignored = |id| self.camera.ignored.contains(&id);
-        self.bodies.iter().filter(move |body| !body.actor.is_some_and(ignored))
+        let ignored = &self.camera().ignored;
+        let is_ignored = |id| ignored.contains(&id);
+        self.bodies.iter().filter(move |body| !body.actor.is_some_and(is_ignored))
+    }
+
+    fn readback_bytes(&self) -> u64 {
+        self.cameras.iter().map(|camera| picture_bytes(camera, &self.rows)).sum()
     }
 }
 
@@ -69,7 +77,7 @@ pub(crate) struct Shadows {
 
 /// What one camera pose sees, as draw calls, and the pictures that come of it.
 pub(crate) struct PlannedView<'a> {
-    pub(crate) shot: &'a Shot<'a>,
+    pub(crate) strip: &'a Strip<'a>,
     /// For colour; a view without draws geometry.
     pub(crate) shadows: Option<Shadows>,
     /// Indices of the town that are in the picture, near ones first.
@@ -79,14 +87,16 @@ pub(crate) struct PlannedView<'a> {
     pub(crate) pictures: Vec<PlannedPicture<'a>>,
 }
 
-/// One picture of a view.
+/// Rows of one picture of a view.
+#[derive(Clone, Copy)]
 pub(crate) struct PlannedPicture<'a> {
     pub(crate) camera: &'a Camera,
-    /// Its shot's place among those of the submission.
-    pub(crate) place: usize,
-    /// Where the picture goes in the read-back buffer.
+    /// Whether it has all rows.
+    pub(crate) is_whole: bool,
+    /// Where the rows go in the read-back buffer.
     pub(crate) offset_bytes: u64,
     pub(crate) row_pitch_bytes: u32,
+    pub(crate) row_count: u32,
 }
 
 /// One submission.
@@ -96,76 +106,79 @@ pub(crate) struct Batch<'a> {
     /// At the places of the planned views.
     pub(crate) views: Vec<ViewUniform>,
     pub(crate) instances: Vec<Instance>,
-    pub(crate) picture_count: usize,
     pub(crate) readback_bytes: u64,
 }
 
 impl<'a> Batch<'a> {
-    /// As many of the shots as fit into one submission, at least one.
-    pub(crate) fn of(shots: &'a [Shot<'a>], software: bool) -> Self {
+    /// As many of the strips as fit into one submission, at least one.
+    pub(crate) fn of(strips: &'a [Strip<'a>], software: bool) -> Self {
         // Instance 0 is where towns already are.
         let mut batch = Self { instances: vec![Instance::IN_PLACE], ..Self::default() };
-        for shot in shots.iter().take(SHOTS_PER_BATCH_MAX) {
-            let bytes = picture_bytes(shot.camera);
+        for strip in strips.iter().take(VIEWS_PER_BATCH_MAX) {
+            let bytes = strip.readback_bytes();
             if batch.readback_bytes > 0 && batch.readback_bytes + bytes > READBACK_BYTES_MAX {
                 break;
             }
-            batch.add(shot, software);
+            batch.add(strip, software);
         }
         batch
     }
 
-    fn add(&mut self, shot: &'a Shot<'a>, software: bool) {
-        let picture = PlannedPicture {
-            camera: shot.camera,
-            place: self.picture_count,
-            offset_bytes: self.readback_bytes,
-            row_pitch_bytes: row_pitch_bytes(shot.camera),
-        };
-        self.picture_count += 1;
-        self.readback_bytes += picture_bytes(shot.camera);
-        match self.planned.iter_mut().find(|planned| planned.shot.shares_geometry_with(shot)) {
-            Some(planned) => planned.pictures.push(picture),
-            None => self.add_view(shot, picture, software),
+    fn add(&mut self, strip: &'a Strip<'a>, software: bool) {
+        let Camera { width_px, height_px, kind, .. } = *strip.camera();
+        let side_px = shadow_side_px(width_px, height_px, software);
+        let shadow = ShadowView::of(strip.view, &strip.light.to_light, side_px);
+        let bodies = self.place_seen(strip);
+        let shadows = (kind == ImageKind::Rgb).then(|| Shadows {
+            side_px,
+            town: shading_town(strip, &shadow),
+            bodies: self.place_shading(strip, &shadow),
+        });
+        self.views.push(ViewUniform::new(strip.view, width_px, strip.light, &shadow, side_px));
+        let pictures = strip.cameras.iter().map(|camera| self.place_picture(camera, strip));
+        let pictures = pictures.collect();
+        self.planned.push(PlannedView {
+            strip,
+            shadows,
+            town: visible_town(strip),
+            bodies,
+            pictures,
+        });
+    }
+
+    fn place_picture(&mut self, camera: &'a Camera, strip: &Strip<'_>) -> PlannedPicture<'a> {
+        let offset_bytes = self.readback_bytes;
+        self.readback_bytes += picture_bytes(camera, &strip.rows);
+        PlannedPicture {
+            camera,
+            is_whole: strip.is_whole(),
+            offset_bytes,
+            row_pitch_bytes: row_pitch_bytes(camera.width_px),
+            row_count: strip.rows.len() as u32,
         }
     }
 
-    fn add_view(&mut self, shot: &'a Shot<'a>, picture: PlannedPicture<'a>, software: bool) {
-        let Camera { width_px, height_px, kind, .. } = *shot.camera;
-        let side_px = shadow_side_px(width_px, height_px, software);
-        let shadow = ShadowView::of(&shot.view, &shot.light.to_light, side_px);
-        let bodies = self.place_seen(shot);
-        let shadows = (kind == ImageKind::Rgb).then(|| Shadows {
-            side_px,
-            town: shading_town(shot, &shadow),
-            bodies: self.place_shading(shot, &shadow),
-        });
-        self.views.push(ViewUniform::new(&shot.view, width_px, &shot.light, &shadow, side_px));
-        let town = visible_town(shot);
-        let pictures = vec![picture];
-        self.planned.push(PlannedView { shot, shadows, town, bodies, pictures });
-    }
-
     /// Appends the bodies in the picture, small ones coarsely.
-    fn place_seen(&mut self, shot: &Shot<'_>) -> Vec<Draw> {
-        let pixel = 2.0 * shot.view.half_extent[0] / shot.camera.width_px as f32;
-        let eye_m = shot.view.eye_m();
+    fn place_seen(&mut self, strip: &Strip<'_>) -> Vec<Draw> {
+        let pixel = 2.0 * strip.view.half_extent[0] / strip.camera().width_px as f32;
+        let eye_m = strip.view.eye_m();
+        let shown = strip.view.rows(&strip.rows, strip.camera().height_px);
         let radius_px =
             |body: &Body| body.radius_m / (pixel * (body.centre_m - eye_m).norm().max(0.1));
         let seen = |body: &&Body| {
             radius_px(body) > BODY_RADIUS_PX_MIN
-                && within(body, |min_m, max_m| shot.view.may_see(min_m, max_m))
+                && within(body, |min_m, max_m| shown.may_see(min_m, max_m))
         };
         let detail_of = |body: &Body| {
             if radius_px(body) < FINE_RADIUS_PX_MIN { Detail::Coarse } else { Detail::Fine }
         };
-        self.place(shot.bodies().filter(seen), detail_of)
+        self.place(strip.bodies().filter(seen), detail_of)
     }
 
     /// Appends the bodies that throw shadows into the picture.
-    fn place_shading(&mut self, shot: &Shot<'_>, shadow: &ShadowView) -> Vec<Draw> {
+    fn place_shading(&mut self, strip: &Strip<'_>, shadow: &ShadowView) -> Vec<Draw> {
         let shading = |body: &&Body| within(body, |min_m, max_m| shadow.may_see(min_m, max_m));
-        self.place(shot.bodies().filter(shading), |_| Detail::Coarse)
+        self.place(strip.bodies().filter(shading), |_| Detail::Coarse)
     }
 
     /// Appends the parts of bodies, shape by shape.
@@ -200,36 +213,38 @@ fn within(body: &Body, test: impl Fn(&Vec3, &Vec3) -> bool) -> bool {
 }
 
 /// What is near comes first, so that what it hides is not shaded.
-fn visible_town(shot: &Shot<'_>) -> Vec<(Family, Range<u32>)> {
-    let eye_m = shot.view.eye_m();
-    let in_view = |tile: &&Tile| shot.view.may_see(&tile.min_m, &tile.max_m);
-    let mut tiles: Vec<&Tile> = shot.town.tiles.iter().filter(in_view).collect();
+fn visible_town(strip: &Strip<'_>) -> Vec<(Family, Range<u32>)> {
+    let eye_m = strip.view.eye_m();
+    let shown = strip.view.rows(&strip.rows, strip.camera().height_px);
+    let in_view = |tile: &&Tile| shown.may_see(&tile.min_m, &tile.max_m);
+    let mut tiles: Vec<&Tile> = strip.town.tiles.iter().filter(in_view).collect();
     tiles.sort_by(|a, b| a.distance_squared(&eye_m).total_cmp(&b.distance_squared(&eye_m)));
     let mut ranges = Vec::with_capacity(tiles.len());
     for tile in tiles {
         for (family, range) in &tile.indices_of {
-            tile.shown(range, shot.hidden, |part| ranges.push((*family, part)));
+            tile.shown(range, strip.hidden, |part| ranges.push((*family, part)));
         }
     }
     ranges
 }
 
 /// Walls and trees throw shadows; what lies on the ground throws none that anyone sees.
-fn shading_town(shot: &Shot<'_>, shadow: &ShadowView) -> Vec<Range<u32>> {
+fn shading_town(strip: &Strip<'_>, shadow: &ShadowView) -> Vec<Range<u32>> {
     let casts = |tile: &&Tile| shadow.may_see(&tile.min_m, &tile.max_m);
     let mut ranges = Vec::new();
-    for tile in shot.town.tiles.iter().filter(casts) {
+    for tile in strip.town.tiles.iter().filter(casts) {
         for (_, range) in tile.indices_of.iter().filter(|(family, _)| *family != Family::Ground) {
-            tile.shown(range, shot.hidden, |part| ranges.push(part));
+            tile.shown(range, strip.hidden, |part| ranges.push(part));
         }
     }
     ranges
 }
 
-fn row_pitch_bytes(camera: &Camera) -> u32 {
-    (camera.width_px * 4).next_multiple_of(ROW_BYTES_MULTIPLE)
+/// Bytes from one row to the next, as pictures of this width are read back.
+pub(crate) fn row_pitch_bytes(width_px: u32) -> u32 {
+    (width_px * 4).next_multiple_of(ROW_BYTES_MULTIPLE)
 }
 
-fn picture_bytes(camera: &Camera) -> u64 {
-    u64::from(row_pitch_bytes(camera)) * u64::from(camera.height_px)
+fn picture_bytes(camera: &Camera, rows: &Range<u32>) -> u64 {
+    u64::from(row_pitch_bytes(camera.width_px)) * rows.len() as u64
 }

@@ -7,8 +7,8 @@ use crate::scene::shape::{Detail, Shape};
 use super::device::Gpu;
 use super::uniform::ViewUniform;
 
-/// Pictures of one submission.
-pub(crate) const SHOTS_PER_BATCH_MAX: usize = 64;
+/// Views of one submission.
+pub(crate) const VIEWS_PER_BATCH_MAX: usize = 64;
 /// Distance of two views in the view buffer, in bytes: the device's alignment of offsets.
 const VIEW_STRIDE_BYTES: u64 = 512;
 const _: () = assert!(size_of::<ViewUniform>() <= VIEW_STRIDE_BYTES as usize);
@@ -84,7 +84,7 @@ impl FrameBuffers {
     pub(crate) fn new(gpu: &Gpu, view_layout: &wgpu::BindGroupLayout) -> Self {
         let views = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("views"),
-            size: VIEW_STRIDE_BYTES * SHOTS_PER_BATCH_MAX as u64,
+            size: VIEW_STRIDE_BYTES * VIEWS_PER_BATCH_MAX as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -110,8 +110,8 @@ impl FrameBuffers {
     }
 
     /// Offset of a view, for binding.
-    pub(crate) fn view_offset(shot: usize) -> u32 {
-        (shot as u64 * VIEW_STRIDE_BYTES) as u32
+    pub(crate) fn view_offset(number: usize) -> u32 {
+        (number as u64 * VIEW_STRIDE_BYTES) as u32
     }
 
     pub(crate) fn write(&mut self, gpu: &Gpu, views: &[ViewUniform], instances: &[Instance]) {

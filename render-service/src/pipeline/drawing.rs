@@ -7,7 +7,7 @@ use schemas::{Error, Image, ImageKind};
 use crate::RenderError;
 use crate::encode::{Pixels, encode};
 
-use super::batch::{Batch, PlannedPicture, PlannedView, Shot};
+use super::batch::{Batch, PlannedPicture, PlannedView, Strip};
 use super::buffers::{FrameBuffers, ShapeLibrary};
 use super::device::{AdapterChoice, Gpu};
 use super::pass::{Shared, copy_out};
@@ -21,8 +21,13 @@ const SAMPLE_COUNT: u32 = 4;
 /// On a software adapter four samples make a 640 × 360 picture 2.5 times as dear.
 const SAMPLE_COUNT_SOFTWARE: u32 = 1;
 
-/// The pictures of shots, in their order.
-pub(crate) type Pictures = Vec<Result<Image, Error>>;
+/// What came of one camera of a strip.
+pub(crate) enum Drawn {
+    /// All rows, as the asker wants them.
+    Picture(Result<Image, Error>),
+    /// The strip's rows, at their pitch.
+    Rows(Vec<u8>),
+}
 
 /// One open device and everything on it.
 pub(crate) struct Drawing {
@@ -59,17 +64,18 @@ impl Drawing {
         }
     }
 
-    /// Draws shots in as few submissions as fit, one drawn while the one before is encoded.
+    /// Draws strips in as few submissions as fit, one drawn while the one before is encoded. Gives
+    /// what came of each strip's cameras, in order.
     ///
     /// # Errors
     /// What happened to the device; it is of no use afterwards.
-    pub(crate) fn draw(&mut self, shots: &[Shot<'_>]) -> Result<Pictures, String> {
-        let mut pictures = Vec::with_capacity(shots.len());
+    pub(crate) fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, String> {
+        let mut pictures = Vec::with_capacity(strips.len());
         let mut under_way = VecDeque::new();
-        let mut rest = shots;
+        let mut rest = strips;
         while !rest.is_empty() {
             let batch = Batch::of(rest, self.gpu.software);
-            rest = rest.get(batch.picture_count..).unwrap_or_default();
+            rest = rest.get(batch.planned.len()..).unwrap_or_default();
             let flight = self.submit(&batch);
             under_way.push_back((flight, batch));
             if under_way.len() >= RING
@@ -93,13 +99,16 @@ impl Drawing {
         let shared =
             Shared { pipelines: &self.pipelines, shapes: &self.shapes, frame: &self.frame };
         for (number, planned) in batch.planned.iter().enumerate() {
-            let town = self.towns.get(gpu, planned.shot.town);
-            let camera = planned.shot.camera;
+            let town = self.towns.get(gpu, planned.strip.town);
+            let camera = planned.strip.camera();
             let size_px = (camera.width_px, camera.height_px);
             if let Some(shadows) = &planned.shadows {
-                let map = self.targets.shadow(gpu, &self.pipelines, shadows.side_px).clone();
+                let wanted = (shadows.side_px, planned.strip.shadows_of);
+                let (map, is_drawn) = self.targets.shadow(gpu, &self.pipelines, wanted);
                 let target = self.targets.picture(gpu, size_px);
-                shared.shadow_pass(&mut encoder, number, shadows, &town, &map);
+                if !is_drawn {
+                    shared.shadow_pass(&mut encoder, number, shadows, &town, &map);
+                }
                 shared.colour_pass(&mut encoder, number, planned, &town, (&map, target));
                 copy_all(&mut encoder, planned, &buffer, |_| &target.result);
             } else {
@@ -116,7 +125,7 @@ impl Drawing {
         InFlight::submit(gpu, encoder, buffer)
     }
 
-    fn collect(&mut self, flight: InFlight, batch: &Batch<'_>) -> Result<Pictures, String> {
+    fn collect(&mut self, flight: InFlight, batch: &Batch<'_>) -> Result<Vec<Drawn>, String> {
         self.ring.finish(&self.gpu, flight, |bytes| encode_all(batch, bytes))
     }
 }
@@ -129,38 +138,40 @@ fn copy_all<'t>(
     result_of: impl Fn(ImageKind) -> &'t wgpu::Texture,
 ) {
     for picture in &planned.pictures {
-        copy_out(encoder, result_of(picture.camera.kind), buffer, picture);
+        let result = result_of(picture.camera.kind);
+        copy_out(encoder, (result, planned.strip.rows.start), buffer, picture);
     }
 }
 
-/// Encodes pictures on as many threads as there are processors and pictures, in the shots' order.
-fn encode_all(batch: &Batch<'_>, bytes: &[u8]) -> Pictures {
-    let mut pictures: Vec<&PlannedPicture<'_>> =
-        batch.planned.iter().flat_map(|planned| &planned.pictures).collect();
-    pictures.sort_by_key(|picture| picture.place);
+/// Encodes pictures on as many threads as there are processors and pictures, in the strips' order.
+fn encode_all(batch: &Batch<'_>, bytes: &[u8]) -> Vec<Drawn> {
+    let pictures: Vec<PlannedPicture<'_>> =
+        batch.planned.iter().flat_map(|planned| planned.pictures.iter().copied()).collect();
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let per_thread = pictures.len().div_ceil(processors).max(1);
-    let encode_some = |pictures: &[&PlannedPicture<'_>]| -> Pictures {
-        pictures.iter().map(|picture| encode_one(picture, bytes)).collect()
+    let take_some = |pictures: &[PlannedPicture<'_>]| -> Vec<Drawn> {
+        pictures.iter().map(|picture| take_one(picture, bytes)).collect()
     };
     if pictures.len() == 1 {
-        return encode_some(&pictures);
+        return take_some(&pictures);
     }
     std::thread::scope(|scope| {
-        let threads: Vec<_> = pictures
-            .chunks(per_thread)
-            .map(|some| scope.spawn(move || encode_some(some)))
-            .collect();
+        let threads: Vec<_> =
+            pictures.chunks(per_thread).map(|some| scope.spawn(move || take_some(some))).collect();
         let joined =
             threads.into_iter().map(|thread| thread.join().expect("encoding does not panic"));
         joined.flatten().collect()
     })
 }
 
-fn encode_one(picture: &PlannedPicture<'_>, bytes: &[u8]) -> Result<Image, Error> {
+fn take_one(picture: &PlannedPicture<'_>, bytes: &[u8]) -> Drawn {
     let row_pitch_bytes = picture.row_pitch_bytes as usize;
     let start = picture.offset_bytes as usize;
-    let end = start + row_pitch_bytes * picture.camera.height_px as usize;
+    let end = start + row_pitch_bytes * picture.row_count as usize;
     let bytes = bytes.get(start..end).unwrap_or_default();
-    encode(picture.camera, &Pixels { bytes, row_pitch_bytes })
+    if picture.is_whole {
+        Drawn::Picture(encode(picture.camera, &Pixels { bytes, row_pitch_bytes }))
+    } else {
+        Drawn::Rows(bytes.to_vec())
+    }
 }

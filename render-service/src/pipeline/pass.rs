@@ -50,7 +50,7 @@ impl Shared<'_> {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         number: usize,
-        shot: &PlannedView<'_>,
+        view: &PlannedView<'_>,
         town: &GpuMesh,
         (map, target): (&ShadowMap, &Target),
     ) {
@@ -70,23 +70,24 @@ impl Shared<'_> {
             multiview_mask: None,
         });
         let offset = [FrameBuffers::view_offset(number)];
+        show_rows(&mut pass, view);
         pass.set_bind_group(0, &self.frame.view_group, &offset);
         pass.set_bind_group(1, &map.group, &[]);
         pass.set_vertex_buffer(1, self.frame.instances.slice(..));
         for (family, pipeline) in self.pipelines.surfaces() {
             pass.set_pipeline(pipeline);
             if family == Family::Body {
-                self.draw_bodies(&mut pass, &shot.bodies);
+                self.draw_bodies(&mut pass, &view.bodies);
             }
             bind(&mut pass, town);
-            for (_, range) in shot.town.iter().filter(|(of, _)| *of == family) {
+            for (_, range) in view.town.iter().filter(|(of, _)| *of == family) {
                 pass.draw_indexed(range.clone(), 0, 0..1);
             }
         }
         // Last: only where nothing else is.
         pass.set_pipeline(&self.pipelines.sky);
         pass.draw(0..3, 0..1);
-        if shot.shot.light.rain > 0.0 {
+        if view.strip.light.rain > 0.0 {
             pass.set_pipeline(&self.pipelines.rain);
             pass.draw(0..3, 0..1);
         }
@@ -97,7 +98,7 @@ impl Shared<'_> {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         number: usize,
-        shot: &PlannedView<'_>,
+        view: &PlannedView<'_>,
         town: &GpuMesh,
         target: &GeometryTarget,
     ) {
@@ -124,12 +125,13 @@ impl Shared<'_> {
             occlusion_query_set: None,
             multiview_mask: None,
         });
+        show_rows(&mut pass, view);
         pass.set_pipeline(&self.pipelines.geometry);
         pass.set_bind_group(0, &self.frame.view_group, &[FrameBuffers::view_offset(number)]);
         pass.set_vertex_buffer(1, self.frame.instances.slice(..));
-        self.draw_bodies(&mut pass, &shot.bodies);
+        self.draw_bodies(&mut pass, &view.bodies);
         bind(&mut pass, town);
-        for (_, range) in &shot.town {
+        for (_, range) in &view.town {
             pass.draw_indexed(range.clone(), 0, 0..1);
         }
     }
@@ -142,10 +144,18 @@ impl Shared<'_> {
     }
 }
 
-/// Records the copy of a drawn picture to its place in the read-back buffer.
+/// Leaves all rows but those of the strip as they are: a pixel that is drawn is the same whichever
+/// rows are drawn with it, as nothing else of the pass depends on them.
+fn show_rows(pass: &mut wgpu::RenderPass<'_>, view: &PlannedView<'_>) {
+    let rows = &view.strip.rows;
+    pass.set_scissor_rect(0, rows.start, view.strip.camera().width_px, rows.len() as u32);
+}
+
+/// Records the copy of the drawn rows of a picture, the first of which is this one, to their place
+/// in the read-back buffer.
 pub(crate) fn copy_out(
     encoder: &mut wgpu::CommandEncoder,
-    result: &wgpu::Texture,
+    (result, first_row): (&wgpu::Texture, u32),
     buffer: &wgpu::Buffer,
     picture: &PlannedPicture<'_>,
 ) {
@@ -155,9 +165,12 @@ pub(crate) fn copy_out(
         rows_per_image: None,
     };
     encoder.copy_texture_to_buffer(
-        result.as_image_copy(),
+        wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: first_row, z: 0 },
+            ..result.as_image_copy()
+        },
         wgpu::TexelCopyBufferInfo { buffer, layout },
-        result.size(),
+        wgpu::Extent3d { height: picture.row_count, ..result.size() },
     );
 }
 

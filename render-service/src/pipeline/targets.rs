@@ -33,6 +33,8 @@ pub(crate) struct GeometryTarget {
 /// Depth as the sun sees it.
 #[derive(Clone)]
 pub(crate) struct ShadowMap {
+    /// What was drawn there last, once the commands that are recorded have been carried out.
+    shows: Option<u64>,
     pub(crate) depth: wgpu::TextureView,
     pub(crate) group: wgpu::BindGroup,
 }
@@ -71,9 +73,18 @@ impl Targets {
         self.geometry.get_or_insert(size_px, || GeometryTarget::new(gpu, size_px))
     }
 
-    /// Makes sure that there is a shadow map of this side.
-    pub(crate) fn shadow(&mut self, gpu: &Gpu, pipelines: &Pipelines, side_px: u32) -> &ShadowMap {
-        self.shadows.get_or_insert(side_px, || ShadowMap::new(gpu, pipelines, side_px))
+    /// Makes sure that there is a shadow map of this side, for shadows of this number; and whether
+    /// it shows them already.
+    pub(crate) fn shadow(
+        &mut self,
+        gpu: &Gpu,
+        pipelines: &Pipelines,
+        (side_px, shadows_of): (u32, u64),
+    ) -> (ShadowMap, bool) {
+        let new = || ShadowMap::new(gpu, pipelines, side_px);
+        let map = self.shadows.get_or_insert_mut(side_px, new);
+        let is_drawn = map.shows.replace(shadows_of) == Some(shadows_of);
+        (map.clone(), is_drawn)
     }
 }
 
@@ -121,7 +132,7 @@ impl ShadowMap {
                 },
             ],
         });
-        Self { depth, group }
+        Self { shows: None, depth, group }
     }
 }
 

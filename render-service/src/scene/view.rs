@@ -1,5 +1,7 @@
 //! What a camera sees: checked, and as matrices.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix4, Vector4};
 use schemas::limits::{COORDINATE_M_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
 use schemas::{Camera, Error, ErrorCode, Frame, ImageEncoding, Pose, Vec3};
@@ -77,7 +79,24 @@ impl View {
         self.world_from_camera.translation.vector
     }
 
-    /// Whether any of a box in the world may be in the picture.
+    /// What is seen in some rows of a picture of so many, with one more above and below.
+    pub(crate) fn rows(&self, rows: &Range<u32>, height_px: u32) -> SeenRows {
+        let [near, left, right, lower, upper] = self.planes;
+        let (y, w) = ((lower - upper) / 2.0, (lower + upper) / 2.0);
+        let clip_y = |row: f32| 1.0 - 2.0 * row / height_px as f32;
+        let (top, bottom) = (rows.start as f32 - 1.0, rows.end as f32 + 1.0);
+        SeenRows { planes: [near, left, right, y - w * clip_y(bottom), w * clip_y(top) - y] }
+    }
+}
+
+/// What is seen in some rows of a picture.
+pub(crate) struct SeenRows {
+    /// As those of [`View`].
+    planes: [Vector4<f32>; 5],
+}
+
+impl SeenRows {
+    /// Whether any of a box in the world may be in these rows.
     pub(crate) fn may_see(&self, min_m: &Vec3, max_m: &Vec3) -> bool {
         may_overlap(&self.planes, min_m, max_m)
     }
@@ -159,9 +178,16 @@ mod tests {
         let sees = |x: f32, y: f32, z: f32| {
             let half = Vec3::repeat(0.5);
             let centre = Vec3::new(x, y, z);
-            view().may_see(&(centre - half), &(centre + half))
+            let sees = |rows| view().rows(&rows, 1_000).may_see(&(centre - half), &(centre + half));
+            [sees(0..1_000), sees(0..500), sees(500..1_000)]
         };
-        assert!(sees(10.0, 0.0, 0.0) && sees(10.0, 10.4, 0.0) && sees(1e5, 0.0, 0.0));
-        assert!(!sees(-10.0, 0.0, 0.0) && !sees(10.0, 12.0, 0.0) && !sees(10.0, 0.0, 7.0));
+        for (x, y, z) in [(10.0, 0.0, 0.0), (10.0, 10.4, 0.0), (1e5, 0.0, 0.0)] {
+            assert_eq!(sees(x, y, z), [true; 3]);
+        }
+        for (x, y, z) in [(-10.0, 0.0, 0.0), (10.0, 12.0, 0.0), (10.0, 0.0, 7.0)] {
+            assert_eq!(sees(x, y, z), [false; 3]);
+        }
+        assert_eq!(sees(10.0, 0.0, 2.0), [true, true, false]);
+        assert_eq!(sees(10.0, 0.0, -2.0), [true, false, true]);
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use monitoring::{Counter, Histogram, Metrics, Monitor, Pulse};
 
 /// What the drawing thread counts.
+#[derive(Clone)]
 pub(crate) struct Figures {
     /// Time of jobs that were drawn together.
     pub(crate) batch_seconds: Histogram,
@@ -12,6 +13,8 @@ pub(crate) struct Figures {
     pub(crate) drawn: Counter,
     /// Jobs that were not.
     pub(crate) refused: Counter,
+    /// Jobs whose asker had given up.
+    pub(crate) given_up: Counter,
     /// Pictures that were drawn.
     pub(crate) pictures: Counter,
     /// Of them.
@@ -24,14 +27,15 @@ impl Figures {
     /// New figures.
     pub(crate) fn new(monitor: &Monitor) -> Self {
         let metrics: &Metrics = monitor.metrics();
-        let label = ("outcome", ["drawn", "refused"]);
-        let [drawn, refused] =
+        let label = ("outcome", ["drawn", "refused", "given_up"]);
+        let [drawn, refused, given_up] =
             metrics.counters("causeway_render_jobs", "Jobs by what came of them", label);
         Self {
             batch_seconds: metrics
                 .histogram("causeway_render_batch_seconds", "Time of jobs that are drawn together"),
             drawn,
             refused,
+            given_up,
             pictures: metrics.counter("causeway_render_pictures", "Pictures that were drawn"),
             pixels: metrics.counter("causeway_render_pixels", "Pixels that were drawn"),
             turns: monitor.pulse("draw"),

@@ -1,39 +1,53 @@
-//! Where jobs wait between the bus's thread and the drawing thread.
+//! Where jobs and towns wait for the drawing thread.
 
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use bus::Incoming;
-use schemas::{Error, ErrorCode, RenderJob};
+use schemas::{Error, ErrorCode};
 
-use super::fair_queue::FairQueue;
+use super::towns::BuiltTown;
 
 /// Jobs that may wait; more are refused.
 pub(crate) const JOBS_MAX: usize = 256;
 /// Jobs that came in and were not decoded yet; more are refused.
 const UNREAD_MAX: usize = 256;
 
-/// A job and whom to answer.
-pub(crate) struct Task {
-    pub(crate) job: RenderJob,
-    pub(crate) incoming: Incoming,
-}
-
-/// Filled by the bus's thread, emptied by the drawing thread.
+/// Filled by the bus's thread and by those who build towns, emptied by the drawing thread.
 pub(crate) struct JobQueue {
     state: Mutex<State>,
     changed: Condvar,
+    /// Jobs that the drawing thread has taken and nobody has answered.
+    taken: AtomicUsize,
 }
 
 struct State {
-    unread: Vec<Incoming>,
-    waiting: FairQueue<Task>,
-    open: bool,
+    arrived: Arrived,
+    is_woken: bool,
+    is_open: bool,
+}
+
+/// What has come since the last look.
+#[derive(Default)]
+pub(crate) struct Arrived {
+    pub(crate) jobs: Vec<Incoming>,
+    pub(crate) towns: Vec<BuiltTown>,
+}
+
+/// A job that the drawing thread has taken; dropped with its answer.
+pub(crate) struct Taken(Arc<JobQueue>);
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        self.0.taken.fetch_sub(1, Ordering::Relaxed);
+        self.0.wake();
+    }
 }
 
 impl Default for JobQueue {
     fn default() -> Self {
-        let state = State { unread: Vec::new(), waiting: FairQueue::new(JOBS_MAX), open: true };
-        Self { state: Mutex::new(state), changed: Condvar::new() }
+        let state = State { arrived: Arrived::default(), is_woken: false, is_open: true };
+        Self { state: Mutex::new(state), changed: Condvar::new(), taken: AtomicUsize::default() }
     }
 }
 
@@ -41,13 +55,13 @@ impl JobQueue {
     /// Takes a job in, or refuses it. Never waits for a drawing.
     pub(crate) fn put(&self, incoming: Incoming) {
         let mut state = self.lock();
-        let refusal = if !state.open {
-            Error::new(ErrorCode::RendererUnavailable, "the renderer is ending")
-        } else if state.unread.len() >= UNREAD_MAX {
+        let refusal = if !state.is_open {
+            is_ending()
+        } else if state.arrived.jobs.len() >= UNREAD_MAX {
             Error::new(ErrorCode::Capacity, "too many pictures are waiting to be drawn")
                 .wanted(format_args!("at most {UNREAD_MAX} new jobs"))
         } else {
-            state.unread.push(incoming);
+            state.arrived.jobs.push(incoming);
             drop(state);
             self.changed.notify_one();
             return;
@@ -56,56 +70,54 @@ impl JobQueue {
         incoming.refuse(refusal);
     }
 
-    /// Waits for jobs and takes up to `count_max` of them, tenants in turn, and no more once they
-    /// have so many pixels: whoever comes then waits for all that were taken. `None` when closed.
-    pub(crate) fn take(&self, count_max: usize, pixels_max: usize) -> Option<Vec<Task>> {
-        let mut refused = Vec::new();
+    /// Takes a town in that was asked for.
+    pub(crate) fn put_town(&self, town: BuiltTown) {
+        self.lock().arrived.towns.push(town);
+        self.changed.notify_one();
+    }
+
+    /// Has the drawing thread look again at what waits.
+    fn wake(&self) {
+        self.lock().is_woken = true;
+        self.changed.notify_one();
+    }
+
+    /// What has come. Waits for it, or to be woken, if there is nothing else to do. `None` when
+    /// closed.
+    pub(crate) fn take(&self, is_idle: bool) -> Option<Arrived> {
         let mut state = self.lock();
-        while state.open && state.unread.is_empty() && state.waiting.is_empty() {
+        while is_idle
+            && state.is_open
+            && !state.is_woken
+            && state.arrived.jobs.is_empty()
+            && state.arrived.towns.is_empty()
+        {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        if !state.open {
-            return None;
-        }
-        let unread = std::mem::take(&mut state.unread);
-        drop(state);
-        let mut read = Vec::with_capacity(unread.len());
-        for incoming in unread {
-            match incoming.render_job() {
-                Ok(job) => read.push(Task { job, incoming }),
-                Err(error) => refused.push((incoming, error)),
-            }
-        }
-        let mut state = self.lock();
-        for task in read {
-            if let Err((task, error)) = state.waiting.push(task.job.tenant.clone(), task) {
-                refused.push((task.incoming, error));
-            }
-        }
-        let tasks = state.waiting.pop_some(count_max, pixels_max, |task| pixels_of(&task.job));
-        drop(state);
-        for (incoming, error) in refused {
-            incoming.refuse(error);
-        }
-        Some(tasks)
+        state.is_woken = false;
+        state.is_open.then(|| std::mem::take(&mut state.arrived))
     }
 
-    /// Jobs that wait.
+    /// Counts a job that the drawing thread has taken.
+    pub(crate) fn note_taken(self: &Arc<Self>) -> Taken {
+        self.taken.fetch_add(1, Ordering::Relaxed);
+        Taken(Arc::clone(self))
+    }
+
+    /// Jobs that wait for their answer.
     pub(crate) fn waiting(&self) -> usize {
-        let state = self.lock();
-        state.unread.len() + state.waiting.len()
+        self.lock().arrived.jobs.len() + self.taken.load(Ordering::Relaxed)
     }
 
-    /// Refuses everything that waits and all that comes.
+    /// Refuses all that comes. What the drawing thread has taken it refuses itself.
     pub(crate) fn close(&self) {
         let mut state = self.lock();
-        state.open = false;
-        let mut waiting: Vec<Incoming> = std::mem::take(&mut state.unread);
-        waiting.extend(std::iter::from_fn(|| state.waiting.pop()).map(|task| task.incoming));
+        state.is_open = false;
+        let waiting = std::mem::take(&mut state.arrived.jobs);
         drop(state);
         self.changed.notify_all();
         for incoming in waiting {
-            incoming.refuse(Error::new(ErrorCode::RendererUnavailable, "the renderer is ending"));
+            incoming.refuse(is_ending());
         }
     }
 
@@ -115,7 +127,7 @@ impl JobQueue {
     }
 }
 
-/// Pixels of all pictures of a job.
-pub(crate) fn pixels_of(job: &RenderJob) -> usize {
-    job.cameras.iter().map(|camera| camera.width_px as usize * camera.height_px as usize).sum()
+/// What those are told who come too late.
+pub(crate) fn is_ending() -> Error {
+    Error::new(ErrorCode::RendererUnavailable, "the renderer is ending")
 }

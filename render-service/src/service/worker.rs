@@ -1,95 +1,297 @@
-//! The drawing thread: takes all waiting jobs, draws them together, answers each.
+//! The drawing thread: takes jobs as their tenants' turns come, draws a portion of some of them
+//! together, and answers those that are done.
 
-use std::time::Instant;
+use std::sync::{Arc, Weak};
+use std::time::{Duration, Instant};
 
 use bus::{Bus, Incoming};
-use schemas::{Error, RenderJob, Reply};
+use schemas::{Error, ErrorCode, RenderJob, Reply, Tenant};
 use tokio::runtime::Handle;
 
-use crate::renderer::TownJob;
+use crate::sliced::{Portion, SlicedJob, Work};
 use crate::{RenderError, Renderer};
 
+use super::cost::CostModel;
+use super::fair_queue::{FairQueue, Whose};
 use super::figures::Figures;
-use super::job_queue::{JobQueue, Task, pixels_of};
-use super::towns::Towns;
+use super::job_queue::{Arrived, JOBS_MAX, JobQueue, Taken, is_ending};
+use super::towns::{BuiltTown, Towns};
 
 /// Jobs drawn together: more would only make the first ones wait for the last ones.
 const TOGETHER_MAX: usize = 16;
-/// Once jobs that are drawn together have so many pixels, no more join them: others would wait for
-/// all of them.
-const PIXELS_TOGETHER_MAX: usize = 4 * 1024 * 1024;
+/// Once what is drawn together costs so much, nothing more joins it.
+const TOGETHER_NANOS: u64 = 10_000_000;
+/// A job that costs more is drawn in slices that cost about so much; others come in between.
+const SLICE_NANOS: u64 = 30_000_000;
+/// What a tenant or session that asks for nothing is owed later, at most.
+const SAVED_NANOS_MAX: u64 = 2 * SLICE_NANOS;
+/// Jobs that are drawn in slices, begun and not answered: each keeps up to 64 MiB.
+const LARGE_MAX: usize = 16;
+/// Of them, those of one tenant.
+const LARGE_OF_TENANT_MAX: usize = 2;
 
 /// What the drawing thread owns.
 pub(crate) struct Worker {
     renderer: Result<Renderer, RenderError>,
+    queue: Arc<JobQueue>,
+    runtime: Handle,
     towns: Towns,
+    waiting: FairQueue<Task>,
+    cost: CostModel,
+    large: Vec<(Tenant, Weak<Large>)>,
     figures: Figures,
+}
+
+/// A job that waits, or waits for its next turn.
+struct Task {
+    asker: Asker,
+    stage: Stage,
+}
+
+/// Whom to answer.
+struct Asker {
+    incoming: Incoming,
+    taken: Taken,
+    /// Held until the answer is sent, if the job is large.
+    large: Option<Arc<Large>>,
+}
+
+/// That a large job is under way.
+struct Large;
+
+enum Stage {
+    New(Box<RenderJob>),
+    Begun(Begun),
+}
+
+type Begun = Box<SlicedJob<Box<RenderJob>>>;
+
+/// A job whose turn it is.
+struct Turn {
+    whose: Whose,
+    asker: Asker,
+    job: Begun,
+    portion: Portion,
+    work: Work,
+    estimate: u64,
 }
 
 impl Worker {
     pub(crate) fn new(
         renderer: Result<Renderer, RenderError>,
         bus: Bus,
-        runtime: Handle,
+        queue: Arc<JobQueue>,
         figures: Figures,
     ) -> Self {
-        Self { renderer, towns: Towns::new(bus, runtime), figures }
+        let runtime = Handle::current();
+        let cost = CostModel::new(renderer.as_ref().is_ok_and(Renderer::is_software));
+        Self {
+            renderer,
+            towns: Towns::new(bus, runtime.clone(), Arc::clone(&queue)),
+            queue,
+            runtime,
+            waiting: FairQueue::new(JOBS_MAX, SAVED_NANOS_MAX),
+            cost,
+            large: Vec::new(),
+            figures,
+        }
     }
 
     /// Answers jobs until the queue is closed.
-    pub(crate) fn run(mut self, queue: &JobQueue) {
-        while let Some(tasks) = queue.take(TOGETHER_MAX, PIXELS_TOGETHER_MAX) {
-            let turns = std::sync::Arc::clone(&self.figures.turns);
-            let _turn = turns.begin(Instant::now());
-            self.answer(tasks);
+    pub(crate) fn run(mut self) {
+        let queue = Arc::clone(&self.queue);
+        let pulse = Arc::clone(&self.figures.turns);
+        let mut is_idle = true;
+        while let Some(arrived) = queue.take(is_idle) {
+            let _turn = pulse.begin(Instant::now());
+            self.take_in(arrived);
+            let turns = self.next_turns();
+            is_idle = turns.is_empty();
+            self.draw(turns);
+        }
+        for task in self.waiting.remove(|_| true) {
+            task.asker.incoming.refuse(is_ending());
         }
     }
 
-    fn answer(&mut self, tasks: Vec<Task>) {
-        let renderer = match &mut self.renderer {
-            Ok(renderer) => renderer,
-            Err(error) => {
-                for task in tasks {
-                    self.figures.refused.inc();
-                    task.incoming.refuse(error.clone().into());
+    fn take_in(&mut self, Arrived { jobs, towns }: Arrived) {
+        for incoming in jobs {
+            let job = match (&self.renderer, incoming.render_job()) {
+                (Err(error), _) => Err(error.clone().into()),
+                (Ok(_), job) => job,
+            };
+            match job {
+                Ok(job) => self.enqueue(incoming, Box::new(job)),
+                Err(error) => self.figures.refuse(incoming, error),
+            }
+        }
+        for BuiltTown { digest, town } in towns {
+            self.towns.note_end(&digest);
+            match town {
+                Ok(town) => self.towns.keep(&digest, town),
+                Err(error) => {
+                    for task in self.waiting.remove(|task| task.stage.lacks(&digest)) {
+                        self.figures.refuse(task.asker.incoming, error.clone());
+                    }
                 }
-                return;
+            }
+        }
+        for (tenant, task) in self.waiting.first_of_each() {
+            if let Stage::New(job) = &task.stage {
+                self.towns.want(tenant, &job.frame.map);
+            }
+        }
+    }
+
+    fn enqueue(&mut self, incoming: Incoming, job: Box<RenderJob>) {
+        let whose = (job.tenant.clone(), job.frame.world);
+        let asker = Asker { incoming, taken: self.queue.note_taken(), large: None };
+        if let Err((task, error)) = self.waiting.push(whose, Task { asker, stage: Stage::New(job) })
+        {
+            self.figures.refuse(task.asker.incoming, error);
+        }
+    }
+
+    /// The jobs whose turn it is, and what is drawn of each.
+    fn next_turns(&mut self) -> Vec<Turn> {
+        let (mut turns, mut sum) = (Vec::new(), 0);
+        self.large.retain(|(_, large)| large.strong_count() > 0);
+        while turns.len() < TOGETHER_MAX && sum < TOGETHER_NANOS {
+            let Some((whose, task)) = self.take_next() else { break };
+            if task.asker.incoming.is_given_up() {
+                self.figures.given_up.inc();
+                task.asker.incoming.refuse(Error::new(ErrorCode::TimedOut, "nobody waits for it"));
+                continue;
+            }
+            let Some(turn) = self.turn(whose, task) else { continue };
+            sum += turn.estimate;
+            // What it is in truth is known afterwards.
+            self.waiting.charge(&turn.whose, turn.estimate as i64);
+            turns.push(turn);
+        }
+        turns
+    }
+
+    /// The next job whose town is there, unless it is one large job too many.
+    fn take_next(&mut self) -> Option<(Whose, Task)> {
+        let Self { waiting, towns, large, cost, .. } = self;
+        let has_room = |tenant: &Tenant| {
+            let of_tenant = large.iter().filter(|(other, _)| other == tenant).count();
+            of_tenant < LARGE_OF_TENANT_MAX && large.len() < LARGE_MAX
+        };
+        waiting.take(|tenant, task| match &task.stage {
+            Stage::Begun(_) => true,
+            Stage::New(job) => {
+                towns.has(&job.frame.map.digest) && (!is_large(job, cost) || has_room(tenant))
+            }
+        })
+    }
+
+    fn turn(&mut self, whose: Whose, Task { mut asker, stage }: Task) -> Option<Turn> {
+        let begun = match stage {
+            Stage::Begun(job) => Ok(job),
+            Stage::New(job) => {
+                if is_large(&job, &self.cost) {
+                    let large = Arc::new(Large);
+                    self.large.push((whose.0.clone(), Arc::downgrade(&large)));
+                    asker.large = Some(large);
+                }
+                let town = self.towns.get(&job.frame.map.digest)?;
+                SlicedJob::new(town, job).map(Box::new)
             }
         };
-        let mut drawable = Vec::with_capacity(tasks.len());
-        for Task { job, incoming } in tasks {
-            match self.towns.get(&job.frame.map) {
-                Ok(town) => drawable.push((town, job, incoming)),
-                Err(error) => self.figures.refuse(incoming, &job, error),
+        match begun {
+            Ok(job) => {
+                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
+                let work = job.work_of(&portion);
+                let estimate = self.cost.nanos(&work);
+                Some(Turn { whose, asker, job, portion, work, estimate })
+            }
+            Err(error) => {
+                self.figures.refuse(asker.incoming, error);
+                None
             }
         }
-        let jobs: Vec<TownJob<'_>> =
-            drawable.iter().map(|(town, job, _)| (town.clone(), job)).collect();
-        let begun = Instant::now();
-        let drawn = renderer.render(&jobs);
-        let took = begun.elapsed();
-        tracing::debug!(jobs = jobs.len(), micros = took.as_micros() as u64, "drawn");
-        if !jobs.is_empty() {
-            self.figures.batch_seconds.observe(took);
+    }
+
+    fn draw(&mut self, mut turns: Vec<Turn>) {
+        let Ok(renderer) = &mut self.renderer else { return };
+        if turns.is_empty() {
+            return;
         }
-        drop(jobs);
-        for ((_, job, incoming), images) in drawable.into_iter().zip(drawn) {
-            match images {
+        let begun = Instant::now();
+        let portions =
+            turns.iter_mut().map(|turn| (&mut *turn.job, std::mem::take(&mut turn.portion)));
+        let drawn = renderer.draw_portions(portions.collect());
+        let took = begun.elapsed();
+        tracing::debug!(jobs = turns.len(), micros = took.as_micros() as u64, "drawn");
+        self.figures.batch_seconds.observe(took);
+        self.settle(&turns, took);
+        for Turn { whose, asker, job, .. } in turns {
+            match &drawn {
+                Err(error) => self.figures.refuse(asker.incoming, error.clone().into()),
+                Ok(()) if job.is_drawn() => self.answer(asker, job),
+                Ok(()) => self.waiting.put_back(whose, Task { asker, stage: Stage::Begun(job) }),
+            }
+        }
+    }
+
+    /// Has everybody pay for his part of what it took.
+    fn settle(&mut self, turns: &[Turn], took: Duration) {
+        let (mut work, mut estimates) = (Work::default(), 0);
+        for turn in turns {
+            work += turn.work;
+            estimates += turn.estimate;
+        }
+        let ratio = took.as_nanos() as f64 / estimates.max(1) as f64;
+        for turn in turns {
+            let paid = turn.estimate as i64;
+            self.waiting.charge(&turn.whose, (paid as f64 * ratio) as i64 - paid);
+        }
+        self.cost.learn(&work, took);
+    }
+
+    fn answer(&self, asker: Asker, job: Begun) {
+        let figures = self.figures.clone();
+        let has_rows = job.has_rows();
+        let answer = move || {
+            // Counted until the answer is sent.
+            let Asker { incoming, taken: _taken, large: _large } = asker;
+            let work = Work::of(job.job());
+            match job.finish() {
                 Ok(images) => {
-                    self.figures.drawn.inc();
-                    self.figures.pictures.inc_by(images.images.len() as u64);
-                    self.figures.pixels.inc_by(pixels_of(&job) as u64);
+                    figures.drawn.inc();
+                    figures.pictures.inc_by(images.images.len() as u64);
+                    figures.pixels.inc_by(work.colour_px + work.geometry_px);
                     incoming.reply(&Reply::Images(images));
                 }
-                Err(error) => self.figures.refuse(incoming, &job, error),
+                Err(error) => figures.refuse(incoming, error),
             }
+        };
+        // A large picture takes so long to be encoded and sent that others would wait for it.
+        if has_rows {
+            drop(self.runtime.spawn_blocking(answer));
+        } else {
+            answer();
         }
     }
 }
 
+/// Whether a job is drawn in slices.
+fn is_large(job: &RenderJob, cost: &CostModel) -> bool {
+    cost.nanos(&Work::of(job)) > SLICE_NANOS
+}
+
+impl Stage {
+    /// Whether it waits for a town.
+    fn lacks(&self, digest: &str) -> bool {
+        matches!(self, Self::New(job) if job.frame.map.digest == digest)
+    }
+}
+
 impl Figures {
-    fn refuse(&self, incoming: Incoming, job: &RenderJob, error: Error) {
-        tracing::debug!(tenant = %job.tenant, world = %job.frame.world, tick = %job.frame.tick, %error, "a job was refused");
+    fn refuse(&self, incoming: Incoming, error: Error) {
+        tracing::debug!(%error, "a job was refused");
         self.refused.inc();
         incoming.refuse(error);
     }
