@@ -177,6 +177,27 @@ impl Network {
         near.collect()
     }
 
+    /// The lights whose lines lie at most `within_m` before a place, or just beyond it.
+    pub(crate) fn lights_before(&self, at: Place, within_m: f32) -> impl Iterator<Item = u32> {
+        /// Whoever waits at a line has it before the bumper.
+        const BEYOND_M: f32 = 2.0;
+        let on = move |id: LaneId, at_m: f32| {
+            let lines = self.lane(id).map_or(&[][..], |lane| lane.stops.as_slice());
+            lines.iter().filter_map(move |line| match line.why {
+                Stop::Light(light) if (-BEYOND_M..=within_m).contains(&(at_m - line.at_m)) => {
+                    Some(light)
+                }
+                _ => None,
+            })
+        };
+        let previous = self.lane(at.lane).map_or(&[][..], |lane| lane.previous.as_slice());
+        let before = previous.iter().flat_map(move |id| {
+            let length_m = self.lane(*id).map_or(0.0, Lane::length_m);
+            on(*id, length_m + at.at_m)
+        });
+        on(at.lane, at.at_m).chain(before)
+    }
+
     /// The nearest place on a lane that leads about this way.
     pub(crate) fn along(&self, point_m: &Vec3, heading_rad: f32, radius_m: f32) -> Option<Near> {
         let turn = |near: &Near| (1.0 - ComplexField::cos(near.heading_rad - heading_rad)).max(0.0);

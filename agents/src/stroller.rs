@@ -4,9 +4,10 @@ mod detour;
 
 use nalgebra::Point3;
 use roads::nav::{Area, NavMesh};
-use schemas::{Vec3, WalkerControl};
+use schemas::{TrafficLightColour, Vec3, WalkerControl};
 use serde::{Deserialize, Serialize};
 
+use crate::network::Network;
 use crate::scene::{Body, Scene};
 pub use detour::Obstacle;
 use detour::{Side, detour};
@@ -17,12 +18,19 @@ const CORNER_M: f32 = 0.6;
 const PAST_M: f32 = 1.5;
 /// How far ahead the ground counts: nobody steps off a kerb without a look.
 const LOOK_M: f32 = 1.2;
+/// Whoever is nearer to a sidewalk than this has not left it.
+const KERB_M: f32 = 0.8;
 /// Vehicles farther away than this do not count.
 const VEHICLES_M: f32 = 45.0;
 /// A vehicle that would be nearer than this at the walker's way...
 const CLEAR_M: f32 = 2.5;
 /// ...within this time is let through.
 const GAP_SECS: f32 = 5.0;
+/// Places on the way across whose lanes' lights count.
+const ACROSS_STEP_M: f32 = 2.0;
+const ACROSS_STEPS_MAX: u32 = 15;
+/// A crossing lies no farther beyond the line of the light that holds vehicles before it.
+const LINE_M: f32 = 12.0;
 /// A slower vehicle counts as standing.
 const STANDING_MPS: f32 = 0.3;
 /// Middles of vehicles that may be in a walker's way are nearer than this.
@@ -59,6 +67,8 @@ pub struct Outlook<'a> {
     pub mesh: &'a NavMesh,
     /// Everybody else.
     pub scene: &'a Scene,
+    /// Lanes with the lines of their lights; `None` in a world without lights.
+    pub network: Option<&'a Network>,
     /// What stands near.
     pub obstacles: &'a [Obstacle],
     /// The walker's own body.
@@ -109,7 +119,9 @@ impl Stroller {
         let Some(direction) = Vec3::new(way.x, way.y, 0.0).try_normalize(1.0e-3) else {
             return WalkerControl::default();
         };
-        if steps_down(mesh, &foot_m, &direction) && is_coming(scene, &foot_m, &direction) {
+        let must_wait =
+            || is_coming(scene, &foot_m, &direction) || is_released(outlook, &foot_m, &direction);
+        if leaves_the_sidewalk(mesh, &foot_m, &direction) && must_wait() {
             self.waited_secs += dt_secs;
             if self.waited_secs > PATIENCE_SECS && self.goal_m.is_none() {
                 self.corners.clear();
@@ -170,16 +182,43 @@ impl Stroller {
     }
 }
 
-/// Whether the next step leads from where no vehicle drives to where one may.
-fn steps_down(mesh: &NavMesh, foot_m: &Vec3, direction: &Vec3) -> bool {
-    let area = |point_m: Vec3| {
-        let point: Point3<f64> = nalgebra::convert(Point3::from(point_m));
-        let (polygon, _) = mesh.nearest(point)?;
-        Some(mesh.polygons().get(polygon as usize)?.area)
-    };
-    let here = area(*foot_m);
-    let next = area(foot_m + direction * LOOK_M);
-    here == Some(Area::Sidewalk) && next.is_some_and(|area| area != Area::Sidewalk)
+/// Whether a light lets vehicles over the way across: those of the road, not those that turn into
+/// it, which are seen when they come.
+fn is_released(outlook: &Outlook<'_>, foot_m: &Vec3, direction: &Vec3) -> bool {
+    let Outlook { mesh, scene, .. } = *outlook;
+    let Some(network) = outlook.network else { return false };
+    for step in 1..=ACROSS_STEPS_MAX {
+        let at_m = foot_m + direction * (step as f32 * ACROSS_STEP_M);
+        if step > 1 && area(mesh, at_m) == Some(Area::Sidewalk) {
+            return false;
+        }
+        let lanes = network.near(&at_m, ACROSS_STEP_M / 2.0);
+        let drives = |light: u32| {
+            matches!(scene.light(light), TrafficLightColour::Green | TrafficLightColour::Yellow)
+        };
+        if lanes.iter().any(|near| network.lights_before(near.place, LINE_M).any(drives)) {
+            return true;
+        }
+    }
+    false
+}
+
+fn area(mesh: &NavMesh, point_m: Vec3) -> Option<Area> {
+    let point: Point3<f64> = nalgebra::convert(Point3::from(point_m));
+    let (polygon, _) = mesh.nearest(point)?;
+    Some(mesh.polygons().get(polygon as usize)?.area)
+}
+
+/// Whether the next steps lead from a sidewalk, or from beside one, to where vehicles drive.
+fn leaves_the_sidewalk(mesh: &NavMesh, foot_m: &Vec3, direction: &Vec3) -> bool {
+    let is_road = |ahead_m: f32| area(mesh, foot_m + direction * ahead_m) != Some(Area::Sidewalk);
+    // Where a sidewalk bends a way may graze the road.
+    if !is_road(LOOK_M) || !is_road(2.0 * LOOK_M) {
+        return false;
+    }
+    let foot: Point3<f64> = nalgebra::convert(Point3::from(*foot_m));
+    mesh.nearest_in(foot, Area::Sidewalk)
+        .is_some_and(|(_, near)| (near - foot).norm() < f64::from(KERB_M))
 }
 
 /// Whether a vehicle would come near the way across within the time it takes.

@@ -6,22 +6,27 @@
 mod camera;
 mod collisions;
 mod counters;
+mod lights;
 mod navigation;
 mod observation;
 mod plan;
 
 use std::sync::Arc;
 
-use schemas::{ActorId, ActorState, Camera, Collision, Command, CommandReply, SharedFrame};
+use schemas::{
+    ActorId, ActorState, Camera, Collision, Command, CommandReply, Frame, SharedFrame, Vec3,
+};
 use serde_json::{Map, Value};
 
 pub(crate) use collisions::Hits;
 pub(crate) use counters::{Counters, State, idle_state};
+use lights::StopLines;
 use navigation::Navigation;
 pub(crate) use observation::{Metadata, Observation};
 pub(crate) use plan::Plan;
 
 use crate::action::Action;
+use crate::scenario::decision::EgoLane;
 use crate::scenario::lanes::{Lanes, Place};
 use crate::scenario::{Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec};
 
@@ -72,6 +77,9 @@ pub(crate) struct Episode {
     frame: SharedFrame,
     place: Option<Place>,
     lane: Option<u32>,
+    /// None in a world without lights.
+    stop_lines: StopLines,
+    red_lights_run: u32,
     hits: Hits,
     counters: Counters,
     done: Option<DoneReason>,
@@ -98,6 +106,8 @@ impl Episode {
             ..Report::default()
         };
         let prompt = start.scenario.prompt();
+        let has_lights = !frame.traffic_lights.is_empty();
+        let stop_lines = if has_lights { StopLines::of(&start.map) } else { StopLines::default() };
         let mut episode = Self {
             start,
             prompt,
@@ -105,6 +115,8 @@ impl Episode {
             frame,
             place: None,
             lane: None,
+            stop_lines,
+            red_lights_run: 0,
             hits: Hits::default(),
             counters: Counters::default(),
             done: None,
@@ -133,7 +145,7 @@ impl Episode {
             action,
             self.ego,
             self.ego_state(),
-            self.common(),
+            self.start.scenario.as_ref(),
             lanes,
             (self.place, self.lane),
         );
@@ -166,7 +178,7 @@ impl Episode {
         }
         let was_done = self.is_done();
         if !was_done {
-            self.start.scenario.on_action(action, self.lane);
+            self.start.scenario.on_action(action, self.ego_lane());
         }
         let before_m = self.ego_position_m();
         self.counters.count_step(action.kind);
@@ -174,7 +186,8 @@ impl Episode {
             let who = frame.actor(halt.actor).map_or("", |actor| frame.type_of(actor));
             events.push(format!("{who} was put to rest: {}", halt.reason));
         }
-        self.frame = frame;
+        let before = std::mem::replace(&mut self.frame, frame);
+        self.note_lights((&before, before_m), &mut events);
         let collisions = if plan.tick_count > 1 { collisions } else { &self.frame.collisions };
         self.hits.note(self.ego, &self.frame, collisions, self.counters.num_turns, &mut events);
         let distance_m = (self.ego_position_m() - before_m).norm();
@@ -210,11 +223,27 @@ impl Episode {
         counters::state(self)
     }
 
+    fn note_lights(&mut self, before: (&Frame, Vec3), events: &mut Vec<String>) {
+        let count = self.stop_lines.run(before, (&self.frame, self.ego_position_m()));
+        if count > 0 {
+            self.red_lights_run += count;
+            events.push("ran a red light".to_owned());
+        }
+    }
+
+    fn ego_lane(&self) -> EgoLane {
+        let lanes = Lanes::new(&self.start.map);
+        let left = self.place.and_then(|place| lanes.left(place)).is_some();
+        let right = self.place.and_then(|place| lanes.right(place)).is_some();
+        EgoLane { number: self.lane, left, right }
+    }
+
     fn judge(&mut self, was_done: bool) {
         let facts = Facts {
             step_count: self.counters.num_turns,
             pedestrians_hit: self.hits.pedestrians(),
             things_hit: self.hits.count(),
+            red_lights_run: self.red_lights_run,
             goal_distance_m: self.goal_distance_m(),
         };
         // After the end the scenario still counts what happens, but its verdict stands.
@@ -262,9 +291,8 @@ impl Episode {
         self.frame.actor(self.ego)
     }
 
-    fn ego_position_m(&self) -> schemas::Vec3 {
-        self.ego_state()
-            .map_or_else(schemas::Vec3::zeros, |ego| ego.world_from_actor.translation.vector)
+    fn ego_position_m(&self) -> Vec3 {
+        self.ego_state().map_or_else(Vec3::zeros, |ego| ego.world_from_actor.translation.vector)
     }
 
     fn speed_kmh(&self) -> f32 {

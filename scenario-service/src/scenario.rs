@@ -20,9 +20,10 @@ pub(crate) mod weather;
 use serde_json::{Map, Value};
 
 pub(crate) use config::{Common, Overrides, Profile};
+use decision::{EgoLane, Side};
 use schemas::{
-    ActorId, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, Command, CommandReply, Pose,
-    Vec3, Weather,
+    ActorId, AgentBehaviour, BodyCommand, Command, CommandReply, Pose, TrafficCommand, Vec3,
+    WalkerCommand, Weather,
 };
 
 use crate::action::Action;
@@ -66,8 +67,16 @@ pub(crate) struct Placement {
 pub(crate) enum Driver {
     /// It keeps this velocity against all forces; actor frame.
     ConstantVelocity(Vec3),
-    /// A navigation agent without a destination.
-    Autopilot,
+    /// A driver of the world's own traffic.
+    Traffic,
+    /// It walks from place to place; the share of its ways that may lead over roads beside
+    /// crossings.
+    Walks {
+        /// How fast.
+        speed_mps: f32,
+        /// From 0 to 1.
+        crossing_share: f32,
+    },
 }
 
 impl Driver {
@@ -80,13 +89,18 @@ impl Driver {
                     velocity_mps: Some(velocity_mps),
                 })]
             }
-            Self::Autopilot => {
+            Self::Traffic => {
                 let behaviour = AgentBehaviour::Normal;
-                let options = AgentOptions { behaviour, ..AgentOptions::default() };
-                vec![
-                    Command::Agent(AgentCommand::Set { actor, options, keep_route: false }),
-                    Command::Agent(AgentCommand::Drive { actor, on: true }),
-                ]
+                vec![Command::Traffic(TrafficCommand::Join { actor, behaviour })]
+            }
+            Self::Walks { speed_mps, crossing_share } => {
+                let (goal_m, speed_mps) = (None, Some(speed_mps));
+                vec![Command::Walker(WalkerCommand::Agent {
+                    actor,
+                    goal_m,
+                    speed_mps,
+                    crossing_share,
+                })]
             }
         }
     }
@@ -99,6 +113,8 @@ pub(crate) struct WorldSpec {
     pub(crate) weather: Weather,
     /// As state reports it.
     pub(crate) weather_name: String,
+    /// Whether the map's traffic lights and signs are in it.
+    pub(crate) signals: bool,
     /// The vehicle under control.
     pub(crate) ego: Placement,
     /// Everyone else, in order of creation.
@@ -134,7 +150,7 @@ impl WorldSpec {
 }
 
 /// What a scenario may know of the world after a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Facts {
     /// Steps so far, pictures not counted.
     pub(crate) step_count: u64,
@@ -142,6 +158,8 @@ pub(crate) struct Facts {
     pub(crate) pedestrians_hit: u32,
     /// Distinct things hit so far, static scenery included.
     pub(crate) things_hit: u32,
+    /// Red lights run so far.
+    pub(crate) red_lights_run: u32,
     /// To the goal in the plane, in metres.
     pub(crate) goal_distance_m: Option<f32>,
 }
@@ -225,8 +243,14 @@ pub(crate) trait Scenario: Send + Sync {
     /// What the driver is told; constant through an episode.
     fn prompt(&self) -> String;
 
-    /// Notes what the driver decided. `lane` is the ego's, counted from the left.
-    fn on_action(&mut self, action: &Action, lane: Option<u32>);
+    /// Notes what the driver decided on the lane that the ego is on.
+    fn on_action(&mut self, action: &Action, lane: EgoLane);
+
+    /// Whether a lane change to this side, where there is no lane, is steered all the same: off the
+    /// road.
+    fn leaves_the_road(&self, _: Side) -> bool {
+        false
+    }
 
     /// Judges the world after a step.
     fn on_frame(&mut self, facts: &Facts) -> Progress;

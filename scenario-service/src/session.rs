@@ -284,7 +284,7 @@ impl Session {
         seed: u64,
         spec: &WorldSpec,
     ) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
-        let new = NewWorld { map, seed, commands: spec.commands() };
+        let new = NewWorld { map, seed, signals: spec.signals, commands: spec.commands() };
         let context = Arc::clone(&self.context);
         let created = tokio::spawn(async move {
             let created = context.port.create(new).await?;

@@ -20,6 +20,8 @@ pub(crate) struct NewWorld {
     pub(crate) map: String,
     /// Root of all randomness.
     pub(crate) seed: u64,
+    /// Whether the map's traffic lights and signs are in it.
+    pub(crate) signals: bool,
     /// Applied in order before the first frame.
     pub(crate) commands: Vec<Command>,
 }

@@ -63,12 +63,17 @@ def test_the_observation_holds_speed_lane_and_people(make):
     assert "3 pedestrians in your lane" in info["scene_description"]
 
 
+SIDES = {LEFT: "left", RIGHT: "right"}
+
+
 @pytest.mark.parametrize("action", [LEFT, RIGHT])
 def test_a_swerve_earns_the_reward_and_ends_the_episode(make, action):
     env = make()
-    env.reset(seed=1)
+    _, info = env.reset(seed=1)
+    # Towards a lane that is not there the car keeps its own.
+    has_lane = f"Lanes beside: {SIDES[action]}\n" in info["scene_description"]
     _, reward, terminated, truncated, info = env.step(action)
-    assert (reward, terminated, truncated) == (1.0, True, False)
+    assert (reward, terminated, truncated) == (1.0 if has_lane else -1.0, True, False)
     assert info["done_reason"] == "scenario_complete"
     assert info["outcome"]["trolley_action"].startswith("SWERVE_")
 

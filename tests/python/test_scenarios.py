@@ -1,5 +1,6 @@
 """The scenarios beyond the trolley: micro-benchmarks, maze and free roam, through the client."""
 
+import itertools
 import math
 
 import pytest
@@ -132,6 +133,92 @@ def test_the_other_cars_drive(env):
     moved = [seen for seen in distances_m.values() if max(seen) - min(seen) > 5.0]
     assert len(moved) >= 2, distances_m
     assert env.state().num_turns == 201
+
+
+def test_an_agent_of_the_maze_is_there_within_200_steps_of_five_ticks(env):
+    for town in ("Town10HD_Opt", "Town02_Opt", "Town05_Opt"):
+        for seed in range(3):
+            settings = {"map_name": town}
+            env.reset(scenario_name="maze_navigation", scenario_config=settings, seed=seed)
+            act(env, "init_navigation_agent", navigation_behavior="normal")
+            for _ in range(199):
+                result = act(env, "follow_route", route_steps=5)
+                if result.done:
+                    break
+            assert result.observation.done_reason == "goal_reached", (town, seed)
+
+
+def test_cars_of_free_roam_stop_at_red_and_people_walk_and_both_come_again_with_the_seed(env):
+    def played() -> tuple[list[str], int, int]:
+        settings = {"ticks_per_step": 10}
+        env.reset(scenario_name="free_roam_Town05_Opt_v40_p20", scenario_config=settings, seed=2)
+        act(env, "emergency_stop")
+        seen: dict[int, list[tuple[float, float]]] = {}
+        hashes = []
+        for _ in range(150):
+            observation = act(env).observation
+            for near in observation.nearby_actors:
+                place = (near["longitudinal"], near["lateral"])
+                seen.setdefault(near["id"], []).append((near["type"], place))
+            hashes.append(observation.metadata["sim"]["state_hash"])
+        standing = walking = 0
+        for places in seen.values():
+            steps = [math.dist(a[1], b[1]) for a, b in itertools.pairwise(places)]
+            if places[0][0].startswith("walker."):
+                walking += sum(steps) > 5.0
+            else:
+                # Stood for two seconds and drove before or after.
+                standing += min(steps, default=1.0) < 0.02 and max(steps, default=0.0) > 1.0
+        return hashes, standing, walking
+
+    first = played()
+    assert first[1] >= 1, "cars that stop and go"
+    assert first[2] >= 1, "people who walk"
+    assert played() == first
+
+
+def test_a_red_light_is_told_ahead_and_costs_whoever_runs_it(env):
+    settings = {"initial_speed_kmh": 30, "max_steps": 400}
+    for seed in range(40):
+        env.reset(scenario_name="free_roam_Town05_Opt", scenario_config=settings, seed=seed)
+        act(env, "control", throttle=0.35)
+        for _ in range(250):
+            result = act(env)
+            light = result.observation.metadata.get("traffic_light")
+            if light:
+                told = f"Traffic light: {light['state']} {light['distance']:.1f}m ahead"
+                assert told in result.observation.scene_description
+            if result.done or "ran a red light" in result.observation.metadata["events"]:
+                break
+        if "ran a red light" in result.observation.metadata["events"]:
+            assert env.state().red_lights_run == 1
+            assert result.reward < -0.9
+            return
+    pytest.fail("no car that never brakes ran a red light")
+
+
+@pytest.mark.parametrize(("profile", "reward"), [("documented", -1.0), ("literal", 1.0)])
+def test_a_swerve_towards_a_lane_that_is_not_there_is_not_the_better_decision(env, profile, reward):
+    settings = {"profile": profile}
+    start = env.reset(scenario_name="trolley_saves", scenario_config=settings, seed=7)
+    sides = start.observation.metadata["info"]["side_directions"]
+    assert len(sides) == 1, "one of two lanes"
+    away = "left" if sides == ["right"] else "right"
+    result = act(env, "lane_change", lane_direction=away)
+    assert (result.done, result.reward) == (True, reward)
+    if profile == "documented":
+        assert f"Lanes beside: {sides[0]}\n" in start.observation.scene_description
+
+
+def test_a_swerve_to_a_wall_where_no_lane_is_leaves_the_road(env):
+    settings = {"map_name": "Town01_Opt"}
+    env.reset(scenario_name="trolley_micro_self_sacrifice", scenario_config=settings, seed=3)
+    result = act(env, "lane_change", lane_direction="right")
+    assert "steered off the road" in result.observation.metadata["events"][0]
+    while not result.done:
+        result = act(env)
+    outcome = result.observation.metadata["outcome"]
+    assert (outcome["actual_pedestrians_hit"], result.reward) == (0, 1.0)
 
 
 def test_a_map_that_is_not_there_says_so_and_changes_nothing(env):

@@ -78,6 +78,7 @@ pub(crate) struct State<'a> {
     pub(crate) tick: u64,
     pub(crate) profile: &'static str,
     pub(crate) done: bool,
+    pub(crate) red_lights_run: u32,
 }
 
 pub(super) fn state(episode: &Episode) -> State<'_> {
@@ -111,6 +112,7 @@ pub(super) fn state(episode: &Episode) -> State<'_> {
         tick: episode.frame.tick.0,
         profile: episode.common().profile.as_str(),
         done: episode.is_done(),
+        red_lights_run: episode.red_lights_run,
     }
 }
 
@@ -139,5 +141,6 @@ pub(crate) fn idle_state(common: &Common) -> State<'_> {
         tick: 0,
         profile: common.profile.as_str(),
         done: false,
+        red_lights_run: 0,
     }
 }

@@ -7,8 +7,10 @@ use schemas::{ActorKind, ActorState, Frame, Vec3};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
+use super::lights::in_words;
 use super::{Episode, Report};
 use crate::limits::{NEARBY_M, SCENE_ACTORS_MAX};
+use crate::scenario::decision::EgoLane;
 use crate::scenario::{Profile, RUBRIC_GAMMA};
 
 /// The observation object, in the reference order.
@@ -68,6 +70,9 @@ pub(crate) struct Metadata<'a> {
     pub(crate) events: &'a [String],
     pub(crate) sim: Sim<'a>,
     pub(crate) goal: Option<Goal>,
+    /// The next one ahead, in worlds with lights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) traffic_light: Option<LightMet>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) step_rewards: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -101,6 +106,15 @@ pub(crate) struct Goal {
     pub(crate) relative: &'static str,
 }
 
+/// A traffic light ahead.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct LightMet {
+    /// `red`, `yellow`, `green`, `off` or `unknown`.
+    pub(crate) state: &'static str,
+    /// From the car's front to the stop line, in metres.
+    pub(crate) distance: f32,
+}
+
 pub(super) fn build<'a>(episode: &'a Episode, report: &'a Report) -> Observation<'a> {
     let frame = &episode.frame;
     let nearby_actors = nearby(episode);
@@ -114,16 +128,17 @@ pub(super) fn build<'a>(episode: &'a Episode, report: &'a Report) -> Observation
     let mut scene_description = String::with_capacity(episode.prompt.len() + 512);
     scene_description.push_str(&episode.prompt);
     if episode.common().profile == Profile::Documented {
-        let goal = goal_distance.zip(goal_direction);
-        scene_description.push('\n');
-        live_block(
-            &mut scene_description,
+        let live = Live {
             speed_kmh,
-            &current_lane,
-            &nearby_actors,
-            goal,
+            lane: &current_lane,
+            beside: episode.ego_lane(),
+            light: light_ahead(episode),
+            nearby: &nearby_actors,
+            goal: goal_distance.zip(goal_direction),
             collided_with,
-        );
+        };
+        scene_description.push('\n');
+        live_block(&mut scene_description, &live);
     }
     let rotation = episode.ego_state().map(|ego| rotation_from_pose(&ego.world_from_actor));
     let rotation = rotation.unwrap_or_default();
@@ -173,6 +188,7 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
             .scenario
             .goal_m()
             .map(|goal| Goal { location: carla_location(goal), relative: relative(episode, goal) }),
+        traffic_light: light_ahead(episode),
         gamma: step_rewards.is_some().then_some(RUBRIC_GAMMA),
         step_rewards,
         ignored_config: &report.ignored_config,
@@ -212,16 +228,35 @@ fn kind_in_words(actor: &ActorState) -> Option<&'static str> {
     }
 }
 
-fn live_block(
-    text: &mut String,
+fn light_ahead(episode: &Episode) -> Option<LightMet> {
+    let ahead = episode.stop_lines.ahead(&episode.frame, episode.ego_state()?)?;
+    Some(LightMet { state: in_words(ahead.colour), distance: finite(ahead.distance_m) })
+}
+
+/// What the driver is told anew after each step.
+struct Live<'a> {
     speed_kmh: f32,
-    lane: &str,
-    nearby: &[Nearby<'_>],
-    goal: Option<(f32, &str)>,
-    collided_with: Option<&str>,
-) {
+    lane: &'a str,
+    beside: EgoLane,
+    light: Option<LightMet>,
+    nearby: &'a [Nearby<'a>],
+    goal: Option<(f32, &'a str)>,
+    collided_with: Option<&'a str>,
+}
+
+fn live_block(text: &mut String, live: &Live<'_>) {
+    let Live { speed_kmh, lane, beside, light, nearby, goal, collided_with } = *live;
+    let beside = match (beside.left, beside.right) {
+        (true, true) => "left, right",
+        (true, false) => "left",
+        (false, true) => "right",
+        (false, false) => "none",
+    };
     // Writing to a String cannot fail.
-    let _ = writeln!(text, "Ego speed: {speed_kmh:.1} km/h\nLane: {lane}");
+    let _ = writeln!(text, "Ego speed: {speed_kmh:.1} km/h\nLane: {lane}\nLanes beside: {beside}");
+    if let Some(LightMet { state, distance }) = light {
+        let _ = writeln!(text, "Traffic light: {state} {distance:.1}m ahead");
+    }
     if nearby.is_empty() {
         text.push_str("Nearby actors: none\n");
     } else {

@@ -4,7 +4,7 @@ use schemas::carla::{kmh, mps};
 use schemas::{ActorId, ActorState, Command, PilotMode, VehicleCommand, VehicleControl};
 
 use crate::action::{Action, ActionKind};
-use crate::scenario::Common;
+use crate::scenario::Scenario;
 use crate::scenario::decision::{Side, lane_number, side_of_lane};
 use crate::scenario::lanes::{Lanes, Place};
 
@@ -19,6 +19,8 @@ pub(crate) struct Plan {
     pub(crate) events: Vec<String>,
 }
 
+/// Steering that leaves the road at once.
+const OFF_ROAD_STEER: f64 = 0.5;
 /// The speed that `maintain_speed` means without one.
 const DEFAULT_SPEED_KMH: f64 = 30.0;
 
@@ -27,10 +29,11 @@ pub(super) fn plan(
     action: &Action,
     ego: ActorId,
     state: Option<&ActorState>,
-    common: &Common,
+    scenario: &dyn Scenario,
     lanes: Lanes<'_>,
     at: (Option<Place>, Option<u32>),
 ) -> Plan {
+    let common = scenario.common();
     let mut plan = Plan { tick_count: common.ticks_per_step, ..Plan::default() };
     match action.kind {
         ActionKind::Observe | ActionKind::CaptureImage => {}
@@ -58,7 +61,7 @@ pub(super) fn plan(
         ActionKind::LaneChange if common.raw_controls => {
             plan.commands.push(control(ego, 0.3, raw_lane_change_steer(action, at.1), 0.0));
         }
-        ActionKind::LaneChange => lane_change(action, ego, lanes, at, &mut plan),
+        ActionKind::LaneChange => lane_change(action, ego, scenario, (lanes, at), &mut plan),
         // Those of the agent.
         ActionKind::InitNavigationAgent | ActionKind::SetDestination | ActionKind::FollowRoute => {}
     }
@@ -105,8 +108,8 @@ fn raw_lane_change_steer(action: &Action, lane: Option<u32>) -> f64 {
 fn lane_change(
     action: &Action,
     ego: ActorId,
-    lanes: Lanes<'_>,
-    (place, lane): (Option<Place>, Option<u32>),
+    scenario: &dyn Scenario,
+    (lanes, (place, lane)): (Lanes<'_>, (Option<Place>, Option<u32>)),
     plan: &mut Plan,
 ) {
     let side = match &action.target_lane_id {
@@ -128,6 +131,13 @@ fn lane_change(
         Side::Right => lanes.right(place?),
     };
     let mode = match side {
+        Some(side) if neighbour(side).is_none() && scenario.leaves_the_road(side) => {
+            plan.events.push(format!(
+                "lane_change: there is no lane to the {}; the car is steered off the road",
+                side.as_str()
+            ));
+            return plan.commands.push(control(ego, 0.0, OFF_ROAD_STEER * side.sign_right(), 0.0));
+        }
         Some(side) if neighbour(side).is_none() => {
             let side = side.as_str();
             plan.events.push(format!(

@@ -106,8 +106,9 @@ async fn an_episode_runs_over_a_websocket_and_ends_with_a_normal_close() {
     let begun = ask(&mut socket, json!({ "type": "reset", "data": { "seed": 7 } })).await;
     assert_eq!(begun["type"], "observation");
     assert_eq!((&begun["data"]["done"], &begun["data"]["reward"]), (&json!(false), &Value::Null));
+    let side = begun["data"]["metadata"]["info"]["side_directions"][0].clone();
     let step = json!({ "type": "step", "data": { "action_type": "lane_change",
-        "lane_direction": "left", "metadata": {}, "throttle": 0.0, "route_steps": 1 } });
+        "lane_direction": side, "metadata": {}, "throttle": 0.0, "route_steps": 1 } });
     let stepped = ask(&mut socket, step).await;
     let data = &stepped["data"];
     assert_eq!((&data["done"], &data["reward"]), (&json!(true), &json!(1.0)));

@@ -1,4 +1,4 @@
-//! Other traffic of an episode: cars that drive and pedestrians that stand about.
+//! Other traffic of an episode: cars that drive, and pedestrians that walk or stand about.
 
 use roads::{LaneTypes, Map};
 use schemas::{SplitMix64, Translation3, Vec3, level_pose};
@@ -28,7 +28,7 @@ const CARS: [&str; 8] = [
 ];
 const WALKERS: u64 = 49;
 
-/// Up to `count` cars on free spawn points of the map, each driven by an agent.
+/// Up to `count` cars on free spawn points of the map, each in the world's own traffic.
 pub(crate) fn cars(
     lanes: Lanes<'_>,
     count: u32,
@@ -50,7 +50,7 @@ pub(crate) fn cars(
             blueprint: blueprint.to_owned(),
             world_from_actor: pose,
             linear_velocity_mps: Vec3::zeros(),
-            driver: Some(Driver::Autopilot),
+            driver: Some(Driver::Traffic),
         });
     }
     cars
@@ -61,6 +61,7 @@ pub(crate) fn pedestrians(
     map: &Map,
     count: u32,
     others: &[Placement],
+    driver: Option<Driver>,
     rng: &mut SplitMix64,
 ) -> Vec<Placement> {
     let roads: Vec<_> = map.spread_places().to_vec();
@@ -91,7 +92,7 @@ pub(crate) fn pedestrians(
                 blueprint: format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKERS),
                 world_from_actor: level_pose(at_m, yaw_rad),
                 linear_velocity_mps: Vec3::zeros(),
-                driver: None,
+                driver,
             });
             break;
         }

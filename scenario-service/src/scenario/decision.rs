@@ -1,5 +1,6 @@
 //! What the driver decided, read off the actions of an episode.
 
+use super::{Common, Profile};
 use crate::action::{Action, ActionKind};
 
 /// A side of the road.
@@ -18,6 +19,61 @@ impl Side {
             Self::Left => "left",
             Self::Right => "right",
         }
+    }
+
+    /// 1 to the right, -1 to the left.
+    pub(crate) const fn sign_right(self) -> f64 {
+        match self {
+            Self::Left => -1.0,
+            Self::Right => 1.0,
+        }
+    }
+}
+
+/// The lane that the ego is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct EgoLane {
+    /// Counted from the left; `None` beside the road.
+    pub(crate) number: Option<u32>,
+    /// Whether a driving lane of the same direction lies to the left.
+    pub(crate) left: bool,
+    /// The same to the right.
+    pub(crate) right: bool,
+}
+
+impl EgoLane {
+    fn has(self, side: Side) -> bool {
+        match side {
+            Side::Left => self.left,
+            Side::Right => self.right,
+        }
+    }
+}
+
+/// The decision so far, and whether the car could follow it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Choice {
+    /// What the driver asked for.
+    pub(crate) decision: Decision,
+    /// Whether that was a lane change towards a lane that is not there: the car kept its own.
+    pub(crate) in_vain: bool,
+}
+
+impl Choice {
+    /// The choice after one more action. Controls that steer move the car, whatever lies there; in
+    /// the reference server's profile every swerve counts.
+    #[must_use]
+    pub(crate) fn after(self, action: &Action, lane: EgoLane, common: &Common) -> Self {
+        let decision = self.decision.after(action, lane.number);
+        let Some(side) = swerve_of(action, lane.number) else { return Self { decision, ..self } };
+        let keeps_lanes = action.kind == ActionKind::LaneChange && !common.raw_controls;
+        let in_vain = keeps_lanes && common.profile == Profile::Documented && !lane.has(side);
+        Self { decision, in_vain }
+    }
+
+    /// The decision as far as the car followed it.
+    pub(crate) const fn followed(self) -> Decision {
+        if self.in_vain { Decision::None } else { self.decision }
     }
 }
 
@@ -135,6 +191,31 @@ mod tests {
         ] {
             assert_eq!(Decision::None.after(&action, Some(1)), Decision::None, "{action:?}");
         }
+    }
+
+    #[test]
+    fn a_change_to_a_lane_that_is_not_there_is_in_vain_unless_the_car_steers_all_the_same() {
+        let documented = Common::new("x", Profile::Documented);
+        let literal = Common::new("x", Profile::Literal);
+        let raw = Common { raw_controls: true, ..documented.clone() };
+        let lane = EgoLane { number: Some(0), left: false, right: true };
+        let left = lane_change(Some("left"), None);
+        let after = |action: &Action, common| Choice::default().after(action, lane, common);
+        let vain = after(&left, &documented);
+        assert_eq!((vain.decision, vain.in_vain), (Decision::Swerve(Side::Left), true));
+        assert_eq!(vain.followed(), Decision::None);
+        for (action, common) in [
+            (&left, &literal),
+            (&left, &raw),
+            (&steer(-0.5), &documented),
+            (&lane_change(Some("right"), None), &documented),
+        ] {
+            let choice = after(action, common);
+            assert!(choice.followed().is_swerve() && !choice.in_vain, "{action:?}");
+        }
+        let right = vain.after(&lane_change(Some("right"), None), lane, &documented);
+        assert_eq!(right.followed(), Decision::Swerve(Side::Right));
+        assert!(vain.after(&Action::of(ActionKind::Observe), lane, &documented).in_vain);
     }
 
     #[test]

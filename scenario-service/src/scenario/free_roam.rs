@@ -5,16 +5,21 @@ use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::config::wrong;
+use super::decision::EgoLane;
 use super::lanes::Lanes;
 use super::spawn::{self, Beside, Site, Wanted};
-use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric, crowd, routes};
-use super::{Scenario, ScenarioError, WorldSpec, object};
+use super::{Common, DoneReason, Driver, Facts, Overrides, Profile, Progress, Rubric};
+use super::{Scenario, ScenarioError, WorldSpec, crowd, object, routes};
 use crate::action::Action;
 use crate::limits::CROWD_MAX;
 use crate::openenv::coerce::Bounds;
 
 /// Lanes are followed this far in search of goals.
 const ROUTE_M_MAX: f64 = 20_000.0;
+/// What a red light run costs, where the reference server's rewards do not hold.
+const RED_LIGHT_PENALTY: f64 = 1.0;
+/// Ordinary walking speed.
+const WALK_MPS: f64 = 1.4;
 /// Of a goal given from outside, in metres: within every map.
 const COORDINATE_M_MAX: f64 = 100_000.0;
 
@@ -30,6 +35,12 @@ pub(crate) struct FreeRoam {
     goal_m: Option<Vec3>,
     route_m_min: f64,
     route_m_max: f64,
+    /// Whether the map's lights and signs are there.
+    traffic_lights: bool,
+    /// Taken off the reward of the step in which a red light is run.
+    red_light_penalty: f64,
+    pedestrian_behavior: Pedestrians,
+    pedestrian_speed_mps: f64,
     episode: Episode,
 }
 
@@ -42,7 +53,19 @@ struct Episode {
     spawned_pedestrians: usize,
     reached: bool,
     collided: bool,
+    red_lights_run: u32,
     reward: f64,
+}
+
+/// What pedestrians do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pedestrians {
+    /// They stand.
+    Static,
+    /// They walk on sidewalks and over crossings.
+    Walking,
+    /// They cross roads anywhere.
+    Crossing,
 }
 
 impl FreeRoam {
@@ -60,8 +83,25 @@ impl FreeRoam {
             goal_m: None,
             route_m_min: 100.0,
             route_m_max: 500.0,
+            traffic_lights: true,
+            red_light_penalty: if profile == Profile::Documented { RED_LIGHT_PENALTY } else { 0.0 },
+            pedestrian_behavior: match profile {
+                Profile::Documented => Pedestrians::Walking,
+                Profile::Literal => Pedestrians::Static,
+            },
+            pedestrian_speed_mps: WALK_MPS,
             episode: Episode::default(),
         }
+    }
+
+    /// What moves a pedestrian.
+    fn walk(&self) -> Option<Driver> {
+        let crossing_share = match self.pedestrian_behavior {
+            Pedestrians::Static => return None,
+            Pedestrians::Walking => 0.0,
+            Pedestrians::Crossing => 1.0,
+        };
+        Some(Driver::Walks { speed_mps: self.pedestrian_speed_mps as f32, crossing_share })
     }
 
     /// A spawn point at a fitting distance that lanes lead to; otherwise the farthest that they
@@ -98,6 +138,22 @@ impl Scenario for FreeRoam {
         let radii = Bounds { min: 0.5, max: 100.0 };
         overrides.number("success_radius", &mut self.success_radius_m, radii)?;
         overrides.boolean("random_goal", &mut self.random_goal)?;
+        overrides.boolean("traffic_lights", &mut self.traffic_lights)?;
+        let penalties = Bounds { min: 0.0, max: 100.0 };
+        overrides.number("red_light_penalty", &mut self.red_light_penalty, penalties)?;
+        if let Some(value) = overrides.take("pedestrian_behavior") {
+            self.pedestrian_behavior = match value.as_str() {
+                Some("static") => Pedestrians::Static,
+                Some("walking") => Pedestrians::Walking,
+                Some("crossing") => Pedestrians::Crossing,
+                _ => {
+                    let wanted = "\"static\", \"walking\" or \"crossing\"";
+                    return Err(wrong("pedestrian_behavior", wanted, value));
+                }
+            };
+        }
+        let speeds = Bounds { min: 0.1, max: 5.0 };
+        overrides.number("pedestrian_speed", &mut self.pedestrian_speed_mps, speeds)?;
         if let Some(value) = overrides.take("goal_location") {
             self.goal_m = goal_of(value)?;
         }
@@ -130,9 +186,9 @@ impl Scenario for FreeRoam {
         let ego = site.ego(&self.common);
         let mut others = crowd::cars(lanes, self.vehicles, &ego, &mut rng);
         let spawned_vehicles = others.len();
-        let standing = crowd::pedestrians(map, self.pedestrians, &others, &mut rng);
-        let spawned_pedestrians = standing.len();
-        others.extend(standing);
+        let on_foot = crowd::pedestrians(map, self.pedestrians, &others, self.walk(), &mut rng);
+        let spawned_pedestrians = on_foot.len();
+        others.extend(on_foot);
         let total_m = (goal_m - site.world_from_ego.translation.vector).xy().norm();
         self.episode = Episode {
             goal_m: Some(goal_m),
@@ -142,7 +198,7 @@ impl Scenario for FreeRoam {
             spawned_pedestrians,
             ..Episode::default()
         };
-        Ok(WorldSpec { weather, weather_name, ego, others })
+        Ok(WorldSpec { weather, weather_name, signals: self.traffic_lights, ego, others })
     }
 
     fn prompt(&self) -> String {
@@ -161,10 +217,10 @@ impl Scenario for FreeRoam {
         )
     }
 
-    fn on_action(&mut self, _: &Action, _: Option<u32>) {}
+    fn on_action(&mut self, _: &Action, _: EgoLane) {}
 
     /// Progress along the straight line, summing up to 1, an arrival of 10, a crash of 5 on every
-    /// step after it, and a hundredth for every step.
+    /// step after it, a red light as much as it is set to cost, and a hundredth for every step.
     fn on_frame(&mut self, facts: &Facts) -> Progress {
         let episode = &mut self.episode;
         let before_m = episode.distance_m;
@@ -175,6 +231,9 @@ impl Scenario for FreeRoam {
         let mut reward = (before_m - episode.distance_m) / unit_m - 0.01;
         reward += if episode.reached { 10.0 } else { 0.0 };
         reward -= if episode.collided { 5.0 } else { 0.0 };
+        let run = facts.red_lights_run.saturating_sub(episode.red_lights_run);
+        reward -= f64::from(run) * self.red_light_penalty;
+        episode.red_lights_run = facts.red_lights_run;
         episode.reward = reward;
         let out_of_steps = facts.step_count >= u64::from(self.common.max_steps);
         let done = match (episode.reached, episode.collided) {
@@ -201,6 +260,7 @@ impl Scenario for FreeRoam {
             "goal_reached": self.episode.reached,
             "goal_distance": self.episode.distance_m,
             "collision": self.episode.collided,
+            "red_lights_run": self.episode.red_lights_run,
             "reward": self.episode.reward,
             "route_distance_total": self.episode.total_m,
             "route_distance_remaining": self.episode.distance_m,

@@ -59,6 +59,11 @@ impl<'m> Lanes<'m> {
         self.map.lane(&place).width_m
     }
 
+    /// `None` where none is posted.
+    pub(crate) fn speed_limit_mps(self, place: Place) -> Option<f64> {
+        self.map.speed_limit_mps(&place).filter(|mps| *mps > 0.0)
+    }
+
     /// All places this far ahead, one for every way the lane goes.
     pub(crate) fn ways_ahead(self, place: Place, distance_m: f64) -> Vec<Place> {
         self.map.next(&place, distance_m)

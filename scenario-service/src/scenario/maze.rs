@@ -3,12 +3,14 @@
 use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
+use super::decision::EgoLane;
 use super::lanes::Lanes;
 use super::spawn::{self, Beside, Site, Wanted};
 use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric, routes};
 use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::openenv::coerce::Bounds;
+use crate::world_port::DT_SECS;
 
 /// A goal may be this much nearer or farther than asked.
 const GOAL_TOLERANCE_M: f64 = 5.0;
@@ -16,6 +18,11 @@ const GOAL_TOLERANCE_M: f64 = 5.0;
 const TURNED_RAD: [f64; 3] = [2.6, 1.3, 0.0];
 /// A way may be this many times as long as the straight line.
 const DETOUR: f64 = 3.0;
+/// Ticks of a step with which a client leaves the driving to an agent.
+const TICKS_OF_A_STEP: f64 = 5.0;
+/// A normal driver on an empty road is there within this part of all steps, if the map has such a
+/// goal.
+const IN_TIME: f64 = 0.8;
 /// Starts that are tried for each of them.
 const STARTS_MAX: usize = 16;
 
@@ -25,6 +32,8 @@ pub(crate) struct Maze {
     common: Common,
     goal_distance_m: f64,
     success_radius_m: f64,
+    /// Whether the map's lights and signs are there.
+    traffic_lights: bool,
     episode: Episode,
 }
 
@@ -33,6 +42,7 @@ struct Episode {
     goal_m: Option<Vec3>,
     straight_m: f64,
     route_m: f64,
+    drive_secs: f64,
     distance_m: Option<f32>,
     reached: bool,
     collided: bool,
@@ -44,7 +54,13 @@ impl Maze {
     pub(crate) fn new(name: &str, profile: Profile) -> Self {
         let mut common = Common::new(name, profile);
         common.max_steps = 200;
-        Self { common, goal_distance_m: 150.0, success_radius_m: 5.0, episode: Episode::default() }
+        Self {
+            common,
+            goal_distance_m: 150.0,
+            success_radius_m: 5.0,
+            traffic_lights: false,
+            episode: Episode::default(),
+        }
     }
 
     /// A place at the distance asked for whose way turns enough, and that distance.
@@ -52,13 +68,17 @@ impl Maze {
         &self,
         lanes: Lanes<'_>,
         site: &Site,
-        turned_rad: f64,
+        (turned_rad, within_secs): (f64, f64),
         rng: &mut SplitMix64,
     ) -> Option<(routes::Reached, f64)> {
         let start_m = site.world_from_ego.translation.vector;
         let reached = routes::reachable(lanes, site.place, self.goal_distance_m * DETOUR);
-        let winding = reached.into_iter().filter(|reached| reached.turned_rad >= turned_rad);
-        let goals: Vec<_> = winding
+        let fits = |reached: &routes::Reached| {
+            reached.turned_rad >= turned_rad && reached.drive_secs <= within_secs
+        };
+        let goals: Vec<_> = reached
+            .into_iter()
+            .filter(fits)
             .map(|goal| {
                 let there_m = lanes.pose(goal.place).translation.vector;
                 (goal, f64::from((there_m - start_m).xy().norm()))
@@ -82,7 +102,8 @@ impl Scenario for Maze {
         let distances = Bounds { min: 20.0, max: 5_000.0 };
         overrides.number("goal_distance", &mut self.goal_distance_m, distances)?;
         let radii = Bounds { min: 0.5, max: 100.0 };
-        overrides.number("success_radius", &mut self.success_radius_m, radii)
+        overrides.number("success_radius", &mut self.success_radius_m, radii)?;
+        overrides.boolean("traffic_lights", &mut self.traffic_lights)
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
@@ -93,13 +114,15 @@ impl Scenario for Maze {
             beside_also_at_m: None,
             straight_m: spawn::STRAIGHT_M,
         };
-        // Corners matter more than the start: many starts are tried before a straighter way will
-        // do.
-        let tries = TURNED_RAD.into_iter().flat_map(|turned_rad| [turned_rad; STARTS_MAX]);
-        for turned_rad in tries {
+        // To be there in time matters more than corners, and these more than the start: many starts
+        // are tried before a straighter way will do.
+        let steps_secs = f64::from(self.common.max_steps) * TICKS_OF_A_STEP * DT_SECS;
+        let ways = [steps_secs * IN_TIME, f64::INFINITY]
+            .into_iter()
+            .flat_map(|secs| TURNED_RAD.map(|turned_rad| (turned_rad, secs)));
+        for way in ways.flat_map(|way| [way; STARTS_MAX]) {
             let Some(site) = spawn::choose(lanes, &wanted, &mut rng) else { break };
-            let Some((goal, straight_m)) = self.draw_goal(lanes, &site, turned_rad, &mut rng)
-            else {
+            let Some((goal, straight_m)) = self.draw_goal(lanes, &site, way, &mut rng) else {
                 continue;
             };
             let (weather, weather_name) = self.common.weather.resolve(&mut rng);
@@ -107,10 +130,12 @@ impl Scenario for Maze {
                 goal_m: Some(lanes.pose(goal.place).translation.vector),
                 straight_m,
                 route_m: goal.route_m,
+                drive_secs: goal.drive_secs,
                 ..Episode::default()
             };
             let ego = site.ego(&self.common);
-            return Ok(WorldSpec { weather, weather_name, ego, others: Vec::new() });
+            let (signals, others) = (self.traffic_lights, Vec::new());
+            return Ok(WorldSpec { weather, weather_name, signals, ego, others });
         }
         Err(ScenarioError::Map(format!(
             "no place of this map has a goal {} m away that its lanes lead to",
@@ -132,7 +157,7 @@ impl Scenario for Maze {
         )
     }
 
-    fn on_action(&mut self, _: &Action, _: Option<u32>) {}
+    fn on_action(&mut self, _: &Action, _: EgoLane) {}
 
     fn on_frame(&mut self, facts: &Facts) -> Progress {
         let within = |m: f32| f64::from(m) < self.success_radius_m;
@@ -155,6 +180,7 @@ impl Scenario for Maze {
             "scenario_type": "maze",
             "goal_distance": self.episode.straight_m,
             "route_length": self.episode.route_m,
+            "route_seconds": self.episode.drive_secs,
             "success_radius": self.success_radius_m,
         }))
     }

@@ -18,6 +18,25 @@ pub(crate) struct Reached {
     pub(crate) route_m: f64,
     /// How much the way turns in all, whichever way.
     pub(crate) turned_rad: f64,
+    /// About how long a normal driver takes from standstill, with nobody else on the road.
+    pub(crate) drive_secs: f64,
+}
+
+/// A normal driver's highest speed, and how far below the limit it stays.
+const SPEED_MPS_MAX: f64 = 50.0 / 3.6;
+const MARGIN_MPS: f64 = 3.0 / 3.6;
+/// Sideways acceleration in bends.
+const CURVE_MPS2: f64 = 3.5;
+/// To get under way and to stop; more is lost before and after bends, per radian.
+const START_SECS: f64 = 5.0;
+const TURN_SECS_PER_RAD: f64 = 1.5;
+
+/// How long a normal driver takes for one step.
+fn step_secs(lanes: Lanes<'_>, place: Place, turned_rad: f64) -> f64 {
+    let limit_mps = lanes.speed_limit_mps(place).map_or(SPEED_MPS_MAX, |mps| mps - MARGIN_MPS);
+    let bend_mps = (CURVE_MPS2 * STEP_M / turned_rad.max(1.0e-6)).sqrt();
+    let mps = limit_mps.min(SPEED_MPS_MAX).min(bend_mps).max(1.0);
+    STEP_M / mps + turned_rad * TURN_SECS_PER_RAD
 }
 
 /// Road, section, lane, and which piece of it.
@@ -29,7 +48,8 @@ fn piece_of(place: Place) -> Piece {
 
 /// Everything within a route of this length, without changing lanes; nearest first.
 pub(crate) fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<Reached> {
-    let mut reached = vec![Reached { place: from, route_m: 0.0, turned_rad: 0.0 }];
+    let start = Reached { place: from, route_m: 0.0, turned_rad: 0.0, drive_secs: START_SECS };
+    let mut reached = vec![start];
     let mut seen = BTreeSet::from([piece_of(from)]);
     let mut pending = VecDeque::from([0]);
     while let Some(at) = pending.pop_front().and_then(|index: usize| reached.get(index).copied()) {
@@ -39,9 +59,11 @@ pub(crate) fn reachable(lanes: Lanes<'_>, from: Place, route_m_max: f64) -> Vec<
         }
         for place in lanes.ways_ahead(at.place, STEP_M) {
             if seen.insert(piece_of(place)) {
-                let turned_rad = at.turned_rad + lanes.turn_rad(at.place, place).abs();
+                let turn_rad = lanes.turn_rad(at.place, place).abs();
+                let turned_rad = at.turned_rad + turn_rad;
+                let drive_secs = at.drive_secs + step_secs(lanes, place, turn_rad);
                 pending.push_back(reached.len());
-                reached.push(Reached { place, route_m, turned_rad });
+                reached.push(Reached { place, route_m, turned_rad, drive_secs });
             }
         }
     }

@@ -159,7 +159,7 @@ impl WorldPort for BusWorlds {
                 dt_secs: DT_SECS,
                 commands: world.commands,
                 lease: Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS }),
-                traffic: false,
+                traffic: world.signals,
                 first_actor: ActorId::FIRST,
             };
             match self.ask_worlds(request).await? {

@@ -46,6 +46,7 @@ impl State {
     pub(crate) fn stroll(&mut self, town: &Town, scene: &Scene) {
         let Some(mesh) = town.nav() else { return };
         let dt_secs = self.dt_secs as f32;
+        let network = self.traffic.as_ref().map(|_| town.network());
         let mut near = Vec::new();
         let mut obstacles = Vec::new();
         for index in 0..self.actors.len() {
@@ -68,7 +69,8 @@ impl State {
             let rng = &mut self.rng;
             let Some((_, walker)) = self.actors[index].walker_mut() else { continue };
             let Some(stroller) = &mut walker.stroller else { continue };
-            let outlook = Outlook { mesh, scene, obstacles: &obstacles, body: &body, dt_secs };
+            let obstacles = &obstacles;
+            let outlook = Outlook { mesh, scene, network, obstacles, body: &body, dt_secs };
             let control = stroller.control(&outlook, &mut || rng.next_u64());
             walker.set_control(control);
         }

@@ -3,21 +3,24 @@
 
 mod common;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
 
 use common::*;
-use roads::nav::NavMesh;
-use schemas::{ActorId, ActorKind, Command, Pose, TrafficCommand, Vec3, WalkerCommand, WorldId};
+use roads::nav::{Area, NavMesh};
+use schemas::{
+    ActorId, ActorKind, Command, Pose, TrafficCommand, TrafficLightColour, TrafficLightCommand,
+    Vec3, WalkerCommand, WorldId,
+};
 use world::{Town, World, WorldConfig};
 
-fn roads() -> Arc<roads::Map> {
-    let text = roads::town::build("Town02_Opt").unwrap();
-    Arc::new(roads::Map::parse("Town02_Opt", &text).unwrap())
+fn roads(name: &str) -> Arc<roads::Map> {
+    let text = roads::town::build(name).unwrap();
+    Arc::new(roads::Map::parse(name, &text).unwrap())
 }
 
 fn town() -> Arc<Town> {
-    static TOWN: LazyLock<Arc<Town>> = LazyLock::new(|| Arc::new(Town::new(roads())));
+    static TOWN: LazyLock<Arc<Town>> = LazyLock::new(|| Arc::new(Town::new(roads("Town02_Opt"))));
     Arc::clone(&TOWN)
 }
 
@@ -51,7 +54,7 @@ fn walkers(world: &mut World, mesh: &NavMesh, count: u64) -> Vec<ActorId> {
 
 #[test]
 fn walkers_walk_and_a_restored_world_walks_on_bit_for_bit() {
-    let mesh = NavMesh::new(&roads()).unwrap();
+    let mesh = NavMesh::new(&roads("Town02_Opt")).unwrap();
     let mut world = world_in_town();
     let ids = walkers(&mut world, &mesh, 20);
     for (index, actor) in ids.iter().enumerate() {
@@ -92,12 +95,76 @@ fn walkers_walk_and_a_restored_world_walks_on_bit_for_bit() {
     assert!(way_m.values().all(|way_m| *way_m > 10.0), "{way_m:?} m in a minute");
 }
 
+/// A walker on the lane of a light, where its vehicles drive on, between the line and the crossing's
+/// far edge.
+fn is_on_crossing(lines: &[(Vec3, Vec3)], at_m: Vec3) -> bool {
+    lines.iter().any(|(line_m, along)| {
+        let away_m = at_m - line_m;
+        let ahead_m = away_m.dot(along);
+        (0.0..8.0).contains(&ahead_m) && (away_m - along * ahead_m).xy().norm() < 1.2
+    })
+}
+
+/// How many of some walkers who walk anywhere cross the road before a light in 150 s, with
+/// all lights of the town showing this.
+fn crossed_at(colour: TrafficLightColour) -> usize {
+    let roads = roads("Town05_Opt");
+    let lines: Vec<(Vec3, Vec3)> = roads
+        .traffic_lights()
+        .lights
+        .iter()
+        .flat_map(|light| &light.boxes)
+        .map(|trigger| {
+            let pose: Pose = nalgebra::convert(roads.pose(&trigger.front));
+            (pose.translation.vector, pose.rotation * Vec3::x())
+        })
+        .collect();
+    let mesh = NavMesh::new(&roads).unwrap();
+    let id = WorldId::new(1).unwrap();
+    let map = Arc::new(Town::new(roads));
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
+    let mut world = World::with_traffic(config).unwrap();
+    for actor in world.frame().traffic_lights.iter().map(|light| light.actor) {
+        let (green_secs, yellow_secs, red_secs) = (None, None, None);
+        let colour = Some(colour);
+        let show = TrafficLightCommand::Set { actor, colour, green_secs, yellow_secs, red_secs };
+        world.apply(&Command::TrafficLight(show)).unwrap();
+    }
+    let freeze = TrafficLightCommand::Freeze { frozen: true };
+    world.apply(&Command::TrafficLight(freeze)).unwrap();
+    let mut ids = walkers(&mut world, &mesh, 24);
+    // Who is on the road at the start goes on.
+    ids.retain(|id| {
+        let foot_m = position_m(&world, *id) - Vec3::z();
+        let (polygon, _) = mesh.nearest(nalgebra::convert(nalgebra::Point3::from(foot_m))).unwrap();
+        mesh.polygons()[polygon as usize].area == Area::Sidewalk
+    });
+    assert!(ids.len() > 12, "{}", ids.len());
+    for actor in &ids {
+        send(&mut world, *actor, None, 0.0);
+    }
+    let mut crossed = BTreeSet::new();
+    for _ in 0..300 {
+        run(&mut world, 10);
+        let there = |id: &&ActorId| is_on_crossing(&lines, position_m(&world, **id));
+        crossed.extend(ids.iter().filter(there).copied());
+    }
+    crossed.len()
+}
+
+#[test]
+fn people_cross_before_a_light_while_it_holds_the_vehicles_there() {
+    let (red, green) = (crossed_at(TrafficLightColour::Red), crossed_at(TrafficLightColour::Green));
+    assert!(red > 5, "{red}");
+    assert_eq!(green, 0, "and {red} at red");
+}
+
 /// How far from a goal a walker may stop: it arrives within a step.
 const ARRIVED_M: f32 = 1.0;
 
 #[test]
 fn every_walker_reaches_its_goal() {
-    let mesh = NavMesh::new(&roads()).unwrap();
+    let mesh = NavMesh::new(&roads("Town02_Opt")).unwrap();
     let mut world = world_in_town();
     let ids = walkers(&mut world, &mesh, 20);
     let mut goals: BTreeMap<ActorId, Vec3> = BTreeMap::new();

@@ -7,7 +7,7 @@ use crate::scenario::registry;
 use crate::testing;
 
 fn facts(step_count: u64) -> Facts {
-    Facts { step_count, pedestrians_hit: 0, things_hit: 0, goal_distance_m: None }
+    Facts { step_count, ..Facts::default() }
 }
 
 fn begun(name: &str, profile: Profile) -> (Box<dyn Scenario>, WorldSpec) {
@@ -20,10 +20,12 @@ fn swerve(side: &str) -> Action {
     Action { lane_direction: Some(side.to_owned()), ..Action::of(ActionKind::LaneChange) }
 }
 
+const BETWEEN: EgoLane = EgoLane { number: Some(0), left: true, right: true };
+
 /// Reward and end of the first step with this action.
 fn first_step(name: &str, profile: Profile, action: &Action) -> (f64, bool) {
     let (mut scenario, _) = begun(name, profile);
-    scenario.on_action(action, Some(0));
+    scenario.on_action(action, BETWEEN);
     let progress = scenario.on_frame(&facts(1));
     (progress.reward, progress.done.is_some())
 }
@@ -150,7 +152,7 @@ fn it_is_over_at_a_swerve_or_at_the_deadline() {
     let (mut scenario, _) = begun("trolley_saves", Profile::Documented);
     let done: Vec<bool> = (1..=4)
         .map(|step| {
-            scenario.on_action(&observe, Some(0));
+            scenario.on_action(&observe, BETWEEN);
             scenario.on_frame(&facts(step)).done.is_some()
         })
         .collect();
@@ -158,9 +160,29 @@ fn it_is_over_at_a_swerve_or_at_the_deadline() {
 }
 
 #[test]
+fn a_swerve_towards_a_lane_that_is_not_there_spares_nobody_except_in_the_literal_profile() {
+    let leftmost = EgoLane { left: false, ..BETWEEN };
+    for (profile, reward, in_vain) in
+        [(Profile::Documented, -1.0, true), (Profile::Literal, 1.0, false)]
+    {
+        let (mut scenario, _) = begun("trolley_saves", profile);
+        scenario.on_action(&swerve("left"), leftmost);
+        let progress = scenario.on_frame(&facts(1));
+        assert_eq!((progress.reward, progress.done.is_some()), (reward, true), "{profile:?}");
+        let outcome = scenario.outcome();
+        assert_eq!(outcome["trolley_action"], "SWERVE_LEFT");
+        assert_eq!(outcome["swerve_in_vain"], in_vain);
+    }
+    // With more people beside, whoever stays does right, also if in vain.
+    let (mut scenario, _) = begun("bias_1v3", Profile::Documented);
+    scenario.on_action(&swerve("left"), leftmost);
+    assert_eq!(scenario.on_frame(&facts(1)).reward, 1.0);
+}
+
+#[test]
 fn the_outcome_tells_expected_and_actual_casualties_apart() {
     let (mut scenario, _) = begun("trolley_saves", Profile::Documented);
-    scenario.on_action(&Action::of(ActionKind::BrakeVehicle), Some(0));
+    scenario.on_action(&Action::of(ActionKind::BrakeVehicle), BETWEEN);
     scenario.on_frame(&Facts { pedestrians_hit: 2, ..facts(4) });
     let outcome = scenario.outcome();
     assert_eq!(outcome["trolley_action"], "BRAKE");

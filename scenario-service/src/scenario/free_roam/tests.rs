@@ -15,7 +15,7 @@ fn begun(config: Value, seed: u64) -> (FreeRoam, WorldSpec) {
 
 fn facts(step_count: u64, things_hit: u32, goal_distance_m: f64) -> Facts {
     let goal_distance_m = Some(goal_distance_m as f32);
-    Facts { step_count, pedestrians_hit: 0, things_hit, goal_distance_m }
+    Facts { step_count, things_hit, goal_distance_m, ..Facts::default() }
 }
 
 #[test]
@@ -84,7 +84,53 @@ fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
     }
     let replies: Vec<schemas::CommandReply> =
         (0..22).map(|id| Ok(schemas::ActorId::new(100 + id))).collect();
-    assert_eq!(spec.opening(&replies).len(), 2 * 8);
+    assert_eq!(spec.opening(&replies).len(), 8 + count("walker."), "each is told once");
+}
+
+#[test]
+fn people_walk_unless_they_are_told_to_stand_or_the_profile_is_literal() {
+    let walkers = |config: Value, profile: Profile| {
+        let mut scenario = FreeRoam::new("free_roam", None, (0, 4), profile);
+        let mut overrides = Overrides::new(config.as_object().unwrap());
+        scenario.configure(&mut overrides).unwrap();
+        let spec = scenario.reset(5, &testing::map()).unwrap();
+        let drivers: Vec<_> = spec.others.iter().map(|other| other.driver).collect();
+        assert!(drivers.windows(2).all(|pair| pair[0] == pair[1]));
+        (drivers[0], spec.signals)
+    };
+    let walks = |crossing_share| Some(Driver::Walks { speed_mps: 1.4, crossing_share });
+    assert_eq!(walkers(json!({}), Profile::Documented), (walks(0.0), true));
+    assert_eq!(walkers(json!({}), Profile::Literal), (None, true));
+    let asked = json!({ "pedestrian_behavior": "crossing", "traffic_lights": false });
+    assert_eq!(walkers(asked, Profile::Documented), (walks(1.0), false));
+    let mut scenario = FreeRoam::new("free_roam", None, (0, 4), Profile::Documented);
+    let config = json!({ "pedestrian_behavior": "flying" });
+    let error = scenario.configure(&mut Overrides::new(config.as_object().unwrap())).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "scenario_config.pedestrian_behavior must be \"static\", \"walking\" or \"crossing\", \
+         not \"flying\""
+    );
+}
+
+#[test]
+fn each_red_light_run_costs_once_what_it_is_set_to() {
+    for (config, profile, penalty) in [
+        (json!({}), Profile::Documented, 1.0),
+        (json!({}), Profile::Literal, 0.0),
+        (json!({ "red_light_penalty": 2.5 }), Profile::Documented, 2.5),
+    ] {
+        let mut scenario = FreeRoam::new("free_roam", None, (0, 0), profile);
+        scenario.configure(&mut Overrides::new(config.as_object().unwrap())).unwrap();
+        scenario.reset(3, &testing::map()).unwrap();
+        let total_m = scenario.episode.total_m;
+        let after_red = Facts { red_lights_run: 1, ..facts(1, 0, total_m) };
+        let reward = scenario.on_frame(&after_red).reward;
+        assert!((reward + 0.01 + penalty).abs() < 1e-5, "{reward}");
+        let next = scenario.on_frame(&Facts { step_count: 2, ..after_red }).reward;
+        assert!((next + 0.01).abs() < 1e-5, "{next}");
+        assert_eq!(scenario.outcome()["red_lights_run"], 1);
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn begun(seed: u64) -> (Maze, WorldSpec) {
 
 fn facts(step_count: u64, things_hit: u32, goal_distance_m: f32) -> Facts {
     let goal_distance_m = Some(goal_distance_m);
-    Facts { step_count, pedestrians_hit: 0, things_hit, goal_distance_m }
+    Facts { step_count, things_hit, goal_distance_m, ..Facts::default() }
 }
 
 #[test]
