@@ -188,6 +188,7 @@ TAKEN = (
     "health --ready",
     "rollout --help",
     "token new",
+    "causeway.evaluate",
 )
 
 
@@ -326,6 +327,18 @@ def test_maps_are_listed_checked_shown_exported_and_built(shell, start_site):
     assert "Mine" in printed and "survives" in printed
     made = {path.name for path in shell.folder.iterdir()}
     assert {"mine.png", "town03.svg", "Town03.xodr", "Village7.xodr"} <= made
+
+
+def test_drivers_are_evaluated(shell):
+    (line,) = take("causeway.evaluate")
+    printed = shell.run(line.replace("python ", f"{sys.executable} ", 1))
+    (page,) = [page for page in pages() if page.name == "docs/evaluate.md"]
+    (shown,) = [block.text.splitlines() for block in page.blocks("text")]
+    assert [" ".join(line.split()) for line in shown] == [
+        " ".join(line.split()) for line in printed.splitlines()[:2]
+    ]
+    results = shell.folder / "results"
+    assert {path.name for path in results.iterdir()} == {"results.json", "report.html"}
 
 
 def test_a_site_is_asked_how_it_is(shell, start_site):

@@ -155,7 +155,8 @@ def test_commands_of_causeway_take_their_flags(page):
 
 @ours
 def test_flags_that_stand_alone_are_taken_by_some_command(page):
-    everything = "\n".join(causeway_helps().values())
+    modules = [help_of(sys.executable, "-m", "causeway.evaluate")]
+    everything = "\n".join([*causeway_helps().values(), *modules])
     launcher = (ROOT / "carla-gateway" / "src" / "launcher.rs").read_text()
     for code in page.inline():
         if not code.startswith("-") or page.name.startswith("agents/python"):

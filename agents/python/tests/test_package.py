@@ -34,6 +34,8 @@ def test_the_wheel_is_complete_typed_and_leaves_nothing_in_the_tree(tmp_path):
         "openenv",
         "maps",
         "gym",
+        "policy",
+        "evaluate/__main__",
         "wire/Frame",
         "wire/ActorState",
     }

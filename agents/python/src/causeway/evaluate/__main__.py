@@ -1,0 +1,91 @@
+"""Drives tasks with policies and says how well, with intervals.
+
+Writes `results.json` and `report.html` to the folder of `--out`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from causeway import policy
+from causeway.evaluate.compare import compare, sentences
+from causeway.evaluate.episodes import Cell, play
+from causeway.evaluate.results import read, write
+from causeway.evaluate.summary import summarise, table
+from causeway.rollout import EngineError
+
+
+def main() -> int:
+    options = parse_arguments()
+    try:
+        return evaluate(options)
+    except (EngineError, OSError, ValueError) as error:
+        print(f"causeway.evaluate: {error}", file=sys.stderr)
+        return 2
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m causeway.evaluate",
+        description=(__doc__ or "").splitlines()[0],
+        epilog="Ends with 1 where --fail-under is not reached, with 2 for what cannot be.",
+    )
+    several: dict[str, Any] = {"nargs": "+", "metavar": "NAME"}
+    parser.add_argument("--tasks", default=["corl17-straight", "corl17-one-turn"], **several)
+    parser.add_argument("--towns", default=["Town02"], **several)
+    parser.add_argument("--tiers", default=["kinematic"], **several)
+    parser.add_argument(
+        "--policies",
+        default=["follow"],
+        help=f"{', '.join(policy.NAMES)}, FILE.npz, or NAME=FILE.npz",
+        **several,
+    )
+    parser.add_argument("--episodes", type=int, default=25, help="of each seed (%(default)s)")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2], help="(1 2)")
+    parser.add_argument("--out", type=Path, help="folder of the files; without: none is written")
+    parser.add_argument("--against", type=Path, help="results.json of another run to compare with")
+    parser.add_argument("--fail-under", type=float, help="least success of every cell, 0 to 1")
+    parser.add_argument("--maps", help="folder of further OpenDRIVE files")
+    parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")
+    return parser.parse_args()
+
+
+def evaluate(options: argparse.Namespace) -> int:
+    policies = [_policy(text) for text in options.policies]
+    cells = [
+        (Cell(task, town, tier, name), driver)
+        for tier in options.tiers
+        for town in options.towns
+        for task in options.tasks
+        for name, driver in policies
+    ]
+    before = read(options.against) if options.against else None
+    settings: dict[str, Any] = {"program": options.program, "maps": options.maps}
+    episodes = play(cells, seeds=options.seeds, episodes=options.episodes, settings=settings)
+    summaries = summarise(episodes)
+    print(table(summaries))
+    differences = [] if before is None else compare(episodes, before)
+    if differences:
+        print(sentences(differences))
+    if options.out:
+        write(options.out, episodes, differences)
+    least = min(one.success for one in summaries)
+    if options.fail_under is not None and least < options.fail_under:
+        print(f"success {least:.3f} is below {options.fail_under}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _policy(text: str) -> tuple[str, policy.Policy]:
+    """With the name that results have it by."""
+    name, _, file = text.rpartition("=")
+    if name:
+        return name, policy.named(file)
+    return (Path(text).stem if text.endswith(".npz") else text), policy.named(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""What the episodes of a cell come to, with 95 % intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from causeway.evaluate import intervals
+from causeway.evaluate.episodes import CAUSES, Cell, Episode
+from causeway.evaluate.intervals import Interval
+
+COLLISIONS = ("collisions_vehicle", "collisions_walker", "collisions_static")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Numbers of a cell; every interval is one of 95 %."""
+
+    cell: Cell
+    episodes: int
+    successes: int
+    #: Wilson's.
+    success_interval: Interval
+    #: Mean share of the way, 0 to 1.
+    completion: float
+    completion_interval: Interval
+    km: float
+    #: Of whatever was run into, and of times off the way.
+    infractions: int
+    infractions_per_km: float
+    infractions_interval: Interval
+    mean_speed_mps: float
+    mean_beside_m: float
+    #: Episodes by what ended them.
+    causes: dict[str, int]
+
+    @property
+    def success(self) -> float:
+        return self.successes / self.episodes
+
+    def record(self) -> dict[str, Any]:
+        """As in a file of results."""
+        values = asdict(self)
+        return {**values.pop("cell"), "success": self.success, **values}
+
+
+def summarise(episodes: Iterable[Episode]) -> list[Summary]:
+    """One summary for each cell, in the order in which they first come."""
+    cells: dict[Cell, list[Episode]] = {}
+    for episode in episodes:
+        cells.setdefault(episode.cell, []).append(episode)
+    return [_of(cell, found) for cell, found in cells.items()]
+
+
+def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
+    def column(name: str) -> list[float]:
+        return [episode.numbers[name] for episode in episodes]
+
+    count, successes = len(episodes), sum(episode.success for episode in episodes)
+    km = [metres / 1000.0 for metres in column("driven_m")]
+    left = [float(episode.cause == "off_route") for episode in episodes]
+    kinds = [*(column(name) for name in COLLISIONS), left]
+    infractions = [sum(counts) for counts in zip(*kinds, strict=True)]
+    causes = [episode.cause for episode in episodes]
+    secs = sum(column("secs"))
+    return Summary(
+        cell=cell,
+        episodes=count,
+        successes=successes,
+        success_interval=intervals.wilson(successes, count),
+        completion=sum(column("completion")) / count,
+        completion_interval=intervals.mean(column("completion")),
+        km=sum(km),
+        infractions=int(sum(infractions)),
+        infractions_per_km=sum(infractions) / sum(km) if sum(km) > 0.0 else 0.0,
+        infractions_interval=intervals.ratio(infractions, km),
+        mean_speed_mps=sum(column("driven_m")) / secs if secs > 0.0 else 0.0,
+        mean_beside_m=sum(column("mean_beside_m")) / count,
+        causes={cause: causes.count(cause) for cause in CAUSES if cause in causes},
+    )
+
+
+def table(summaries: Sequence[Summary]) -> str:
+    """For people: a line for each cell."""
+    head = ["task", "town", "tier", "policy", "n", "success %", "95 %"]
+    head += ["way %", "per km", "m/s", "ended by"]
+    lines = [head]
+    for one in summaries:
+        low, high = one.success_interval
+        causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
+        lines.append(
+            [
+                *(one.cell.task, one.cell.town, one.cell.tier, one.cell.policy),
+                *(str(one.episodes), f"{100 * one.success:.1f}"),
+                *(f"{100 * low:.1f} to {100 * high:.1f}", f"{100 * one.completion:.1f}"),
+                *(f"{one.infractions_per_km:.2f}", f"{one.mean_speed_mps:.1f}", causes),
+            ]
+        )
+    widths = [max(len(line[at]) for line in lines) for at in range(len(head))]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )

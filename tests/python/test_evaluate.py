@@ -1,0 +1,146 @@
+"""`python -m causeway.evaluate`: what it measures repeats, and differences are told from chance."""
+
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from causeway.evaluate import Cell, Episode, compare, intervals, play, read, summarise
+from causeway.policy import Follow, Forward
+
+from running_site import PACKAGE, binary
+
+TASKS = ("corl17-straight", "corl17-one-turn")
+
+
+def evaluate(*arguments):
+    return subprocess.run(
+        [
+            *(sys.executable, "-m", "causeway.evaluate", "--program", binary()),
+            *map(str, arguments),
+        ],
+        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def small(*arguments):
+    """Few episodes."""
+    return evaluate("--episodes", 6, "--seeds", 1, "--tasks", *TASKS, *arguments)
+
+
+# Newcombe, "Two-sided confidence intervals for the single proportion", 1998, has the second and
+# third; the ends of the first and last are z² / (n + z²) and its complement.
+@pytest.mark.parametrize(
+    ("successes", "count", "wanted"),
+    [
+        (0, 10, (0.0, 0.2775)),
+        (15, 148, (0.0624, 0.1605)),
+        (81, 263, (0.2553, 0.3662)),
+        (47, 50, (0.8378, 0.9794)),
+        (10, 10, (0.7225, 1.0)),
+    ],
+)
+def test_intervals_of_shares_are_wilsons(successes, count, wanted):
+    assert intervals.wilson(successes, count) == pytest.approx(wanted, abs=5e-5)
+
+
+def test_intervals_of_means_hold_the_mean_and_shrink_with_more():
+    values = [float(value % 7) for value in range(70)]
+    low, high = intervals.mean(values)
+    assert low < sum(values) / 70 < high
+    # That of the normal distribution: 1.96 standard deviations of the mean, 2 / sqrt(70).
+    assert high - low == pytest.approx(2 * 1.96 * 2.0 / math.sqrt(70), rel=0.05)
+    assert intervals.mean(values) == (low, high), "the same every time"
+    fewer = intervals.mean(values[:14])
+    assert fewer[1] - fewer[0] > 1.5 * (high - low)
+
+
+def test_chances_are_those_of_exact_tests():
+    assert intervals.mcnemar(0, 0) == 1.0
+    assert intervals.mcnemar(5, 0) == intervals.mcnemar(0, 5) == 2 / 32
+    assert intervals.mcnemar(1, 9) == pytest.approx(2 * 11 / 1024)
+    assert intervals.mcnemar(4, 5) == 1.0
+    assert intervals.holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
+
+
+def test_a_run_writes_the_same_files_again(tmp_path):
+    runs = [small("--policies", "follow", "random", "--out", tmp_path / name) for name in "ab"]
+    assert [run.returncode for run in runs] == [0, 0], runs[0].stderr
+    for name in ("results.json", "report.html"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    assert runs[0].stdout == runs[1].stdout
+    results = json.loads((tmp_path / "a" / "results.json").read_text())
+    assert len(results["episodes"]) == 2 * 2 * 6 and re.fullmatch(r"\w{32}", results["digest"])
+    best = {cell["policy"]: cell["success"] for cell in results["cells"]}
+    assert best["follow"] == 1.0 and best["random"] == 0.0
+    assert len(read(tmp_path / "a" / "results.json")) == 24
+
+
+def test_the_page_has_every_cell_and_needs_no_network(tmp_path):
+    small("--policies", "follow", "forward", "--out", tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    results = json.loads((tmp_path / "results.json").read_text())
+    for cell in results["cells"]:
+        low, high = cell["success_interval"]
+        assert f"{100 * low:.2f} to {100 * high:.2f}" in page
+        assert f"{cell['task']}, Town02, kinematic" in page
+    assert page.count("<svg") == 2 * len(TASKS)
+    assert not re.search(r"https?://|src=|url\(", page)
+
+
+def test_an_episode_is_the_same_whatever_it_is_driven_beside():
+    cell = Cell("corl17-straight", "Town02", "kinematic", "follow")
+    settings = {"program": str(binary())}
+    many = play([(cell, Follow())], seeds=[1, 2], episodes=5, settings={**settings, "threads": 3})
+    few = play([(cell, Follow())], seeds=[2], episodes=2, settings=settings)
+    assert [episode.record() for episode in many[5:7]] == [episode.record() for episode in few]
+    assert summarise(many)[0].episodes == 10
+
+
+def test_a_difference_is_told_from_chance(tmp_path):
+    before = small("--policies", "car=follow", "--out", tmp_path)
+    assert before.returncode == 0, before.stderr
+    same = small("--policies", "car=follow", "--against", tmp_path / "results.json")
+    assert same.stdout.count(": identical; ") == 2
+    worse = small("--policies", "car=forward", "--against", tmp_path / "results.json")
+    # Six of six turns are lost, which chance alone does in 2 of 64; twice that for two cells.
+    turns = next(line for line in worse.stdout.splitlines() if "one-turn" in line and ":" in line)
+    assert "no more than chance" in turns and "6 lost of 6, p = 0.062" in turns
+    cell = Cell("corl17-one-turn", "Town02", "kinematic", "car")
+    settings = {"program": str(binary())}
+    runs = [
+        play([(cell, driver)], seeds=[1], episodes=8, settings=settings)
+        for driver in (Forward(), Follow())
+    ]
+    assert [compare(*pair)[0].verdict for pair in (runs, runs[::-1])] == ["worse", "better"]
+
+
+def test_too_little_success_and_bad_input_have_their_exit_codes(tmp_path):
+    failed = small("--policies", "forward", "--fail-under", 0.95)
+    assert failed.returncode == 1 and "is below 0.95" in failed.stderr
+    for arguments, words in [
+        (("--policies", "fly"), "no policy 'fly': wanted forward"),
+        (("--tasks", "fly"), "there is no such task"),
+        (("--against", tmp_path / "none.json"), "No such file"),
+        (("--episodes", 0), "not 0"),
+    ]:
+        refused = evaluate(*arguments)
+        assert refused.returncode == 2 and words in refused.stderr, refused.stderr
+    (tmp_path / "other.json").write_text('{"version": 7}')
+    refused = evaluate("--against", tmp_path / "other.json")
+    assert refused.returncode == 2 and "wanted version 1, found 7" in refused.stderr
+
+
+def test_runs_without_a_common_episode_are_not_compared():
+    numbers = {"success": 1.0, "completion": 1.0, "cause": 1.0}
+    cell = Cell("lane-keep", "Town02", "kinematic", "a")
+    one = Episode(cell, 1, 0, "00", numbers)
+    other = Episode(cell, 2, 0, "00", numbers)
+    with pytest.raises(ValueError, match="no episode in common"):
+        compare([one], [other])
