@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::TrySendError;
 use std::time::{Duration, Instant};
 
@@ -23,6 +23,15 @@ pub(super) enum WriteError {
     TooSlow,
     #[error("writing has ended")]
     Ended,
+}
+
+/// Why a recording has fewer frames than it was given.
+#[derive(Debug, thiserror::Error)]
+#[error("a recording ends before frame {frame}: {cause}")]
+struct Ended {
+    /// The first that is missing, from 1.
+    frame: u64,
+    cause: io::Error,
 }
 
 /// Writes frames in the order it is given them, and holds nobody up. Who drops it says that no more
@@ -60,7 +69,9 @@ impl<T: Send + 'static> Scribe<T> {
         let path = path.to_owned();
         let (writing, written) = watch::channel(());
         let work = move |waiting| {
-            write_all(writer, &waiting, content, &path);
+            if let Err(ended) = write_all(writer, &waiting, content) {
+                tracing::error!(?path, "{ended}");
+            }
             // Also when that panics, whoever waits is told.
             drop(writing);
         };
@@ -85,8 +96,7 @@ fn write_all<T>(
     mut writer: Writer<WholeFile>,
     waiting: &Taker<T>,
     mut content: impl FnMut(T) -> FrameContent,
-    path: &PathBuf,
-) {
+) -> Result<(), Ended> {
     let mut synced = Instant::now();
     while let Some(mut frames) = waiting.gather() {
         let outcome = frames.try_for_each(|frame| writer.frame(content(frame))).and_then(|()| {
@@ -96,17 +106,11 @@ fn write_all<T>(
             }
             Ok(())
         });
-        if let Err(error) = outcome {
-            // The one before is what could not be written.
-            let frame = writer.frames().saturating_sub(1);
-            tracing::error!(frame, %error, ?path, "a recording ends before this frame");
-            return;
-        }
+        // The one that the writer holds: the next one, which tells how long it lasts, is not taken.
+        outcome.map_err(|cause| Ended { frame: writer.frames(), cause })?;
     }
     let frame = writer.frames();
-    if let Err(error) = writer.finish().and_then(|file| file.sync()) {
-        tracing::error!(frame, %error, ?path, "a recording ends before this frame");
-    }
+    writer.finish().and_then(|file| file.sync()).map_err(|cause| Ended { frame, cause })
 }
 
 #[cfg(test)]
@@ -153,8 +157,9 @@ mod tests {
         let read_only = WholeFile::new(File::open("/dev/null").unwrap());
         let writer = Writer::after_head(read_only);
         let (writing, written) = watch::channel(());
+        let (told, hears) = std::sync::mpsc::channel();
         let work = move |waiting| {
-            write_all(writer, &waiting, same, &PathBuf::from("/dev/null"));
+            told.send(write_all(writer, &waiting, same)).unwrap();
             drop(writing);
         };
         let (frames, _) = batched_queue::spawn("recording", FRAMES_WAITING_MAX, work).unwrap();
@@ -165,5 +170,7 @@ mod tests {
             std::thread::yield_now();
         }
         scribe.written().wait().await;
+        let ended = hears.recv().unwrap().unwrap_err().to_string();
+        assert!(ended.starts_with("a recording ends before frame 1: "), "{ended}");
     }
 }
