@@ -161,6 +161,33 @@ def test_a_contact_is_recorded_of_who_carries_a_collision_sensor(client, world, 
     assert f" {parked.id} vehicle.audi.tt " in blocked
 
 
+def test_a_contact_with_a_walker_has_its_letter(client, world, tmp_path):
+    path = tmp_path / "walker.log"
+    client.start_recorder(str(path))
+    hero = spawn_car(world, role_name="hero")
+    place = world.get_map().get_spawn_points()[0]
+    place.location += place.get_forward_vector() * 12.0 + carla.Location(z=0.5)
+    walker = world.spawn_actor(world.get_blueprint_library().find("walker.pedestrian.0005"), place)
+    sensor = world.get_blueprint_library().find("sensor.other.collision")
+    world.spawn_actor(sensor, carla.Transform(), attach_to=hero)
+    hero.apply_control(carla.VehicleControl(throttle=1.0))
+    ticks(world, 80)
+    finished(client, path)
+    for letters, is_told in (
+        ("hw", True),
+        ("vw", True),
+        ("aa", True),
+        ("wv", False),
+        ("vv", False),
+    ):
+        text = client.show_recorder_collisions(str(path), *letters)
+        rows = [line for line in text.splitlines() if "walker.pedestrian.0005" in line]
+        assert bool(rows) == is_told, letters
+        if rows:
+            assert rows[0][8:15] == "   v w " and int(rows[0].split()[3]) == hero.id
+            assert int(rows[0].split()[5]) == walker.id
+
+
 def test_without_a_collision_sensor_nothing_is_recorded_of_a_contact(client, world, tmp_path):
     path = tmp_path / "col.log"
     client.start_recorder(str(path))

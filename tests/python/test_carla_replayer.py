@@ -208,27 +208,31 @@ def test_sensors_of_a_log_are_replayed_on_demand(client, world, tmp_path):
     assert measured.get(timeout=WAIT_SECS) is not None
 
 
-def genuine_log() -> Path:
-    """A log of 24.7 s that CARLA 0.9.13 wrote."""
+def genuine_log(name: str) -> Path:
+    """A log that CARLA 0.9.13 wrote."""
     here = Path(__file__).parent
     default = here.parent.parent / ".." / "shared" / "recordings"
     folder = Path(os.environ.get("CAUSEWAY_RECORDINGS_DIR", default)).resolve()
-    path = folder / "DistanceBetweenVehicles.log"
+    path = folder / f"{name}.log"
     if not path.exists():
         pytest.skip(f"no recordings in {folder}; set CAUSEWAY_RECORDINGS_DIR")
     return path
 
 
-def test_a_log_of_carla_itself_is_replayed(client, world):
-    path = genuine_log()
+@pytest.mark.parametrize(
+    ("name", "secs"), [("DistanceBetweenVehicles", "24.7237"), ("DistanceToLaneCenter", "12.5282")]
+)
+def test_a_log_of_carla_itself_is_replayed(client, world, name, secs):
+    path = genuine_log(name)
     log = carla_log.read(path)
-    text = client.replay_file(str(path), 10.0, 0.0, 0)
-    assert "Total time recorded: 24.7237\n" in text
+    begin = log.frames[-1].elapsed * 0.4
+    text = client.replay_file(str(path), begin, 0.0, 0)
+    assert f"Total time recorded: {secs}\n" in text
     again = client.get_world()
     assert again.get_map().name.endswith("Town01")
     cars = again.get_actors().filter("vehicle.*")
     # Of the frame that it begins with, and of those that have been shown until somebody looks.
-    recorded = [frame for frame in log.frames if 10.0 < frame.elapsed < 20.0][::5]
+    recorded = [frame for frame in log.frames if begin < frame.elapsed < 2.0 * begin][::5]
     places = [place for frame in recorded for _, *place in frame.records[POSITION]]
     deadline = time.monotonic() + WAIT_SECS
     while time.monotonic() < deadline and not cars:

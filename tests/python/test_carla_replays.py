@@ -313,7 +313,36 @@ def test_contacts_are_measured_again_where_they_were_recorded(client, world, tmp
     assert apart > gap + 2.0
 
 
-def test_at_the_end_vehicles_drive_on_where_the_site_is_told_so(start_site, tmp_path):
+def test_lights_take_their_recorded_turns_in_a_world_made_anew(client, world, tmp_path):
+    path = tmp_path / "turns.log"
+    client.start_recorder(str(path), True)
+    ticks(world, 5)
+    light = world.get_actors().filter("traffic.traffic_light")[0]
+    for one in light.get_group_traffic_lights():
+        one.set_green_time(0.5)
+        one.set_yellow_time(0.25)
+        one.set_red_time(0.25)
+    ticks(world, 75)
+    log = finished(client, path)
+    told = log.frames[5].by_actor(carla_log.LIGHT_TIMES)
+    assert told[light.id] == (0.5, 0.25, 0.25)
+    # Lights of a new world have new ids, in the same order.
+    states = [
+        [state for _, (_, _, state) in sorted(frame.by_actor(STATE).items())]
+        for frame in log.frames
+    ]
+    assert {frame.by_actor(STATE)[light.id][2] for frame in log.frames} == {0, 1, 2}
+    # Keeps its settings.
+    again = client.reload_world(False)
+    client.replay_file(str(path), 0.0, 0.0, 0)
+    for wanted in states[1:79]:
+        again.tick()
+        lights = again.get_actors().filter("traffic.traffic_light")
+        assert [int(one.state) for one in sorted(lights, key=lambda one: one.id)] == wanted
+
+
+def test_at_the_end_vehicles_drive_on_around_what_is_new(start_site, tmp_path):
+    """Where the site is told so."""
     site = start_site("--no-render", "--drive-after-replays")
     client = connect(site.carla_port)
     world = client.get_world()
@@ -326,9 +355,20 @@ def test_at_the_end_vehicles_drive_on_where_the_site_is_told_so(start_site, tmp_
     ticks(world, 20)
     finished(client, path)
     client.replay_file(str(path), 0.0, 0.0, 0)
-    ticks(world, 25)
+    ticks(world, 20)
     place = car.get_location()
-    ticks(world, 100)
+    ahead = world.get_map().get_spawn_points()[0]
+    ahead.location += ahead.get_forward_vector() * 20.0
+    new = world.spawn_actor(world.get_blueprint_library().find("vehicle.audi.tt"), ahead)
+    ticks(world, 20)
+    there = new.get_location()
+    gaps = []
+    for _ in range(25):
+        ticks(world, 10)
+        gaps.append(car.get_location().distance(there))
+    # It changes its lane, or waits behind; nobody is touched.
     assert car.get_location().distance(place) > 5.0
+    assert min(gaps) > car.bounding_box.extent.y + new.bounding_box.extent.y
+    assert new.get_location().distance(there) < 0.01
     settings.synchronous_mode, settings.fixed_delta_seconds = False, None
     world.apply_settings(settings)
