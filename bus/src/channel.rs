@@ -40,9 +40,7 @@ impl Bus {
         let alive = keys::alive(kind, id);
         let (gone, is_gone) = watch::channel(false);
         let on_presence = move |sample: Sample| {
-            if sample.kind() == SampleKind::Delete {
-                gone.send_replace(true);
-            }
+            gone.send_replace(sample.kind() == SampleKind::Delete);
         };
         let presence = self.session.liveliness().declare_subscriber(&alive).callback(on_presence);
         let presence = presence
@@ -83,27 +81,42 @@ impl Bus {
 impl Channel {
     /// [`Bus::request`] on the channel's key.
     ///
+    /// By a shortcut it waits also for a service that is not heard on the bus: while its process
+    /// lives, and until the deadline. On the bus silence is all there is to tell that one is gone.
+    ///
     /// # Errors
     /// As for [`Bus::request`].
     pub async fn request(&self, request: &Request, deadline: Duration) -> Result<Reply, Error> {
+        let payload = wire::encode_request(request);
+        // Never asks twice: the first question may have been heard by a service that is gone.
+        let asked_at = Instant::now();
+        if let Some(shortcut) = &self.shortcut
+            && let Ok(connection) = shortcut.connect_within(deadline).await
+        {
+            let left = deadline.saturating_sub(asked_at.elapsed());
+            let asked = connection.ask(&payload, left).await;
+            return reply_of(&asked.map_err(|cause| self.unreachable().found(cause))??);
+        }
         let mut is_gone = self.is_gone.clone();
+        let deadline = deadline.saturating_sub(asked_at.elapsed());
         tokio::select! {
             biased;
-            // Of a service that stands still only the bus takes notice.
             _ = is_gone.wait_for(|is_gone| *is_gone) => Err(self.unreachable()),
-            answer = self.ask(wire::encode_request(request), deadline) => answer,
+            answer = self.bus.request_bytes(&self.key, payload, deadline) => answer,
         }
     }
 
-    /// Never asks twice: the first question may have been heard by a service that is gone.
-    async fn ask(&self, payload: Vec<u8>, deadline: Duration) -> Result<Reply, Error> {
-        if let Some(shortcut) = &self.shortcut
-            && let Ok(connection) = shortcut.connect().await
-        {
-            let asked = connection.ask(&payload, deadline).await;
-            return reply_of(&asked.map_err(|cause| self.unreachable().found(cause))??);
+    /// Whether there is proof that the service lives though the bus does not hear it: a shortcut
+    /// at which it listens.
+    pub(crate) fn is_alive(&self) -> bool {
+        self.shortcut.as_ref().is_some_and(|shortcut| !shortcut.is_closed())
+    }
+
+    /// Returns once there is no such proof any more.
+    pub(crate) async fn until_dead(&self) {
+        if let Some(shortcut) = &self.shortcut {
+            shortcut.until_closed().await;
         }
-        self.bus.request_bytes(&self.key, payload, deadline).await
     }
 
     fn unreachable(&self) -> Error {

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemas::{ServiceId, ServiceKind, WorldId};
 use tokio::sync::watch;
+use tokio::task::{AbortHandle, JoinSet};
 
 use crate::{Bus, Channel, Presence};
 
@@ -33,6 +34,8 @@ struct Known {
     /// In the order in which they were heard of: at the beginning by name.
     up: Vec<ServiceId>,
     channels: BTreeMap<ServiceId, Arc<Channel>>,
+    /// Of them, those that the bus does not hear, and who looks whether they live.
+    silent: BTreeMap<ServiceId, AbortHandle>,
     /// By the number in the ids of their worlds.
     numbers: BTreeMap<u32, ServiceId>,
 }
@@ -76,7 +79,7 @@ impl Hosts {
     }
 
     /// Where new work goes, now and later: to the first that was heard of among those that take
-    /// any, else to the first that is up.
+    /// any, else to the first that is up, else to one that is silent on the bus and proven to live.
     pub fn next(&self) -> watch::Receiver<Option<Host>> {
         self.next.clone()
     }
@@ -103,6 +106,15 @@ impl Hosts {
     }
 }
 
+impl Known {
+    fn forget(&mut self, id: &ServiceId) {
+        self.up.retain(|host| host != id);
+        self.channels.remove(id);
+        self.silent.remove(id);
+        self.numbers.retain(|_, host| host != id);
+    }
+}
+
 impl Follower {
     async fn run(self, mut bus: watch::Receiver<Option<Bus>>) {
         let Ok(bus) = bus.wait_for(Option::is_some).await.map(|bus| bus.clone()) else { return };
@@ -120,34 +132,53 @@ impl Follower {
                 return;
             }
         };
+        let mut watching = JoinSet::new();
         loop {
-            let change = tokio::select! {
-                change = presence.next() => Some(change),
-                () = draining.changed() => None,
-            };
-            if let Some(change) = change {
-                self.note(change);
+            tokio::select! {
+                change = presence.next() => self.note(change, &mut watching),
+                () = draining.changed() => {}
+                Some(Ok(dead)) = watching.join_next() => lock(&self.known).forget(&dead),
             }
-            let up = lock(&self.known).up.clone();
-            let open = up.iter().find(|id| !draining.has(id));
+            let (heard, silent): (Vec<_>, Vec<_>) = {
+                let known = lock(&self.known);
+                known.up.iter().cloned().partition(|id| !known.silent.contains_key(id))
+            };
+            let open = heard.iter().find(|id| !draining.has(id));
             self.is_open.send_replace(open.is_some());
-            self.tell(&bus, open.or(up.first()));
+            self.tell(&bus, open.or(heard.first()).or(silent.first()));
         }
     }
 
-    fn note(&self, change: Presence) {
+    /// Who is not heard any more is forgotten, unless its shortcut proves that it lives.
+    fn note(&self, change: Presence, watching: &mut JoinSet<ServiceId>) {
         let mut known = lock(&self.known);
         match change {
             Presence::Up(alive) => {
                 tracing::info!(kind = ?self.kind, host = %alive.id, "service up");
+                if let Some(watch) = known.silent.remove(&alive.id) {
+                    watch.abort();
+                    if known.channels.get(&alive.id).is_some_and(|channel| channel.is_alive()) {
+                        return;
+                    }
+                    known.forget(&alive.id);
+                }
                 known.up.push(alive.id);
             }
-            Presence::Down(_, id) => {
-                tracing::warn!(kind = ?self.kind, host = %id, "service down");
-                known.up.retain(|host| *host != id);
-                known.channels.remove(&id);
-                known.numbers.retain(|_, host| *host != id);
-            }
+            Presence::Down(_, id) => match known.channels.get(&id) {
+                Some(channel) if channel.is_alive() => {
+                    tracing::warn!(kind = ?self.kind, host = %id, "service silent; it lives");
+                    let (channel, silent) = (Arc::clone(channel), id.clone());
+                    let watch = watching.spawn(async move {
+                        channel.until_dead().await;
+                        silent
+                    });
+                    known.silent.insert(id, watch);
+                }
+                _ => {
+                    tracing::warn!(kind = ?self.kind, host = %id, "service down");
+                    known.forget(&id);
+                }
+            },
         }
     }
 

@@ -32,6 +32,8 @@ const WELCOME: u8 = 1;
 const IDLE_MAX: usize = 4;
 /// How long the service may take to say where its shortcut is, and that there is room.
 const NAME_DEADLINE: Duration = Duration::from_millis(500);
+/// Between two looks at whether somebody still listens.
+const CLOSING_PAUSE: Duration = Duration::from_millis(50);
 /// Bytes before those of a message: whether it is a refusal, and how many follow.
 const HEAD_BYTES: usize = 5;
 /// Room for what comes together with a head: nearly every message whole.
@@ -73,22 +75,49 @@ impl Shortcut {
     /// What the system says when the service is gone or has no room; it has not heard the question
     /// then.
     pub(crate) async fn connect(&self) -> io::Result<ShortcutConnection<'_>> {
+        self.connect_within(NAME_DEADLINE).await
+    }
+
+    /// The same, of a service that may take so long to say that there is room.
+    ///
+    /// # Errors
+    /// As for [`connect`](Self::connect).
+    pub(crate) async fn connect_within(
+        &self,
+        patience: Duration,
+    ) -> io::Result<ShortcutConnection<'_>> {
         let idle = self.lock().pop();
         let stream = match idle {
             Some(stream) => stream,
-            None => self.open().await?,
+            None => self.open(patience).await?,
         };
         Ok(ShortcutConnection { shortcut: self, stream })
     }
 
-    async fn open(&self) -> io::Result<UnixStream> {
-        let stream = StdStream::connect_addr(&self.address)?;
-        stream.set_nonblocking(true)?;
-        let stream = UnixStream::from_std(stream)?;
+    /// Returns once nobody listens at the other end: the process has ended, or serves no longer.
+    ///
+    /// One that stands still is not gone: its system accepts, and closes when it ends.
+    pub(crate) async fn until_closed(&self) {
+        while let Ok(stream) = StdStream::connect_addr(&self.address).and_then(into_async) {
+            // A welcome, and then nothing; or the end at once where there is no room.
+            if read_exactly(&stream, Vec::new(), 2).await.is_ok() {
+                tracing::warn!(key = self.key, "a shortcut says what it was not asked");
+            }
+            tokio::time::sleep(CLOSING_PAUSE).await;
+        }
+    }
+
+    /// Whether nobody listens at the other end.
+    pub(crate) fn is_closed(&self) -> bool {
+        StdStream::connect_addr(&self.address).is_err()
+    }
+
+    async fn open(&self, patience: Duration) -> io::Result<UnixStream> {
+        let stream = into_async(StdStream::connect_addr(&self.address)?)?;
         if !is_of_our_user(&stream) {
             return Err(io::ErrorKind::PermissionDenied.into());
         }
-        tokio::time::timeout(NAME_DEADLINE, read_exactly(&stream, Vec::new(), 1)).await??;
+        tokio::time::timeout(patience, read_exactly(&stream, Vec::new(), 1)).await??;
         Ok(stream)
     }
 
@@ -119,6 +148,11 @@ impl ShortcutConnection<'_> {
         drop(idle);
         Ok(if is_refusal { Err(refusal_of(key, &bytes)) } else { Ok(bytes) })
     }
+}
+
+fn into_async(stream: StdStream) -> io::Result<UnixStream> {
+    stream.set_nonblocking(true)?;
+    UnixStream::from_std(stream)
 }
 
 /// Whether the process at the other end runs as we do: a name that is told on the bus may be

@@ -44,8 +44,12 @@ pub(crate) const MAPS_MAX: NonZeroUsize = NonZeroUsize::new(16).unwrap();
 pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;
 /// How long a reset waits for a world service that is still starting.
 pub(crate) const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
-/// Answer time of one batch of ticks.
+/// Answer time of one batch of ticks, whatever is asked.
 pub(crate) const TICK_DEADLINE: Duration = Duration::from_secs(10);
+/// What every tick of a batch adds to it: a world may be large, and its machine busy.
+pub(crate) const TICK_PATIENCE: Duration = Duration::from_millis(250);
+/// Answer time of the largest batch: clients of OpenEnv wait a minute.
+pub(crate) const TICK_DEADLINE_MAX: Duration = Duration::from_secs(60);
 /// Answer time of anything else asked of a world.
 pub(crate) const WORLD_DEADLINE: Duration = Duration::from_secs(10);
 /// How often sessions are searched for idle ones.

@@ -9,8 +9,10 @@ import os
 import statistics
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import causeway
 import pytest
 
 from neighbours import Neighbours, Round, median_ratio
@@ -27,6 +29,11 @@ LOOK_SECS = float(os.environ.get("CAUSEWAY_LOOK_SECS", "3"))
 SHARE_MIN = 0.1
 #: Five times what is promised, for a busy machine.
 RATIO_MAX = 15.0
+#: Pictures whose median is taken.
+PICTURES = 9
+#: A small picture waits for a slice or two of a large one, each about as dear as itself, and then
+#: has half of the processors.
+PICTURE_RATIO_MAX = 15.0
 
 
 @contextlib.contextmanager
@@ -70,3 +77,32 @@ def not_fair(beside: list[Round], quiet: list[Round]) -> list[str]:
         if ratio >= RATIO_MAX:
             found.append(f"quantile {quantile} is {ratio:.1f} times as long beside it")
     return found
+
+
+def seconds_of_a_picture(session: causeway.Session) -> float:
+    """The median of a few small ones."""
+    waits_secs = []
+    for _ in range(PICTURES):
+        begun = time.monotonic()
+        session.capture()
+        waits_secs.append(time.monotonic() - begun)
+    return statistics.median(waits_secs)
+
+
+def test_small_pictures_come_beside_large_ones(start_site):
+    """One picture in one go takes as long as dozens of small ones, which then wait for it."""
+    site = start_site()
+    ratios = []
+    with causeway.Session(site.base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        # The town is built for the first one.
+        session.capture()
+        while len(ratios) < ROUNDS or (
+            statistics.median(ratios) >= PICTURE_RATIO_MAX and len(ratios) < ROUNDS + ROUNDS_MORE
+        ):
+            quiet_secs = seconds_of_a_picture(session)
+            with noisy(site, "pictures"):
+                beside_secs = seconds_of_a_picture(session)
+            ratios.append(beside_secs / quiet_secs)
+            print(f"a picture takes {beside_secs:.3f} s beside it, {quiet_secs:.3f} quiet")
+    assert statistics.median(ratios) < PICTURE_RATIO_MAX, ratios

@@ -159,3 +159,38 @@ def test_a_service_that_stood_still_goes_on_without_a_restart(start_site, servic
         print(f"{service}: served again after {taken_secs:.2f} s")
         assert taken_secs < away_secs
     assert pid_of(site, service) == stopped
+
+
+def test_episodes_outlive_a_world_service_that_stands_still(start_site):
+    """A step waits for an answer while the process lives, whether it was asked before the bus
+    noticed or after."""
+    site = start_site("--no-render")
+    with causeway.Session(site.base_url) as early, causeway.Session(site.base_url) as late:
+        answers = []
+        for session in (early, late):
+            session.reset("trolley_saves", seed=1)
+            session.step()
+
+        def step(session):
+            try:
+                answers.append(session.step())
+            except LOST as error:
+                answers.append(error)
+
+        stopped = pid_of(site, "world")
+        os.kill(stopped, signal.SIGSTOP)
+        try:
+            steps = [threading.Thread(target=step, args=(session,)) for session in (early, late)]
+            steps[0].start()
+            # The bus gives up who is silent for two seconds.
+            time.sleep(4.0)
+            steps[1].start()
+            time.sleep(0.5)
+        finally:
+            os.kill(stopped, signal.SIGCONT)
+        for thread in steps:
+            thread.join(timeout=60.0)
+        assert len(answers) == 2
+        assert not [answer for answer in answers if isinstance(answer, Exception)], answers
+        early.step()
+        late.step()

@@ -12,7 +12,10 @@ use schemas::{
 use tokio::sync::watch;
 
 use super::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
-use crate::limits::{TICK_DEADLINE, WORLD_DEADLINE, WORLD_LEASE_MILLIS, WORLD_SERVICE_WAIT};
+use crate::limits::{
+    TICK_DEADLINE, TICK_DEADLINE_MAX, TICK_PATIENCE, WORLD_DEADLINE, WORLD_LEASE_MILLIS,
+    WORLD_SERVICE_WAIT,
+};
 
 /// Pause before a question is put again to a service that has only just come up.
 const RETRY_PAUSE: Duration = Duration::from_millis(5);
@@ -78,13 +81,11 @@ impl BusWorlds {
     async fn tick_there(&self, items: Vec<TickItem>) -> Result<Vec<TickResult>, Error> {
         let Some(item) = items.first() else { return Ok(Vec::new()) };
         let host = self.host_of(item.world)?;
+        let deadline = deadline_of(&items);
         let request = Request::TickWorlds(items);
         let reply = match &host.channel {
-            Some(channel) => channel.request(&request, TICK_DEADLINE).await?,
-            None => {
-                let key = keys::batch_tick(&host.id);
-                host.bus.request(&key, &request, TICK_DEADLINE).await?
-            }
+            Some(channel) => channel.request(&request, deadline).await?,
+            None => host.bus.request(&keys::batch_tick(&host.id), &request, deadline).await?,
         };
         match reply {
             Reply::Ticked(results) => Ok(results),
@@ -139,6 +140,12 @@ impl BusWorlds {
         let ordered: Option<Vec<TickResult>> = worlds.into_iter().map(result_of).collect();
         ordered.ok_or_else(|| unexpected("a result for every world"))
     }
+}
+
+/// How long these ticks may take: it grows with what is asked.
+fn deadline_of(items: &[TickItem]) -> Duration {
+    let ticks = items.iter().fold(0, |sum: u32, item| sum.saturating_add(item.tick_count));
+    (TICK_DEADLINE + TICK_PATIENCE.saturating_mul(ticks)).min(TICK_DEADLINE_MAX)
 }
 
 fn nobody() -> Error {
@@ -246,5 +253,18 @@ impl WorldPort for BusWorlds {
             let digest = &digest;
             self.patiently(|host| async move { host.bus.asset(digest, WORLD_DEADLINE).await }).await
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_of_many_ticks_has_more_time_than_one_of_few() {
+        let deadline = |ticks| deadline_of(&[TickItem::new(WorldId::of_host(1, 1), ticks)]);
+        assert!(deadline(1) >= TICK_DEADLINE && deadline(1) < 2 * TICK_DEADLINE);
+        assert_eq!(deadline(200), Duration::from_secs(60));
+        assert_eq!(deadline(u32::MAX), TICK_DEADLINE_MAX);
     }
 }

@@ -84,6 +84,15 @@ async fn step(lane: &Channel, item: TickItem) -> Duration {
     asked.elapsed()
 }
 
+/// Says that it is busy, until it is dropped: in a panic too, or nobody would ever end.
+struct UntilDropped(Arc<AtomicBool>);
+
+impl Drop for UntilDropped {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
+
 /// How long each step of the quiet worlds took while `busy` says so.
 async fn steps_while(
     site: &Arc<Site>,
@@ -138,10 +147,10 @@ async fn eight_worlds_go_on_while_200_vehicles_and_200_people_do_200_ticks() {
 
     busy.store(true, Ordering::Relaxed);
     let long = {
-        let busy = Arc::clone(&busy);
+        let busy = UntilDropped(Arc::clone(&busy));
         tokio::spawn(async move {
             let took = step(&noisy_lane, ticks(noisy, TICKS)).await;
-            busy.store(false, Ordering::Relaxed);
+            drop(busy);
             took
         })
     };
