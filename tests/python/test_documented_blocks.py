@@ -189,6 +189,8 @@ TAKEN = (
     "rollout --help",
     "token new",
     "causeway.evaluate",
+    "train_driver.py --out",
+    "train_driver.py --seed",
 )
 
 
@@ -327,6 +329,21 @@ def test_maps_are_listed_checked_shown_exported_and_built(shell, start_site):
     assert "Mine" in printed and "survives" in printed
     made = {path.name for path in shell.folder.iterdir()}
     assert {"mine.png", "town03.svg", "Town03.xodr", "Village7.xodr"} <= made
+
+
+def test_a_driver_learns_and_drives_over_the_client(shell, site):
+    (shell.folder / "agents").symlink_to(ROOT / "agents")
+    few = "--steps 700000 --physics-steps 0 --towns Town01 --episodes 5"
+    (again,) = take("train_driver.py --seed")
+    learn, drive = (
+        line.replace("python ", f"{sys.executable} ", 1) for line in take("train_driver.py --out")
+    )
+    assert shlex.split(again)[:2] == ["python", "agents/python/examples/train_driver.py"]
+    assert "in Town02, which it has not seen" in shell.run(f"{learn} {few}")
+    made = {path.name for path in (shell.folder / "driver").iterdir()}
+    assert made == {"policy.npz", "curve.csv", "results.json", "report.html"}
+    printed = shell.run(f"{drive} --port {site.carla_port} --episodes 1")
+    assert "of 1 arrived" in printed and (shell.folder / "turn.jpg").stat().st_size > 10_000
 
 
 def test_drivers_are_evaluated(shell):
