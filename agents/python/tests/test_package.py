@@ -35,6 +35,7 @@ def test_the_wheel_is_complete_typed_and_leaves_nothing_in_the_tree(tmp_path):
         "maps",
         "gym",
         "policy",
+        "zoo",
         "evaluate/__main__",
         "wire/Frame",
         "wire/ActorState",
