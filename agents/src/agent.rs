@@ -9,7 +9,7 @@ use schemas::{AgentOptions, AgentStatus, TrafficLightColour, Vec3, VehicleContro
 use serde::{Deserialize, Serialize};
 
 use crate::network::{LaneId, Network, Stop};
-use crate::path::{Path, PathPoint};
+use crate::path::{Path, PathPoint, curvature_per_m};
 use crate::pid::{Lateral, Longitudinal};
 use crate::pilot::VehicleView;
 use crate::scene::{Ahead, Room};
@@ -254,8 +254,8 @@ impl Agent {
     fn free_speed(&self, points: &[PathPoint], traits: &Traits, speed_mps: f32) -> f32 {
         let limit_mps = points.first().map_or(0.0, |here| here.point.limit_mps);
         let mut free_mps = traits.speed_mps(&self.options, limit_mps);
-        for at in points {
-            let curve_mps2 = CURVE_MPS2 / at.point.curvature_per_m.abs().max(1.0e-4);
+        for (index, at) in points.iter().enumerate() {
+            let curve_mps2 = CURVE_MPS2 / curvature_per_m(points, index).max(1.0e-4);
             free_mps = free_mps.min((curve_mps2 + 2.0 * EASY_MPS2 * at.ahead_m).sqrt());
         }
         if self.status == AgentStatus::OnRoute {

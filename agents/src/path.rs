@@ -8,7 +8,7 @@ use nalgebra::ComplexField;
 use schemas::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::network::{Lane, LaneId, LanePoint, Network, Place, Stop};
+use crate::network::{Lane, LaneId, LanePoint, Network, Place, Stop, wrapped};
 pub(crate) use change::NextChange;
 
 /// One lane of the way, or the change from it to the lane beside.
@@ -254,6 +254,21 @@ fn own_from_m(network: &Network, leg: &Leg, lane: &Lane) -> f32 {
         (Some(_), Some(own)) => own.abreast_m(leg.from_m, lane),
         _ => leg.from_m,
     }
+}
+
+/// Curvature of a way at one of its samples: that of the lane there or, if it is more, the turn up
+/// to the next sample. Lanes that meet at an angle, and lanes shorter than a step, have the latter
+/// alone.
+pub(crate) fn curvature_per_m(points: &[PathPoint], index: usize) -> f32 {
+    /// Turns that a vehicle does not slow down for: maps are not drawn more exactly.
+    const KINK_RAD_MIN: f32 = 0.05;
+    const STEP_M_MIN: f32 = 2.0;
+    let Some(here) = points.get(index) else { return 0.0 };
+    let own = here.point.curvature_per_m.abs();
+    let Some(next) = points.get(index + 1) else { return own };
+    let turn_rad = wrapped(next.point.heading_rad - here.point.heading_rad).abs();
+    let step_m = (next.ahead_m - here.ahead_m).max(STEP_M_MIN);
+    own.max((turn_rad - KINK_RAD_MIN) / step_m)
 }
 
 /// Unit vector along a lane, seen from above.

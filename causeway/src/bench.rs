@@ -2,6 +2,7 @@
 
 mod dynamics;
 mod folder;
+mod roads;
 mod start;
 mod traffic;
 
@@ -16,6 +17,8 @@ pub(crate) enum Command {
     Dynamics(dynamics::Args),
     /// How traffic flows on a ring road over its density, with plots, beside its model.
     Traffic(traffic::Args),
+    /// Who leaves the road on any map: our drivers, a table of maps.
+    Roads(roads::Args),
 }
 
 /// # Errors
@@ -24,6 +27,7 @@ pub(crate) fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Start(args) => start::run(args).map_err(|error| Failure::of(&error)),
         Command::Dynamics(args) => dynamics::run(args).map_err(|error| Failure::of(&error)),
+        Command::Roads(args) => roads::run(args).map_err(|error| Failure::of(&error)),
         Command::Traffic(args) => traffic::run(args).map_err(|error| Failure::of(&error)),
     }
 }

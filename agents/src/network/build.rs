@@ -8,6 +8,8 @@ use super::{Beside, Lane, LaneId, LanePoint, Network, conflicts, stops, wrapped}
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
 const SPACING_M: f64 = 2.0;
+/// Points so many times as far apart along the lane are put nearer to each other.
+const WIDE: f64 = 1.5;
 /// Points of one lane; longer lanes have wider spacing.
 const POINTS_MAX: usize = 10_000;
 
@@ -38,6 +40,27 @@ pub(super) fn network(map: &Map) -> Network {
 fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
     let info = map.lane(&between(entry, exit, 0.5));
     let count = (((exit.s - entry.s).abs() / SPACING_M).ceil() as usize).clamp(1, POINTS_MAX);
+    let mut points = middle(map, entry, exit, count);
+    // On the outside of a tight curve a step along the road is several along the lane.
+    let gaps_m = points.windows(2).map(|pair| pair[1].at_m - pair[0].at_m);
+    let times = f64::from(gaps_m.fold(0.0, f32::max)) / SPACING_M;
+    if times > WIDE {
+        let count = (count as f64 * times).ceil() as usize;
+        points = middle(map, entry, exit, count.clamp(1, POINTS_MAX));
+    }
+    bend(&mut points);
+    Lane {
+        key: (entry.road, entry.section, entry.lane),
+        entry_s: entry.s,
+        exit_s: exit.s,
+        points,
+        junction: info.is_junction.then_some(info.junction_id.unwrap_or(u32::MAX)),
+        ..Lane::default()
+    }
+}
+
+/// Points of the middle of a lane, evenly spaced in road coordinates, without their curvature.
+fn middle(map: &Map, entry: &Waypoint, exit: &Waypoint, count: usize) -> Vec<LanePoint> {
     let mut points: Vec<LanePoint> = Vec::with_capacity(count + 1);
     for index in 0..=count {
         let at = between(entry, exit, index as f64 / count as f64);
@@ -52,15 +75,7 @@ fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
             limit_mps: map.speed_limit_mps(&at).unwrap_or(0.0) as f32,
         });
     }
-    bend(&mut points);
-    Lane {
-        key: (entry.road, entry.section, entry.lane),
-        entry_s: entry.s,
-        exit_s: exit.s,
-        points,
-        junction: info.is_junction.then_some(info.junction_id.unwrap_or(u32::MAX)),
-        ..Lane::default()
-    }
+    points
 }
 
 fn between(entry: &Waypoint, exit: &Waypoint, share: f64) -> Waypoint {
@@ -135,14 +150,24 @@ fn beside(
     Beside { lane, from_m: best.0, to_m: best.1 }
 }
 
-/// Lanes from which all ways end are peeled off from the ends.
+/// Whether no car can turn as the lane does: with a turning circle of about 11 m it leaves the
+/// road. Maps have such ways back where roads end.
+fn is_too_tight(lane: &Lane) -> bool {
+    const TURN_RAD: f32 = 1.75;
+    const RADIUS_M: f32 = 4.0;
+    let turns = lane.points.windows(2).map(|pair| pair[1].heading_rad - pair[0].heading_rad);
+    let turn_rad: f32 = turns.map(|turn_rad| wrapped(turn_rad).abs()).sum();
+    turn_rad > TURN_RAD && lane.length_m() < RADIUS_M * turn_rad
+}
+
+/// Lanes from which all ways end, or go on where no car can, are peeled off from the ends.
 fn mark_endless(network: &mut Network) {
     for lane in &mut network.lanes {
         lane.goes_on = true;
     }
     let mut pending: Vec<LaneId> = (0..)
         .zip(&network.lanes)
-        .filter(|(_, lane)| lane.next.is_empty())
+        .filter(|(_, lane)| lane.next.is_empty() || is_too_tight(lane))
         .map(|(id, _)| id)
         .collect();
     while let Some(id) = pending.pop() {
@@ -157,5 +182,53 @@ fn mark_endless(network: &mut Network) {
                 pending.push(before);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One lane 12 m to the right of a road that turns left about a circle of 2 m, and one on which
+    /// a car would have to turn back within a circle of 1.5 m.
+    fn lanes(curvature_per_m: f64, length_m: f64, right_m: f64) -> Network {
+        let text = format!(
+            r#"<?xml version="1.0"?>
+<OpenDRIVE>
+  <header revMajor="1" revMinor="4" name="arc" version="1" north="0" south="0" east="0" west="0"/>
+  <road name="arc" length="{length_m}" id="1" junction="-1">
+    <planView>
+      <geometry s="0" x="0" y="0" hdg="0" length="{length_m}"><arc curvature="{curvature_per_m}"/></geometry>
+    </planView>
+    <lanes><laneSection s="0">
+      <center><lane id="0" type="none" level="false"/></center>
+      <right><lane id="-1" type="shoulder" level="false">
+        <width sOffset="0" a="{right_m}" b="0" c="0" d="0"/></lane>
+      <lane id="-2" type="driving" level="false">
+        <width sOffset="0" a="3" b="0" c="0" d="0"/></lane></right>
+    </laneSection></lanes>
+  </road>
+</OpenDRIVE>"#
+        );
+        Network::new(&Map::parse("arc", &text).unwrap())
+    }
+
+    #[test]
+    fn a_lane_far_outside_of_a_tight_curve_has_points_as_near_to_each_other_as_others() {
+        // Half a turn about 2 m; the lane's middle is 13.5 m from the centre of the turn.
+        let network = lanes(0.5, 6.2, 10.0);
+        let lane = &network.lanes[0];
+        for pair in lane.points.windows(2) {
+            assert!(pair[1].at_m - pair[0].at_m < 3.1, "{pair:?}");
+        }
+        let middle = lane.at(lane.length_m() / 2.0);
+        assert!((middle.curvature_per_m - 1.0 / 13.5).abs() < 0.005, "{middle:?}");
+    }
+
+    #[test]
+    fn a_way_back_that_no_car_can_turn_in_is_too_tight() {
+        assert!(is_too_tight(&lanes(0.66, 4.7, 0.0).lanes[0]), "half a turn about 3 m");
+        assert!(!is_too_tight(&lanes(0.5, 6.2, 10.0).lanes[0]), "half a turn about 13.5 m");
+        assert!(!is_too_tight(&lanes(0.66, 2.0, 0.0).lanes[0]), "a sharp corner of 76°");
     }
 }

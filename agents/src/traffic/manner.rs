@@ -2,7 +2,7 @@
 
 use schemas::AgentBehaviour;
 
-use crate::path::PathPoint;
+use crate::path::{PathPoint, curvature_per_m};
 
 /// A speed too high is braked off within about this time.
 const HASTE_SECS: f32 = 0.6;
@@ -79,10 +79,10 @@ impl Manner {
     /// As fast as limits and curves on the way allow here, and its end after `left_m`.
     pub(super) fn free_mps(&self, points: &[PathPoint], left_m: f32) -> f32 {
         let mut least_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
-        for at in points {
+        for (index, at) in points.iter().enumerate() {
             let limit_mps = at.point.limit_mps;
             let posted = if limit_mps > 0.0 { self.limit_mps(limit_mps) } else { self.speed_mps };
-            let curve = self.curve_mps2 / at.point.curvature_per_m.abs().max(1.0e-4);
+            let curve = self.curve_mps2 / curvature_per_m(points, index).max(1.0e-4);
             let there = (posted * posted).min(curve);
             least_mps = least_mps.min((there + 2.0 * self.braking_mps2 * at.ahead_m).sqrt());
         }
@@ -187,6 +187,12 @@ mod tests {
             let before_mps = free_mps(&[(0.0, 0.0, 20.0), (30.0, curvature_per_m, 20.0)]);
             assert!((before_mps - 12.81).abs() < 0.01, "{before_mps}");
         }
+        // Two lanes that meet at 41°.
+        let mut kinked = way(&[(0.0, 0.0, 20.0), (2.0, 0.0, 20.0), (4.0, 0.0, 20.0)]);
+        kinked[2].point.heading_rad = 0.715;
+        let kink_mps = manner.free_mps(&kinked, 1_000.0);
+        let wanted_mps = (2.2f32 / ((0.715 - 0.05) / 2.0) + 2.0 * 2.0 * 2.0).sqrt();
+        assert!((kink_mps - wanted_mps).abs() < 0.01, "{kink_mps}");
         let lower_mps = free_mps(&[(0.0, 0.0, 20.0), (25.0, 0.0, 10.0)]);
         assert!((lower_mps - 14.14).abs() < 0.01, "{lower_mps}");
     }

@@ -3,7 +3,8 @@
 //!
 //! [`report`] drives all of it and gives a table and plots; `causeway bench dynamics` writes them
 //! to a folder. [`traffic`] does the same for the world's own traffic on a ring road (`causeway
-//! bench traffic`). Everything is simulated, so that one run is like every other.
+//! bench traffic`), [`drive`] lets our drivers loose on any map (`causeway bench roads`).
+//! Everything is simulated, so that one run is like every other.
 //!
 //! Lengths in metres, angles in radians, speeds in metres per second unless a name says otherwise.
 
@@ -14,10 +15,12 @@ mod plot;
 mod published;
 mod report;
 mod ring;
+mod roads;
 mod straight;
 mod track;
 mod traffic;
 
+pub use self::roads::{Drive, Drivers, drive};
 pub use published::{Known, Row, VEHICLES, measure};
 pub use report::{Report, report};
 pub use traffic::{TrafficReport, traffic};

@@ -1,0 +1,97 @@
+//! Do our drivers stay on any road?
+//!
+//! Prints a row for every map and kind of driver.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use manoeuvres::{Drivers, drive};
+use roads::Map;
+
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Folder with OpenDRIVE files (`<map name>.xodr`); our own towns if none is given.
+    #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS_DIR")]
+    maps: Option<PathBuf>,
+    /// Cars on each map, as far as there is room.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    cars: u32,
+    /// Simulated minutes for each row.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    minutes: u32,
+}
+
+/// Why there is no table.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RoadsError {
+    /// The folder of maps.
+    #[error("{path:?} cannot be read: {cause}")]
+    Read {
+        /// What was to be read.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
+    println!(
+        "| map | drivers | cars | worst, m | at | left the road | tipped | contacts | stuck | m/s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for (name, text) in maps(args.maps.as_deref())? {
+        let map = match Map::parse(&name, &text) {
+            Ok(map) => Arc::new(map),
+            Err(error) => {
+                println!("| {name} | not read: {error} |");
+                continue;
+            }
+        };
+        for drivers in Drivers::ALL {
+            let who = drivers.as_str();
+            match drive(&map, drivers, args.cars, args.minutes) {
+                Ok(found) => println!(
+                    "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {:.1} |",
+                    found.vehicles,
+                    found.worst_m,
+                    found.worst_at_m.x,
+                    found.worst_at_m.y,
+                    found.left,
+                    found.tipped,
+                    found.contacts,
+                    found.stuck,
+                    found.mean_mps
+                ),
+                Err(error) => println!("| {name} | {who} | {error} |"),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Names and texts, in order of names.
+fn maps(folder: Option<&Path>) -> Result<Vec<(String, String)>, RoadsError> {
+    let Some(folder) = folder else {
+        let towns = roads::town::names().filter(|name| name.ends_with("_Opt"));
+        let built = towns.filter_map(|name| Some((name.to_owned(), roads::town::build(name)?)));
+        return Ok(built.collect());
+    };
+    let failed = |path: &Path| {
+        let path = path.to_path_buf();
+        move |cause| RoadsError::Read { path, cause }
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed(folder))? {
+        let path = entry.map_err(failed(folder))?.path();
+        if path.extension().is_some_and(|extension| extension == "xodr") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let read = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).map_err(failed(&path))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok((name, text))
+    };
+    files.into_iter().map(read).collect()
+}

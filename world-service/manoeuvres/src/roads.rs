@@ -1,0 +1,180 @@
+//! Our drivers on any road: who leaves it, tips over or hits somebody.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use nalgebra::{Point3, Vector3};
+use roads::{LaneTypes, Map};
+use schemas::{
+    ActorId, ActorKind, ActorState, AgentBehaviour, AgentCommand, AgentOptions, Command, Error,
+    ErrorCode, TrafficCommand, Vec3, WorldId,
+};
+use world::{Town, World, WorldConfig};
+
+use crate::Result;
+
+const DT_SECS: f64 = 0.05;
+const TICKS_PER_SEC: u32 = 20;
+/// Where vehicles are is looked at so often, in ticks.
+const LOOK_TICKS: u32 = 4;
+/// Farther beyond the edge than this a vehicle has left the road, in metres.
+const LEFT_M: f64 = 0.5;
+/// Slower than this a vehicle stands, and after so many seconds it is stuck.
+const STANDING_MPS: f32 = 0.2;
+const STUCK_SECS: u32 = 120;
+/// Tilted by more than 60° a vehicle lies.
+const LYING: f32 = 0.5;
+
+/// Who drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drivers {
+    /// The world's own traffic.
+    Traffic,
+    /// Normal navigation agents without a destination.
+    Agents,
+}
+
+impl Drivers {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Traffic, Self::Agents];
+
+    /// As tables name them.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Traffic => "traffic",
+            Self::Agents => "agents",
+        }
+    }
+}
+
+/// What came of a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// How many there was room for.
+    pub vehicles: u32,
+    /// How far the middle of a vehicle was beyond the edge of all driving lanes at worst.
+    pub worst_m: f64,
+    /// Where that was.
+    pub worst_at_m: Vec3,
+    /// Vehicles that were more than half a metre beyond it.
+    pub left: usize,
+    /// Vehicles that lay at some time.
+    pub tipped: usize,
+    /// Contacts of vehicles with anything.
+    pub contacts: u32,
+    /// Vehicles that stood for the last two minutes.
+    pub stuck: usize,
+    /// Of all vehicles over all time.
+    pub mean_mps: f64,
+}
+
+/// Drives up to `count` cars on a map for some minutes, with its lights and signs.
+///
+/// # Errors
+/// `Unsupported` for a map without room for a single car; a world that diverged.
+pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Result<Drive> {
+    let (mut world, vehicles) = begin(map, drivers, count)?;
+    let mut found = Drive {
+        vehicles,
+        worst_m: 0.0,
+        worst_at_m: Vec3::zeros(),
+        left: 0,
+        tipped: 0,
+        contacts: 0,
+        stuck: 0,
+        mean_mps: 0.0,
+    };
+    let (mut left, mut tipped) = (BTreeSet::new(), BTreeSet::new());
+    let mut moved_at: Vec<(ActorId, u32)> = Vec::new();
+    let (mut sum_mps, mut samples) = (0.0, 0u32);
+    let ticks = minutes * 60 * TICKS_PER_SEC;
+    for tick in 1..=ticks {
+        world.tick()?;
+        found.contacts += world.collisions().iter().filter(|hit| hit.started).count() as u32;
+        if !tick.is_multiple_of(LOOK_TICKS) {
+            continue;
+        }
+        let frame = world.frame();
+        for vehicle in frame.actors.iter().filter(|actor| actor.kind == ActorKind::Vehicle) {
+            let beyond_m = beyond_edge_m(map, vehicle);
+            if beyond_m > found.worst_m {
+                let at_m = vehicle.world_from_actor.translation.vector;
+                (found.worst_m, found.worst_at_m) = (beyond_m, at_m);
+            }
+            if beyond_m > LEFT_M {
+                left.insert(vehicle.id);
+            }
+            if (vehicle.world_from_actor.rotation * Vec3::z()).z < LYING {
+                tipped.insert(vehicle.id);
+            }
+            let mps = vehicle.linear_velocity_mps.norm();
+            (sum_mps, samples) = (sum_mps + f64::from(mps), samples + 1);
+            match moved_at.iter_mut().find(|(id, _)| *id == vehicle.id) {
+                Some((_, at)) if mps > STANDING_MPS => *at = tick,
+                Some(_) => {}
+                None => moved_at.push((vehicle.id, tick)),
+            }
+        }
+    }
+    let is_stuck = |(_, at): &&(ActorId, u32)| ticks - at > STUCK_SECS * TICKS_PER_SEC;
+    found.stuck = moved_at.iter().filter(is_stuck).count();
+    (found.left, found.tipped) = (left.len(), tipped.len());
+    found.mean_mps = sum_mps / f64::from(samples.max(1));
+    Ok(found)
+}
+
+/// A world with as many cars as there is room for.
+fn begin(map: &Arc<Map>, drivers: Drivers, count: u32) -> Result<(World, u32)> {
+    let internal = |text: &str| Error::new(ErrorCode::Internal, text);
+    let id = WorldId::new(1).ok_or_else(|| internal("no world has the id 0"))?;
+    let map = Arc::new(Town::new(Arc::clone(map)));
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map };
+    let mut world = World::with_traffic(config)?;
+    let room = (1..=count).rev().find(|count| {
+        let (count, behaviour) = (*count, None);
+        world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour })).is_ok()
+    });
+    let vehicles = room.ok_or_else(|| {
+        Error::new(ErrorCode::Unsupported, "the map has no lane that goes on with room for a car")
+    })?;
+    if drivers == Drivers::Agents {
+        let of = |actor: &ActorState| (actor.kind == ActorKind::Vehicle).then_some(actor.id);
+        let cars: Vec<ActorId> = world.frame().actors.iter().filter_map(of).collect();
+        for actor in cars {
+            let behaviour = AgentBehaviour::Normal;
+            let options = AgentOptions { behaviour, ..AgentOptions::default() };
+            let keep_route = false;
+            world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route }))?;
+            world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true }))?;
+        }
+    }
+    Ok((world, vehicles))
+}
+
+/// How far the middle of a vehicle is beyond the edge or the end of the nearest driving lane.
+fn beyond_edge_m(map: &Map, vehicle: &ActorState) -> f64 {
+    let here: Vector3<f64> = nalgebra::convert(vehicle.world_from_actor.translation.vector);
+    let Some(lane) = map.nearest(Point3::from(here), LaneTypes::DRIVING) else {
+        return f64::INFINITY;
+    };
+    let away_m = map.pose(&lane).inverse().transform_point(&Point3::from(here));
+    let beside_m = (away_m.y.abs() - map.lane(&lane).width_m / 2.0).max(0.0);
+    beside_m.hypot(away_m.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_leaves_the_roads_of_our_towns() {
+        let text = roads::town::build("Town02_Opt").unwrap();
+        let map = Arc::new(Map::parse("Town02_Opt", &text).unwrap());
+        for drivers in Drivers::ALL {
+            let found = drive(&map, drivers, 10, 1).unwrap();
+            assert_eq!((found.vehicles, found.left, found.tipped), (10, 0, 0), "{found:?}");
+            assert!(found.worst_m < LEFT_M && found.mean_mps > 0.5, "{found:?}");
+        }
+    }
+}
