@@ -23,7 +23,7 @@ HISTORY = re.compile(r"docs/decisions/|CHANGELOG.md|NOTICE.md")
 FOREIGN_SECTIONS = ("## Programs", "## CARLA's agents", "## Faults of the client")
 
 #: Words and flags of others that pages name.
-FOREIGN_WORDS = {"perf", "record", "nightly", "WS", "Generation", "Delta"} | {
+FOREIGN_WORDS = {"perf", "record", "nightly", "srunner", "WS", "Generation", "Delta"} | {
     # Kubernetes and Prometheus
     *("startupProbe", "livenessProbe", "readinessProbe", "terminationGracePeriodSeconds"),
 }

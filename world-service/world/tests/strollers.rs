@@ -95,8 +95,8 @@ fn walkers_walk_and_a_restored_world_walks_on_bit_for_bit() {
     assert!(way_m.values().all(|way_m| *way_m > 10.0), "{way_m:?} m in a minute");
 }
 
-/// A walker on the lane of a light, where its vehicles drive on, between the line and the crossing's
-/// far edge.
+/// A walker on the lane of a light, where its vehicles drive on, between the line and the far edge
+/// of the crossing.
 fn is_on_crossing(lines: &[(Vec3, Vec3)], at_m: Vec3) -> bool {
     lines.iter().any(|(line_m, along)| {
         let away_m = at_m - line_m;
