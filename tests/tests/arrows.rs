@@ -9,13 +9,14 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 23] = [
+const MAY_NAME: [(&str, &[&str]); 24] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
     ("whole-file", &[]),
     ("batched-queue", &[]),
+    ("tenancy", &["schemas"]),
     ("monitoring", &[]),
     ("admin", &["monitoring"]),
     ("signals", &["monitoring"]),
@@ -45,7 +46,7 @@ const MAY_NAME: [(&str, &[&str]); 23] = [
     ("render-service", &["bus", "monitoring", "roads", "schemas", "signals"]),
     (
         "scenario-service",
-        &["agents", "bus", "monitoring", "port-lending", "roads", "schemas", "signals"],
+        &["agents", "bus", "monitoring", "port-lending", "roads", "schemas", "signals", "tenancy"],
     ),
     (
         "carla-gateway",
@@ -79,6 +80,7 @@ const MAY_NAME: [(&str, &[&str]); 23] = [
             "roads",
             "schemas",
             "signals",
+            "tenancy",
         ],
     ),
 ];
