@@ -5,6 +5,7 @@
 mod bends;
 mod corl2017;
 mod lane_keep;
+mod nocrash;
 
 use schemas::{Error, ErrorCode};
 
@@ -12,8 +13,13 @@ use crate::end::End;
 pub(crate) use bends::Bends;
 
 /// All tasks.
-pub const TASKS: [&Task; 4] =
-    [&lane_keep::LANE_KEEP, &corl2017::STRAIGHT, &corl2017::ONE_TURN, &corl2017::NAVIGATION];
+pub const TASKS: [&Task; 5] = [
+    &lane_keep::LANE_KEEP,
+    &corl2017::STRAIGHT,
+    &corl2017::ONE_TURN,
+    &corl2017::NAVIGATION,
+    &nocrash::EMPTY,
+];
 
 /// What is to be driven.
 #[derive(Debug)]

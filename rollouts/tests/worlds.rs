@@ -100,6 +100,27 @@ fn a_driver_who_follows_the_points_arrives() {
 }
 
 #[test]
+fn who_leaves_its_lane_may_come_back_where_a_task_says_so() {
+    let full_throttle = |task: &str| {
+        let tier = TierKind::Kinematic;
+        let spec = Spec { tier, autoreset: Autoreset::Disabled, ..spec(task, 16) };
+        let mut shard = Shard::new(&spec, &course(&spec), 0..16).unwrap();
+        let mut buffers = Buffers::new(&spec);
+        for _ in 0..40 {
+            shard.step(&[0.1, 1.0].repeat(16), &mut buffers.rows()).unwrap();
+            if buffers.terminations.contains(&1) {
+                let ended = buffers.terminations.iter().position(|ended| *ended == 1).unwrap();
+                let episode = &buffers.episodes[ended * EPISODE_COLUMNS.len()..];
+                return Some(episode[column("cause")]);
+            }
+        }
+        None
+    };
+    assert_eq!(full_throttle("corl17-navigation"), Some(3.0), "it has left its lane");
+    assert_ne!(full_throttle("nocrash-empty"), Some(3.0));
+}
+
+#[test]
 fn equal_seeds_and_actions_give_equal_bytes_however_worlds_are_dealt_out() {
     for tier in [TierKind::Physics, TierKind::Kinematic] {
         equal_bytes(&Spec { tier, hash_every: 1, ..spec("lane-keep", 6) });
