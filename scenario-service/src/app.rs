@@ -80,7 +80,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
     let context = SessionContext::new(shared, config.default_scenario.clone(), config.profile);
-    let context = Arc::new(context.watched(monitor));
+    let context = Arc::new(context.watched(monitor).recovering(config.recovery_bytes));
     let contexts = Contexts::new(config.tenant.clone(), Arc::clone(&context), move |tenant| {
         Arc::new(port.for_tenant(tenant.clone()))
     });
@@ -123,6 +123,12 @@ fn export(monitor: &Monitor, sessions: &Arc<Sessions>) {
     };
     metrics.read_gauge("causeway_scenario_sessions", "Sessions", of(|(now, _)| now));
     metrics.read_gauge("causeway_scenario_sessions_max", "Sessions at once", of(|(_, max)| max));
+    let recovery = Arc::clone(&sessions.contexts().first().recovery);
+    metrics.read_gauge(
+        "causeway_scenario_recovery_bytes",
+        "Bytes kept to make worlds again",
+        move || recovery.used() as f64,
+    );
     let sessions = Arc::clone(sessions);
     metrics.read_gauge(
         "causeway_scenario_steps_waiting",

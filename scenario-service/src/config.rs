@@ -52,6 +52,9 @@ pub struct Args {
     /// Web pages of others that may use the face, e.g. `https://example.com`; its own always may.
     #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
     pub allow_origin: Vec<String>,
+    /// Memory to make worlds again whose world service is gone; 0: their episodes end.
+    #[arg(long, default_value_t = limits::RECOVERY_MIB, value_name = "MIB")]
+    pub recovery_mib: usize,
     /// Seconds after which a silent connection ends.
     #[arg(long, default_value_t = 3_600, value_name = "SECONDS")]
     pub idle_secs: u64,
@@ -83,6 +86,8 @@ pub(crate) struct Config {
     pub(crate) mode: Mode,
     /// Origins of web pages besides the face's own.
     pub(crate) allow_origin: Vec<String>,
+    /// Bytes to make worlds again.
+    pub(crate) recovery_bytes: usize,
     /// How long sessions may be idle.
     pub(crate) idle: IdleTimes,
 }
@@ -152,6 +157,7 @@ impl Config {
             profile,
             mode,
             allow_origin: args.allow_origin.clone(),
+            recovery_bytes: args.recovery_mib.saturating_mul(1 << 20),
             idle: IdleTimes {
                 connected: Duration::from_secs(args.idle_secs.max(1)),
                 detached: Duration::from_secs(args.detached_idle_secs.max(1)),

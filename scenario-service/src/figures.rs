@@ -20,6 +20,8 @@ pub(crate) struct Figures {
     pub(crate) draining: Counter,
     /// Pictures that were beyond a tenant's quota.
     pub(crate) pixels_refused: Counter,
+    /// Worlds that were lost and made again.
+    pub(crate) recovered: Counter,
     /// Episodes whose world was lost.
     pub(crate) lost: Counter,
 }
@@ -44,6 +46,10 @@ impl Figures {
             pixels_refused: metrics.counter(
                 "causeway_scenario_pictures_refused",
                 "Pictures that were beyond a tenant's quota",
+            ),
+            recovered: metrics.counter(
+                "causeway_scenario_worlds_recovered",
+                "Worlds that were lost and made again",
             ),
             lost: metrics
                 .counter("causeway_scenario_episodes_lost", "Episodes whose world was lost"),

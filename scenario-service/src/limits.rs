@@ -40,6 +40,19 @@ pub(crate) const SCENE_ACTORS_MAX: usize = 10;
 /// Parsed maps kept in memory.
 pub(crate) const MAPS_MAX: NonZeroUsize = NonZeroUsize::new(16).unwrap();
 
+/// Bytes that all episodes keep to make their worlds again, unless told otherwise.
+pub(crate) const RECOVERY_BYTES_MAX: usize = RECOVERY_MIB << 20;
+/// The same in MiB.
+pub(crate) const RECOVERY_MIB: usize = 256;
+/// Ticks that are repeated at most when a world is made again, but for those of the last step.
+pub(crate) const RECOVERY_TICKS: u32 = 200;
+/// Bytes of commands that are repeated then, but for those of the last step.
+pub(crate) const RECOVERY_BYTES: usize = 256 * 1024;
+
+/// How long each attempt to make a world again may take: towns are built, commands repeated.
+pub(crate) const RECOVERY_PATIENCE: [Duration; 3] =
+    [Duration::from_secs(3), Duration::from_secs(6), Duration::from_secs(12)];
+
 /// How long a world outlives this service.
 pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;
 /// How long a reset waits for a world service that is still starting.

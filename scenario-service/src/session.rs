@@ -3,27 +3,29 @@
 mod context;
 mod contexts;
 mod origin;
+mod recovery;
 pub(crate) mod table;
+mod world;
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use monitoring::Drain;
-use schemas::{
-    Command, CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame, TickItem,
-    TickOutcome,
-};
+use schemas::{CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame};
 use serde_json::{Map, Value};
 use tenancy::Quotas;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
-use crate::scenario::{Overrides, Scenario, ScenarioError, WorldSpec, registry};
+use crate::scenario::{Overrides, Scenario, ScenarioError, registry};
 use crate::world_port::keeper::OwnedWorld;
 use crate::world_port::{CreatedWorld, NewWorld};
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 use origin::Origin;
+use recovery::Base;
+pub(crate) use recovery::RecoveryBudget;
+use world::{EpisodeWorld, Told, Trouble, Work};
 
 /// Why a session refused. The episode that was running still is, except in [`WorldLost`].
 ///
@@ -93,7 +95,7 @@ enum Stage {
 
 enum Running {
     Nothing,
-    Episode(Box<Episode>, OwnedWorld),
+    Episode(Box<Episode>, EpisodeWorld),
     Lost(String),
 }
 
@@ -137,11 +139,13 @@ impl Session {
         let seed = request.seed.unwrap_or_else(random_seed);
         let spec = scenario.reset(seed, &map)?;
         let is_branch = branched.is_some();
-        let (frame, replies, world) = match branched {
-            Some(branched) => branched,
+        let ((frame, replies, world), base) = match branched {
+            Some(branched) => (branched, None),
             None => {
-                let (created, world) = self.create(map_name, seed, &spec).await?;
-                (decode(created.frame)?, created.replies, world)
+                let signals = spec.signals;
+                let new = NewWorld { map: map_name, seed, signals, commands: spec.commands() };
+                let (created, world) = self.create(new.clone()).await?;
+                ((decode(created.frame)?, created.replies, world), Some(Base::New(new)))
             }
         };
         if frame.map.digest != map.digest() {
@@ -163,6 +167,7 @@ impl Session {
             .ok_or_else(|| invalid("the world service made a world without the ego"))?;
         self.scenario = settings;
         self.built_from = built_from;
+        let world = EpisodeWorld::new(world, base, &context).await;
         self.running = Running::Episode(Box::new(episode), world);
         Ok(report)
     }
@@ -222,7 +227,7 @@ impl Session {
 
     /// The tick that the episode has seen last, and its world.
     #[cfg(test)]
-    pub(crate) fn present(&self) -> Option<(schemas::Tick, schemas::WorldId)> {
+    pub(crate) fn present(&self) -> Option<(schemas::Tick, Option<schemas::WorldId>)> {
         match &self.running {
             Running::Episode(episode, world) => Some((episode.frame().tick, world.id())),
             _ => None,
@@ -232,28 +237,19 @@ impl Session {
     async fn advance(&mut self, action: &Action) -> Result<Report, SessionError> {
         let (episode, world) = self.running.episode()?;
         let mut plan = episode.plan(action);
-        // Clients know a place that no road leads to as an error, and an error changes nothing.
-        if action.kind == ActionKind::SetDestination {
-            match try_out(&self.context, world, &plan.commands).await {
-                Ok(None) => {}
-                Ok(Some(refusal)) => return Err(SessionError::Refused(refusal)),
-                Err(error) => return Err(self.lost_or(error)),
-            }
-        }
-        let item = TickItem {
+        let work = Work {
             commands: std::mem::take(&mut plan.commands),
-            expected_tick: Some(episode.frame().tick),
-            ..TickItem::new(world.id(), plan.tick_count)
+            tick_count: plan.tick_count,
+            // Clients know a place that no road leads to as an error, and an error changes nothing.
+            is_checked: action.kind == ActionKind::SetDestination,
         };
-        let ticked = self.context.ticker.tick(item).await;
-        let told = ticked.and_then(|TickOutcome { frame, replies, collisions, .. }| {
-            Ok((SharedFrame::decode(frame)?, replies, collisions))
-        });
-        match told {
-            Ok((frame, replies, collisions)) => {
+        match world.advance(&self.context, episode.frame(), work).await {
+            Ok(Told { frame, replies, collisions }) => {
                 Ok(episode.advance(action, plan, frame, &replies, &collisions))
             }
-            Err(error) => Err(self.lost_or(error)),
+            Err(Trouble::Refused(refusal)) => Err(SessionError::Refused(refusal)),
+            Err(Trouble::Absent(error)) => Err(SessionError::World(error)),
+            Err(Trouble::World(error)) => Err(self.lost_or(error)),
         }
     }
 
@@ -278,13 +274,7 @@ impl Session {
     }
 
     /// Runs to its end even if the caller is cancelled, so that no world is made that nobody owns.
-    async fn create(
-        &self,
-        map: String,
-        seed: u64,
-        spec: &WorldSpec,
-    ) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
-        let new = NewWorld { map, seed, signals: spec.signals, commands: spec.commands() };
+    async fn create(&self, new: NewWorld) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
         let context = Arc::clone(&self.context);
         let created = tokio::spawn(async move {
             let created = context.port.create(new).await?;
@@ -339,7 +329,7 @@ struct Candidate {
 }
 
 impl Running {
-    fn episode(&mut self) -> Result<(&mut Episode, &OwnedWorld), SessionError> {
+    fn episode(&mut self) -> Result<(&mut Episode, &mut EpisodeWorld), SessionError> {
         match self {
             Self::Episode(episode, world) => Ok((episode, world)),
             Self::Lost(why) => Err(SessionError::WorldLost(why.clone())),
@@ -347,22 +337,6 @@ impl Running {
             Self::Nothing => Err(SessionError::WorldLost("it was never made".to_owned())),
         }
     }
-}
-
-/// Has a copy of the world carry out commands, without a tick; gives the first refusal. The world
-/// itself hears nothing.
-///
-/// # Errors
-/// Those of the port.
-async fn try_out(
-    context: &SessionContext,
-    world: &OwnedWorld,
-    commands: &[Command],
-) -> Result<Option<Error>, Error> {
-    let copy = context.keeper.keep(context.port.fork(world.id()).await?);
-    let item = TickItem { commands: commands.to_vec(), ..TickItem::new(copy.id(), 0) };
-    let outcome = context.ticker.tick(item).await?;
-    Ok(outcome.replies.into_iter().find_map(Result::err))
 }
 
 /// Whether the world may be gone, or at another tick than the episode knows.

@@ -51,6 +51,7 @@ pub(crate) fn visitor() -> Visitor {
 pub(crate) struct ToyWorlds {
     worlds: Mutex<BTreeMap<WorldId, Toy>>,
     next: Mutex<u64>,
+    saved: Mutex<Vec<Toy>>,
     /// Refuse to make worlds.
     pub(crate) full: AtomicBool,
     /// No picture can be drawn.
@@ -110,6 +111,28 @@ impl ToyWorlds {
         let fork = WorldId::new(*next).unwrap();
         worlds.insert(fork, toy);
         Ok(fork)
+    }
+
+    /// A state is known by its number, wherever worlds are.
+    pub(crate) fn save(&self, world: WorldId) -> Result<Vec<u8>, Error> {
+        let toy = self.worlds.lock().unwrap().get(&world).ok_or_else(unknown)?.clone();
+        let mut saved = self.saved.lock().unwrap();
+        saved.push(toy);
+        Ok((saved.len() - 1).to_le_bytes().to_vec())
+    }
+
+    pub(crate) fn load(&self, snapshot: &[u8]) -> Result<CreatedWorld, Error> {
+        if self.full.load(Ordering::Relaxed) {
+            return Err(Error::new(ErrorCode::Capacity, "the service is full"));
+        }
+        let index = usize::from_le_bytes(snapshot.try_into().unwrap());
+        let toy = self.saved.lock().unwrap()[index].clone();
+        let mut next = self.next.lock().unwrap();
+        *next += 1;
+        let world = WorldId::new(*next).unwrap();
+        let frame = toy.encode();
+        self.worlds.lock().unwrap().insert(world, toy);
+        Ok(CreatedWorld { world, frame, replies: Vec::new() })
     }
 
     pub(crate) fn tick_one(&self, item: &TickItem) -> Result<TickOutcome, Error> {
@@ -237,6 +260,14 @@ fn touched(frame: &Frame) -> Vec<ActorId> {
 }
 
 impl WorldPort for ToyWorlds {
+    fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>> {
+        Box::pin(async move { self.save(world) })
+    }
+
+    fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld> {
+        Box::pin(async move { self.load(&snapshot) })
+    }
+
     fn create(&self, new: NewWorld) -> Answer<'_, CreatedWorld> {
         Box::pin(async move { self.make(&new) })
     }

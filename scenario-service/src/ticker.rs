@@ -210,6 +210,14 @@ mod tests {
             unreachable!("a ticker forks nothing")
         }
 
+        fn snapshot(&self, _: WorldId) -> Answer<'_, Vec<u8>> {
+            unreachable!("a ticker keeps no states")
+        }
+
+        fn restore(&self, _: Vec<u8>) -> Answer<'_, CreatedWorld> {
+            unreachable!("a ticker restores nothing")
+        }
+
         fn owned(&self) -> Answer<'_, Vec<WorldId>> {
             unreachable!("a ticker asks for no list")
         }

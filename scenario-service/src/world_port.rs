@@ -54,6 +54,10 @@ pub(crate) trait WorldPort: Send + Sync + 'static {
     fn destroy(&self, world: WorldId) -> Answer<'_, ()>;
     /// Makes a world that is as this one is.
     fn fork(&self, world: WorldId) -> Answer<'_, WorldId>;
+    /// The whole state of a world.
+    fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>>;
+    /// Makes a world that goes on from such a state.
+    fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld>;
     /// Worlds that live as long as this service does.
     fn owned(&self) -> Answer<'_, Vec<WorldId>>;
     /// Advances many worlds; one result per item, in order.

@@ -7,8 +7,9 @@ use monitoring::Monitor;
 use schemas::Camera;
 use tenancy::{PixelBudget, Quotas};
 
-use super::SessionError;
+use super::{RecoveryBudget, SessionError};
 use crate::figures::Figures;
+use crate::limits::RECOVERY_BYTES_MAX;
 use crate::maps::Maps;
 use crate::scenario::{Profile, registry};
 use crate::ticker::Ticker;
@@ -33,6 +34,8 @@ pub(crate) struct SessionContext {
     pub(crate) monitor: Monitor,
     /// What is counted.
     pub(crate) figures: Arc<Figures>,
+    /// What may be kept to make worlds again, by sessions of all tenants.
+    pub(crate) recovery: Arc<RecoveryBudget>,
     /// What may still be drawn.
     pub(crate) pixels: PixelBudget,
 }
@@ -53,8 +56,14 @@ impl SessionContext {
             profile,
             monitor: Monitor::default(),
             figures: Arc::default(),
+            recovery: RecoveryBudget::new(RECOVERY_BYTES_MAX),
             pixels: PixelBudget::default(),
         }
+    }
+
+    /// The same, with so many bytes to make worlds again.
+    pub(crate) fn recovering(self, bytes_max: usize) -> Self {
+        Self { recovery: RecoveryBudget::new(bytes_max), ..self }
     }
 
     /// The same, watched over.
@@ -66,7 +75,12 @@ impl SessionContext {
     /// The same for another tenant, whose worlds are reached by a port of its own.
     pub(crate) fn beside(&self, port: Arc<dyn WorldPort>) -> Self {
         let new = Self::new(port, self.default_scenario.clone(), self.profile);
-        Self { monitor: self.monitor.clone(), figures: Arc::clone(&self.figures), ..new }
+        Self {
+            monitor: self.monitor.clone(),
+            figures: Arc::clone(&self.figures),
+            recovery: Arc::clone(&self.recovery),
+            ..new
+        }
     }
 
     /// Counts a picture against what the tenant may have drawn.

@@ -5,6 +5,8 @@ use serde_json::json;
 use super::*;
 use crate::testing::{self, ToyWorlds};
 
+mod recovery;
+
 fn session() -> (Arc<ToyWorlds>, Session) {
     let (port, context) = testing::context();
     (port, Session::new(context, Quotas::default()).unwrap())
@@ -220,20 +222,6 @@ async fn each_session_has_one_world_which_goes_with_it() {
     drop(session);
     settle().await;
     assert_eq!(port.count(), 0);
-}
-
-#[tokio::test]
-async fn a_lost_world_is_told_until_a_reset_begins_anew() {
-    let (port, mut session) = session();
-    session.reset(ResetRequest::default()).await.unwrap();
-    port.crash();
-    for _ in 0..2 {
-        let error = session.step(&Action::of(ActionKind::Observe)).await.unwrap_err().to_string();
-        assert!(error.starts_with("the world of this episode is gone ("), "{error}");
-        assert!(error.ends_with("; reset to start a new episode"), "{error}");
-    }
-    session.reset(ResetRequest::default()).await.unwrap();
-    assert_eq!(observe(&mut session, 1).await["step_number"], 1);
 }
 
 #[tokio::test]

@@ -157,6 +157,14 @@ impl WorldPort for UnreliableWorlds {
         self.ask(move |toys| toys.copy(world), whole)
     }
 
+    fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>> {
+        self.ask(move |toys| toys.save(world), whole)
+    }
+
+    fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld> {
+        self.ask(move |toys| toys.load(&snapshot), whole)
+    }
+
     fn owned(&self) -> Answer<'_, Vec<WorldId>> {
         self.ask(|toys| Ok(toys.ids()), without_last)
     }

@@ -212,6 +212,30 @@ impl WorldPort for BusWorlds {
         })
     }
 
+    fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>> {
+        Box::pin(async move {
+            let host = self.host_of(world)?;
+            let key = keys::world(&self.tenant, world);
+            let request = Request::SnapshotWorld { world };
+            match host.bus.request(&key, &request, WORLD_DEADLINE).await? {
+                Reply::Snapshot(bytes) => Ok(bytes),
+                _ => Err(unexpected("a snapshot")),
+            }
+        })
+    }
+
+    fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld> {
+        Box::pin(async move {
+            let lease = Some(Lease { owner: self.owner.clone(), millis: WORLD_LEASE_MILLIS });
+            match self.ask_worlds(Request::RestoreWorld { snapshot, lease }).await? {
+                Reply::WorldCreated { world, frame, replies } => {
+                    Ok(CreatedWorld { world, frame, replies })
+                }
+                _ => Err(unexpected("a restored world")),
+            }
+        })
+    }
+
     fn owned(&self) -> Answer<'_, Vec<WorldId>> {
         Box::pin(async move {
             let Reply::Worlds(worlds) = self.ask_worlds(Request::ListWorlds).await? else {

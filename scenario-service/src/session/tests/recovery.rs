@@ -1,0 +1,74 @@
+//! Worlds that go with their service, and come back.
+
+use super::*;
+use crate::scenario::Profile;
+use crate::world_port::WorldPort;
+
+#[tokio::test]
+async fn a_lost_world_is_told_until_a_reset_begins_anew() {
+    let port = Arc::new(ToyWorlds::default());
+    let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
+    let context = SessionContext::new(shared, "trolley_saves".to_owned(), Profile::Documented);
+    let context = Arc::new(context.recovering(0));
+    let mut session = Session::new(context, Quotas::default()).unwrap();
+    session.reset(ResetRequest::default()).await.unwrap();
+    port.crash();
+    for _ in 0..2 {
+        let error = session.step(&Action::of(ActionKind::Observe)).await.unwrap_err().to_string();
+        assert!(error.starts_with("the world of this episode is gone ("), "{error}");
+        assert!(error.ends_with("; reset to start a new episode"), "{error}");
+    }
+    session.reset(ResetRequest::default()).await.unwrap();
+    assert_eq!(observe(&mut session, 1).await["step_number"], 1);
+}
+
+#[tokio::test]
+async fn an_episode_goes_on_in_a_world_that_is_made_again() {
+    let (_, mut quiet) = session();
+    let (port, mut disturbed) = session();
+    for session in [&mut quiet, &mut disturbed] {
+        session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    }
+    // Further than one state is good for.
+    for step in 0..8 {
+        if step % 3 != 0 {
+            port.crash();
+        }
+        let ticks = 30 + step;
+        let (wanted, found) =
+            (observe(&mut quiet, ticks).await, observe(&mut disturbed, ticks).await);
+        assert_eq!(found, wanted, "step {step}");
+        assert_eq!(disturbed.present().unwrap().0, quiet.present().unwrap().0);
+    }
+    settle().await;
+    assert_eq!(port.count(), 1, "what was made again took the place of what was lost");
+}
+
+#[tokio::test]
+async fn a_refused_place_is_refused_in_a_world_that_is_made_again() {
+    let (port, mut session) = session();
+    session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    let before = observe(&mut session, 1).await["step_number"].clone();
+    port.crash();
+    let far = Action {
+        destination_x: Some(9e4),
+        destination_y: Some(0.0),
+        destination_z: Some(0.0),
+        ..Action::of(ActionKind::SetDestination)
+    };
+    assert!(matches!(session.step(&far).await, Err(SessionError::Refused(_))));
+    assert_eq!(before, json!(1));
+    assert_eq!(observe(&mut session, 1).await["step_number"], 2);
+}
+
+#[tokio::test]
+async fn a_world_that_cannot_be_made_again_now_is_made_again_later() {
+    let (port, mut session) = session();
+    session.reset(ResetRequest::default()).await.unwrap();
+    port.crash();
+    port.full.store(true, Ordering::Relaxed);
+    let error = session.step(&Action::of(ActionKind::Observe)).await.unwrap_err();
+    assert_eq!(error.to_string(), "the service is full");
+    port.full.store(false, Ordering::Relaxed);
+    assert_eq!(observe(&mut session, 1).await["step_number"], 1);
+}
