@@ -314,7 +314,8 @@ async fn settle() {
 }
 
 fn simulate(seed: u64) -> Simulation {
-    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    // Its timers go by the wall clock: none of them is ever due here.
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
     let simulation = Simulation::new(seed);
     runtime.block_on(simulation.run(seed));
     simulation

@@ -157,7 +157,9 @@ where
         match tokio::time::timeout(patience, attempt()).await {
             Ok(Err(error)) if is_passing(error.code) => last = error,
             Ok(done) => return done,
-            Err(_) => last = Error::new(ErrorCode::TimedOut, "the world was not made again in time"),
+            Err(_) => {
+                last = Error::new(ErrorCode::TimedOut, "the world was not made again in time")
+            }
         }
     }
     Err(last)
