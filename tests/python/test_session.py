@@ -57,8 +57,9 @@ def test_the_description_is_the_known_prompt_followed_by_what_is_seen(env):
     live = seen.scene_description[len(prompt) :].strip().splitlines()
     assert live[0] == f"Ego speed: {seen.speed_kmh:.1f} km/h"
     assert live[1] == f"Lane: {seen.current_lane}"
-    assert live[2] == "Nearby actors (3):"
-    assert live[3:] == [f"  - pedestrian {w['distance']:.1f}m ahead" for w in walkers(seen)]
+    assert live[2] == f"Lanes beside: {', '.join(sides)}"
+    assert live[3] == "Nearby actors (3):"
+    assert live[4:] == [f"  - pedestrian {w['distance']:.1f}m ahead" for w in walkers(seen)]
 
 
 def test_a_step_is_one_tick_of_a_twentieth_of_a_second(env):
