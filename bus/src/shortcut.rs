@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use bytes::BufMut;
 use rustix::process::geteuid;
-use schemas::{Error, keys, limits};
+use schemas::{Error, ErrorCode, keys, limits};
 use tokio::net::UnixStream;
 
 use crate::Bus;
@@ -32,6 +32,8 @@ const WELCOME: u8 = 1;
 const IDLE_MAX: usize = 4;
 /// How long the service may take to say where its shortcut is, and that there is room.
 const NAME_DEADLINE: Duration = Duration::from_millis(500);
+/// How often it is asked.
+const NAME_ATTEMPTS: u32 = 6;
 /// Between two looks at whether somebody still listens.
 const CLOSING_PAUSE: Duration = Duration::from_millis(50);
 /// Bytes before those of a message: whether it is a refusal, and how many follow.
@@ -48,6 +50,9 @@ pub(crate) struct Shortcut {
     idle: Mutex<Vec<UnixStream>>,
 }
 
+/// A service did not say in time where its shortcut is, or that there is room.
+struct TooSlow;
+
 /// A connection for one question.
 pub(crate) struct ShortcutConnection<'a> {
     shortcut: &'a Shortcut,
@@ -57,14 +62,33 @@ pub(crate) struct ShortcutConnection<'a> {
 impl Bus {
     /// The shortcut to what a service serves under `key`; `None` when it has none that leads there.
     pub(crate) async fn shortcut(&self, key: &str) -> Option<Shortcut> {
+        // A service that is busy, e.g. with its start, answers late.
+        for _ in 0..NAME_ATTEMPTS {
+            match self.try_shortcut(key).await {
+                Ok(shortcut) => return shortcut,
+                Err(TooSlow) => tracing::debug!(key, "asked again where a shortcut is"),
+            }
+        }
+        tracing::warn!(key, "no answer where a shortcut is: it is asked on the bus alone");
+        None
+    }
+
+    async fn try_shortcut(&self, key: &str) -> Result<Option<Shortcut>, TooSlow> {
         let (name_key, bytes_max) = (keys::shortcut_to(key), limits::REQUEST_BYTES_MAX);
-        let name =
-            ask(&self.session, &name_key, Vec::new(), bytes_max, NAME_DEADLINE).await.ok()?;
-        let address = SocketAddr::from_abstract_name(name).ok()?;
+        let asked = ask(&self.session, &name_key, Vec::new(), bytes_max, NAME_DEADLINE).await;
+        let name = match asked {
+            Ok(name) => name,
+            Err(error) if error.code == ErrorCode::TimedOut => return Err(TooSlow),
+            Err(_) => return Ok(None),
+        };
+        let Ok(address) = SocketAddr::from_abstract_name(name) else { return Ok(None) };
         let shortcut = Shortcut { key: key.to_owned(), address, idle: Mutex::default() };
         // Not kept: a connection is at its best in the threads that first use it.
-        shortcut.connect().await.ok()?;
-        Some(shortcut)
+        match shortcut.connect().await {
+            Ok(_) => Ok(Some(shortcut)),
+            Err(error) if error.kind() == io::ErrorKind::TimedOut => Err(TooSlow),
+            Err(_) => Ok(None),
+        }
     }
 }
 

@@ -107,6 +107,8 @@ pub struct Config {
     /// With the recordings of no tenant; see [`Config::world_of`].
     world: WorldConfig,
     recordings: PathBuf,
+    /// Whether clients may name files anywhere.
+    takes_paths: bool,
 }
 
 /// How worlds of an endpoint are made and run.
@@ -167,13 +169,14 @@ impl Config {
                 owner: args.id.clone(),
             },
             recordings,
+            // Users of this machine may name whole paths, as with CARLA, but not those of others.
+            takes_paths: args.host.is_loopback() && args.port.iter().all(|at| at.tenant.is_none()),
         })
     }
 
     /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.
     pub(crate) fn world_of(&self, tenant: &Tenant) -> WorldConfig {
-        // Users of this machine may name whole paths, as with CARLA.
-        let shelf = Shelf::new(self.recordings.join(tenant.as_str()), self.host.is_loopback());
+        let shelf = Shelf::new(self.recordings.join(tenant.as_str()), self.takes_paths);
         WorldConfig { shelf, ..self.world.clone() }
     }
 }

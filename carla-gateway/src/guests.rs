@@ -5,9 +5,13 @@ use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;
+use std::time::{Duration, Instant};
 
 use ipnetwork::IpNetwork;
 use tokio::net::{TcpListener, TcpStream};
+
+/// Between two lines of the log about connections that were refused.
+const TELL_EVERY: Duration = Duration::from_secs(1);
 
 /// Networks of one endpoint; without any, everybody who reaches its ports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -25,7 +29,10 @@ impl FromStr for Allowed {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let read = |(port, network): (&str, &str)| {
-            Some(Self { port: port.parse().ok()?, network: network.parse().ok()? })
+            let network: IpNetwork = network.parse().ok()?;
+            // Addresses of IPv4 are compared as such.
+            let is_canonical = network.ip().to_canonical() == network.ip();
+            is_canonical.then_some(Self { port: port.parse().ok()?, network })
         };
         let found = || format!("wanted PORT=ADDRESS/BITS, e.g. 2000=10.0.3.0/24, found {text:?}");
         text.split_once('=').and_then(read).ok_or_else(found)
@@ -52,13 +59,18 @@ impl Guests {
         &self,
         listener: &TcpListener,
     ) -> io::Result<(TcpStream, SocketAddr)> {
+        let mut told: Option<Instant> = None;
         loop {
             let (socket, address) = listener.accept().await?;
             if self.admits(address.ip()) {
                 return Ok((socket, address));
             }
-            let port = listener.local_addr().map_or(0, |here| here.port());
-            tracing::warn!(target: "audit", peer = %address, port, "refused: not in --allow");
+            // Whoever tries on and on fills no log.
+            if told.is_none_or(|told| told.elapsed() > TELL_EVERY) {
+                told = Some(Instant::now());
+                let port = listener.local_addr().map_or(0, |here| here.port());
+                tracing::warn!(target: "audit", peer = %address, port, "refused: not in --allow");
+            }
         }
     }
 }
@@ -82,7 +94,9 @@ mod tests {
 
     #[test]
     fn what_is_no_network_is_refused() {
-        for text in ["", "2000", "2000=", "2000=10.0.3.0/33", "x=10.0.3.0/24", "=10.0.3.0/24"] {
+        for text in
+            ["", "2000", "2000=", "2000=10.0.3.0/33", "x=10.0.3.0/24", "2000=::ffff:10.0.3.0/120"]
+        {
             assert!(text.parse::<Allowed>().unwrap_err().contains("PORT=ADDRESS/BITS"), "{text}");
         }
     }

@@ -49,9 +49,12 @@ pub(crate) const RECOVERY_TICKS: u32 = 200;
 /// Bytes of commands that are repeated then, but for those of the last step.
 pub(crate) const RECOVERY_BYTES: usize = 256 * 1024;
 
-/// How long each attempt to make a world again may take: towns are built, commands repeated.
+/// How long each attempt to make a world again may take, but for repeated ticks: a town is built.
 pub(crate) const RECOVERY_PATIENCE: [Duration; 3] =
     [Duration::from_secs(3), Duration::from_secs(6), Duration::from_secs(12)];
+
+/// How long each repeated tick may take then.
+pub(crate) const REPEATED_TICK: Duration = Duration::from_millis(50);
 
 /// How long a world outlives this service.
 pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;

@@ -165,9 +165,10 @@ impl Session {
         };
         let (episode, report) = Episode::begin(start, frame, &replies)
             .ok_or_else(|| invalid("the world service made a world without the ego"))?;
+        // Nothing waits any more from here on: a reset is done as a whole or not at all.
+        let world = EpisodeWorld::new(world, base, &context).await;
         self.scenario = settings;
         self.built_from = built_from;
-        let world = EpisodeWorld::new(world, base, &context).await;
         self.running = Running::Episode(Box::new(episode), world);
         Ok(report)
     }
@@ -249,6 +250,7 @@ impl Session {
             }
             Err(Trouble::Refused(refusal)) => Err(SessionError::Refused(refusal)),
             Err(Trouble::Absent(error)) => Err(SessionError::World(error)),
+            Err(Trouble::Gone(error)) => Err(self.lose(&error)),
             Err(Trouble::World(error)) => Err(self.lost_or(error)),
         }
     }
@@ -310,6 +312,10 @@ impl Session {
         if !ends_the_episode(error.code) {
             return SessionError::World(error);
         }
+        self.lose(&error)
+    }
+
+    fn lose(&mut self, error: &Error) -> SessionError {
         tracing::warn!(%error, "an episode lost its world");
         self.context.figures.lost.inc();
         self.context.maps.forget_names();

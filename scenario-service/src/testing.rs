@@ -54,6 +54,8 @@ pub(crate) struct ToyWorlds {
     saved: Mutex<Vec<Toy>>,
     /// Refuse to make worlds.
     pub(crate) full: AtomicBool,
+    /// A state is never told.
+    pub(crate) is_slow_to_save: AtomicBool,
     /// No picture can be drawn.
     pub(crate) blind: AtomicBool,
 }
@@ -261,7 +263,12 @@ fn touched(frame: &Frame) -> Vec<ActorId> {
 
 impl WorldPort for ToyWorlds {
     fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>> {
-        Box::pin(async move { self.save(world) })
+        Box::pin(async move {
+            if self.is_slow_to_save.load(Ordering::Relaxed) {
+                std::future::pending::<()>().await;
+            }
+            self.save(world)
+        })
     }
 
     fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld> {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use lru::LruCache;
 
-/// Wrong tokens of one address within [`WINDOW`], after which it has to wait for the next one.
+/// Wrong tokens of one address within [`WINDOW`], after which its next wrong ones are not counted.
 pub(crate) const FAILURES_MAX: u32 = 10;
 /// The time that is counted together.
 pub(crate) const WINDOW: Duration = Duration::from_secs(1);
@@ -29,7 +29,7 @@ impl Failures {
         Self { by_address: LruCache::new(ADDRESSES_MAX) }
     }
 
-    /// Whether an address has to wait.
+    /// Whether an address has presented too many.
     pub(crate) fn is_shut_out(&mut self, address: IpAddr, now: Instant) -> bool {
         self.by_address.get(&address).is_some_and(|window| {
             window.count >= FAILURES_MAX && now.saturating_duration_since(window.since) < WINDOW

@@ -8,6 +8,10 @@ use schemas::{Error, ErrorCode, Tenant, WorldId};
 /// Whose turn it is: a tenant and a session of it.
 pub(crate) type Whose = (Tenant, WorldId);
 
+/// Tenants, and sessions of a tenant, of whom it is known what they have used though they wait for
+/// nothing.
+const IDLE_MAX: usize = 1_024;
+
 /// Things that wait.
 ///
 /// Who has used least comes first; within a session the oldest. Of what somebody does not use a
@@ -28,8 +32,10 @@ type Sessions<T> = Shares<WorldId, VecDeque<T>>;
 /// Those who share, and what each has used.
 #[derive(Debug)]
 struct Shares<K, W> {
-    /// What whoever was served last had used.
+    /// What a newcomer counts as having used: at least what anybody had who was served.
     served: u64,
+    /// What was charged and has not moved `served` on yet.
+    charged: i64,
     of: BTreeMap<K, Share<W>>,
 }
 
@@ -58,7 +64,7 @@ impl<T> Waiting for Sessions<T> {
 
 impl<K, W> Default for Shares<K, W> {
     fn default() -> Self {
-        Self { served: 0, of: BTreeMap::new() }
+        Self { served: 0, charged: 0, of: BTreeMap::new() }
     }
 }
 
@@ -86,9 +92,21 @@ impl<K: Ord + Clone, W: Waiting> Shares<K, W> {
         waiting.into_iter().map(|(_, key)| key.clone()).collect()
     }
 
-    /// Notes that somebody is served, and who could not be though it was his turn: to them nothing
-    /// is owed for it.
+    /// Moves on by an equal part of what was charged for each of those who wait, though never past
+    /// whoever has used most: newcomers are not before others for ever.
+    fn advance(&mut self) {
+        let Ok(charged) = u64::try_from(self.charged) else { return };
+        let waiting = self.of.values().filter(|share| share.waiting.count() > 0).count();
+        let part = charged.div_ceil(waiting.max(1) as u64);
+        let used_max = self.of.values().map(|share| share.used).max().unwrap_or(0);
+        self.served = self.served.max(used_max.min(self.served.saturating_add(part)));
+        self.charged = 0;
+    }
+
+    /// Notes that somebody who still waits is served, and who could not be though it was his turn:
+    /// to them nothing is owed for it.
     fn serve(&mut self, key: &K, passed_over: &[K]) {
+        self.advance();
         self.served = self.served.max(self.of.get(key).map_or(0, |share| share.used));
         for key in passed_over {
             if let Some(share) = self.of.get_mut(key) {
@@ -100,12 +118,24 @@ impl<K: Ord + Clone, W: Waiting> Shares<K, W> {
     fn charge(&mut self, key: &K, cost: i64) {
         let share = self.share(key.clone());
         share.used = share.used.saturating_add_signed(cost);
+        self.charged = self.charged.saturating_add(cost);
     }
 
-    /// Forgets those who wait for nothing and would get no more and no less as newcomers.
+    /// Forgets those who wait for nothing and would get no more and no less as newcomers, and
+    /// whoever has used least where there are too many others.
     fn forget_idle(&mut self, saved_max: u64) {
         let used_min = self.served.saturating_sub(saved_max);
         self.of.retain(|_, share| share.waiting.count() > 0 || share.used > used_min);
+        if self.of.len() <= IDLE_MAX {
+            return;
+        }
+        let idle = self.of.iter().filter(|(_, share)| share.waiting.count() == 0);
+        let mut idle: Vec<_> = idle.map(|(key, share)| (share.used, key.clone())).collect();
+        idle.sort();
+        let excess = idle.len().saturating_sub(IDLE_MAX);
+        for (_, key) in idle.into_iter().take(excess) {
+            self.of.remove(&key);
+        }
     }
 }
 
@@ -164,8 +194,9 @@ impl<T> FairQueue<T> {
             let Some(place) = in_order.iter().position(may_go) else { continue };
             let (passed_over, session) = (in_order.get(..place)?, *in_order.get(place)?);
             sessions.serve(&session, passed_over);
-            let thing = sessions.share(session).waiting.pop_front()?;
             self.tenants.serve(tenant, tenants.get(..at)?);
+            let sessions = &mut self.tenants.share(tenant.clone()).waiting;
+            let thing = sessions.share(session).waiting.pop_front()?;
             self.count -= 1;
             return Some(((tenant.clone(), session), thing));
         }
@@ -209,130 +240,4 @@ impl<T> FairQueue<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn of(tenant: &str, session: u64) -> Whose {
-        (tenant.parse().unwrap(), WorldId::new(session).unwrap())
-    }
-
-    /// Somebody who asks again as soon as there is an answer.
-    struct Asker {
-        whose: Whose,
-        cost: u64,
-        got: u64,
-    }
-
-    /// Serves slices of at most 30 until so much time is gone; who is answered asks again after a
-    /// pause of 1.
-    fn served(mut askers: Vec<Asker>, time: u64) -> Vec<Asker> {
-        let mut queue = FairQueue::new(64, 60);
-        let mut asking: Vec<(u64, usize)> = (0..askers.len()).map(|at| (0, at)).collect();
-        let mut now = 0;
-        while now < time {
-            for (_, at) in asking.extract_if(.., |(when, _)| *when <= now) {
-                queue.push(askers[at].whose.clone(), (at, askers[at].cost)).unwrap();
-            }
-            let Some((whose, (at, left))) = queue.take(|_, _| true) else {
-                now += 1;
-                continue;
-            };
-            let slice = left.min(30);
-            // An estimate that is wrong by half, and what it was in truth.
-            queue.charge(&whose, (slice / 2) as i64);
-            queue.charge(&whose, (slice - slice / 2) as i64);
-            now += slice;
-            askers[at].got += slice;
-            if left > slice {
-                queue.put_back(whose, (at, left - slice));
-            } else {
-                asking.push((now + 1, at));
-            }
-        }
-        askers
-    }
-
-    /// The design's goal: at least 80 % of an eighth each.
-    #[test]
-    fn seven_small_tenants_beside_a_wild_one_get_their_eighths() {
-        let mut askers: Vec<Asker> = (0..32)
-            .map(|session| Asker { whose: of("wild", session + 1), cost: 2_000, got: 0 })
-            .collect();
-        let small =
-            |at: u64| Asker { whose: of(&format!("small-{at}"), 100 + at), cost: 8, got: 0 };
-        askers.extend((0..7).map(small));
-        let time = 80_000;
-        let served = served(askers, time);
-        for asker in served.iter().skip(32) {
-            let share = asker.got as f64 / (time as f64 / 8.0);
-            assert!(share >= 0.8, "{:?} got {share:.2} of its eighth", asker.whose);
-        }
-        let wild: u64 = served.iter().take(32).map(|asker| asker.got).sum();
-        assert!(wild >= time / 10, "the wild one got {wild} of {time}");
-    }
-
-    #[test]
-    fn sessions_of_a_tenant_share_what_it_gets() {
-        let costs = [2_000, 2_000, 100, 8];
-        let askers = costs.iter().zip(1..);
-        let askers = askers.map(|(cost, at)| Asker { whose: of("one", at), cost: *cost, got: 0 });
-        let served = served(askers.collect(), 40_000);
-        for asker in &served {
-            assert!(asker.got >= 8_000, "{:?} got {} of 10000", asker.whose, asker.got);
-        }
-    }
-
-    #[test]
-    fn what_is_not_used_is_not_saved_up() {
-        let mut queue = FairQueue::new(16, 0);
-        for _ in 0..4 {
-            queue.push(of("busy", 1), "busy").unwrap();
-        }
-        for _ in 0..2 {
-            let (whose, _) = queue.take(|_, _| true).unwrap();
-            queue.charge(&whose, 1_000);
-        }
-        for _ in 0..4 {
-            queue.push(of("late", 2), "late").unwrap();
-        }
-        let mut order = Vec::new();
-        while let Some((whose, who)) = queue.take(|_, _| true) {
-            queue.charge(&whose, 1_000);
-            order.push(who);
-        }
-        assert_eq!(order, ["late", "busy", "late", "busy", "late", "late"]);
-        assert_eq!(queue.count, 0);
-    }
-
-    #[test]
-    fn who_must_wait_for_something_else_holds_up_nobody_and_is_owed_nothing() {
-        let mut queue = FairQueue::new(16, 0);
-        for _ in 0..3 {
-            queue.push(of("aside", 1), "aside").unwrap();
-            queue.push(of("other", 2), "other").unwrap();
-        }
-        let mut take = |may: &dyn Fn(&&str) -> bool| {
-            let (whose, who) = queue.take(|_, thing| may(thing)).unwrap();
-            queue.charge(&whose, 1_000);
-            who
-        };
-        let not_aside = |who: &&str| *who != "aside";
-        assert_eq!([take(&not_aside), take(&not_aside)], ["other"; 2]);
-        let all = |_: &&str| true;
-        assert_eq!([take(&all), take(&all), take(&all)], ["aside", "aside", "other"]);
-        assert_eq!(queue.remove(|who| *who == "aside"), ["aside"]);
-        assert_eq!(queue.count, 0);
-    }
-
-    #[test]
-    fn a_tenant_with_a_backlog_leaves_room_for_others() {
-        let mut queue = FairQueue::new(4, 0);
-        queue.push(of("many", 1), 1).unwrap();
-        queue.push(of("many", 2), 2).unwrap();
-        let (refused, error) = queue.push(of("many", 3), 3).unwrap_err();
-        assert_eq!((refused, error.code), (3, ErrorCode::Capacity));
-        queue.push(of("few", 1), 4).unwrap();
-        queue.push(of("few", 1), 5).unwrap();
-        assert_eq!(queue.push(of("other", 1), 6).unwrap_err().1.code, ErrorCode::Capacity);
-    }
-}
+mod tests;

@@ -24,6 +24,8 @@ const ASSET_DEADLINE: Duration = Duration::from_secs(2);
 const UNDER_WAY_MAX: usize = 4;
 /// Of them, those of one tenant.
 const OF_TENANT_MAX: usize = 2;
+/// Tenants of whom it is known when a town was last begun for them.
+const BEGUN_MAX: usize = 1_024;
 
 /// Towns by digest.
 pub(crate) struct Towns {
@@ -33,6 +35,9 @@ pub(crate) struct Towns {
     known: LruCache<String, Arc<TownScene>>,
     /// For whom each is fetched and built.
     under_way: BTreeMap<String, Tenant>,
+    /// The number of the town that was last begun for a tenant.
+    begun: LruCache<Tenant, u64>,
+    begun_count: u64,
 }
 
 /// What came of a town that was asked for.
@@ -45,8 +50,15 @@ pub(crate) struct BuiltTown {
 
 impl Towns {
     pub(crate) fn new(bus: Bus, runtime: Handle, queue: Arc<JobQueue>) -> Self {
-        let under_way = BTreeMap::new();
-        Self { bus, runtime, queue, known: LruCache::unbounded(), under_way }
+        Self {
+            bus,
+            runtime,
+            queue,
+            known: LruCache::unbounded(),
+            under_way: BTreeMap::new(),
+            begun: LruCache::unbounded(),
+            begun_count: 0,
+        }
     }
 
     /// Whether a town is there.
@@ -59,9 +71,19 @@ impl Towns {
         self.known.get(digest).cloned()
     }
 
+    /// Has towns fetched and built as far as there is room; the tenant comes first for whom one
+    /// was begun longest ago, so that none whose towns never come keeps the room for ever.
+    pub(crate) fn want<'a>(&mut self, wanted: impl Iterator<Item = (&'a Tenant, &'a MapRef)>) {
+        let mut wanted: Vec<_> = wanted.collect();
+        wanted.sort_by_key(|(tenant, _)| self.begun.peek(*tenant).copied());
+        for (tenant, map) in wanted {
+            self.begin(tenant, map);
+        }
+    }
+
     /// Has a town fetched and built for a tenant, unless it is there or enough others are under
     /// way; the queue gets it.
-    pub(crate) fn want(&mut self, tenant: &Tenant, map: &MapRef) {
+    fn begin(&mut self, tenant: &Tenant, map: &MapRef) {
         let is_enough = self.under_way.len() >= UNDER_WAY_MAX
             || self.under_way.contains_key(&map.digest)
             || self.under_way.values().filter(|other| *other == tenant).count() >= OF_TENANT_MAX;
@@ -69,6 +91,11 @@ impl Towns {
             return;
         }
         self.under_way.insert(map.digest.clone(), tenant.clone());
+        self.begun_count += 1;
+        self.begun.push(tenant.clone(), self.begun_count);
+        if self.begun.len() > BEGUN_MAX {
+            self.begun.pop_lru();
+        }
         let (bus, runtime, queue) =
             (self.bus.clone(), self.runtime.clone(), Arc::clone(&self.queue));
         let map = map.clone();

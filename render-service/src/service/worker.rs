@@ -136,11 +136,12 @@ impl Worker {
                 }
             }
         }
-        for (tenant, task) in self.waiting.first_of_each() {
-            if let Stage::New(job) = &task.stage {
-                self.towns.want(tenant, &job.frame.map);
-            }
-        }
+        let firsts = self.waiting.first_of_each().into_iter();
+        let wanted = firsts.filter_map(|(tenant, task)| match &task.stage {
+            Stage::New(job) => Some((tenant, &job.frame.map)),
+            Stage::Begun(_) => None,
+        });
+        self.towns.want(wanted);
     }
 
     fn enqueue(&mut self, incoming: Incoming, job: Box<RenderJob>) {

@@ -14,6 +14,7 @@ use base64::engine::general_purpose::STANDARD;
 use tenancy::{Door, Refusal};
 
 use super::http_errors;
+use crate::limits::ECHO_CHARS_MAX;
 use crate::listener::FaceListener;
 
 /// What says nothing of any world: probes, hubs and validators ask for it without a token.
@@ -51,8 +52,8 @@ pub(super) async fn check(
             next.run(request).await
         }
         Err(refusal) => {
-            if refusal != Refusal::NoToken {
-                let path = request.uri().path();
+            if refusal == Refusal::WrongToken {
+                let path: String = request.uri().path().chars().take(ECHO_CHARS_MAX).collect();
                 tracing::warn!(target: "audit", %peer, path, %refusal, "refused");
             }
             refused(refusal)

@@ -81,6 +81,8 @@ pub(super) struct Recovery {
     ticks: u32,
     /// Of `done`.
     bytes: usize,
+    /// How often no new state could be had.
+    misses: usize,
     share: Share,
 }
 
@@ -89,22 +91,35 @@ impl Recovery {
     pub(super) fn new(base: Base, budget: &Arc<RecoveryBudget>) -> Option<Self> {
         let mut share = Share::none(Arc::clone(budget));
         let has_room = share.grow(base.bytes());
-        has_room.then(|| Self { base, done: Vec::new(), ticks: 0, bytes: 0, share })
+        has_room.then(|| Self { base, done: Vec::new(), ticks: 0, bytes: 0, misses: 0, share })
     }
 
     /// Notes what was done. `false`: there is no room for it, so that nothing can be made again.
     #[must_use]
     pub(super) fn note(&mut self, commands: Vec<Command>, tick_count: u32) -> bool {
-        let bytes = size_of::<Done>() + commands.len() * size_of::<Command>();
+        let bytes = Done::bytes(commands.len());
         self.ticks += tick_count;
         self.bytes += bytes;
         self.done.push(Done { commands, tick_count });
         self.share.grow(bytes)
     }
 
-    /// Whether a new state should take the place of all this.
-    pub(super) fn is_long(&self) -> bool {
-        self.ticks >= RECOVERY_TICKS || self.bytes >= RECOVERY_BYTES
+    /// Whether a new state should take the place of all this and so much more.
+    pub(super) fn is_long_with(&self, commands: usize, tick_count: u32) -> bool {
+        let ticks = self.ticks.saturating_add(tick_count) as usize;
+        let bytes = self.bytes + Done::bytes(commands);
+        let times = 1 + self.misses;
+        ticks >= RECOVERY_TICKS as usize * times || bytes >= RECOVERY_BYTES * times
+    }
+
+    /// Notes that no new state could be had; it is asked for again after as much again.
+    pub(super) fn miss(&mut self) {
+        self.misses += 1;
+    }
+
+    /// Ticks that are repeated.
+    pub(super) fn ticks(&self) -> u32 {
+        self.ticks
     }
 
     /// Makes the world again, on whichever service takes it. `None`: it is not as it was seen last.
@@ -135,6 +150,12 @@ impl Recovery {
         let (wanted, found) = (of(seen), of(&frame));
         tracing::error!(wanted, found, "a world that was made again went another way");
         Ok(None)
+    }
+}
+
+impl Done {
+    fn bytes(commands: usize) -> usize {
+        size_of::<Self>() + commands * size_of::<Command>()
     }
 }
 
@@ -187,7 +208,10 @@ mod tests {
     fn a_new_state_is_due_after_many_ticks() {
         let budget = RecoveryBudget::new(usize::MAX);
         let mut recovery = Recovery::new(Base::Snapshot(Vec::new()), &budget).unwrap();
-        assert!(recovery.note(Vec::new(), RECOVERY_TICKS - 1) && !recovery.is_long());
-        assert!(recovery.note(Vec::new(), 1) && recovery.is_long());
+        assert!(!recovery.is_long_with(0, RECOVERY_TICKS - 1));
+        assert!(recovery.note(Vec::new(), RECOVERY_TICKS - 1));
+        assert!(recovery.is_long_with(0, 1));
+        recovery.miss();
+        assert!(!recovery.is_long_with(0, 1) && recovery.is_long_with(0, RECOVERY_TICKS + 1));
     }
 }

@@ -225,7 +225,11 @@ impl TenantSessions {
             }
         }
         slots.insert(slot.id.clone(), Arc::clone(&slot));
+        drop(slots);
         figures.opened.inc();
+        if let Some(token) = &self.visitor.token {
+            tracing::info!(target: "audit", %tenant, %token, session = slot.id, "opened");
+        }
         Ok(InUse { sessions: Arc::clone(&self.all), slot: Arc::clone(&slot), is_attached: false })
     }
 

@@ -1,13 +1,14 @@
 //! The world of an episode: what is done in it is done once, also when the service that has it goes.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, SharedFrame};
 use schemas::{TickItem, TickOutcome, WorldId};
 
 use super::SessionContext;
 use super::recovery::{Base, Recovery};
-use crate::limits::RECOVERY_PATIENCE;
+use crate::limits::{RECOVERY_PATIENCE, REPEATED_TICK};
 use crate::world_port::keeper::OwnedWorld;
 
 /// What is to be done in a world.
@@ -31,6 +32,8 @@ pub(super) enum Trouble {
     Refused(Error),
     /// The world is gone and cannot be made again now, but later.
     Absent(Error),
+    /// The world is gone for good.
+    Gone(Error),
     /// The port; whether the world is still there follows from the code.
     World(Error),
 }
@@ -59,7 +62,7 @@ impl EpisodeWorld {
         let mut world = Self { owned: Some(owned), recovery: None };
         match base {
             Some(base) => world.recovery = Recovery::new(base, &context.recovery),
-            None => world.renew(context).await,
+            None => _ = world.renew(context).await,
         }
         world
     }
@@ -113,49 +116,64 @@ impl EpisodeWorld {
         seen: &Frame,
     ) -> Result<WorldId, Trouble> {
         self.owned = None;
-        let Some(recovery) = &self.recovery else { return Err(Trouble::World(gone())) };
-        let again = patiently(|| recovery.remake(context, seen)).await.map_err(Trouble::Absent)?;
-        let owned = again.ok_or_else(|| Trouble::World(gone()))?;
+        let Some(recovery) = &self.recovery else { return Err(Trouble::Gone(gone())) };
+        let more = REPEATED_TICK * recovery.ticks();
+        let again = patiently(more, || recovery.remake(context, seen)).await;
+        let again = again.map_err(|error| match is_passing(error.code) {
+            true => Trouble::Absent(error),
+            false => Trouble::Gone(error),
+        })?;
+        let owned = again.ok_or_else(|| Trouble::Gone(gone()))?;
         context.figures.recovered.inc();
         Ok(self.owned.insert(owned).id())
     }
 
-    /// Keeps what was done for the next time.
+    /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
+        let Some(recovery) = &mut self.recovery else { return };
+        if recovery.is_long_with(work.commands.len(), work.tick_count) {
+            if self.renew(context).await {
+                return;
+            }
+            self.recovery.as_mut().map(Recovery::miss);
+        }
         let Some(recovery) = &mut self.recovery else { return };
         if !recovery.note(work.commands, work.tick_count) {
             tracing::debug!("no room to make this world again");
             self.recovery = None;
-        } else if recovery.is_long() {
-            self.renew(context).await;
         }
     }
 
-    /// Begins anew with the present state.
-    async fn renew(&mut self, context: &SessionContext) {
-        let Some(owned) = &self.owned else { return };
+    /// Begins anew with the present state; whether it could be had.
+    async fn renew(&mut self, context: &SessionContext) -> bool {
+        let Some(owned) = &self.owned else { return false };
         match context.port.snapshot(owned.id()).await {
             Ok(bytes) => {
                 // Its room first, which the new one may need.
                 self.recovery = None;
                 self.recovery = Recovery::new(Base::Snapshot(bytes), &context.recovery);
+                true
             }
-            // What is kept still leads to the present state.
-            Err(error) => tracing::debug!(%error, "no state of a world to go on from"),
+            Err(error) => {
+                tracing::debug!(%error, "no state of a world to go on from");
+                false
+            }
         }
     }
 }
 
 /// Tries again while services come and go: a question that was on its way to one that died may never
 /// be answered.
-async fn patiently<T, F>(attempt: impl Fn() -> F) -> Result<T, Error>
+async fn patiently<T, F>(more: Duration, attempt: impl Fn() -> F) -> Result<T, Error>
 where
     F: Future<Output = Result<T, Error>>,
 {
     let mut last = gone();
     for patience in RECOVERY_PATIENCE {
-        match tokio::time::timeout(patience, attempt()).await {
-            Ok(Err(error)) if is_passing(error.code) => last = error,
+        match tokio::time::timeout(patience + more, attempt()).await {
+            Ok(Err(error)) if is_passing(error.code) && error.code != ErrorCode::Capacity => {
+                last = error
+            }
             Ok(done) => return done,
             Err(_) => {
                 last = Error::new(ErrorCode::TimedOut, "the world was not made again in time")
@@ -165,9 +183,10 @@ where
     Err(last)
 }
 
-/// Whether the next attempt may find another service.
+/// Whether a later attempt may find another service, or room.
 fn is_passing(code: ErrorCode) -> bool {
-    matches!(code, ErrorCode::TimedOut | ErrorCode::Unreachable | ErrorCode::UnknownWorld)
+    use ErrorCode::{Capacity, TimedOut, UnknownWorld, Unreachable};
+    matches!(code, TimedOut | Unreachable | UnknownWorld | Capacity)
 }
 
 fn gone() -> Error {

@@ -117,6 +117,11 @@ class Session:
                 raise PermissionError(
                     f"{self._url} wants a valid token: pass token=..., or set CAUSEWAY_TOKEN"
                 ) from None
+            if isinstance(cause, InvalidURI):
+                raise ValueError(
+                    f"no address: {self._url}; a token is the password of a user, "
+                    "as in http://anybody:cw_...@host:8000"
+                ) from None
             raise ConnectionError(
                 f"no OpenEnv server at {self._url} ({cause}): start one with `causeway up`, "
                 "or pass the address it printed"

@@ -62,6 +62,23 @@ async fn a_refused_place_is_refused_in_a_world_that_is_made_again() {
 }
 
 #[tokio::test]
+async fn a_step_that_is_given_up_while_a_state_is_kept_was_not_done() {
+    let (port, mut session) = session();
+    session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    let (_, mut quiet) = super::session();
+    quiet.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    observe(&mut session, 199).await;
+    observe(&mut quiet, 199).await;
+    port.is_slow_to_save.store(true, Ordering::Relaxed);
+    let observed = Action::of(ActionKind::Observe);
+    let given_up =
+        tokio::time::timeout(std::time::Duration::from_millis(50), session.step(&observed));
+    assert!(given_up.await.is_err());
+    port.is_slow_to_save.store(false, Ordering::Relaxed);
+    assert_eq!(observe(&mut session, 3).await, observe(&mut quiet, 3).await);
+}
+
+#[tokio::test]
 async fn a_world_that_cannot_be_made_again_now_is_made_again_later() {
     let (port, mut session) = session();
     session.reset(ResetRequest::default()).await.unwrap();
