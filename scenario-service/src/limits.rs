@@ -64,8 +64,8 @@ pub(crate) const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
 pub(crate) const TICK_DEADLINE: Duration = Duration::from_secs(10);
 /// What every tick of a batch adds to it: a world may be large, and its machine busy.
 pub(crate) const TICK_PATIENCE: Duration = Duration::from_millis(250);
-/// Answer time of the largest batch: clients of OpenEnv wait a minute.
-pub(crate) const TICK_DEADLINE_MAX: Duration = Duration::from_secs(60);
+/// Answer time of the largest batch: clients of OpenEnv wait a minute, and are told before.
+pub(crate) const TICK_DEADLINE_MAX: Duration = Duration::from_secs(55);
 /// Answer time of anything else asked of a world.
 pub(crate) const WORLD_DEADLINE: Duration = Duration::from_secs(10);
 /// How often sessions are searched for idle ones.

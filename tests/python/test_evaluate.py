@@ -129,12 +129,23 @@ def test_too_little_success_and_bad_input_have_their_exit_codes(tmp_path):
         (("--tasks", "fly"), "there is no such task"),
         (("--against", tmp_path / "none.json"), "No such file"),
         (("--episodes", 0), "not 0"),
+        (("--policies", "follow", "follow"), "follow twice; NAME=FILE.npz gives"),
+        (("--policies", "car=follow", "car=forward"), "--policies has car twice"),
+        (("--seeds", 1, 2, 1), "--seeds has 1 twice"),
+        (("--towns", "Town02", "Town02"), "--towns has Town02 twice"),
     ]:
         refused = evaluate(*arguments)
         assert refused.returncode == 2 and words in refused.stderr, refused.stderr
     (tmp_path / "other.json").write_text('{"version": 7}')
     refused = evaluate("--against", tmp_path / "other.json")
     assert refused.returncode == 2 and "wanted version 1, found 7" in refused.stderr
+
+
+def test_an_episode_of_a_cell_counts_once():
+    cell = Cell("lane-keep", "Town02", "kinematic", "a")
+    one = Episode(cell, 3, 4, "00", {"success": 1.0, "cause": 1.0})
+    with pytest.raises(ValueError, match="kinematic, a: episode 4 of seed 3 comes twice"):
+        summarise([one, one])
 
 
 def test_runs_without_a_common_episode_are_not_compared():

@@ -59,6 +59,25 @@ def test_policies_by_name_give_an_action_for_each_row(batch, name):
     assert np.array_equal(actions, again.act(batch.observations))
 
 
+def test_files_that_lack_something_are_refused(batch, tmp_path):
+    mlp(batch).save(tmp_path / "whole.npz")
+    whole = (tmp_path / "whole.npz").read_bytes()
+    with np.load(tmp_path / "whole.npz") as file:
+        arrays = {name: file[name] for name in file.files}
+    broken = tmp_path / "broken.npz"
+    for size in (0, 3, 100, len(whole) // 2, len(whole) - 1):
+        broken.write_bytes(whole[:size])
+        with pytest.raises(ValueError, match=r"broken\.npz is no file of a policy: "):
+            policy.named(str(broken))
+    for name in ("columns", "scales", "weights0", "bias1"):
+        np.savez(broken, **{key: value for key, value in arrays.items() if key != name})
+        with pytest.raises(ValueError, match=r"broken\.npz is no file of a policy: no "):
+            policy.named(str(broken))
+    np.savez(broken, **{**arrays, "weights0": np.zeros(3)})
+    with pytest.raises(ValueError, match=r"layers from \d+ columns to 2 actions wanted"):
+        policy.named(str(broken))
+
+
 def test_what_is_no_policy_is_refused_with_what_was_wanted(batch, tmp_path):
     with pytest.raises(ValueError, match=r"no policy 'fly': wanted forward, .* or a file FILE.npz"):
         policy.named("fly")

@@ -28,7 +28,7 @@ def env():
 def test_pettingzoos_own_check_finds_nothing(agents, capsys):
     env = make(agents)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.simplefilter("error", UserWarning)
         parallel_api_test(env, num_cycles=1000)
     env.close()
     assert "Passed Parallel API test" in capsys.readouterr().out

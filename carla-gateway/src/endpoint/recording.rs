@@ -24,7 +24,10 @@ impl Endpoint {
         if !self.recorder.is_running() {
             return Ok(());
         }
-        let physics = self.physics_to_record().await?;
+        let physics = self.physics_to_record().await.unwrap_or_else(|refusal| {
+            tracing::debug!(%refusal, "a frame is recorded without the physics of its vehicles");
+            Vec::new()
+        });
         let Some(episode) = &self.episode else { return Ok(()) };
         let scene = Scene { episode, lamps: self.lamps.lights(), weather: &self.weather, physics };
         self.recorder.record(scene);
@@ -35,6 +38,9 @@ impl Endpoint {
     }
 
     /// Physics of vehicles that are new or whose physics was changed, in the newest frame.
+    ///
+    /// # Errors
+    /// Those of the world, also when it does not know one of them.
     async fn physics_to_record(&mut self) -> Result<Vec<PhysicsControl>, Refusal> {
         let wanted = |it: &Self| {
             let frame = it.episode.as_ref().map(|episode| &episode.frame);

@@ -1,5 +1,6 @@
-//! What it takes to make the world of an episode again when the service that had it is gone: a state
-//! of it, and all that was done since. The same commands give the same bits, so it is the same world.
+//! What it takes to make the world of an episode again when the service that had it is gone: a
+//! state of it, and all that was done since. The same commands give the same bits, so it is the
+//! same world.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,4 +1,5 @@
-//! The world of an episode: what is done in it is done once, also when the service that has it goes.
+//! The world of an episode: what is done in it is done once, also when the service that has it
+//! goes.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -128,7 +129,8 @@ impl EpisodeWorld {
         Ok(self.owned.insert(owned).id())
     }
 
-    /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been done.
+    /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been
+    /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
         let Some(recovery) = &mut self.recovery else { return };
         if recovery.is_long_with(work.commands.len(), work.tick_count) {
@@ -162,8 +164,8 @@ impl EpisodeWorld {
     }
 }
 
-/// Tries again while services come and go: a question that was on its way to one that died may never
-/// be answered.
+/// Tries again while services come and go: a question that was on its way to one that died may
+/// never be answered.
 async fn patiently<T, F>(more: Duration, attempt: impl Fn() -> F) -> Result<T, Error>
 where
     F: Future<Output = Result<T, Error>>,

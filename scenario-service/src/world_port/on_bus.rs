@@ -288,7 +288,8 @@ mod tests {
     fn a_step_of_many_ticks_has_more_time_than_one_of_few() {
         let deadline = |ticks| deadline_of(&[TickItem::new(WorldId::of_host(1, 1), ticks)]);
         assert!(deadline(1) >= TICK_DEADLINE && deadline(1) < 2 * TICK_DEADLINE);
-        assert_eq!(deadline(200), Duration::from_secs(60));
+        assert_eq!(deadline(100), Duration::from_secs(35));
+        assert_eq!(deadline(200), Duration::from_secs(55));
         assert_eq!(deadline(u32::MAX), TICK_DEADLINE_MAX);
     }
 }

@@ -1,6 +1,6 @@
 //! Our drivers on any road: who leaves it, tips over or hits somebody.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
@@ -86,7 +86,7 @@ pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Resu
         mean_mps: 0.0,
     };
     let (mut left, mut tipped) = (BTreeSet::new(), BTreeSet::new());
-    let mut moved_at: Vec<(ActorId, u32)> = Vec::new();
+    let mut moved_at: BTreeMap<ActorId, u32> = BTreeMap::new();
     let (mut sum_mps, mut samples) = (0.0, 0u32);
     let ticks = minutes * 60 * TICKS_PER_SEC;
     for tick in 1..=ticks {
@@ -110,15 +110,15 @@ pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Resu
             }
             let mps = vehicle.linear_velocity_mps.norm();
             (sum_mps, samples) = (sum_mps + f64::from(mps), samples + 1);
-            match moved_at.iter_mut().find(|(id, _)| *id == vehicle.id) {
-                Some((_, at)) if mps > STANDING_MPS => *at = tick,
-                Some(_) => {}
-                None => moved_at.push((vehicle.id, tick)),
+            // Who stands from the beginning has stood for all of the drive.
+            let at = moved_at.entry(vehicle.id).or_insert(tick - LOOK_TICKS);
+            if mps > STANDING_MPS {
+                *at = tick;
             }
         }
     }
-    let is_stuck = |(_, at): &&(ActorId, u32)| ticks - at > STUCK_SECS * TICKS_PER_SEC;
-    found.stuck = moved_at.iter().filter(is_stuck).count();
+    let is_stuck = |at: &&u32| ticks - **at >= STUCK_SECS * TICKS_PER_SEC;
+    found.stuck = moved_at.values().filter(is_stuck).count();
     (found.left, found.tipped) = (left.len(), tipped.len());
     found.mean_mps = sum_mps / f64::from(samples.max(1));
     Ok(found)

@@ -50,7 +50,7 @@ def main() -> None:
         "--task", choices=["straight", "one-turn"], default="one-turn", help="default: %(default)s"
     )
     parser.add_argument("--episodes", type=int, default=5, help="default: %(default)s")
-    parser.add_argument("--out", type=Path, help="save a picture of the first bend there")
+    parser.add_argument("--out", type=Path, help="save a picture of the first drive there")
     finish(run, parser.parse_args())
 
 
@@ -80,18 +80,23 @@ def run(options: argparse.Namespace) -> None:
 def episode(
     world: carla.World, car: carla.Vehicle, policy: Mlp, drive: Drive, picture: Path | None
 ) -> tuple[str, float]:
-    """How it ends, and after how many simulated seconds."""
+    """How it ends, and after how many simulated seconds.
+
+    The picture is of the sharpest bend, or of the end of a drive that does not get there.
+    """
     way = Way.of(world.get_map(), drive)
     observer = Observer(car, way)
     trace: list[tuple[float, float]] = []
-    secs = 0.0
+    end, secs = "was too slow", 0.0
     while secs < drive.limit_secs():
         seen = observer.seen()
         trace.append(observer.centre)
         if math.dist(observer.centre, way.goal) < ARRIVED_M:
-            return "arrived", secs
+            end = "arrived"
+            break
         if abs(seen["ego.offset"]) > way.half_widths_m[observer.at]:
-            return "left its lane", secs
+            end = "left its lane"
+            break
         if picture and observer.at >= way.sharpest:
             take(world, car, picture, way, trace)
             picture = None
@@ -106,7 +111,9 @@ def episode(
         for _ in range(HELD):
             world.tick()
         secs += HELD * STEP_SECS
-    return "was too slow", secs
+    if picture:
+        take(world, car, picture, way, trace)
+    return end, secs
 
 
 @dataclass

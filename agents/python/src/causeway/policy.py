@@ -7,10 +7,12 @@ is a policy, too.
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 from numpy.typing import NDArray
 
 from causeway.rollout import ACTION_WIDTH, Batch
@@ -147,25 +149,37 @@ class Mlp:
             FileNotFoundError: there is no such file.
             ValueError: it is no such file; the text says what it lacks.
         """
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                found = {name: file[name] for name in file.files}
-        except (OSError, ValueError) as error:
-            if isinstance(error, FileNotFoundError):
-                raise
-            raise ValueError(f"{path} is no file of a policy: {error}") from None
+        found = _arrays(path)
         version = int(found.get("version", 0))
         if version != FILE_VERSION:
             raise ValueError(f"{path} has version {version} of a policy; wanted {FILE_VERSION}")
         count = sum(name.startswith("weights") for name in found)
+        wanted = [f"{kind}{at}" for at in range(count) for kind in ("weights", "bias")]
+        lacking = [name for name in (*wanted, "columns", "scales") if name not in found]
+        if lacking:
+            raise ValueError(f"{path} is no file of a policy: no {', '.join(lacking)}")
         layers = [(found[f"weights{at}"], found[f"bias{at}"]) for at in range(count)]
         width = len(found["columns"])
-        ends = layers and (layers[0][0].shape[0], layers[-1][0].shape[1])
-        if ends != (width, ACTION_WIDTH):
+        ends = layers and (layers[0][0].shape[:1], layers[-1][0].shape[1:])
+        if ends != ((width,), (ACTION_WIDTH,)):
             raise ValueError(
                 f"{path}: layers from {width} columns to {ACTION_WIDTH} actions wanted"
             )
         return cls(layers, [str(name) for name in found["columns"]], found["scales"].tolist())
+
+
+def _arrays(path: Path) -> dict[str, Any]:
+    """What is in an `.npz`; whatever else a file may be is a `ValueError`."""
+    try:
+        file = np.load(path, allow_pickle=False)
+        if not isinstance(file, NpzFile):
+            raise ValueError("it is a single array")
+        with file:
+            return {name: file[name] for name in file.files}
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{path} is no file of a policy: {error}") from None
 
 
 #: Policies by name.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,9 @@ def parse_arguments() -> argparse.Namespace:
 
 def evaluate(options: argparse.Namespace) -> int:
     policies = [_policy(text) for text in options.policies]
+    _once("policies", [name for name, _ in policies], "; NAME=FILE.npz gives a file another name")
+    for flag in ("tasks", "towns", "tiers", "seeds"):
+        _once(flag, getattr(options, flag))
     cells = [
         (Cell(task, town, tier, name), driver)
         for tier in options.tiers
@@ -77,6 +81,13 @@ def evaluate(options: argparse.Namespace) -> int:
         print(f"success {least:.3f} is below {options.fail_under}", file=sys.stderr)
         return 1
     return 0
+
+
+def _once(flag: str, values: Sequence[Any], advice: str = "") -> None:
+    """Refuses what comes twice: its episodes would be counted as one cell's."""
+    for at, value in enumerate(values):
+        if value in values[:at]:
+            raise ValueError(f"--{flag} has {value} twice{advice}")
 
 
 def _policy(text: str) -> tuple[str, policy.Policy]:

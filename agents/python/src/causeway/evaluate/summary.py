@@ -46,11 +46,18 @@ class Summary:
 
 
 def summarise(episodes: Iterable[Episode]) -> list[Summary]:
-    """One summary for each cell, in the order in which they first come."""
-    cells: dict[Cell, list[Episode]] = {}
+    """One summary for each cell, in the order in which they first come.
+
+    Raises:
+        ValueError: an episode of a cell comes twice, as with two policies of one name.
+    """
+    cells: dict[Cell, dict[tuple[int, int], Episode]] = {}
     for episode in episodes:
-        cells.setdefault(episode.cell, []).append(episode)
-    return [_of(cell, found) for cell, found in cells.items()]
+        found, name = cells.setdefault(episode.cell, {}), (episode.seed, episode.number)
+        if name in found:
+            raise ValueError(f"{episode.cell}: episode {name[1]} of seed {name[0]} comes twice")
+        found[name] = episode
+    return [_of(cell, list(found.values())) for cell, found in cells.items()]
 
 
 def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
