@@ -20,21 +20,20 @@ impl Endpoint {
     }
 
     /// Records the newest frame, if there is a recording.
-    pub(super) async fn record(&mut self) -> Result<(), Refusal> {
+    pub(super) async fn record(&mut self) {
         if !self.recorder.is_running() {
-            return Ok(());
+            return;
         }
         let physics = self.physics_to_record().await.unwrap_or_else(|refusal| {
             tracing::debug!(%refusal, "a frame is recorded without the physics of its vehicles");
             Vec::new()
         });
-        let Some(episode) = &self.episode else { return Ok(()) };
+        let Some(episode) = &self.episode else { return };
         let scene = Scene { episode, lamps: self.lamps.lights(), weather: &self.weather, physics };
         self.recorder.record(scene);
         if !self.recorder.is_running() {
             self.end_journal().await;
         }
-        Ok(())
     }
 
     /// Physics of vehicles that are new or whose physics was changed, in the newest frame.
