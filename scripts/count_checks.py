@@ -55,6 +55,8 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no( Vulkan)? adapter": has_no_vulkan,
     r"no address but the loopback": has_no_other_address,
     r"no container engine": has_no_engine,
+    r"no kubectl$": lambda: shutil.which("kubectl") is None,
+    r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,
     r"only root can become another user": lambda: os.geteuid() != 0,
     r"no systemd": lambda: shutil.which("systemd-analyze") is None,

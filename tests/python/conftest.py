@@ -77,3 +77,24 @@ def old_client():
             )
             os.rename(f"{fresh}/client", folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def images(tmp_path_factory):
+    """Both images, made from deploy/Containerfile with the program under test."""
+    import containers
+
+    containers.need_engine()
+    folder = tmp_path_factory.mktemp("images")
+    containers.make_debian(folder)
+    containers.make_binary_image(folder)
+    containers.build("full", containers.FULL)
+    containers.build("core", containers.CORE)
+
+
+@pytest.fixture
+def names_of_project():
+    """A name for containers of one test, which are removed after it."""
+    name = f"causeway-test-{os.getpid()}"
+    yield name
+    subprocess.run(["docker", "rm", "--force", name], capture_output=True)

@@ -8,14 +8,18 @@ import tarfile
 import time
 from pathlib import Path
 
+import carla
 import httpx
 import pytest
+from causeway import Session
 
+from carla_site import connect, spawn_car, synchronous
 from running_site import binary
 
 ROOT = Path(__file__).parent.parent.parent
 DEBIAN = "debian:12-slim"
 BINARY = "causeway-binary:test"
+FULL, CORE = "causeway:test", "causeway-core:test"
 READY_SECS = 60.0
 HEALTHY_SECS = 120.0
 
@@ -117,3 +121,19 @@ def wait_until_healthy(url: str) -> None:
         if time.monotonic() > deadline:
             pytest.fail(f"{url} does not answer: {said}", pytrace=False)
         time.sleep(0.05)
+
+
+def drive(url: str, carla_port: int) -> None:
+    """An OpenEnv episode with a picture, and a car through CARLA's client."""
+    wait_until_healthy(url)
+    with Session(url) as session:
+        session.reset("trolley_saves", seed=1)
+        assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
+        session.step("observe")
+    with synchronous(connect(carla_port).get_world()) as world:
+        car = spawn_car(world)
+        car.apply_control(carla.VehicleControl(throttle=1.0))
+        for _ in range(40):
+            world.tick()
+        assert car.get_velocity().length() > 1.0
+        car.destroy()

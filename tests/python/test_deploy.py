@@ -14,47 +14,25 @@ import subprocess
 import tarfile
 from pathlib import Path
 
-import carla
 import httpx
 import pytest
 from causeway import Session
 from openenv.cli.commands import push
 
-from carla_site import connect, spawn_car, synchronous
 from containers import (
+    CORE,
+    FULL,
     ROOT,
-    build,
     build_from,
     docker,
-    make_binary_image,
-    make_debian,
-    need_engine,
+    drive,
     wait_until_containers_are_healthy,
     wait_until_healthy,
 )
 from running_site import two_free_ports
 from tenants import new_token
 
-FULL, CORE = "causeway:test", "causeway-core:test"
 FULL_BYTES_MAX, CORE_BYTES_MAX = 300_000_000, 60_000_000
-
-
-@pytest.fixture(scope="module")
-def images(tmp_path_factory) -> None:
-    need_engine()
-    folder = tmp_path_factory.mktemp("images")
-    make_debian(folder)
-    make_binary_image(folder)
-    build("full", FULL)
-    build("core", CORE)
-
-
-@pytest.fixture
-def names_of_project():
-    """A name for containers of one test, which are removed after it."""
-    name = f"causeway-test-{os.getpid()}"
-    yield name
-    subprocess.run(["docker", "rm", "--force", name], capture_output=True)
 
 
 @pytest.mark.usefixtures("images")
@@ -70,22 +48,6 @@ def test_an_image_holds_the_program_and_what_it_links_to(image, bytes_max, names
     programs = {Path(file.name).name for file in files if "bin/" in file.name and file.isfile()}
     assert programs == {"causeway"}
     assert not [file.name for file in files if file.isfile() and file.mode & 0o6000]
-
-
-def drive(url: str, carla_port: int) -> None:
-    """An OpenEnv episode with a picture, and a car through CARLA's client."""
-    wait_until_healthy(url)
-    with Session(url) as session:
-        session.reset("trolley_saves", seed=1)
-        assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
-        session.step("observe")
-    with synchronous(connect(carla_port).get_world()) as world:
-        car = spawn_car(world)
-        car.apply_control(carla.VehicleControl(throttle=1.0))
-        for _ in range(40):
-            world.tick()
-        assert car.get_velocity().length() > 1.0
-        car.destroy()
 
 
 @pytest.mark.usefixtures("images")

@@ -32,6 +32,7 @@ NOT_RUN = {
     "causeway bench": "it takes minutes; that it exists is tested",
     "benches/": "it needs other simulators, or takes minutes",
     "docker": "images are built and driven by the tests of deploy/",
+    "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",
     "systemctl": "it changes the machine",
     "cargo run": "it needs maps that are not part of this repository",
 }
