@@ -155,8 +155,11 @@ def test_commands_of_causeway_take_their_flags(page):
 
 @ours
 def test_flags_that_stand_alone_are_taken_by_some_command(page):
-    modules = [help_of(sys.executable, "-m", "causeway.evaluate")]
-    everything = "\n".join([*causeway_helps().values(), *modules])
+    modules = ("causeway.evaluate", "causeway.record_episodes", "causeway.dataset")
+    programs = [("-m", module) for module in modules]
+    programs.append((str(ROOT / "agents/python/examples/llm_drive.py"),))
+    helps = [help_of(sys.executable, *words) for words in programs]
+    everything = "\n".join([*causeway_helps().values(), *helps])
     launcher = (ROOT / "carla-gateway" / "src" / "launcher.rs").read_text()
     for code in page.inline():
         if not code.startswith("-") or page.name.startswith("agents/python"):

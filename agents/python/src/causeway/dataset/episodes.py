@@ -1,0 +1,138 @@
+"""Episodes step by step, as a policy drives them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from causeway.policy import Policy
+from causeway.rollout import Batch
+
+#: Worlds that are driven side by side.
+WORLDS = 64
+
+
+@dataclass(frozen=True)
+class About:
+    """What holds for all episodes of a recording."""
+
+    #: Settings of the batch, as the engine has them.
+    spec: Mapping[str, Any]
+    #: Of observations: `name`, `unit`, `low`, `high` and `scale` of each.
+    columns: Sequence[Mapping[str, Any]]
+    episode_columns: Sequence[str]
+    step_secs: float
+    #: Who drove.
+    policy: str
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One whole episode of n steps; every array has a row for each.
+
+    Row k is what was observed before action k, and what came of that.
+    """
+
+    #: The seed that begins the same episode again.
+    seed: int
+    observations: NDArray[np.float32]
+    actions: NDArray[np.float32]
+    rewards: NDArray[np.float32]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    #: Since the episode began, after the step.
+    ticks: NDArray[np.uint64]
+    #: Of the world, after the step.
+    hashes: NDArray[np.uint64]
+    #: By name, as :attr:`causeway.rollout.Batch.episodes` has them.
+    numbers: Mapping[str, float]
+
+    def __len__(self) -> int:
+        return len(self.rewards)
+
+    @property
+    def success(self) -> bool:
+        return self.numbers["success"] == 1.0
+
+
+def play(
+    task: str,
+    policy: Policy,
+    *,
+    name: str,
+    seeds: Sequence[int],
+    settings: Mapping[str, Any] | None = None,
+) -> tuple[About, Iterator[Recorded]]:
+    """Opens a batch and drives one episode of each seed; they come in the order of the seeds.
+
+    Args:
+        task: as :class:`causeway.rollout.Batch` has it.
+        policy: who drives.
+        name: what recordings call it.
+        seeds: at least one.
+        settings: further ones of :class:`causeway.rollout.Batch`.
+
+    Raises:
+        ValueError: a setting cannot be, or the policy does not fit.
+    """
+    if not seeds:
+        raise ValueError("there is nothing to record: wanted one seed or more")
+    own = {"worlds": min(len(seeds), WORLDS), "agents": 1, "hash_every": 1}
+    batch = Batch(task, **{**dict(settings or {}), **own, "autoreset": "next_step"})
+    about = About(
+        spec=batch.spec,
+        columns=[vars(column) for column in batch.columns],
+        episode_columns=batch.episode_columns,
+        step_secs=batch.step_secs,
+        policy=name,
+    )
+    return about, _episodes(batch, policy, list(seeds))
+
+
+def _episodes(batch: Batch, policy: Policy, seeds: list[int]) -> Iterator[Recorded]:
+    with batch:
+        policy.begin(batch, seeds[0])
+        for first in range(0, len(seeds), batch.worlds):
+            yield from _drive(batch, policy, seeds[first : first + batch.worlds])
+
+
+def _drive(batch: Batch, policy: Policy, seeds: list[int]) -> Iterator[Recorded]:
+    # Worlds beyond the last seeds go on with whatever comes.
+    mask = np.arange(batch.worlds) < len(seeds)
+    observations = batch.reset([*seeds, *[None] * (batch.worlds - len(seeds))], mask=mask)
+    steps: list[list[tuple[Any, ...]]] = [[] for _ in seeds]
+    done: dict[int, Recorded] = {}
+    told = 0
+    while told < len(seeds):
+        before, actions = observations.copy(), policy.act(observations)
+        observations, rewards, terminated, truncated = batch.step(actions)
+        for row in (row for row in range(len(seeds)) if row not in done and row >= told):
+            ends = (terminated[row], truncated[row], batch.ticks[row], batch.hashes[row])
+            steps[row].append((before[row], actions[row].copy(), rewards[row], *ends))
+            if terminated[row] or truncated[row]:
+                values = (float(value) for value in batch.episodes[row])
+                numbers = dict(zip(batch.episode_columns, values, strict=True))
+                done[row] = _recorded(seeds[row], steps[row], numbers)
+                steps[row] = []
+        while told in done:
+            yield done.pop(told)
+            told += 1
+
+
+def _recorded(seed: int, steps: list[tuple[Any, ...]], numbers: dict[str, float]) -> Recorded:
+    columns = list(zip(*steps, strict=True))
+    return Recorded(
+        seed=seed,
+        observations=np.array(columns[0], np.float32),
+        actions=np.clip(np.array(columns[1], np.float32), -1.0, 1.0),
+        rewards=np.array(columns[2], np.float32),
+        terminated=np.array(columns[3], np.bool_),
+        truncated=np.array(columns[4], np.bool_),
+        ticks=np.array(columns[5], np.uint64),
+        hashes=np.array(columns[6], np.uint64),
+        numbers=numbers,
+    )
