@@ -241,6 +241,7 @@ async fn serve() {
         pid: 0,
         capacity: 1,
         detail: String::new(),
+        number: 0,
     };
     let key = keys::batch_tick(&alive.id);
     let _announcement = bus.announce(alive).await.unwrap();

@@ -106,14 +106,14 @@ impl Channel {
         }
     }
 
-    /// Whether there is proof that the service lives though the bus does not hear it: a shortcut
-    /// at which it listens.
-    pub(crate) fn is_alive(&self) -> bool {
-        self.shortcut.as_ref().is_some_and(|shortcut| !shortcut.is_closed())
+    /// Whether the service is on this machine, so that there can be proof that it lives though the
+    /// bus does not hear it.
+    pub fn has_shortcut(&self) -> bool {
+        self.shortcut.is_some()
     }
 
-    /// Returns once there is no such proof any more.
-    pub(crate) async fn until_dead(&self) {
+    /// Returns once nobody listens at the shortcut, at once where there is none.
+    pub async fn until_dead(&self) {
         if let Some(shortcut) = &self.shortcut {
             shortcut.until_closed().await;
         }

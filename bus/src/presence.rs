@@ -217,6 +217,7 @@ async fn describe(session: &zenoh::Session, (kind, id): &Key) -> Alive {
             pid: 0,
             capacity: 0,
             detail: String::new(),
+            number: 0,
         }
     })
 }

@@ -10,9 +10,11 @@
 
 mod serving;
 
+use std::ffi::OsStr;
 use std::io::{self, IoSlice, IoSliceMut};
 use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr, UnixStream as StdStream};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::net::SocketAddr;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -36,6 +38,8 @@ const NAME_DEADLINE: Duration = Duration::from_millis(500);
 const NAME_ATTEMPTS: u32 = 6;
 /// Between two looks at whether somebody still listens.
 const CLOSING_PAUSE: Duration = Duration::from_millis(50);
+/// Between two attempts to connect where too many wait already.
+const DIAL_PAUSE: Duration = Duration::from_millis(5);
 /// Bytes before those of a message: whether it is a refusal, and how many follow.
 const HEAD_BYTES: usize = 5;
 /// Room for what comes together with a head: nearly every message whole.
@@ -122,27 +126,46 @@ impl Shortcut {
     ///
     /// One that stands still is not gone: its system accepts, and closes when it ends.
     pub(crate) async fn until_closed(&self) {
-        while let Ok(stream) = StdStream::connect_addr(&self.address).and_then(into_async) {
-            // A welcome, and then nothing; or the end at once where there is no room.
-            if read_exactly(&stream, Vec::new(), 2).await.is_ok() {
-                tracing::warn!(key = self.key, "a shortcut says what it was not asked");
+        loop {
+            match self.dial().await {
+                // A welcome, and then nothing; or the end at once where there is no room.
+                Ok(stream) => {
+                    if read_exactly(&stream, Vec::new(), 2).await.is_ok() {
+                        tracing::warn!(key = self.key, "a shortcut says what it was not asked");
+                    }
+                }
+                // So many wait to be accepted that no more may: somebody listens.
+                Err(full) if full.kind() == io::ErrorKind::WouldBlock => {}
+                Err(_) => return,
             }
             tokio::time::sleep(CLOSING_PAUSE).await;
         }
     }
 
-    /// Whether nobody listens at the other end.
-    pub(crate) fn is_closed(&self) -> bool {
-        StdStream::connect_addr(&self.address).is_err()
+    async fn open(&self, patience: Duration) -> io::Result<UnixStream> {
+        let welcomed = async {
+            let stream = loop {
+                match self.dial().await {
+                    Err(full) if full.kind() == io::ErrorKind::WouldBlock => {
+                        tokio::time::sleep(DIAL_PAUSE).await;
+                    }
+                    dialled => break dialled?,
+                }
+            };
+            if !is_of_our_user(&stream) {
+                return Err(io::ErrorKind::PermissionDenied.into());
+            }
+            read_exactly(&stream, Vec::new(), 1).await?;
+            Ok(stream)
+        };
+        tokio::time::timeout(patience, welcomed).await?
     }
 
-    async fn open(&self, patience: Duration) -> io::Result<UnixStream> {
-        let stream = into_async(StdStream::connect_addr(&self.address)?)?;
-        if !is_of_our_user(&stream) {
-            return Err(io::ErrorKind::PermissionDenied.into());
-        }
-        tokio::time::timeout(patience, read_exactly(&stream, Vec::new(), 1)).await??;
-        Ok(stream)
+    /// Connects without waiting for room: where too many wait to be accepted the error is
+    /// [`io::ErrorKind::WouldBlock`].
+    async fn dial(&self) -> io::Result<UnixStream> {
+        let name = self.address.as_abstract_name().unwrap_or_default();
+        UnixStream::connect(OsStr::from_bytes(&[b"\0", name].concat())).await
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<UnixStream>> {
@@ -172,11 +195,6 @@ impl ShortcutConnection<'_> {
         drop(idle);
         Ok(if is_refusal { Err(refusal_of(key, &bytes)) } else { Ok(bytes) })
     }
-}
-
-fn into_async(stream: StdStream) -> io::Result<UnixStream> {
-    stream.set_nonblocking(true)?;
-    UnixStream::from_std(stream)
 }
 
 /// Whether the process at the other end runs as we do: a name that is told on the bus may be
@@ -301,6 +319,7 @@ fn too_short() -> io::Error {
 #[cfg(test)]
 mod tests {
     use std::io::{Read, Write};
+    use std::os::unix::net::UnixStream as StdStream;
 
     use schemas::Reply;
 

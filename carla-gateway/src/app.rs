@@ -11,9 +11,10 @@ use schemas::{Alive, ServiceKind};
 use signals::Termination;
 use tokio::net::TcpListener;
 use tokio::runtime::{self, Runtime};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
+use worlds::Worlds;
 
 use crate::config::{Args, Config, ConfigError, EndpointConfig, WorldConfig};
 use crate::endpoint::Endpoint;
@@ -22,7 +23,7 @@ use crate::guests::Guests;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
 use crate::server::{EVENTS_MAX, LateComers, Server};
-use crate::site::{BusSite, Links, Site};
+use crate::site::{PATIENCE, Site};
 use crate::{rpc, stream};
 
 /// Clients of one endpoint; told to others as its capacity.
@@ -113,6 +114,12 @@ async fn gateway(
     figures: Figures,
 ) -> Result<(), RunError> {
     let worlds = monitor.condition("worlds", NO_WORLDS);
+    let recovery = config.recovery();
+    monitor.metrics().read_gauge(
+        "causeway_gateway_recovery_bytes",
+        "Bytes kept to make worlds again",
+        move || recovery.used() as f64,
+    );
     let bus =
         Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
     let ports: Vec<String> =
@@ -124,17 +131,20 @@ async fn gateway(
         pid: std::process::id(),
         capacity: CAPACITY,
         detail: format!("{}:{}", config.host, ports.join(",")),
+        number: 0,
     };
     let _announcement = bus.announce(alive).await?;
-    let links = Links::follow(bus);
-    let hosts = links.hosts.clone();
+    let connected = watch::Sender::new(Some(bus)).subscribe();
+    let (tenant, owner) = (config.tenant.clone(), config.id.clone());
+    let services = Worlds::follow(connected, tenant, owner, PATIENCE);
+    let hosts = services.hosts().clone();
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
     let mut sites = BTreeMap::new();
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
     for Sockets { endpoint: own, calls, streams } in sockets {
         let (site, maps) = sites.entry(own.tenant.clone()).or_insert_with(|| {
-            let site: Arc<dyn Site> = Arc::new(BusSite::new(links.clone(), own.tenant.clone()));
+            let site: Arc<dyn Site> = Arc::new(services.for_tenant(own.tenant.clone()));
             let maps = Arc::new(Maps::new(Arc::clone(&site)));
             (site, maps)
         });
@@ -144,7 +154,7 @@ async fn gateway(
             config.world_of(&own.tenant),
             own.ports,
             runtime::Handle::current(),
-            figures.streams.clone(),
+            (figures.streams.clone(), figures.worlds.clone()),
         );
         let doors =
             Doors { calls: calls.into_std()?, streams: streams.into_std()?, guests: own.guests };

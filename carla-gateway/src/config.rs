@@ -4,10 +4,12 @@ mod endpoints;
 
 use std::net::IpAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bus::BusAddress;
-use schemas::{ServiceId, ServiceKind, Tenant};
+use schemas::{Lease, ServiceId, ServiceKind, Tenant};
+use worlds::Budget;
 
 use crate::guests::Allowed;
 use crate::recorder::Shelf;
@@ -72,6 +74,9 @@ pub struct Args {
     /// What replayed vehicles do when a replay is over
     #[arg(long, value_enum, default_value_t)]
     pub after_replays: AfterReplays,
+    /// MiB kept to make worlds again whose service is gone; 0: none is made again
+    #[arg(long, env = "CAUSEWAY_RECOVERY_MIB", value_name = "MIB", default_value_t = 256)]
+    pub recovery_mib: usize,
     /// Owner of the worlds of endpoints that name none
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: Tenant,
@@ -104,6 +109,8 @@ pub struct Config {
     pub(crate) endpoints: Vec<EndpointConfig>,
     pub(crate) host: IpAddr,
     pub(crate) id: ServiceId,
+    /// Of endpoints that name none.
+    pub(crate) tenant: Tenant,
     /// With the recordings of no tenant; see [`Config::world_of`].
     world: WorldConfig,
     recordings: PathBuf,
@@ -125,6 +132,18 @@ pub(crate) struct WorldConfig {
     pub(crate) shelf: Shelf,
     /// Keeps the worlds while it lives.
     pub(crate) owner: ServiceId,
+    /// What may be kept to make worlds again, by all endpoints.
+    pub(crate) recovery: Arc<Budget>,
+}
+
+/// How long worlds outlive the gateway.
+const LEASE_MILLIS: u32 = 5_000;
+
+impl WorldConfig {
+    /// Keeps a world while the gateway lives.
+    pub(crate) fn lease(&self) -> Lease {
+        Lease { owner: self.owner.clone(), millis: LEASE_MILLIS }
+    }
 }
 
 /// The first setting that cannot work.
@@ -158,6 +177,7 @@ impl Config {
             endpoints,
             host: args.host,
             id: args.id.clone(),
+            tenant: args.tenant.clone(),
             world: WorldConfig {
                 map: args.map.clone(),
                 seed: args.seed,
@@ -167,11 +187,17 @@ impl Config {
                 after_replays: args.after_replays,
                 shelf: Shelf::new(recordings.clone(), false),
                 owner: args.id.clone(),
+                recovery: Budget::new(args.recovery_mib.saturating_mul(1 << 20)),
             },
             recordings,
             // Users of this machine may name whole paths, as with CARLA, but not those of others.
             takes_paths: args.host.is_loopback() && args.port.iter().all(|at| at.tenant.is_none()),
         })
+    }
+
+    /// What may be kept to make worlds again, by all endpoints.
+    pub(crate) fn recovery(&self) -> Arc<Budget> {
+        Arc::clone(&self.world.recovery)
     }
 
     /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.

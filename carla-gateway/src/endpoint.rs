@@ -4,6 +4,7 @@
 mod branching;
 mod cameras;
 mod clock;
+mod coming_back;
 mod ids;
 mod journal;
 mod listeners;
@@ -29,7 +30,7 @@ use crate::archive::Prepared;
 use crate::config::{Ports, WorldConfig};
 use crate::dialect::{EpisodeSettings, WeatherParameters};
 use crate::episode::Episode;
-use crate::figures::StreamFigures;
+use crate::figures::{StreamFigures, WorldFigures};
 use crate::lobby::{Brief, Report, Timing, WorldState};
 use crate::maps::Maps;
 use crate::pictures::Shape;
@@ -39,6 +40,7 @@ use crate::rpc::{Answer, Refusal};
 use crate::site::Site;
 use crate::stream::{Hub, StreamId, WORLD_OBSERVER};
 use cameras::Darkroom;
+use coming_back::Keep;
 use ids::GivenIds;
 use listeners::Expected;
 use street_lamps::StreetLamps;
@@ -79,6 +81,7 @@ pub(crate) struct Endpoint {
     pub(crate) weather: WeatherParameters,
     /// Made at the first call that needs it.
     pub(crate) episode: Option<Episode>,
+    keep: Keep,
     /// What became of the world of the episode, when it is gone.
     pub(crate) lost: Option<String>,
     pub(crate) episodes_begun: u64,
@@ -110,6 +113,7 @@ pub(crate) struct Endpoint {
     darkroom: Arc<Darkroom>,
     /// Where pictures are made ready, away from the calls.
     workers: runtime::Handle,
+    figures: WorldFigures,
     started: Instant,
     map_is_new: bool,
 }
@@ -122,11 +126,12 @@ impl Endpoint {
         config: WorldConfig,
         ports: Ports,
         workers: runtime::Handle,
-        figures: StreamFigures,
+        (streams, figures): (StreamFigures, WorldFigures),
     ) -> Self {
-        let hub = Arc::new(Hub::counting(figures));
+        let hub = Arc::new(Hub::counting(streams));
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
+        let keep = Keep::new(Arc::clone(&config.recovery));
         let recorder = Recorder::new(Shelf::clone(&config.shelf));
         Self {
             site,
@@ -137,6 +142,7 @@ impl Endpoint {
             stream_port: ports.streams,
             weather: WeatherParameters::of(&schemas::Weather::CLEAR_NOON),
             episode: None,
+            keep,
             lost: None,
             episodes_begun: 0,
             frame_number: 0,
@@ -161,6 +167,7 @@ impl Endpoint {
             shown: None,
             darkroom: Arc::default(),
             workers,
+            figures,
             started: now,
             map_is_new: false,
         }
@@ -283,6 +290,7 @@ impl Endpoint {
         let why = format!("the world is gone: {why}");
         tracing::warn!(port = self.port, why, "episode ended");
         self.lost = Some(why);
+        self.keep.end();
     }
 
     /// Whether the sun is below the horizon.

@@ -18,6 +18,17 @@ pub(crate) struct Figures {
     pub(crate) job_seconds: Histogram,
     /// What streams send.
     pub(crate) streams: StreamFigures,
+    /// What becomes of worlds.
+    pub(crate) worlds: WorldFigures,
+}
+
+/// What becomes of worlds.
+#[derive(Clone)]
+pub(crate) struct WorldFigures {
+    /// Those that were lost and made again.
+    pub(crate) recovered: Counter,
+    /// How long clients waited while theirs moved.
+    pub(crate) move_seconds: Histogram,
 }
 
 /// What streams send.
@@ -56,6 +67,22 @@ impl StreamFigures {
     }
 }
 
+impl WorldFigures {
+    /// New figures.
+    pub(crate) fn new(metrics: &Metrics) -> Self {
+        Self {
+            recovered: metrics.counter(
+                "causeway_gateway_worlds_recovered",
+                "Worlds that were lost and made again",
+            ),
+            move_seconds: metrics.histogram(
+                "causeway_gateway_move_seconds",
+                "Time in which a world moved to another service",
+            ),
+        }
+    }
+}
+
 impl Figures {
     /// New figures.
     pub(crate) fn new(metrics: &Metrics) -> Self {
@@ -73,6 +100,7 @@ impl Figures {
                 "causeway_gateway_job_seconds",
                 "Time of a call or tick at its endpoint",
             ),
+            worlds: WorldFigures::new(metrics),
             streams: StreamFigures {
                 messages: metrics.counter(
                     "causeway_gateway_stream_messages",

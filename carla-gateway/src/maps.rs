@@ -1,10 +1,10 @@
 //! Maps by CARLA's names, parsed once per content.
 
 use std::num::NonZeroUsize;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
-use lru::LruCache;
 use schemas::{Error, ErrorCode, MapRef, Reply, Request};
+use worlds::ParsedMaps;
 
 use crate::site::Site;
 
@@ -16,13 +16,13 @@ const FOLDER: &str = "Carla/Maps/";
 /// Maps of a site, shared by all endpoints of a process.
 pub(crate) struct Maps {
     site: Arc<dyn Site>,
-    parsed: Mutex<LruCache<MapRef, Arc<roads::Map>>>,
+    parsed: ParsedMaps,
 }
 
 impl Maps {
     /// No maps yet.
     pub(crate) fn new(site: Arc<dyn Site>) -> Self {
-        Self { site, parsed: Mutex::new(LruCache::new(MAPS_MAX)) }
+        Self { site, parsed: ParsedMaps::new(MAPS_MAX) }
     }
 
     /// All maps, ordered by name.
@@ -46,34 +46,8 @@ impl Maps {
             let name: String = name.chars().take(128).collect();
             Error::new(ErrorCode::UnknownMap, format!("Map '{name}' not found"))
         })?;
-        let parsed = self.parsed().get(wanted).cloned();
-        match parsed {
-            Some(map) => Ok(map),
-            None => self.fetch(wanted.clone()).await,
-        }
-    }
-
-    fn parsed(&self) -> MutexGuard<'_, LruCache<MapRef, Arc<roads::Map>>> {
-        // Nothing panics while it holds the lock.
-        self.parsed.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    async fn fetch(&self, wanted: MapRef) -> Result<Arc<roads::Map>, Error> {
-        let broken =
-            |why: String| Error::new(ErrorCode::Internal, format!("the map cannot be used: {why}"));
-        let text = self.site.map_text(wanted.digest.clone()).await?;
-        let parse = move || {
-            let text = String::from_utf8(text).map_err(|_| "it is not UTF-8".to_owned())?;
-            let map = roads::Map::parse(&wanted.name, &text).map_err(|error| error.to_string())?;
-            Ok((map, wanted))
-        };
-        // A large map takes seconds to parse; streams must go on meanwhile.
-        let parsed = tokio::task::spawn_blocking(parse).await;
-        let parsed = parsed.map_err(|_| broken("its reader panicked".to_owned()))?;
-        let (map, wanted) = parsed.map_err(broken)?;
-        let map = Arc::new(map);
-        self.parsed().push(wanted, Arc::clone(&map));
-        Ok(map)
+        let text = async { self.site.map_text(wanted.digest.clone()).await };
+        self.parsed.get(wanted, text).await
     }
 }
 

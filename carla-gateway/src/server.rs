@@ -54,6 +54,7 @@ impl Server {
     /// Serves until nobody can connect any more.
     pub(crate) async fn run(mut self, mut endpoint: Endpoint) {
         let mut next = None;
+        let mut hosts = endpoint.site.changes();
         loop {
             let event = match next.take() {
                 Some(job) => {
@@ -72,7 +73,14 @@ impl Server {
                     self.figures.job_seconds.observe(begun.elapsed());
                     event
                 }
-                None => self.hear().await,
+                None => tokio::select! {
+                    event = self.hear() => event,
+                    // Of idle endpoints too, between two things that clients ask for.
+                    Ok(()) = hosts.changed() => {
+                        endpoint.move_away().await;
+                        continue;
+                    }
+                },
             };
             let Some(event) = event else { return };
             next = self.take(event);

@@ -124,6 +124,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, S
             pid: std::process::id(),
             capacity,
             detail: adapter.clone(),
+            number: 0,
         })
         .await?;
     tell_draining(bus.clone(), config.id, monitor);

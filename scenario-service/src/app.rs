@@ -11,15 +11,16 @@ use schemas::{Alive, ServiceKind};
 use signals::Termination;
 use tenancy::{Door, DoorError, FOLLOW_EVERY};
 use tokio::sync::watch;
+use worlds::Worlds;
 
 use crate::config::{Args, Config, ConfigError};
-use crate::limits::{REAP_EVERY, SWEEP_EVERY};
+use crate::limits::{MOVE_AGAIN, REAP_EVERY, SWEEP_EVERY};
 use crate::listener::FaceListener;
 use crate::openenv::{self, Face, OriginRule};
 use crate::session::table::Sessions;
 use crate::session::{Contexts, SessionContext};
 use crate::world_port::WorldPort;
-use crate::world_port::on_bus::BusWorlds;
+use crate::world_port::on_bus::PATIENCE;
 
 /// Why the service ended.
 #[derive(Debug, thiserror::Error)]
@@ -75,9 +76,11 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let address = listener.local_addr().map_err(listen_error)?;
 
     let (bus_sender, bus) = watch::channel(None);
-    let port = Arc::new(BusWorlds::start(bus, config.tenant.clone(), config.id.clone()));
+    let (tenant, owner) = (config.tenant.clone(), config.id.clone());
+    let port = Arc::new(Worlds::follow(bus, tenant, owner, PATIENCE));
     let (worlds, hosts) = (monitor.condition("worlds", NO_WORLDS), port.hosts().clone());
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
+    let changes = port.hosts().changes();
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
     let context = SessionContext::new(shared, config.default_scenario.clone(), config.profile);
     let context = Arc::new(context.watched(monitor).recovering(config.recovery_bytes));
@@ -100,6 +103,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     tokio::spawn(follow(door));
     tokio::spawn(reap(Arc::clone(&sessions)));
     tokio::spawn(sweep(Arc::clone(&sessions)));
+    tokio::spawn(move_worlds(Arc::clone(&sessions), changes));
     tokio::spawn(warm_up(context));
 
     let on_bus = join_bus(&config, address, bus_sender, monitor);
@@ -156,6 +160,7 @@ async fn join_bus(
         pid: std::process::id(),
         capacity: config.sessions_max,
         detail: format!("http://{address}"),
+        number: 0,
     };
     let _announcement = bus.announce(alive).await?;
     bus_sender.send_replace(Some(bus));
@@ -175,6 +180,15 @@ async fn sweep(sessions: Arc<Sessions>) {
         tokio::time::sleep(SWEEP_EVERY).await;
         for context in sessions.contexts().all() {
             context.keeper.sweep().await;
+        }
+    }
+}
+
+/// Moves worlds away from services that end, as soon as there is another one.
+async fn move_worlds(sessions: Arc<Sessions>, mut changes: watch::Receiver<u64>) {
+    while changes.changed().await.is_ok() {
+        while sessions.move_worlds().await {
+            tokio::time::sleep(MOVE_AGAIN).await;
         }
     }
 }

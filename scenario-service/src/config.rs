@@ -53,7 +53,8 @@ pub struct Args {
     #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
     pub allow_origin: Vec<String>,
     /// Memory to make worlds again whose world service is gone; 0: their episodes end.
-    #[arg(long, default_value_t = limits::RECOVERY_MIB, value_name = "MIB")]
+    #[arg(long, env = "CAUSEWAY_RECOVERY_MIB", default_value_t = limits::RECOVERY_MIB,
+        value_name = "MIB")]
     pub recovery_mib: usize,
     /// Seconds after which a silent connection ends.
     #[arg(long, default_value_t = 3_600, value_name = "SECONDS")]

@@ -20,6 +20,8 @@ pub(crate) struct Figures {
     pub(crate) draining: Counter,
     /// Pictures that were beyond a tenant's quota.
     pub(crate) pixels_refused: Counter,
+    /// How long an episode waited while its world moved.
+    pub(crate) move_seconds: Histogram,
     /// Worlds that were lost and made again.
     pub(crate) recovered: Counter,
     /// Episodes whose world was lost.
@@ -46,6 +48,10 @@ impl Figures {
             pixels_refused: metrics.counter(
                 "causeway_scenario_pictures_refused",
                 "Pictures that were beyond a tenant's quota",
+            ),
+            move_seconds: metrics.histogram(
+                "causeway_scenario_move_seconds",
+                "Time in which a world moved to another service",
             ),
             recovered: metrics.counter(
                 "causeway_scenario_worlds_recovered",

@@ -44,22 +44,8 @@ pub(crate) const MAPS_MAX: NonZeroUsize = NonZeroUsize::new(16).unwrap();
 pub(crate) const RECOVERY_BYTES_MAX: usize = RECOVERY_MIB << 20;
 /// The same in MiB.
 pub(crate) const RECOVERY_MIB: usize = 256;
-/// Ticks that are repeated at most when a world is made again, but for those of the last step.
-pub(crate) const RECOVERY_TICKS: u32 = 200;
-/// Bytes of commands that are repeated then, but for those of the last step.
-pub(crate) const RECOVERY_BYTES: usize = 256 * 1024;
-
-/// How long each attempt to make a world again may take, but for repeated ticks: a town is built.
-pub(crate) const RECOVERY_PATIENCE: [Duration; 3] =
-    [Duration::from_secs(3), Duration::from_secs(6), Duration::from_secs(12)];
-
-/// How long each repeated tick may take then.
-pub(crate) const REPEATED_TICK: Duration = Duration::from_millis(50);
-
 /// How long a world outlives this service.
 pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;
-/// How long a reset waits for a world service that is still starting.
-pub(crate) const WORLD_SERVICE_WAIT: Duration = Duration::from_secs(10);
 /// Answer time of one batch of ticks, whatever is asked.
 pub(crate) const TICK_DEADLINE: Duration = Duration::from_secs(10);
 /// What every tick of a batch adds to it: a world may be large, and its machine busy.
@@ -70,6 +56,8 @@ pub(crate) const TICK_DEADLINE_MAX: Duration = Duration::from_secs(55);
 pub(crate) const WORLD_DEADLINE: Duration = Duration::from_secs(10);
 /// How often sessions are searched for idle ones.
 pub(crate) const REAP_EVERY: Duration = Duration::from_secs(5);
+/// Before a world is moved again that could not be.
+pub(crate) const MOVE_AGAIN: Duration = Duration::from_secs(1);
 /// How often worlds are searched for those that nobody uses.
 pub(crate) const SWEEP_EVERY: Duration = Duration::from_secs(30);
 

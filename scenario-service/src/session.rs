@@ -11,20 +11,19 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use monitoring::Drain;
-use schemas::{CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame};
+use schemas::{ActorId, CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame};
 use serde_json::{Map, Value};
 use tenancy::Quotas;
+use worlds::NewWorld;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
 use crate::scenario::{Overrides, Scenario, ScenarioError, registry};
 use crate::world_port::keeper::OwnedWorld;
-use crate::world_port::{CreatedWorld, NewWorld};
+use crate::world_port::{CreatedWorld, DT_SECS};
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 use origin::Origin;
-use recovery::Base;
-pub(crate) use recovery::RecoveryBudget;
 use world::{EpisodeWorld, Told, Trouble, Work};
 
 /// Why a session refused. The episode that was running still is, except in [`WorldLost`].
@@ -142,10 +141,16 @@ impl Session {
         let ((frame, replies, world), base) = match branched {
             Some(branched) => (branched, None),
             None => {
-                let signals = spec.signals;
-                let new = NewWorld { map: map_name, seed, signals, commands: spec.commands() };
+                let new = NewWorld {
+                    map: map_name,
+                    seed,
+                    dt_secs: DT_SECS,
+                    commands: spec.commands(),
+                    traffic: spec.signals,
+                    first_actor: ActorId::FIRST,
+                };
                 let (created, world) = self.create(new.clone()).await?;
-                ((decode(created.frame)?, created.replies, world), Some(Base::New(new)))
+                ((decode(created.frame)?, created.replies, world), Some(worlds::State::New(new)))
             }
         };
         if frame.map.digest != map.digest() {
@@ -207,6 +212,17 @@ impl Session {
             Stage::Nothing => drain.is_on(),
             Stage::Over => drain.is_late(Instant::now()),
             Stage::Playing => false,
+        }
+    }
+
+    /// Moves the world of the episode away from a service that ends; whether it should be tried
+    /// again.
+    pub(crate) async fn move_away(&mut self) -> bool {
+        match &mut self.running {
+            Running::Episode(episode, world) => {
+                world.move_away(&self.context, episode.frame()).await
+            }
+            Running::Nothing | Running::Lost(_) => false,
         }
     }
 

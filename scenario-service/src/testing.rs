@@ -10,11 +10,12 @@ use schemas::{
     TickItem, TickOutcome, TickResult, Vec3, VehicleCommand, VehicleControl, WorldId, wire,
 };
 use tenancy::{Quotas, Visitor};
+use worlds::NewWorld;
 
 use crate::scenario::Profile;
 use crate::session::table::{IdleTimes, Sessions};
 use crate::session::{Contexts, SessionContext};
-use crate::world_port::{Answer, CreatedWorld, DT_SECS, NewWorld, WorldPort};
+use crate::world_port::{Answer, CreatedWorld, DT_SECS, WorldPort};
 
 /// The default town.
 pub(crate) fn map() -> Arc<roads::Map> {

@@ -186,9 +186,10 @@ mod tests {
     use std::time::Duration;
 
     use schemas::{Camera, EncodedFrame, Image, MapRef, SharedFrame, WorldId};
+    use worlds::NewWorld;
 
     use super::*;
-    use crate::world_port::{Answer, CreatedWorld, NewWorld};
+    use crate::world_port::{Answer, CreatedWorld};
 
     /// Answers a batch after a while and counts them; world 13 does not exist.
     #[derive(Default)]

@@ -4,27 +4,15 @@
 use std::future::Future;
 use std::pin::Pin;
 
-use schemas::{Camera, Command, CommandReply, EncodedFrame, Error, ErrorCode, Image, MapRef};
+use schemas::{Camera, CommandReply, EncodedFrame, Error, ErrorCode, Image, MapRef};
 use schemas::{SharedFrame, Tick, TickItem, TickResult, WorldId};
+use worlds::NewWorld;
 
 pub(crate) mod keeper;
 pub(crate) mod on_bus;
 
 /// An answer of the world side, some time later.
 pub(crate) type Answer<'a, T> = Pin<Box<dyn Future<Output = Result<T, Error>> + Send + 'a>>;
-
-/// A world to be made.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct NewWorld {
-    /// Map name.
-    pub(crate) map: String,
-    /// Root of all randomness.
-    pub(crate) seed: u64,
-    /// Whether the map's traffic lights and signs are in it.
-    pub(crate) signals: bool,
-    /// Applied in order before the first frame.
-    pub(crate) commands: Vec<Command>,
-}
 
 /// A world that was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +46,10 @@ pub(crate) trait WorldPort: Send + Sync + 'static {
     fn snapshot(&self, world: WorldId) -> Answer<'_, Vec<u8>>;
     /// Makes a world that goes on from such a state.
     fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld>;
+    /// Whether a world should be elsewhere, as the service that has it ends.
+    fn should_move(&self, _: WorldId) -> bool {
+        false
+    }
     /// Worlds that live as long as this service does.
     fn owned(&self) -> Answer<'_, Vec<WorldId>>;
     /// Advances many worlds; one result per item, in order.

@@ -50,4 +50,17 @@ pub struct Alive {
     pub capacity: u32,
     /// The renderer's adapter, the face's address.
     pub detail: String,
+    /// That of a world service in the ids of its worlds; 0: it has none, or does not tell.
+    pub number: u32,
+}
+
+/// How much a world service has to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Worlds that there are or are about to be.
+    pub worlds: u32,
+    /// Worlds at once.
+    pub worlds_max: u32,
+    /// Share of the last seconds that the threads of worlds were ticking, 0 to 1.
+    pub busy: f32,
 }

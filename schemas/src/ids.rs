@@ -100,7 +100,7 @@ impl fmt::Display for Tick {
 }
 
 /// Words that stand where a tenant's name does in keys that belong to no tenant.
-pub const RESERVED: [&str; 5] = ["batch", "render", "alive", "draining", "asset"];
+pub const RESERVED: [&str; 6] = ["batch", "render", "alive", "draining", "load", "asset"];
 
 /// Why a text names no tenant and no service.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

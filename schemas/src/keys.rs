@@ -11,10 +11,11 @@
 //! | `causeway/batch/{host}/shortcut`, `causeway/render/{worker}/shortcut` | query | name of a Unix socket that takes the same |
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
 //! | `causeway/draining/{kind}/{id}` | liveliness | none: the service takes no new work |
+//! | `causeway/load/{kind}/{id}` | publication | [`Load`](crate::Load), every second |
 //! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
 //!
-//! `batch`, `render`, `alive`, `draining` and `asset` carry no tenant: they belong to services
-//! alone.
+//! `batch`, `render`, `alive`, `draining`, `load` and `asset` carry no tenant: they belong to
+//! services alone.
 
 use crate::{ServiceId, ServiceKind, Tenant, WorldId};
 
@@ -100,6 +101,16 @@ pub fn any_draining(kind: ServiceKind) -> String {
     format!("causeway/draining/{}/*", kind.as_str())
 }
 
+/// How much a service has to do.
+pub fn load(kind: ServiceKind, id: &ServiceId) -> String {
+    format!("causeway/load/{}/{id}", kind.as_str())
+}
+
+/// [`load`] of every service of one kind.
+pub fn any_load(kind: ServiceKind) -> String {
+    format!("causeway/load/{}/*", kind.as_str())
+}
+
 /// A map's OpenDRIVE text by the hexadecimal BLAKE3 digest of its bytes.
 pub fn asset(digest: &str) -> String {
     format!("causeway/asset/{digest}")
@@ -139,6 +150,11 @@ pub fn parse_alive(key: &str) -> Option<(ServiceKind, ServiceId)> {
 /// The inverse of [`draining`]; `None` for any other key.
 pub fn parse_draining(key: &str) -> Option<(ServiceKind, ServiceId)> {
     parse_service(key.strip_prefix("causeway/draining/")?)
+}
+
+/// The inverse of [`load`]; `None` for any other key.
+pub fn parse_load(key: &str) -> Option<(ServiceKind, ServiceId)> {
+    parse_service(key.strip_prefix("causeway/load/")?)
 }
 
 fn parse_service(place: &str) -> Option<(ServiceKind, ServiceId)> {
@@ -228,6 +244,7 @@ mod tests {
             keys.push(shortcut_to(&batch_tick(&id)));
             keys.extend(ServiceKind::ALL.map(|kind| alive(kind, &id)));
             keys.extend(ServiceKind::ALL.map(|kind| draining(kind, &id)));
+            keys.extend(ServiceKind::ALL.map(|kind| load(kind, &id)));
             for key in keys {
                 for expression in [ANY_WORLDS, &any_worlds_of(&id), &any_world(1)] {
                     assert!(!matches(expression, &key), "{expression} matches {key}");
@@ -242,6 +259,7 @@ mod tests {
         for kind in ServiceKind::ALL {
             assert_eq!(parse_alive(&alive(kind, &id)), Some((kind, id.clone())));
             assert_eq!(parse_draining(&draining(kind, &id)), Some((kind, id.clone())));
+            assert_eq!(parse_load(&load(kind, &id)), Some((kind, id.clone())));
         }
     }
 }

@@ -43,7 +43,7 @@ pub mod keys;
 pub mod limits;
 pub mod wire;
 
-pub use alive::{Alive, ServiceKind};
+pub use alive::{Alive, Load, ServiceKind};
 pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
 pub use command::{
     AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute, BodyCommand,

@@ -19,7 +19,7 @@ mod sensor;
 mod v2x;
 mod vehicle;
 
-pub use alive::{decode_alive, encode_alive};
+pub use alive::{decode_alive, decode_load, encode_alive, encode_load};
 pub use camera::{decode_render_job, encode_render_job};
 pub use frame::{decode_frame, encode_frame};
 pub use reply::{decode_reply, encode_reply};

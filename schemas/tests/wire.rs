@@ -4,7 +4,7 @@ mod sample;
 
 use proptest::prelude::*;
 use schemas::limits::REQUEST_BYTES_MAX;
-use schemas::{ErrorCode, wire};
+use schemas::{ErrorCode, Load, wire};
 
 #[test]
 fn a_frame_comes_back_bit_for_bit() {
@@ -46,6 +46,16 @@ fn a_render_job_and_a_liveliness_message_come_back() {
     assert_eq!(wire::decode_render_job(&wire::encode_render_job(&job)).unwrap(), job);
     let alive = sample::alive();
     assert_eq!(wire::decode_alive(&wire::encode_alive(&alive)).unwrap(), alive);
+}
+
+#[test]
+fn a_load_comes_back_and_one_that_is_no_share_is_refused() {
+    let load = Load { worlds: 3, worlds_max: 4_096, busy: 0.25 };
+    assert_eq!(wire::decode_load(&wire::encode_load(&load)).unwrap(), load);
+    for busy in [f32::NAN, -0.1, 1.1] {
+        let refusal = wire::decode_load(&wire::encode_load(&Load { busy, ..load })).unwrap_err();
+        assert_eq!(refusal.code, ErrorCode::InvalidMessage);
+    }
 }
 
 /// Python decodes the same file: see `agents/python/tests`. After a deliberate change of the schema
@@ -90,6 +100,7 @@ proptest! {
         let _ = wire::decode_reply(&bytes);
         let _ = wire::decode_render_job(&bytes);
         let _ = wire::decode_alive(&bytes);
+        let _ = wire::decode_load(&bytes);
     }
 
     #[test]

@@ -200,8 +200,12 @@ def test_every_client_has_the_map_that_one_of_them_loads(start_site):
         assert len(town.get_spawn_points()) == len(loaded.get_map().get_spawn_points())
 
 
+#: No world is made again when its service is gone.
+FORGETFUL = {"CAUSEWAY_RECOVERY_MIB": "0"}
+
+
 def test_a_lost_world_raises_and_comes_back(start_site):
-    site = start_site("--no-render")
+    site = start_site("--no-render", **FORGETFUL)
     client = connect(site.carla_port)
     world = client.get_world()
     with synchronous(world):
@@ -223,7 +227,7 @@ def test_a_lost_world_raises_and_comes_back(start_site):
 
 
 def test_the_tick_that_finds_its_world_dead_shows_the_last_frame_once_more(start_site):
-    site = start_site("--no-render")
+    site = start_site("--no-render", **FORGETFUL)
     client = connect(site.carla_port)
     world = client.get_world()
     with synchronous(world):
@@ -244,7 +248,7 @@ def test_the_tick_that_finds_its_world_dead_shows_the_last_frame_once_more(start
 
 
 def test_who_comes_after_the_loss_finds_a_new_world(start_site):
-    site = start_site("--no-render")
+    site = start_site("--no-render", **FORGETFUL)
     old = connect(site.carla_port).get_world()
     old.wait_for_tick()
     subprocess.run(["kill", "-9", str(child(site, "world"))], check=True)

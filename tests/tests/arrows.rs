@@ -9,11 +9,12 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 24] = [
+const MAY_NAME: [(&str, &[&str]); 25] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
     ("bus", &["schemas"]),
+    ("worlds", &["bus", "roads", "schemas"]),
     ("whole-file", &[]),
     ("batched-queue", &[]),
     ("tenancy", &["schemas"]),
@@ -46,7 +47,17 @@ const MAY_NAME: [(&str, &[&str]); 24] = [
     ("render-service", &["bus", "monitoring", "roads", "schemas", "signals"]),
     (
         "scenario-service",
-        &["agents", "bus", "monitoring", "port-lending", "roads", "schemas", "signals", "tenancy"],
+        &[
+            "agents",
+            "bus",
+            "monitoring",
+            "port-lending",
+            "roads",
+            "schemas",
+            "signals",
+            "tenancy",
+            "worlds",
+        ],
     ),
     (
         "carla-gateway",
@@ -61,6 +72,7 @@ const MAY_NAME: [(&str, &[&str]); 24] = [
             "schemas",
             "signals",
             "whole-file",
+            "worlds",
         ],
     ),
     (

@@ -3,6 +3,7 @@
 mod figures;
 mod journals;
 mod keys;
+mod load;
 mod maker;
 mod shard_worker;
 
@@ -57,7 +58,7 @@ pub struct WorldService {
     threads: Vec<JoinHandle<()>>,
     journals: Arc<Desk>,
     seats: Seats,
-    tasks: [AbortHandle; 2],
+    tasks: [AbortHandle; 3],
     _announcement: Announcement,
     servings: Vec<Serving>,
 }
@@ -106,8 +107,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     .await?;
     let epoch = RandomState::new().build_hasher().finish();
     let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
-    let number = ids.host();
-    let shard_count = config.shard_count.get();
+    let (number, shard_count) = (ids.host(), config.shard_count.get());
     let (jobs, inboxes): (Vec<_>, Vec<_>) =
         (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
     let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
@@ -145,8 +145,9 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     };
     let servings = keys::serve(&bus, (&config.id, number), desk, workers.into()).await?;
     let presence = follow_presence(&bus, jobs.clone()).await?;
-    let tasks = [presence, tell_draining(&bus, &config.id, monitor)];
-    let _announcement = bus.announce(alive(&config)).await?;
+    let load = load::tell(&bus, &config.id, &seats, (figures.tick_time, shard_count));
+    let tasks = [presence, tell_draining(&bus, &config.id, monitor), load];
+    let _announcement = bus.announce(alive(&config, number)).await?;
     for address in bus.listening() {
         tracing::info!(%address, threads = shard_count, "worlds live here");
     }
@@ -226,7 +227,7 @@ fn tell_draining(bus: &Bus, id: &ServiceId, monitor: &Monitor) -> AbortHandle {
     tokio::spawn(telling).abort_handle()
 }
 
-fn alive(config: &Config) -> Alive {
+fn alive(config: &Config, number: u32) -> Alive {
     Alive {
         kind: ServiceKind::World,
         id: config.id.clone(),
@@ -234,6 +235,7 @@ fn alive(config: &Config) -> Alive {
         pid: std::process::id(),
         capacity: config.worlds_max as u32,
         detail: config.listen.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "),
+        number,
     }
 }
 

@@ -25,6 +25,7 @@ async fn announced(bus: &Bus) -> Announcement {
         pid: 1,
         capacity: 1,
         detail: String::new(),
+        number: 0,
     };
     bus.announce(alive).await.unwrap()
 }

@@ -42,6 +42,7 @@ pub(crate) async fn announce_renderer(bus: &Bus) -> Announcement {
         pid: 1,
         capacity: 1,
         detail: String::new(),
+        number: 0,
     };
     bus.announce(alive).await.unwrap()
 }

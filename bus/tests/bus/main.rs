@@ -6,7 +6,6 @@ mod common;
 mod draining;
 mod frames;
 mod hostile;
-mod hosts;
 mod presence;
 mod renderers;
 mod requests;

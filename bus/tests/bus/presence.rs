@@ -14,6 +14,7 @@ fn renderer(id: &str) -> Alive {
         pid: 7,
         capacity: 2,
         detail: "llvmpipe".to_owned(),
+        number: 0,
     }
 }
 

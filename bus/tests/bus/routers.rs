@@ -59,6 +59,7 @@ async fn a_lane_crosses_two_routers() {
         pid: 1,
         capacity: 1,
         detail: String::new(),
+        number: 0,
     };
     let _announcement = service.announce(alive).await.unwrap();
     let channel = asker.channel(&key, (ServiceKind::World, &host)).await.unwrap();

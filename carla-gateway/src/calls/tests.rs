@@ -71,6 +71,33 @@ fn no_number_of_an_actor_or_stream_is_given_again_in_a_new_world() {
 }
 
 #[test]
+fn what_was_done_in_a_world_that_is_lost_is_done_again_in_the_next() {
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        let destroy = |actor| schemas::Command::DestroyActor { actor };
+        for actor in [3, 4].map(|actor| schemas::ActorId::new(actor).unwrap()) {
+            endpoint.run_now(vec![destroy(actor)]).await.unwrap();
+            endpoint.tick().await.unwrap();
+        }
+        let (commands, ticks) = toy.done();
+        assert!(commands.len() > 2 && ticks == 2, "{commands:?}");
+        toy.crash();
+        let frame_number = endpoint.tick().await.unwrap();
+        assert_eq!(frame_number, endpoint.frame_number);
+        assert_eq!(toy.done(), (commands, ticks + 1));
+        // Also after more than one state is good for.
+        for _ in 0..=worlds::RECOVERY_TICKS {
+            endpoint.tick().await.unwrap();
+        }
+        toy.crash();
+        endpoint.tick().await.unwrap();
+        assert!(toy.done().1 < 10, "all of it is repeated");
+        assert!(endpoint.lost.is_none());
+    });
+}
+
+#[test]
 fn an_unknown_call_is_named_in_the_refusal() {
     runtime().block_on(async {
         let request = request("fly_to_the_moon", &[0x91, 0x91, 0xc2]).unwrap();

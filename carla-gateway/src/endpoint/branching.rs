@@ -1,10 +1,9 @@
 //! Going on in a branch: a world that a journal takes back to a recorded state, bit for bit.
 
 use recording::{JournalLink, WorldState};
-use schemas::{ActorId, Command, Lease, Reply, Request, SensorCommand, SharedFrame, Tick, WorldId};
+use schemas::{ActorId, Command, Reply, Request, SensorCommand, SharedFrame, Tick, WorldId};
 
 use super::Endpoint;
-use super::loading::LEASE_MILLIS;
 use super::worlds::refused;
 use crate::catalogue;
 use crate::dialect::WeatherParameters;
@@ -24,7 +23,7 @@ impl Endpoint {
         let request = Request::BranchJournal {
             name: link.name.clone(),
             tick: Some(Tick(state.tick)),
-            lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
+            lease: Some(self.config.lease()),
         };
         let made = self.site.ask(request).await.map_err(|error| refused(&error))?;
         let Reply::WorldCreated { world, frame, .. } = made else {
@@ -70,6 +69,8 @@ impl Endpoint {
         let is_gone = |id: &ActorId| frame.actor(*id).is_none();
         let gone: Vec<ActorId> = episode.states().map(|state| state.id).filter(is_gone).collect();
         let before = std::mem::replace(&mut episode.world, world);
+        self.keep.end();
+        let episode = self.episode()?;
         all.iter().for_each(|actor| episode.note_physics(*actor, true));
         let is_lost = |id: &ActorId| episode.actor(*id).is_none();
         let lost: Vec<ActorId> = all.iter().copied().filter(is_lost).collect();
@@ -86,6 +87,7 @@ impl Endpoint {
             }
         }
         self.queue_substeps();
+        self.keep_state().await;
         self.destroy(before).await;
         Ok(())
     }

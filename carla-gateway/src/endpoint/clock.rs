@@ -56,6 +56,7 @@ impl Endpoint {
     /// Waits for what is still under way to clients.
     async fn get_ready(&mut self) -> Result<(), Refusal> {
         self.ensure_episode().await?;
+        self.move_away().await;
         self.episode()?;
         self.note_deserted_streams();
         self.await_listeners(Whose::Of(self.present.brief.caller)).await;
@@ -87,6 +88,7 @@ impl Endpoint {
         self.take_pictures(outcome.cameras_due, before.as_deref());
         // Clients go on with the frame meanwhile.
         self.record().await;
+        self.keep_state_if_due().await;
         Ok(self.frame_number)
     }
 

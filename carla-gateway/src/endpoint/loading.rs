@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use roads::MapLayer;
-use schemas::{Command, Lease, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
+use schemas::{Command, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
 use tokio::time::Instant;
+use worlds::NewWorld;
 
 use super::Endpoint;
 use super::listeners::Whose;
@@ -22,8 +23,6 @@ use crate::stream::WORLD_OBSERVER;
 const REST_WAIT: Duration = Duration::from_secs(1);
 /// Length of a tick until a client chooses one.
 const DT_SECS: f64 = 0.05;
-/// How long worlds outlive the gateway.
-pub(super) const LEASE_MILLIS: u32 = 5_000;
 /// The name under which CARLA's client loads what it uploaded.
 pub(crate) const UPLOADED_MAP: &str = "OpenDriveMap";
 
@@ -57,21 +56,22 @@ impl Endpoint {
         let bus_name = if is_upload { self.upload_name() } else { name };
         let map = self.maps.find(&bus_name).await.map_err(|error| Refusal(error.message))?;
         let told = if is_upload { UPLOADED_MAP.to_owned() } else { map.name().to_owned() };
-        let request = Request::CreateWorld {
+        let new = NewWorld {
             map: map.name().to_owned(),
             seed: self.config.seed,
             dt_secs: DT_SECS,
             commands: if maps::is_layered(&told) { without_layers(!layers) } else { Vec::new() },
-            lease: Some(Lease { owner: self.config.owner.clone(), millis: LEASE_MILLIS }),
             traffic: true,
             first_actor: self.given.next(),
         };
-        let created = self.site.ask(request).await.map_err(|error| refused(&error))?;
+        let created = self.site.ask(new.clone().request(self.config.lease())).await;
+        let created = created.map_err(|error| refused(&error))?;
         let Reply::WorldCreated { world, frame, .. } = created else {
             return Err(Refusal("the world service answered something else".to_owned()));
         };
         let frame = SharedFrame::decode(frame).map_err(|error| refused(&error))?;
         self.end_episode().await;
+        self.keep.begin(new);
         self.note_actors(&frame, &[]);
         self.episodes_begun += 1;
         tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
@@ -112,6 +112,7 @@ impl Endpoint {
 
     async fn end_episode(&mut self) {
         self.lost = None;
+        self.keep.end();
         self.end_recording().await;
         self.replayer.drop_replay();
         self.pending.clear();

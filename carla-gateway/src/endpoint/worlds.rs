@@ -1,7 +1,7 @@
 //! Work with the world of the episode.
 
 use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, Frame, RayHit, Reply, Request};
-use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, limits};
+use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, WorldId, limits};
 
 use super::Endpoint;
 use crate::dialect::ActorRef;
@@ -14,23 +14,44 @@ pub(crate) fn refused(error: &Error) -> Refusal {
 }
 
 fn unexpected() -> Refusal {
-    Refusal("the world service answered something else".to_owned())
+    refused(&unexpected_answer())
+}
+
+pub(super) fn unexpected_answer() -> Error {
+    Error::new(ErrorCode::InvalidMessage, "the world service answered something else")
+}
+
+/// Of the only world that was ticked.
+pub(super) fn first_result(ticked: Reply) -> Result<TickOutcome, Error> {
+    let Reply::Ticked(mut results) = ticked else { return Err(unexpected_answer()) };
+    results.pop().ok_or_else(unexpected_answer)?.outcome
 }
 
 impl Endpoint {
-    /// Asks the world; when it is gone, the episode is lost.
-    pub(super) async fn ask(&mut self, request: Request) -> Result<Reply, Refusal> {
-        let asked = self.site.ask(request).await;
-        asked.map_err(|error| {
-            let is_gone = matches!(
-                error.code,
-                ErrorCode::Unreachable | ErrorCode::UnknownWorld | ErrorCode::WorldQuarantined
-            );
-            if is_gone {
-                self.note_loss(&error);
-            }
-            refused(&error)
-        })
+    /// Asks the world of the episode; when it is gone, one that is made again. When that cannot be,
+    /// the episode is lost.
+    pub(super) async fn ask(
+        &mut self,
+        request: impl Fn(WorldId) -> Request,
+    ) -> Result<Reply, Refusal> {
+        let world = self.episode()?.world;
+        let mut asked = self.site.ask(request(world)).await;
+        if let Err(error) = &asked
+            && worlds::is_gone(error.code)
+            && self.come_back(error).await
+        {
+            let world = self.episode()?.world;
+            asked = self.site.ask(request(world)).await;
+        }
+        asked.map_err(|error| self.refusal_of(&error))
+    }
+
+    /// What a client reads of an error of the world, which may be gone.
+    fn refusal_of(&mut self, error: &Error) -> Refusal {
+        if worlds::is_gone(error.code) || error.code == ErrorCode::WorldQuarantined {
+            self.note_loss(error);
+        }
+        refused(error)
     }
 
     /// One tick item of the episode's world, with all commands that wait. The frame of the outcome
@@ -40,34 +61,38 @@ impl Endpoint {
         tick_count: u32,
         dt_secs: Option<f64>,
     ) -> Result<TickOutcome, Refusal> {
-        let world = self.episode()?.world;
+        self.episode()?;
         let mut commands = std::mem::take(&mut self.pending);
         let mut replies = Vec::new();
         // A replay of a recording with many actors has more to say than one request can hold.
         while commands.len() > limits::COMMANDS_PER_REQUEST_MAX {
             let rest = commands.split_off(limits::COMMANDS_PER_REQUEST_MAX);
-            let item = TickItem { commands, ..TickItem::new(world, 0) };
-            replies.append(&mut self.tick_item(item).await?.replies);
+            replies.append(&mut self.tick_item(commands, 0, None).await?.replies);
             commands = rest;
         }
-        let item = TickItem { commands, dt_secs, ..TickItem::new(world, tick_count) };
-        let mut outcome = self.tick_item(item).await?;
+        let mut outcome = self.tick_item(commands, tick_count, dt_secs).await?;
         replies.append(&mut outcome.replies);
         Ok(TickOutcome { replies, ..outcome })
     }
 
-    async fn tick_item(&mut self, item: TickItem) -> Result<TickOutcome, Refusal> {
-        let Reply::Ticked(mut results) = self.ask(Request::TickWorlds(vec![item])).await? else {
-            return Err(unexpected());
-        };
-        let result = results.pop().ok_or_else(unexpected)?;
-        let mut outcome = match result.outcome {
-            Ok(outcome) => outcome,
-            Err(error) => {
-                self.note_loss(&error);
-                return Err(refused(&error));
-            }
-        };
+    async fn tick_item(
+        &mut self,
+        commands: Vec<Command>,
+        tick_count: u32,
+        dt_secs: Option<f64>,
+    ) -> Result<TickOutcome, Refusal> {
+        let world = self.episode()?.world;
+        let item = TickItem { commands, dt_secs, ..TickItem::new(world, tick_count) };
+        let mut ticked = self.try_tick(item.clone()).await;
+        if let Err(error) = &ticked
+            && worlds::is_gone(error.code)
+            && self.come_back(error).await
+        {
+            let world = self.episode()?.world;
+            ticked = self.try_tick(TickItem { world, ..item.clone() }).await;
+        }
+        let mut outcome = ticked.map_err(|error| self.refusal_of(&error))?;
+        self.keep.note(item.commands, item.tick_count, item.dt_secs);
         let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
         let frame = frame.map_err(|error| refused(&error))?;
         let before = self.episode()?.frame.tick;
@@ -79,6 +104,10 @@ impl Endpoint {
         self.recorder.see(&frame);
         self.episode()?.show(frame);
         Ok(outcome)
+    }
+
+    async fn try_tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
+        first_result(self.site.ask(Request::TickWorlds(vec![item])).await?)
     }
 
     /// Remembers which ids were given: those of a frame, and of actors that came and went since the
@@ -116,15 +145,15 @@ impl Endpoint {
         let count = commands.len();
         self.pending.extend(commands);
         let mut outcome = self.tick_world(0, None).await?;
+        self.keep_state_if_due().await;
         let first = outcome.replies.len().checked_sub(count).ok_or_else(unexpected)?;
         Ok(outcome.replies.split_off(first))
     }
 
     /// Learns about actors and opens the streams of those that measure. No ids: all of them.
     pub(crate) async fn learn(&mut self, actors: Vec<ActorId>) -> Result<(), Refusal> {
-        let world = self.episode()?.world;
-        let Reply::Actors(described) = self.ask(Request::DescribeActors { world, actors }).await?
-        else {
+        let asked = |world| Request::DescribeActors { world, actors: actors.clone() };
+        let Reply::Actors(described) = self.ask(asked).await? else {
             return Err(unexpected());
         };
         let stream_port = self.stream_port;
@@ -180,10 +209,9 @@ impl Endpoint {
         &mut self,
         vehicles: &[ActorId],
     ) -> Result<Vec<VehicleReport>, Refusal> {
-        let world = self.episode()?.world;
         let mut reports = Vec::with_capacity(vehicles.len());
         for some in vehicles.chunks(limits::VEHICLES_PER_REQUEST_MAX) {
-            let asked = Request::InspectVehicles { world, actors: some.to_vec() };
+            let asked = |world| Request::InspectVehicles { world, actors: some.to_vec() };
             match self.ask(asked).await? {
                 Reply::Vehicles(told) if told.len() == some.len() => reports.extend(told),
                 _ => return Err(unexpected()),
@@ -198,8 +226,7 @@ impl Endpoint {
     /// Those of the world.
     pub(crate) async fn cast_ray(&mut self, from: Vec3, to: Vec3) -> Result<Vec<RayHit>, Refusal> {
         self.flush().await?;
-        let world = self.episode()?.world;
-        match self.ask(Request::CastRays { world, rays: vec![(from, to)] }).await? {
+        match self.ask(|world| Request::CastRays { world, rays: vec![(from, to)] }).await? {
             Reply::RayHits(hits) => Ok(hits),
             _ => Err(unexpected()),
         }

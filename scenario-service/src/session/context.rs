@@ -6,8 +6,9 @@ use std::time::Instant;
 use monitoring::Monitor;
 use schemas::Camera;
 use tenancy::{PixelBudget, Quotas};
+use worlds::Budget;
 
-use super::{RecoveryBudget, SessionError};
+use super::SessionError;
 use crate::figures::Figures;
 use crate::limits::RECOVERY_BYTES_MAX;
 use crate::maps::Maps;
@@ -35,7 +36,7 @@ pub(crate) struct SessionContext {
     /// What is counted.
     pub(crate) figures: Arc<Figures>,
     /// What may be kept to make worlds again, by sessions of all tenants.
-    pub(crate) recovery: Arc<RecoveryBudget>,
+    pub(crate) recovery: Arc<Budget>,
     /// What may still be drawn.
     pub(crate) pixels: PixelBudget,
 }
@@ -56,14 +57,14 @@ impl SessionContext {
             profile,
             monitor: Monitor::default(),
             figures: Arc::default(),
-            recovery: RecoveryBudget::new(RECOVERY_BYTES_MAX),
+            recovery: Budget::new(RECOVERY_BYTES_MAX),
             pixels: PixelBudget::default(),
         }
     }
 
     /// The same, with so many bytes to make worlds again.
     pub(crate) fn recovering(self, bytes_max: usize) -> Self {
-        Self { recovery: RecoveryBudget::new(bytes_max), ..self }
+        Self { recovery: Budget::new(bytes_max), ..self }
     }
 
     /// The same, watched over.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use futures_util::stream::{self, StreamExt as _};
 use monitoring::Drain;
 use schemas::Tenant;
 use tenancy::Visitor;
@@ -12,6 +13,9 @@ use tokio::sync::watch;
 
 use super::{Contexts, Session};
 use crate::scenario::ScenarioError;
+
+/// Worlds that move at once.
+const MOVING_MAX: usize = 16;
 
 /// How long sessions may be idle.
 #[derive(Clone, Copy, Debug)]
@@ -168,6 +172,18 @@ impl Sessions {
         if ended > 0 {
             tracing::info!(ended, "idle sessions ended");
         }
+    }
+
+    /// Moves worlds away from services that end, between two steps of their sessions. Whether one
+    /// should be tried again.
+    pub(crate) async fn move_worlds(&self) -> bool {
+        let slots: Vec<Arc<Slot>> = self.lock().values().cloned().collect();
+        let moving = slots.into_iter().map(|slot| async move {
+            // Nobody waits for a session that is at work.
+            slot.session.lock().await.move_away().await
+        });
+        let moved = stream::iter(moving).buffer_unordered(MOVING_MAX);
+        moved.fold(false, |any, again| async move { any | again }).await
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Slot>>> {

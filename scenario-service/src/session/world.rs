@@ -2,14 +2,15 @@
 //! goes.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::Instant;
 
 use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, SharedFrame};
 use schemas::{TickItem, TickOutcome, WorldId};
 
+use worlds::{Maker, Recovery, Remade, State, is_same};
+
 use super::SessionContext;
-use super::recovery::{Base, Recovery};
-use crate::limits::{RECOVERY_PATIENCE, REPEATED_TICK};
+use super::recovery::FreshWorlds;
 use crate::world_port::keeper::OwnedWorld;
 
 /// What is to be done in a world.
@@ -54,15 +55,15 @@ pub(super) struct EpisodeWorld {
 }
 
 impl EpisodeWorld {
-    /// A world that has just been made; `base`: from what, if that can be repeated.
+    /// A world that has just been made; `state`: from what, if that can be repeated.
     pub(super) async fn new(
         owned: OwnedWorld,
-        base: Option<Base>,
+        state: Option<State>,
         context: &SessionContext,
     ) -> Self {
         let mut world = Self { owned: Some(owned), recovery: None };
-        match base {
-            Some(base) => world.recovery = Recovery::new(base, &context.recovery),
+        match state {
+            Some(state) => world.recovery = Recovery::new(state, &context.recovery),
             None => _ = world.renew(context).await,
         }
         world
@@ -103,11 +104,36 @@ impl EpisodeWorld {
         Ok(told)
     }
 
+    /// Moves the world to another service if the one that has it ends and another is there: nothing
+    /// is under way in it. Whether it should be tried again.
+    pub(super) async fn move_away(&mut self, context: &Arc<SessionContext>, seen: &Frame) -> bool {
+        let Some(old) = self.owned.as_ref().map(OwnedWorld::id) else { return false };
+        if !context.port.should_move(old) {
+            return false;
+        }
+        let begun = Instant::now();
+        match moved(context, old, seen).await {
+            Ok((world, state)) => {
+                tracing::debug!(%old, new = %world.id(), "a world has moved");
+                // The old one is destroyed.
+                self.owned = Some(world);
+                // Its room first, which the new state may need.
+                self.recovery = None;
+                self.recovery = Recovery::new(state, &context.recovery);
+                context.figures.move_seconds.observe(begun.elapsed());
+                false
+            }
+            Err(error) => {
+                tracing::warn!(world = %old, %error, "a world could not be moved");
+                true
+            }
+        }
+    }
+
     /// One that is slow is still there, and one that panics would panic again.
     fn may_come_back(&self, code: ErrorCode) -> bool {
-        use ErrorCode::{InvalidMessage, UnknownWorld, Unreachable, WrongTick};
-        let is_gone = matches!(code, UnknownWorld | Unreachable | WrongTick | InvalidMessage);
-        is_gone && self.recovery.is_some()
+        let is_elsewhere = matches!(code, ErrorCode::WrongTick | ErrorCode::InvalidMessage);
+        (worlds::is_gone(code) || is_elsewhere) && self.recovery.is_some()
     }
 
     /// Lets go of the world, wherever it may be, and makes it again.
@@ -117,30 +143,33 @@ impl EpisodeWorld {
         seen: &Frame,
     ) -> Result<WorldId, Trouble> {
         self.owned = None;
-        let Some(recovery) = &self.recovery else { return Err(Trouble::Gone(gone())) };
-        let more = REPEATED_TICK * recovery.ticks();
-        let again = patiently(more, || recovery.remake(context, seen)).await;
-        let again = again.map_err(|error| match is_passing(error.code) {
-            true => Trouble::Absent(error),
-            false => Trouble::Gone(error),
-        })?;
-        let owned = again.ok_or_else(|| Trouble::Gone(gone()))?;
-        context.figures.recovered.inc();
-        Ok(self.owned.insert(owned).id())
+        let Some(recovery) = &self.recovery else {
+            let text = "no world service has it, and there was no room to keep it";
+            return Err(Trouble::Gone(Error::new(ErrorCode::UnknownWorld, text)));
+        };
+        match recovery.remake(&FreshWorlds(context), seen).await {
+            Remade::Whole(owned) => {
+                context.figures.recovered.inc();
+                Ok(self.owned.insert(owned).id())
+            }
+            Remade::Later(error) => Err(Trouble::Absent(error)),
+            Remade::Never(error) => Err(Trouble::Gone(error)),
+        }
     }
 
     /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been
     /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
         let Some(recovery) = &mut self.recovery else { return };
-        if recovery.is_long_with(work.commands.len(), work.tick_count) {
+        if recovery.is_long_with(&work.commands, work.tick_count) {
             if self.renew(context).await {
                 return;
             }
             self.recovery.as_mut().map(Recovery::miss);
         }
         let Some(recovery) = &mut self.recovery else { return };
-        if !recovery.note(work.commands, work.tick_count) {
+        let Work { commands, tick_count, .. } = work;
+        if !recovery.note(commands, tick_count, None) {
             tracing::debug!("no room to make this world again");
             self.recovery = None;
         }
@@ -153,7 +182,7 @@ impl EpisodeWorld {
             Ok(bytes) => {
                 // Its room first, which the new one may need.
                 self.recovery = None;
-                self.recovery = Recovery::new(Base::Snapshot(bytes), &context.recovery);
+                self.recovery = Recovery::new(State::Snapshot(bytes), &context.recovery);
                 true
             }
             Err(error) => {
@@ -164,35 +193,19 @@ impl EpisodeWorld {
     }
 }
 
-/// Tries again while services come and go: a question that was on its way to one that died may
-/// never be answered.
-async fn patiently<T, F>(more: Duration, attempt: impl Fn() -> F) -> Result<T, Error>
-where
-    F: Future<Output = Result<T, Error>>,
-{
-    let mut last = gone();
-    for patience in RECOVERY_PATIENCE {
-        match tokio::time::timeout(patience + more, attempt()).await {
-            Ok(Err(error)) if is_passing(error.code) && error.code != ErrorCode::Capacity => {
-                last = error
-            }
-            Ok(done) => return done,
-            Err(_) => {
-                last = Error::new(ErrorCode::TimedOut, "the world was not made again in time")
-            }
-        }
+/// A world on another service that is as one was seen last, and the state from which it goes on.
+async fn moved(
+    context: &Arc<SessionContext>,
+    old: WorldId,
+    seen: &Frame,
+) -> Result<(OwnedWorld, State), Error> {
+    let state = State::Snapshot(context.port.snapshot(old).await?);
+    let (frame, world) = FreshWorlds(context).make(&state).await?;
+    let frame = SharedFrame::decode(frame)?;
+    if is_same(&frame, seen) {
+        return Ok((world, state));
     }
-    Err(last)
-}
-
-/// Whether a later attempt may find another service, or room.
-fn is_passing(code: ErrorCode) -> bool {
-    use ErrorCode::{Capacity, TimedOut, UnknownWorld, Unreachable};
-    matches!(code, TimedOut | Unreachable | UnknownWorld | Capacity)
-}
-
-fn gone() -> Error {
-    Error::new(ErrorCode::UnknownWorld, "no world service has it, and it cannot be made again")
+    Err(Error::new(ErrorCode::Internal, "the world went another way"))
 }
 
 impl Work {

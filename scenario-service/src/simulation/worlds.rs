@@ -7,10 +7,11 @@ use schemas::{
     Camera, Error, ErrorCode, Image, MapRef, SharedFrame, SplitMix64, TickItem, TickResult, WorldId,
 };
 use tokio::sync::oneshot;
+use worlds::NewWorld;
 
 use super::clock::Clock;
 use crate::testing::ToyWorlds;
-use crate::world_port::{Answer, CreatedWorld, NewWorld, WorldPort};
+use crate::world_port::{Answer, CreatedWorld, WorldPort};
 
 /// The port's deadline, whatever is asked.
 pub(super) const DEADLINE_MILLIS: u64 = 10_000;

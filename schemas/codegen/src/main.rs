@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::{fs, io};
 
-const SCHEMAS: [&str; 9] =
-    ["types", "frame", "vehicle", "sensor", "camera", "render", "request", "reply", "alive"];
+const SCHEMAS: [&str; 10] = [
+    "types", "frame", "vehicle", "sensor", "camera", "render", "request", "reply", "alive", "load",
+];
 
 fn main() -> ExitCode {
     let check = std::env::args().any(|argument| argument == "--check");

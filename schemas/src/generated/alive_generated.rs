@@ -32,6 +32,7 @@ impl<'a> Alive<'a> {
   pub const VT_PID: flatbuffers::VOffsetT = 10;
   pub const VT_CAPACITY: flatbuffers::VOffsetT = 12;
   pub const VT_DETAIL: flatbuffers::VOffsetT = 14;
+  pub const VT_NUMBER: flatbuffers::VOffsetT = 16;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -43,6 +44,7 @@ impl<'a> Alive<'a> {
     args: &'args AliveArgs<'args>
   ) -> flatbuffers::WIPOffset<Alive<'bldr>> {
     let mut builder = AliveBuilder::new(_fbb);
+    builder.add_number(args.number);
     if let Some(x) = args.detail { builder.add_detail(x); }
     builder.add_capacity(args.capacity);
     builder.add_pid(args.pid);
@@ -97,6 +99,14 @@ impl<'a> Alive<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(Alive::VT_DETAIL, None).unwrap()}
   }
+  /// That of a world service in the ids of its worlds; 0: it has none.
+  #[inline]
+  pub fn number(&self) -> u32 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u32>(Alive::VT_NUMBER, Some(0)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for Alive<'_> {
@@ -112,6 +122,7 @@ impl flatbuffers::Verifiable for Alive<'_> {
      .visit_field::<u32>("pid", Self::VT_PID, false)?
      .visit_field::<u32>("capacity", Self::VT_CAPACITY, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("detail", Self::VT_DETAIL, true)?
+     .visit_field::<u32>("number", Self::VT_NUMBER, false)?
      .finish();
     Ok(())
   }
@@ -123,6 +134,7 @@ pub struct AliveArgs<'a> {
     pub pid: u32,
     pub capacity: u32,
     pub detail: Option<flatbuffers::WIPOffset<&'a str>>,
+    pub number: u32,
 }
 impl<'a> Default for AliveArgs<'a> {
   #[inline]
@@ -134,6 +146,7 @@ impl<'a> Default for AliveArgs<'a> {
       pid: 0,
       capacity: 0,
       detail: None, // required field
+      number: 0,
     }
   }
 }
@@ -168,6 +181,10 @@ impl<'a: 'b, 'b> AliveBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Alive::VT_DETAIL, detail);
   }
   #[inline]
+  pub fn add_number(&mut self, number: u32) {
+    self.fbb_.push_slot::<u32>(Alive::VT_NUMBER, number, 0);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> AliveBuilder<'a, 'b> {
     let start = _fbb.start_table();
     AliveBuilder {
@@ -194,6 +211,7 @@ impl core::fmt::Debug for Alive<'_> {
       ds.field("pid", &self.pid());
       ds.field("capacity", &self.capacity());
       ds.field("detail", &self.detail());
+      ds.field("number", &self.number());
       ds.finish()
   }
 }

@@ -113,6 +113,8 @@ mod list_worlds_generated;
 pub use self::list_worlds_generated::*;
 mod listen_generated;
 pub use self::listen_generated::*;
+mod load_generated;
+pub use self::load_generated::*;
 mod map_ref_generated;
 pub use self::map_ref_generated::*;
 mod maps_generated;

@@ -332,5 +332,6 @@ pub(crate) fn alive() -> Alive {
         pid: 4242,
         capacity: 64,
         detail: "llvmpipe".into(),
+        number: 7,
     }
 }

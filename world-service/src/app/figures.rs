@@ -1,17 +1,21 @@
 //! Figures of a world service.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use bus::Bus;
 use monitoring::{Counter, Histogram, Metrics};
 use schemas::EncodedFrame;
 
+use super::load::TickTime;
 use crate::service::Seats;
 
 /// What shards count. Relaxed atomics: ticks wait for none of it.
 #[derive(Clone)]
 pub(super) struct ShardFigures {
-    pub(super) tick_seconds: Histogram,
+    tick_seconds: Histogram,
+    /// All of it together.
+    pub(super) tick_time: TickTime,
     frames: Counter,
     frame_bytes: Counter,
 }
@@ -21,10 +25,17 @@ impl ShardFigures {
     fn new(metrics: &Metrics) -> Self {
         Self {
             tick_seconds: metrics.histogram("causeway_world_tick_seconds", "Time of a tick"),
+            tick_time: TickTime::default(),
             frames: metrics.counter("causeway_world_frames_published", "Frames for subscribers"),
             frame_bytes: metrics
                 .counter("causeway_world_frame_bytes", "Bytes of frames for subscribers"),
         }
+    }
+
+    /// A tick took so long.
+    pub(super) fn note_tick(&self, took: Duration) {
+        self.tick_seconds.observe(took);
+        self.tick_time.add(took);
     }
 
     /// A frame goes to subscribers.

@@ -223,7 +223,7 @@ impl<S: Simulation> Outlet<S> for ShardOutlet<S> {
     }
 
     fn ticked(&self, took: Duration) {
-        self.figures.tick_seconds.observe(took);
+        self.figures.note_tick(took);
     }
 
     fn adopt(&self, id: WorldId, world: Hosted<S>) {

@@ -14,6 +14,7 @@ async fn announce(bus: &Bus, kind: ServiceKind, id: &str) -> Announcement {
         pid: 1,
         capacity: 1,
         detail: String::new(),
+        number: 0,
     };
     bus.announce(alive).await.unwrap()
 }

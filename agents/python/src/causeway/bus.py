@@ -30,7 +30,7 @@ SILENCE_SECS = 5.0
 _log = logging.getLogger(__name__)
 
 _TENANT = re.compile(r"[a-z0-9-]{1,32}")
-_RESERVED = {"batch", "render", "alive", "draining", "asset"}
+_RESERVED = {"batch", "render", "alive", "draining", "load", "asset"}
 
 
 def frame_key(tenant: str, *, world: int | None = None) -> str:

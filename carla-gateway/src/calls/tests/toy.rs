@@ -1,8 +1,9 @@
 //! A world service that does whatever it is told, and only looks whether it could read it.
 
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, Mutex};
 
+use monitoring::Monitor;
 use schemas::wire::{decode_request, encode_frame, encode_request};
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, Command, EncodedFrame, Error, ErrorCode,
@@ -12,7 +13,7 @@ use schemas::{
 
 use crate::config::{AfterReplays, Ports, Tyres, WorldConfig};
 use crate::endpoint::Endpoint;
-use crate::figures::StreamFigures;
+use crate::figures::{StreamFigures, WorldFigures};
 use crate::maps::Maps;
 use crate::recorder::Shelf;
 use crate::site::{Later, Site};
@@ -49,6 +50,10 @@ pub(super) struct Toy {
     pub(super) first_actor: AtomicU32,
     /// Requests that a world service would not have understood.
     pub(super) garbled: AtomicUsize,
+    /// How often it has lost all worlds.
+    crashes: AtomicU32,
+    /// What was done in the present world.
+    done: Mutex<Vec<(Vec<Command>, u32)>>,
 }
 
 impl Toy {
@@ -65,6 +70,7 @@ impl Toy {
             after_replays: AfterReplays::Stand,
             shelf: Shelf::new(std::env::temp_dir().join("causeway-toy"), false),
             owner: "toy".parse().unwrap(),
+            recovery: worlds::Budget::new(1 << 20),
         };
         let maps = Arc::new(Maps::new(Arc::clone(&site)));
         (
@@ -74,10 +80,28 @@ impl Toy {
                 config,
                 Ports { calls: 2000, streams: 2001 },
                 WORKERS.handle().clone(),
-                StreamFigures::default(),
+                (StreamFigures::default(), WorldFigures::new(Monitor::default().metrics())),
             ),
             toy,
         )
+    }
+
+    /// The service loses all worlds.
+    pub(super) fn crash(&self) {
+        self.crashes.fetch_add(1, Ordering::Relaxed);
+        self.done.lock().unwrap().clear();
+    }
+
+    /// What was done in the present world: commands and ticks, one after the other.
+    pub(super) fn done(&self) -> (Vec<Command>, u32) {
+        let done = self.done.lock().unwrap();
+        let commands = done.iter().flat_map(|(commands, _)| commands.clone()).collect();
+        (commands, done.iter().map(|(_, ticks)| ticks).sum())
+    }
+
+    /// The only one there is.
+    fn world(&self) -> WorldId {
+        WorldId::of_host(0, u64::from(1 + self.crashes.load(Ordering::Relaxed)))
     }
 
     fn frame() -> EncodedFrame {
@@ -136,7 +160,7 @@ fn id(number: u32) -> ActorId {
 
 impl Site for Toy {
     fn ask(&self, request: schemas::Request) -> Later<'_, Reply> {
-        let world = WorldId::new(1).unwrap();
+        let world = self.world();
         let answer = decode_request(&encode_request(&request)).map(|request| match request {
             schemas::Request::ListMaps => Reply::Maps(vec![TOWN.1.clone()]),
             schemas::Request::CreateWorld { first_actor, .. } => {
@@ -169,7 +193,17 @@ impl Site for Toy {
                 Reply::Vehicles(vec![report; actors.len()])
             }
             schemas::Request::CastRays { .. } => Reply::RayHits(Vec::new()),
+            schemas::Request::SnapshotWorld { .. } => Reply::Snapshot(Vec::new()),
+            schemas::Request::RestoreWorld { .. } => {
+                Reply::WorldCreated { world, frame: Self::frame(), replies: Vec::new() }
+            }
+            schemas::Request::TickWorlds(items) if items[0].world != world => {
+                let unknown = Error::new(ErrorCode::UnknownWorld, "it is gone");
+                Reply::Ticked(vec![TickResult { world: items[0].world, outcome: Err(unknown) }])
+            }
             schemas::Request::TickWorlds(items) => {
+                let done = (items[0].commands.clone(), items[0].tick_count);
+                self.done.lock().unwrap().push(done);
                 let replies = items[0].commands.iter().map(|command| self.carry_out(command));
                 let replies = replies.collect();
                 let outcome = TickOutcome { replies, ..TickOutcome::new(Self::frame()) };
@@ -193,5 +227,13 @@ impl Site for Toy {
 
     fn can_draw(&self) -> bool {
         true
+    }
+
+    fn should_move(&self, _: WorldId) -> bool {
+        false
+    }
+
+    fn changes(&self) -> tokio::sync::watch::Receiver<u64> {
+        tokio::sync::watch::Sender::new(0).subscribe()
     }
 }

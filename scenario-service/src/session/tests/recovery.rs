@@ -34,6 +34,15 @@ async fn an_episode_goes_on_in_a_world_that_is_made_again() {
         if step % 3 != 0 {
             port.crash();
         }
+        // What it does shows in how fast the car goes.
+        let throttle = if step % 2 == 0 { 0.8 } else { 0.1 };
+        let drive = Action { throttle, ..Action::of(ActionKind::Control) };
+        for session in [&mut quiet, &mut disturbed] {
+            session.step(&drive).await.unwrap();
+        }
+        if step % 3 == 1 {
+            port.crash();
+        }
         let ticks = 30 + step;
         let (wanted, found) =
             (observe(&mut quiet, ticks).await, observe(&mut disturbed, ticks).await);

@@ -73,8 +73,16 @@ class Alive(object):
             return self._tab.String(o + self._tab.Pos)
         return None
 
+    # That of a world service in the ids of its worlds; 0: it has none.
+    # Alive
+    def Number(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
+        return 0
+
 def AliveStart(builder):
-    builder.StartObject(6)
+    builder.StartObject(7)
 
 def Start(builder):
     AliveStart(builder)
@@ -114,6 +122,12 @@ def AliveAddDetail(builder, detail):
 
 def AddDetail(builder, detail):
     AliveAddDetail(builder, detail)
+
+def AliveAddNumber(builder, number):
+    builder.PrependUint32Slot(6, number, 0)
+
+def AddNumber(builder, number):
+    AliveAddNumber(builder, number)
 
 def AliveEnd(builder):
     return builder.EndObject()

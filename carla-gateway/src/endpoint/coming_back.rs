@@ -1,0 +1,207 @@
+//! The world of an episode outlives its service: what is done in it is kept, and done again in
+//! another one when the service is gone.
+
+use std::sync::Arc;
+
+use schemas::{
+    Command, EncodedFrame, Error, ErrorCode, Lease, Reply, Request, SharedFrame, TickItem, WorldId,
+};
+use tokio::time::Instant;
+use worlds::{Budget, Maker, NewWorld, Recovery, Remade, State, is_same};
+
+use super::Endpoint;
+use super::worlds::{first_result, unexpected_answer};
+use crate::site::Site;
+
+/// What it takes to make the present world again.
+pub(super) struct Keep {
+    /// Of all endpoints of the process.
+    budget: Arc<Budget>,
+    /// `None`: there is no room for it, or no world.
+    recovery: Option<Recovery>,
+}
+
+impl Keep {
+    /// Nothing yet.
+    pub(super) fn new(budget: Arc<Budget>) -> Self {
+        Self { budget, recovery: None }
+    }
+
+    /// A world begins.
+    pub(super) fn begin(&mut self, new: NewWorld) {
+        self.go_on_from(State::New(new));
+    }
+
+    /// The world is gone for good.
+    pub(super) fn end(&mut self) {
+        self.recovery = None;
+    }
+
+    /// Keeps what was done.
+    pub(super) fn note(&mut self, commands: Vec<Command>, tick_count: u32, dt_secs: Option<f64>) {
+        let Some(recovery) = &mut self.recovery else { return };
+        if !recovery.note(commands, tick_count, dt_secs) {
+            tracing::warn!("no room to make this world again");
+            self.recovery = None;
+        }
+    }
+
+    /// Its room first, which the new state may need.
+    fn go_on_from(&mut self, state: State) {
+        self.recovery = None;
+        self.recovery = Recovery::new(state, &self.budget);
+    }
+}
+
+/// Where worlds are made again.
+struct Fresh<'a> {
+    site: &'a Arc<dyn Site>,
+    lease: Lease,
+}
+
+/// A world that nobody uses yet: it is destroyed when this is dropped.
+struct FreshWorld {
+    site: Arc<dyn Site>,
+    world: WorldId,
+    is_used: bool,
+}
+
+impl FreshWorld {
+    /// It is used from now on.
+    fn take(mut self) -> WorldId {
+        self.is_used = true;
+        self.world
+    }
+}
+
+impl Drop for FreshWorld {
+    fn drop(&mut self) {
+        if !self.is_used {
+            destroy_later(Arc::clone(&self.site), self.world);
+        }
+    }
+}
+
+/// Frees a world while nobody waits for it.
+pub(super) fn destroy_later(site: Arc<dyn Site>, world: WorldId) {
+    tokio::spawn(async move {
+        if let Err(error) = site.ask(Request::DestroyWorld { world }).await {
+            tracing::debug!(%error, "a world could not be destroyed");
+        }
+    });
+}
+
+impl Maker for Fresh<'_> {
+    type World = FreshWorld;
+
+    /// Runs to its end even if the caller gives up, so that no world is made that nobody frees.
+    async fn make(&self, state: &State) -> Result<(EncodedFrame, FreshWorld), Error> {
+        let lease = self.lease.clone();
+        let request = match state.clone() {
+            State::New(new) => new.request(lease),
+            State::Snapshot(snapshot) => Request::RestoreWorld { snapshot, lease: Some(lease) },
+        };
+        let site = Arc::clone(self.site);
+        let made = tokio::spawn(async move {
+            match site.ask(request).await? {
+                Reply::WorldCreated { world, frame, .. } => {
+                    Ok((frame, FreshWorld { site, world, is_used: false }))
+                }
+                _ => Err(unexpected_answer()),
+            }
+        });
+        made.await.unwrap_or_else(|_| Err(unexpected_answer()))
+    }
+
+    fn id(world: &FreshWorld) -> WorldId {
+        world.world
+    }
+
+    async fn tick(&self, item: TickItem) -> Result<EncodedFrame, Error> {
+        let ticked = self.site.ask(Request::TickWorlds(vec![item])).await?;
+        Ok(first_result(ticked)?.frame)
+    }
+}
+
+impl Endpoint {
+    /// Makes the world of the episode again, as clients saw it last; whether it could be.
+    pub(super) async fn come_back(&mut self, why: &Error) -> bool {
+        // A second loss meanwhile is not made good by this.
+        let Some(recovery) = self.keep.recovery.take() else { return false };
+        let Some(seen) = self.episode.as_ref().map(|episode| episode.frame.clone()) else {
+            return false;
+        };
+        tracing::warn!(port = self.port, %why, "a world is made again");
+        let fresh = Fresh { site: &self.site, lease: self.config.lease() };
+        match recovery.remake(&fresh, &seen).await {
+            Remade::Whole(fresh) => {
+                let Some(episode) = &mut self.episode else { return false };
+                // What may be left of the old one is freed as soon as it can be.
+                let old = std::mem::replace(&mut episode.world, fresh.take());
+                destroy_later(Arc::clone(&self.site), old);
+                self.keep.recovery = Some(recovery);
+                self.figures.recovered.inc();
+                true
+            }
+            Remade::Later(error) | Remade::Never(error) => {
+                tracing::warn!(port = self.port, %error, "a world could not be made again");
+                false
+            }
+        }
+    }
+
+    /// Moves the world to another service if the one that has it ends and another is there.
+    pub(crate) async fn move_away(&mut self) {
+        let Some(old) = self.episode.as_ref().map(|episode| episode.world) else { return };
+        if self.lost.is_some() || !self.site.should_move(old) {
+            return;
+        }
+        let begun = Instant::now();
+        match self.moved(old).await {
+            Ok((fresh, state)) => {
+                let Some(episode) = &mut self.episode else { return };
+                episode.world = fresh.take();
+                destroy_later(Arc::clone(&self.site), old);
+                self.keep.go_on_from(state);
+                self.figures.move_seconds.observe(begun.elapsed());
+                tracing::info!(port = self.port, "a world has moved");
+            }
+            Err(error) => tracing::warn!(port = self.port, %error, "a world could not be moved"),
+        }
+    }
+
+    /// A world on another service that is as clients saw theirs last.
+    async fn moved(&self, old: WorldId) -> Result<(FreshWorld, State), Error> {
+        let Some(episode) = &self.episode else { return Err(unexpected_answer()) };
+        let snapshot = self.site.ask(Request::SnapshotWorld { world: old }).await?;
+        let Reply::Snapshot(bytes) = snapshot else { return Err(unexpected_answer()) };
+        let state = State::Snapshot(bytes);
+        let fresh = Fresh { site: &self.site, lease: self.config.lease() };
+        let (frame, world) = fresh.make(&state).await?;
+        let frame = SharedFrame::decode(frame)?;
+        if is_same(&frame, &episode.frame) {
+            return Ok((world, state));
+        }
+        Err(Error::new(ErrorCode::Internal, "the world went another way"))
+    }
+
+    /// Keeps the present state, from which less has to be repeated than from the one before.
+    pub(super) async fn keep_state(&mut self) {
+        let Some(world) = self.episode.as_ref().map(|episode| episode.world) else { return };
+        match self.site.ask(Request::SnapshotWorld { world }).await {
+            Ok(Reply::Snapshot(bytes)) => self.keep.go_on_from(State::Snapshot(bytes)),
+            Ok(_) => tracing::warn!("the world service answered something else"),
+            Err(error) => {
+                tracing::debug!(%error, "no state of a world to go on from");
+                self.keep.recovery.as_mut().map(Recovery::miss);
+            }
+        }
+    }
+
+    /// The same, when much has been done since the one before.
+    pub(super) async fn keep_state_if_due(&mut self) {
+        if self.keep.recovery.as_ref().is_some_and(|recovery| recovery.is_long_with(&[], 0)) {
+            self.keep_state().await;
+        }
+    }
+}
