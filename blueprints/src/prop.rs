@@ -28,6 +28,16 @@ pub struct PropModel {
     pub size: PropSize,
 }
 
+/// What is higher stands in the way of a car.
+const FLAT_M: f32 = 0.12;
+
+impl PropModel {
+    /// Whether cars pass over it: dirt, planks, tiles and litter on the ground.
+    pub fn lies_flat(&self) -> bool {
+        self.size_m.z <= FLAT_M
+    }
+}
+
 impl PropSize {
     /// CARLA's word.
     pub fn name(self) -> &'static str {

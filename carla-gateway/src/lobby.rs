@@ -197,7 +197,10 @@ impl Lobby {
             return;
         }
         match call.request.method.as_str() {
-            "apply_batch" => self.managers.note_batch(client),
+            "apply_batch" => {
+                self.managers.note_batch(client);
+                self.late.note_batch(client, now);
+            }
             _ => self.managers.note_call(client, now),
         }
         if let Some((answer, starts)) = self.managers.answer(client, &call.request) {
@@ -266,7 +269,7 @@ impl Lobby {
                         return self.change_over(ticket, answer, now, acts);
                     }
                 }
-                self.answer_in_time(ticket, answer, timing, acts);
+                self.answer_in_time(ticket, answer, timing, now, acts);
             }
             Purpose::Prepare(ticket) => {
                 let (client, is_ready) = (ticket.client, answer.is_ok());
@@ -332,15 +335,19 @@ impl Lobby {
         ticket: Ticket,
         answer: Answer,
         timing: Timing,
+        now: Instant,
         acts: &mut Vec<Do>,
     ) {
-        let waits = match timing {
-            Timing::Now => false,
-            Timing::AfterManagersStep => self.managers.count(ticket.client) > 0,
-            Timing::WithNextFrame => true,
+        let (waits, steps) = match timing {
+            Timing::Now => (false, 0),
+            Timing::AfterManagersStep => {
+                let steps = self.late.steps_of(ticket.client, now);
+                (self.managers.count(ticket.client) > 0, steps)
+            }
+            Timing::WithNextFrame => (true, 0),
         };
         let given = if waits && self.ticks_by_itself() {
-            self.late.keep(ticket, answer, self.frame_number)
+            self.late.keep(ticket, answer, self.frame_number, steps)
         } else {
             Some((ticket, answer))
         };

@@ -5,8 +5,14 @@ use std::path::Path;
 
 use carla_gateway::Flags;
 
-/// What CARLA's launchers are called.
-const LAUNCHERS: [&str; 2] = ["CarlaUE4.sh", "CarlaUnreal.sh"];
+use crate::outlet::Outlet;
+
+/// What CARLA's launchers are called, and the program that each starts.
+const LAUNCHERS: [(&str, &str); 2] =
+    [("CarlaUE4.sh", "CarlaUE4-Linux-Shipping"), ("CarlaUnreal.sh", "CarlaUnreal-Linux-Shipping")];
+/// Where a process has its name, and how many bytes of it are kept.
+const NAME_FILE: &str = "/proc/self/comm";
+const NAME_BYTES: usize = 15;
 /// A launcher stands behind at most so many words: this program, and a shell that a script names.
 const LAUNCHER_WITHIN: usize = 3;
 /// A site in the place of a CARLA server has ports for CARLA's clients alone that matter: several
@@ -28,18 +34,34 @@ pub(crate) fn translated(line: impl Iterator<Item = OsString>) -> Vec<OsString> 
     };
     let translated = carla_gateway::translate(words, flags);
     if !translated.ignored.is_empty() {
-        eprintln!("causeway: without effect here: {}", translated.ignored.join(" "));
+        let ignored = translated.ignored.join(" ");
+        Outlet::Error.tell(&format!("causeway: without effect here: {ignored}"));
     }
     translated.arguments.into_iter().map(OsString::from).collect()
 }
 
+/// Gives this process the name of the program that it stands for, if CARLA's launcher started it:
+/// programs end their servers by that name, as `killall -r CarlaUE4-Linux` does.
+pub(crate) fn take_name(line: impl Iterator<Item = OsString>) {
+    let line: Vec<OsString> = line.take(LAUNCHER_WITHIN).collect();
+    if let Some((_, program)) = launcher(&line)
+        && let Err(error) = std::fs::write(NAME_FILE, &program[..NAME_BYTES])
+    {
+        Outlet::Error.tell(&format!("causeway: this process keeps its name: {error}"));
+    }
+}
+
+/// Where the name of a launcher stands, and what it starts.
+fn launcher(line: &[OsString]) -> Option<(usize, &'static str)> {
+    line.iter().take(LAUNCHER_WITHIN).enumerate().find_map(|(place, word)| {
+        let name = Path::new(word).file_name().and_then(OsStr::to_str)?;
+        LAUNCHERS.iter().find(|(script, _)| *script == name).map(|(_, program)| (place, *program))
+    })
+}
+
 /// `CarlaUE4.sh FLAGS` as a site with these flags, also behind a shell's name.
 fn without_launcher(line: Vec<OsString>) -> Vec<OsString> {
-    let is_launcher = |word: &OsString| {
-        let name = Path::new(word).file_name().and_then(OsStr::to_str);
-        name.is_some_and(|name| LAUNCHERS.contains(&name))
-    };
-    let Some(place) = line.iter().take(LAUNCHER_WITHIN).position(is_launcher) else {
+    let Some((place, _)) = launcher(&line) else {
         return line;
     };
     let mut site = vec![OsString::from("causeway")];

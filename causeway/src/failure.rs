@@ -3,6 +3,8 @@
 use std::error::Error;
 use std::process::ExitCode;
 
+use crate::outlet::Outlet;
+
 /// Why a command ended, for people, and which exit code says so to programs.
 #[derive(Debug)]
 pub(crate) struct Failure {
@@ -28,7 +30,7 @@ impl Failure {
 
     /// Prints the line and gives the exit code.
     pub(crate) fn report(&self) -> ExitCode {
-        eprintln!("causeway: {}", self.text);
+        Outlet::Error.tell(&format!("causeway: {}", self.text));
         ExitCode::from(self.code)
     }
 }

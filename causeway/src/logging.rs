@@ -9,6 +9,8 @@ use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
+use crate::outlet::Outlet;
+
 /// The transport reports every reconnect as a warning; our services say in their own words who is
 /// gone.
 const FILTER_DEFAULT: &str = "info,zenoh=error,wgpu=warn,naga=warn";
@@ -21,7 +23,7 @@ pub(crate) fn init(process: &'static str) {
     let filter = parsed.and_then(Result::ok).unwrap_or_else(|| EnvFilter::new(FILTER_DEFAULT));
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+        .with_writer(|| Outlet::Error)
         .with_ansi(false)
         .event_format(Line { process })
         .try_init();

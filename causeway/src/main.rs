@@ -12,6 +12,7 @@ mod health;
 mod lifeline;
 mod logging;
 mod map;
+mod outlet;
 mod record;
 mod router;
 mod token;
@@ -23,6 +24,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
+    carla_flags::take_name(std::env::args_os());
     match cli::Cli::parse_from(carla_flags::translated(std::env::args_os())).run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),

@@ -56,13 +56,19 @@ def test_flags_of_carlas_launcher_are_taken(start_site):
 
 
 @contextlib.contextmanager
-def launched(script: str, *flags: str, **environment: str):
+def launched(script: str, *flags: str, says_to: int | None = None, **environment: str):
     """A site that one of CARLA's launchers started."""
     command = [LAUNCHERS / script, *flags]
     places = {"CAUSEWAY_BIN": str(binary()), **environment}
-    process = subprocess.Popen(command, env={**os.environ, **places}, stdin=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        command,
+        env={**os.environ, **places},
+        stdin=subprocess.DEVNULL,
+        stdout=says_to,
+        stderr=says_to,
+    )
     try:
-        yield
+        yield process
     finally:
         process.send_signal(signal.SIGTERM)
         assert process.wait(WAIT_SECS) == 0
@@ -85,6 +91,33 @@ def test_carlas_launchers_start_sites_side_by_side():
             with pytest.raises(ConnectionRefusedError):
                 socket.create_connection(("127.0.0.1", ports + 1), 5.0)
             socket.create_connection(("127.0.0.1", streams), 5.0).close()
+
+
+def test_nobody_need_read_what_a_site_says():
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, b".")
+    os.set_blocking(writer, True)
+    port = two_free_ports()
+    with launched("CarlaUE4.sh", f"-carla-rpc-port={port}", says_to=writer):
+        assert frame_of(port) > 0
+        assert connect(port).load_world("Town02").get_map().name.endswith("Town02")
+    os.close(writer)
+    os.close(reader)
+
+
+@pytest.mark.parametrize("script", ["CarlaUE4.sh", "CarlaUnreal.sh"])
+def test_who_ends_servers_by_name_finds_a_launched_site(script):
+    with launched(script, "-nosound", CARLA_PORT=str(two_free_ports())) as process:
+
+        def is_named_so():
+            name = Path(f"/proc/{process.pid}/comm").read_text().strip()
+            if name != f"{script.removesuffix('.sh')}-Linux-Shipping"[:15]:
+                raise ConnectionError(name)
+
+        eventually(is_named_so)
 
 
 def test_pictures_reach_clients_that_come_by_another_address(start_site, tmp_path):

@@ -290,6 +290,8 @@ mod late_answers {
             let mut stage = Stage::with(2, false);
             if let Some(client) = manager_of {
                 stage.start_manager(client, 8_000);
+                // It has no vehicles: no step comes.
+                stage.pass(Duration::from_secs(1));
             }
             let destroy = stage.call(1, "destroy_actor", ());
             stage.finish_one(Timing::AfterManagersStep, true);
@@ -297,6 +299,31 @@ mod late_answers {
             stage.pass(PERIOD * 2);
             assert!(stage.is_answered(1, destroy));
         }
+    }
+
+    #[test]
+    fn who_destroys_a_vehicle_waits_for_steps_while_they_come() {
+        let mut stage = Stage::with(2, false);
+        stage.start_manager(1, 8_000);
+        stage.start_manager(2, 8_010);
+        for _ in 0..2 {
+            let destroy = stage.call(1, "destroy_actor", ());
+            stage.finish_one(Timing::AfterManagersStep, true);
+            stage.call_and_finish(1, "apply_batch", ((), false));
+            stage.pass(PERIOD * 2);
+            assert!(!stage.is_answered(1, destroy), "one step was before the frame");
+            stage.call_and_finish(1, "apply_batch", ((), false));
+            stage.call_and_finish(2, "apply_batch", ((), false));
+            stage.pass(MOMENT);
+            assert!(!stage.is_answered(1, destroy), "of two steps one was of another client");
+            stage.call_and_finish(1, "apply_batch", ((), false));
+            stage.pass(MOMENT);
+            assert!(stage.is_answered(1, destroy));
+        }
+        let last = stage.call(1, "destroy_actor", ());
+        stage.finish_one(Timing::AfterManagersStep, true);
+        stage.pass(PERIOD * 2 + super::super::late::STEPS_PATIENCE);
+        assert!(stage.is_answered(1, last), "no step comes");
     }
 
     #[test]

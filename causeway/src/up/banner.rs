@@ -9,21 +9,22 @@ use tokio::sync::watch;
 
 use super::plan::Plan;
 use super::stop::Stop;
+use crate::outlet::Outlet;
 
 /// Prints where to connect.
 pub(crate) fn print_addresses(plan: &Plan) {
-    println!("causeway {}", env!("CARGO_PKG_VERSION"));
-    println!("  OpenEnv   http://{}", plan.http);
+    tell(&format!("causeway {}", env!("CARGO_PKG_VERSION")));
+    tell(&format!("  OpenEnv   http://{}", plan.http));
     for PortOfTenant { port, tenant } in &plan.carla {
         let whose = tenant.as_ref().map(|tenant| format!(" · {tenant}")).unwrap_or_default();
-        println!("  CARLA     127.0.0.1:{port}{whose}");
+        tell(&format!("  CARLA     127.0.0.1:{port}{whose}"));
     }
-    println!("  bus       {}", plan.bus);
+    tell(&format!("  bus       {}", plan.bus));
     if let Some(address) = plan.admin.admin {
-        println!("  probes    http://{address}");
+        tell(&format!("  probes    http://{address}"));
         for service in &plan.services {
             if let Some(address) = service.admin {
-                println!("            http://{address} · {}", service.stem);
+                tell(&format!("            http://{address} · {}", service.stem));
             }
         }
     }
@@ -46,11 +47,18 @@ async fn follow(address: BusAddress) -> Result<std::convert::Infallible, BusErro
             Presence::Up(alive) => {
                 let noun = noun(alive.kind);
                 let millis = started.elapsed().as_millis();
-                println!("  {noun:<9} {} · {} · up after {millis} ms", alive.id, alive.detail);
+                tell(&format!(
+                    "  {noun:<9} {} · {} · up after {millis} ms",
+                    alive.id, alive.detail
+                ));
             }
-            Presence::Down(kind, id) => println!("  {:<9} {id} · gone", noun(kind)),
+            Presence::Down(kind, id) => tell(&format!("  {:<9} {id} · gone", noun(kind))),
         }
     }
+}
+
+fn tell(line: &str) {
+    Outlet::Out.tell(line);
 }
 
 fn noun(kind: ServiceKind) -> &'static str {

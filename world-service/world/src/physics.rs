@@ -11,14 +11,15 @@ mod fault;
 mod near_pairs;
 mod shapes;
 mod switch;
+mod touch;
 mod workspace;
 
 use blueprints::{PropModel, WalkerModel};
 use nalgebra::Matrix3;
 use rapier3d::prelude::{
     BroadPhaseBvh, ColliderBuilder, ColliderHandle, ColliderSet, IntegrationParameters,
-    IslandManager, MassProperties, NarrowPhase, RigidBody, RigidBodyBuilder, RigidBodyHandle,
-    RigidBodySet, SharedShape,
+    InteractionGroups, IslandManager, MassProperties, NarrowPhase, RigidBody, RigidBodyBuilder,
+    RigidBodyHandle, RigidBodySet, SharedShape,
 };
 use schemas::{ActorId, HaltReason, Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -29,6 +30,7 @@ use crate::vehicle::{Fit, GRAVITY_MPS2, Impulse};
 
 pub(crate) use contact::Contact;
 pub(crate) use fault::pose_fault;
+use shapes::box_shape;
 
 /// Names a body; never reused within a world.
 pub(crate) type BodyHandle = RigidBodyHandle;
@@ -135,7 +137,7 @@ impl Physics {
             let half_m = Vec3::new(length_m, model.width_m, to_m - from_m) / 2.0;
             (box_shape(half_m), Pose::translation(0.0, 0.0, f32::midpoint(from_m, to_m)))
         });
-        self.insert_body(body, boxes, id)
+        self.insert_body(body, boxes, touch::VEHICLE, id)
     }
 
     /// A pedestrian that stands still, asleep, unless it starts with a speed.
@@ -160,7 +162,7 @@ impl Physics {
             .sleeping(standing)
             .build();
         let capsule = SharedShape::capsule_z(half_segment_m, model.radius_m);
-        self.insert_body(body, [(capsule, Pose::identity())], id)
+        self.insert_body(body, [(capsule, Pose::identity())], touch::ANYTHING, id)
     }
 
     /// A box that stands on its origin; immovable until its physics is switched on.
@@ -180,7 +182,7 @@ impl Physics {
             .ccd_enabled(true)
             .build();
         let shape = (box_shape(half_m), Pose::translation(0.0, 0.0, half_m.z));
-        self.insert_body(body, [shape], id)
+        self.insert_body(body, [shape], touch::prop(model), id)
     }
 
     /// Gives a vehicle another mass; it wakes up.
@@ -194,6 +196,7 @@ impl Physics {
         &mut self,
         mut body: RigidBody,
         shapes: impl IntoIterator<Item = (SharedShape, Pose)>,
+        groups: InteractionGroups,
         id: ActorId,
     ) -> BodyHandle {
         let activation = body.activation_mut();
@@ -206,6 +209,7 @@ impl Physics {
                 .density(0.0)
                 .friction(BODY_FRICTION)
                 .restitution(BODY_RESTITUTION)
+                .collision_groups(groups)
                 .user_data(id.get().into());
             self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
         }
@@ -393,8 +397,4 @@ fn rests(body: &RigidBody) -> bool {
 fn vehicle_mass(fit: &Fit) -> MassProperties {
     let centre_m = to_rapier(fit.physics.centre_of_mass_m);
     MassProperties::new(centre_m, fit.physics.mass_kg, fit.inertia_kgm2().into())
-}
-
-fn box_shape(half_m: Vec3) -> SharedShape {
-    SharedShape::cuboid(half_m.x, half_m.y, half_m.z)
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use schemas::{Collision, Command, ErrorCode, Vec3, level_pose};
+use schemas::{Collision, Command, ErrorCode, Vec3, VehicleControl, level_pose};
 
 #[test]
 fn hit_pedestrians_are_reported_with_both_ids_and_the_impulse() {
@@ -177,4 +177,28 @@ fn people_who_were_hit_and_the_car_come_to_rest() {
         });
         assert!(at_rest.is_some(), "case {case} trembles");
     }
+}
+
+#[test]
+fn cars_that_brake_and_swerve_pass_over_what_lies_flat() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 15.0);
+    for nth in 0..20u8 {
+        let at_m = Vec3::new(5.0 + f32::from(nth), LANE_Y_M, 0.0);
+        for name in ["dirtdebris01", "dirtdebris02", "ironplank"] {
+            spawn_at(&mut world, &format!("static.prop.{name}"), level_pose(at_m, 0.0), 0.0);
+        }
+    }
+    for steer in [0.5, -0.5, 0.5, -0.5] {
+        let wild = VehicleControl { brake: 0.6, steer, ..Default::default() };
+        control(&mut world, car, wild);
+        assert_eq!(run(&mut world, 10), []);
+    }
+    let at = position_m(&world, car);
+    assert!(at.x > 10.0 && at.z.abs() < 0.02, "{at}");
+    // A bag of garbage as high as a kerb is no such thing.
+    let ahead = level_pose(at + Vec3::new(4.0, 0.0, 0.0), 0.0);
+    spawn_at(&mut world, "static.prop.trashbag", ahead, 0.0);
+    control(&mut world, car, VehicleControl { throttle: 1.0, ..Default::default() });
+    assert!(!run(&mut world, 60).is_empty(), "the car passed through a bag");
 }

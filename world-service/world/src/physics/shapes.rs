@@ -1,6 +1,7 @@
-//! The shapes of bodies, for rays.
+//! The shapes of bodies, also for rays.
 
-use schemas::Pose;
+use rapier3d::prelude::SharedShape;
+use schemas::{Pose, Vec3};
 
 use super::{BodyHandle, Physics};
 use crate::convert::{from_rapier, pose_from_rapier};
@@ -25,4 +26,8 @@ impl Physics {
             Some((cuboid().or_else(capsule)?, world_from_shape))
         })
     }
+}
+
+pub(super) fn box_shape(half_m: Vec3) -> SharedShape {
+    SharedShape::cuboid(half_m.x, half_m.y, half_m.z)
 }
