@@ -44,7 +44,8 @@ const MAY_NAME: [(&str, &[&str]); 25] = [
             "whole-file",
         ],
     ),
-    ("render-service", &["bus", "monitoring", "roads", "schemas", "signals"]),
+    ("raster", &[]),
+    ("render-service", &["bus", "monitoring", "raster", "roads", "schemas", "signals"]),
     (
         "scenario-service",
         &[

@@ -1,0 +1,200 @@
+//! One triangle onto the pixels: which it covers, and where it is nearest.
+//!
+//! Whether a triangle covers a pixel, and how near it is there, follows from the triangle and the
+//! pixel alone, never from the pixels around: a picture is the same in whatever parts it is drawn.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
+
+use crate::target::Target;
+use crate::vector::{middles, splat};
+
+/// Lanes of a vector.
+pub(crate) const LANES: usize = 8;
+/// Triangles wider than this have the ends of each row computed first.
+const WIDE_PX: i32 = 24;
+
+/// A corner of a triangle in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Point {
+    /// On a grid of 1/256 pixel, for what is covered.
+    pub(crate) snapped: [f32; 2],
+    /// As it is, for how near it is.
+    pub(crate) exact: [f32; 2],
+    pub(crate) nearness: f32,
+}
+
+/// Positive on the inner side of one of a triangle's sides. Both triangles at a side compute the
+/// same number with another sign.
+#[derive(Clone, Copy)]
+struct Edge {
+    anchor: [f32; 2],
+    along: [f32; 2],
+    /// What the number must exceed: pixels on the line belong to the triangle right of or below it.
+    threshold: f32,
+}
+
+impl Edge {
+    #[inline(always)]
+    fn new(from: [f32; 2], to: [f32; 2]) -> Self {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let is_first = (from[1], from[0]) <= (to[1], to[0]);
+        let owns_line = along[1] < 0.0 || (along[1] == 0.0 && along[0] > 0.0);
+        Self {
+            anchor: if is_first { from } else { to },
+            along,
+            threshold: if owns_line { -f32::MIN_POSITIVE } else { 0.0 },
+        }
+    }
+
+    /// The part that a row of pixels shares.
+    #[inline(always)]
+    fn of_row(&self, y: f32) -> f32 {
+        self.along[0] * (y - self.anchor[1])
+    }
+
+    /// Which pixels of a row are on the inner side.
+    #[inline(always)]
+    fn holds<S: Simd>(&self, simd: S, of_row: f32, x: f32x8<S>) -> mask32x8<S> {
+        let value = splat(simd, of_row) - (x - self.anchor[0]) * self.along[1];
+        value.simd_gt(splat(simd, self.threshold))
+    }
+
+    /// Narrows the ends of a row to what may be covered, generously.
+    #[inline(always)]
+    fn narrow(&self, of_row: f32, ends: &mut [f32; 2]) {
+        let down = self.along[1];
+        if down != 0.0 {
+            let meets = self.anchor[0] + of_row / down;
+            if down > 0.0 {
+                ends[1] = ends[1].min(meets + 1.5);
+            } else {
+                ends[0] = ends[0].max(meets - 1.5);
+            }
+        }
+    }
+}
+
+/// Nearness as it changes over the picture.
+struct Plane {
+    anchor: [f32; 2],
+    nearness: f32,
+    across: f32,
+    down: f32,
+    least: f32,
+    most: f32,
+}
+
+impl Plane {
+    /// Through three corners, less what `slope` says of the steepest change in a pixel.
+    fn new([a, b, c]: &[Point; 3], slope: f32) -> Self {
+        let [bx, by] = [b.exact[0] - a.exact[0], b.exact[1] - a.exact[1]];
+        let [cx, cy] = [c.exact[0] - a.exact[0], c.exact[1] - a.exact[1]];
+        let (bn, cn) = (b.nearness - a.nearness, c.nearness - a.nearness);
+        let area = bx * cy - by * cx;
+        let (mut across, mut down) = ((bn * cy - cn * by) / area, (cn * bx - bn * cx) / area);
+        if !(across.is_finite() && down.is_finite()) {
+            (across, down) = (0.0, 0.0);
+        }
+        let back = slope * across.abs().max(down.abs());
+        Self {
+            anchor: a.exact,
+            nearness: a.nearness - back,
+            across,
+            down,
+            least: a.nearness.min(b.nearness).min(c.nearness) - back,
+            most: a.nearness.max(b.nearness).max(c.nearness) - back,
+        }
+    }
+}
+
+/// Twice the area of three places, positive if they run clockwise as rows grow downwards.
+pub(crate) fn doubled_area([a, b, c]: [[f32; 2]; 3]) -> f32 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Draws a triangle whose corners run clockwise; whether any pixel shows it.
+#[inline(always)]
+pub(crate) fn fill<S: Simd>(
+    simd: S,
+    target: &mut Target,
+    points: &[Point; 3],
+    id: u32,
+    slope: f32,
+) -> bool {
+    let [Point { snapped: a, .. }, Point { snapped: b, .. }, Point { snapped: c, .. }] = *points;
+    let least = |axis: usize| (a[axis].min(b[axis]).min(c[axis]) - 0.5).ceil();
+    let most = |axis: usize| (a[axis].max(b[axis]).max(c[axis]) - 0.5).floor();
+    let last_row = (target.first_row + target.row_count) as f32 - 1.0;
+    let (left, right) = (least(0).max(0.0), most(0).min(target.width_px as f32 - 1.0));
+    let (top, bottom) = (least(1).max(target.first_row as f32), most(1).min(last_row));
+    if left > right || top > bottom {
+        return false;
+    }
+    let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
+    let plane = Plane::new(points, slope);
+    let is_wide = right - left > WIDE_PX as f32;
+    let mut is_seen = false;
+    for row in top as u32..=bottom as u32 {
+        let y = row as f32 + 0.5;
+        let of_row = [edges[0].of_row(y), edges[1].of_row(y), edges[2].of_row(y)];
+        let mut ends = [left, right];
+        if is_wide {
+            for (edge, of_row) in edges.iter().zip(of_row) {
+                edge.narrow(of_row, &mut ends);
+            }
+            if ends[0] > ends[1] {
+                continue;
+            }
+        }
+        let first = (ends[0] as usize) & !(LANES - 1);
+        let offset = (row - target.first_row) as usize * target.stride;
+        is_seen |= fill_row(
+            simd,
+            target,
+            (offset, first, ends[1] as usize),
+            (&edges, of_row),
+            (&plane, y),
+            id,
+        );
+    }
+    is_seen
+}
+
+#[inline(always)]
+fn fill_row<S: Simd>(
+    simd: S,
+    target: &mut Target,
+    (offset, first, last): (usize, usize, usize),
+    (edges, of_row): (&[Edge; 3], [f32; 3]),
+    (plane, y): (&Plane, f32),
+    id: u32,
+) -> bool {
+    let nearness = plane.nearness + plane.down * (y - plane.anchor[1]);
+    let has_ids = !target.ids.is_empty();
+    let mut is_seen = false;
+    let mut at = first;
+    while at <= last {
+        let x = middles(simd, at);
+        let [a, b, c] = edges;
+        let inside = a.holds(simd, of_row[0], x) & b.holds(simd, of_row[1], x);
+        let inside = inside & c.holds(simd, of_row[2], x);
+        let near = splat(simd, nearness) + (x - plane.anchor[0]) * plane.across;
+        let near = near.max(splat(simd, plane.least)).min(splat(simd, plane.most));
+        let range = offset + at..offset + at + LANES;
+        if let Some(slot) = target.nearness.get_mut(range.clone()) {
+            let old = f32x8::from_slice(simd, slot);
+            let wins = inside & near.simd_gt(old);
+            if wins.any_true() {
+                is_seen = true;
+                wins.select(near, old).store_slice(slot);
+                if has_ids && let Some(slot) = target.ids.get_mut(range) {
+                    let old = u32x8::from_slice(simd, slot);
+                    wins.select(u32x8::splat(simd, id), old).store_slice(slot);
+                }
+            }
+        }
+        at += LANES;
+    }
+    is_seen
+}

@@ -1,0 +1,52 @@
+//! Pictures on processors: clusters of triangles, a buffer of what is seen, and shading of what is
+//! seen alone. It knows no files, no threads and no other crates of ours.
+//!
+//! Drawing has two halves. [`Canvas::look`] finds the triangle that every pixel shows: clusters
+//! that are out of view, turned away or too small are skipped, the rest is put on the picture near
+//! ones first. Then the pixels' colours, depths, labels or normals are computed from the triangles,
+//! eight pixels at a time.
+//!
+//! **Determinism:** equal scenes give equal bytes, on every processor and in whatever parts a
+//! picture is drawn: nothing is fused or approximated, and what a pixel shows depends on no other.
+
+mod clip;
+mod draw;
+mod fill;
+mod light;
+mod model;
+mod noise;
+mod picture;
+mod pixels;
+mod shade;
+mod shadow;
+mod surface;
+mod target;
+mod vector;
+mod view;
+
+pub use draw::Placed;
+pub use fearless_simd::Level;
+pub use light::Light;
+pub use model::{Corner, Model};
+pub use picture::{Canvas, Scene};
+pub use pixels::PIXEL_BYTES;
+pub use shadow::ShadowMap;
+pub use surface::{Family, Material};
+pub use view::{SunView, View};
+
+/// Name of the instructions that a level uses.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+pub fn level_name(level: Level) -> &'static str {
+    match level {
+        Level::Avx512(_) => "AVX-512",
+        Level::Avx2(_) => "AVX2",
+        Level::Sse4_2(_) => "SSE4.2",
+        _ => "SSE2",
+    }
+}
+
+/// Name of the instructions that a level uses.
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+pub fn level_name(level: Level) -> &'static str {
+    if level.is_fallback() { "scalar" } else { "vectors" }
+}

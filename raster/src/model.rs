@@ -1,0 +1,274 @@
+//! Triangles cut into clusters that a view can skip.
+
+use std::ops::Range;
+
+use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
+
+/// Triangles of a cluster: few enough to be skipped often, and their corners to be numbered by a
+/// byte.
+const CLUSTER_MAX: usize = 64;
+/// How many metres of distance a normal's turn counts for when clusters are cut.
+const NORMAL_M: f32 = 12.0;
+/// The thing of a triangle that belongs to none.
+const NO_THING: u32 = u32::MAX;
+
+/// One corner of a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corner {
+    /// In the model's own frame; metres for what is in the world already.
+    pub position: [f32; 3],
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Metres along and up a facade; unused elsewhere.
+    pub facade_m: [f32; 2],
+    /// What the triangle belongs to, unless its placement says it.
+    pub label: u32,
+    /// Number of the material.
+    pub material: u8,
+    /// Variant of colour.
+    pub variant: u8,
+}
+
+/// Triangles that are drawn together, in clusters.
+///
+/// **Determinism:** equal corners and triangles give equal models.
+#[derive(Debug, Default)]
+pub struct Model {
+    corners: Vec<Corner>,
+    /// In the order of the clusters, each cluster filled up to a multiple of eight.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Numbers of the corners within the cluster, at the places of the triangles.
+    pub(crate) local: Vec<[u8; 3]>,
+    /// At the places of the triangles.
+    things: Vec<u32>,
+    pub(crate) clusters: Vec<Cluster>,
+    /// Of the clusters' corners, each cluster filled up to a multiple of eight.
+    pub(crate) xyz: [Vec<f32>; 3],
+    centre: V3,
+    radius: f32,
+}
+
+/// Some triangles that are near each other and face alike.
+#[derive(Clone, Debug)]
+pub(crate) struct Cluster {
+    pub(crate) centre: V3,
+    pub(crate) radius: f32,
+    /// Mean normal, and the sine of the angle within which all normals are; no angle is 2.
+    pub(crate) cone: (V3, f32),
+    /// Of the coordinates.
+    pub(crate) corners: Range<usize>,
+    /// Of the triangles.
+    pub(crate) triangles: Range<usize>,
+}
+
+impl Model {
+    /// Cuts triangles, counter-clockwise seen from outside, into clusters. `things` are what the
+    /// triangles belong to and can be hidden by, at their places; it may be shorter. Triangles with
+    /// a missing corner, without an area or with a place that is no number are left out.
+    pub fn new(corners: Vec<Corner>, triangles: &[[u32; 3]], things: &[Option<u32>]) -> Self {
+        let mut model = Self { corners, ..Self::default() };
+        let mut parts: Vec<Part> = Vec::with_capacity(triangles.len());
+        for (at, triangle) in triangles.iter().enumerate() {
+            let Some([a, b, c]) = model.corners_of(triangle) else { continue };
+            let normal = cross(sub(b.position, a.position), sub(c.position, a.position));
+            let length = norm(normal);
+            if length.is_finite() && length > 0.0 {
+                let centre = scale(add(add(a.position, b.position), c.position), 1.0 / 3.0);
+                let normal = scale(normal, 1.0 / length);
+                let thing = things.get(at).copied().flatten().unwrap_or(NO_THING);
+                parts.push(Part { centre, normal, triangle: *triangle, thing });
+            }
+        }
+        model.cut(&mut parts);
+        (model.centre, model.radius) = ball(model.corners.iter().map(|corner| corner.position));
+        model
+    }
+
+    /// How many triangles, with those that fill clusters up.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// A ball around all of it.
+    pub(crate) fn ball(&self) -> (V3, f32) {
+        (self.centre, self.radius)
+    }
+
+    /// What a triangle belongs to.
+    pub(crate) fn thing(&self, triangle: usize) -> Option<u32> {
+        self.things.get(triangle).copied().filter(|thing| *thing != NO_THING)
+    }
+
+    /// The corners of a triangle.
+    pub(crate) fn corners_of(&self, triangle: &[u32; 3]) -> Option<[&Corner; 3]> {
+        let [a, b, c] = triangle.map(|index| self.corners.get(index as usize));
+        Some([a?, b?, c?])
+    }
+
+    fn cut(&mut self, parts: &mut [Part]) {
+        if parts.is_empty() {
+            return;
+        }
+        if parts.len() <= CLUSTER_MAX {
+            parts.sort_by_key(|part| part.triangle);
+            self.push(parts);
+            return;
+        }
+        let axis = widest(parts);
+        let middle = parts.len() / 2;
+        let place = |part: &Part| part.place(axis);
+        parts.select_nth_unstable_by(middle, |a, b| {
+            place(a).total_cmp(&place(b)).then_with(|| a.triangle.cmp(&b.triangle))
+        });
+        let (low, high) = parts.split_at_mut(middle);
+        self.cut(low);
+        self.cut(high);
+    }
+
+    fn push(&mut self, parts: &[Part]) {
+        let (first_corner, first_triangle) = (self.xyz[0].len(), self.triangles.len());
+        let mut known: Vec<u32> = Vec::new();
+        for part in parts {
+            let local = part.triangle.map(|index| self.number(&mut known, index));
+            self.local.push(local);
+            self.triangles.push(part.triangle);
+            self.things.push(part.thing);
+        }
+        while self.triangles.len() % 8 != 0 {
+            self.local.push([0; 3]);
+            self.triangles.push([0; 3]);
+            self.things.push(NO_THING);
+        }
+        for axis in &mut self.xyz {
+            let last = axis.last().copied().unwrap_or_default();
+            axis.resize(axis.len().next_multiple_of(8), last);
+        }
+        let corners = known.iter().filter_map(|index| self.corners.get(*index as usize));
+        let (centre, radius) = ball(corners.map(|corner| corner.position));
+        self.clusters.push(Cluster {
+            centre,
+            radius,
+            cone: cone(parts),
+            corners: first_corner..self.xyz[0].len(),
+            triangles: first_triangle..self.triangles.len(),
+        });
+    }
+
+    /// The number of a corner within its cluster. Corners at one place share it.
+    fn number(&mut self, known: &mut Vec<u32>, index: u32) -> u8 {
+        let Self { corners, xyz, .. } = self;
+        let place = |index: u32| corners.get(index as usize).map(|corner| corner.position);
+        let position = place(index);
+        if let Some(at) = known.iter().position(|other| place(*other) == position) {
+            return at as u8;
+        }
+        for (axis, part) in xyz.iter_mut().zip(position.unwrap_or_default()) {
+            axis.push(part);
+        }
+        known.push(index);
+        (known.len() - 1) as u8
+    }
+}
+
+/// A triangle that is not in its cluster yet.
+struct Part {
+    centre: V3,
+    normal: V3,
+    triangle: [u32; 3],
+    thing: u32,
+}
+
+impl Part {
+    /// One of six coordinates: place, then normal.
+    fn place(&self, axis: usize) -> f32 {
+        let normal = scale(self.normal, NORMAL_M);
+        self.centre.into_iter().chain(normal).nth(axis).unwrap_or_default()
+    }
+}
+
+fn widest(parts: &[Part]) -> usize {
+    let width = |axis: usize| {
+        let places = parts.iter().map(|part| part.place(axis));
+        let (low, high) = places.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        });
+        high - low
+    };
+    (0..6).max_by(|a, b| width(*a).total_cmp(&width(*b))).unwrap_or_default()
+}
+
+fn cone(parts: &[Part]) -> (V3, f32) {
+    let axis = unit(parts.iter().fold([0.0; 3], |sum, part| add(sum, part.normal)));
+    let least = parts.iter().map(|part| dot(part.normal, axis)).fold(1.0, f32::min);
+    let sine = if least > 0.05 { (1.0 - least * least).max(0.0).sqrt() + 1e-3 } else { 2.0 };
+    (axis, sine)
+}
+
+/// A ball around points: the middle of their box, and what reaches them all.
+fn ball(points: impl Iterator<Item = V3> + Clone) -> (V3, f32) {
+    let mut low = [f32::INFINITY; 3];
+    let mut high = [f32::NEG_INFINITY; 3];
+    for point in points.clone().filter(|point| point.iter().all(|part| part.is_finite())) {
+        for ((low, high), part) in low.iter_mut().zip(&mut high).zip(point) {
+            (*low, *high) = (low.min(part), high.max(part));
+        }
+    }
+    if low > high {
+        return ([0.0; 3], 0.0);
+    }
+    let centre = scale(add(low, high), 0.5);
+    let reach = points.map(|point| norm(sub(point, centre))).filter(|reach| reach.is_finite());
+    (centre, reach.fold(0.0, f32::max) * 1.000_01)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strip(count: u32) -> Model {
+        let corner = |x: f32, y: f32| Corner {
+            position: [x, y, 0.0],
+            normal: [0.0, 0.0, 1.0],
+            ..Corner::default()
+        };
+        let corners = (0..=count).flat_map(|at| [corner(at as f32, 0.0), corner(at as f32, 1.0)]);
+        let triangles: Vec<[u32; 3]> =
+            (0..count).map(|at| [2 * at, 2 * at + 2, 2 * at + 1]).collect();
+        Model::new(corners.collect(), &triangles, &[Some(4)])
+    }
+
+    #[test]
+    fn every_triangle_is_in_one_small_cluster_whose_ball_holds_it() {
+        let model = strip(1_000);
+        let mut seen: Vec<[u32; 3]> = Vec::new();
+        for cluster in &model.clusters {
+            assert!(cluster.triangles.len() <= CLUSTER_MAX && cluster.cone.1 < 0.01);
+            for triangle in &model.triangles[cluster.triangles.clone()] {
+                if *triangle == [0; 3] {
+                    continue;
+                }
+                seen.push(*triangle);
+                for corner in model.corners_of(triangle).unwrap() {
+                    assert!(norm(sub(corner.position, cluster.centre)) <= cluster.radius);
+                }
+            }
+        }
+        seen.sort();
+        assert_eq!(seen.len(), 1_000);
+        assert!(seen.iter().zip(0..).all(|(triangle, at)| triangle[0] == 2 * at));
+    }
+
+    #[test]
+    fn what_is_broken_is_left_out_and_the_thing_goes_with_its_triangle() {
+        let mut corners = vec![Corner::default(); 3];
+        corners[1].position = [1.0, 0.0, 0.0];
+        corners[2].position = [0.0, 1.0, 0.0];
+        corners.push(Corner { position: [f32::NAN; 3], ..Corner::default() });
+        let triangles = [[0, 1, 3], [0, 0, 1], [0, 1, 9], [0, 1, 2]];
+        let things = [None, None, None, Some(7)];
+        let model = Model::new(corners, &triangles, &things);
+        assert_eq!((model.clusters.len(), model.triangle_count()), (1, 8));
+        assert_eq!((model.thing(0), model.thing(1)), (Some(7), None));
+        assert_eq!(Model::new(Vec::new(), &triangles, &[]).triangle_count(), 0);
+    }
+}
