@@ -54,10 +54,9 @@ need_rust() {
     command -v cargo >/dev/null || die "no Rust toolchain; install one from https://rustup.rs"
 }
 
-# What building and running need: a C compiler and linker, cmake and nasm for the JPEG encoder, and
-# Mesa's software Vulkan, which draws where there is no GPU.
+# What building and running need: a C compiler and linker, cmake and nasm for the JPEG encoder.
 install_build_packages() {
-    local packages=(cmake nasm pkg-config libvulkan1 mesa-vulkan-drivers)
+    local packages=(cmake nasm pkg-config)
     command -v cc >/dev/null && command -v c++ >/dev/null || packages+=(build-essential)
     install_packages "${packages[@]}"
     need_rust

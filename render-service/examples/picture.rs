@@ -1,7 +1,7 @@
 //! Draws a street of a town into a JPEG file:
 //! `cargo run --release -p render-service --example picture -- TOWN FILE SPAWN_POINT WEATHER VIEW
-//! KIND`, e.g. `Town10HD_Opt picture.jpg 0 sunset above rgb`. Everything may be left out from the
-//! right. Kinds are `rgb`, `depth`, `semantic`, `instance`, `normals`; all but the first are made
+//! KIND ADAPTER`, e.g. `Town10HD_Opt picture.jpg 0 sunset above rgb cpu`. Everything may be left out
+//! from the right. Kinds are `rgb`, `depth`, `semantic`, `instance`, `normals`; all but the first are made
 //! visible.
 
 use std::error::Error;
@@ -67,6 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let spawn_point: usize = args.next().map_or(Ok(0), |text| text.parse())?;
     let (weather, view) = (args.next().unwrap_or_default(), args.next().unwrap_or_default());
     let kind = kind_of(&args.next().unwrap_or_default())?;
+    let adapter = args.next().unwrap_or_default();
 
     let text = match roads::town::build(&name) {
         Some(text) => text,
@@ -75,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = roads::Map::parse(&name, &text)?;
     let town = Arc::new(TownScene::of_map(&map));
     let start = map.spawn_points().get(spawn_point).ok_or("no such spawn point")?.cast();
-    let mut renderer = Renderer::new(AdapterChoice::Best)?;
+    let mut renderer = Renderer::new(AdapterChoice::parse(&adapter))?;
     println!("{} triangles, drawn by {}", town.triangle_count(), renderer.adapter_name());
 
     let job = RenderJob {

@@ -5,10 +5,7 @@
 #[non_exhaustive]
 pub enum RenderError {
     /// No Vulkan adapter fits the choice.
-    #[error(
-        "no adapter: wanted {wanted}, found {found}; for drawing without a GPU install \
-         libvulkan1 and mesa-vulkan-drivers"
-    )]
+    #[error("no adapter: wanted {wanted}, found {found}; `--adapter cpu` draws without Vulkan")]
     NoAdapter {
         /// The choice, as a person would say it.
         wanted: String,

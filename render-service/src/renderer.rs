@@ -6,11 +6,12 @@ use std::sync::Arc;
 use schemas::{Error, Images, RenderJob};
 
 use crate::RenderError;
-use crate::pipeline::batch::Strip;
+use crate::cpu::CpuDrawing;
 use crate::pipeline::device::AdapterChoice;
-use crate::pipeline::drawing::{Drawing, Drawn};
+use crate::pipeline::drawing::Drawing;
 use crate::scene::town::TownScene;
 use crate::sliced::{Portion, SlicedJob};
+use crate::strip::{Drawn, Strip};
 
 /// Devices that may be lost in a row before the jobs are given up.
 const LOSSES_MAX: u32 = 3;
@@ -25,8 +26,34 @@ pub struct Renderer {
     choice: AdapterChoice,
     adapter_name: String,
     is_software: bool,
-    /// `None` after a loss, until the next job.
-    drawing: Option<Drawing>,
+    backend: Backend,
+}
+
+/// What draws.
+#[allow(clippy::large_enum_variant, reason = "there is one of them in a process")]
+enum Backend {
+    /// Our own rasteriser.
+    Cpu(CpuDrawing),
+    /// A Vulkan device; `None` after a loss, until the next job.
+    Device(Option<Drawing>),
+}
+
+impl Backend {
+    fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        if *choice == AdapterChoice::Software {
+            return Ok(Self::Cpu(CpuDrawing::new()));
+        }
+        match Drawing::open(choice) {
+            Ok(drawing) => Ok(Self::Device(Some(drawing))),
+            Err(error) if *choice == AdapterChoice::Best => {
+                if !matches!(error, RenderError::NoAdapter { .. }) {
+                    tracing::warn!(%error, "the GPU does not draw; processors do");
+                }
+                Ok(Self::Cpu(CpuDrawing::new()))
+            }
+            Err(error) => Err(error),
+        }
+    }
 }
 
 impl Renderer {
@@ -38,12 +65,17 @@ impl Renderer {
     /// [`RenderError::NoAdapter`] when none fits the choice, [`RenderError::NoDevice`] when it does
     /// not open.
     pub fn new(choice: AdapterChoice) -> Result<Self, RenderError> {
-        let drawing = Drawing::open(&choice)?;
-        let (adapter_name, is_software) = (drawing.gpu.description(), drawing.gpu.software);
-        Ok(Self { choice, adapter_name, is_software, drawing: Some(drawing) })
+        let backend = Backend::open(&choice)?;
+        let (adapter_name, is_software) = match &backend {
+            Backend::Cpu(drawing) => (drawing.description(), true),
+            Backend::Device(drawing) => drawing.as_ref().map_or_else(Default::default, |drawing| {
+                (drawing.gpu.description(), drawing.gpu.software)
+            }),
+        };
+        Ok(Self { choice, adapter_name, is_software, backend })
     }
 
-    /// What draws, e.g. `llvmpipe (LLVM 15.0.6, 256 bits), software`.
+    /// What draws, e.g. `causeway-raster 1 (AVX2), software`.
     pub fn adapter_name(&self) -> &str {
         &self.adapter_name
     }
@@ -95,11 +127,15 @@ impl Renderer {
     }
 
     fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
+        let device = match &mut self.backend {
+            Backend::Cpu(drawing) => return Ok(drawing.draw(strips)),
+            Backend::Device(device) => device,
+        };
         let mut cause = String::new();
         for _ in 0..LOSSES_MAX {
-            let drawing = match &mut self.drawing {
+            let drawing = match device {
                 Some(drawing) => drawing,
-                None => self.drawing.insert(Drawing::open(&self.choice)?),
+                None => device.insert(Drawing::open(&self.choice)?),
             };
             match drawing.draw(strips) {
                 Ok(drawn) => return Ok(drawn),
@@ -109,7 +145,7 @@ impl Renderer {
                         fault,
                         "the device was lost; opening it anew"
                     );
-                    self.drawing = None;
+                    *device = None;
                     cause = fault;
                 }
             }
@@ -166,10 +202,15 @@ mod tests {
     /// are drawn in between, in the same textures.
     #[test]
     fn pictures_that_are_drawn_in_slices_have_the_same_bytes() {
-        let Ok(mut renderer) = Renderer::new(AdapterChoice::Best) else {
-            eprintln!("skipped: no Vulkan adapter");
-            return;
-        };
+        for choice in [AdapterChoice::Software, AdapterChoice::Named("llvmpipe".to_owned())] {
+            match Renderer::new(choice) {
+                Ok(mut renderer) => draw_in_slices(&mut renderer),
+                Err(error) => eprintln!("skipped: {error}"),
+            }
+        }
+    }
+
+    fn draw_in_slices(renderer: &mut Renderer) {
         let name = roads::town::names().next().unwrap();
         let map = roads::Map::parse(name, &roads::town::build(name).unwrap()).unwrap();
         let town = Arc::new(TownScene::of_map(&map));
@@ -206,14 +247,18 @@ mod tests {
     /// Reliability F23: the device goes before a job, and twice in a row.
     #[test]
     fn a_lost_device_is_opened_anew_and_the_job_drawn() {
-        let Ok(mut renderer) = Renderer::new(AdapterChoice::Best) else {
+        let llvmpipe = AdapterChoice::Named("llvmpipe".to_owned());
+        let Ok(mut renderer) = Renderer::new(llvmpipe) else {
             eprintln!("skipped: no Vulkan adapter");
             return;
         };
         let (town, job) = (Arc::new(TownScene::new("d", &[])), job());
         let before = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
         for _ in 0..2 {
-            renderer.drawing.as_ref().unwrap().gpu.device.destroy();
+            let Backend::Device(Some(drawing)) = &renderer.backend else {
+                panic!("no device draws");
+            };
+            drawing.gpu.device.destroy();
             let after = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
             assert!(before == after, "the picture from the new device differs");
         }

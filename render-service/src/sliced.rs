@@ -8,12 +8,11 @@ use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{Camera, Error, ErrorCode, Image, ImageKind, Images, RenderJob};
 
 use crate::encode::{Pixels, encode};
-use crate::pipeline::batch::{Strip, row_pitch_bytes};
-use crate::pipeline::drawing::Drawn;
 use crate::scene::instance::{Body, bodies};
 use crate::scene::light::Light;
 use crate::scene::town::TownScene;
 use crate::scene::view::View;
+use crate::strip::{Drawn, Strip, row_pitch_bytes};
 
 /// Pictures are cut at multiples of so many rows: software draws in squares of this side.
 const ROWS_MULTIPLE: u32 = 64;

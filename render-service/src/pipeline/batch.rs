@@ -1,68 +1,25 @@
 //! What one submission draws: for every view, the tiles and bodies that its camera may see.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use schemas::{Camera, HiddenScenery, ImageKind, Vec3};
+use schemas::{Camera, ImageKind, Vec3};
 
 use crate::scene::instance::{Body, Instance};
-use crate::scene::light::Light;
 use crate::scene::material::Family;
-use crate::scene::shadow::ShadowView;
+use crate::scene::shadow::{ShadowView, shadow_side_px};
 use crate::scene::shape::{Detail, Shape};
-use crate::scene::town::{Tile, TownScene};
-use crate::scene::view::View;
+use crate::scene::town::Tile;
+use crate::strip::{Strip, row_pitch_bytes};
 
 use super::buffers::VIEWS_PER_BATCH_MAX;
-use super::targets::shadow_side_px;
 use super::uniform::ViewUniform;
 
 /// Bytes of all pictures of one submission, as they are read back.
 const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
-/// Rows are read back at a multiple of this.
-const ROW_BYTES_MULTIPLE: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
 const BODY_RADIUS_PX_MIN: f32 = 0.6;
 /// Bodies that are smaller than this in the picture, in pixels, are drawn coarsely.
 const FINE_RADIUS_PX_MIN: f32 = 44.0;
-
-/// Rows of the pictures that one camera pose gives in one pass.
-pub(crate) struct Strip<'a> {
-    pub(crate) town: &'a Arc<TownScene>,
-    /// Of the town.
-    pub(crate) hidden: &'a HiddenScenery,
-    pub(crate) bodies: &'a [Body],
-    pub(crate) light: &'a Light,
-    pub(crate) view: &'a View,
-    /// One of colour, one or more of geometry; of one size.
-    pub(crate) cameras: Vec<&'a Camera>,
-    /// Of each picture, from the top; never empty.
-    pub(crate) rows: Range<u32>,
-    /// What the shadows are of: strips of one number have the same.
-    pub(crate) shadows_of: u64,
-}
-
-impl<'a> Strip<'a> {
-    /// The first of its cameras: what holds for it holds for all.
-    pub(crate) fn camera(&self) -> &'a Camera {
-        self.cameras.first().expect("a strip is of one camera or more")
-    }
-
-    /// Whether it has all rows.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.rows == (0..self.camera().height_px)
-    }
-
-    fn bodies(&self) -> impl Iterator<Item = &Body> {
-        let ignored = &self.camera().ignored;
-        let is_ignored = |id| ignored.contains(&id);
-        self.bodies.iter().filter(move |body| !body.actor.is_some_and(is_ignored))
-    }
-
-    fn readback_bytes(&self) -> u64 {
-        self.cameras.iter().map(|camera| picture_bytes(camera, &self.rows)).sum()
-    }
-}
 
 /// Instances of one shape at one detail.
 pub(crate) type Draw = ((Shape, Detail), Range<u32>);
@@ -115,7 +72,7 @@ impl<'a> Batch<'a> {
         // Instance 0 is where towns already are.
         let mut batch = Self { instances: vec![Instance::IN_PLACE], ..Self::default() };
         for strip in strips.iter().take(VIEWS_PER_BATCH_MAX) {
-            let bytes = strip.readback_bytes();
+            let bytes = readback_bytes(strip);
             if batch.readback_bytes > 0 && batch.readback_bytes + bytes > READBACK_BYTES_MAX {
                 break;
             }
@@ -127,7 +84,7 @@ impl<'a> Batch<'a> {
     fn add(&mut self, strip: &'a Strip<'a>, software: bool) {
         let Camera { width_px, height_px, kind, .. } = *strip.camera();
         let side_px = shadow_side_px(width_px, height_px, software);
-        let shadow = ShadowView::of(strip.view, &strip.light.to_light, side_px);
+        let shadow = ShadowView::of(strip.view, &strip.light.to_light);
         let bodies = self.place_seen(strip);
         let shadows = (kind == ImageKind::Rgb).then(|| Shadows {
             side_px,
@@ -240,9 +197,8 @@ fn shading_town(strip: &Strip<'_>, shadow: &ShadowView) -> Vec<Range<u32>> {
     ranges
 }
 
-/// Bytes from one row to the next, as pictures of this width are read back.
-pub(crate) fn row_pitch_bytes(width_px: u32) -> u32 {
-    (width_px * 4).next_multiple_of(ROW_BYTES_MULTIPLE)
+fn readback_bytes(strip: &Strip<'_>) -> u64 {
+    strip.cameras.iter().map(|camera| picture_bytes(camera, &strip.rows)).sum()
 }
 
 fn picture_bytes(camera: &Camera, rows: &Range<u32>) -> u64 {

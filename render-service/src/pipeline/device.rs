@@ -7,17 +7,18 @@ use crate::RenderError;
 /// Which adapter draws.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
-    /// A real GPU if there is one, else software.
+    /// A GPU if there is one, else processors.
     #[default]
     Best,
-    /// A software adapter.
+    /// Processors, without Vulkan.
     Software,
-    /// The first one whose name contains this text, without regard to case.
+    /// The first Vulkan adapter whose name contains this text, without regard to case; also
+    /// software, such as Mesa's `llvmpipe`.
     Named(String),
 }
 
 impl AdapterChoice {
-    /// `cpu` for software, other text for a part of the name.
+    /// `cpu` for processors, other text for a part of the name.
     pub fn parse(text: &str) -> Self {
         match text {
             "" => Self::Best,
@@ -28,16 +29,16 @@ impl AdapterChoice {
 
     fn accepts(&self, info: &wgpu::AdapterInfo) -> bool {
         match self {
-            Self::Best => true,
-            Self::Software => is_software(info),
+            Self::Best => !is_software(info),
+            Self::Software => false,
             Self::Named(part) => info.name.to_lowercase().contains(&part.to_lowercase()),
         }
     }
 
     fn wanted(&self) -> String {
         match self {
-            Self::Best => "any Vulkan adapter".to_owned(),
-            Self::Software => "a software Vulkan adapter".to_owned(),
+            Self::Best => "a GPU".to_owned(),
+            Self::Software => "no Vulkan adapter".to_owned(),
             Self::Named(part) => format!("a Vulkan adapter named {part:?}"),
         }
     }

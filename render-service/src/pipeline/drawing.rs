@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
-use schemas::{Error, Image, ImageKind};
+use schemas::ImageKind;
 
 use crate::RenderError;
 use crate::encode::{Pixels, encode};
+use crate::strip::{Drawn, Strip};
 
-use super::batch::{Batch, PlannedPicture, PlannedView, Strip};
+use super::batch::{Batch, PlannedPicture, PlannedView};
 use super::buffers::{FrameBuffers, ShapeLibrary};
 use super::device::{AdapterChoice, Gpu};
 use super::pass::{Shared, copy_out};
@@ -20,14 +21,6 @@ use super::towns::TownCache;
 const SAMPLE_COUNT: u32 = 4;
 /// On a software adapter four samples make a 640 × 360 picture 2.5 times as dear.
 const SAMPLE_COUNT_SOFTWARE: u32 = 1;
-
-/// What came of one camera of a strip.
-pub(crate) enum Drawn {
-    /// All rows, as the asker wants them.
-    Picture(Result<Image, Error>),
-    /// The strip's rows, at their pitch.
-    Rows(Vec<u8>),
-}
 
 /// One open device and everything on it.
 pub(crate) struct Drawing {

@@ -9,7 +9,7 @@ use super::pipelines::{COLOUR, DEPTH, GEOMETRY, Pipelines};
 
 /// Picture sizes kept; a picture of another size takes the place of the one longest unused.
 const SIZES_MAX: NonZeroUsize = NonZeroUsize::new(8).unwrap();
-/// Shadow map sides kept: see [`shadow_side_px`].
+/// Shadow map sides kept: see [`shadow_side_px`](crate::scene::shadow::shadow_side_px).
 const SHADOW_MAPS_MAX: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 
 /// Where one picture is drawn. Pictures of one size follow each other in it.
@@ -37,12 +37,6 @@ pub(crate) struct ShadowMap {
     shows: Option<u64>,
     pub(crate) depth: wgpu::TextureView,
     pub(crate) group: wgpu::BindGroup,
-}
-
-/// Side of the shadow map for a picture: fine enough for its pixels near the camera, and no finer.
-pub(crate) fn shadow_side_px(width_px: u32, height_px: u32, software: bool) -> u32 {
-    let wanted = (width_px.max(height_px) * 2).next_power_of_two();
-    wanted.clamp(256, if software { 1_024 } else { 4_096 })
 }
 
 /// Targets in use, by size or side.

@@ -216,9 +216,9 @@ impl Looks {
 #[repr(C)]
 pub(crate) struct MaterialRow {
     /// Linear RGB reflectance, gloss.
-    colour_gloss: [f32; 4],
+    pub(crate) colour_gloss: [f32; 4],
     /// Pattern number, tint slot (4: none), unused, unused.
-    pattern_tint: [f32; 4],
+    pub(crate) pattern_tint: [f32; 4],
 }
 
 /// The shaders' material table, at the places of the materials' numbers.

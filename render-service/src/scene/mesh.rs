@@ -36,13 +36,8 @@ impl Mesh {
     pub(crate) fn coarse(&self, cell: f32) -> Self {
         let mut coarse = Self::default();
         let mut known: HashMap<([i32; 3], [i16; 4]), u32> = HashMap::new();
-        let mut centre_of: HashMap<[i32; 3], (Vec3, f32)> = HashMap::new();
-        let cell_of = |vertex: &Vertex| vertex.position.map(|part| (part / cell).round() as i32);
-        for vertex in &self.vertices {
-            let (sum, count) = centre_of.entry(cell_of(vertex)).or_insert((Vec3::zeros(), 0.0));
-            *sum += Vec3::from(vertex.position);
-            *count += 1.0;
-        }
+        let centre_of = self.centres(cell);
+        let cell_of = |vertex: &Vertex| cell_of(vertex, cell);
         for corners in self.indices.chunks_exact(3) {
             let vertices: Vec<&Vertex> =
                 corners.iter().filter_map(|index| self.vertices.get(*index as usize)).collect();
@@ -66,6 +61,33 @@ impl Mesh {
         }
         coarse
     }
+
+    /// How far corners are moved along each axis, at most, when those of one cell are drawn
+    /// together.
+    pub(crate) fn coarse_error(&self, cell: f32) -> Vec3 {
+        let centre_of = self.centres(cell);
+        self.vertices.iter().fold(Vec3::zeros(), |most, vertex| {
+            let place = Vec3::from(vertex.position);
+            let centre = centre_of.get(&cell_of(vertex, cell)).map(|(sum, count)| sum / *count);
+            most.sup(&(centre.unwrap_or(place) - place).abs())
+        })
+    }
+
+    /// Sum and count of the corners in each cell.
+    fn centres(&self, cell: f32) -> HashMap<[i32; 3], (Vec3, f32)> {
+        let mut centre_of: HashMap<[i32; 3], (Vec3, f32)> = HashMap::new();
+        for vertex in &self.vertices {
+            let at = cell_of(vertex, cell);
+            let (sum, count) = centre_of.entry(at).or_insert((Vec3::zeros(), 0.0));
+            *sum += Vec3::from(vertex.position);
+            *count += 1.0;
+        }
+        centre_of
+    }
+}
+
+fn cell_of(vertex: &Vertex, cell: f32) -> [i32; 3] {
+    vertex.position.map(|part| (part / cell).round() as i32)
 }
 
 /// Packs a unit normal and a material into a vertex's four small integers.

@@ -148,7 +148,7 @@ pub(crate) enum Detail {
 impl Shape {
     /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's
     /// own unit: thinner than its thinnest part that matters.
-    fn coarse_cell(self) -> f32 {
+    pub(crate) fn coarse_cell(self) -> f32 {
         match self {
             Self::Torso | Self::Head => 0.06,
             Self::LongHair | Self::Leg | Self::Arm | Self::Backpack | Self::Rider => 0.045,

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use crate::sliced::Work;
 
-/// Guessed nanoseconds of a pass, of a pixel of colour and of one of geometry: in software, on two
-/// processors that have other work as well.
-const SOFTWARE_NANOS: [f64; 3] = [6e6, 120.0, 60.0];
+/// Guessed nanoseconds of a pass, of a pixel of colour and of one of geometry: on two processors
+/// that have other work as well.
+const SOFTWARE_NANOS: [f64; 3] = [8e5, 25.0, 10.0];
 /// The same on a GPU.
 const GPU_NANOS: [f64; 3] = [3e5, 2.0, 2.0];
 /// How far one observation moves the estimate towards what was seen.

@@ -12,7 +12,7 @@ use schemas::{
 
 pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// The software adapter, or any; `None`, said aloud, on a machine without Vulkan.
+/// What draws where nothing else is said: a GPU, else processors.
 pub(crate) fn renderer() -> Option<Renderer> {
     match Renderer::new(AdapterChoice::Best) {
         Ok(renderer) => Some(renderer),

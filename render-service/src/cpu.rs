@@ -1,0 +1,9 @@
+//! Drawing by our own rasteriser: no device, no driver.
+
+mod drawing;
+mod levels;
+mod shadows;
+mod strips;
+mod towns;
+
+pub(crate) use drawing::CpuDrawing;

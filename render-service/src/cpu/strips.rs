@@ -1,0 +1,130 @@
+//! A strip as the rasteriser reads it: models at their places, light, view.
+
+use raster::{Light, Material, Model, Placed, View};
+use schemas::{Camera, Vec3};
+
+use crate::scene::instance::{Body, Instance, Placed as Part};
+use crate::scene::light::Light as SceneLight;
+use crate::scene::material::{Family, Material as SceneMaterial, table};
+use crate::scene::shadow::{REACH_M, ShadowView};
+use crate::scene::view::NEAR_M;
+use crate::strip::Strip;
+
+use super::levels::level_of;
+
+/// Corners may be off by so much in the picture, in pixels.
+const ERROR_PX_MAX: f32 = 0.7;
+/// Corners of what throws a shadow may be off by so much on the map, in its pixels.
+const SHADOW_ERROR_PX_MAX: f32 = 1.0;
+/// Bodies that would be smaller than this in the picture, in pixels, are left out.
+const BODY_RADIUS_PX_MIN: f32 = 0.6;
+
+/// A strip's camera.
+pub(crate) fn view_of(strip: &Strip<'_>) -> View {
+    let turn = strip.view.world_from_camera.rotation;
+    let Camera { width_px, height_px, .. } = *strip.camera();
+    View {
+        eye_m: strip.view.eye_m().into(),
+        forward: (turn * Vec3::x()).into(),
+        left: (turn * Vec3::y()).into(),
+        up: (turn * Vec3::z()).into(),
+        half_extent: strip.view.half_extent,
+        width_px,
+        height_px,
+        near_m: NEAR_M,
+    }
+}
+
+/// A town where it is.
+pub(crate) fn placed_town(model: &Model) -> Placed<'_> {
+    let Instance { world_from_shape, tints, label } = Instance::IN_PLACE;
+    Placed { model, world_from_model: world_from_shape, tints, label }
+}
+
+/// The bodies in a strip's picture, far ones coarsely; the same for all rows of it.
+pub(crate) fn seen_bodies(strip: &Strip<'_>, placed: &mut Vec<Placed<'_>>) {
+    let pixel = 2.0 * strip.view.half_extent[0] / strip.camera().width_px as f32;
+    let eye_m = strip.view.eye_m();
+    let height_px = strip.camera().height_px;
+    let shown = strip.view.rows(&(0..height_px), height_px);
+    for body in strip.bodies() {
+        let distance_m = (body.centre_m - eye_m).norm();
+        let reach = Vec3::repeat(body.radius_m);
+        if body.radius_m < BODY_RADIUS_PX_MIN * pixel * distance_m
+            || !shown.may_see(&(body.centre_m - reach), &(body.centre_m + reach))
+        {
+            continue;
+        }
+        let nearest_m = (distance_m - body.radius_m).max(NEAR_M);
+        place(body, ERROR_PX_MAX * pixel * nearest_m, placed);
+    }
+}
+
+/// The bodies that throw shadows into a strip's picture.
+pub(crate) fn shading_bodies(
+    strip: &Strip<'_>,
+    shadow: &ShadowView,
+    side_px: u32,
+    placed: &mut Vec<Placed<'_>>,
+) {
+    let error_m = SHADOW_ERROR_PX_MAX * 2.0 * REACH_M / side_px as f32;
+    for body in strip.bodies() {
+        let reach = Vec3::repeat(body.radius_m);
+        if shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
+            place(body, error_m, placed);
+        }
+    }
+}
+
+fn place(body: &Body, error_m: f32, placed: &mut Vec<Placed<'_>>) {
+    placed.extend(body.parts.iter().filter_map(|part| place_part(part, error_m)));
+}
+
+fn place_part(part: &Part, error_m: f32) -> Option<Placed<'static>> {
+    let Instance { world_from_shape, tints, label } = part.instance;
+    let [a, b, c] = world_from_shape;
+    let length = |at: usize| Vec3::new(a[at], b[at], c[at]).norm();
+    let stretch = Vec3::new(length(0), length(1), length(2));
+    let model = level_of(part.shape, stretch, error_m)?;
+    Some(Placed { model, world_from_model: world_from_shape, tints, label })
+}
+
+/// Light as the rasteriser reads it.
+pub(crate) fn light_of(light: &SceneLight) -> Light {
+    Light {
+        to_light: light.to_light.into(),
+        direct: light.direct.into(),
+        zenith: light.zenith.into(),
+        horizon: light.horizon.into(),
+        bounce: light.bounce.into(),
+        disc: light.disc,
+        cloud: light.cloud,
+        haze_per_m: light.haze_per_m,
+        haze_start_m: light.haze_start_m,
+        rain: light.rain,
+        rain_phase: light.rain_phase,
+        wet: light.wet,
+        night: light.night,
+    }
+}
+
+/// All materials, at the places of their numbers.
+pub(crate) fn materials() -> Vec<Material> {
+    let rows = SceneMaterial::ALL.into_iter().zip(table());
+    rows.map(|(material, row)| {
+        let [r, g, b, gloss] = row.colour_gloss;
+        let [pattern, tint, ..] = row.pattern_tint;
+        Material {
+            colour: [r, g, b],
+            gloss,
+            family: match material.family() {
+                Family::Ground => raster::Family::Ground,
+                Family::Facade => raster::Family::Facade,
+                Family::Body => raster::Family::Body,
+            },
+            pattern: pattern as u8,
+            tint: tint as u8,
+        }
+    })
+    .collect()
+}
