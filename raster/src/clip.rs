@@ -1,6 +1,6 @@
 //! Triangles that come too near to the eye, or reach too far out of the picture.
 
-use crate::fill::Point;
+use crate::fill::{Plane, Point};
 use crate::view::Projection;
 
 /// Places further from the picture's corner than this, in pixels, have no fine grid any more.
@@ -86,6 +86,30 @@ impl Clipped {
             *slot = corner;
             self.count += 1;
         }
+    }
+
+    /// Nearness on a triangle that was cut: from its own corners, as places far out of the picture
+    /// are too coarse for it.
+    pub(crate) fn plane(&self, triangle: &[Homogeneous; 3]) -> Plane {
+        let [a, b, c] = triangle.map(|corner| [corner.x, corner.y, corner.w].map(f64::from));
+        let cross = |a: [f64; 3], b: [f64; 3], at: usize| {
+            let (next, last) = ((at + 1) % 3, (at + 2) % 3);
+            a[next] * b[last] - a[last] * b[next]
+        };
+        let volume: f64 = (0..3).map(|at| a[at] * cross(b, c, at)).sum();
+        let part = |at: usize| {
+            let part = (cross(b, c, at) + cross(c, a, at) + cross(a, b, at)) / volume;
+            if part.is_finite() { part as f32 } else { 0.0 }
+        };
+        let corners = self.corners.get(..self.count).unwrap_or_default();
+        let (least, most) = corners
+            .iter()
+            .map(|corner| 1.0 / corner.w)
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), nearness| {
+                (least.min(nearness), most.max(nearness))
+            });
+        let (across, down, nearness) = (part(0), part(1), part(2));
+        Plane { anchor: [0.0; 2], nearness, across, down, least, most }
     }
 
     /// What is left, as triangles in the picture.

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 use crate::clip::{Clipped, Homogeneous, REACH_PX, SNAP};
-use crate::fill::{LANES, Point, doubled_area, fill};
+use crate::fill::{LANES, Plane, Point, doubled_area, fill};
 use crate::model::{Cluster, Model};
 use crate::target::Target;
 use crate::vector::{V8, splat};
@@ -277,7 +277,8 @@ impl OneCluster<'_> {
             rest &= rest - 1;
             let [a, b, c] = triangles[lane];
             let points = [self.point(a), self.point(b), self.point(c)];
-            self.draw_one(simd, first + lane, points, target, seen);
+            let plane = Plane::new(&points, self.drawing.slope);
+            self.draw_one(simd, first + lane, (points, plane), target, seen);
         }
     }
 
@@ -313,9 +314,11 @@ impl OneCluster<'_> {
                 let at = usize::from(at);
                 Homogeneous { x: xs[at], y: ys[at], w: ws[at] }
             });
-            for points in Clipped::new(corners, self.local).triangles() {
+            let clipped = Clipped::new(corners, self.local);
+            for points in clipped.triangles() {
                 if doubled_area(points.map(|point| point.snapped)) < 0.0 {
-                    self.draw_one(simd, first + lane, points, target, seen);
+                    let plane = clipped.plane(&corners);
+                    self.draw_one(simd, first + lane, (points, plane), target, seen);
                 }
             }
         }
@@ -326,7 +329,7 @@ impl OneCluster<'_> {
         &self,
         simd: S,
         triangle: usize,
-        [a, b, c]: [Point; 3],
+        ([a, b, c], plane): ([Point; 3], Plane),
         target: &mut Target,
         seen: &mut Vec<Seen>,
     ) {
@@ -338,10 +341,9 @@ impl OneCluster<'_> {
         let is_clockwise = doubled_area([a.snapped, b.snapped, c.snapped]) > 0.0;
         let points = if is_clockwise { [a, b, c] } else { [a, c, b] };
         let id = seen.len() as u32 + 1;
-        let slope = self.drawing.slope;
         let is_seen = simd.vectorize(
             #[inline(always)]
-            || fill(simd, target, &points, id, slope),
+            || fill(simd, target, &points, &plane, id),
         );
         if is_seen {
             seen.push(Seen { placed: self.placed_at, triangle: triangle as u32 });

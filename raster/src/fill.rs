@@ -76,18 +76,20 @@ impl Edge {
 }
 
 /// Nearness as it changes over the picture.
-struct Plane {
-    anchor: [f32; 2],
-    nearness: f32,
-    across: f32,
-    down: f32,
-    least: f32,
-    most: f32,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    pub(crate) anchor: [f32; 2],
+    pub(crate) nearness: f32,
+    pub(crate) across: f32,
+    pub(crate) down: f32,
+    pub(crate) least: f32,
+    pub(crate) most: f32,
 }
 
 impl Plane {
     /// Through three corners, less what `slope` says of the steepest change in a pixel.
-    fn new([a, b, c]: &[Point; 3], slope: f32) -> Self {
+    #[inline(always)]
+    pub(crate) fn new([a, b, c]: &[Point; 3], slope: f32) -> Self {
         let [bx, by] = [b.exact[0] - a.exact[0], b.exact[1] - a.exact[1]];
         let [cx, cy] = [c.exact[0] - a.exact[0], c.exact[1] - a.exact[1]];
         let (bn, cn) = (b.nearness - a.nearness, c.nearness - a.nearness);
@@ -119,8 +121,8 @@ pub(crate) fn fill<S: Simd>(
     simd: S,
     target: &mut Target,
     points: &[Point; 3],
+    plane: &Plane,
     id: u32,
-    slope: f32,
 ) -> bool {
     let [Point { snapped: a, .. }, Point { snapped: b, .. }, Point { snapped: c, .. }] = *points;
     let least = |axis: usize| (a[axis].min(b[axis]).min(c[axis]) - 0.5).ceil();
@@ -132,7 +134,6 @@ pub(crate) fn fill<S: Simd>(
         return false;
     }
     let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
-    let plane = Plane::new(points, slope);
     let is_wide = right - left > WIDE_PX as f32;
     let mut is_seen = false;
     for row in top as u32..=bottom as u32 {
@@ -154,7 +155,7 @@ pub(crate) fn fill<S: Simd>(
             target,
             (offset, first, ends[1] as usize),
             (&edges, of_row),
-            (&plane, y),
+            (plane, y),
             id,
         );
     }

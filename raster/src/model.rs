@@ -134,7 +134,7 @@ impl Model {
             self.triangles.push(part.triangle);
             self.things.push(part.thing);
         }
-        while self.triangles.len() % 8 != 0 {
+        while !self.triangles.len().is_multiple_of(8) {
             self.local.push([0; 3]);
             self.triangles.push([0; 3]);
             self.things.push(NO_THING);

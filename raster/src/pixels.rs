@@ -66,8 +66,7 @@ fn encoded<S: Simd>(simd: S, linear: f32x8<S>) -> f32x8<S> {
     let root2 = x.sqrt();
     let root4 = root2.sqrt();
     let root8 = root4.sqrt();
-    let curve =
-        root2 * 0.662_002_7 + root4 * 0.684_122_06 - root8 * 0.323_583_6 - x * 0.022_541_147;
+    let curve = root2 * 0.662_002_7 + root4 * 0.684_122_1 - root8 * 0.323_583_6 - x * 0.022_541_147;
     let dark = x.simd_le(splat(simd, 0.003_130_8));
     clamp(simd, dark.select(x * 12.92, curve), 0.0, 1.0)
 }
