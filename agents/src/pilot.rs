@@ -27,8 +27,11 @@ pub struct VehicleView {
     pub velocity_mps: Vec3,
     /// Between the axles.
     pub wheelbase_m: f32,
-    /// Mean front wheel angle that a steer of 1 reaches at this speed.
+    /// Front wheel angle that a steer of 1 reaches at this speed: in the mean or, where
+    /// `half_track_m` is not 0, of the inner wheel.
     pub full_lock_rad: f32,
+    /// Half the distance between front wheels of which the inner one is steered.
+    pub half_track_m: f32,
     /// Extra front wheel angle per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
 }

@@ -1,6 +1,6 @@
 //! From the place beside the lane to the steering wheel.
 
-use nalgebra::ComplexField;
+use nalgebra::{ComplexField, RealField};
 
 use crate::lane_change::Reference;
 use crate::pilot::VehicleView;
@@ -30,7 +30,17 @@ pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) ->
     let sideways_mps2 = curvature_per_m * along_mps * along_mps;
     let road_wheel_rad = ComplexField::atan(view.wheelbase_m * curvature_per_m)
         + view.understeer_rad_per_mps2 * sideways_mps2;
-    (road_wheel_rad / view.full_lock_rad).clamp(-1.0, 1.0)
+    (steered_rad(road_wheel_rad, view) / view.full_lock_rad).clamp(-1.0, 1.0)
+}
+
+/// The angle that the lock limits, for a mean angle of the front wheels.
+fn steered_rad(mean_rad: f32, view: &VehicleView) -> f32 {
+    if view.half_track_m == 0.0 {
+        return mean_rad;
+    }
+    let (sine, cosine) = ComplexField::sin_cos(mean_rad);
+    let base_m = view.wheelbase_m;
+    RealField::atan2(sine * base_m, cosine * base_m - sine.abs() * view.half_track_m)
 }
 
 #[cfg(test)]
@@ -45,6 +55,7 @@ mod tests {
             velocity_mps: Vec3::zeros(),
             wheelbase_m: 2.85,
             full_lock_rad: 0.6,
+            half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
         }
     }

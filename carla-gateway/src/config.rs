@@ -57,8 +57,8 @@ pub struct Args {
     /// Leaves synchronous mode when nobody ticked for so long [default: never, as CARLA]
     #[arg(long, value_name = "SECS")]
     pub sync_lease: Option<f64>,
-    /// Tyres and steering of cars: those of real ones, or CARLA's, for whose grip the corners of
-    /// its maps are made
+    /// Tyres and steering of cars: CARLA's, which its programs and the corners of its maps are made
+    /// for, or those of real ones
     #[arg(long, value_enum, default_value_t)]
     pub tyres: Tyres,
     /// Root of all randomness of new worlds
@@ -85,11 +85,21 @@ pub struct Args {
 /// Tyres and steering of the cars that clients spawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Tyres {
-    /// As measured of real cars: friction about 1, and the published turning circle.
+    /// As CARLA's cars: `tire_friction` 3.5, `max_steer_angle` 70°, quick steering.
     #[default]
-    Real,
-    /// `tire_friction` 3.5 and `max_steer_angle` 70°.
     Carla,
+    /// As measured of real cars: friction about 1, and the published turning circle.
+    Real,
+}
+
+impl std::fmt::Display for Tyres {
+    /// As typed.
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.write_str(match self {
+            Self::Real => "real",
+            Self::Carla => "carla",
+        })
+    }
 }
 
 /// What replayed vehicles do when a replay is over.

@@ -70,8 +70,8 @@ pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoi
 pub use shared_frame::{FrameBytes, SharedFrame};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
-    AckermannControl, AckermannGains, Gear, VehiclePhysics, VehicleTelemetry, WheelPhysics,
-    WheelTelemetry,
+    AckermannControl, AckermannGains, Gear, Steering, VehiclePhysics, VehicleTelemetry,
+    WheelPhysics, WheelTelemetry,
 };
 
 /// The schema of [`Frame`] in FlatBuffers' binary form, for files that carry frames.

@@ -68,7 +68,19 @@ pub struct WheelPhysics {
     pub position_m: Vec3,
 }
 
-/// CARLA's `VehiclePhysicsControl`.
+/// How the steering control becomes an angle of the wheels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Steering {
+    /// As a driver's hands do it: the lock is the mean angle of the front wheels, which turn by at
+    /// most 1 rad/s.
+    #[default]
+    Real,
+    /// As CARLA's cars do it: the lock is the angle of the inner wheel, and control is followed by
+    /// 2.5 of its range per second away from the middle and by 5 towards it.
+    Carla,
+}
+
+/// CARLA's `VehiclePhysicsControl`, and how the vehicle steers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehiclePhysics {
     /// (revolutions per minute, newton metres) at full throttle, ascending.
@@ -105,6 +117,8 @@ pub struct VehiclePhysics {
     pub wheels: Vec<WheelPhysics>,
     /// CARLA's switch for wheels that collide as volumes; ours always do.
     pub sweep_wheel_collision: bool,
+    /// Which of both a vehicle has; CARLA's clients cannot ask for the other.
+    pub steering: Steering,
 }
 
 /// What one wheel did in the last tick.

@@ -203,8 +203,18 @@ def test_a_walkers_controller_starts_only_where_the_client_finds_a_way(world):
     strolls.stop()
 
 
-def test_cars_have_carlas_tyres_where_the_site_is_told_so(start_site):
-    site = start_site("--no-render", "--carla-tyres")
+def test_cars_have_real_tyres_where_the_site_is_told_so(start_site):
+    site = start_site("--no-render", "--tyres", "real")
+    world = connect(site.carla_port).get_world()
+    blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
+    car = world.spawn_actor(blueprint, world.get_map().get_spawn_points()[0])
+    wheels = car.get_physics_control().wheels
+    assert all(0.8 < wheel.tire_friction < 1.2 for wheel in wheels)
+    assert all(20.0 < wheel.max_steer_angle < 45.0 for wheel in wheels[:2])
+
+
+def test_cars_have_carlas_tyres(start_site):
+    site = start_site("--no-render")
     world = connect(site.carla_port).get_world()
     library, places = world.get_blueprint_library(), world.get_map().get_spawn_points()
     blueprint = library.find("vehicle.tesla.model3")

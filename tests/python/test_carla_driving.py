@@ -189,7 +189,8 @@ def test_mass_drag_and_drivetrain_change_the_acceleration(track):
 def test_wheels_change_braking_and_steering(track):
     own = track.car.get_physics_control()
     base = track.braking_distance()
-    assert 10.0 < base < 18.0
+    # From 50 km/h at 1 g.
+    assert 9.0 < base < 18.0
     for change, times in (({"tire_friction": 0.1}, 5.0), ({"max_brake_torque": 300.0}, 2.5)):
         track.change_wheels(**change)
         assert track.braking_distance() > times * base, change
@@ -203,7 +204,8 @@ def test_wheels_change_braking_and_steering(track):
     for wheel in wheels[:2]:
         wheel.max_steer_angle = 20.0
     track.change(wheels=wheels)
-    assert sum(track.front_angles()) / 2 == pytest.approx(20.0, abs=1.0)
+    # The inner wheel's, as in CARLA.
+    assert max(track.front_angles()) == pytest.approx(20.0, abs=0.5)
 
 
 def test_a_control_lasts_one_tick_unless_it_is_sticky(world):

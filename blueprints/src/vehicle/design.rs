@@ -1,7 +1,7 @@
 //! A vehicle as its maker publishes it, and what follows for the model.
 
 use nalgebra::ComplexField;
-use schemas::{Gear, Vec3, VehiclePhysics, WheelPhysics};
+use schemas::{Gear, Steering, Vec3, VehiclePhysics, WheelPhysics};
 
 use super::engine::Engine;
 use super::{BaseType, Driven, VehicleModel};
@@ -136,6 +136,7 @@ impl Design {
             steering_curve: STEERING_CURVE.to_vec(),
             wheels: self.wheels(),
             sweep_wheel_collision: false,
+            steering: Steering::Real,
         }
     }
 

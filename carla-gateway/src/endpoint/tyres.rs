@@ -1,7 +1,7 @@
 //! Tyres and steering of the cars that clients spawn.
 
 use blueprints::Class;
-use schemas::{ActorId, Command, VehicleCommand, VehiclePhysics};
+use schemas::{ActorId, Command, Steering, VehicleCommand, VehiclePhysics};
 
 use super::Endpoint;
 use crate::config::Tyres;
@@ -11,6 +11,13 @@ use crate::rpc::Refusal;
 const CARLA_FRICTION: f32 = 3.5;
 /// `max_steer_angle` of CARLA's cars: 70°.
 const CARLA_STEER_RAD: f32 = 70.0 * std::f32::consts::PI / 180.0;
+/// Cornering stiffness over load of its tyres, per radian, front as rear: rear wheels of CARLA's
+/// Lincoln slide 1/11 rad sideways for 1 g at speed, and more when slow.
+const CARLA_LATERAL_STIFFNESS: f32 = 10.0;
+/// Standard gravity, metres per second squared.
+const GRAVITY_MPS2: f32 = 9.81;
+/// `lat_stiff_max_load` of CARLA's cars.
+const CARLA_LATERAL_LOAD_MAX: f32 = 3.0;
 
 impl Endpoint {
     /// Tells of the option once cars with real tyres are to drive a town of CARLA's.
@@ -19,7 +26,7 @@ impl Endpoint {
             tracing::info!(
                 port = self.port,
                 map = map.name(),
-                "real tyres do not hold its corners at its speeds: --carla-tyres has CARLA's"
+                "real tyres do not hold its corners at its speeds: --tyres carla does"
             );
         }
     }
@@ -63,10 +70,18 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
     if physics.wheels.len() < 4 {
         return None;
     }
+    physics.steering = Steering::Carla;
     let half_track_m = model.track_m / 2.0;
     physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
+    // With brakes made to lock real tyres it would stop like nothing on a road.
+    let grip = physics.wheels.iter().map(|wheel| wheel.tyre_friction).fold(f32::INFINITY, f32::min);
+    let pull_n: f32 = physics.wheels.iter().map(|wheel| wheel.brake_nm_max / wheel.radius_m).sum();
+    let brake_share = (grip * physics.mass_kg * GRAVITY_MPS2 / pull_n.max(1.0)).min(1.0);
     for wheel in &mut physics.wheels {
+        wheel.brake_nm_max *= brake_share;
         wheel.tyre_friction = CARLA_FRICTION;
+        wheel.lateral_stiffness = CARLA_LATERAL_STIFFNESS;
+        wheel.lateral_stiffness_load_max = CARLA_LATERAL_LOAD_MAX;
         if wheel.steer_rad_max > 0.0 {
             wheel.steer_rad_max = CARLA_STEER_RAD;
         }
@@ -99,8 +114,20 @@ mod tests {
     }
 
     #[test]
+    fn full_brake_stops_a_car_as_its_own_tyres_would() {
+        for blueprint in ["vehicle.tesla.model3", "vehicle.audi.tt", "vehicle.volkswagen.t2"] {
+            let physics = as_in_carla(blueprint).unwrap();
+            let pull_n: f32 =
+                physics.wheels.iter().map(|wheel| wheel.brake_nm_max / wheel.radius_m).sum();
+            let share = pull_n / physics.mass_kg / GRAVITY_MPS2;
+            assert!((0.6..=1.2).contains(&share), "{blueprint}: {share} g");
+        }
+    }
+
+    #[test]
     fn cars_get_carlas_tyres_and_only_their_front_wheels_its_lock() {
         let physics = as_in_carla("vehicle.tesla.model3").unwrap();
+        assert_eq!(physics.steering, Steering::Carla);
         assert!(physics.wheels.iter().all(|wheel| wheel.tyre_friction == 3.5));
         let locks: Vec<f32> =
             physics.wheels.iter().map(|wheel| wheel.steer_rad_max.to_degrees().round()).collect();

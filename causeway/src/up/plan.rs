@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bus::BusAddress;
-use carla_gateway::{Allowed, PortOfTenant};
+use carla_gateway::{Allowed, PortOfTenant, Tyres};
 use tenancy::Door;
 
 use super::child::Service;
@@ -73,10 +73,10 @@ pub(crate) struct Args {
     /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
-    /// Cars of CARLA endpoints have CARLA's tyres and steering instead of real ones: for CARLA's
-    /// own maps, whose corners are made for them.
-    #[arg(long)]
-    carla_tyres: bool,
+    /// Tyres and steering of the cars that clients of CARLA endpoints spawn: CARLA's, which its
+    /// programs and the corners of its maps are made for, or those of real ones.
+    #[arg(long, value_enum, default_value_t)]
+    tyres: Tyres,
     /// When a replay of a recording is over, its vehicles drive on in traffic instead of standing.
     #[arg(long)]
     drive_after_replays: bool,
@@ -251,9 +251,7 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     if let Some(path) = &args.recordings {
         arguments.extend([OsString::from("--recordings"), path.clone().into_os_string()]);
     }
-    if args.carla_tyres {
-        arguments.extend(flag("--tyres", "carla".to_owned()));
-    }
+    arguments.extend(flag("--tyres", args.tyres.to_string()));
     if args.drive_after_replays {
         arguments.extend(flag("--after-replays", "drive".to_owned()));
     }

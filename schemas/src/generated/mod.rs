@@ -233,6 +233,8 @@ mod station_kind_generated;
 pub use self::station_kind_generated::*;
 mod station_motion_generated;
 pub use self::station_motion_generated::*;
+mod steering_generated;
+pub use self::steering_generated::*;
 mod tick_item_generated;
 pub use self::tick_item_generated::*;
 mod tick_result_generated;

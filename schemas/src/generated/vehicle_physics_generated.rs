@@ -43,6 +43,7 @@ impl<'a> VehiclePhysics<'a> {
   pub const VT_STEERING_CURVE: flatbuffers::VOffsetT = 32;
   pub const VT_WHEELS: flatbuffers::VOffsetT = 34;
   pub const VT_SWEEP_WHEEL_COLLISION: flatbuffers::VOffsetT = 36;
+  pub const VT_STEERING: flatbuffers::VOffsetT = 38;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -69,6 +70,7 @@ impl<'a> VehiclePhysics<'a> {
     builder.add_engine_inertia_kgm2(args.engine_inertia_kgm2);
     builder.add_engine_rpm_max(args.engine_rpm_max);
     if let Some(x) = args.torque_curve { builder.add_torque_curve(x); }
+    builder.add_steering(args.steering);
     builder.add_sweep_wheel_collision(args.sweep_wheel_collision);
     builder.add_automatic_gearbox(args.automatic_gearbox);
     builder.finish()
@@ -197,6 +199,13 @@ impl<'a> VehiclePhysics<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<bool>(VehiclePhysics::VT_SWEEP_WHEEL_COLLISION, Some(false)).unwrap()}
   }
+  #[inline]
+  pub fn steering(&self) -> Steering {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<Steering>(VehiclePhysics::VT_STEERING, Some(Steering::Real)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for VehiclePhysics<'_> {
@@ -223,6 +232,7 @@ impl flatbuffers::Verifiable for VehiclePhysics<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, CurvePoint>>>("steering_curve", Self::VT_STEERING_CURVE, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, WheelPhysics>>>("wheels", Self::VT_WHEELS, true)?
      .visit_field::<bool>("sweep_wheel_collision", Self::VT_SWEEP_WHEEL_COLLISION, false)?
+     .visit_field::<Steering>("steering", Self::VT_STEERING, false)?
      .finish();
     Ok(())
   }
@@ -245,6 +255,7 @@ pub struct VehiclePhysicsArgs<'a> {
     pub steering_curve: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, CurvePoint>>>,
     pub wheels: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, WheelPhysics>>>,
     pub sweep_wheel_collision: bool,
+    pub steering: Steering,
 }
 impl<'a> Default for VehiclePhysicsArgs<'a> {
   #[inline]
@@ -267,6 +278,7 @@ impl<'a> Default for VehiclePhysicsArgs<'a> {
       steering_curve: None, // required field
       wheels: None, // required field
       sweep_wheel_collision: false,
+      steering: Steering::Real,
     }
   }
 }
@@ -345,6 +357,10 @@ impl<'a: 'b, 'b> VehiclePhysicsBuilder<'a, 'b> {
     self.fbb_.push_slot::<bool>(VehiclePhysics::VT_SWEEP_WHEEL_COLLISION, sweep_wheel_collision, false);
   }
   #[inline]
+  pub fn add_steering(&mut self, steering: Steering) {
+    self.fbb_.push_slot::<Steering>(VehiclePhysics::VT_STEERING, steering, Steering::Real);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> VehiclePhysicsBuilder<'a, 'b> {
     let start = _fbb.start_table();
     VehiclePhysicsBuilder {
@@ -384,6 +400,7 @@ impl core::fmt::Debug for VehiclePhysics<'_> {
       ds.field("steering_curve", &self.steering_curve());
       ds.field("wheels", &self.wheels());
       ds.field("sweep_wheel_collision", &self.sweep_wheel_collision());
+      ds.field("steering", &self.steering());
       ds.finish()
   }
 }

@@ -217,6 +217,7 @@ twin!(
     "failure",
     [None, Rollover, Engine, TyrePuncture]
 );
+twin!(steering_out, steering_in, crate::Steering, fb::Steering, "steering", [Real, Carla]);
 twin!(
     halt_reason_out,
     halt_reason_in,

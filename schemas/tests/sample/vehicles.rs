@@ -1,7 +1,8 @@
 //! What a vehicle is made of and measures.
 
 use schemas::{
-    AckermannGains, Gear, Vec3, VehiclePhysics, VehicleTelemetry, WheelPhysics, WheelTelemetry,
+    AckermannGains, Gear, Steering, Vec3, VehiclePhysics, VehicleTelemetry, WheelPhysics,
+    WheelTelemetry,
 };
 
 pub(crate) fn gains() -> AckermannGains {
@@ -46,6 +47,7 @@ pub(crate) fn physics() -> VehiclePhysics {
         steering_curve: vec![(0.0, 1.0), (33.0, 0.7)],
         wheels: vec![wheel; 4],
         sweep_wheel_collision: true,
+        steering: Steering::Carla,
     }
 }
 

@@ -1,7 +1,7 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, Tick, Vec3, Weather};
+use schemas::{Error, Steering, Tick, Vec3, Weather};
 
 use crate::actor::Vehicle;
 use crate::check;
@@ -217,6 +217,10 @@ pub(crate) fn view(fit: &Fit, body: &BodyState) -> VehicleView {
         velocity_mps: body.linear_mps,
         wheelbase_m: fit.wheelbase_m,
         full_lock_rad: fit.full_lock_rad(body.linear_mps.norm()),
+        half_track_m: match fit.physics.steering {
+            Steering::Real => 0.0,
+            Steering::Carla => fit.half_track_m,
+        },
         understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
     }
 }

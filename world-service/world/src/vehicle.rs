@@ -142,7 +142,7 @@ impl VehicleState {
 
     /// Whether its wheels are still on their way to where the control wants them.
     pub(crate) fn is_steering(&self, fit: &Fit) -> bool {
-        let wanted_rad = self.control.steer * fit.full_lock_rad(0.0);
+        let wanted_rad = steering::wanted_rad(fit, self.control.steer, 0.0);
         (wanted_rad - self.road_wheel_rad).abs() > STEERED_RAD
     }
 

@@ -118,6 +118,7 @@ impl Case {
             velocity_mps: own.velocity_mps,
             wheelbase_m: 2.8,
             full_lock_rad: 0.6,
+            half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
         };
         let senses =

@@ -33,8 +33,11 @@ pub(crate) struct Fit {
     pub wheels: Vec<WheelFit>,
     /// Between the front axle and the middle of the rear ones.
     pub wheelbase_m: f32,
-    /// Mean angle of the steered wheels at full lock.
+    /// Angle of the steered wheels at full lock, theirs in the mean or the inner one's; see
+    /// [`Steering`](schemas::Steering).
     pub steer_rad_max: f32,
+    /// Half the distance between the front wheels.
+    pub half_track_m: f32,
     /// Extra angle of the steered wheels per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
     /// Damping of a standing tyre over that of a car's: a tall body swings on its tyres faster.
@@ -75,6 +78,8 @@ impl Fit {
             .filter(|&rad| rad > 0.0)
             .collect();
         let steer_rad_max = mean(steered.into_iter()).unwrap_or(0.0);
+        let of_front = physics.wheels.iter().filter(|wheel| is_front(wheel));
+        let half_track_m = of_front.map(|wheel| wheel.position_m.y.abs()).fold(0.0, f32::max);
         let stiffness_of = |front: bool| {
             let chosen = physics.wheels.iter().filter(|wheel| is_front(wheel) == front);
             mean(chosen.map(|wheel| wheel.lateral_stiffness)).unwrap_or(1.0)
@@ -110,6 +115,7 @@ impl Fit {
             tyre_damping_share: 1.0,
             wheelbase_m: front_x_m - rear_x_m,
             steer_rad_max,
+            half_track_m,
             understeer_rad_per_mps2: softness / GRAVITY_MPS2,
             drag_n_per_mps2: 0.5 * AIR_KG_PER_M3 * drag_area_m2,
             physics,
@@ -126,7 +132,8 @@ impl Fit {
         (LEVER_MAX / (1.0 + lever)).min(1.0)
     }
 
-    /// Mean angle of the steered wheels that full control reaches at a speed.
+    /// Angle that full control reaches at a speed: of the steered wheels in the mean, or of the
+    /// inner one, as for `steer_rad_max`.
     pub(crate) fn full_lock_rad(&self, speed_mps: f32) -> f32 {
         let lock_rad = self.steer_rad_max * interpolate(&self.physics.steering_curve, speed_mps);
         if !self.model.is_two_wheeler() {

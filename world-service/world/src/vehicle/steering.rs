@@ -1,11 +1,16 @@
 //! From the steering control to the angle of each wheel.
 
 use nalgebra::{ComplexField, RealField};
+use schemas::Steering;
 
 use super::fit::{Fit, WheelFit};
 
 /// How fast the road wheels turn: a quick driver at the steering wheel, 16 : 1.
 const RATE_RADPS: f32 = 1.0;
+/// Share of the lock per second by which CARLA's wheels turn away from the middle and towards it:
+/// the rates of input that Unreal's vehicles begin with.
+const CARLA_AWAY_PER_SEC: f32 = 2.5;
+const CARLA_BACK_PER_SEC: f32 = 5.0;
 
 /// The mean road-wheel angle after `dt_secs` towards what `steer` asks.
 pub(super) fn advance(
@@ -15,9 +20,31 @@ pub(super) fn advance(
     forward_mps: f32,
     dt_secs: f32,
 ) -> f32 {
-    let wanted_rad = steer * fit.full_lock_rad(forward_mps.abs());
-    let step_rad = RATE_RADPS * dt_secs;
-    road_wheel_rad + (wanted_rad - road_wheel_rad).clamp(-step_rad, step_rad)
+    let wanted_rad = wanted_rad(fit, steer, forward_mps.abs());
+    let change_rad = wanted_rad - road_wheel_rad;
+    let rate_radps = match fit.physics.steering {
+        Steering::Real => RATE_RADPS,
+        Steering::Carla if change_rad * road_wheel_rad < 0.0 => {
+            CARLA_BACK_PER_SEC * fit.steer_rad_max
+        }
+        Steering::Carla => CARLA_AWAY_PER_SEC * fit.steer_rad_max,
+    };
+    let step_rad = rate_radps * dt_secs;
+    road_wheel_rad + change_rad.clamp(-step_rad, step_rad)
+}
+
+/// The mean road-wheel angle that `steer` asks for at a speed.
+pub(super) fn wanted_rad(fit: &Fit, steer: f32, speed_mps: f32) -> f32 {
+    let lock_rad = steer * fit.full_lock_rad(speed_mps);
+    match fit.physics.steering {
+        Steering::Real => lock_rad,
+        // From the inner wheel to the middle of the axle: all roll around one point.
+        Steering::Carla => {
+            let (sine, cosine) = ComplexField::sin_cos(lock_rad);
+            let base_m = fit.wheelbase_m.max(0.1);
+            RealField::atan2(sine * base_m, cosine * base_m + sine.abs() * fit.half_track_m)
+        }
+    }
 }
 
 /// The angle of one wheel: all front wheels roll around the same point (Ackermann).
@@ -47,7 +74,63 @@ pub(super) fn interpolate(points: &[(f32, f32)], at: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use schemas::VehiclePhysics;
+
+    use super::super::Tuning;
     use super::*;
+
+    fn as_in_carla() -> Fit {
+        let blueprint = blueprints::index_of("vehicle.lincoln.mkz_2020").unwrap();
+        let real = Tuning::standard(blueprint).unwrap();
+        let mut physics =
+            VehiclePhysics { steering: Steering::Carla, ..real.fit().physics.clone() };
+        for wheel in physics.wheels.iter_mut().filter(|wheel| wheel.steer_rad_max > 0.0) {
+            wheel.steer_rad_max = 70.0f32.to_radians();
+        }
+        real.with(physics).fit().clone()
+    }
+
+    /// Mean of both front wheels.
+    fn front_deg(fit: &Fit, mean_rad: f32) -> f32 {
+        let wheels = [0, 1].map(|index| wheel_rad(fit, &fit.wheels[index], mean_rad));
+        f32::midpoint(wheels[0], wheels[1]).to_degrees()
+    }
+
+    #[test]
+    fn carlas_wheels_stand_as_those_of_its_lincoln_were_measured() {
+        let fit = as_in_carla();
+        // CARLA 0.9.16, at a stand: control, mean angle of the front wheels.
+        for (steer, measured_deg) in
+            [(0.2, 13.17), (0.4, 25.15), (0.6, 36.47), (0.8, 47.53), (1.0, 58.43)]
+        {
+            for side in [1.0, -1.0] {
+                let found = front_deg(&fit, wanted_rad(&fit, side * steer, 0.0)) * side;
+                assert!((found - measured_deg).abs() < 0.7, "{steer}: {found}, {measured_deg}");
+            }
+        }
+        // At speed, for small angles, over those at a stand.
+        for (mps, measured) in [(4.96, 0.972), (10.77, 0.899), (15.24, 0.858), (19.36, 0.825)] {
+            let share = wanted_rad(&fit, 0.09, mps) / wanted_rad(&fit, 0.09, 0.0);
+            // What it is told over is a line through control 0.2, 5 % below small angles.
+            let found = share * 1.05;
+            assert!((found - measured).abs() < 0.025, "{mps} m/s: {found}, {measured}");
+        }
+    }
+
+    #[test]
+    fn carlas_wheels_turn_to_their_lock_in_two_fifths_of_a_second_and_back_in_one_fifth() {
+        let fit = as_in_carla();
+        let turn = |from_rad: f32, steer: f32, secs: f32| {
+            let steps = (secs / 0.01) as usize;
+            (0..steps).fold(from_rad, |rad, _| advance(&fit, rad, steer, 0.0, 0.01))
+        };
+        let lock_rad = wanted_rad(&fit, 1.0, 0.0);
+        let after_rad = turn(0.0, 1.0, 0.2);
+        assert!((after_rad.to_degrees() - 35.0).abs() < 0.5, "{after_rad}");
+        assert_eq!(turn(0.0, 1.0, 0.4), lock_rad);
+        assert!(turn(lock_rad, 0.0, 0.1) > 0.2);
+        assert_eq!(turn(lock_rad, 0.0, 0.2), 0.0);
+    }
 
     #[test]
     fn points_between_are_linear_and_beyond_are_constant() {

@@ -219,8 +219,15 @@ class VehiclePhysics(object):
             return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
         return False
 
+    # VehiclePhysics
+    def Steering(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
+        return 0
+
 def VehiclePhysicsStart(builder):
-    builder.StartObject(17)
+    builder.StartObject(18)
 
 def Start(builder):
     VehiclePhysicsStart(builder)
@@ -350,6 +357,12 @@ def VehiclePhysicsAddSweepWheelCollision(builder, sweepWheelCollision):
 
 def AddSweepWheelCollision(builder, sweepWheelCollision):
     VehiclePhysicsAddSweepWheelCollision(builder, sweepWheelCollision)
+
+def VehiclePhysicsAddSteering(builder, steering):
+    builder.PrependUint8Slot(17, steering, 0)
+
+def AddSteering(builder, steering):
+    VehiclePhysicsAddSteering(builder, steering)
 
 def VehiclePhysicsEnd(builder):
     return builder.EndObject()

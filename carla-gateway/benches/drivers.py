@@ -1,0 +1,307 @@
+"""Do programs for CARLA keep their lanes here, as CARLA's own cars let them?
+
+Usage: drivers.py [--causeway PATH] --maps DIR [--agents DIR] [--tyres T,T] [--drivers D,D] [MAP...]
+Lets cars loose on maps (by default all of DIR) under each driver, once with each kind of tyres, and
+prints a row for every map, driver and tyres: how far the middle of a car got beyond the edge of all
+driving lanes at worst, how many got farther than 0.5 m, how far 99 % of all places were from the
+middle of a lane, and pairs that collided. CARLA's agents want `--agents`, the folder that holds
+CARLA's package `agents`. Wants `pip install carla==0.9.16 numpy`.
+"""
+
+import argparse
+import contextlib
+import math
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import carla
+
+STEP_SECS = 0.05
+LOOK_TICKS = 4
+LEFT_M = 0.5
+KMH = 3.6
+#: What the driver of `pursuit` drives at, and how far ahead it looks.
+PURSUIT_MPS = 30.0 / KMH
+PURSUIT_AHEAD_M = 3.0
+PURSUIT_AHEAD_SECS = 0.4
+SPEEDS_KMH = {"basic30": 30.0, "basic50": 50.0}
+
+
+@contextlib.contextmanager
+def site(program: str, maps: Path, tyres: str, port: int):
+    """A site with an endpoint for CARLA whose cars have these tyres."""
+    flags = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--no-render"]
+    flags += ["--maps", str(maps), "--carla", str(port), "--tyres", tyres]
+    process = subprocess.Popen(
+        [program, "up", *flags],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        line = ""
+        while "CARLA" not in line:
+            line = process.stdout.readline()
+            if process.poll() is not None:
+                sys.exit("the site did not start")
+        # The client library tries only once.
+        while not is_open(port):
+            time.sleep(0.01)
+        yield port
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait()
+
+
+class Manager:
+    """CARLA's Traffic Manager, as it is when nobody tells it anything."""
+
+    def __init__(self, client: carla.Client, cars: list):
+        self.manager = client.get_trafficmanager(free_port())
+        self.manager.set_synchronous_mode(True)
+        self.manager.set_random_device_seed(7)
+        self.cars = cars
+        for car in cars:
+            car.set_autopilot(True, self.manager.get_port())
+
+    def step(self, snapshot: carla.WorldSnapshot) -> None:
+        """Drives by itself."""
+
+    def stop(self) -> None:
+        for car in self.cars:
+            car.set_autopilot(False, self.manager.get_port())
+
+    def end(self) -> None:
+        self.manager.shut_down()
+
+
+class Agents:
+    """CARLA's agents, each on its way to one spawn point after the other."""
+
+    def __init__(self, kind: str, cars: list, town: carla.Map):
+        from agents.navigation.basic_agent import BasicAgent
+        from agents.navigation.behavior_agent import BehaviorAgent
+        from agents.navigation.global_route_planner import GlobalRoutePlanner
+
+        self.places = town.get_spawn_points()
+        self.random = random.Random(7)
+        planner = GlobalRoutePlanner(town, 2.0)
+        self.agents = []
+        for car in cars:
+            if kind == "behaviour":
+                agent = BehaviorAgent(car, "normal", map_inst=town, grp_inst=planner)
+            else:
+                agent = BasicAgent(
+                    car, SPEEDS_KMH[kind], map_inst=town, grp_inst=planner
+                )
+                # Nor does it see who is exactly ahead: here it is to drive.
+                agent.ignore_vehicles(True)
+            agent.ignore_traffic_lights(True)
+            self.agents.append((car, agent))
+            self.send(agent)
+
+    def send(self, agent) -> None:
+        for _ in range(20):
+            with contextlib.suppress(Exception):
+                agent.set_destination(self.random.choice(self.places).location)
+                return
+
+    def step(self, snapshot: carla.WorldSnapshot) -> None:
+        for car, agent in self.agents:
+            if agent.done():
+                self.send(agent)
+            car.apply_control(agent.run_step())
+
+    def stop(self) -> None:
+        """Nothing goes on by itself."""
+
+    end = stop
+
+
+class Pursuit:
+    """What people write themselves: pure pursuit over the wheel's lock, and a PI for the speed."""
+
+    def __init__(self, cars: list, town: carla.Map):
+        self.town = town
+        self.random = random.Random(7)
+        self.cars = []
+        for car in cars:
+            wheels = car.get_physics_control().wheels
+            xs = [wheel.position for wheel in wheels]
+            base_m = math.dist((xs[0].x, xs[0].y), (xs[2].x, xs[2].y)) / 100.0
+            way = [town.get_waypoint(car.get_location())]
+            self.cars.append(
+                [car, base_m, math.radians(wheels[0].max_steer_angle), way, 0.0]
+            )
+
+    def step(self, snapshot: carla.WorldSnapshot) -> None:
+        for entry in self.cars:
+            car, base_m, lock_rad, way, integral = entry
+            state = snapshot.find(car.id)
+            place = state.get_transform()
+            speed_mps = state.get_velocity().length()
+            ahead_m = PURSUIT_AHEAD_M + PURSUIT_AHEAD_SECS * speed_mps
+            while place.location.distance(way[-1].transform.location) < ahead_m:
+                ways = way[-1].next(1.0)
+                if not ways:
+                    break
+                way.append(self.random.choice(ways))
+            target = way[-1].transform.location
+            dx, dy = target.x - place.location.x, target.y - place.location.y
+            angle = math.atan2(dy, dx) - math.radians(place.rotation.yaw)
+            distance_m = max(math.hypot(dx, dy), 1.0)
+            wheel_rad = math.atan(2.0 * base_m * math.sin(angle) / distance_m)
+            error = PURSUIT_MPS - speed_mps
+            entry[4] = integral = max(-5.0, min(5.0, integral + error * STEP_SECS))
+            pedal = 0.3 * error + 0.1 * integral
+            control = carla.VehicleControl(
+                steer=max(-1.0, min(1.0, wheel_rad / lock_rad))
+            )
+            control.throttle, control.brake = (
+                max(0.0, min(0.75, pedal)),
+                max(0.0, min(0.3, -pedal)),
+            )
+            car.apply_control(control)
+
+    def stop(self) -> None:
+        """Nothing goes on by itself."""
+
+    end = stop
+
+
+def driver(kind: str, client: carla.Client, cars: list, town: carla.Map):
+    if kind == "manager":
+        return Manager(client, cars)
+    if kind == "pursuit":
+        return Pursuit(cars, town)
+    return Agents(kind, cars, town)
+
+
+def is_open(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def beyond(town: carla.Map, location: carla.Location) -> tuple[float, float]:
+    """Metres beyond the edge of the nearest lane, and from its middle."""
+    lane = town.get_waypoint(location)
+    middle = lane.transform
+    dx, dy = location.x - middle.location.x, location.y - middle.location.y
+    yaw = math.radians(middle.rotation.yaw)
+    along_m = dx * math.cos(yaw) + dy * math.sin(yaw)
+    beside_m = abs(dy * math.cos(yaw) - dx * math.sin(yaw))
+    return math.hypot(max(0.0, beside_m - lane.lane_width / 2.0), along_m), beside_m
+
+
+def drive(
+    client: carla.Client, world: carla.World, kind: str, count: int, secs: float
+) -> dict:
+    """Cars on places of the map's, the same ones for every driver."""
+    town, library = world.get_map(), world.get_blueprint_library()
+    chosen = random.Random(7)
+    cars, hits = [], set()
+    models = sorted(library.filter("vehicle.*"), key=lambda model: model.id)
+    models = [
+        model for model in models if model.get_attribute("base_type").as_str() == "car"
+    ]
+    places = town.get_spawn_points()
+    chosen.shuffle(places)
+    for place in places[:count]:
+        car = world.try_spawn_actor(chosen.choice(models), place)
+        if car:
+            cars.append(car)
+    world.tick()
+    sensors = []
+    for car in cars:
+        blueprint = library.find("sensor.other.collision")
+        sensor = world.spawn_actor(blueprint, carla.Transform(), attach_to=car)
+        sensor.listen(
+            lambda hit: hits.add(frozenset((hit.actor.id, hit.other_actor.id)))
+        )
+        sensors.append(sensor)
+    at_wheel = driver(kind, client, cars, town)
+    worst_m, worst_at, left, besides = 0.0, None, set(), []
+    for tick in range(int(secs / STEP_SECS)):
+        world.tick()
+        snapshot = world.get_snapshot()
+        cars = [car for car in cars if snapshot.find(car.id)]
+        at_wheel.step(snapshot)
+        if tick % LOOK_TICKS:
+            continue
+        for car in cars:
+            location = snapshot.find(car.id).get_transform().location
+            away_m, beside_m = beyond(town, location)
+            besides.append(beside_m)
+            if away_m > worst_m:
+                worst_m, worst_at = away_m, location
+            if away_m > LEFT_M:
+                left.add(car.id)
+    at_wheel.stop()
+    world.tick()
+    for actor in [*sensors, *cars]:
+        actor.destroy()
+    world.tick()
+    at_wheel.end()
+    besides.sort()
+    at = f"{worst_at.x:.0f}, {worst_at.y:.0f}" if worst_at else "–"
+    return {
+        "cars": len(at_wheel.cars if kind == "manager" else cars),
+        "worst": worst_m,
+        "at": at,
+        "left": len(left),
+        "beside": besides[int(0.99 * len(besides))] if besides else 0.0,
+        "hits": len(hits),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--causeway", default="causeway")
+    parser.add_argument("--maps", type=Path, required=True)
+    parser.add_argument("--agents", type=Path)
+    parser.add_argument("--tyres", default="carla,real")
+    parser.add_argument(
+        "--drivers", default="manager,basic30,basic50,behaviour,pursuit"
+    )
+    parser.add_argument("--cars", type=int, default=20)
+    parser.add_argument("--secs", type=float, default=60.0)
+    parser.add_argument("map", nargs="*")
+    args = parser.parse_args()
+    if args.agents:
+        sys.path.insert(0, str(args.agents))
+    names = args.map or sorted(path.stem for path in args.maps.glob("*.xodr"))
+    print(
+        "| map | driver | tyres | cars | worst, m | at | left the road | 99 %, m | collided |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
+    for tyres in args.tyres.split(","):
+        with site(args.causeway, args.maps, tyres, free_port()) as port:
+            client = carla.Client("127.0.0.1", port)
+            client.set_timeout(120.0)
+            for name in names:
+                world = client.load_world(name)
+                settings = world.get_settings()
+                settings.synchronous_mode, settings.fixed_delta_seconds = (
+                    True,
+                    STEP_SECS,
+                )
+                world.apply_settings(settings)
+                for kind in args.drivers.split(","):
+                    found = drive(client, world, kind, args.cars, args.secs)
+                    row = "| {} | {} | {} | {cars} | {worst:.1f} | {at} | {left} | {beside:.2f} | {hits} |"
+                    print(row.format(name, kind, tyres, **found), flush=True)
+
+
+if __name__ == "__main__":
+    main()
