@@ -196,6 +196,29 @@ def free_port() -> int:
 def beyond(town: carla.Map, location: carla.Location) -> tuple[float, float]:
     """Metres beyond the edge of the nearest lane, and from its middle."""
     lane = town.get_waypoint(location)
+    away_m, beside_m = away(lane, location)
+    # The client takes bends for chords: the place that it names may be metres off along the lane.
+    step_m = 4.0
+    while away_m > 0.01 and step_m > 0.01:
+        around = [*lane.next(step_m), *lane.previous(step_m)]
+        found = min(
+            ((away(place, location), place) for place in around),
+            key=first,
+            default=None,
+        )
+        if found and found[0][0] < away_m:
+            (away_m, beside_m), lane = found
+        else:
+            step_m /= 2.0
+    return away_m, beside_m
+
+
+def first(found: tuple) -> float:
+    return found[0][0]
+
+
+def away(lane: carla.Waypoint, location: carla.Location) -> tuple[float, float]:
+    """Metres beyond the edge of a lane or along from its place, and from its middle."""
     middle = lane.transform
     dx, dy = location.x - middle.location.x, location.y - middle.location.y
     yaw = math.radians(middle.rotation.yaw)
