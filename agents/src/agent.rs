@@ -1,4 +1,4 @@
-//! Navigation agents: CARLA's basic and behaviour agents inside the tick.
+//! Navigation agents: CARLA's basic and behaviour agents inside the tick, steered along their path.
 
 mod change;
 mod courtesy;
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::network::{LaneId, Network, Stop};
 use crate::path::{Path, PathPoint, curvature_per_m};
-use crate::pid::{Lateral, Longitudinal};
+use crate::pid::Longitudinal;
 use crate::pilot::VehicleView;
 use crate::scene::{Ahead, Room};
 use crate::senses::Senses;
-use crate::{route, wander};
+use crate::{route, steering, wander};
 use traits::Traits;
 
 /// The path of an agent without a destination is kept this long, and per metre per second longer.
@@ -52,7 +52,8 @@ pub struct Agent {
     status: AgentStatus,
     target_m: Vec3,
     longitudinal: Longitudinal,
-    lateral: Lateral,
+    /// Its last steer.
+    steer: f32,
     /// How long it has been standing at a stop sign.
     stood_secs: f32,
     /// The stop sign it may pass: its lane.
@@ -81,7 +82,7 @@ impl Agent {
             status: AgentStatus::Wandering,
             target_m: Vec3::zeros(),
             longitudinal: Longitudinal::default(),
-            lateral: Lateral::default(),
+            steer: 0.0,
             stood_secs: 0.0,
             passed: None,
             waited_secs: 0.0,
@@ -107,7 +108,7 @@ impl Agent {
         if self.status == AgentStatus::OnRoute { self.path.length_m() } else { 0.0 }
     }
 
-    /// What it steers for, world frame.
+    /// The place ahead on its way that it drives for, world frame.
     #[must_use]
     pub fn target_m(&self) -> Vec3 {
         self.target_m
@@ -121,7 +122,7 @@ impl Agent {
             && [self.stood_secs, self.waited_secs, self.calm_secs]
                 .iter()
                 .all(|secs| secs.is_finite())
-            && self.lateral.is_finite()
+            && self.steer.is_finite()
             && self.longitudinal.is_finite()
     }
 
@@ -192,8 +193,8 @@ impl Agent {
         if let Some(target) = self.path.at(senses.network, reach_m) {
             self.target_m = target.point.point_m;
         }
-        let to_target = self.target_m - position_m;
-        let steer = self.lateral.steer(&forward, &to_target, senses.dt_secs);
+        let steer = steering::along(&self.path, senses.network, view);
+        self.steer = steer;
         let mut points = Vec::new();
         self.path.sample(senses.network, traits.horizon_m(speed_mps), SPACING_M, &mut points);
         if self.must_stop(senses, &traits, speed_mps) {
@@ -219,7 +220,7 @@ impl Agent {
     }
 
     fn brake(&self, brake: f32) -> VehicleControl {
-        VehicleControl { brake, steer: self.lateral.held(), ..VehicleControl::default() }
+        VehicleControl { brake, steer: self.steer, ..VehicleControl::default() }
     }
 
     /// Whether a red light or a stop sign is near.

@@ -1,8 +1,11 @@
 //! From the place beside the lane to the steering wheel.
 
 use nalgebra::{ComplexField, RealField};
+use schemas::Vec3;
 
 use crate::lane_change::Reference;
+use crate::network::Network;
+use crate::path::{Path, heading};
 use crate::pilot::VehicleView;
 use crate::track::Place;
 
@@ -14,6 +17,8 @@ const DAMPING_RATIO: f32 = 0.9;
 const OFFSET_M_MAX: f32 = 0.6;
 /// Below this speed the gains stay as they are here, or they would grow without bound.
 const SPEED_MPS_MIN: f32 = 3.0;
+/// How much earlier the curvature of a path is steered for.
+const LEAD_SECS: f32 = 0.12;
 
 /// Steer from -1 to 1 that follows the reference beside the lane.
 ///
@@ -33,6 +38,23 @@ pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) ->
     (steered_rad(road_wheel_rad, view) / view.full_lock_rad).clamp(-1.0, 1.0)
 }
 
+/// Steer that follows a path over lanes; 0 where there is none.
+pub(crate) fn along(path: &Path, network: &Network, view: &VehicleView) -> f32 {
+    let Some(here) = path.at(network, 0.0) else { return 0.0 };
+    let along = heading(&here.point);
+    let left = Vec3::new(-along.y, along.x, 0.0);
+    let along_mps = along.dot(&view.velocity_mps);
+    let ahead_m = along_mps.max(0.0) * LEAD_SECS;
+    let bend = path.at(network, ahead_m).unwrap_or(here);
+    let place = Place {
+        left_m: left.dot(&(view.world_from_vehicle.translation.vector - here.point.point_m)),
+        along_mps,
+        left_mps: left.dot(&view.velocity_mps),
+        curvature_per_m: bend.point.curvature_per_m,
+    };
+    steer(&place, &Reference::default(), view)
+}
+
 /// The angle that the lock limits, for a mean angle of the front wheels.
 fn steered_rad(mean_rad: f32, view: &VehicleView) -> f32 {
     if view.half_track_m == 0.0 {
@@ -45,7 +67,7 @@ fn steered_rad(mean_rad: f32, view: &VehicleView) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{Pose, Vec3};
+    use schemas::Pose;
 
     use super::*;
 

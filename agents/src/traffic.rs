@@ -15,12 +15,11 @@ use roads::Map;
 use schemas::{AgentBehaviour, Pose, UnitQuaternion, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
-use crate::lane_change::Reference;
 use crate::network::{LaneId, Network};
-use crate::path::{Path, heading};
+use crate::path::Path;
 use crate::scene::Room;
 use crate::senses::Senses;
-use crate::{steering, track, wander};
+use crate::{steering, wander};
 pub use claims::Claims;
 use grants::{Grants, Way};
 use manner::Manner;
@@ -37,8 +36,6 @@ const BEFORE_LINE_M: f32 = 1.0;
 const STANDING_MPS: f32 = 0.2;
 /// Whoever stands between two lanes for so long drives on along the nearer one.
 const BETWEEN_SECS: f32 = 1.5;
-/// How much earlier curvature is steered for.
-const LEAD_SECS: f32 = 0.12;
 /// Way over which the climb of the road is taken.
 const CLIMB_M: f32 = 2.0;
 /// Room on each side, towards vehicles and towards people.
@@ -177,7 +174,7 @@ impl Driver {
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward);
         let (throttle, brake) = self.pedals(acceleration_mps2, speed_mps, senses.dt_secs);
-        let steer = self.steer(senses);
+        let steer = steering::along(&self.path, senses.network, view);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 
@@ -198,23 +195,6 @@ impl Driver {
         let world_from_vehicle = Pose::from_parts(here.point_m.into(), rotation);
         self.wanted_mps = speed_mps;
         Some(Glide { world_from_vehicle, velocity_mps: rotation * Vec3::x() * speed_mps })
-    }
-
-    fn steer(&self, senses: &Senses<'_>) -> f32 {
-        let view = senses.view;
-        let Some(here) = self.path.at(senses.network, 0.0) else { return 0.0 };
-        let along = heading(&here.point);
-        let left = Vec3::new(-along.y, along.x, 0.0);
-        let along_mps = along.dot(&view.velocity_mps);
-        let ahead_m = along_mps.max(0.0) * LEAD_SECS;
-        let bend = self.path.at(senses.network, ahead_m).unwrap_or(here);
-        let place = track::Place {
-            left_m: left.dot(&(view.world_from_vehicle.translation.vector - here.point.point_m)),
-            along_mps,
-            left_mps: left.dot(&view.velocity_mps),
-            curvature_per_m: bend.point.curvature_per_m,
-        };
-        steering::steer(&place, &Reference::default(), view)
     }
 
     fn pedals(&mut self, acceleration_mps2: f32, speed_mps: f32, dt_secs: f32) -> (f32, f32) {
