@@ -103,7 +103,8 @@ def test_a_driver_learns_and_drives_in_a_town_that_it_has_not_seen(driver):
     assert len(straight) == 20 and sum(one.success for one in straight) >= 10
 
 
-def test_it_drives_over_the_official_client(driver, site, tmp_path):
+def test_it_drives_over_the_official_client(driver, start_site, tmp_path):
+    site = start_site("--tyres", "real")
     at = ("--host", "127.0.0.1", "--port", site.carla_port, "--policy", driver / "policy.npz")
     picture = tmp_path / "picture.jpg"
     said = run("carla/drive_policy.py", *at, *("--task", "straight", "--episodes", 2))
