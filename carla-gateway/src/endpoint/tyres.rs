@@ -14,8 +14,6 @@ const CARLA_STEER_RAD: f32 = 70.0 * std::f32::consts::PI / 180.0;
 /// Cornering stiffness over load of its tyres, per radian, front as rear: rear wheels of CARLA's
 /// Lincoln slide 1/11 rad sideways for 1 g at speed, and more when slow.
 const CARLA_LATERAL_STIFFNESS: f32 = 10.0;
-/// Standard gravity, metres per second squared.
-const GRAVITY_MPS2: f32 = 9.81;
 /// `lat_stiff_max_load` of CARLA's cars.
 const CARLA_LATERAL_LOAD_MAX: f32 = 3.0;
 
@@ -73,12 +71,7 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
     physics.steering = Steering::Carla;
     let half_track_m = model.track_m / 2.0;
     physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
-    // With brakes made to lock real tyres it would stop like nothing on a road.
-    let grip = physics.wheels.iter().map(|wheel| wheel.tyre_friction).fold(f32::INFINITY, f32::min);
-    let pull_n: f32 = physics.wheels.iter().map(|wheel| wheel.brake_nm_max / wheel.radius_m).sum();
-    let brake_share = (grip * physics.mass_kg * GRAVITY_MPS2 / pull_n.max(1.0)).min(1.0);
     for wheel in &mut physics.wheels {
-        wheel.brake_nm_max *= brake_share;
         wheel.tyre_friction = CARLA_FRICTION;
         wheel.lateral_stiffness = CARLA_LATERAL_STIFFNESS;
         wheel.lateral_stiffness_load_max = CARLA_LATERAL_LOAD_MAX;
@@ -110,17 +103,6 @@ mod tests {
             let physics = as_in_carla(blueprint).unwrap();
             let half_track_m = physics.wheels[0].position_m.y.abs();
             assert!(half_track_m >= 3.5 * physics.centre_of_mass_m.z * 0.999, "{blueprint}");
-        }
-    }
-
-    #[test]
-    fn full_brake_stops_a_car_as_its_own_tyres_would() {
-        for blueprint in ["vehicle.tesla.model3", "vehicle.audi.tt", "vehicle.volkswagen.t2"] {
-            let physics = as_in_carla(blueprint).unwrap();
-            let pull_n: f32 =
-                physics.wheels.iter().map(|wheel| wheel.brake_nm_max / wheel.radius_m).sum();
-            let share = pull_n / physics.mass_kg / GRAVITY_MPS2;
-            assert!((0.6..=1.2).contains(&share), "{blueprint}: {share} g");
         }
     }
 
