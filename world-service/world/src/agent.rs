@@ -12,6 +12,7 @@ use crate::actor::{Actor, Vehicle};
 use crate::check;
 use crate::step;
 use crate::town::Town;
+use crate::traffic::Lights;
 use crate::wheel::AtTheWheel;
 use crate::world::{State, World};
 
@@ -81,6 +82,17 @@ impl World {
         Ok(())
     }
 
+    /// All vehicles, walkers and things that can be run into, as drivers see them; ordered by id.
+    pub fn bodies(&self) -> impl Iterator<Item = Body> + '_ {
+        let solid = self.state.actors.iter().filter(|actor| actor.is_solid());
+        solid.map(|actor| self.state.seen(actor))
+    }
+
+    /// What its lights show, in the order of the map's; none in a world without them.
+    pub fn light_colours(&self) -> impl Iterator<Item = TrafficLightColour> + '_ {
+        self.state.traffic.iter().flat_map(Lights::colours)
+    }
+
     fn agent_mut(&mut self, id: ActorId) -> Result<&mut Agent, Error> {
         let (vehicle, _) = self.vehicle_mut(id)?;
         vehicle.agent.as_deref_mut().ok_or_else(|| {
@@ -138,14 +150,10 @@ impl State {
     }
 
     /// Everybody on the road and every light, as drivers see them.
-    pub(crate) fn scene(&self, town: &Town) -> Scene {
+    pub(crate) fn scene(&self) -> Scene {
         let solid = self.actors.iter().filter(|actor| actor.is_solid());
         let bodies = solid.map(|actor| self.seen(actor));
-        let plan = &town.traffic;
-        let lights = self.traffic.iter().flat_map(|lights| {
-            (0..plan.light_count())
-                .map(move |light| lights.colour(light).unwrap_or(TrafficLightColour::Unknown))
-        });
+        let lights = self.traffic.iter().flat_map(Lights::colours);
         Scene::new(bodies.collect(), lights.collect())
     }
 
@@ -167,7 +175,7 @@ impl State {
         if !self.has_lookers() {
             return;
         }
-        let scene = self.scene(town);
+        let scene = self.scene();
         let network = town.network();
         self.stroll(town, &scene);
         self.flow(town, &scene);

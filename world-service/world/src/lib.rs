@@ -74,4 +74,5 @@ mod wheel;
 mod world;
 
 pub use town::Town;
+pub use traffic::Lights;
 pub use world::{World, WorldConfig};

@@ -10,7 +10,7 @@ use schemas::{MapRef, Pose, Vec3};
 use crate::ground::Ground;
 use crate::rays::TownRays;
 use crate::scenery::Scenery;
-use crate::traffic::TrafficPlan;
+use crate::traffic::{Lights, TrafficPlan};
 
 /// The static part of a map, built once and shared by every world on it.
 #[derive(Debug)]
@@ -40,14 +40,29 @@ impl Town {
     }
 
     /// Where people walk, made when the first of them asks; `None` on maps without sidewalks.
-    pub(crate) fn nav(&self) -> Option<&NavMesh> {
+    pub fn nav(&self) -> Option<&NavMesh> {
         let mesh = || NavMesh::new(&self.roads).ok().filter(|mesh| !mesh.is_empty());
         self.nav.get_or_init(mesh).as_ref()
     }
 
     /// The lanes for drivers inside the tick; made when the first of them asks.
-    pub(crate) fn network(&self) -> &Network {
+    pub fn network(&self) -> &Network {
         self.network.get_or_init(|| Network::new(&self.roads))
+    }
+
+    /// The map that it was made of.
+    pub fn roads(&self) -> &Arc<Map> {
+        &self.roads
+    }
+
+    /// Its traffic lights at the beginning of their turns, for whoever has them without a world.
+    pub fn lights(&self) -> Lights {
+        Lights::new(&self.traffic)
+    }
+
+    /// Lets its lights take their turns for a time.
+    pub fn advance_lights(&self, lights: &mut Lights, dt_secs: f64) {
+        lights.advance(&self.traffic, dt_secs);
     }
 
     /// The map's name and digest.

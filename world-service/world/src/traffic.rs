@@ -9,6 +9,6 @@ mod lights;
 mod plan;
 mod sight;
 
-pub(crate) use lights::Lights;
+pub use lights::Lights;
 pub(crate) use plan::TrafficPlan;
 pub(crate) use sight::RoadRules;

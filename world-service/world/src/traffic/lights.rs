@@ -13,7 +13,7 @@ const EARLY_SECS: f64 = 1.0e-6;
 
 /// The state of all lights of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Lights {
+pub struct Lights {
     frozen: bool,
     /// Simulated time that was not frozen.
     clock_secs: f64,
@@ -131,9 +131,9 @@ impl Lights {
         }
     }
 
-    /// What a light shows.
-    pub(crate) fn colour(&self, light: usize) -> Option<Colour> {
-        self.shown.get(light).map(|shown| shown.colour)
+    /// What they show, in the order of the map's lights.
+    pub fn colours(&self) -> impl ExactSizeIterator<Item = Colour> + '_ {
+        self.shown.iter().map(|shown| shown.colour)
     }
 
     /// The times of a light's controller.
