@@ -31,6 +31,7 @@ use crate::scenario::lanes::{Lanes, Place};
 use crate::scenario::{Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec};
 
 /// Everything an episode needs besides its first frame.
+#[derive(Clone)]
 pub(crate) struct Start {
     /// As state reports it.
     pub(crate) episode_id: String,
@@ -46,6 +47,14 @@ pub(crate) struct Start {
     pub(crate) ignored_config: Vec<String>,
     /// Commands of the first step, before those of its action.
     pub(crate) opening: Vec<Command>,
+}
+
+/// What a client hears of a state that was kept.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SavedState {
+    pub(crate) id: String,
+    /// Of its world.
+    pub(crate) bytes: usize,
 }
 
 /// What one request brought.
@@ -67,9 +76,12 @@ pub(crate) struct Report {
     pub(crate) camera_image: Option<String>,
     /// Why there is no picture.
     pub(crate) camera_error: Option<String>,
+    /// A state that was kept.
+    pub(crate) saved: Option<SavedState>,
 }
 
 /// One episode.
+#[derive(Clone)]
 pub(crate) struct Episode {
     start: Start,
     prompt: String,
@@ -86,6 +98,9 @@ pub(crate) struct Episode {
     last_reward: f64,
     last_rubric: f64,
     step_rewards: Vec<f64>,
+    /// The state that it went on from last, and how often it did.
+    resumed_from: Option<String>,
+    resumptions: u32,
 }
 
 /// Rewards kept for the credit of single steps; longer episodes get none.
@@ -123,9 +138,19 @@ impl Episode {
             last_reward: 0.0,
             last_rubric: 0.0,
             step_rewards: Vec::new(),
+            resumed_from: None,
+            resumptions: 0,
         };
         episode.find_lane();
         Some((episode, report))
+    }
+
+    /// Goes on under another id in a world that is as its own was.
+    pub(crate) fn resume(&mut self, frame: SharedFrame, from: String, episode_id: String) {
+        self.frame = frame;
+        self.start.episode_id = episode_id;
+        self.resumed_from = Some(from);
+        self.resumptions += 1;
     }
 
     /// The present state of the world.

@@ -61,5 +61,11 @@ pub(crate) const MOVE_AGAIN: Duration = Duration::from_secs(1);
 /// How often worlds are searched for those that nobody uses.
 pub(crate) const SWEEP_EVERY: Duration = Duration::from_secs(30);
 
+/// States of episodes that a tenant's sessions keep to go on from.
+pub(crate) const SAVED_MAX: usize = 256;
+/// Bytes of their worlds.
+pub(crate) const SAVED_BYTES_MAX: usize = 64 << 20;
+/// One that nobody asks for goes after this.
+pub(crate) const SAVED_IDLE: Duration = Duration::from_secs(600);
 const _: () = assert!(SWEEP_EVERY.as_secs() > 2 * WORLD_DEADLINE.as_secs(), "answers come before");
 const _: () = assert!(MESSAGE_BYTES_MAX <= TRANSPORT_BYTES_MAX, "what is parsed must fit");

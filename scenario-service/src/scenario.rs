@@ -272,3 +272,9 @@ pub(crate) trait Scenario: Send + Sync {
     /// A copy with the same settings.
     fn clone_box(&self) -> Box<dyn Scenario>;
 }
+
+impl Clone for Box<dyn Scenario> {
+    fn clone(&self) -> Self {
+        self.clone_box()
+    }
+}

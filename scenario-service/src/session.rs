@@ -4,6 +4,7 @@ mod context;
 mod contexts;
 mod origin;
 mod recovery;
+mod saved;
 pub(crate) mod table;
 mod world;
 
@@ -24,6 +25,7 @@ use crate::world_port::{CreatedWorld, DT_SECS};
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 use origin::Origin;
+pub(crate) use saved::SavedStates;
 use world::{EpisodeWorld, Told, Trouble, Work};
 
 /// Why a session refused. The episode that was running still is, except in [`WorldLost`].
@@ -69,6 +71,8 @@ pub(crate) struct ResetRequest {
     pub(crate) seed: Option<u64>,
     /// `None`: a random one.
     pub(crate) episode_id: Option<String>,
+    /// The state that it goes on from; `None`: the beginning.
+    pub(crate) snapshot_id: Option<String>,
 }
 
 /// One session.
@@ -115,7 +119,10 @@ impl Session {
     /// [`SessionError`]; the episode that was running still is.
     pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
         let begun = Instant::now();
-        let report = self.begin(request).await?;
+        let report = match &request.snapshot_id {
+            Some(id) => self.resume(id, &request).await?,
+            None => self.begin(request).await?,
+        };
         self.context.figures.reset_seconds.observe(begun.elapsed());
         Ok(report)
     }
@@ -187,6 +194,9 @@ impl Session {
             self.reset(ResetRequest::default()).await?;
         }
         let begun = Instant::now();
+        if let Some(operation) = action.metadata.get("op") {
+            return self.operate(operation, action.metadata.get("snapshot_id")).await;
+        }
         if action.kind == ActionKind::CaptureImage {
             let captured = self.capture().await;
             self.context.figures.picture_seconds.observe(begun.elapsed());

@@ -81,6 +81,11 @@ pub(crate) struct Metadata<'a> {
     pub(crate) ignored_config: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) camera_error: Option<&'a str>,
+    /// Of a state that was kept, to reset to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) snapshot_id: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) snapshot_bytes: Option<usize>,
 }
 
 /// Which state of which simulation it is.
@@ -95,6 +100,12 @@ pub(crate) struct Sim<'a> {
     pub(crate) profile: &'static str,
     /// Hexadecimal; equal for equal states.
     pub(crate) state_hash: String,
+    /// The snapshot that the episode went on from last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) restored_from: Option<&'a str>,
+    /// How often it did; 0 is not told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) restores: Option<u32>,
 }
 
 /// Where to go.
@@ -182,6 +193,8 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
             weather: &episode.start.weather_name,
             profile: episode.common().profile.as_str(),
             state_hash: format!("{:016x}", frame.state_hash),
+            restored_from: episode.resumed_from.as_deref(),
+            restores: (episode.resumptions > 0).then_some(episode.resumptions),
         },
         goal: episode
             .start
@@ -193,6 +206,8 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
         step_rewards,
         ignored_config: &report.ignored_config,
         camera_error: report.camera_error.as_deref(),
+        snapshot_id: report.saved.as_ref().map(|saved| saved.id.as_str()),
+        snapshot_bytes: report.saved.as_ref().map(|saved| saved.bytes),
     }
 }
 

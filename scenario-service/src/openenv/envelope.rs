@@ -100,6 +100,7 @@ pub(super) fn reset_request(data: &Map<String, Value>) -> Result<ResetRequest, V
         episode_id: read.optional_short_text("episode_id", ID_CHARS_MAX),
         scenario_name: read.optional_text("scenario_name"),
         scenario_config: read.optional_object("scenario_config").cloned().unwrap_or_default(),
+        snapshot_id: read.optional_short_text("snapshot_id", ID_CHARS_MAX),
     };
     read.finish_open(request)
 }

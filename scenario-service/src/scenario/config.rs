@@ -64,6 +64,8 @@ pub(crate) struct Common {
     pub(crate) ticks_per_step: u32,
     /// Manoeuvres as one-tick controls, as the reference server does them.
     pub(crate) raw_controls: bool,
+    /// Whether no state of the episode can be kept or gone back to.
+    pub(crate) sealed: bool,
     /// Which source the defaults follow.
     pub(crate) profile: Profile,
 }
@@ -85,6 +87,7 @@ impl Common {
             map_name: None,
             ticks_per_step: 1,
             raw_controls: profile == Profile::Literal,
+            sealed: false,
             profile,
         }
     }
@@ -133,6 +136,7 @@ impl Common {
             };
         }
         overrides.integer("ticks_per_step", &mut self.ticks_per_step, 1, TICKS_PER_STEP_MAX)?;
+        overrides.boolean("sealed", &mut self.sealed)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)
     }
 }

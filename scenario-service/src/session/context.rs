@@ -8,7 +8,7 @@ use schemas::Camera;
 use tenancy::{PixelBudget, Quotas};
 use worlds::Budget;
 
-use super::SessionError;
+use super::{SavedStates, SessionError};
 use crate::figures::Figures;
 use crate::limits::RECOVERY_BYTES_MAX;
 use crate::maps::Maps;
@@ -39,6 +39,8 @@ pub(crate) struct SessionContext {
     pub(crate) recovery: Arc<Budget>,
     /// What may still be drawn.
     pub(crate) pixels: PixelBudget,
+    /// States of episodes to go on from.
+    pub(crate) saved: SavedStates,
 }
 
 impl SessionContext {
@@ -59,6 +61,7 @@ impl SessionContext {
             figures: Arc::default(),
             recovery: Budget::new(RECOVERY_BYTES_MAX),
             pixels: PixelBudget::default(),
+            saved: SavedStates::default(),
         }
     }
 

@@ -6,6 +6,7 @@ use super::*;
 use crate::testing::{self, ToyWorlds};
 
 mod recovery;
+mod saved;
 
 fn session() -> (Arc<ToyWorlds>, Session) {
     let (port, context) = testing::context();
@@ -18,6 +19,7 @@ fn reset_to(name: &str, seed: u64, config: Value) -> ResetRequest {
         scenario_config: config.as_object().unwrap().clone(),
         seed: Some(seed),
         episode_id: Some("episode-1".to_owned()),
+        ..ResetRequest::default()
     }
 }
 

@@ -175,6 +175,17 @@ impl EpisodeWorld {
         }
     }
 
+    /// The state of the world.
+    ///
+    /// # Errors
+    /// Those of the port, or that the world is gone.
+    pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, Error> {
+        match &self.owned {
+            Some(owned) => context.port.snapshot(owned.id()).await,
+            None => Err(gone()),
+        }
+    }
+
     /// Begins anew with the present state; whether it could be had.
     async fn renew(&mut self, context: &SessionContext) -> bool {
         let Some(owned) = &self.owned else { return false };

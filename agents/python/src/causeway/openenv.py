@@ -134,6 +134,7 @@ class Session:
         scenario_config: Mapping[str, Any] | None = None,
         seed: int | None = None,
         episode_id: str | None = None,
+        snapshot_id: str | None = None,
     ) -> Step:
         """Starts a new episode.
 
@@ -142,15 +143,17 @@ class Session:
             scenario_config: overrides of the scenario's settings; they stay for later resets.
             seed: the same seed and actions give the same observations; absent: drawn.
             episode_id: a name for the episode; absent: drawn.
+            snapshot_id: goes on from this state, with its scenario, settings and seed.
 
         Raises:
-            SessionError: unknown scenario or setting; the previous episode goes on.
+            SessionError: unknown scenario, setting or snapshot; the previous episode goes on.
         """
         wanted = {
             "scenario_name": scenario,
             "scenario_config": None if scenario_config is None else dict(scenario_config),
             "seed": seed,
             "episode_id": episode_id,
+            "snapshot_id": snapshot_id,
         }
         data = {name: value for name, value in wanted.items() if value is not None}
         return _step(self._ask("reset", data))
@@ -168,6 +171,24 @@ class Session:
             SessionError: a field is unknown or out of its bounds.
         """
         return _step(self._ask("step", {"action_type": action_type, **arguments}))
+
+    def snapshot(self) -> str:
+        """Keeps the present state; sessions go on from it with ``reset(snapshot_id=...)``.
+
+        No time passes. For whoever trains, never for the driver: a sealed episode has none.
+
+        Raises:
+            SessionError: the episode is sealed.
+        """
+        return str(self.step(metadata={"op": "snapshot"}).metadata["snapshot_id"])
+
+    def forget(self, snapshot_id: str) -> None:
+        """Gives a state up that :meth:`snapshot` kept.
+
+        Raises:
+            SessionError: there is none, or the episode is sealed.
+        """
+        self.step(metadata={"op": "forget", "snapshot_id": snapshot_id})
 
     def state(self) -> dict[str, Any]:
         """The episode's counters: steps, distance, collisions, rewards, seed, map."""

@@ -1,0 +1,168 @@
+//! States of episodes that are kept to go on from, several times: for trainers who try what comes
+//! of different actions from one beginning. A sealed episode knows nothing of them.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use schemas::{Error, ErrorCode};
+use serde_json::Value;
+use worlds::{Maker as _, State};
+
+use super::recovery::FreshWorlds;
+use super::world::EpisodeWorld;
+use super::{ResetRequest, Running, Session, SessionError, decode, invalid, random_id};
+use crate::episode::{Episode, Report, SavedState};
+use crate::limits::{SAVED_BYTES_MAX, SAVED_IDLE, SAVED_MAX};
+use crate::scenario::Scenario;
+
+/// The states that a tenant's sessions keep, oldest first. Whoever of the tenant knows the id of
+/// one may go on from it.
+#[derive(Default)]
+pub(crate) struct SavedStates(Mutex<Vec<Kept>>);
+
+struct Kept {
+    id: String,
+    saved: Saved,
+    used: Instant,
+}
+
+/// An episode with its world, and the settings of its session.
+#[derive(Clone)]
+struct Saved {
+    episode: Episode,
+    world: Vec<u8>,
+    scenario: Box<dyn Scenario>,
+    built_from: String,
+}
+
+impl SavedStates {
+    /// Keeps a state; the oldest go where there is no room.
+    fn keep(&self, saved: Saved, now: Instant) -> SavedState {
+        let told = SavedState { id: random_id(), bytes: saved.world.len() };
+        let mut kept = self.lock(now);
+        kept.push(Kept { id: told.id.clone(), saved, used: now });
+        while kept.len() > SAVED_MAX || bytes(&kept) > SAVED_BYTES_MAX && kept.len() > 1 {
+            kept.remove(0);
+        }
+        told
+    }
+
+    fn copy(&self, id: &str, now: Instant) -> Option<Saved> {
+        let mut kept = self.lock(now);
+        let found = kept.iter_mut().find(|kept| kept.id == id)?;
+        found.used = now;
+        Some(found.saved.clone())
+    }
+
+    /// Whether there was one.
+    fn forget(&self, id: &str, now: Instant) -> bool {
+        let mut kept = self.lock(now);
+        let before = kept.len();
+        kept.retain(|kept| kept.id != id);
+        kept.len() < before
+    }
+
+    /// Without those that nobody has asked for in a long time.
+    fn lock(&self, now: Instant) -> MutexGuard<'_, Vec<Kept>> {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.retain(|kept| now.saturating_duration_since(kept.used) < SAVED_IDLE);
+        kept
+    }
+}
+
+fn bytes(kept: &[Kept]) -> usize {
+    kept.iter().map(|kept| kept.saved.world.len()).sum()
+}
+
+impl Session {
+    /// What the metadata of an action asks for beside the episode: `snapshot` keeps its present
+    /// state, `forget` gives one up. No time passes, and no step is counted.
+    ///
+    /// # Errors
+    /// [`SessionError`]; nothing has changed.
+    pub(super) async fn operate(
+        &mut self,
+        operation: &Value,
+        snapshot_id: Option<&Value>,
+    ) -> Result<Report, SessionError> {
+        self.unless_sealed()?;
+        let now = Instant::now();
+        match operation.as_str() {
+            Some("snapshot") => {}
+            Some("forget") => {
+                let id = snapshot_id.and_then(Value::as_str).unwrap_or_default();
+                return match self.context.saved.forget(id, now) {
+                    true => Ok(Report { reward: Some(0.0), ..Report::default() }),
+                    false => Err(SessionError::Refused(unknown(id))),
+                };
+            }
+            _ => {
+                let text = "there is no such operation";
+                let error = Error::new(ErrorCode::InvalidArgument, text);
+                let error = error.wanted("metadata.op snapshot or forget").found(operation);
+                return Err(SessionError::Refused(error));
+            }
+        }
+        let (episode, world) = self.running.episode()?;
+        let world = world.snapshot(&self.context).await.map_err(SessionError::World)?;
+        let saved = Saved {
+            episode: episode.clone(),
+            world,
+            scenario: self.scenario.clone_box(),
+            built_from: self.built_from.clone(),
+        };
+        let told = self.context.saved.keep(saved, now);
+        Ok(Report { reward: Some(0.0), saved: Some(told), ..Report::default() })
+    }
+
+    /// Goes on from a state that was kept, in a world of its own.
+    ///
+    /// # Errors
+    /// [`SessionError`]; the episode that was running still is.
+    pub(super) async fn resume(
+        &mut self,
+        id: &str,
+        request: &ResetRequest,
+    ) -> Result<Report, SessionError> {
+        self.unless_sealed()?;
+        let other = request.scenario_name.is_some() || !request.scenario_config.is_empty();
+        if other || request.seed.is_some() {
+            let error = "an episode from a snapshot has that one's scenario, settings and seed";
+            let error = Error::new(ErrorCode::InvalidArgument, error);
+            return Err(SessionError::Refused(error.wanted("snapshot_id, and no other of these")));
+        }
+        let saved = self.context.saved.copy(id, Instant::now());
+        let Saved { mut episode, world, scenario, built_from } =
+            saved.ok_or_else(|| SessionError::Refused(unknown(id)))?;
+        let base = State::Snapshot(world);
+        let (frame, world) = FreshWorlds(&self.context).make(&base).await.map_err(SessionError::World)?;
+        let frame = decode(frame)?;
+        let seen = episode.frame();
+        if (frame.tick, frame.state_hash) != (seen.tick, seen.state_hash) {
+            return Err(invalid("the world of a snapshot is not as it was"));
+        }
+        episode.resume(frame, id.to_owned(), request.episode_id.clone().unwrap_or_else(random_id));
+        let world = EpisodeWorld::new(world, Some(base), &self.context).await;
+        self.scenario = scenario;
+        self.built_from = built_from;
+        self.running = Running::Episode(Box::new(episode), world);
+        Ok(Report::default())
+    }
+
+    fn unless_sealed(&self) -> Result<(), SessionError> {
+        if !self.scenario.common().sealed {
+            return Ok(());
+        }
+        let error = Error::new(ErrorCode::Unsupported, "SEALED: no snapshot of a sealed episode");
+        Err(SessionError::Refused(error.wanted("scenario_config.sealed false at its reset")))
+    }
+}
+
+fn unknown(id: &str) -> Error {
+    let kept = format!(
+        "the id of one that is kept: {SAVED_MAX} at most, of {} MiB in all, for {} s without use",
+        SAVED_BYTES_MAX >> 20,
+        SAVED_IDLE.as_secs()
+    );
+    Error::new(ErrorCode::UnknownAsset, "there is no such snapshot").wanted(kept).found(id)
+}
