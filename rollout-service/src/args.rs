@@ -14,4 +14,7 @@ pub struct Args {
     /// Folder of OpenDRIVE files (.xodr), which win over built-in maps of the same name.
     #[arg(long, value_name = "DIR")]
     pub(crate) maps: Option<PathBuf>,
+    /// Folder of tasks (.toml), which win over built-in tasks of the same name.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) tasks: Option<PathBuf>,
 }

@@ -15,9 +15,9 @@
 mod args;
 mod block;
 mod crew;
+mod folders;
 mod limits;
 mod listener;
-mod maps;
 mod memory;
 mod message;
 mod session;

@@ -12,6 +12,7 @@ use schemas::{Error, ErrorCode};
 use signals::Termination;
 
 use crate::args::Args;
+use crate::folders::Folders;
 use crate::limits::SESSIONS_MAX;
 use crate::message::{self, Reply};
 use crate::session;
@@ -43,14 +44,14 @@ pub enum RunError {
 /// # Errors
 /// Why it cannot.
 pub fn run(args: Args) -> Result<(), RunError> {
-    let maps = args.maps;
+    let folders = Folders { maps: args.maps, tasks: args.tasks };
     match args.listen {
-        None => serve_stdin(maps.as_deref()),
+        None => serve_stdin(&folders),
         Some(path) => {
             let listener =
                 listen(&path).map_err(|source| RunError::Listen { path: path.clone(), source })?;
             tracing::info!("serving batches on {}", path.display());
-            thread::spawn(move || accept(&listener, maps.as_deref()));
+            thread::spawn(move || accept(&listener, &folders));
             let ended = wait_for_signal().map_err(RunError::Signals);
             if let Err(error) = std::fs::remove_file(&path) {
                 tracing::warn!(%error, "{} stays", path.display());
@@ -60,11 +61,11 @@ pub fn run(args: Args) -> Result<(), RunError> {
     }
 }
 
-fn serve_stdin(maps: Option<&Path>) -> Result<(), RunError> {
+fn serve_stdin(folders: &Folders) -> Result<(), RunError> {
     let descriptor = io::stdin().as_fd().try_clone_to_owned().map_err(RunError::Stdin)?;
     let socket = UnixStream::from(descriptor);
     socket.peer_addr().map_err(RunError::Stdin)?;
-    session::serve(&socket, maps).map_err(RunError::Session)
+    session::serve(&socket, folders).map_err(RunError::Session)
 }
 
 /// Listens where nobody does; a socket that a killed process left behind is replaced.
@@ -81,7 +82,7 @@ fn listen(path: &Path) -> io::Result<UnixListener> {
     }
 }
 
-fn accept(listener: &UnixListener, maps: Option<&Path>) {
+fn accept(listener: &UnixListener, folders: &Folders) {
     let sessions = Arc::new(AtomicUsize::new(0));
     for client in listener.incoming() {
         let socket = match client {
@@ -96,10 +97,10 @@ fn accept(listener: &UnixListener, maps: Option<&Path>) {
             refuse(&socket);
             continue;
         }
-        let (maps, sessions) = (maps.map(Path::to_owned), Arc::clone(&sessions));
+        let (folders, sessions) = (folders.clone(), Arc::clone(&sessions));
         thread::spawn(move || {
             let _place = Place(sessions);
-            if let Err(error) = session::serve(&socket, maps.as_deref()) {
+            if let Err(error) = session::serve(&socket, &folders) {
                 tracing::warn!(%error, "a client's batch ended");
             }
         });

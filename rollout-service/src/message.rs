@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 use std::os::fd::BorrowedFd;
 use std::os::unix::net::UnixStream;
 
-use rollouts::{Column, Spec};
+use rollouts::{Block, Column, Spec};
 use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags};
 use schemas::Error;
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,7 @@ pub(crate) struct Opened {
     pub layout: Layout,
     pub spec: Spec,
     pub columns: Vec<Column>,
+    pub blocks: Vec<Block>,
     pub episode_columns: Vec<&'static str>,
     pub threads: usize,
     /// Seconds of a step.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
-use std::path::Path;
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
@@ -14,8 +13,8 @@ use schemas::{Error, ErrorCode};
 
 use crate::block::{self, Layout};
 use crate::crew::{self, Crew};
+use crate::folders::Folders;
 use crate::limits::{BLOCK_BYTES_MAX, SLOTS_MAX, SNAPSHOTS_MAX, THREADS_MAX, WORLDS_PER_THREAD};
-use crate::maps;
 use crate::memory::{Header, Memory};
 use crate::message::{self, Opened, Reply, Request};
 use crate::station::{Answer, Job, SharedSnapshot, Station};
@@ -24,11 +23,11 @@ use crate::station::{Answer, Job, SharedSnapshot, Station};
 ///
 /// # Errors
 /// When the socket or the operating system fails.
-pub(crate) fn serve(socket: &UnixStream, maps: Option<&Path>) -> io::Result<()> {
+pub(crate) fn serve(socket: &UnixStream, folders: &Folders) -> io::Result<()> {
     loop {
         let Some(text) = message::receive(socket)? else { return Ok(()) };
         let opened = match serde_json::from_slice(&text) {
-            Ok(Request::Open { spec, slots, threads }) => open(&spec, slots, threads, maps)?,
+            Ok(Request::Open { spec, slots, threads }) => open(&spec, slots, threads, folders)?,
             Ok(_) => Err(Error::new(ErrorCode::InvalidArgument, "no batch is open")
                 .wanted("open, before anything else")),
             Err(error) => Err(unreadable(&error)),
@@ -70,9 +69,9 @@ fn open(
     spec: &Spec,
     slots: usize,
     threads: Option<usize>,
-    maps: Option<&Path>,
+    folders: &Folders,
 ) -> io::Result<Result<(Batch, Opened), Error>> {
-    let prepared = prepare(spec, slots, threads, maps);
+    let prepared = prepare(spec, slots, threads, folders);
     let (layout, course, shards, parts) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => return Ok(Err(error)),
@@ -108,6 +107,7 @@ fn open(
         layout: batch.memory.layout().clone(),
         spec: spec.clone(),
         columns: spec.observation.columns(),
+        blocks: spec.observation.blocks(),
         episode_columns: rollouts::EPISODE_COLUMNS.to_vec(),
         threads,
         step_secs: spec.step_secs(),
@@ -125,7 +125,7 @@ fn prepare(
     spec: &Spec,
     slots: usize,
     threads: Option<usize>,
-    maps: Option<&Path>,
+    folders: &Folders,
 ) -> Result<Prepared, Error> {
     spec.check()?;
     let range = |what: &str, found: usize, least: usize, most: usize| {
@@ -142,7 +142,8 @@ fn prepare(
         Error::new(ErrorCode::TooLarge, "the arrays are too large")
             .wanted(format!("at most {BLOCK_BYTES_MAX} bytes: fewer worlds, agents or slots"))
     })?;
-    let course = Arc::new(Course::new(spec, maps::map(maps, &spec.town)?)?);
+    let task = folders.task(&spec.task)?;
+    let course = Arc::new(Course::of_task(spec, task, folders.map(&spec.town)?)?);
     let parts = crew::parts(spec.worlds, threads);
     let shards = Shard::all(spec, &course, &parts)?;
     Ok((layout, course, shards, parts))

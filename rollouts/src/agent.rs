@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
+use schemas::TrafficLightColour;
+
 use crate::action::Action;
 use crate::course::AgentStart;
 use crate::end::{Cause, End};
 use crate::episode::Tally;
+use crate::line::LightAhead;
 use crate::motion::{Contacts, Motion};
 use crate::reward::{self, Terms};
 use crate::route::{Abreast, Route};
@@ -14,6 +17,9 @@ use crate::task::Task;
 
 /// A goal counts as reached from here; CoRL 2017's benchmark.
 const ARRIVED_M: f32 = 2.0;
+
+/// Who is farther beside its lane does not pass the line of its light.
+const BESIDE_M: f32 = 0.5;
 
 /// What holds for all agents of a batch.
 #[derive(Clone, Debug)]
@@ -33,9 +39,20 @@ pub(crate) struct Agent {
     pub place: Abreast,
     pub last: Action,
     pub alive: bool,
+    /// The next line of a light on its way, and what that shows.
+    pub light: Option<LightAhead>,
     limit_secs: f32,
     pair: usize,
     tally: Tally,
+}
+
+/// What came of an agent's action.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome<'a> {
+    pub motion: &'a Motion,
+    pub contacts: Contacts,
+    /// What the town's lights show, by position.
+    pub colours: &'a [TrafficLightColour],
 }
 
 /// What a step was worth.
@@ -47,9 +64,9 @@ pub(crate) struct Verdict {
 
 impl Rules {
     pub(crate) fn new(spec: &Spec, task: &Task) -> Result<Self, schemas::Error> {
-        let named = spec.ends.as_deref().unwrap_or(task.ends);
+        let named = spec.ends.as_deref().unwrap_or(&task.ends);
         Ok(Self {
-            weights: spec.reward.weights()?,
+            weights: spec.reward.weights(&task.reward)?,
             ends: End::ALL.map(|end| named.contains(&end)),
             horizon_secs: spec.horizon_secs,
             step_secs: spec.step_secs() as f32,
@@ -71,6 +88,7 @@ impl Agent {
             place,
             last: Action::default(),
             alive: true,
+            light: None,
             limit_secs: start.limit_secs,
             pair: start.pair,
             tally: Tally::default(),
@@ -82,9 +100,9 @@ impl Agent {
         &mut self,
         rules: &Rules,
         action: Action,
-        motion: &Motion,
-        contacts: Contacts,
+        outcome: &Outcome<'_>,
     ) -> Verdict {
+        let Outcome { motion, contacts, colours } = *outcome;
         let place = self.route.abreast(motion.x_m, motion.y_m, self.place.segment);
         let before = std::mem::replace(&mut self.place, place);
         let steered = (action.steer - std::mem::replace(&mut self.last, action).steer).abs();
@@ -97,6 +115,8 @@ impl Agent {
             _ => 0.0,
         };
         let progress_m = self.place.at_m - before.at_m;
+        let red_light = self.runs_red(colours);
+        self.look_out(colours);
         let number = |holds: bool| f32::from(u8::from(holds));
         let terms: Terms = [
             progress_m,
@@ -106,11 +126,15 @@ impl Agent {
             number(off_route),
             speeding_mps,
             steered,
+            number(red_light),
+            self.place.left_m.abs(),
+            1.0,
         ];
         let reward = reward::sum(&terms, &rules.weights);
-        self.note(rules, motion, contacts, reward, (off_route, speeding_mps));
+        self.note(rules, outcome, reward, (off_route, speeding_mps));
+        self.tally.red_lights += u32::from(red_light);
         let cause = rules
-            .end([arrived, contacts.any(), off_route, motion.overturned])
+            .end([arrived, contacts.any(), off_route, motion.overturned, red_light])
             .map(Cause::By)
             .or_else(|| self.is_late(rules).then_some(Cause::Time));
         Verdict { reward, cause }
@@ -119,8 +143,7 @@ impl Agent {
     fn note(
         &mut self,
         rules: &Rules,
-        motion: &Motion,
-        contacts: Contacts,
+        outcome: &Outcome<'_>,
         reward: f32,
         (off_route, speeding_mps): (bool, f32),
     ) {
@@ -129,15 +152,34 @@ impl Agent {
         tally.reward += reward;
         tally.steps += 1;
         tally.secs = tally.steps as f32 * secs;
-        tally.driven_m += motion.speed_mps.abs() * secs;
+        tally.driven_m += outcome.motion.speed_mps.abs() * secs;
         tally.beside_m += self.place.left_m.abs();
-        tally.hit(contacts);
+        tally.hit(outcome.contacts);
         if off_route {
             tally.off_route_secs += secs;
         }
         if speeding_mps > 0.0 {
             tally.speeding_secs += secs;
         }
+    }
+
+    /// Notes the next line on its way and what the light there shows.
+    pub(crate) fn look_out(&mut self, colours: &[TrafficLightColour]) {
+        let stop = if colours.is_empty() { None } else { self.route.stop_after(self.place.at_m) };
+        self.light = stop.and_then(|stop| {
+            let colour = *colours.get(stop.light)?;
+            Some(LightAhead { at_m: stop.at_m, light: stop.light, colour })
+        });
+    }
+
+    /// Whether it passed the line of a light that showed red before the step and does so now.
+    fn runs_red(&self, colours: &[TrafficLightColour]) -> bool {
+        let red = TrafficLightColour::Red;
+        let is_on_way = self.place.away_m <= self.place.half_width_m + BESIDE_M;
+        self.light.is_some_and(|light| {
+            let stays_red = light.colour == red && colours.get(light.light) == Some(&red);
+            stays_red && is_on_way && self.place.at_m >= light.at_m
+        })
     }
 
     fn is_late(&self, rules: &Rules) -> bool {

@@ -1,22 +1,25 @@
 //! A town prepared for a task: pairs of starts and goals, and the starts that episodes begin at.
 //!
 //! Pairs are drawn from one seed, so that a town and a task have the same ones everywhere; an
-//! episode's seed then picks one of [`STARTS`] starts, each a pair (several with several agents)
-//! a little beside its exact pose.
+//! episode's seed then picks one of up to [`STARTS`] starts, each a pair (several with several
+//! agents) a little beside its exact pose, with cars and people of the world's own elsewhere.
 
+mod others;
 mod pairs;
 
 use std::sync::{Arc, OnceLock};
 
-use agents::Network;
 use roads::Map;
 use schemas::{Error, ErrorCode, Pose, SplitMix64, Vec3, level_pose, yaw_rad};
 use world::Town;
 
-use crate::limits::STARTS;
+use crate::limits::{STARTS, STARTS_MIN};
+use crate::line::StopLine;
 use crate::route::Route;
 use crate::spec::Spec;
 use crate::task::Task;
+use others::Places;
+pub(crate) use others::{CarStart, WalkerStart};
 use pairs::Pair;
 
 /// Starts of one world are at least this far apart, in metres.
@@ -27,9 +30,12 @@ const APART_M: f32 = 12.0;
 pub struct Course {
     pub(crate) map: Arc<Map>,
     pub(crate) town: Arc<Town>,
-    pub(crate) task: &'static Task,
+    pub(crate) task: Task,
+    /// Where lights hold traffic; none in worlds without lights.
+    pub(crate) lines: Vec<StopLine>,
     agents: usize,
     pairs: Vec<Pair>,
+    others: Places,
     starts: Vec<OnceLock<Start>>,
 }
 
@@ -37,6 +43,8 @@ pub struct Course {
 #[derive(Debug)]
 pub(crate) struct Start {
     pub agents: Vec<AgentStart>,
+    pub cars: Vec<CarStart>,
+    pub walkers: Vec<WalkerStart>,
 }
 
 /// Where one agent begins, and where it is to go.
@@ -59,19 +67,29 @@ impl Course {
     ///
     /// # Errors
     /// `InvalidArgument` for a spec that cannot be, or a town that has not as many starts as a
-    /// world has agents.
+    /// world has agents, or no room for its cars and people.
     pub fn new(spec: &Spec, map: Arc<Map>) -> Result<Self, Error> {
+        Self::of_task(spec, Task::named(&spec.task)?, map)
+    }
+
+    /// As [`new`](Self::new), for a task that need not be one of the [`TASKS`](crate::TASKS).
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn of_task(spec: &Spec, task: Task, map: Arc<Map>) -> Result<Self, Error> {
         spec.check()?;
-        let task = Task::named(&spec.task)?;
-        let network = Network::new(&map);
-        let pairs = pairs::draw(&map, &network, task, spec.pairs);
         let town = Arc::new(Town::new(Arc::clone(&map)));
-        let starts = std::iter::repeat_with(OnceLock::new).take(STARTS).collect();
-        let course = Self { map, town, task, agents: spec.agents, pairs, starts };
+        let has_lights = spec.lights.unwrap_or(task.others.lights);
+        let lines = if has_lights { StopLine::all(&map) } else { Vec::new() };
+        let pairs = pairs::draw(&map, town.network(), &task, &lines, spec.pairs);
+        let others = Places::of(&town, &task, spec)?;
+        let count = starts_of(others.count());
+        let starts = std::iter::repeat_with(OnceLock::new).take(count).collect();
+        let course = Self { map, town, task, lines, agents: spec.agents, pairs, others, starts };
         match course.chosen(&mut SplitMix64::new(0)).len() {
             found if found < spec.agents => {
                 Err(Error::new(ErrorCode::InvalidArgument, "the town has not so many starts")
-                    .wanted(format!("at most {found} agents for {} here", task.name))
+                    .wanted(format!("at most {found} agents for {} here", course.task.name))
                     .found(spec.agents))
             }
             _ => Ok(course),
@@ -89,20 +107,37 @@ impl Course {
         self.pairs.iter().map(|pair| pair.route.length_m())
     }
 
+    /// How many starts there are.
+    pub(crate) fn start_count(&self) -> usize {
+        self.starts.len()
+    }
+
+    /// Whether lights take their turns in its worlds.
+    pub(crate) fn has_lights(&self) -> bool {
+        !self.lines.is_empty()
+    }
+
+    /// Whether there is anybody but agents.
+    pub(crate) fn has_others(&self) -> bool {
+        self.others.count() > 0
+    }
+
     /// Which start an episode of a seed has.
-    pub(crate) fn start_of(episode_seed: u64) -> usize {
-        let count = STARTS as u64;
+    pub(crate) fn start_of(&self, episode_seed: u64) -> usize {
+        let count = self.starts.len() as u64;
         (SplitMix64::new(episode_seed).next_u64() % count) as usize
     }
 
     /// One of the starts, worked out when it is first asked for.
     pub(crate) fn start(&self, index: usize) -> &Start {
-        let index = index % STARTS;
+        let index = index % self.starts.len();
         self.starts[index].get_or_init(|| {
             let mut random = SplitMix64::new(index as u64);
             let chosen = self.chosen(&mut random);
-            let agents = chosen.iter().map(|&pair| self.begin(pair, &mut random)).collect();
-            Start { agents }
+            let begin = |&pair: &usize| self.begin(pair, &mut random);
+            let agents: Vec<AgentStart> = chosen.iter().map(begin).collect();
+            let (cars, walkers) = self.others.draw(&self.town, &agents, &mut random);
+            Start { agents, cars, walkers }
         })
     }
 
@@ -123,7 +158,7 @@ impl Course {
     }
 
     fn begin(&self, index: usize, random: &mut SplitMix64) -> AgentStart {
-        let (pair, beginning) = (&self.pairs[index], self.task.beginning);
+        let (pair, beginning) = (&self.pairs[index], self.task.start);
         let (slowest, fastest) = beginning.speed_mps;
         let beside_m = beginning.beside_m * (2.0 * share(random) - 1.0);
         let turned_rad = beginning.turned_rad * (2.0 * share(random) - 1.0);
@@ -134,10 +169,15 @@ impl Course {
             pose: level_pose(position_m, yaw_rad(&pair.start) + turned_rad),
             speed_mps,
             route: Arc::clone(&pair.route),
-            limit_secs: (self.task.limit_secs)(pair.route.length_m()),
+            limit_secs: self.task.limit_secs(pair.route.length_m()),
             pair: index,
         }
     }
+}
+
+/// Starts in readiness for worlds with so many others.
+fn starts_of(others: usize) -> usize {
+    (STARTS * 8 / (8 + others)).max(STARTS_MIN)
 }
 
 /// A number from 0 to below 1.

@@ -14,11 +14,14 @@ pub enum End {
     OffRoute,
     /// It lies on its side or roof.
     Overturned,
+    /// Its middle passed the line of a light that showed red before and after the step.
+    RedLight,
 }
 
 impl End {
     /// Every one.
-    pub const ALL: [Self; 4] = [Self::Arrived, Self::Collision, Self::OffRoute, Self::Overturned];
+    pub const ALL: [Self; 5] =
+        [Self::Arrived, Self::Collision, Self::OffRoute, Self::Overturned, Self::RedLight];
 }
 
 /// Why an episode ended; its number stands in the column `cause`.
@@ -32,7 +35,7 @@ pub(crate) enum Cause {
 }
 
 impl Cause {
-    /// 1 to 4 for the ends in their order, 5 for the time, 6 for a fault.
+    /// 1 to 4 for the first ends in their order, 5 for the time, 6 for a fault, 7 for a red light.
     pub(crate) fn number(self) -> u8 {
         match self {
             Self::By(End::Arrived) => 1,
@@ -41,6 +44,7 @@ impl Cause {
             Self::By(End::Overturned) => 4,
             Self::Time => 5,
             Self::Fault => 6,
+            Self::By(End::RedLight) => 7,
         }
     }
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use schemas::{Error, ErrorCode, SplitMix64};
 
 use crate::action::Action;
-use crate::agent::{Agent, Rules};
+use crate::agent::{Agent, Outcome, Rules};
 use crate::course::Course;
 use crate::end::Cause;
-use crate::limits::STARTS;
 use crate::motion::{Motion, Shape};
 use crate::observe::{Encoder, View};
 use crate::rows::Rows;
+use crate::scene::{Neighbour, Scene};
 use crate::spec::{Autoreset, Spec};
 use crate::tier::Tier;
 
@@ -51,8 +51,8 @@ impl<T: Tier> Shared<T> {
     pub(crate) fn new(spec: &Spec, course: &Arc<Course>) -> Result<Self, Error> {
         Ok(Self {
             kit: T::kit(course)?,
-            rules: Rules::new(spec, course.task)?,
-            encoder: Encoder::new(spec.observation, spec.normalise),
+            rules: Rules::new(spec, &course.task)?,
+            encoder: Encoder::new(spec.observation, spec.normalise, &course.map, &course.lines),
             autoreset: spec.autoreset,
             decision_ticks: spec.decision_ticks,
             hash_every: u64::from(spec.hash_every) * u64::from(spec.decision_ticks),
@@ -65,14 +65,18 @@ impl<T: Tier> Shared<T> {
     /// # Errors
     /// Why nobody can start anywhere near.
     fn begin(&self, episode_seed: u64) -> Result<(T, Vec<Agent>), Error> {
-        let first = Course::start_of(episode_seed);
+        let first = self.course.start_of(episode_seed);
+        let count = self.course.start_count();
         let mut refused = Error::new(ErrorCode::SpawnBlocked, "no start is free");
-        for index in (first..first + TRIES).map(|index| index % STARTS) {
+        for index in (first..first + TRIES.min(count)).map(|index| index % count) {
             match T::begin(&self.course, &self.kit, index) {
                 Ok(sim) => {
                     let starts = self.course.start(index).agents.iter().enumerate();
                     let new = |(agent, start)| Agent::new(start, &sim.motion(agent));
-                    let agents = starts.map(new).collect();
+                    let mut agents: Vec<Agent> = starts.map(new).collect();
+                    let mut colours = Vec::new();
+                    sim.lights(&mut colours);
+                    agents.iter_mut().for_each(|agent| agent.look_out(&colours));
                     return Ok((sim, agents));
                 }
                 Err(error) => refused = error,
@@ -119,22 +123,46 @@ impl<T: Tier> Env<T> {
     }
 
     /// Writes what it is now, as after a reset.
-    pub(crate) fn show(&self, shared: &Shared<T>, rows: &mut Rows<'_>) {
-        let width = shared.encoder.width();
-        for (index, agent) in self.agents.iter().enumerate() {
-            let row = &mut rows.observations[index * width..(index + 1) * width];
-            if agent.alive {
-                let motion = self.sim.motion(index);
-                shared.encoder.encode(&view(agent, &motion, self.sim.shape(index)), row);
-            } else {
-                row.fill(0.0);
-            }
-            rows.alive[index] = u8::from(agent.alive);
+    pub(crate) fn show(&self, shared: &Shared<T>, rows: &mut Rows<'_>, scene: &mut Scene) {
+        self.look(shared, scene);
+        self.encode(shared, rows, scene);
+        for (alive, agent) in rows.alive.iter_mut().zip(&self.agents) {
+            *alive = u8::from(agent.alive);
         }
         rows.rewards.fill(0.0);
         rows.terminations.fill(0);
         rows.truncations.fill(0);
         self.sign(rows);
+    }
+
+    /// Writes the observations of all agents, of a scene that is theirs.
+    fn encode(&self, shared: &Shared<T>, rows: &mut Rows<'_>, scene: &Scene) {
+        let width = shared.encoder.width();
+        for (index, agent) in self.agents.iter().enumerate() {
+            let row = &mut rows.observations[index * width..(index + 1) * width];
+            if agent.alive {
+                let motion = self.sim.motion(index);
+                let view = view(agent, (index, &motion), self.sim.shape(index), scene);
+                shared.encoder.encode(&view, row);
+            } else {
+                row.fill(0.0);
+            }
+        }
+    }
+
+    /// Makes the scene that of this world, as far as anybody looks at it.
+    fn look(&self, shared: &Shared<T>, scene: &mut Scene) {
+        scene.colours.clear();
+        self.sim.lights(&mut scene.colours);
+        scene.everybody.clear();
+        if !shared.encoder.sees_others() {
+            return;
+        }
+        for (index, agent) in self.agents.iter().enumerate() {
+            let (motion, shape) = (self.sim.motion(index), self.sim.shape(index));
+            scene.everybody.push(Neighbour::agent(&motion, shape, agent.alive));
+        }
+        self.sim.others(&mut scene.everybody);
     }
 
     fn sign(&self, rows: &mut Rows<'_>) {
@@ -154,10 +182,11 @@ impl<T: Tier> Env<T> {
         shared: &Shared<T>,
         actions: &[f32],
         rows: &mut Rows<'_>,
+        scene: &mut Scene,
     ) -> Result<(), Error> {
         if self.over {
             self.begin(shared, None)?;
-            self.show(shared, rows);
+            self.show(shared, rows, scene);
             return Ok(());
         }
         for (index, row) in actions.chunks_exact(Action::WIDTH).enumerate() {
@@ -167,9 +196,10 @@ impl<T: Tier> Env<T> {
         }
         let fault = (0..shared.decision_ticks).any(|_| self.sim.tick().is_err());
         self.ticks += u64::from(shared.decision_ticks);
+        self.look(shared, scene);
         for index in 0..self.agents.len() {
             let action = actions.get(index * Action::WIDTH..).unwrap_or_default();
-            self.judge(shared, (index, Action::from_row(action), fault), rows);
+            self.judge(shared, (index, Action::from_row(action), fault), rows, scene);
         }
         self.over = self.agents.iter().all(|agent| !agent.alive);
         if self.over || shared.hash_every > 0 && self.ticks.is_multiple_of(shared.hash_every) {
@@ -177,7 +207,7 @@ impl<T: Tier> Env<T> {
         }
         self.sign(rows);
         if self.over && shared.autoreset == Autoreset::SameStep {
-            self.begin_within(shared, rows)?;
+            self.begin_within(shared, rows, scene)?;
         }
         Ok(())
     }
@@ -188,6 +218,7 @@ impl<T: Tier> Env<T> {
         shared: &Shared<T>,
         (index, action, fault): (usize, Action, bool),
         rows: &mut Rows<'_>,
+        scene: &Scene,
     ) {
         let width = shared.encoder.width();
         let row = &mut rows.observations[index * width..(index + 1) * width];
@@ -202,9 +233,10 @@ impl<T: Tier> Env<T> {
         }
         let (motion, shape) = (self.sim.motion(index), self.sim.shape(index));
         let contacts = self.sim.take_contacts(index);
-        let verdict = agent.advance(&shared.rules, action, &motion, contacts);
+        let outcome = Outcome { motion: &motion, contacts, colours: &scene.colours };
+        let verdict = agent.advance(&shared.rules, action, &outcome);
         let cause = if fault { Some(Cause::Fault) } else { verdict.cause };
-        shared.encoder.encode(&view(agent, &motion, shape), row);
+        shared.encoder.encode(&view(agent, (index, &motion), shape, scene), row);
         rows.rewards[index] = verdict.reward;
         rows.terminations[index] = u8::from(cause.is_some_and(|cause| !cause.truncates()));
         rows.truncations[index] = u8::from(cause.is_some_and(Cause::truncates));
@@ -221,15 +253,16 @@ impl<T: Tier> Env<T> {
     }
 
     /// Begins the next episode in the step that ended the last one: what that step was worth stays.
-    fn begin_within(&mut self, shared: &Shared<T>, rows: &mut Rows<'_>) -> Result<(), Error> {
+    fn begin_within(
+        &mut self,
+        shared: &Shared<T>,
+        rows: &mut Rows<'_>,
+        scene: &mut Scene,
+    ) -> Result<(), Error> {
         let hash = self.hash;
         self.begin(shared, None)?;
-        let width = shared.encoder.width();
-        for (index, agent) in self.agents.iter().enumerate() {
-            let row = &mut rows.observations[index * width..(index + 1) * width];
-            let motion = self.sim.motion(index);
-            shared.encoder.encode(&view(agent, &motion, self.sim.shape(index)), row);
-        }
+        self.look(shared, scene);
+        self.encode(shared, rows, scene);
         self.sign(rows);
         // Of the episode that ended.
         rows.hashes.fill(hash);
@@ -242,6 +275,12 @@ fn episode_seed(stream: &mut SplitMix64) -> u64 {
     stream.next_u64() >> 1
 }
 
-fn view<'a>(agent: &'a Agent, motion: &'a Motion, shape: Shape) -> View<'a> {
-    View { motion, shape, route: &agent.route, place: &agent.place, last: agent.last }
+fn view<'a>(
+    agent: &'a Agent,
+    (index, motion): (usize, &'a Motion),
+    shape: Shape,
+    scene: &'a Scene,
+) -> View<'a> {
+    let Agent { route, place, last, light, .. } = agent;
+    View { motion, shape, route, place, last: *last, light: *light, index, scene }
 }

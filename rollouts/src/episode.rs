@@ -5,8 +5,9 @@ use crate::motion::Contacts;
 
 /// Numbers of an ended episode, in their order.
 ///
-/// `cause` is 1 arrived, 2 collision, 3 off route, 4 overturned, 5 time, 6 fault of the world.
-pub const EPISODE_COLUMNS: [&str; 16] = [
+/// `cause` is 1 arrived, 2 collision, 3 off route, 4 overturned, 5 time, 6 fault of the world,
+/// 7 a red light.
+pub const EPISODE_COLUMNS: [&str; 17] = [
     "return",
     "steps",
     "secs",
@@ -23,6 +24,7 @@ pub const EPISODE_COLUMNS: [&str; 16] = [
     "mean_speed_mps",
     "mean_beside_m",
     "pair",
+    "red_lights",
 ];
 
 /// Sums over an episode so far.
@@ -38,6 +40,7 @@ pub(crate) struct Tally {
     pub speeding_secs: f32,
     pub driven_m: f32,
     pub beside_m: f32,
+    pub red_lights: u32,
 }
 
 impl Tally {
@@ -72,6 +75,7 @@ impl Tally {
             self.driven_m / self.secs.max(1.0e-3),
             self.beside_m / (self.steps as f32).max(1.0),
             pair as f32,
+            self.red_lights as f32,
         ];
         row.copy_from_slice(&values);
     }

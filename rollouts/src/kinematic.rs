@@ -1,6 +1,7 @@
-//! The tier of kinematic cars: a bicycle that rolls without slip, boxes, and nothing else.
+//! The tier of kinematic cars: a bicycle that rolls without slip, boxes, and where a task has them
+//! others who move along their ways.
 //!
-//! - **Determinism:** additions, multiplications, divisions and square roots in single precision
+//! - **Determinism:** of agents: additions, multiplications, divisions and square roots in single precision
 //!   alone, in a fixed order: the same bits on every machine.
 //! - **Source:** the kinematic bicycle of Rajamani, "Vehicle Dynamics and Control", 2012, section
 //!   2.2, about the rear axle; understeer and the limits of tyres as [`Plant`] measures them.
@@ -8,20 +9,24 @@
 //! A car that has run into something stands still.
 
 mod boxes;
+mod crowd;
 mod obstacles;
 mod plant;
 
 use std::sync::{Arc, OnceLock};
 
-use schemas::{Error, Vec3};
+use agents::Body;
+use schemas::{ActorId, Error, TrafficLightColour, Vec3};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::action::Action;
 use crate::course::{AgentStart, Course};
-use crate::limits::{STARTS, TICK_SECS};
+use crate::limits::TICK_SECS;
 use crate::motion::{Contacts, Motion, Shape};
+use crate::scene::Neighbour;
 use crate::tier::{Fault, Tier};
 use boxes::Outline;
+use crowd::Crowd;
 use obstacles::Obstacles;
 use plant::Plant;
 
@@ -35,6 +40,8 @@ const PATH_SECS: f32 = 0.06;
 #[derive(Clone)]
 pub(crate) struct KinematicWorld {
     cars: Vec<Car>,
+    /// `None` in a world with nobody but agents.
+    crowd: Option<Box<Crowd>>,
     kit: Arc<Shared>,
 }
 
@@ -74,16 +81,17 @@ impl Tier for KinematicWorld {
 
     fn kit(course: &Course) -> Result<KinematicKit, Error> {
         let shared = Shared { plant: Plant::measured()?, obstacles: Obstacles::of(&course.map) };
-        let starts = std::iter::repeat_with(OnceLock::new).take(STARTS).collect();
+        let starts = std::iter::repeat_with(OnceLock::new).take(course.start_count()).collect();
         Ok(KinematicKit { shared: Arc::new(shared), starts })
     }
 
     fn begin(course: &Course, kit: &KinematicKit, start: usize) -> Result<Self, Error> {
         let made = kit.starts[start].get_or_init(|| {
             let shape = kit.shared.plant.shape;
-            let agents = course.start(start).agents.iter();
-            let cars = agents.map(|agent| Car::new(agent, shape)).collect();
-            Self { cars, kit: Arc::clone(&kit.shared) }
+            let prepared = course.start(start);
+            let cars = prepared.agents.iter().map(|agent| Car::new(agent, shape)).collect();
+            let crowd = Crowd::of(course, prepared, start).map(Box::new);
+            Self { cars, crowd, kit: Arc::clone(&kit.shared) }
         });
         Ok(made.clone())
     }
@@ -93,8 +101,11 @@ impl Tier for KinematicWorld {
     }
 
     fn tick(&mut self) -> Result<(), Fault> {
-        let Self { cars, kit } = self;
+        let Self { cars, crowd, kit } = self;
         let Shared { plant, obstacles } = &**kit;
+        if let Some(crowd) = crowd {
+            crowd.advance(cars.iter().zip(1..).map(|(car, id)| car.body(plant.shape, id)));
+        }
         for car in cars.iter_mut() {
             car.touched = std::mem::take(&mut car.touches);
             if !car.gone {
@@ -102,6 +113,9 @@ impl Tier for KinematicWorld {
             }
         }
         meet(cars, plant.shape);
+        if let Some(crowd) = crowd {
+            meet_others(cars, crowd, plant.shape);
+        }
         for car in cars.iter_mut().filter(|car| !car.gone) {
             if obstacles.touch(&car.outline(plant.shape)) {
                 car.hit(|contacts| contacts.things += 1);
@@ -135,6 +149,15 @@ impl Tier for KinematicWorld {
         std::mem::take(&mut self.cars[agent].contacts)
     }
 
+    fn others(&self, everybody: &mut Vec<Neighbour>) {
+        let bodies = self.crowd.iter().flat_map(|crowd| crowd.bodies());
+        everybody.extend(bodies.map(Neighbour::of));
+    }
+
+    fn lights(&self, colours: &mut Vec<TrafficLightColour>) {
+        colours.extend(self.crowd.iter().flat_map(|crowd| crowd.colours()));
+    }
+
     fn remove(&mut self, agent: usize) {
         self.cars[agent].gone = true;
     }
@@ -147,6 +170,9 @@ impl Tier for KinematicWorld {
                 hasher.update(&(value + 0.0).to_bits().to_le_bytes());
             }
             hasher.update(&[u8::from(car.touches), u8::from(car.gone)]);
+        }
+        if let Some(crowd) = &self.crowd {
+            crowd.hash(&mut hasher);
         }
         hasher.digest()
     }
@@ -166,6 +192,25 @@ fn meet(cars: &mut [Car], shape: Shape) {
             if near && one.outline(shape).touches(&other.outline(shape)) {
                 one.hit(|contacts| contacts.vehicles += 1);
                 other.hit(|contacts| contacts.vehicles += 1);
+            }
+        }
+    }
+}
+
+/// Lets cars of agents run into the world's own cars and people.
+fn meet_others(cars: &mut [Car], crowd: &Crowd, shape: Shape) {
+    let own_m = 0.5 * (shape.length_m + shape.width_m);
+    for car in cars.iter_mut().filter(|car| !car.gone) {
+        let outline = car.outline(shape);
+        for body in crowd.bodies() {
+            let (x_m, y_m) = (body.centre_m.x - outline.x_m, body.centre_m.y - outline.y_m);
+            let reach_m = own_m + body.half_m.x + body.half_m.y;
+            let near = x_m * x_m + y_m * y_m < reach_m * reach_m;
+            if near && outline.touches(&Outline::of(body)) {
+                car.hit(|contacts| match body.is_walker {
+                    true => contacts.walkers += 1,
+                    false => contacts.vehicles += 1,
+                });
             }
         }
     }
@@ -234,6 +279,23 @@ impl Car {
             half_length_m: 0.5 * shape.length_m,
             half_width_m: 0.5 * shape.width_m,
         }
+    }
+
+    /// As the world's own drivers see it; on the ground at height 0. `None` when it is gone.
+    fn body(&self, shape: Shape, id: u32) -> Option<Body> {
+        /// Half the height of a car.
+        const HALF_HEIGHT_M: f32 = 0.75;
+        let id = ActorId::new(id).filter(|_| !self.gone)?;
+        let outline = self.outline(shape);
+        let forward = Vec3::new(self.cos, self.sin, 0.0);
+        Some(Body {
+            id,
+            is_walker: false,
+            centre_m: Vec3::new(outline.x_m, outline.y_m, HALF_HEIGHT_M),
+            forward,
+            half_m: Vec3::new(outline.half_length_m, outline.half_width_m, HALF_HEIGHT_M),
+            velocity_mps: forward * self.speed_mps,
+        })
     }
 
     /// Stops it; counts unless it was touching something before.

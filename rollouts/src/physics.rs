@@ -4,15 +4,16 @@ use std::sync::{Arc, OnceLock};
 
 use blueprints::{Class, VehicleModel};
 use schemas::{
-    ActorId, ActorKind, Command, Error, ErrorCode, Pose, Translation3, Vec3, VehicleCommand,
-    VehicleFailure, WorldId,
+    ActorId, ActorKind, Command, Error, ErrorCode, Pose, TrafficCommand, TrafficLightColour,
+    Translation3, Vec3, VehicleCommand, VehicleFailure, WalkerCommand, WorldId, level_pose,
 };
 use world::{World, WorldConfig};
 
 use crate::action::Action;
-use crate::course::{AgentStart, Course};
-use crate::limits::{STARTS, TICK_SECS};
+use crate::course::{Course, Start};
+use crate::limits::TICK_SECS;
 use crate::motion::{Contacts, Motion, Shape};
+use crate::scene::Neighbour;
 use crate::tier::{Fault, Tier, velocity_mps};
 
 /// What agents drive.
@@ -30,6 +31,9 @@ pub(crate) struct PhysicsWorld {
 /// Worlds at their starts, each made when it is first asked for and copied from then on.
 pub(crate) struct Starts(Vec<OnceLock<Result<PhysicsWorld, Error>>>);
 
+/// How far above the ground everybody begins.
+const LIFT_M: f32 = 0.05;
+
 impl Clone for PhysicsWorld {
     fn clone(&self) -> Self {
         Self {
@@ -44,9 +48,10 @@ impl Clone for PhysicsWorld {
 impl Tier for PhysicsWorld {
     type Kit = Starts;
 
-    fn kit(_: &Course) -> Result<Starts, Error> {
+    fn kit(course: &Course) -> Result<Starts, Error> {
         model()?;
-        Ok(Starts(std::iter::repeat_with(OnceLock::new).take(STARTS).collect()))
+        let count = course.start_count();
+        Ok(Starts(std::iter::repeat_with(OnceLock::new).take(count).collect()))
     }
 
     fn begin(course: &Course, kit: &Starts, start: usize) -> Result<Self, Error> {
@@ -104,6 +109,15 @@ impl Tier for PhysicsWorld {
         std::mem::take(&mut self.contacts[agent])
     }
 
+    fn others(&self, everybody: &mut Vec<Neighbour>) {
+        let others = self.world.bodies().filter(|body| !self.cars.contains(&body.id));
+        everybody.extend(others.map(|body| Neighbour::of(&body)));
+    }
+
+    fn lights(&self, colours: &mut Vec<TrafficLightColour>) {
+        colours.extend(self.world.light_colours());
+    }
+
     fn remove(&mut self, agent: usize) {
         let removed = self.world.apply(&Command::DestroyActor { actor: self.cars[agent] });
         debug_assert!(removed.is_ok(), "an agent is removed once: {removed:?}");
@@ -122,23 +136,58 @@ impl PhysicsWorld {
             .ok_or_else(|| Error::new(ErrorCode::Internal, "1 should be the id of a world"))?;
         let (map, seed) = (Arc::clone(&course.town), start as u64);
         let config = WorldConfig { id, epoch: 0, seed, dt_secs: TICK_SECS, map };
-        let mut world = World::new(config)?;
+        let mut world = match course.has_lights() {
+            true => World::with_traffic(config)?,
+            false => World::new(config)?,
+        };
         let agents = &course.start(start).agents;
         let mut cars = Vec::with_capacity(agents.len());
         for agent in agents {
-            let command = Command::spawn(BLUEPRINT, lifted(agent), velocity_mps(agent));
+            let command = Command::spawn(BLUEPRINT, lifted(&agent.pose), velocity_mps(agent));
             cars.extend(world.apply(&command)?);
         }
+        populate(&mut world, course.start(start))?;
         let contacts = vec![Contacts::default(); cars.len()];
         Ok(Self { world, cars, shape: shape(model()?), contacts })
     }
 }
 
+/// Puts the world's own cars and people in; who finds something in the way is left out.
+///
+/// # Errors
+/// What of them cannot be.
+fn populate(world: &mut World, start: &Start) -> Result<(), Error> {
+    for car in &start.cars {
+        let spawn = Command::spawn(car.blueprint, lifted(&car.pose), Vec3::zeros());
+        let Some(actor) = unless_blocked(world.apply(&spawn))? else { continue };
+        let behaviour = car.behaviour;
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour }))?;
+    }
+    for walker in &start.walkers {
+        let middle_m = walker.foot_m + Vec3::z() * (walker.model.height_m / 2.0 + LIFT_M);
+        let spawn = Command::spawn(walker.blueprint, level_pose(middle_m, 0.0), Vec3::zeros());
+        let Some(actor) = unless_blocked(world.apply(&spawn))? else { continue };
+        world.apply(&Command::Walker(WalkerCommand::Agent {
+            actor,
+            goal_m: None,
+            speed_mps: Some(walker.speed_mps),
+            crossing_share: walker.crossing_share,
+        }))?;
+    }
+    Ok(())
+}
+
+fn unless_blocked(spawned: Result<Option<ActorId>, Error>) -> Result<Option<ActorId>, Error> {
+    match spawned {
+        Err(error) if error.code == ErrorCode::SpawnBlocked => Ok(None),
+        other => other,
+    }
+}
+
 /// A little above the ground, so that no wheel begins below a slope.
-fn lifted(start: &AgentStart) -> Pose {
-    const LIFT_M: f32 = 0.05;
-    let position_m = start.pose.translation.vector + Vec3::z() * LIFT_M;
-    Pose::from_parts(Translation3::from(position_m), start.pose.rotation)
+fn lifted(pose: &Pose) -> Pose {
+    let position_m = pose.translation.vector + Vec3::z() * LIFT_M;
+    Pose::from_parts(Translation3::from(position_m), pose.rotation)
 }
 
 fn count(contacts: &mut Contacts, with: Option<ActorKind>) {

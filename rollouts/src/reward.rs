@@ -24,11 +24,17 @@ pub enum Term {
     Speeding,
     /// Change of the steering wheel, from 0 to 2.
     Steering,
+    /// 1 in a step that runs a red light.
+    RedLight,
+    /// Metres from the middle of the way.
+    Beside,
+    /// 1 in every step.
+    Step,
 }
 
 impl Term {
     /// Every one, with its name; weights are in this order.
-    pub const ALL: [(Self, &str); 7] = [
+    pub const ALL: [(Self, &str); 10] = [
         (Self::Progress, "progress"),
         (Self::Completion, "completion"),
         (Self::Arrived, "arrived"),
@@ -36,6 +42,9 @@ impl Term {
         (Self::OffRoute, "off_route"),
         (Self::Speeding, "speeding"),
         (Self::Steering, "steering"),
+        (Self::RedLight, "red_light"),
+        (Self::Beside, "beside"),
+        (Self::Step, "step"),
     ];
 }
 
@@ -46,22 +55,34 @@ pub(crate) type Terms = [f32; Term::ALL.len()];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Reward {
-    /// `default`: progress, arrival, and what goes wrong. `completion`: the share of the way alone.
+    /// `default`: the task's, which is progress, arrival, and what goes wrong unless it says
+    /// otherwise. `completion`: the share of the way alone.
     Named(String),
     /// Weights by name of the term; terms that are not named count nothing.
     Weights(BTreeMap<String, f32>),
 }
 
 /// Progress and arrival, less what goes wrong.
-const DEFAULT: Terms = [0.05, 0.0, 1.0, -1.0, -1.0, -0.02, -0.004];
+const DEFAULT: Terms = [0.05, 0.0, 1.0, -1.0, -1.0, -0.02, -0.004, -1.0, 0.0, 0.0];
 /// The share of the way alone.
-const COMPLETION: Terms = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+const COMPLETION: Terms = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 impl Reward {
     /// # Errors
     /// `InvalidArgument` for an unknown name or a weight that is none.
-    pub(crate) fn weights(&self) -> Result<Terms, Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        self.weights(&Self::default()).map(|_| ())
+    }
+
+    /// Its weights in a task whose own reward is `of_task`.
+    ///
+    /// # Errors
+    /// As for [`check`](Self::check).
+    pub(crate) fn weights(&self, of_task: &Self) -> Result<Terms, Error> {
         let weights = match self {
+            Self::Named(name) if name == "default" && *of_task != *self => {
+                return of_task.weights(self);
+            }
             Self::Named(name) => return named(name),
             Self::Weights(weights) => weights,
         };
@@ -112,14 +133,18 @@ mod tests {
     #[test]
     fn terms_are_named_and_unknown_names_are_refused() {
         let given: Reward = serde_json::from_str(r#"{"progress": 2, "collision": -3}"#).unwrap();
-        assert_eq!(given.weights().unwrap(), [2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0]);
+        let own = Reward::default();
+        let wanted = [2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(given.weights(&own).unwrap(), wanted);
+        assert_eq!(own.weights(&given).unwrap(), wanted, "the task's");
+        assert_eq!(own.weights(&own).unwrap(), DEFAULT);
         let named: Reward = serde_json::from_str(r#""completion""#).unwrap();
-        assert_eq!(named.weights().unwrap(), COMPLETION);
+        assert_eq!(named.weights(&own).unwrap(), COMPLETION);
         let unknown: Reward = serde_json::from_str(r#"{"speed": 2}"#).unwrap();
-        let error = unknown.weights().unwrap_err().to_string();
+        let error = unknown.check().unwrap_err().to_string();
         assert!(error.contains("progress, completion") && error.contains("speed"), "{error}");
-        assert!(Reward::Named("fame".to_owned()).weights().is_err());
-        assert!(Reward::Weights([("arrived".to_owned(), f32::NAN)].into()).weights().is_err());
-        assert_eq!(sum(&[1.0; 7], &[2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0]), -1.0);
+        assert!(Reward::Named("fame".to_owned()).check().is_err());
+        assert!(Reward::Weights([("arrived".to_owned(), f32::NAN)].into()).check().is_err());
+        assert_eq!(sum(&[1.0; 10], &wanted), -1.0);
     }
 }

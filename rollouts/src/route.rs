@@ -3,6 +3,8 @@
 use agents::WayPoint;
 use nalgebra::ComplexField;
 
+use crate::line::{self, StopLine};
+
 /// Distance between points, in metres; the last two may be nearer.
 pub(crate) const STEP_M: f32 = 1.0;
 /// Segments looked at on either side of where a vehicle was before.
@@ -32,6 +34,17 @@ pub(crate) struct Route {
     points: Vec<RoutePoint>,
     /// From each point but the last to the next.
     segments: Vec<Segment>,
+    /// Lines of lights that it crosses, in order.
+    stops: Vec<Stop>,
+}
+
+/// Where a light holds whoever drives a route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stop {
+    /// From the start.
+    pub at_m: f32,
+    /// Position among the map's lights.
+    pub light: usize,
 }
 
 /// What of a piece of a route does not change from step to step.
@@ -83,7 +96,31 @@ impl Route {
             }
         }
         let segments = points.windows(2).map(|pair| Segment::between(&pair[0], &pair[1])).collect();
-        (points.len() >= 2).then_some(Self { points, segments })
+        (points.len() >= 2).then_some(Self { points, segments, stops: Vec::new() })
+    }
+
+    /// With those of the lines that it crosses.
+    pub(crate) fn with_lines(mut self, lines: &[StopLine]) -> Self {
+        let found = lines.iter().filter_map(|line| {
+            let crossed = self.segments.iter().zip(&self.points).find_map(|(segment, from)| {
+                let along = segment.cos * line.cos + segment.sin * line.sin;
+                let (ahead_m, left_m) = segment.seen(line.x_m, line.y_m);
+                let beside = left_m.abs() < line.half_width_m && along > line::HEADING_COS_MIN;
+                let within = (0.0..segment.length_m).contains(&ahead_m);
+                (beside && within).then_some(from.at_m + ahead_m)
+            });
+            crossed.map(|at_m| Stop { at_m, light: line.light })
+        });
+        let mut stops: Vec<Stop> = found.collect();
+        stops.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
+        self.stops = stops;
+        self
+    }
+
+    /// The first line beyond a place.
+    pub(crate) fn stop_after(&self, at_m: f32) -> Option<Stop> {
+        let index = self.stops.partition_point(|stop| stop.at_m <= at_m);
+        self.stops.get(index).copied()
     }
 
     pub(crate) fn length_m(&self) -> f32 {
@@ -203,6 +240,27 @@ mod tests {
         assert_eq!((place.segment, place.at_m, place.left_m), (70, 70.25, -1.0));
         assert_eq!(route.abreast(60.0, 200.0, 90).at_m, 100.0, "beyond the end");
         assert_eq!(route.abreast(-9.0, 0.0, 3).at_m, 0.0, "before the start");
+    }
+
+    #[test]
+    fn lines_of_lights_are_met_in_order_by_whoever_drives_their_way() {
+        let line = |light, x_m, y_m, cos: f32, sin| StopLine {
+            light,
+            x_m,
+            y_m,
+            cos,
+            sin,
+            half_width_m: 1.75,
+        };
+        let route = corner().with_lines(&[
+            line(0, 50.5, 30.0, 0.0, 1.0),
+            line(1, 20.25, 0.5, 1.0, 0.0),
+            line(2, 20.0, 0.0, -1.0, 0.0),
+            line(3, 30.0, 3.5, 1.0, 0.0),
+        ]);
+        assert_eq!(route.stop_after(0.0), Some(Stop { at_m: 20.25, light: 1 }));
+        assert_eq!(route.stop_after(20.25), Some(Stop { at_m: 80.0, light: 0 }));
+        assert_eq!(route.stop_after(80.5), None, "others hold another way");
     }
 
     #[test]

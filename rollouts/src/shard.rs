@@ -11,6 +11,7 @@ use crate::env::{Env, Shared};
 use crate::kinematic::KinematicWorld;
 use crate::physics::PhysicsWorld;
 use crate::rows::Rows;
+use crate::scene::Scene;
 use crate::spec::{Autoreset, Spec, TierKind};
 use crate::tier::Tier;
 
@@ -83,7 +84,7 @@ impl Shard {
     }
 
     /// Writes the rows of all worlds as they are, as after a reset.
-    pub fn show(&self, rows: &mut Rows<'_>) {
+    pub fn show(&mut self, rows: &mut Rows<'_>) {
         for world in 0..self.worlds() {
             self.tier.show_one(world, rows);
         }
@@ -92,7 +93,7 @@ impl Shard {
     /// Writes the rows of one world as it is; those of the others stay as they are.
     ///
     /// - **Domain:** nothing is written for a world that it has not.
-    pub fn show_one(&self, world: usize, rows: &mut Rows<'_>) {
+    pub fn show_one(&mut self, world: usize, rows: &mut Rows<'_>) {
         if world < self.worlds() {
             self.tier.show_one(world, rows);
         }
@@ -164,7 +165,7 @@ fn unknown(world: usize, count: usize) -> Error {
 trait Worlds {
     fn count(&self) -> usize;
     fn reset(&mut self, resets: &[Reset], rows: &mut Rows<'_>) -> Result<(), Error>;
-    fn show_one(&self, world: usize, rows: &mut Rows<'_>);
+    fn show_one(&mut self, world: usize, rows: &mut Rows<'_>);
     fn first_over(&self) -> Option<usize>;
     fn step(&mut self, actions: &[f32], rows: &mut Rows<'_>) -> Result<(), Error>;
     fn snapshot(&self, world: usize) -> Option<Snapshot>;
@@ -174,6 +175,8 @@ trait Worlds {
 struct Of<T: Tier> {
     shared: Arc<Shared<T>>,
     envs: Vec<Env<T>>,
+    /// That of the world whose turn it is.
+    scene: Scene,
 }
 
 fn several<T: Tier + Sync + 'static>(
@@ -186,7 +189,7 @@ fn several<T: Tier + Sync + 'static>(
         let seed = |world: usize| spec.seed.wrapping_add(world as u64);
         let envs = worlds.clone().map(|world| Env::new(&shared, seed(world)));
         let envs = envs.collect::<Result<Vec<_>, _>>()?;
-        let tier = Box::new(Of { shared: Arc::clone(&shared), envs });
+        let tier = Box::new(Of { shared: Arc::clone(&shared), envs, scene: Scene::default() });
         Ok(Shard { tier, autoreset: spec.autoreset, agents: spec.agents })
     };
     parts.iter().map(shard).collect()
@@ -204,14 +207,14 @@ impl<T: Tier + Sync + 'static> Worlds for Of<T> {
                 Reset::Next => env.begin(&self.shared, None)?,
                 Reset::Seed(seed) => env.begin(&self.shared, Some(seed))?,
             }
-            env.show(&self.shared, &mut rows.world(index));
+            env.show(&self.shared, &mut rows.world(index), &mut self.scene);
         }
         Ok(())
     }
 
-    fn show_one(&self, world: usize, rows: &mut Rows<'_>) {
+    fn show_one(&mut self, world: usize, rows: &mut Rows<'_>) {
         if let Some(env) = self.envs.get(world) {
-            env.show(&self.shared, &mut rows.world(world));
+            env.show(&self.shared, &mut rows.world(world), &mut self.scene);
         }
     }
 
@@ -223,7 +226,7 @@ impl<T: Tier + Sync + 'static> Worlds for Of<T> {
         let width = actions.len() / self.envs.len().max(1);
         for (index, env) in self.envs.iter_mut().enumerate() {
             let own = &actions[index * width..(index + 1) * width];
-            env.step(&self.shared, own, &mut rows.world(index))?;
+            env.step(&self.shared, own, &mut rows.world(index), &mut self.scene)?;
         }
         Ok(())
     }

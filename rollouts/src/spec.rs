@@ -7,7 +7,6 @@ use crate::end::End;
 use crate::limits;
 use crate::observe::Observation;
 use crate::reward::Reward;
-use crate::task::Task;
 
 /// How exactly vehicles move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,7 +36,7 @@ pub enum Autoreset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spec {
-    /// Name of one of the [`TASKS`](crate::TASKS).
+    /// Name of one of the [`TASKS`](crate::TASKS), or of another that comes beside the spec.
     pub task: String,
     /// Name of a map.
     pub town: String,
@@ -65,6 +64,12 @@ pub struct Spec {
     pub horizon_secs: Option<f32>,
     /// Pairs of a start and a goal to draw from, at most.
     pub pairs: usize,
+    /// Cars of the world's own traffic; `None`: the task's.
+    pub cars: Option<usize>,
+    /// People on foot; `None`: the task's.
+    pub walkers: Option<usize>,
+    /// Whether the town's traffic lights take their turns; `None`: as the task says.
+    pub lights: Option<bool>,
     /// Steps between two hashes of a world's state; 0: at the ends of episodes alone.
     pub hash_every: u32,
 }
@@ -86,6 +91,9 @@ impl Default for Spec {
             decision_ticks: 2,
             horizon_secs: None,
             pairs: limits::PAIRS_MAX,
+            cars: None,
+            walkers: None,
+            lights: None,
             hash_every: 0,
         }
     }
@@ -107,14 +115,13 @@ impl Spec {
     /// Columns of a row of observations.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.observation.columns().len()
+        self.observation.width()
     }
 
     /// # Errors
     /// `InvalidArgument` with the first value that cannot be.
     pub fn check(&self) -> Result<(), Error> {
-        Task::named(&self.task)?;
-        self.reward.weights()?;
+        self.reward.check()?;
         within("worlds", self.worlds, limits::WORLDS_MAX)?;
         within("agents", self.agents, limits::AGENTS_PER_WORLD_MAX)?;
         within("worlds times agents", self.rows(), limits::ROWS_MAX)?;
@@ -124,6 +131,16 @@ impl Spec {
             self.decision_ticks as usize,
             limits::DECISION_TICKS_MAX as usize,
         )?;
+        for (what, count) in [("cars", self.cars), ("walkers", self.walkers)] {
+            if count.is_some_and(|count| count > limits::OTHERS_MAX) {
+                return Err(Error::new(
+                    ErrorCode::InvalidArgument,
+                    format!("{what} is out of range"),
+                )
+                .wanted(format!("0 to {}", limits::OTHERS_MAX))
+                .found(count.unwrap_or_default()));
+            }
+        }
         let longest = limits::HORIZON_SECS_MAX;
         match self.horizon_secs {
             Some(secs) if !(secs > 0.0 && secs <= longest) => {
@@ -157,7 +174,7 @@ mod tests {
             (Spec { worlds: 0, ..spec.clone() }, "worlds"),
             (Spec { agents: 257, ..spec.clone() }, "1 to 256"),
             (Spec { worlds: 16_384, agents: 5, ..spec.clone() }, "worlds times agents"),
-            (Spec { task: "fly".to_owned(), ..spec.clone() }, "corl17-straight"),
+            (Spec { cars: Some(513), ..spec.clone() }, "0 to 512"),
             (Spec { horizon_secs: Some(f32::NAN), ..spec.clone() }, "horizon_secs"),
             (Spec { decision_ticks: 0, ..spec.clone() }, "decision_ticks"),
         ] {

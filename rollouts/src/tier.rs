@@ -1,8 +1,11 @@
 //! What worlds of every tier can do.
 
+use schemas::TrafficLightColour;
+
 use crate::action::Action;
 use crate::course::{AgentStart, Course};
 use crate::motion::{Contacts, Motion, Shape};
+use crate::scene::Neighbour;
 
 /// A world could not go on: its episode is cut off.
 #[derive(Debug)]
@@ -36,6 +39,12 @@ pub(crate) trait Tier: Clone + Send + Sized {
 
     /// What the agent ran into since it was last asked.
     fn take_contacts(&mut self, agent: usize) -> Contacts;
+
+    /// Adds everybody who is not an agent, in a fixed order.
+    fn others(&self, everybody: &mut Vec<Neighbour>);
+
+    /// Adds what lights show, in the order of the map's; nothing in a world without lights.
+    fn lights(&self, colours: &mut Vec<TrafficLightColour>);
 
     /// Takes an agent out whose episode is over, where those of others go on.
     fn remove(&mut self, agent: usize);

@@ -59,7 +59,7 @@ fn run(spec: &Spec, parts: &[std::ops::Range<usize>], steps: usize) -> Vec<Buffe
     let mut shards = Shard::all(spec, &course, parts).unwrap();
     let mut buffers = Buffers::new(spec);
     let mut seen = Vec::new();
-    for (shard, part) in shards.iter().zip(parts) {
+    for (shard, part) in shards.iter_mut().zip(parts) {
         shard.show(&mut buffers.of_worlds(part.clone()));
     }
     for _ in 0..steps {

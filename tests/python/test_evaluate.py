@@ -9,7 +9,7 @@ import sys
 
 import pytest
 from causeway.evaluate import Cell, Episode, compare, intervals, play, read, summarise
-from causeway.policy import Follow, Forward
+from causeway.policy import Follow, Forward, named
 
 from running_site import PACKAGE, binary
 
@@ -155,3 +155,20 @@ def test_runs_without_a_common_episode_are_not_compared():
     other = Episode(cell, 2, 0, "00", numbers)
     with pytest.raises(ValueError, match="no episode in common"):
         compare([one], [other])
+
+
+def test_a_careful_driver_arrives_among_others_more_often_than_one_who_looks_at_nobody():
+    settings = {"program": str(binary())}
+    cells = [
+        (Cell("nocrash-regular", "Town02", "kinematic", name), named(name))
+        for name in ("follow", "careful")
+    ]
+    episodes = play(cells, seeds=[1], episodes=24, settings=settings)
+    blind, careful = summarise(episodes)
+    lights = [
+        sum(it.numbers["red_lights"] for it in episodes if it.cell == one.cell)
+        for one in (blind, careful)
+    ]
+    print(blind.success, careful.success, lights)
+    assert careful.success > blind.success + 0.2
+    assert lights[1] < lights[0]

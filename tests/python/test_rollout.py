@@ -283,3 +283,56 @@ def test_a_listening_engine_ends_when_asked_and_removes_its_socket(listening):
         process.terminate()
         process.wait(DEADLINE_SECS)
     assert process.returncode == 0 and not path.exists()
+
+
+TASK = """
+about = "Straight on among a few cars."
+ends = ["arrived", "collision"]
+[way]
+length_m = [50, 120]
+bends_degrees_max = 10
+[time]
+mean_kmh = 20
+more_secs = 5
+[start]
+speed_mps = [2, 3]
+beside_m = 0
+turned_rad = 0
+[others]
+cars = 5
+lights = true
+[reward]
+step = -1
+"""
+
+
+def test_a_task_of_ones_own_is_a_file(batch, tmp_path):
+    (tmp_path / "mine.toml").write_text(TASK)
+    mine = batch("mine", tasks=tmp_path, worlds=4, tier="kinematic", normalise=False)
+    assert all(50.0 <= way <= 120.0 for way in mine.ways_m)
+    assert ((mine.observations[:, 0] >= 2.0) & (mine.observations[:, 0] <= 3.0)).all()
+    _, rewards, _, _ = mine.step(np.zeros((4, 2), np.float32))
+    assert (rewards == -1.0).all()
+    with pytest.raises(ValueError, match="there is no such task"):
+        batch("other", tasks=tmp_path)
+    (tmp_path / "mine.toml").write_text(TASK.replace("cars = 5", "lorries = 5"))
+    with pytest.raises(ValueError, match=r"task mine cannot be read: .*line 15") as refused:
+        batch("mine", tasks=tmp_path)
+    assert "lorries" in str(refused.value)
+
+
+def test_blocks_are_parts_of_rows(batch):
+    for observation, names in {
+        "drive": ["ego", "route", "goal", "light", "partners"],
+        "wide": ["ego", "route", "partners", "lights", "road"],
+    }.items():
+        one = batch("corl17-traffic", tier="kinematic", observation=observation, worlds=2)
+        assert [block.name for block in one.blocks] == names
+        assert sum(block.count * block.width for block in one.blocks) == one.width
+        partners = next(block for block in one.blocks if block.name == "partners")
+        part = partners.of(one.observations)
+        assert part.shape == (2, partners.count, partners.width)
+        assert np.shares_memory(part, one.observations)
+        column = one.columns[partners.first]
+        assert column.name.startswith("partners.0.")
+    assert one.width == 1847

@@ -9,6 +9,7 @@ use schemas::{Pose, SplitMix64, Translation3, Vec3};
 
 use super::shuffle;
 use crate::limits::PAIRS_MAX;
+use crate::line::StopLine;
 use crate::route::{Route, STEP_M};
 use crate::task::{Bends, Task};
 
@@ -32,7 +33,14 @@ struct Place {
 
 /// Up to `wanted` pairs, none twice: every start once, then those that have a second goal, and so
 /// on. Starts and goals are at least 10 m from junctions, as the map's spread places are.
-pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> Vec<Pair> {
+pub(super) fn draw(
+    map: &Map,
+    network: &Network,
+    task: &Task,
+    lines: &[StopLine],
+    wanted: usize,
+) -> Vec<Pair> {
+    let bounds_m = *task.way.length_m.of(map.name());
     let places = map.spread_places().iter().filter_map(|place| Place::of(map, network, place));
     let places: Vec<Place> = places.collect();
     let mut random = SplitMix64::new(SEED);
@@ -41,7 +49,7 @@ pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> 
     let mut open: Vec<(usize, Vec<usize>)> = starts
         .into_iter()
         .map(|start| {
-            let mut goals = possible(&places, start, task.bounds_m(map.name()));
+            let mut goals = possible(&places, start, bounds_m);
             shuffle(&mut goals, &mut random);
             (start, goals)
         })
@@ -55,7 +63,7 @@ pub(super) fn draw(map: &Map, network: &Network, task: &Task, wanted: usize) -> 
             }
             let ways = network.ways(places[*start].spot);
             while let Some(goal) = goals.pop() {
-                if let Some(route) = route(map, task, ways.to(places[goal].spot)) {
+                if let Some(route) = route(map, task, lines, ways.to(places[goal].spot)) {
                     found.push(Pair { start: places[*start].pose, route: Arc::new(route) });
                     return true;
                 }
@@ -92,11 +100,12 @@ fn possible(places: &[Place], start: usize, (_, longest_m): (f32, f32)) -> Vec<u
 }
 
 /// The shortest way as a route, if it is one of the task's.
-fn route(map: &Map, task: &Task, way: Option<Way<'_>>) -> Option<Route> {
+fn route(map: &Map, task: &Task, lines: &[StopLine], way: Option<Way<'_>>) -> Option<Route> {
     let way = way?;
-    let (shortest_m, longest_m) = task.bounds_m(map.name());
+    let (shortest_m, longest_m) = *task.way.length_m.of(map.name());
     let fits = (shortest_m..=longest_m).contains(&way.length_m())
-        && (task.fits)(&Bends::of(way.headings()));
+        && task.way.fits(&Bends::of(way.headings()));
     let points = fits.then(|| way.points(STEP_M))?;
-    Route::new(&points, |point| map.lane(&point.on).width_m as f32 / 2.0)
+    let route = Route::new(&points, |point| map.lane(&point.on).width_m as f32 / 2.0)?;
+    Some(route.with_lines(lines))
 }

@@ -12,7 +12,7 @@ fn ways_are_as_long_as_the_task_says_and_enough_for_the_benchmark() {
     for town in ["Town01", "Town02"] {
         for task in ["corl17-straight", "corl17-one-turn", "corl17-navigation", "lane-keep"] {
             let course = course(task, town, 1).unwrap();
-            let (shortest_m, longest_m) = course.task.bounds_m(town);
+            let (shortest_m, longest_m) = *course.task.way.length_m.of(town);
             assert!(course.pair_count() >= 25, "{town} {task}: {}", course.pair_count());
             for length_m in course.lengths_m() {
                 assert!((shortest_m..=longest_m).contains(&length_m), "{town} {task}: {length_m}");
@@ -52,6 +52,25 @@ fn starts_are_the_same_for_everybody_and_apart_from_each_other() {
             assert!(one[..index].iter().all(|other| near(other) > APART_M - 2.0));
         }
     }
+}
+
+#[test]
+fn others_begin_apart_from_agents_and_as_many_as_the_task_says() {
+    let course = course("corl17-traffic", "Town02", 1).unwrap();
+    assert!(course.has_lights() && course.start_count() >= 32 && course.start_count() < STARTS);
+    for index in 0..8 {
+        let start = course.start(index);
+        assert_eq!((start.cars.len(), start.walkers.len()), (15, 50));
+        let own_m = start.agents[0].pose.translation.vector;
+        for car in &start.cars {
+            assert!((car.pose.translation.vector - own_m).norm() > 10.0);
+        }
+        for walker in &start.walkers {
+            assert!((walker.foot_m - own_m).norm() > 3.0);
+        }
+    }
+    let (one, other) = (&course.start(0).cars, &course.start(1).cars);
+    assert!(one.iter().zip(other).any(|(a, b)| a.pose != b.pose), "each start has its own");
 }
 
 #[test]

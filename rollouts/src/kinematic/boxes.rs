@@ -1,5 +1,8 @@
 //! Whether two boxes on the ground touch.
 
+use agents::Body;
+use nalgebra::ComplexField;
+
 /// A box seen from above.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Outline {
@@ -14,6 +17,21 @@ pub(super) struct Outline {
 }
 
 impl Outline {
+    /// That of a body; people are as wide as they are long.
+    pub(super) fn of(body: &Body) -> Self {
+        let level = ComplexField::sqrt(
+            (body.forward.x * body.forward.x + body.forward.y * body.forward.y).max(1.0e-9),
+        );
+        Self {
+            x_m: body.centre_m.x,
+            y_m: body.centre_m.y,
+            cos: body.forward.x / level,
+            sin: body.forward.y / level,
+            half_length_m: body.half_m.x,
+            half_width_m: body.half_m.y,
+        }
+    }
+
     /// By separating axes: those of both boxes.
     ///
     /// - **Source:** Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996, in the plane.

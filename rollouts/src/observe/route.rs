@@ -8,6 +8,11 @@ pub(super) const EGO: usize = 13;
 const AHEAD_M: [f32; 8] = [2.0, 4.0, 7.0, 10.0, 15.0, 20.0, 30.0, 40.0];
 /// Columns of a point.
 const POINT: usize = 4;
+/// All of them.
+pub(super) const WIDTH: usize = EGO + POINT * AHEAD_M.len() + 1;
+
+pub(super) const BLOCKS: [(&str, usize, usize); 3] =
+    [("ego", 1, EGO), ("route", AHEAD_M.len(), POINT), ("goal", 1, 1)];
 
 pub(super) fn columns() -> Vec<Column> {
     let mut columns = ego();
@@ -77,19 +82,4 @@ pub(super) fn encode_ego(view: &View<'_>, row: &mut [f32]) {
         motion.sin * place.cos - motion.cos * place.sin,
         motion.cos * place.cos + motion.sin * place.sin,
     ]);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn there_are_46_columns_of_different_names() {
-        let columns = columns();
-        let names: std::collections::BTreeSet<&str> =
-            columns.iter().map(|column| column.name.as_str()).collect();
-        assert_eq!((columns.len(), names.len()), (46, 46));
-        assert!(columns.iter().all(|column| column.low < column.high && column.scale > 0.0));
-        assert!(names.contains("route.15m.half_width"), "{names:?}");
-    }
 }

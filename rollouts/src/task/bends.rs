@@ -2,6 +2,8 @@
 
 use std::f32::consts::{PI, TAU};
 
+use serde::Deserialize;
+
 /// Turns of a way, in radians.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Bends {
@@ -30,10 +32,44 @@ impl Bends {
         bends
     }
 
-    /// Junctions in which the way turns by an angle between two.
-    pub(crate) fn turns(&self, from_deg: f32, to_deg: f32) -> usize {
-        let range = from_deg.to_radians()..=to_deg.to_radians();
-        self.junctions_rad.iter().filter(|turn| range.contains(&turn.abs())).count()
+    /// Of all turns to either side.
+    pub(crate) fn sum_rad(&self) -> f32 {
+        let junctions_rad: f32 = self.junctions_rad.iter().map(|turn| turn.abs()).sum();
+        junctions_rad + self.elsewhere_rad
+    }
+}
+
+/// How often a way turns by an angle between two in junctions.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Turns {
+    pub degrees: (f32, f32),
+    /// At least and at most.
+    pub count: (usize, usize),
+    /// To which side; `None`: either.
+    pub side: Option<Side>,
+}
+
+/// Where a turn leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Side {
+    Left,
+    Right,
+}
+
+impl Turns {
+    /// Whether a way turns so often.
+    pub(crate) fn hold(&self, bends: &Bends) -> bool {
+        let (from, to) = self.degrees;
+        let range = from.to_radians()..=to.to_radians();
+        let fits = |turn: &&f32| match self.side {
+            None => range.contains(&turn.abs()),
+            Some(Side::Left) => range.contains(*turn),
+            Some(Side::Right) => range.contains(&-**turn),
+        };
+        let found = bends.junctions_rad.iter().filter(fits).count();
+        (self.count.0..=self.count.1).contains(&found)
     }
 }
 
@@ -62,6 +98,8 @@ mod tests {
         assert!((bends.junctions_rad[0] - 1.5).abs() < 1.0e-5);
         assert!(bends.junctions_rad[1].abs() < 1.0e-5);
         assert!((bends.elsewhere_rad - 0.2).abs() < 1.0e-5);
-        assert_eq!(bends.turns(60.0, 120.0), 1);
+        let turns = |side, count| Turns { degrees: (60.0, 120.0), count, side }.hold(&bends);
+        assert!(turns(None, (1, 1)) && turns(Some(Side::Left), (1, 5)));
+        assert!(!turns(Some(Side::Right), (1, 5)) && !turns(None, (2, 5)) && !turns(None, (0, 0)));
     }
 }

@@ -16,6 +16,7 @@ import struct
 import subprocess
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -38,7 +39,12 @@ class Engine:
     """One batch of worlds in a process beside this one, over a socket and a block of memory."""
 
     def __init__(
-        self, request: dict[str, Any], *, address: str | None, program: str, maps: str | None
+        self,
+        request: dict[str, Any],
+        *,
+        address: str | None,
+        program: str,
+        folders: Mapping[str, str | Path | None],
     ) -> None:
         """Opens a batch.
 
@@ -46,7 +52,7 @@ class Engine:
             request: what to open, as the engine reads it.
             address: socket of a running `causeway rollout --listen`; else one is started.
             program: the command `causeway`, found as a shell does.
-            maps: folder of OpenDRIVE files for an engine that is started.
+            folders: by flag, e.g. `maps`, of an engine that is started.
 
         Raises:
             FileNotFoundError: there is no such program or socket.
@@ -56,7 +62,7 @@ class Engine:
         self._process: subprocess.Popen[bytes] | None = None
         self._log: IO[bytes] | None = None
         self._descriptors: list[int] = []
-        self._socket = self._connect(address) if address else self._start(program, maps)
+        self._socket = self._connect(address) if address else self._start(program, folders)
         try:
             self.opened = self._open(request)
         except BaseException:
@@ -78,7 +84,7 @@ class Engine:
             raise
         return sock
 
-    def _start(self, program: str, maps: str | None) -> socket.socket:
+    def _start(self, program: str, folders: Mapping[str, str | Path | None]) -> socket.socket:
         path = shutil.which(program)
         if path is None:
             raise FileNotFoundError(
@@ -86,11 +92,12 @@ class Engine:
             )
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         self._log = tempfile.TemporaryFile()
-        folder = [] if maps is None else ["--maps", str(Path(maps).absolute())]
+        given = {flag: Path(path) for flag, path in folders.items() if path is not None}
+        flags = [part for flag, path in given.items() for part in (f"--{flag}", path.absolute())]
         with theirs:
             # A session of its own: Ctrl-C here is not for the engine, which ends with the socket.
             self._process = subprocess.Popen(
-                [path, "rollout", "--stdin", *folder],
+                [path, "rollout", "--stdin", *flags],
                 stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=self._log,

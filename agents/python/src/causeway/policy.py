@@ -1,13 +1,14 @@
 """Drivers for batches of worlds: rows of observations in, rows of actions out.
 
-:func:`named` gives one by name: `forward`, `random`, `follow`, or a file that
-:meth:`Mlp.save` wrote. Anything else with :meth:`Policy.begin` and :meth:`Policy.act`
+:func:`named` gives one by name: `forward`, `random`, `follow`, `careful`, or a file
+that :meth:`Mlp.save` wrote. Anything else with :meth:`Policy.begin` and :meth:`Policy.act`
 is a policy, too.
 """
 
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -91,6 +92,82 @@ class Follow:
         return np.stack([angle / self.LOCK_RAD, pedal], axis=1).astype(np.float32)
 
 
+class Careful(Follow):
+    """As `follow`, and slows down for whoever is on its way and for lights that are not green.
+
+    It reads `observation="drive"`.
+    """
+
+    observation = "drive"
+
+    #: From the rear axle to the front bumper, and room kept before others.
+    FRONT_M = 3.9
+    ROOM_M = 2.5
+    #: Half the width that it needs on its way, and for people a little more.
+    HALF_WIDTH_M = 1.5
+    MORE_TO_WALKERS_M = 0.7
+    BRAKE_MPS2 = 3.0
+    #: Where others are looked for along the way, in metres, and how far ahead in time.
+    REACH_M = np.arange(0.0, 41.0, 1.0)
+    LATER_SECS = (0.0, 0.7, 1.4)
+    #: From the box centre, to which distances of lights are told, to the front bumper.
+    HALF_LENGTH_M = 2.6
+
+    def begin(self, batch: Batch, seed: int) -> None:
+        super().begin(batch, seed)
+        blocks = {block.name: block for block in batch.blocks}
+        if "partners" not in blocks or "light" not in blocks:
+            raise ValueError('the policy reads observation="drive"')
+        self._blocks = blocks
+        names = [column.name for column in batch.columns]
+        points = [name.split(".")[1] for name in names if name.endswith("half_width")]
+        self._points_m = [0.0, *(float(point.removesuffix("m")) for point in points)]
+
+    def act(self, observations: Floats) -> Floats:
+        actions = super().act(observations)
+        rows = observations / self._scales
+        speed = rows[:, self._at["ego.speed"]]
+        wanted = np.minimum(self._others_mps(rows), self._light_mps(rows, speed))
+        actions[:, 1] = np.minimum(actions[:, 1], np.clip(wanted - speed, -1.0, 1.0))
+        return actions
+
+    def _others_mps(self, rows: Floats) -> NDArray[np.floating[Any]]:
+        """As fast as whoever is first on the way allows."""
+        route = self._blocks["route"].of(rows)[:, :, :2]
+        points = np.concatenate([np.zeros((len(rows), 1, 2)), route], axis=1)
+        at = np.interp(self.REACH_M, self._points_m, np.arange(len(self._points_m)))
+        low = np.minimum(at.astype(int), len(self._points_m) - 2)
+        share = (at - low)[np.newaxis, :, np.newaxis]
+        way = points[:, low] * (1.0 - share) + points[:, low + 1] * share
+        partners = self._blocks["partners"].of(rows)
+        there, walks = partners[..., :2].any(axis=-1), partners[..., 1] > 0.0
+        half_m = 0.5 * np.where(walks, 0.6 + 2.0 * self.MORE_TO_WALKERS_M, partners[..., 9])
+        along = np.where(walks, 0.0, np.maximum(partners[..., 4], 0.0))
+        wanted = np.full(len(rows), np.inf)
+        for secs in self.LATER_SECS:
+            # Vehicles are where they will be later by their own speed, but none ahead comes nearer.
+            places = partners[..., 2:4] + secs * partners[..., 4:6] * walks[..., np.newaxis]
+            apart = np.linalg.norm(places[:, :, np.newaxis] - way[:, np.newaxis], axis=-1)
+            nearest = apart.argmin(axis=-1)
+            beside = np.take_along_axis(apart, nearest[..., np.newaxis], axis=-1)[..., 0]
+            hit = there & (places[..., 0] > 0.0) & (beside < self.HALF_WIDTH_M + half_m)
+            length = np.where(walks, 0.6, np.abs(partners[..., 6]) * partners[..., 8])
+            gap = self.REACH_M[nearest] - self.FRONT_M - 0.5 * length - self.ROOM_M
+            allowed = np.sqrt(along**2 + 2.0 * self.BRAKE_MPS2 * np.maximum(gap, 0.0))
+            wanted = np.minimum(wanted, np.where(hit, allowed, np.inf).min(axis=-1))
+        return wanted
+
+    def _light_mps(
+        self, rows: Floats, speed: NDArray[np.floating[Any]]
+    ) -> NDArray[np.floating[Any]]:
+        """As fast as a light allows that will be red."""
+        distance, red, yellow, _ = self._blocks["light"].of(rows)[:, 0].T
+        gap = np.maximum(distance - self.HALF_LENGTH_M - 0.5, 0.0)
+        can_stop = speed**2 < 2.0 * self.BRAKE_MPS2 * gap
+        stop = (red > 0.0) | (yellow > 0.0) & can_stop
+        return np.where(stop, np.sqrt(2.0 * self.BRAKE_MPS2 * gap), np.inf)
+
+
 class Mlp:
     """A network of fully connected layers, tanh between them; its last layer is the action.
 
@@ -107,6 +184,13 @@ class Mlp:
         self.columns = columns
         self.scales = np.array(scales, np.float32)
         self._factors = np.ones(len(columns), np.float32)
+
+    @property
+    def observation(self) -> str:
+        """What a batch must show it."""
+        if "road.0.x" in self.columns:
+            return "wide"
+        return "drive" if "partners.0.x" in self.columns else "route"
 
     def begin(self, batch: Batch, seed: int) -> None:
         del seed
@@ -183,11 +267,17 @@ def _arrays(path: Path) -> dict[str, Any]:
 
 
 #: Policies by name.
-NAMES: dict[str, type[Forward] | type[Random] | type[Follow]] = {
+NAMES: dict[str, Callable[[], Policy]] = {
     "forward": Forward,
     "random": Random,
     "follow": Follow,
+    "careful": Careful,
 }
+
+
+def observation(policy: Policy) -> str:
+    """The observation of batches that a policy drives: its `observation`, or else `route`."""
+    return str(getattr(policy, "observation", "route"))
 
 
 def named(text: str) -> Policy:

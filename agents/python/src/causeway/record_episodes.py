@@ -34,15 +34,19 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--town", default="Town02", help="(%(default)s)")
     parser.add_argument("--tier", default="physics", help="(%(default)s)")
     parser.add_argument("--policy", default="follow", help=f"{', '.join(policy.NAMES)}, FILE.npz")
+    parser.add_argument("--observation", help="what is recorded; by default what the policy reads")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.mcap")
     parser.add_argument("--maps", help="folder of further OpenDRIVE files")
+    parser.add_argument("--task-files", help="folder of further tasks, NAME.toml")
     parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")
     return parser.parse_args()
 
 
 def record(options: argparse.Namespace) -> int:
     settings = {"town": options.town, "tier": options.tier, "normalise": True}
-    folders = {"maps": options.maps, "program": options.program}
+    folders = {"maps": options.maps, "tasks": options.task_files, "program": options.program}
+    if options.observation:
+        settings["observation"] = options.observation
     about, episodes = play(
         options.task,
         policy.named(options.policy),

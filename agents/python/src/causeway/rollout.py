@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from causeway.engine import Array, Engine, EngineError
 
-__all__ = ["Batch", "Column", "EngineError"]
+__all__ = ["Batch", "Block", "Column", "EngineError"]
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -48,6 +48,21 @@ class Column:
     low: float
     high: float
     scale: float
+
+
+@dataclass(frozen=True)
+class Block:
+    """Columns that belong together: `count` things of `width` columns each from `first` on."""
+
+    name: str
+    first: int
+    count: int
+    width: int
+
+    def of(self, observations: Floats) -> Floats:
+        """Its part of rows of observations, as a view of shape ``(rows, count, width)``."""
+        part = observations[:, self.first : self.first + self.count * self.width]
+        return part.reshape(len(observations), self.count, self.width)
 
 
 class Batch:
@@ -76,11 +91,15 @@ class Batch:
         decision_ticks: int = 2,
         horizon_secs: float | None = None,
         pairs: int | None = None,
+        cars: int | None = None,
+        walkers: int | None = None,
+        lights: bool | None = None,
         hash_every: int = 0,
         slots: int = 2,
         threads: int | None = None,
         address: str | Path | None = None,
         maps: str | Path | None = None,
+        tasks: str | Path | None = None,
         program: str = "causeway",
         timeout_secs: float = 60.0,
     ) -> None:
@@ -101,11 +120,15 @@ class Batch:
             decision_ticks: ticks of 50 ms for which an action holds.
             horizon_secs: when an episode is cut off; by default by the length of its way.
             pairs: of a start and a goal to draw from, at most.
+            cars: of the world's own traffic; by default the task's.
+            walkers: people on foot; by default the task's.
+            lights: whether the town's traffic lights take their turns; by default as the task says.
             hash_every: steps between two hashes of a world's state; 0: at ends of episodes alone.
             slots: copies of all arrays, 2 to 4.
             threads: of the engine; by default one for each 64 worlds, as far as there are cores.
             address: socket of a running `causeway rollout --listen`; else one is started.
             maps: folder of OpenDRIVE files for an engine that is started.
+            tasks: folder of tasks, `NAME.toml`, for an engine that is started.
             program: the command `causeway`, found as a shell does.
             timeout_secs: how long a step may take.
 
@@ -127,6 +150,9 @@ class Batch:
             "autoreset": autoreset,
             "decision_ticks": decision_ticks,
             "horizon_secs": horizon_secs,
+            "cars": cars,
+            "walkers": walkers,
+            "lights": lights,
             "hash_every": hash_every,
         }
         if pairs is not None:
@@ -135,13 +161,14 @@ class Batch:
             {"spec": spec, "slots": slots, "threads": threads},
             address=None if address is None else str(address),
             program=program,
-            maps=None if maps is None else str(maps),
+            folders={"maps": maps, "tasks": tasks},
         )
         # Also for a batch that nobody closes.
         self._end = weakref.finalize(self, self._engine.close)
         opened = self._engine.opened
         self.spec: dict[str, Any] = opened["spec"]
         self.columns = [Column(**column) for column in opened["columns"]]
+        self.blocks = [Block(**block) for block in opened["blocks"]]
         self.episode_columns: list[str] = opened["episode_columns"]
         self.step_secs: float = opened["step_secs"]
         self.ways_m: list[float] = opened["ways_m"]

@@ -1,7 +1,7 @@
 """Episodes as data sets: recorded as MCAP, exported as Parquet and in LeRobot's layout.
 
 `python -m causeway.record_episodes` records, `python -m causeway.dataset` exports; both need
-``pip install mcap pyarrow``.
+``pip install 'causeway[data]'``.
 """
 
 from causeway.dataset.episodes import About, Recorded, play

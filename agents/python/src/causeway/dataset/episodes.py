@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from causeway.policy import Policy
+from causeway.policy import Policy, observation
 from causeway.rollout import Batch
 
 #: Worlds that are driven side by side.
@@ -82,7 +82,8 @@ def play(
     if not seeds:
         raise ValueError("there is nothing to record: wanted one seed or more")
     own = {"worlds": min(len(seeds), WORLDS), "agents": 1, "hash_every": 1}
-    batch = Batch(task, **{**dict(settings or {}), **own, "autoreset": "next_step"})
+    shown = {"observation": observation(policy), **dict(settings or {})}
+    batch = Batch(task, **{**shown, **own, "autoreset": "next_step"})
     about = About(
         spec=batch.spec,
         columns=[vars(column) for column in batch.columns],

@@ -92,7 +92,7 @@ def write(
                 now += PAUSE_SECS
                 yield episode
         finally:
-            writer.finish()  # type: ignore[no-untyped-call]
+            writer.finish()
 
 
 def _step(number: int, frame: int, episode: Recorded) -> dict[str, Any]:

@@ -50,6 +50,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--against", type=Path, help="results.json of another run to compare with")
     parser.add_argument("--fail-under", type=float, help="least success of every cell, 0 to 1")
     parser.add_argument("--maps", help="folder of further OpenDRIVE files")
+    parser.add_argument("--task-files", help="folder of further tasks, NAME.toml")
     parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")
     return parser.parse_args()
 
@@ -67,7 +68,11 @@ def evaluate(options: argparse.Namespace) -> int:
         for name, driver in policies
     ]
     before = read(options.against) if options.against else None
-    settings: dict[str, Any] = {"program": options.program, "maps": options.maps}
+    settings: dict[str, Any] = {
+        "program": options.program,
+        "maps": options.maps,
+        "tasks": options.task_files,
+    }
     episodes = play(cells, seeds=options.seeds, episodes=options.episodes, settings=settings)
     summaries = summarise(episodes)
     print(table(summaries))

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from causeway.policy import Policy
+from causeway.policy import Policy, observation
 from causeway.rollout import Batch
 
 #: Episodes of one seed have numbers below this.
 EPISODES_END = 1_000_000
 #: By the number in the column `cause`.
-CAUSES = ("", "arrived", "collision", "off_route", "overturned", "time", "fault")
+CAUSES = ("", "arrived", "collision", "off_route", "overturned", "time", "fault", "red_light")
 
 
 @dataclass(frozen=True, order=True)
@@ -90,11 +90,11 @@ def play(
         raise ValueError(f"1 to {EPISODES_END - 1} episodes of one seed or more, not {episodes}")
     played: list[Episode] = []
     batch: Batch | None = None
-    opened: Cell | None = None
+    opened: tuple[str, ...] = ()
     try:
         for cell, policy in cells:
-            place = (cell.task, cell.town, cell.tier)
-            if opened is None or place != (opened.task, opened.town, opened.tier):
+            place = (cell.task, cell.town, cell.tier, observation(policy))
+            if place != opened:
                 if batch is not None:
                     batch.close()
                 batch = Batch(
@@ -104,9 +104,10 @@ def play(
                         "worlds": len(seeds) * episodes,
                         "town": cell.town,
                         "tier": cell.tier,
+                        "observation": observation(policy),
                     },
                 )
-                opened = cell
+                opened = place
             assert batch is not None
             played += _drive(batch, cell, policy, seeds, episodes)
     finally:

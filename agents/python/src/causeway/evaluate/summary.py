@@ -10,7 +10,7 @@ from causeway.evaluate import intervals
 from causeway.evaluate.episodes import CAUSES, Cell, Episode
 from causeway.evaluate.intervals import Interval
 
-COLLISIONS = ("collisions_vehicle", "collisions_walker", "collisions_static")
+COUNTED = ("collisions_vehicle", "collisions_walker", "collisions_static", "red_lights")
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Summary:
     completion: float
     completion_interval: Interval
     km: float
-    #: Of whatever was run into, and of times off the way.
+    #: Of whatever was run into, of red lights that were run, and of times off the way.
     infractions: int
     infractions_per_km: float
     infractions_interval: Interval
@@ -62,12 +62,13 @@ def summarise(episodes: Iterable[Episode]) -> list[Summary]:
 
 def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
     def column(name: str) -> list[float]:
-        return [episode.numbers[name] for episode in episodes]
+        # Results of earlier versions lack some.
+        return [episode.numbers.get(name, 0.0) for episode in episodes]
 
     count, successes = len(episodes), sum(episode.success for episode in episodes)
     km = [metres / 1000.0 for metres in column("driven_m")]
     left = [float(episode.cause == "off_route") for episode in episodes]
-    kinds = [*(column(name) for name in COLLISIONS), left]
+    kinds = [*(column(name) for name in COUNTED), left]
     infractions = [sum(counts) for counts in zip(*kinds, strict=True)]
     causes = [episode.cause for episode in episodes]
     secs = sum(column("secs"))
