@@ -111,6 +111,31 @@ def test_two_people_share_a_composed_site(names_of_project, tmp_path):
             drive(f"http://anybody:{token}@127.0.0.1:{http}", own)
 
 
+@pytest.mark.usefixtures("images")
+def test_four_openenv_servers_share_one_site_that_carla_host_names(names_of_project):
+    settings = {"CAUSEWAY_IMAGE": FULL, "CAUSEWAY_CORE_IMAGE": CORE}
+    with composed(names_of_project, ["deploy/compose.split.yaml"], settings) as run:
+        run("up", "--detach", "--scale", "env=4")
+        places = [run("port", "--index", str(n), "env", "8000").strip() for n in range(1, 5)]
+        assert len(set(places)) == 4
+        with contextlib.ExitStack() as stack:
+            sessions = []
+            for place in places:
+                wait_until_healthy(f"http://{place}")
+                sessions.append(stack.enter_context(Session(f"http://{place}")))
+            speeds = []
+            for session in sessions:
+                session.reset("trolley_saves", seed=1)
+            for count, session in enumerate(sessions):
+                for action in ["observe"] * (3 - count) + ["emergency_stop"] * count:
+                    seen = session.step(action)
+                speeds.append(seen.observation["speed_kmh"])
+                assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
+        # Each braked for one step more than the one before it, in a world of its own.
+        assert speeds == sorted(speeds, reverse=True)
+        assert len(set(speeds)) == 4
+
+
 @contextlib.contextmanager
 def composed(project: str, files: list[str], settings: dict[str, str]):
     """Runs words of docker-compose; takes everything down at the end."""
