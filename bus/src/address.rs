@@ -17,16 +17,18 @@ fn site_on(host: Option<&str>) -> String {
     format!("tcp/{}:7460", host.filter(|host| !host.is_empty()).unwrap_or("127.0.0.1"))
 }
 
-/// A TCP address of the bus, e.g. `tcp/127.0.0.1:7460` or `tcp/world.example:7460`.
+/// An address of the bus, e.g. `tcp/127.0.0.1:7460`, or `tls/world.example:7460` where both sides
+/// show certificates.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BusAddress {
+    is_tls: bool,
     host: String,
     port: u16,
 }
 
 /// Why a text is not an [`BusAddress`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a bus address is tcp/HOST:PORT, e.g. tcp/127.0.0.1:7460, not {found:?}")]
+#[error("a bus address is tcp/HOST:PORT, e.g. tcp/127.0.0.1:7460, or tls/HOST:PORT, not {found:?}")]
 pub struct InvalidBusAddress {
     /// The text, cut to 128 characters.
     pub found: String,
@@ -35,7 +37,12 @@ pub struct InvalidBusAddress {
 impl BusAddress {
     /// A port of this host's loopback; port 0 means any free one.
     pub fn loopback(port: u16) -> Self {
-        Self { host: "127.0.0.1".to_owned(), port }
+        Self { is_tls: false, host: "127.0.0.1".to_owned(), port }
+    }
+
+    /// Whether both sides show certificates.
+    pub fn is_tls(&self) -> bool {
+        self.is_tls
     }
 
     /// The port.
@@ -49,7 +56,7 @@ impl BusAddress {
             return Ok(self.clone());
         }
         let port = self.bind()?.local_addr()?.port();
-        Ok(Self { host: self.host.clone(), port })
+        Ok(Self { port, ..self.clone() })
     }
 
     /// Takes the port, to see whether it can be taken.
@@ -65,14 +72,19 @@ impl FromStr for BusAddress {
 
     fn from_str(text: &str) -> Result<Self, InvalidBusAddress> {
         let parse = || {
-            let (host, port) = text.strip_prefix("tcp/")?.rsplit_once(':')?;
+            let (protocol, place) = text.split_once('/')?;
+            let is_tls = protocol == "tls";
+            if !is_tls && protocol != "tcp" {
+                return None;
+            }
+            let (host, port) = place.rsplit_once(':')?;
             let in_brackets = host.starts_with('[') && host.ends_with(']');
             let of_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
             let of_ip6 = |c: char| c.is_ascii_hexdigit() || matches!(c, ':' | '.' | '[' | ']');
             let well_formed =
                 if in_brackets { host.chars().all(of_ip6) } else { host.chars().all(of_name) };
             let port = port.parse().ok()?;
-            (!host.is_empty() && well_formed).then(|| Self { host: host.to_owned(), port })
+            (!host.is_empty() && well_formed).then(|| Self { is_tls, host: host.to_owned(), port })
         };
         parse().ok_or_else(|| InvalidBusAddress { found: text.chars().take(128).collect() })
     }
@@ -80,7 +92,8 @@ impl FromStr for BusAddress {
 
 impl fmt::Display for BusAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tcp/{}:{}", self.host, self.port)
+        let protocol = if self.is_tls { "tls" } else { "tcp" };
+        write!(f, "{protocol}/{}:{}", self.host, self.port)
     }
 }
 
@@ -90,7 +103,7 @@ mod tests {
 
     #[test]
     fn what_is_written_parses_back() {
-        for text in ["tcp/127.0.0.1:7460", "tcp/world-0.site:1", "tcp/[::1]:65535"] {
+        for text in ["tcp/127.0.0.1:7460", "tls/world-0.site:1", "tcp/[::1]:65535"] {
             assert_eq!(text.parse::<BusAddress>().unwrap().to_string(), text);
         }
     }

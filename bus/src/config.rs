@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use schemas::limits;
+use schemas::{Tenant, limits};
 
-use crate::{BusAddress, BusError};
+use crate::{BusAddress, BusError, Identity, access};
 
 /// Largest message the transport accepts, in bytes: the largest legal payload and its envelope.
 const MESSAGE_BYTES_MAX: usize = {
@@ -45,6 +45,11 @@ pub struct BusConfig {
     pub connect: Vec<BusAddress>,
     /// How long [`Bus::open`](crate::Bus::open) waits for the first connection; `None`: for ever.
     pub connect_deadline: Option<Duration>,
+    /// For addresses with TLS. Who listens at one denies what the role of a certificate does not
+    /// need.
+    pub identity: Option<Identity>,
+    /// Tenants whose certificates may watch their worlds, for who listens with TLS.
+    pub watchers: Vec<Tenant>,
 }
 
 impl BusConfig {
@@ -110,17 +115,35 @@ impl BusConfig {
             return Err(BusError::NoAddress);
         }
         let mut config = zenoh::Config::default();
-        for (name, value) in settings {
+        for (name, value) in settings.into_iter().chain(self.secured()?) {
             config
                 .insert_json5(name, &value)
                 .map_err(|cause| BusError::Setting { name, cause: cause.to_string() })?;
         }
         Ok(config)
     }
+
+    /// Settings of addresses with TLS.
+    fn secured(&self) -> Result<Vec<(&'static str, String)>, BusError> {
+        let mut secured = self.listen.iter().chain(&self.connect).filter(|one| one.is_tls());
+        let Some(identity) = &self.identity else {
+            return match secured.next() {
+                Some(address) => Err(BusError::NoIdentity { address: address.clone() }),
+                None => Ok(Vec::new()),
+            };
+        };
+        let mut settings = identity.settings()?.to_vec();
+        if self.listen.iter().any(BusAddress::is_tls) {
+            settings.push(("access_control", access::list(&self.watchers).to_string()));
+        }
+        Ok(settings)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
     use super::*;
 
     #[test]
@@ -133,5 +156,26 @@ mod tests {
         }
         .to_zenoh()
         .unwrap();
+    }
+
+    #[test]
+    fn an_address_with_tls_wants_certificates_and_has_an_access_list() {
+        let config = BusConfig::listening("tls/127.0.0.1:0".parse().unwrap());
+        assert!(matches!(config.to_zenoh(), Err(BusError::NoIdentity { .. })));
+        let file = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"));
+        let identity = |key: &str| {
+            let (authority, certificate) = (file.clone(), file.clone());
+            Some(Identity { authority, certificate, key: file.with_file_name(key) })
+        };
+        let absent = BusConfig { identity: identity("nothing.key"), ..config.clone() }.to_zenoh();
+        assert!(absent.unwrap_err().to_string().contains("nothing.key"));
+        let watchers = vec!["alice".parse().unwrap()];
+        let config = BusConfig { identity: identity("Cargo.toml"), watchers, ..config };
+        let list = config.to_zenoh().unwrap().get_json("access_control").unwrap();
+        assert!(list.contains("\"deny\"") && list.contains("tenant-alice"), "{list}");
+        // Who only connects denies nobody anything.
+        let config = BusConfig { connect: config.listen, listen: Vec::new(), ..config.clone() };
+        let list = config.to_zenoh().unwrap().get_json("access_control").unwrap();
+        assert!(!list.contains("tenant-alice"), "{list}");
     }
 }

@@ -27,6 +27,20 @@ pub enum BusError {
         /// What the transport says.
         cause: String,
     },
+    /// Nobody is known there without a certificate.
+    #[error("{address} asks for certificates: give --bus-ca, --bus-cert and --bus-key")]
+    NoIdentity {
+        /// As given.
+        address: BusAddress,
+    },
+    /// A certificate or a key that is not there, or not for this user to read.
+    #[error("cannot read {path:?}: {cause}; see --bus-ca, --bus-cert and --bus-key")]
+    IdentityFile {
+        /// As given.
+        path: std::path::PathBuf,
+        /// What the operating system says.
+        cause: std::io::Error,
+    },
     /// A setting the transport refuses; our own fault.
     #[error("the bus refuses the setting {name}: {cause}")]
     Setting {

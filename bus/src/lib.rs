@@ -27,12 +27,14 @@
 //! # }
 //! ```
 
+mod access;
 mod address;
 mod channel;
 mod config;
 mod draining;
 mod error;
 mod frames;
+mod identity;
 mod incoming;
 mod loads;
 mod presence;
@@ -49,6 +51,7 @@ pub use config::BusConfig;
 pub use draining::Draining;
 pub use error::BusError;
 pub use frames::{FrameListeners, FrameSubscription, PublishedFrame};
+pub use identity::{Identity, IdentityArgs};
 pub use incoming::{Incoming, Serving};
 pub use loads::Loads;
 pub use presence::{Announcement, Presence, Watch, unused_id};

@@ -120,8 +120,8 @@ async fn gateway(
         "Bytes kept to make worlds again",
         move || recovery.used() as f64,
     );
-    let bus =
-        Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
+    let (connect, identity) = (config.connect.clone(), config.identity.clone());
+    let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
     let ports: Vec<String> =
         config.endpoints.iter().map(|endpoint| endpoint.ports.calls.to_string()).collect();
     let alive = Alive {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bus::BusAddress;
+use bus::{BusAddress, Identity, IdentityArgs};
 use schemas::{Lease, ServiceId, ServiceKind, Tenant};
 use worlds::Budget;
 
@@ -25,9 +25,12 @@ const FPS_MAX: f64 = 1_000.0;
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Addresses of the bus; without them CARLA_HOST names the host
-    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
+    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "(tcp|tls)/HOST:PORT",
         default_value = bus::site_address())]
     pub connect: Vec<BusAddress>,
+    /// Certificates.
+    #[command(flatten)]
+    pub identity: IdentityArgs,
     /// Ports of CARLA endpoints, each a world of its own, with its owner if that is not --tenant
     #[arg(
         long,
@@ -116,6 +119,8 @@ pub enum AfterReplays {
 #[derive(Clone, Debug)]
 pub struct Config {
     pub(crate) connect: Vec<BusAddress>,
+    /// On a bus with TLS.
+    pub(crate) identity: Option<Identity>,
     pub(crate) endpoints: Vec<EndpointConfig>,
     pub(crate) host: IpAddr,
     pub(crate) id: ServiceId,
@@ -184,6 +189,7 @@ impl Config {
             endpoints::endpoints(&args.port, &args.stream_port, &args.allow, &args.tenant)?;
         Ok(Self {
             connect: args.connect.clone(),
+            identity: args.identity.identity(),
             endpoints,
             host: args.host,
             id: args.id.clone(),

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use bus::{Bus, BusAddress, BusConfig, BusError};
+use bus::{Bus, BusAddress, BusConfig, BusError, IdentityArgs};
+use schemas::Tenant;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::failure::Failure;
@@ -11,13 +12,18 @@ use crate::watched::{self, AdminArgs};
 /// Settings of a router.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Where services and clients connect. Loopback unless told otherwise: the bus has no
-    /// authentication of its own.
-    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
+    /// Where services and clients connect. With tcp/ anybody who reaches it may do anything, with
+    /// tls/ the common name of a certificate says what.
+    #[arg(long, value_name = "(tcp|tls)/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
     listen: Vec<BusAddress>,
     /// Other routers to join.
-    #[arg(long, value_name = "tcp/HOST:PORT")]
+    #[arg(long, value_name = "(tcp|tls)/HOST:PORT")]
     connect: Vec<BusAddress>,
+    #[command(flatten)]
+    identity: IdentityArgs,
+    /// Tenants whose certificates, tenant-NAME, may watch their own worlds
+    #[arg(long, value_name = "TENANT")]
+    watcher: Vec<Tenant>,
     #[command(flatten)]
     admin: AdminArgs,
 }
@@ -51,7 +57,13 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
 }
 
 async fn open(args: Args) -> Result<Bus, BusError> {
-    let config = BusConfig { listen: args.listen, connect: args.connect, ..BusConfig::default() };
+    let config = BusConfig {
+        listen: args.listen,
+        connect: args.connect,
+        identity: args.identity.identity(),
+        watchers: args.watcher,
+        ..BusConfig::default()
+    };
     let bus = Bus::open(config).await?;
     for address in bus.listening() {
         tracing::info!("routing on {address}");

@@ -83,7 +83,8 @@ pub fn run(args: Args, monitor: &Monitor) -> Result<(), ServiceError> {
 pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, ServiceError> {
     let choice = config.adapter.clone();
     let opening = tokio::task::spawn_blocking(move || open(choice));
-    let bus = Bus::open(BusConfig { connect: config.connect, ..BusConfig::default() }).await?;
+    let (connect, identity) = (config.connect, config.identity);
+    let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
     let renderer = opening.await.map_err(|_| ServiceError::Panicked)?;
     let adapter = match &renderer {
         Ok(renderer) => renderer.adapter_name().to_owned(),

@@ -1,6 +1,6 @@
 //! What was typed, and what the service runs with.
 
-use bus::BusAddress;
+use bus::{BusAddress, Identity, IdentityArgs};
 use schemas::{ServiceId, ServiceKind};
 
 use crate::AdapterChoice;
@@ -9,9 +9,12 @@ use crate::AdapterChoice;
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Addresses of the bus; without them CARLA_HOST names the host
-    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
+    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "(tcp|tls)/HOST:PORT",
         default_value = bus::site_address())]
     pub connect: Vec<BusAddress>,
+    /// Certificates.
+    #[command(flatten)]
+    pub identity: IdentityArgs,
     /// Name on the bus; two of one kind need different ones [default: a random one]
     #[arg(long, default_value_t = bus::unused_id(ServiceKind::Render), hide_default_value = true)]
     pub id: ServiceId,
@@ -31,6 +34,8 @@ pub struct Args {
 pub struct Config {
     /// What it joins; never empty.
     pub connect: Vec<BusAddress>,
+    /// By what it is known on a bus with TLS.
+    pub identity: Option<Identity>,
     /// Name on the bus.
     pub id: ServiceId,
     /// What draws.
@@ -39,6 +44,11 @@ pub struct Config {
 
 impl From<Args> for Config {
     fn from(args: Args) -> Self {
-        Self { connect: args.connect, id: args.id, adapter: AdapterChoice::parse(&args.adapter) }
+        Self {
+            connect: args.connect,
+            identity: args.identity.identity(),
+            id: args.id,
+            adapter: AdapterChoice::parse(&args.adapter),
+        }
     }
 }

@@ -151,8 +151,8 @@ async fn join_bus(
     bus_sender: watch::Sender<Option<Bus>>,
     monitor: &Monitor,
 ) -> Result<std::convert::Infallible, RunError> {
-    let bus =
-        Bus::open(BusConfig { connect: config.connect.clone(), ..BusConfig::default() }).await?;
+    let (connect, identity) = (config.connect.clone(), config.identity.clone());
+    let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
     let alive = Alive {
         kind: ServiceKind::Scenario,
         id: config.id.clone(),

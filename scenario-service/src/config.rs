@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bus::BusAddress;
+use bus::{BusAddress, Identity, IdentityArgs};
 use clap::Args as ClapArgs;
 use schemas::{ServiceId, ServiceKind, Tenant};
 
@@ -17,9 +17,12 @@ use crate::session::table::IdleTimes;
 #[derive(Clone, Debug, ClapArgs)]
 pub struct Args {
     /// Addresses of the bus; without them CARLA_HOST names the host
-    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "tcp/HOST:PORT",
+    #[arg(long, env = "CAUSEWAY_BUS", value_delimiter = ',', value_name = "(tcp|tls)/HOST:PORT",
         default_value = bus::site_address())]
     pub connect: Vec<BusAddress>,
+    /// Certificates.
+    #[command(flatten)]
+    pub identity: IdentityArgs,
     /// Address of the OpenEnv face.
     #[arg(long, default_value = "8000", value_name = "[IP:]PORT", value_parser = http_address)]
     pub http: SocketAddr,
@@ -69,6 +72,8 @@ pub struct Args {
 pub(crate) struct Config {
     /// Bus addresses.
     pub(crate) connect: Vec<BusAddress>,
+    /// On a bus with TLS.
+    pub(crate) identity: Option<Identity>,
     /// Address of the face.
     pub(crate) http: SocketAddr,
     /// On the bus.
@@ -149,6 +154,7 @@ impl Config {
         }
         Ok(Self {
             connect: args.connect.clone(),
+            identity: args.identity.identity(),
             http: args.http,
             id: args.id.clone(),
             tokens: args.tokens.clone(),

@@ -159,6 +159,31 @@ def test_the_shared_server_asks_for_tokens_and_a_gpu():
     assert by_name["render"]["spec"]["strategy"]["rollingUpdate"]["maxSurge"] == 0
 
 
+def test_the_shared_server_has_certificates_on_its_bus():
+    roles = {}
+    for workload in workloads(built(TREE / "overlays" / "gpu")):
+        container, pod = container_of(workload), pod_of(workload)
+        env = {one["name"]: one["value"] for one in container["env"]}
+        (mount,) = (one for one in container["volumeMounts"] if one["name"] == "bus")
+        files = [env[f"CAUSEWAY_BUS_{name}"] for name in ("CA", "CERT", "KEY")]
+        assert files == [
+            f"{mount['mountPath']}/{file}" for file in ("ca.crt", "tls.crt", "tls.key")
+        ]
+        told = " ".join([*container["args"], env.get("CAUSEWAY_BUS", "")])
+        assert "tls/router-" in told
+        assert "tcp/" not in told
+        (volume,) = (one for one in pod["volumes"] if one["name"] == "bus")
+        roles[name_of(workload)] = volume["secret"]["secretName"].removeprefix("bus-")
+    assert roles == {
+        "router-0": "router",
+        "router-1": "router",
+        "world": "world",
+        "render": "render",
+        "scenario": "face",
+        "gateway": "face",
+    }
+
+
 @contextlib.contextmanager
 def pods(workloads_: list[dict], project: str, published: dict[str, list[str]]):
     """Runs the container of each workload as its pod says, under the name of its Service.

@@ -102,6 +102,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     let bus = Bus::open(BusConfig {
         listen: config.listen.clone(),
         connect: config.connect.clone(),
+        identity: config.identity.clone(),
         ..BusConfig::default()
     })
     .await?;

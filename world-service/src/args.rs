@@ -3,18 +3,21 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use bus::BusAddress;
+use bus::{BusAddress, Identity, IdentityArgs};
 use schemas::{ServiceId, ServiceKind, limits};
 
 /// Owns worlds and steps them.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Where clients and services may connect, e.g. tcp/127.0.0.1:7460; port 0 is any free one
-    #[arg(long, value_name = "tcp/HOST:PORT")]
+    #[arg(long, value_name = "(tcp|tls)/HOST:PORT")]
     pub listen: Vec<BusAddress>,
     /// A bus to join, e.g. that of a router
-    #[arg(long, value_name = "tcp/HOST:PORT")]
+    #[arg(long, value_name = "(tcp|tls)/HOST:PORT")]
     pub connect: Vec<BusAddress>,
+    /// Certificates.
+    #[command(flatten)]
+    pub identity: IdentityArgs,
     /// Name on the bus; two of one kind need different ones [default: a random one]
     #[arg(long, default_value_t = bus::unused_id(ServiceKind::World), hide_default_value = true)]
     pub id: ServiceId,
@@ -52,6 +55,8 @@ pub struct Config {
     pub listen: Vec<BusAddress>,
     /// What it joins.
     pub connect: Vec<BusAddress>,
+    /// By what it is known on a bus with TLS.
+    pub identity: Option<Identity>,
     /// Name on the bus.
     pub id: ServiceId,
     /// Threads that step worlds.
@@ -141,6 +146,7 @@ impl Config {
         Ok(Self {
             listen,
             connect: args.connect,
+            identity: args.identity.identity(),
             id: args.id,
             shard_count,
             maps: args.maps,

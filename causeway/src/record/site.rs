@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bus::{Bus, BusAddress, BusConfig};
+use bus::{Bus, BusAddress, BusConfig, IdentityArgs};
 use schemas::{Error, ErrorCode, Reply, Request, Tenant, Tick, WorldId, WorldInfo, keys};
 
 use super::RecordError;
@@ -49,8 +49,10 @@ pub(crate) struct Branch {
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Site {
     /// The bus of its site
-    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
+    #[arg(long, value_name = "(tcp|tls)/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
     connect: BusAddress,
+    #[command(flatten)]
+    identity: IdentityArgs,
     /// Whose world it is
     #[arg(long, default_value = "local")]
     tenant: Tenant,
@@ -122,7 +124,9 @@ impl Site {
             .build()
             .map_err(RecordError::Threads)?;
         runtime.block_on(async {
-            let bus = Bus::open(BusConfig::connecting(self.connect.clone())).await?;
+            let identity = self.identity.identity();
+            let config = BusConfig { identity, ..BusConfig::connecting(self.connect.clone()) };
+            let bus = Bus::open(config).await?;
             let answer = ask(&bus).await;
             bus.close().await;
             answer.map_err(RecordError::Refused)

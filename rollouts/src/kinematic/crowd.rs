@@ -192,6 +192,7 @@ impl Guest {
             world_from_vehicle: self.pose,
             velocity_mps: self.body.velocity_mps,
             wheelbase_m: self.body.half_m.x,
+            half_track_m: 0.0,
             full_lock_rad: 0.0,
             understeer_rad_per_mps2: 0.0,
         }

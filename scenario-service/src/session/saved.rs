@@ -135,7 +135,8 @@ impl Session {
         let Saved { mut episode, world, scenario, built_from } =
             saved.ok_or_else(|| SessionError::Refused(unknown(id)))?;
         let base = State::Snapshot(world);
-        let (frame, world) = FreshWorlds(&self.context).make(&base).await.map_err(SessionError::World)?;
+        let (frame, world) =
+            FreshWorlds(&self.context).make(&base).await.map_err(SessionError::World)?;
         let frame = decode(frame)?;
         let seen = episode.frame();
         if (frame.tick, frame.state_hash) != (seen.tick, seen.state_hash) {

@@ -14,6 +14,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
 
 import zenoh
@@ -46,6 +48,18 @@ def frame_key(tenant: str, *, world: int | None = None) -> str:
     return f"causeway/{tenant}/world/{'*' if world is None else world}/frame"
 
 
+@dataclass(frozen=True)
+class Identity:
+    """Files (PEM) by which a bus with TLS knows who subscribes, for addresses `tls/HOST:PORT`."""
+
+    #: Certificates of those who sign for everybody on the bus.
+    authority: str | Path
+    #: Its common name is `tenant-NAME`.
+    certificate: str | Path
+    #: Of the certificate.
+    key: str | Path
+
+
 def subscribe(
     endpoint: str = DEFAULT_ENDPOINT,
     *,
@@ -53,6 +67,7 @@ def subscribe(
     world: int | None = None,
     ring_frames: int = 4,
     connect_timeout_secs: float = 5.0,
+    identity: Identity | None = None,
 ) -> FrameSubscription:
     """Subscribes to the frames of one world, or of all worlds of `tenant`.
 
@@ -62,6 +77,7 @@ def subscribe(
     Args:
         endpoint: a bus address, as `causeway up` prints it.
         ring_frames: frames kept for a slow reader; the oldest goes when a newer one comes.
+        identity: who subscribes, on a bus with TLS.
 
     Raises:
         ConnectionError: nobody listens at `endpoint`.
@@ -70,14 +86,15 @@ def subscribe(
     if ring_frames < 1:
         raise ValueError(f"a ring holds at least 1 frame, not {ring_frames}")
     config = zenoh.Config()
-    for name, value in (
+    for name, value in [
         ("mode", "client"),
         ("connect/endpoints", [endpoint]),
         ("connect/timeout_ms", int(connect_timeout_secs * 1000)),
         ("connect/exit_on_failure", True),
         ("scouting/multicast/enabled", False),
         ("scouting/gossip/enabled", False),
-    ):
+        *_secured(identity),
+    ]:
         config.insert_json5(name, json.dumps(value))
     try:
         session = zenoh.open(config)
@@ -87,6 +104,18 @@ def subscribe(
             f"({cause})"
         ) from cause
     return FrameSubscription(session, key, ring_frames)
+
+
+def _secured(identity: Identity | None) -> list[tuple[str, object]]:
+    if identity is None:
+        return []
+    return [
+        ("transport/link/tls/root_ca_certificate", str(identity.authority)),
+        ("transport/link/tls/connect_certificate", str(identity.certificate)),
+        ("transport/link/tls/connect_private_key", str(identity.key)),
+        ("transport/link/tls/enable_mtls", True),
+        ("transport/link/tls/verify_name_on_connect", True),
+    ]
 
 
 class FrameSubscription:
