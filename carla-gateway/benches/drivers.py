@@ -5,7 +5,7 @@ Lets cars loose on maps (by default all of DIR) under each driver, once with eac
 prints a row for every map, driver and tyres: how far the middle of a car got beyond the edge of all
 driving lanes at worst, how many got farther than 0.5 m, how far 99 % of all places were from the
 middle of a lane, and pairs that collided. CARLA's agents want `--agents`, the folder that holds
-CARLA's package `agents`. Wants `pip install carla==0.9.16 numpy`.
+CARLA's package `agents`. Wants `pip install carla==0.9.16 numpy networkx shapely`.
 """
 
 import argparse
@@ -20,6 +20,7 @@ import time
 from pathlib import Path
 
 import carla
+import networkx
 
 STEP_SECS = 0.05
 LOOK_TICKS = 4
@@ -107,9 +108,12 @@ class Agents:
 
     def send(self, agent) -> None:
         for _ in range(20):
-            with contextlib.suppress(Exception):
+            try:
                 agent.set_destination(self.random.choice(self.places).location)
                 return
+            except networkx.NetworkXNoPath:
+                continue
+        raise RuntimeError("no way leads from a car to any of 20 places")
 
     def step(self, snapshot: carla.WorldSnapshot) -> None:
         for car, agent in self.agents:
@@ -244,6 +248,7 @@ def drive(
         car = world.try_spawn_actor(chosen.choice(models), place)
         if car:
             cars.append(car)
+    begun = len(cars)
     world.tick()
     sensors = []
     for car in cars:
@@ -279,7 +284,7 @@ def drive(
     besides.sort()
     at = f"{worst_at.x:.0f}, {worst_at.y:.0f}" if worst_at else "–"
     return {
-        "cars": len(at_wheel.cars if kind == "manager" else cars),
+        "cars": begun,
         "worst": worst_m,
         "at": at,
         "left": len(left),
