@@ -182,7 +182,7 @@ impl EpisodeWorld {
     pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, Error> {
         match &self.owned {
             Some(owned) => context.port.snapshot(owned.id()).await,
-            None => Err(gone()),
+            None => Err(Error::new(ErrorCode::UnknownWorld, "the world of this episode is gone")),
         }
     }
 
