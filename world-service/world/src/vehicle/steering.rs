@@ -27,7 +27,8 @@ pub(super) fn advance(
         Steering::Carla => {
             let goes_back = change_rad * road_wheel_rad < 0.0;
             let per_sec = if goes_back { CARLA_BACK_PER_SEC } else { CARLA_AWAY_PER_SEC };
-            per_sec * wanted_rad(fit, 1.0, speed_mps)
+            // A curve that leaves no lock at a speed does not hold the wheels where they are.
+            (per_sec * wanted_rad(fit, 1.0, speed_mps)).max(RATE_RADPS)
         }
     };
     let step_rad = rate_radps * dt_secs;
@@ -129,6 +130,14 @@ mod tests {
         assert!(turn(0.0, 1.0, 0.36) < 0.95 * lock_rad && turn(0.0, 1.0, 0.41) == lock_rad);
         assert!((turn(lock_rad, 0.0, 0.1) / lock_rad - 0.5).abs() < 0.01);
         assert!(turn(lock_rad, 0.0, 0.18) > 0.05 * lock_rad && turn(lock_rad, 0.0, 0.21) == 0.0);
+    }
+
+    #[test]
+    fn carlas_wheels_come_back_where_the_curve_leaves_no_lock() {
+        let mut fit = as_in_carla();
+        fit.physics.steering_curve = vec![(0.0, 1.0), (10.0, 0.0)];
+        let after_rad = (0..50).fold(0.4, |rad, _| advance(&fit, rad, 1.0, 20.0, 0.01));
+        assert_eq!(after_rad, 0.0);
     }
 
     #[test]
