@@ -6,8 +6,8 @@
 //! ones first. Then the pixels' colours, depths, labels or normals are computed from the triangles,
 //! eight pixels at a time.
 //!
-//! **Determinism:** equal scenes give equal bytes, on every processor and in whatever parts a
-//! picture is drawn: nothing is fused or approximated, and what a pixel shows depends on no other.
+//! **Determinism:** equal scenes give equal bytes, at every level of vectors and in whatever parts
+//! a picture is drawn: nothing is fused or approximated, and what a pixel shows depends on no other.
 
 mod clip;
 mod draw;

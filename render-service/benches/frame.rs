@@ -4,7 +4,7 @@
 //!
 //! The scene is a street of the built-in town with twelve cars and twelve people. Times are per
 //! request; for several together the throughput line gives pictures per second. Pictures are
-//! delivered: frame in, bytes out; colours of 640 × 360 and of eight together are JPEG, `raw` is not.
+//! delivered, frame in and bytes out; they are JPEG unless `raw` is said.
 
 use std::error::Error;
 use std::hint::black_box;

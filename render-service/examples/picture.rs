@@ -1,8 +1,8 @@
 //! Draws a street of a town into a JPEG file:
 //! `cargo run --release -p render-service --example picture -- TOWN FILE SPAWN_POINT WEATHER VIEW
-//! KIND ADAPTER`, e.g. `Town10HD_Opt picture.jpg 0 sunset above rgb cpu`. Everything may be left out
-//! from the right. Kinds are `rgb`, `depth`, `semantic`, `instance`, `normals`; all but the first are made
-//! visible.
+//! KIND ADAPTER`, e.g. `Town10HD_Opt picture.jpg 0 sunset above rgb cpu`. Everything may be left
+//! out from the right. Kinds are `rgb`, `depth`, `semantic`, `instance`, `normals`; all but the
+//! first are made visible.
 
 use std::error::Error;
 use std::f32::consts::{FRAC_PI_2, PI};

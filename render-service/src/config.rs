@@ -18,7 +18,7 @@ pub struct Args {
     /// Name on the bus; two of one kind need different ones [default: a random one]
     #[arg(long, default_value_t = bus::unused_id(ServiceKind::Render), hide_default_value = true)]
     pub id: ServiceId,
-    /// cpu for processors, or part of a Vulkan adapter's name [default: a GPU if there is one, else cpu]
+    /// cpu, or part of a Vulkan adapter's name [default: a GPU if there is one, else cpu]
     #[arg(
         long,
         value_name = "NAME",

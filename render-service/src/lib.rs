@@ -4,9 +4,9 @@
 //! the digest of its map. [`Renderer`] draws jobs without a bus; [`run`] is the process around it,
 //! which takes jobs from the bus, shares its time among their tenants, and answers each.
 //!
-//! Equal jobs give equal bytes on one adapter. Without a GPU processors draw, by the `raster` crate;
-//! Mesa's software Vulkan is an adapter like any other and is chosen by its name alone. Nothing is
-//! kept between jobs but caches, each with a bound.
+//! Equal jobs give equal bytes on one adapter. Without a GPU processors draw, by the `raster`
+//! crate; Mesa's software Vulkan is an adapter like any other and is chosen by its name alone.
+//! Nothing is kept between jobs but caches, each with a bound.
 //!
 //! ```no_run
 //! use std::sync::Arc;

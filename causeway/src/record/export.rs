@@ -53,7 +53,7 @@ pub(crate) struct Export {
     /// Size of the pictures of chase, top and driver
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "640x360")]
     picture_size: Size,
-    /// What draws: cpu for processors, or part of a Vulkan adapter's name [default: a GPU, else cpu]
+    /// What draws: cpu, or part of a Vulkan adapter's name [default: a GPU, else cpu]
     #[arg(
         long,
         value_name = "NAME",

@@ -12,8 +12,8 @@ const AHEAD_M: f32 = 40.0;
 /// Half of the depth that the sun looks through, in metres.
 const DEPTH_M: f32 = 160.0;
 
-/// The square moves in steps of this: whole pixels of every map, so that shadows' edges do not crawl
-/// when the camera moves, and cameras near each other see one square.
+/// The square moves in steps of this: whole pixels of every map, so that shadows' edges do not
+/// crawl when the camera moves, and cameras near each other see one square.
 const CELL_M: f32 = 14.0;
 
 /// The sun's view of the ground around a camera.
