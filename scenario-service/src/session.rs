@@ -25,6 +25,7 @@ use crate::world_port::{CreatedWorld, DT_SECS};
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 use origin::Origin;
+use saved::Operation;
 pub(crate) use saved::SavedStates;
 use world::{EpisodeWorld, Told, Trouble, Work};
 
@@ -194,8 +195,8 @@ impl Session {
             self.reset(ResetRequest::default()).await?;
         }
         let begun = Instant::now();
-        if let Some(operation) = action.metadata.get("op") {
-            return self.operate(operation, action.metadata.get("snapshot_id")).await;
+        if let Some(operation) = Operation::of(&action.metadata) {
+            return self.operate(operation).await;
         }
         if action.kind == ActionKind::CaptureImage {
             let captured = self.capture().await;

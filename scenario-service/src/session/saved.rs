@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use schemas::{Error, ErrorCode};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use worlds::{Maker as _, State};
 
 use super::recovery::FreshWorlds;
@@ -14,6 +14,28 @@ use super::{ResetRequest, Running, Session, SessionError, decode, invalid, rando
 use crate::episode::{Episode, Report, SavedState};
 use crate::limits::{SAVED_BYTES_MAX, SAVED_IDLE, SAVED_MAX};
 use crate::scenario::Scenario;
+
+/// What a trainer asks for in the metadata of an action; anything else there is not ours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Operation<'a> {
+    /// Keeps the present state.
+    Snapshot,
+    /// Gives one up.
+    Forget(&'a str),
+}
+
+impl<'a> Operation<'a> {
+    pub(super) fn of(metadata: &'a Map<String, Value>) -> Option<Self> {
+        match metadata.get("op")?.as_str()? {
+            "snapshot" => Some(Self::Snapshot),
+            "forget" => {
+                let id = metadata.get("snapshot_id").and_then(Value::as_str);
+                Some(Self::Forget(id.unwrap_or_default()))
+            }
+            _ => None,
+        }
+    }
+}
 
 /// The states that a tenant's sessions keep, oldest first. Whoever of the tenant knows the id of
 /// one may go on from it.
@@ -75,33 +97,22 @@ fn bytes(kept: &[Kept]) -> usize {
 }
 
 impl Session {
-    /// What the metadata of an action asks for beside the episode: `snapshot` keeps its present
-    /// state, `forget` gives one up. No time passes, and no step is counted.
+    /// Does what the metadata of an action asks for beside the episode. No time passes, and no step
+    /// is counted.
     ///
     /// # Errors
     /// [`SessionError`]; nothing has changed.
     pub(super) async fn operate(
         &mut self,
-        operation: &Value,
-        snapshot_id: Option<&Value>,
+        operation: Operation<'_>,
     ) -> Result<Report, SessionError> {
         self.unless_sealed()?;
         let now = Instant::now();
-        match operation.as_str() {
-            Some("snapshot") => {}
-            Some("forget") => {
-                let id = snapshot_id.and_then(Value::as_str).unwrap_or_default();
-                return match self.context.saved.forget(id, now) {
-                    true => Ok(Report { reward: Some(0.0), ..Report::default() }),
-                    false => Err(SessionError::Refused(unknown(id))),
-                };
-            }
-            _ => {
-                let text = "there is no such operation";
-                let error = Error::new(ErrorCode::InvalidArgument, text);
-                let error = error.wanted("metadata.op snapshot or forget").found(operation);
-                return Err(SessionError::Refused(error));
-            }
+        if let Operation::Forget(id) = operation {
+            return match self.context.saved.forget(id, now) {
+                true => Ok(Report { reward: Some(0.0), ..Report::default() }),
+                false => Err(SessionError::Refused(unknown(id))),
+            };
         }
         let (episode, world) = self.running.episode()?;
         let world = world.snapshot(&self.context).await.map_err(SessionError::World)?;
