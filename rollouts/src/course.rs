@@ -13,7 +13,7 @@ use roads::Map;
 use schemas::{Error, ErrorCode, Pose, SplitMix64, Vec3, level_pose, yaw_rad};
 use world::Town;
 
-use crate::limits::{STARTS, STARTS_MIN};
+use crate::limits::{BODIES_MAX, STARTS, STARTS_MIN};
 use crate::line::StopLine;
 use crate::route::Route;
 use crate::spec::Spec;
@@ -83,6 +83,12 @@ impl Course {
         let lines = if has_lights { StopLine::all(&map) } else { Vec::new() };
         let pairs = pairs::draw(&map, town.network(), &task, &lines, spec.pairs);
         let others = Places::of(&town, &task, spec)?;
+        let bodies = spec.worlds * (spec.agents + others.count());
+        if bodies > BODIES_MAX {
+            return Err(Error::new(ErrorCode::InvalidArgument, "the worlds hold too many")
+                .wanted(format!("at most {BODIES_MAX} agents, cars and people in all worlds"))
+                .found(bodies));
+        }
         let count = starts_of(others.count());
         let starts = std::iter::repeat_with(OnceLock::new).take(count).collect();
         let course = Self { map, town, task, lines, agents: spec.agents, pairs, others, starts };

@@ -199,10 +199,15 @@ fn meet(cars: &mut [Car], shape: Shape) {
 
 /// Lets cars of agents run into the world's own cars and people.
 fn meet_others(cars: &mut [Car], crowd: &Crowd, shape: Shape) {
+    /// Who is so much higher or lower is on another storey.
+    const STOREY_M: f32 = 3.0;
     let own_m = 0.5 * (shape.length_m + shape.width_m);
-    for car in cars.iter_mut().filter(|car| !car.gone) {
+    for (car, ground_m) in cars.iter_mut().zip(crowd.ground_m()).filter(|(car, _)| !car.gone) {
         let outline = car.outline(shape);
         for body in crowd.bodies() {
+            if (body.centre_m.z - body.half_m.z - ground_m).abs() > STOREY_M {
+                continue;
+            }
             let (x_m, y_m) = (body.centre_m.x - outline.x_m, body.centre_m.y - outline.y_m);
             let reach_m = own_m + body.half_m.x + body.half_m.y;
             let near = x_m * x_m + y_m * y_m < reach_m * reach_m;

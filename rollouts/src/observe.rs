@@ -129,7 +129,7 @@ pub(crate) struct Encoder {
     scale: Vec<f32>,
     low: Vec<f32>,
     high: Vec<f32>,
-    /// For [`Observation::Wide`], whose columns are within their bounds by what is chosen for them.
+    /// For [`Observation::Wide`], which brings its columns within their bounds itself.
     wide: Option<Arc<Wide>>,
 }
 

@@ -176,6 +176,9 @@ fn what_a_town_has_no_room_for_is_refused_with_what_it_has() {
     let crowded = Spec { cars: Some(400), ..spec("corl17-traffic", TierKind::Kinematic, 1) };
     let map =
         Arc::new(roads::Map::parse("Town02", &roads::town::build("Town02").unwrap()).unwrap());
-    let error = Course::new(&crowded, map).unwrap_err().to_string();
+    let error = Course::new(&crowded, Arc::clone(&map)).unwrap_err().to_string();
     assert!(error.contains("no room for the cars") && error.contains("at most"), "{error}");
+    let many = spec("corl17-traffic", TierKind::Kinematic, 16_384);
+    let error = Course::new(&many, map).unwrap_err().to_string();
+    assert!(error.contains("262144 agents, cars and people"), "{error}");
 }

@@ -72,6 +72,11 @@ impl Crowd {
         cars.chain(self.walkers.iter().map(|walker| &walker.body))
     }
 
+    /// Height of the ground under each agent.
+    pub(super) fn ground_m(&self) -> impl Iterator<Item = f32> + '_ {
+        self.ground_m.iter().copied()
+    }
+
     pub(super) fn colours(&self) -> impl Iterator<Item = TrafficLightColour> + '_ {
         self.lights.iter().flat_map(Lights::colours)
     }
@@ -146,7 +151,8 @@ impl Crowd {
         }
     }
 
-    /// All that decides how it goes on.
+    /// What is seen of it, and the state of its random numbers. What drivers and strollers have in
+    /// mind is left out: it shows as soon as they act.
     pub(super) fn hash(&self, hasher: &mut Xxh3) {
         hasher.update(&self.random.state().to_le_bytes());
         for body in self.bodies() {

@@ -9,6 +9,8 @@ use crate::line::StopLine;
 
 /// Pieces along lanes are so long, in metres.
 const STEP_M: f64 = 5.0;
+/// Longest half of a piece and widest lane that are told of, in metres.
+const SIZE_M_MAX: f32 = 50.0;
 /// Side of a cell, in metres; each has the pieces that are nearest to its middle.
 const CELL_M: f32 = 5.0;
 /// Cells of one map; a larger one has larger cells.
@@ -179,7 +181,7 @@ fn stop_line(line: &StopLine) -> Piece {
         y_m: line.y_m,
         cos: -line.sin,
         sin: line.cos,
-        half_length_m: line.half_width_m,
+        half_length_m: line.half_width_m.min(SIZE_M_MAX),
         width_m: 0.0,
         kind: f32::from(Kind::StopLine as u8),
     }
@@ -193,8 +195,8 @@ fn piece((from, to): (Vector3<f64>, Vector3<f64>), width_m: f32, kind: Kind) -> 
         y_m: middle.y as f32,
         cos: (way.x / length_m) as f32,
         sin: (way.y / length_m) as f32,
-        half_length_m: (length_m / 2.0) as f32,
-        width_m,
+        half_length_m: (length_m as f32 / 2.0).min(SIZE_M_MAX),
+        width_m: width_m.min(SIZE_M_MAX),
         kind: f32::from(kind as u8),
     }
 }

@@ -32,12 +32,22 @@ fn course() -> Course {
     Course::new(&spec, map).unwrap()
 }
 
-/// A vehicle at a place of the course's first start, with others around it.
+/// The row of a vehicle at one of the course's starts, with others around it.
 fn encoded(observation: Observation, normalise: bool, others: &[Neighbour]) -> Vec<f32> {
+    encoded_at(0.0, observation, normalise, others)
+}
+
+/// The same so far to the east of the start.
+fn encoded_at(
+    east_m: f32,
+    observation: Observation,
+    normalise: bool,
+    others: &[Neighbour],
+) -> Vec<f32> {
     let course = course();
     let start = &course.start(3).agents[0];
     let forward = start.pose.rotation * schemas::Vec3::x();
-    let at = start.pose.translation.vector;
+    let at = start.pose.translation.vector + schemas::Vec3::x() * east_m;
     let motion =
         Motion { x_m: at.x, y_m: at.y, cos: forward.x, sin: forward.y, ..Motion::default() };
     let shape = Shape { length_m: 4.9, width_m: 1.9, rear_m: 1.4 };
@@ -132,5 +142,15 @@ fn wide_rows_are_within_their_bounds_and_show_the_road_around() {
     let scaled = encoded(Observation::Wide, true, &[there(10.0, 3.0)]);
     for ((value, scaled), column) in row.iter().zip(&scaled).zip(&columns) {
         assert!((value * column.scale - scaled).abs() < 1.0e-5, "{column:?}");
+    }
+}
+
+#[test]
+fn far_off_the_map_all_columns_are_within_their_bounds() {
+    for (observation, _) in KINDS {
+        let row = encoded_at(900.0, observation, false, &[there(10.0, 3.0)]);
+        for (value, column) in row.iter().zip(&observation.columns()) {
+            assert!((column.low..=column.high).contains(value), "{column:?}: {value}");
+        }
     }
 }

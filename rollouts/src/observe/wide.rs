@@ -2,7 +2,7 @@
 //!
 //! As many as the driving environments of self-play have, so that rates can be compared:
 //! PufferLib's `drive` and GPUDrive have 6 of the vehicle, 63 × 7 of others and 200 × 7 of roads.
-//! Columns are within their bounds by what is chosen for them; nothing is clamped afterwards.
+//! Places are clamped, as a vehicle may be anywhere; all else is within its bounds by what it is.
 
 use roads::Map;
 use schemas::TrafficLightColour as Colour;
@@ -108,13 +108,13 @@ impl Wide {
     /// - **Domain:** `row` is as wide as there are columns.
     pub(super) fn encode(&self, view: &View<'_>, row: &mut [f32]) {
         let (own, things) = row.split_at_mut(EGO + 2 * AHEAD_M.len());
-        let speed_mps = view.motion.speed_mps.max(-SPEED_MPS_MAX).min(SPEED_MPS_MAX);
+        let speed_mps = view.motion.speed_mps.clamp(-SPEED_MPS_MAX, SPEED_MPS_MAX);
         own[0] = speed_mps * self.speed;
-        own[1] = view.motion.road_wheel_rad.max(-1.5).min(1.5) * self.road_wheel;
+        own[1] = view.motion.road_wheel_rad.clamp(-1.5, 1.5) * self.road_wheel;
         for (point, ahead_m) in own[EGO..].chunks_exact_mut(2).zip(AHEAD_M) {
             let on_route = view.route.at(view.place.at_m + ahead_m);
             let (x_m, y_m) = view.seen(on_route.x_m, on_route.y_m);
-            let near = |metres: f32| metres.max(-FAR_M).min(FAR_M) * self.metres;
+            let near = |metres: f32| metres.clamp(-FAR_M, FAR_M) * self.metres;
             point.copy_from_slice(&[near(x_m), near(y_m)]);
         }
         let (partners, rest) = things.split_at_mut(PARTNERS * THING);
@@ -200,6 +200,7 @@ fn write(
     place: &mut [f32],
 ) {
     let (x_m, y_m) = view.seen(x_m, y_m);
+    let [x_m, y_m] = [x_m, y_m].map(|metres| metres.clamp(-FAR_M, FAR_M));
     let (cos, sin) = view.turned(cos, sin);
     let values = [x_m, y_m, cos, sin, rest[0], rest[1], rest[2]];
     for ((place, value), scale) in place.iter_mut().zip(values).zip(scales) {
