@@ -149,7 +149,16 @@ def test_the_commands_record_and_export(tmp_path):
     assert again.read_bytes() == path.read_bytes()
     done = run("causeway.dataset", path, "--parquet", tmp_path / "p", "--lerobot", tmp_path / "l")
     assert done.returncode == 0 and done.stdout.count("3 episodes") == 2, done.stderr
-    refused = run("causeway.record_episodes", "fly", "--out", path, *own)
+    for module, words in (
+        ("causeway.record_episodes", (TASK, "--out", path, *own)),
+        ("causeway.dataset", (path, "--parquet", tmp_path / "p")),
+    ):
+        before = path.read_bytes()
+        refused = run(module, *words)
+        assert refused.returncode == 2
+        assert "File exists" in refused.stderr or "holds tables" in refused.stderr
+        assert path.read_bytes() == before
+    refused = run("causeway.record_episodes", "fly", "--out", tmp_path / "other.mcap", *own)
     assert refused.returncode == 2 and "there is no such task" in refused.stderr
     (tmp_path / "none.mcap").write_bytes(b"nothing")
     refused = run("causeway.dataset", tmp_path / "none.mcap", "--parquet", tmp_path / "q")

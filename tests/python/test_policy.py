@@ -49,14 +49,22 @@ def test_a_policy_acts_the_same_on_rows_in_their_units(batch):
 
 
 @pytest.mark.parametrize("name", list(policy.NAMES))
-def test_policies_by_name_give_an_action_for_each_row(batch, name):
+def test_policies_by_name_give_an_action_for_each_row(name):
     driver = policy.named(name)
-    driver.begin(batch, 3)
-    actions = driver.act(batch.observations)
-    assert actions.shape == (4, 2) and actions.dtype == np.float32
-    again = policy.named(name)
-    again.begin(batch, 3)
-    assert np.array_equal(actions, again.act(batch.observations))
+    settings = {"worlds": 4, "town": "Town02", "program": str(binary())}
+    shown = policy.observation(driver)
+    with Batch("corl17-straight", observation=shown, **settings) as batch:
+        driver.begin(batch, 3)
+        actions = driver.act(batch.observations)
+        assert actions.shape == (4, 2) and actions.dtype == np.float32
+        again = policy.named(name)
+        again.begin(batch, 3)
+        assert np.array_equal(actions, again.act(batch.observations))
+
+
+def test_a_careful_driver_says_what_it_has_to_see(batch):
+    with pytest.raises(ValueError, match="observation="):
+        policy.named("careful").begin(batch, 3)
 
 
 def test_files_that_lack_something_are_refused(batch, tmp_path):

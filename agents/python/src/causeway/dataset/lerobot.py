@@ -1,6 +1,6 @@
 """Recordings in the layout of LeRobot's data sets, version 3.0.
 
-`LeRobotDataset("causeway/NAME", root=FOLDER)` reads the folder. Observations are
+The folder is meant to be read by `LeRobotDataset("causeway/NAME", root=FOLDER)`. Observations are
 `observation.state`; there are no pictures in it.
 
 **Source:** https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and what the library itself

@@ -61,8 +61,11 @@ def write(
 
     The file is whole after the last one, and when whoever iterates stops; a process that is killed
     leaves the episodes that it had written.
+
+    Raises:
+        FileExistsError: there is such a file; it stays as it is.
     """
-    with path.open("wb") as file:
+    with path.open("xb") as file:
         writer = Writer(file, chunk_size=CHUNK_BYTES)
         writer.start(profile="", library="causeway")
         known = {name: json.dumps(value) for name, value in asdict(about).items()}

@@ -30,7 +30,13 @@ def export_parquet(folder: Path, about: About, episodes: Iterable[Recorded]) -> 
 
     The names of the columns of observations are in the metadata of `steps.parquet`, as JSON under
     `causeway`.
+
+    Raises:
+        FileExistsError: the folder holds such tables already.
+        ValueError: there is no episode.
     """
+    if (folder / "steps.parquet").exists():
+        raise FileExistsError(f"{folder} holds tables of steps already")
     folder.mkdir(parents=True, exist_ok=True)
     note = {"columns": list(about.columns), "spec": dict(about.spec), "policy": about.policy}
     writer: pq.ParquetWriter | None = None
