@@ -72,12 +72,25 @@ def test_calls_that_cannot_be_let_time_pass(base_url):
     wrong = [
         {"name": "fly", "arguments": "{}"},
         {"name": "brake_vehicle", "arguments": '{"brake_intensity": 7}'},
-        None,
+        {"name": "observe", "arguments": '{"brake_intensity":'},
+        {"name": "observe", "arguments": '{"metadata": {"op": "snapshot"}}'},
     ]
     with model(wrong) as (url, asked):
-        done = drive(base_url, url, "--turns", 3, "--ticks", 1)
+        done = drive(base_url, url, "--turns", 4, "--ticks", 1)
     assert done.returncode == 0, done.stderr
-    assert len(asked) == 3 and "Episode ended" in done.stdout
+    assert len(asked) == 4 and "Episode ended" in done.stdout
+    assert "metadata" not in done.stdout, "a driver reaches nothing but its tools"
+
+
+def test_turns_before_an_error_are_in_the_transcript(base_url, tmp_path):
+    transcript = tmp_path / "turns.jsonl"
+    observe = {"name": "observe", "arguments": "{}"}
+    with model([observe, observe, "nonsense"]) as (url, _):
+        done = drive(base_url, url, "--ticks", 1, "--transcript", transcript)
+    assert done.returncode == 1
+    assert len(transcript.read_text().splitlines()) == 2
+    refused = drive(base_url, "http://127.0.0.1:1", "--image-interval", 0)
+    assert refused.returncode == 2 and "1 or more" in refused.stderr
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ import urllib.error
 import urllib.request
 from collections import deque
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -88,19 +89,29 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--ticks", type=int, default=10, help="of a turn; default: %(default)s")
     parser.add_argument("--history", type=int, default=6, help="turns told; default: %(default)s")
     parser.add_argument("--save-images", type=Path, metavar="DIR", help="pictures by turn")
-    parser.add_argument("--image-interval", type=int, default=5, help="turns between pictures")
+    parser.add_argument("--image-interval", type=positive, default=5, help="turns between pictures")
     parser.add_argument("--transcript", type=Path, help="a line of JSON for each turn")
     return parser.parse_args()
 
 
+def positive(text: str) -> int:
+    """A number of 1 or more."""
+    if int(text) < 1:
+        raise argparse.ArgumentTypeError(f"wanted 1 or more, found {text}")
+    return int(text)
+
+
 def drive(options: argparse.Namespace) -> None:
-    """One episode."""
+    """One episode. What was driven is in the transcript, also when something fails."""
     if options.model not in MODELS:
         raise ValueError(f"no model {options.model!r}: wanted one of {', '.join(MODELS)}")
     last: deque[str] = deque(maxlen=options.history)
-    lines: list[str] = []
-    total, tokens = 0.0, 0
-    with Session(options.base_url) as session:
+    total, calls, tokens = 0.0, 0, 0
+    with ExitStack() as open_files:
+        session = open_files.enter_context(Session(options.base_url))
+        transcript = None
+        if options.transcript:
+            transcript = open_files.enter_context(options.transcript.open("w"))
         step = session.reset(options.scenario, seed=options.seed)
         for turn in range(options.turns):
             if options.save_images and turn % options.image_interval == 0:
@@ -111,16 +122,17 @@ def drive(options: argparse.Namespace) -> None:
             step, reward = act(session, name, arguments, options.ticks)
             total += reward
             last.append(told(name, arguments, before, step))
-            lines.append(json.dumps({"turn": turn, "call": last[-1], "reward": reward}))
+            calls += 1
+            if transcript:
+                line = json.dumps({"turn": turn, "call": last[-1], "reward": reward})
+                print(line, file=transcript, flush=True)
             print(f"{turn}: {last[-1]}")
             if step.done:
                 break
-    if options.transcript:
-        options.transcript.write_text("\n".join(lines) + "\n")
     reason = step.observation["done_reason"] or "no more turns"
     print(f"Episode ended: {reason}")
     print(f"Total reward: {total:.2f}")
-    print(f"Calls: {len(lines)}, tokens: {tokens}")
+    print(f"Calls: {calls}, tokens: {tokens}")
 
 
 def ask(
@@ -146,12 +158,21 @@ def ask(
         if not calls:
             return "observe", {}, used
         called = calls[0]["function"]
-        arguments = json.loads(called["arguments"] or "{}")
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+        wanted, text = str(called["name"]), str(called["arguments"] or "{}")
+    except (AttributeError, KeyError, IndexError, TypeError) as error:
         raise ValueError(f"{url} answered otherwise than OpenAI's API: {error!r}") from None
-    if called["name"] not in TOOLS or not isinstance(arguments, dict):
-        return "observe", {}, used
-    return str(called["name"]), arguments, used
+    return *called_tool(wanted, text), used
+
+
+def called_tool(name: str, text: str) -> tuple[str, dict[str, Any]]:
+    """The tool and those of its arguments that it has; `observe` for a call that cannot be read."""
+    try:
+        given = json.loads(text)
+    except ValueError:
+        return "observe", {}
+    if name not in TOOLS or not isinstance(given, dict):
+        return "observe", {}
+    return name, {key: given[key] for key in TOOLS[name][1] if key in given}
 
 
 def schema(tool: str) -> dict[str, Any]:
