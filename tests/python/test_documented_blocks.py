@@ -30,6 +30,7 @@ NOT_RUN = {
     "./run ": "it installs what is missing and starts a site; `./test` does the same before this",
     "cargo bench": "it takes minutes; that it exists is tested",
     "causeway bench": "it takes minutes; that it exists is tested",
+    "vector_rates": "it takes minutes; fewer agents are tested",
     "benches/": "it needs other simulators, or takes minutes",
     "docker": "images are built and driven by the tests of deploy/",
     "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",

@@ -10,7 +10,7 @@ import causeway
 import pytest
 from PIL import Image
 
-from running_site import PACKAGE
+from running_site import PACKAGE, binary
 
 EXAMPLES = PACKAGE / "examples"
 
@@ -106,3 +106,11 @@ def test_watch_frames_prints_the_speeds_of_a_running_world(site):
     lines = [line for line in result.stdout.splitlines() if line.startswith("world ")]
     assert len(lines) == 5
     assert "vehicles at" in lines[0]
+
+
+def test_rates_are_told_by_observation_and_agents():
+    arguments = ("--agents", 64, "--observations", "route", "--episodes", 1)
+    result = run("vector_rates.py", *arguments, "--program", binary())
+    assert result.returncode == 0, result.stderr
+    told = result.stdout.splitlines()[1].split()
+    assert told[:3] == ["route", "46", "64"] and float(told[3].replace(",", "")) > 0.0

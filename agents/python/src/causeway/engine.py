@@ -116,6 +116,22 @@ class Engine:
         reply = self._reply(length)
         return dict(reply["opened"])
 
+    def processor_secs(self) -> float:
+        """Processor time of a process that was started here.
+
+        Raises:
+            EngineError: there is none.
+        """
+        if self._process is None:
+            raise EngineError("the engine was not started by this program")
+        try:
+            told = Path(f"/proc/{self._process.pid}/stat").read_text()
+        except FileNotFoundError:
+            raise self._gone() from None
+        # Behind the name, which is in parentheses: user and system time are the 12th and 13th.
+        fields = told.rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
     def array(self, name: str, slot: int) -> Array:
         """One array of a slot, without a copy."""
         layout = self.opened["layout"]

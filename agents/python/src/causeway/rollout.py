@@ -313,6 +313,14 @@ class Batch:
     def _now(self, name: str) -> Array:
         return self._slots[self._slot][name]
 
+    def engine_secs(self) -> float:
+        """Processor time that the engine has taken so far, all of its threads together.
+
+        Raises:
+            EngineError: it was not started by this batch, or has gone.
+        """
+        return self._engine.processor_secs()
+
     def close(self) -> None:
         """Ends the batch; its worlds are freed. Arrays that are held stay readable."""
         self._end()
