@@ -157,18 +157,22 @@ def test_runs_without_a_common_episode_are_not_compared():
         compare([one], [other])
 
 
-def test_a_careful_driver_arrives_among_others_more_often_than_one_who_looks_at_nobody():
-    settings = {"program": str(binary())}
+def test_a_careful_driver_runs_into_nobody_and_through_no_red_light():
+    settings = {"program": str(binary()), "walkers": 10, "horizon_secs": 40.0}
     cells = [
         (Cell("nocrash-regular", "Town02", "kinematic", name), named(name))
         for name in ("follow", "careful")
     ]
-    episodes = play(cells, seeds=[1], episodes=24, settings=settings)
-    blind, careful = summarise(episodes)
-    lights = [
-        sum(it.numbers["red_lights"] for it in episodes if it.cell == one.cell)
-        for one in (blind, careful)
-    ]
-    print(blind.success, careful.success, lights)
-    assert careful.success > blind.success + 0.2
-    assert lights[1] < lights[0]
+    episodes = play(cells, seeds=[1], episodes=10, settings=settings)
+
+    def total(name, column):
+        return sum(it.numbers[column] for it in episodes if it.cell.policy == name)
+
+    blind, careful = (
+        [it.cause for it in episodes if it.cell.policy == name].count("collision")
+        for name in ("follow", "careful")
+    )
+    assert blind >= 3 and careful == 0
+    assert total("follow", "red_lights") >= 3 and total("careful", "red_lights") == 0
+    assert total("careful", "driven_m") > 0.5 * total("follow", "driven_m"), "it does not stand"
+    assert summarise(episodes)[0].infractions > 3
