@@ -174,7 +174,8 @@ mod tests {
         let list = config.to_zenoh().unwrap().get_json("access_control").unwrap();
         assert!(list.contains("\"deny\"") && list.contains("tenant-alice"), "{list}");
         // Who only connects denies nobody anything.
-        let config = BusConfig { connect: config.listen, listen: Vec::new(), ..config.clone() };
+        let (connect, listen) = (config.listen.clone(), Vec::new());
+        let config = BusConfig { connect, listen, ..config };
         let list = config.to_zenoh().unwrap().get_json("access_control").unwrap();
         assert!(!list.contains("tenant-alice"), "{list}");
     }

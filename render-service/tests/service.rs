@@ -35,7 +35,7 @@ async fn site(adapter: AdapterChoice) -> Site {
     let asset = bus.serve(&keys::asset(map.digest()), answer).await.unwrap();
     let mut watch = bus.watch(Some(ServiceKind::Render)).await.unwrap();
     let connect = bus.listening().to_vec();
-    let config = Config { connect, id: "render-0".parse().unwrap(), adapter };
+    let config = Config { connect, identity: None, id: "render-0".parse().unwrap(), adapter };
     let monitor = Monitor::default();
     let service = start(config, &monitor).await.unwrap();
     let Ok(Presence::Up(alive)) = tokio::time::timeout(DEADLINE, watch.next()).await else {

@@ -35,6 +35,7 @@ async fn measure() {
     let config = Config {
         listen: vec![BusAddress::loopback(0)],
         connect: Vec::new(),
+        identity: None,
         id: "world".parse().unwrap(),
         shard_count: std::thread::available_parallelism().unwrap(),
         maps: None,

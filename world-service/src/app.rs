@@ -99,13 +99,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     let begun = Instant::now();
     let maps =
         Arc::new(Maps::new(config.maps.as_deref(), world::Town::new).map_err(ServiceError::Maps)?);
-    let bus = Bus::open(BusConfig {
-        listen: config.listen.clone(),
-        connect: config.connect.clone(),
-        identity: config.identity.clone(),
-        ..BusConfig::default()
-    })
-    .await?;
+    let bus = Bus::open(place(&config)).await?;
     let epoch = RandomState::new().build_hasher().finish();
     let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
     let (number, shard_count) = (ids.host(), config.shard_count.get());
@@ -155,6 +149,16 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     tracing::debug!(millis = begun.elapsed().as_millis() as u64, "the world service is up");
     monitor.set_started();
     Ok(WorldService { bus, jobs, threads, journals, seats, tasks, _announcement, servings })
+}
+
+/// Its place on the bus.
+fn place(config: &Config) -> BusConfig {
+    BusConfig {
+        listen: config.listen.clone(),
+        connect: config.connect.clone(),
+        identity: config.identity.clone(),
+        ..BusConfig::default()
+    }
 }
 
 type Worker = Arc<ShardWorker<world::World>>;

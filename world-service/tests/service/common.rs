@@ -20,6 +20,7 @@ pub(crate) fn config() -> Config {
     Config {
         listen: vec![BusAddress::loopback(0)],
         connect: Vec::new(),
+        identity: None,
         id: "world".parse().unwrap(),
         shard_count: 2.try_into().unwrap(),
         maps: None,
