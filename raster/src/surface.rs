@@ -102,7 +102,10 @@ impl Surface {
         } else {
             let bend = V8::splat(simd, sub(b, a)).scaled(second);
             let bend = bend.plus(V8::splat(simd, sub(c, a)).scaled(third));
-            V8::splat(simd, a).plus(bend).unit(simd)
+            let bent = V8::splat(simd, a).plus(bend);
+            // Opposite normals have none between them.
+            let has_length = bent.dot(bent).simd_gt(splat(simd, 1e-12));
+            bent.unit(simd).or(has_length, V8::splat(simd, a))
         };
         let [a, b, c] = self.facade_m;
         let along = second * (b[0] - a[0]) + third * (c[0] - a[0]) + a[0];

@@ -34,7 +34,7 @@ pub struct Renderer {
 enum Backend {
     /// Our own rasteriser.
     Cpu(CpuDrawing),
-    /// A Vulkan device; `None` after a loss, until the next job.
+    /// A Vulkan device; `None` after a loss, until it is opened anew.
     Device(Option<Drawing>),
 }
 
@@ -87,7 +87,7 @@ impl Renderer {
 
     /// Draws all cameras of all jobs, in as few submissions as fit. Results are in the order of the
     /// jobs; one wrong job does not touch the others. A lost device is rebuilt and all is drawn
-    /// again.
+    /// again, by processors if it does not come back and the choice leaves them.
     ///
     /// # Errors
     /// Per job: [`InvalidArgument`](schemas::ErrorCode::InvalidArgument) or
@@ -127,16 +127,18 @@ impl Renderer {
     }
 
     fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
-        let device = match &mut self.backend {
-            Backend::Cpu(drawing) => return Ok(drawing.draw(strips)),
-            Backend::Device(device) => device,
-        };
         let mut cause = String::new();
         for _ in 0..LOSSES_MAX {
-            let drawing = match device {
-                Some(drawing) => drawing,
-                None => device.insert(Drawing::open(&self.choice)?),
+            if matches!(self.backend, Backend::Device(None)) {
+                // A GPU that does not come back leaves the processors, if they may draw.
+                *self = Self::new(self.choice.clone())?;
+                tracing::warn!(adapter = self.adapter_name, "pictures are drawn by this adapter");
+            }
+            let device = match &mut self.backend {
+                Backend::Cpu(drawing) => return Ok(drawing.draw(strips)),
+                Backend::Device(device) => device,
             };
+            let Some(drawing) = device else { continue };
             match drawing.draw(strips) {
                 Ok(drawn) => return Ok(drawn),
                 Err(fault) => {
@@ -262,5 +264,16 @@ mod tests {
             let after = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
             assert!(before == after, "the picture from the new device differs");
         }
+    }
+
+    #[test]
+    fn processors_draw_when_a_device_is_lost_and_does_not_come_back() {
+        let mut renderer = Renderer::new(AdapterChoice::Software).unwrap();
+        let (town, job) = (Arc::new(TownScene::new("d", &[])), job());
+        let whole = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+        renderer.backend = Backend::Device(None);
+        let after = renderer.render(&[(town, &job)]).remove(0).unwrap();
+        assert!(whole == after, "the picture after the loss differs");
+        assert!(matches!(renderer.backend, Backend::Cpu(_)), "{}", renderer.adapter_name());
     }
 }

@@ -10,6 +10,9 @@ use crate::scene::shadow::ShadowView;
 /// Bytes of all maps kept, but for the last one used.
 const BYTES_MAX: usize = 128 * 1024 * 1024;
 
+/// Maps kept, however small they are.
+const MAPS_MAX: usize = 128;
+
 /// What a map of a town's shadows follows from.
 #[derive(Clone, PartialEq)]
 struct Key {
@@ -57,8 +60,9 @@ impl TownShadows {
         known.push(entry);
         let bytes = |entry: &(Key, Slot)| entry.1.get().map_or(0, ShadowMap::bytes);
         let mut sum: usize = known.iter().map(bytes).sum();
-        while sum > BYTES_MAX && known.len() > 1 {
-            sum -= bytes(&known.remove(0));
+        while (sum > BYTES_MAX || known.len() > MAPS_MAX) && known.len() > 1 {
+            // Another thread may have drawn it since the sum was made.
+            sum = sum.saturating_sub(bytes(&known.remove(0)));
         }
         slot
     }
