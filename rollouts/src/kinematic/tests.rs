@@ -92,3 +92,25 @@ fn the_same_actions_give_the_same_bits() {
     };
     assert_eq!(drive(), drive());
 }
+
+#[test]
+fn who_touches_a_person_stops_and_counts_it_once() {
+    let task = "corl17-traffic".to_owned();
+    let spec = Spec { task, town: "Town02".to_owned(), ..Spec::default() };
+    let text = roads::town::build("Town02").unwrap();
+    let map = Arc::new(roads::Map::parse("Town02", &text).unwrap());
+    let course = Course::new(&spec, map).unwrap();
+    let kit = KinematicWorld::kit(&course).unwrap();
+    let mut world = KinematicWorld::begin(&course, &kit, 0).unwrap();
+    let mut everybody = world.crowd.as_ref().unwrap().bodies();
+    let person = *everybody.find(|body| body.is_walker).unwrap();
+    drop(everybody);
+    // The front bumper is almost 4 m before the rear axle.
+    let (x_m, y_m) = (person.centre_m.x - 3.0, person.centre_m.y);
+    world.cars[0] = Car { x_m, y_m, cos: 1.0, ..Car::default() };
+    for _ in 0..3 {
+        world.tick().unwrap();
+    }
+    let once = Contacts { walkers: 1, ..Contacts::default() };
+    assert_eq!(world.take_contacts(0), once);
+}
