@@ -102,9 +102,8 @@ fn who_touches_a_person_stops_and_counts_it_once() {
     let course = Course::new(&spec, map).unwrap();
     let kit = KinematicWorld::kit(&course).unwrap();
     let mut world = KinematicWorld::begin(&course, &kit, 0).unwrap();
-    let mut everybody = world.crowd.as_ref().unwrap().bodies();
-    let person = *everybody.find(|body| body.is_walker).unwrap();
-    drop(everybody);
+    let crowd = world.crowd.as_ref().unwrap();
+    let person = *crowd.bodies().find(|body| body.is_walker).unwrap();
     // The front bumper is almost 4 m before the rear axle.
     let (x_m, y_m) = (person.centre_m.x - 3.0, person.centre_m.y);
     world.cars[0] = Car { x_m, y_m, cos: 1.0, ..Car::default() };
