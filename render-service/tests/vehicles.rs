@@ -6,7 +6,7 @@ mod common;
 
 use std::f32::consts::PI;
 
-use common::{camera, car, draw, frame, job, of_kind, pixel, places, project, renderer, town};
+use common::{camera, car, draw, frame, job, of_kind, pixel, places, project, renderers, town};
 use render_service::Renderer;
 use schemas::{
     ActorState, Camera, Frame, Image, ImageKind, Pose, TagId, Vec3, VehicleControl, Weather,
@@ -80,15 +80,14 @@ impl Scene {
     }
 }
 
-/// The moment at which blinkers are lit.
-fn scene(from_behind: bool) -> Option<Scene> {
-    Some(Scene { renderer: renderer()?, from_behind, sim_secs: 1.0 })
+/// For all that draws, at a moment at which blinkers are lit.
+fn scenes(from_behind: bool) -> impl Iterator<Item = Scene> {
+    renderers().map(move |renderer| Scene { renderer, from_behind, sim_secs: 1.0 })
 }
 
 #[test]
 fn a_vehicle_without_lights_is_dark_by_night_even_when_it_brakes() {
-    for from_behind in [true, false] {
-        let Some(mut scene) = scene(from_behind) else { return };
+    for mut scene in [true, false].into_iter().flat_map(scenes) {
         let mut braking = car(CAR, scene.pose(), 0x30_50a0);
         braking.control = VehicleControl { brake: 1.0, reverse: true, ..braking.control };
         let image = scene.draw_actor(braking, "vehicle.tesla.model3", &camera());
@@ -130,17 +129,19 @@ fn each_light_flag_lights_its_own_lamps_and_no_others() {
 }
 
 fn check(from_behind: bool, lamps: &[[f32; 3]], rows: &[Row]) {
-    let Some(mut scene) = scene(from_behind) else { return };
-    for (lights, lit) in rows {
-        let image = scene.draw(*lights);
-        for lamp in lamps {
-            let wanted = lit.iter().find(|(of, _)| of == lamp).map_or([false; 2], |(_, on)| *on);
-            let colours = scene.colours(&image, *lamp);
-            assert_eq!(
-                scene.lit(&image, *lamp),
-                wanted,
-                "lights {lights:#x}, lamp {lamp:?}, {colours:?}"
-            );
+    for mut scene in scenes(from_behind) {
+        for (lights, lit) in rows {
+            let image = scene.draw(*lights);
+            for lamp in lamps {
+                let wanted =
+                    lit.iter().find(|(of, _)| of == lamp).map_or([false; 2], |(_, on)| *on);
+                let colours = scene.colours(&image, *lamp);
+                assert_eq!(
+                    scene.lit(&image, *lamp),
+                    wanted,
+                    "lights {lights:#x}, lamp {lamp:?}, {colours:?}"
+                );
+            }
         }
     }
 }
@@ -148,18 +149,20 @@ fn check(from_behind: bool, lamps: &[[f32; 3]], rows: &[Row]) {
 #[test]
 fn position_lights_glow_less_than_brakes_and_beams() {
     for (from_behind, lamp, stronger) in [(true, TAIL, BRAKE), (false, HEAD, LOW_BEAM)] {
-        let Some(mut scene) = scene(from_behind) else { return };
-        let [dark, dim, bright] = [NONE, POSITION, stronger].map(|lights| {
-            let image = scene.draw(lights);
-            scene.colours(&image, lamp)[0][0]
-        });
-        assert!(dark + 30 < dim && dim + 30 < bright, "{dark} {dim} {bright}");
+        for mut scene in scenes(from_behind) {
+            let [dark, dim, bright] = [NONE, POSITION, stronger].map(|lights| {
+                let image = scene.draw(lights);
+                scene.colours(&image, lamp)[0][0]
+            });
+            assert!(dark + 30 < dim && dim + 30 < bright, "{dark} {dim} {bright}");
+        }
     }
 }
 
 #[test]
 fn blinkers_flash_between_60_and_120_times_a_minute_of_simulated_time() {
-    let Some(mut scene) = scene(true) else { return };
+    // Many pictures: only by what draws fast.
+    let mut scene = scenes(true).next().unwrap();
     let mut changes = 0;
     let mut before = None;
     for tick in 0..400 {
@@ -175,65 +178,74 @@ fn blinkers_flash_between_60_and_120_times_a_minute_of_simulated_time() {
 
 #[test]
 fn the_light_in_the_cabin_is_seen_through_the_windows() {
-    let Some(mut scene) = scene(true) else { return };
-    let rear_window = [-0.62, 0.3, 0.5];
-    let [dark, lit] = [NONE, INTERIOR].map(|lights| {
-        let image = scene.draw(lights);
-        scene.colours(&image, rear_window)[0][0]
-    });
-    assert!(dark < 60 && lit > dark + 80, "{dark}, {lit} with light");
+    for mut scene in scenes(true) {
+        let rear_window = [-0.62, 0.3, 0.5];
+        let [dark, lit] = [NONE, INTERIOR].map(|lights| {
+            let image = scene.draw(lights);
+            scene.colours(&image, rear_window)[0][0]
+        });
+        assert!(dark < 60 && lit > dark + 80, "{dark}, {lit} with light");
+    }
 }
 
 #[test]
 fn beacons_flash_red_and_blue_in_turn_while_they_are_on() {
-    let Some(mut scene) = scene(true) else { return };
-    let mut seen = |lights: u32, sim_secs: f64| {
-        scene.sim_secs = sim_secs;
-        let mut police = car(CAR, scene.pose(), 0xe8_e8e8);
-        police.lights = lights;
-        let image = scene.draw_actor(police, "vehicle.dodge.charger_police", &camera());
-        let blue = places(&image, |[red, green, blue]| blue > 180 && red < 120 && green < 160);
-        let red = places(&image, |[red, green, blue]| red > 180 && green < 100 && blue < 100);
-        (red.len() > 20, blue.len() > 20)
-    };
-    assert_eq!(seen(NONE, 0.1), (false, false));
-    assert_eq!(seen(SPECIAL, 0.1), (false, true));
-    assert_eq!(seen(SPECIAL, 0.3), (true, false));
+    for mut scene in scenes(true) {
+        let mut seen = |lights: u32, sim_secs: f64| {
+            scene.sim_secs = sim_secs;
+            let mut police = car(CAR, scene.pose(), 0xe8_e8e8);
+            police.lights = lights;
+            let image = scene.draw_actor(police, "vehicle.dodge.charger_police", &camera());
+            let blue = places(&image, |[red, green, blue]| blue > 180 && red < 120 && green < 160);
+            let red = places(&image, |[red, green, blue]| red > 180 && green < 100 && blue < 100);
+            (red.len() > 20, blue.len() > 20)
+        };
+        assert_eq!(seen(NONE, 0.1), (false, false));
+        assert_eq!(seen(SPECIAL, 0.1), (false, true));
+        assert_eq!(seen(SPECIAL, 0.3), (true, false));
+    }
 }
 
 /// Doors, from where they are seen, and a place that an open leaf reaches, in the car's axes.
 #[test]
 fn each_open_door_stands_out_of_the_body_where_its_hinge_is() {
-    let Some(mut scene) = scene(true) else { return };
-    let above = Camera {
-        carrier_from_camera: Pose::from_parts(
-            Vec3::new(6.0, 0.0, 9.0).into(),
-            schemas::UnitQuaternion::from_euler_angles(0.0, PI / 2.0, 0.0),
-        ),
-        ..camera()
-    };
-    let aside =
-        Camera { carrier_from_camera: level_pose(Vec3::new(6.0, -7.0, 1.2), PI / 2.0), ..camera() };
-    let doors = [
-        (0, &above, Vec3::new(0.5, 1.8, 0.7)),
-        (1, &above, Vec3::new(0.5, -1.8, 0.7)),
-        (2, &above, Vec3::new(-0.75, 1.61, 0.7)),
-        (3, &above, Vec3::new(-0.75, -1.61, 0.7)),
-        (4, &aside, Vec3::new(1.6, 0.0, 1.5)),
-        (5, &aside, Vec3::new(-1.95, 0.0, 1.35)),
-    ];
-    for (open, ..) in doors {
-        for (door, camera, at) in &doors {
-            let mut actor = car(CAR, scene.pose(), 0x30_50a0);
-            actor.doors = 1 << open;
-            let camera = of_kind(ImageKind::Instance, camera);
-            let image = scene.draw_actor(actor, "vehicle.tesla.model3", &camera);
-            let (column, row) =
-                project(&camera, &(scene.pose() * nalgebra::Point3::from(*at)).coords);
-            let at = ((row * image.width_px + column) * 4) as usize;
-            let id = TagId::unpack(image.data[at..at + 4].try_into().unwrap()).id;
-            let stands_out = id == CAR;
-            assert_eq!(stands_out, open == *door, "door {open} is open, at the place of {door}");
+    for mut scene in scenes(true) {
+        let above = Camera {
+            carrier_from_camera: Pose::from_parts(
+                Vec3::new(6.0, 0.0, 9.0).into(),
+                schemas::UnitQuaternion::from_euler_angles(0.0, PI / 2.0, 0.0),
+            ),
+            ..camera()
+        };
+        let aside = Camera {
+            carrier_from_camera: level_pose(Vec3::new(6.0, -7.0, 1.2), PI / 2.0),
+            ..camera()
+        };
+        let doors = [
+            (0, &above, Vec3::new(0.5, 1.8, 0.7)),
+            (1, &above, Vec3::new(0.5, -1.8, 0.7)),
+            (2, &above, Vec3::new(-0.75, 1.61, 0.7)),
+            (3, &above, Vec3::new(-0.75, -1.61, 0.7)),
+            (4, &aside, Vec3::new(1.6, 0.0, 1.5)),
+            (5, &aside, Vec3::new(-1.95, 0.0, 1.35)),
+        ];
+        for (open, ..) in doors {
+            for (door, camera, at) in &doors {
+                let mut actor = car(CAR, scene.pose(), 0x30_50a0);
+                actor.doors = 1 << open;
+                let camera = of_kind(ImageKind::Instance, camera);
+                let image = scene.draw_actor(actor, "vehicle.tesla.model3", &camera);
+                let (column, row) =
+                    project(&camera, &(scene.pose() * nalgebra::Point3::from(*at)).coords);
+                let at = ((row * image.width_px + column) * 4) as usize;
+                let id = TagId::unpack(image.data[at..at + 4].try_into().unwrap()).id;
+                let stands_out = id == CAR;
+                assert_eq!(
+                    stands_out,
+                    open == *door,
+                    "door {open} is open, at the place of {door}"
+                );
+            }
         }
     }
 }

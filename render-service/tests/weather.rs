@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{brightness, camera, draw, frame, job, pillar, pixel, project, renderer, town};
+use common::{brightness, camera, draw, frame, job, pillar, pixel, project, renderers, town};
 use render_service::{Material, Renderer, Surface};
 use schemas::{Frame, Image, Tick, Vec3, Weather};
 
@@ -28,70 +28,79 @@ fn mean(image: &Image) -> f32 {
 
 #[test]
 fn night_is_far_darker_than_noon_and_dusk_lies_between() {
-    let Some(mut renderer) = renderer() else { return };
-    let houses = [pillar(Material::Wall, [30.0, 12.0], 5.0, 9.0)];
-    let mut at = |sun_altitude_rad: f32| {
-        mean(&picture(&mut renderer, &houses, Weather { sun_altitude_rad, ..CLEAR }))
-    };
-    let (noon, dusk, night) = (at(1.2), at(0.0), at(-0.8));
-    assert!(night < 0.4 * noon, "night {night}, noon {noon}");
-    assert!(night < dusk && dusk < 0.9 * noon, "night {night}, dusk {dusk}, noon {noon}");
+    for mut renderer in renderers() {
+        let houses = [pillar(Material::Wall, [30.0, 12.0], 5.0, 9.0)];
+        let mut at = |sun_altitude_rad: f32| {
+            mean(&picture(&mut renderer, &houses, Weather { sun_altitude_rad, ..CLEAR }))
+        };
+        let (noon, dusk, night) = (at(1.2), at(0.0), at(-0.8));
+        assert!(night < 0.4 * noon, "night {night}, noon {noon}");
+        assert!(night < dusk && dusk < 0.9 * noon, "night {night}, dusk {dusk}, noon {noon}");
+    }
 }
 
 #[test]
 fn fog_takes_the_contrast_of_what_is_far_and_leaves_what_is_near() {
-    let Some(mut renderer) = renderer() else { return };
-    let (near, far) = (Vec3::new(8.5, 3.0, 3.0), Vec3::new(69.0, -8.0, 4.0));
-    let things = [
-        pillar(Material::Metal, [9.0, 3.0], 0.5, 6.0),
-        pillar(Material::Metal, [70.0, -8.0], 2.0, 9.0),
-    ];
-    // Difference to the sky at the same height beside it.
-    let contrast = |image: &Image, at: &Vec3| {
-        let (column, row) = project(&camera(), at);
-        (brightness(image, column, row) - brightness(image, 320, row)).abs()
-    };
-    let clear = picture(&mut renderer, &things, CLEAR);
-    let fog = Weather { fog_density_percent: 70.0, fog_distance_m: 10.0, ..CLEAR };
-    let fog = picture(&mut renderer, &things, fog);
-    let (before, after) = (contrast(&clear, &far), contrast(&fog, &far));
-    assert!(before > 30.0 && after < 0.3 * before, "far: {before} in clear air, {after} in fog");
-    let (before, after) = (contrast(&clear, &near), contrast(&fog, &near));
-    assert!(after > 0.6 * before, "near: {before} in clear air, {after} in fog");
+    for mut renderer in renderers() {
+        let (near, far) = (Vec3::new(8.5, 3.0, 3.0), Vec3::new(69.0, -8.0, 4.0));
+        let things = [
+            pillar(Material::Metal, [9.0, 3.0], 0.5, 6.0),
+            pillar(Material::Metal, [70.0, -8.0], 2.0, 9.0),
+        ];
+        // Difference to the sky at the same height beside it.
+        let contrast = |image: &Image, at: &Vec3| {
+            let (column, row) = project(&camera(), at);
+            (brightness(image, column, row) - brightness(image, 320, row)).abs()
+        };
+        let clear = picture(&mut renderer, &things, CLEAR);
+        let fog = Weather { fog_density_percent: 70.0, fog_distance_m: 10.0, ..CLEAR };
+        let fog = picture(&mut renderer, &things, fog);
+        let (before, after) = (contrast(&clear, &far), contrast(&fog, &far));
+        assert!(
+            before > 30.0 && after < 0.3 * before,
+            "far: {before} in clear air, {after} in fog"
+        );
+        let (before, after) = (contrast(&clear, &near), contrast(&fog, &near));
+        assert!(after > 0.6 * before, "near: {before} in clear air, {after} in fog");
+    }
 }
 
 #[test]
 fn a_wet_road_is_darker_than_a_dry_one() {
-    let Some(mut renderer) = renderer() else { return };
-    let dry = picture(&mut renderer, &[], CLEAR);
-    let wet = picture(&mut renderer, &[], Weather { wetness_percent: 100.0, ..CLEAR });
-    let road = |image: &Image| brightness(image, 320, 340);
-    assert!(road(&wet) < 0.9 * road(&dry), "wet {}, dry {}", road(&wet), road(&dry));
+    for mut renderer in renderers() {
+        let dry = picture(&mut renderer, &[], CLEAR);
+        let wet = picture(&mut renderer, &[], Weather { wetness_percent: 100.0, ..CLEAR });
+        let road = |image: &Image| brightness(image, 320, 340);
+        assert!(road(&wet) < 0.9 * road(&dry), "wet {}, dry {}", road(&wet), road(&dry));
+    }
 }
 
 #[test]
 fn rain_falls_in_streaks_that_are_others_in_every_tick_and_the_same_when_drawn_again() {
-    let Some(mut renderer) = renderer() else { return };
-    let weather = Weather { precipitation_percent: 100.0, cloudiness_percent: 100.0, ..CLEAR };
-    let mut at = |tick: u64| {
-        let frame = Frame { weather, tick: Tick(tick), ..frame(vec![]) };
-        draw(&mut renderer, &town(&[]), &job(frame, vec![camera()])).remove(0)
-    };
-    let (first, again, next) = (at(1), at(1), at(2));
-    assert!(first == again, "the rain of one tick changes");
-    let differing = first.data.chunks(4).zip(next.data.chunks(4)).filter(|(a, b)| a != b).count();
-    let share = differing as f32 / (640.0 * 360.0);
-    assert!((0.02..0.9).contains(&share), "{share} of the picture changes");
+    for mut renderer in renderers() {
+        let weather = Weather { precipitation_percent: 100.0, cloudiness_percent: 100.0, ..CLEAR };
+        let mut at = |tick: u64| {
+            let frame = Frame { weather, tick: Tick(tick), ..frame(vec![]) };
+            draw(&mut renderer, &town(&[]), &job(frame, vec![camera()])).remove(0)
+        };
+        let (first, again, next) = (at(1), at(1), at(2));
+        assert!(first == again, "the rain of one tick changes");
+        let differing =
+            first.data.chunks(4).zip(next.data.chunks(4)).filter(|(a, b)| a != b).count();
+        let share = differing as f32 / (640.0 * 360.0);
+        assert!((0.02..0.9).contains(&share), "{share} of the picture changes");
+    }
 }
 
 #[test]
 fn dust_makes_the_air_brown() {
-    let Some(mut renderer) = renderer() else { return };
-    let dusty = picture(&mut renderer, &[], Weather { dust_storm_percent: 90.0, ..CLEAR });
-    let clear = picture(&mut renderer, &[], CLEAR);
-    let warmth = |image: &Image| {
-        let [red, _, blue] = pixel(image, 320, 160);
-        red - blue
-    };
-    assert!(warmth(&dusty) > 40 && warmth(&clear) < 0, "{} {}", warmth(&dusty), warmth(&clear));
+    for mut renderer in renderers() {
+        let dusty = picture(&mut renderer, &[], Weather { dust_storm_percent: 90.0, ..CLEAR });
+        let clear = picture(&mut renderer, &[], CLEAR);
+        let warmth = |image: &Image| {
+            let [red, _, blue] = pixel(image, 320, 160);
+            red - blue
+        };
+        assert!(warmth(&dusty) > 40 && warmth(&clear) < 0, "{} {}", warmth(&dusty), warmth(&clear));
+    }
 }

@@ -12,15 +12,25 @@ use schemas::{
 
 pub(crate) const DIGEST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// What draws where nothing else is said: a GPU, else processors.
-pub(crate) fn renderer() -> Option<Renderer> {
-    match Renderer::new(AdapterChoice::Best) {
-        Ok(renderer) => Some(renderer),
-        Err(error) => {
-            eprintln!("skipped: {error}");
-            None
-        }
-    }
+/// What draws, one after the other: processors, then what Vulkan has.
+pub(crate) fn renderers() -> impl Iterator<Item = Renderer> {
+    std::iter::once_with(|| Some(Renderer::new(AdapterChoice::Software).unwrap()))
+        .chain(std::iter::once_with(device))
+        .flatten()
+        .inspect(|renderer| eprintln!("drawn by {}", renderer.adapter_name()))
+}
+
+/// A GPU, else Mesa's software Vulkan; `None` on a machine without Vulkan.
+fn device() -> Option<Renderer> {
+    let is_gpu = |renderer: &Renderer| !renderer.adapter_name().ends_with("software");
+    let gpu = Renderer::new(AdapterChoice::Best).ok().filter(is_gpu);
+    gpu.or_else(llvmpipe)
+}
+
+/// Mesa's software Vulkan; `None`, said aloud, where it is missing.
+pub(crate) fn llvmpipe() -> Option<Renderer> {
+    let opened = Renderer::new(AdapterChoice::Named("llvmpipe".to_owned()));
+    opened.inspect_err(|error| eprintln!("not drawn by Mesa: {error}")).ok()
 }
 
 /// Asphalt from -100 m to 100 m, and these things on it.
