@@ -80,6 +80,10 @@ impl Server {
                         endpoint.move_away().await;
                         continue;
                     }
+                    () = reached(endpoint.move_again_at()) => {
+                        endpoint.move_away().await;
+                        continue;
+                    }
                 },
             };
             let Some(event) = event else { return };
@@ -91,18 +95,12 @@ impl Server {
     async fn hear(&mut self) -> Option<Event> {
         loop {
             let due = self.lobby.due();
-            let is_due = async {
-                match due {
-                    Some(due) => tokio::time::sleep_until(due).await,
-                    None => std::future::pending().await,
-                }
-            };
             let told = tokio::select! {
                 // What clients say comes before what they did not say in time.
                 biased;
                 told = self.told.recv(), if self.lobby.has_room() => told?,
                 call = self.again.1.recv() => return call.map(Event::Called),
-                () = is_due => return Some(Event::Due),
+                () = reached(due) => return Some(Event::Due),
             };
             if let Some(event) = self.admit(told) {
                 return Some(event);
@@ -197,6 +195,14 @@ impl Server {
         if let Some(outbox) = self.outboxes.get(&ticket.client) {
             outbox.answer(ticket, answer);
         }
+    }
+}
+
+/// Waits until then; without a time, for ever.
+async fn reached(time: Option<Instant>) {
+    match time {
+        Some(time) => tokio::time::sleep_until(time).await,
+        None => std::future::pending().await,
     }
 }
 

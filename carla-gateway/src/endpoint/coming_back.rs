@@ -2,6 +2,7 @@
 //! another one when the service is gone.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::{
     Command, EncodedFrame, Error, ErrorCode, Lease, Reply, Request, SharedFrame, TickItem, WorldId,
@@ -13,18 +14,23 @@ use super::Endpoint;
 use super::worlds::{first_result, unexpected_answer};
 use crate::site::Site;
 
+/// Before a world is moved again that could not be.
+const MOVE_AGAIN: Duration = Duration::from_secs(1);
+
 /// What it takes to make the present world again.
 pub(super) struct Keep {
     /// Of all endpoints of the process.
     budget: Arc<Budget>,
     /// `None`: there is no room for it, or no world.
     recovery: Option<Recovery>,
+    /// When the world is moved again that could not be.
+    move_again_at: Option<Instant>,
 }
 
 impl Keep {
     /// Nothing yet.
     pub(super) fn new(budget: Arc<Budget>) -> Self {
-        Self { budget, recovery: None }
+        Self { budget, recovery: None, move_again_at: None }
     }
 
     /// A world begins.
@@ -152,11 +158,15 @@ impl Endpoint {
 
     /// Moves the world to another service if the one that has it ends and another is there.
     pub(crate) async fn move_away(&mut self) {
+        let begun = Instant::now();
+        if self.keep.move_again_at.is_some_and(|at| begun < at) {
+            return;
+        }
+        self.keep.move_again_at = None;
         let Some(old) = self.episode.as_ref().map(|episode| episode.world) else { return };
         if self.lost.is_some() || !self.site.should_move(old) {
             return;
         }
-        let begun = Instant::now();
         match self.moved(old).await {
             Ok((fresh, state)) => {
                 let Some(episode) = &mut self.episode else { return };
@@ -166,8 +176,16 @@ impl Endpoint {
                 self.figures.move_seconds.observe(begun.elapsed());
                 tracing::info!(port = self.port, "a world has moved");
             }
-            Err(error) => tracing::warn!(port = self.port, %error, "a world could not be moved"),
+            Err(error) => {
+                tracing::warn!(port = self.port, %error, "a world could not be moved");
+                self.keep.move_again_at = Some(Instant::now() + MOVE_AGAIN);
+            }
         }
+    }
+
+    /// When a world is moved again that could not be.
+    pub(crate) fn move_again_at(&self) -> Option<Instant> {
+        self.keep.move_again_at
     }
 
     /// A world on another service that is as clients saw theirs last.
