@@ -98,6 +98,19 @@ fn what_was_done_in_a_world_that_is_lost_is_done_again_in_the_next() {
 }
 
 #[test]
+fn a_world_that_nobody_has_room_for_at_first_comes_back() {
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        toy.crash();
+        toy.refusals.store(2, Ordering::Relaxed);
+        endpoint.tick().await.unwrap();
+        assert_eq!(toy.refusals.load(Ordering::Relaxed), 0);
+        assert!(endpoint.lost.is_none());
+    });
+}
+
+#[test]
 fn an_unknown_call_is_named_in_the_refusal() {
     runtime().block_on(async {
         let request = request("fly_to_the_moon", &[0x91, 0x91, 0xc2]).unwrap();

@@ -17,6 +17,11 @@ use crate::site::Site;
 /// Before a world is moved again that could not be.
 const MOVE_AGAIN: Duration = Duration::from_secs(1);
 
+/// How long a world that is gone waits for a service with room.
+const ROOM_WAIT: Duration = Duration::from_secs(20);
+/// Before services are asked again that had none.
+const ROOM_PAUSE: Duration = Duration::from_millis(500);
+
 /// What it takes to make the present world again.
 pub(super) struct Keep {
     /// Of all endpoints of the process.
@@ -129,6 +134,10 @@ impl Maker for Fresh<'_> {
     }
 }
 
+fn has_no_room<W>(remade: &Remade<W>) -> bool {
+    matches!(remade, Remade::Later(error) if error.code == ErrorCode::Capacity)
+}
+
 impl Endpoint {
     /// Makes the world of the episode again, as clients saw it last; whether it could be.
     pub(super) async fn come_back(&mut self, why: &Error) -> bool {
@@ -139,7 +148,14 @@ impl Endpoint {
         };
         tracing::warn!(port = self.port, %why, "a world is made again");
         let fresh = Fresh { site: &self.site, lease: self.config.lease() };
-        match recovery.remake(&fresh, &seen).await {
+        let until = Instant::now() + ROOM_WAIT;
+        let mut remade = recovery.remake(&fresh, &seen).await;
+        // One that drains has no room either, and another may be about to come.
+        while has_no_room(&remade) && Instant::now() < until {
+            tokio::time::sleep(ROOM_PAUSE).await;
+            remade = recovery.remake(&fresh, &seen).await;
+        }
+        match remade {
             Remade::Whole(fresh) => {
                 let Some(episode) = &mut self.episode else { return false };
                 // What may be left of the old one is freed as soon as it can be.

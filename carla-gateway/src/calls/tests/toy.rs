@@ -52,6 +52,8 @@ pub(super) struct Toy {
     pub(super) garbled: AtomicUsize,
     /// How often it has lost all worlds.
     crashes: AtomicU32,
+    /// How often it still has no room for a new world.
+    pub(super) refusals: AtomicU32,
     /// What was done in the present world.
     done: Mutex<Vec<(Vec<Command>, u32)>>,
 }
@@ -102,6 +104,12 @@ impl Toy {
     /// The only one there is.
     fn world(&self) -> WorldId {
         WorldId::of_host(0, u64::from(1 + self.crashes.load(Ordering::Relaxed)))
+    }
+
+    /// Whether the present request is refused; counts it.
+    fn refuses(&self) -> bool {
+        let order = Ordering::Relaxed;
+        self.refusals.fetch_update(order, order, |left| left.checked_sub(1)).is_ok()
     }
 
     fn frame() -> EncodedFrame {
@@ -161,6 +169,14 @@ fn id(number: u32) -> ActorId {
 impl Site for Toy {
     fn ask(&self, request: schemas::Request) -> Later<'_, Reply> {
         let world = self.world();
+        let makes = |request: &schemas::Request| {
+            use schemas::Request::{CreateWorld, RestoreWorld};
+            matches!(request, CreateWorld { .. } | RestoreWorld { .. })
+        };
+        if makes(&request) && self.refuses() {
+            let full = Error::new(ErrorCode::Capacity, "no room");
+            return Box::pin(std::future::ready(Err(full)));
+        }
         let answer = decode_request(&encode_request(&request)).map(|request| match request {
             schemas::Request::ListMaps => Reply::Maps(vec![TOWN.1.clone()]),
             schemas::Request::CreateWorld { first_actor, .. } => {
