@@ -243,7 +243,8 @@ impl Worlds {
         if answers.is_empty() { Err(refusal) } else { Ok(answers) }
     }
 
-    /// All maps, ordered by name; of several versions that of the first service by name.
+    /// All maps, ordered by name; of several versions that of the first service by name. An upload
+    /// that no service takes back is missing.
     ///
     /// # Errors
     /// When no service answers.
@@ -259,7 +260,9 @@ impl Worlds {
         // The services that had them are gone.
         for (name, text) in missing {
             let put = Request::PutMap { name: name.clone(), text: text.to_string() };
-            self.ask_all(&put).await?;
+            if let Err(error) = self.ask_all(&put).await {
+                tracing::warn!(map = %name, %error, "an uploaded map could not be put again");
+            }
         }
         self.list_maps().await
     }
@@ -296,7 +299,9 @@ impl Worlds {
 
 /// Whether another service may do what this one refuses.
 fn is_elsewhere(code: ErrorCode) -> bool {
-    matches!(code, ErrorCode::Capacity | ErrorCode::UnknownMap | ErrorCode::UnknownAsset)
+    use ErrorCode::{Capacity, UnknownAsset, UnknownMap, Unsupported};
+    // Those that keep no journals do not support a request about one.
+    matches!(code, Capacity | UnknownMap | UnknownAsset | Unsupported)
 }
 
 /// A service's liveliness may be known a moment before its keys are, and after they are gone.
