@@ -111,6 +111,29 @@ fn a_world_that_nobody_has_room_for_at_first_comes_back() {
 }
 
 #[test]
+fn what_waits_for_a_tick_that_is_refused_waits_for_the_next() {
+    let destroy = |actor| {
+        let actor = schemas::ActorId::new(actor).unwrap();
+        schemas::Command::DestroyActor { actor }
+    };
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        endpoint.queue(destroy(3)).await.unwrap();
+        toy.busy.store(2, Ordering::Relaxed);
+        assert!(endpoint.tick().await.is_err());
+        // Whoever is told that a command was not carried out does not find it done later.
+        assert!(endpoint.run_now(vec![destroy(4)]).await.is_err());
+        endpoint.tick().await.unwrap();
+        let is_destroyed =
+            |command: &schemas::Command| matches!(command, schemas::Command::DestroyActor { .. });
+        let (mut done, ticks) = toy.done();
+        done.retain(is_destroyed);
+        assert_eq!((done, ticks), (vec![destroy(3)], 1));
+    });
+}
+
+#[test]
 fn an_unknown_call_is_named_in_the_refusal() {
     runtime().block_on(async {
         let request = request("fly_to_the_moon", &[0x91, 0x91, 0xc2]).unwrap();

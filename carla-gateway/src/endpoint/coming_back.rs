@@ -8,7 +8,7 @@ use schemas::{
     Command, EncodedFrame, Error, ErrorCode, Lease, Reply, Request, SharedFrame, TickItem, WorldId,
 };
 use tokio::time::Instant;
-use worlds::{Budget, Maker, NewWorld, Recovery, Remade, State, is_same};
+use worlds::{Budget, Maker, NewWorld, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 
 use super::Endpoint;
 use super::worlds::{first_result, unexpected_answer};
@@ -26,8 +26,12 @@ const ROOM_PAUSE: Duration = Duration::from_millis(500);
 pub(super) struct Keep {
     /// Of all endpoints of the process.
     budget: Arc<Budget>,
-    /// `None`: there is no room for it, or no world.
+    /// `None`: there is no room for it, or no world, or what was done in it is not known.
     recovery: Option<Recovery>,
+    /// Ticks since there was none, or since none could be had.
+    bare_ticks: u32,
+    /// Somebody was told that there is no room.
+    is_room_missed: bool,
     /// When the world is moved again that could not be.
     move_again_at: Option<Instant>,
 }
@@ -35,7 +39,7 @@ pub(super) struct Keep {
 impl Keep {
     /// Nothing yet.
     pub(super) fn new(budget: Arc<Budget>) -> Self {
-        Self { budget, recovery: None, move_again_at: None }
+        Self { budget, recovery: None, bare_ticks: 0, is_room_missed: false, move_again_at: None }
     }
 
     /// A world begins.
@@ -46,21 +50,57 @@ impl Keep {
     /// The world is gone for good.
     pub(super) fn end(&mut self) {
         self.recovery = None;
+        self.bare_ticks = 0;
+    }
+
+    /// Something may have been done that is not noted: only a new state is sure, after the next
+    /// tick.
+    pub(super) fn doubt(&mut self) {
+        self.recovery = None;
+        self.bare_ticks = RECOVERY_TICKS;
     }
 
     /// Keeps what was done.
     pub(super) fn note(&mut self, commands: Vec<Command>, tick_count: u32, dt_secs: Option<f64>) {
-        let Some(recovery) = &mut self.recovery else { return };
+        let Some(recovery) = &mut self.recovery else {
+            self.bare_ticks = self.bare_ticks.saturating_add(tick_count);
+            return;
+        };
         if !recovery.note(commands, tick_count, dt_secs) {
-            tracing::warn!("no room to make this world again");
             self.recovery = None;
+            self.note_room();
         }
+    }
+
+    /// Whether much has been done since the state, or since there was none.
+    fn is_due(&self) -> bool {
+        match &self.recovery {
+            Some(recovery) => recovery.is_long_with(&[], 0),
+            None => self.bare_ticks >= RECOVERY_TICKS,
+        }
+    }
+
+    /// No new state could be had; it is asked for again after as much again.
+    fn miss(&mut self) {
+        self.bare_ticks = 0;
+        self.recovery.as_mut().map(Recovery::miss);
+    }
+
+    /// Says once that there is no room, until there was some again.
+    fn note_room(&mut self) {
+        let is_missed = self.recovery.is_none();
+        if is_missed && !self.is_room_missed {
+            tracing::warn!("no room to make this world again");
+        }
+        self.is_room_missed = is_missed;
+        self.bare_ticks = 0;
     }
 
     /// Its room first, which the new state may need.
     fn go_on_from(&mut self, state: State) {
         self.recovery = None;
         self.recovery = Recovery::new(state, &self.budget);
+        self.note_room();
     }
 }
 
@@ -227,14 +267,14 @@ impl Endpoint {
             Ok(_) => tracing::warn!("the world service answered something else"),
             Err(error) => {
                 tracing::debug!(%error, "no state of a world to go on from");
-                self.keep.recovery.as_mut().map(Recovery::miss);
+                self.keep.miss();
             }
         }
     }
 
     /// The same, when much has been done since the one before.
     pub(super) async fn keep_state_if_due(&mut self) {
-        if self.keep.recovery.as_ref().is_some_and(|recovery| recovery.is_long_with(&[], 0)) {
+        if self.keep.is_due() {
             self.keep_state().await;
         }
     }

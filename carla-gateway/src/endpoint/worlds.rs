@@ -3,7 +3,7 @@
 use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, Frame, RayHit, Reply, Request};
 use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, WorldId, limits};
 
-use super::Endpoint;
+use super::{Endpoint, PENDING_MAX};
 use crate::dialect::ActorRef;
 use crate::rpc::Refusal;
 use crate::stream::StreamId;
@@ -67,7 +67,13 @@ impl Endpoint {
         // A replay of a recording with many actors has more to say than one request can hold.
         while commands.len() > limits::COMMANDS_PER_REQUEST_MAX {
             let rest = commands.split_off(limits::COMMANDS_PER_REQUEST_MAX);
-            replies.append(&mut self.tick_item(commands, 0, None).await?.replies);
+            match self.tick_item(commands, 0, None).await {
+                Ok(mut outcome) => replies.append(&mut outcome.replies),
+                Err(refusal) => {
+                    self.wait_again(rest);
+                    return Err(refusal);
+                }
+            }
             commands = rest;
         }
         let mut outcome = self.tick_item(commands, tick_count, dt_secs).await?;
@@ -91,7 +97,10 @@ impl Endpoint {
             let world = self.episode()?.world;
             ticked = self.try_tick(TickItem { world, ..item.clone() }).await;
         }
-        let mut outcome = ticked.map_err(|error| self.refusal_of(&error))?;
+        let mut outcome = match ticked {
+            Ok(outcome) => outcome,
+            Err(error) => return Err(self.tick_refused(&error, item.commands)),
+        };
         self.keep.note(item.commands, item.tick_count, item.dt_secs);
         let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
         let frame = frame.map_err(|error| refused(&error))?;
@@ -104,6 +113,27 @@ impl Endpoint {
         self.recorder.see(&frame);
         self.episode()?.show(frame);
         Ok(outcome)
+    }
+
+    /// What becomes of a tick item that was refused.
+    fn tick_refused(&mut self, error: &Error, commands: Vec<Command>) -> Refusal {
+        match error.code {
+            // Nothing was done.
+            ErrorCode::Capacity | ErrorCode::WrongTick => self.wait_again(commands),
+            code if worlds::is_gone(code) => {}
+            // It may have been done, or still be.
+            _ => self.keep.doubt(),
+        }
+        self.refusal_of(error)
+    }
+
+    /// Commands that were not carried out go with the next tick; if too many wait, none does.
+    fn wait_again(&mut self, commands: Vec<Command>) {
+        self.pending.extend(commands);
+        if self.pending.len() > PENDING_MAX {
+            tracing::warn!(port = self.port, "too many commands wait for a tick: they are dropped");
+            self.pending.clear();
+        }
     }
 
     async fn try_tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
@@ -130,6 +160,7 @@ impl Endpoint {
         for refusal in outcome.replies.iter().filter_map(|reply| reply.as_ref().err()) {
             tracing::debug!(%refusal, "a command that nobody waits for was refused");
         }
+        self.keep_state_if_due().await;
         Ok(())
     }
 
@@ -144,7 +175,12 @@ impl Endpoint {
         self.episode()?;
         let count = commands.len();
         self.pending.extend(commands);
-        let mut outcome = self.tick_world(0, None).await?;
+        let ticked = self.tick_world(0, None).await;
+        if ticked.is_err() {
+            // The caller is told that these, the last ones, were not carried out.
+            self.pending.truncate(self.pending.len().saturating_sub(count));
+        }
+        let mut outcome = ticked?;
         self.keep_state_if_due().await;
         let first = outcome.replies.len().checked_sub(count).ok_or_else(unexpected)?;
         Ok(outcome.replies.split_off(first))

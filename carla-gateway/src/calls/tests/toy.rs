@@ -54,6 +54,8 @@ pub(super) struct Toy {
     crashes: AtomicU32,
     /// How often it still has no room for a new world.
     pub(super) refusals: AtomicU32,
+    /// How often it is still too busy for a tick.
+    pub(super) busy: AtomicU32,
     /// What was done in the present world.
     done: Mutex<Vec<(Vec<Command>, u32)>>,
 }
@@ -106,12 +108,6 @@ impl Toy {
         WorldId::of_host(0, u64::from(1 + self.crashes.load(Ordering::Relaxed)))
     }
 
-    /// Whether the present request is refused; counts it.
-    fn refuses(&self) -> bool {
-        let order = Ordering::Relaxed;
-        self.refusals.fetch_update(order, order, |left| left.checked_sub(1)).is_ok()
-    }
-
     fn frame() -> EncodedFrame {
         let map = MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) };
         let state = |(index, (kind, _)): (usize, &(ActorKind, &str))| {
@@ -151,6 +147,24 @@ impl Toy {
         }
     }
 
+    fn report() -> VehicleReport {
+        let blueprint = blueprints::find(ACTORS[2].1).unwrap();
+        let blueprints::Class::Vehicle(model) = blueprint.class else { panic!("a car") };
+        let physics = model.physics.clone();
+        VehicleReport {
+            physics,
+            telemetry: schemas::VehicleTelemetry::default(),
+            gains: schemas::AckermannGains {
+                speed_kp: 0.15,
+                speed_ki: 0.0,
+                speed_kd: 0.25,
+                acceleration_kp: 0.01,
+                acceleration_ki: 0.0,
+                acceleration_kd: 0.01,
+            },
+        }
+    }
+
     fn carry_out(&self, command: &Command) -> schemas::CommandReply {
         match command {
             Command::SpawnActor { blueprint, .. } if blueprint == "spectator" => Ok(Some(id(2))),
@@ -160,6 +174,12 @@ impl Toy {
             _ => Ok(None),
         }
     }
+}
+
+/// Whether there was one left, which is gone now.
+fn takes_one(left: &AtomicU32) -> bool {
+    let order = Ordering::Relaxed;
+    left.fetch_update(order, order, |left| left.checked_sub(1)).is_ok()
 }
 
 fn id(number: u32) -> ActorId {
@@ -173,7 +193,7 @@ impl Site for Toy {
             use schemas::Request::{CreateWorld, RestoreWorld};
             matches!(request, CreateWorld { .. } | RestoreWorld { .. })
         };
-        if makes(&request) && self.refuses() {
+        if makes(&request) && takes_one(&self.refusals) {
             let full = Error::new(ErrorCode::Capacity, "no room");
             return Box::pin(std::future::ready(Err(full)));
         }
@@ -191,22 +211,7 @@ impl Site for Toy {
                 Reply::Actors(actors.into_iter().map(Self::description).collect())
             }
             schemas::Request::InspectVehicles { actors, .. } => {
-                let blueprint = blueprints::find(ACTORS[2].1).unwrap();
-                let blueprints::Class::Vehicle(model) = blueprint.class else { panic!("a car") };
-                let physics = model.physics.clone();
-                let report = VehicleReport {
-                    physics,
-                    telemetry: schemas::VehicleTelemetry::default(),
-                    gains: schemas::AckermannGains {
-                        speed_kp: 0.15,
-                        speed_ki: 0.0,
-                        speed_kd: 0.25,
-                        acceleration_kp: 0.01,
-                        acceleration_ki: 0.0,
-                        acceleration_kd: 0.01,
-                    },
-                };
-                Reply::Vehicles(vec![report; actors.len()])
+                Reply::Vehicles(vec![Self::report(); actors.len()])
             }
             schemas::Request::CastRays { .. } => Reply::RayHits(Vec::new()),
             schemas::Request::SnapshotWorld { .. } => Reply::Snapshot(Vec::new()),
@@ -216,6 +221,10 @@ impl Site for Toy {
             schemas::Request::TickWorlds(items) if items[0].world != world => {
                 let unknown = Error::new(ErrorCode::UnknownWorld, "it is gone");
                 Reply::Ticked(vec![TickResult { world: items[0].world, outcome: Err(unknown) }])
+            }
+            schemas::Request::TickWorlds(items) if takes_one(&self.busy) => {
+                let busy = Error::new(ErrorCode::Capacity, "nothing was done");
+                Reply::Ticked(vec![TickResult { world: items[0].world, outcome: Err(busy) }])
             }
             schemas::Request::TickWorlds(items) => {
                 let done = (items[0].commands.clone(), items[0].tick_count);
