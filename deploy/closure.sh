@@ -1,6 +1,6 @@
 #!/bin/sh
 # Copies the program, what it links to and what it reads into two root folders, with nothing else in them:
-# /core for every service but the renderer, /full with Mesa's software Vulkan as well.
+# /core for every service, where processors draw; /full with Vulkan as well, for GPUs and in Mesa's software.
 set -eu
 
 # copy ROOT FILE: the file with its links, at the same path below ROOT.
