@@ -226,14 +226,14 @@ impl Session {
         }
     }
 
-    /// Moves the world of the episode away from a service that ends; whether it should be tried
+    /// Moves the world of the episode away from a service that ends; on errors it should be tried
     /// again.
-    pub(crate) async fn move_away(&mut self) -> bool {
+    pub(crate) async fn move_away(&mut self) -> Result<(), Error> {
         match &mut self.running {
             Running::Episode(episode, world) => {
                 world.move_away(&self.context, episode.frame()).await
             }
-            Running::Nothing | Running::Lost(_) => false,
+            Running::Nothing | Running::Lost(_) => Ok(()),
         }
     }
 

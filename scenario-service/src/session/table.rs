@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use futures_util::stream::{self, StreamExt as _};
 use monitoring::Drain;
-use schemas::Tenant;
+use schemas::{Error, ErrorCode, Tenant};
 use tenancy::Visitor;
 use tokio::sync::watch;
 
@@ -178,12 +178,21 @@ impl Sessions {
     /// should be tried again.
     pub(crate) async fn move_worlds(&self) -> bool {
         let slots: Vec<Arc<Slot>> = self.lock().values().cloned().collect();
-        let moving = slots.into_iter().map(|slot| async move {
-            // Nobody waits for a session that is at work.
-            slot.session.lock().await.move_away().await
+        let is_full = Arc::new(AtomicBool::new(false));
+        let moving = slots.into_iter().map(move |slot| {
+            let is_full = Arc::clone(&is_full);
+            async move { slot.move_unless(&is_full).await }
         });
         let moved = stream::iter(moving).buffer_unordered(MOVING_MAX);
-        moved.fold(false, |any, again| async move { any | again }).await
+        let failed = moved.fold((0_usize, None), |(count, why), moved| async move {
+            match moved {
+                Ok(()) => (count, why),
+                Err(error) => (count + 1, Some(error)),
+            }
+        });
+        let (count, Some(error)) = failed.await else { return false };
+        tracing::warn!(count, %error, "worlds could not be moved");
+        true
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Slot>>> {
@@ -290,6 +299,21 @@ impl TenantSessions {
 }
 
 impl Slot {
+    /// Moves its world if it should be elsewhere, unless nobody has room, as is found out: who has
+    /// none for this one has none for the next.
+    async fn move_unless(&self, is_full: &AtomicBool) -> Result<(), Error> {
+        // Nobody waits for a session that is at work.
+        let mut session = self.session.lock().await;
+        if is_full.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let moved = session.move_away().await;
+        if moved.as_ref().is_err_and(|error| error.code == ErrorCode::Capacity) {
+            is_full.store(true, Ordering::Relaxed);
+        }
+        moved
+    }
+
     /// Whether its connection should end.
     pub(crate) fn is_closing(&self) -> bool {
         self.closing.load(Ordering::Acquire)

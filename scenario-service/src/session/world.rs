@@ -105,29 +105,29 @@ impl EpisodeWorld {
     }
 
     /// Moves the world to another service if the one that has it ends and another is there: nothing
-    /// is under way in it. Whether it should be tried again.
-    pub(super) async fn move_away(&mut self, context: &Arc<SessionContext>, seen: &Frame) -> bool {
-        let Some(old) = self.owned.as_ref().map(OwnedWorld::id) else { return false };
+    /// is under way in it.
+    ///
+    /// # Errors
+    /// Why it could not be; it should be tried again.
+    pub(super) async fn move_away(
+        &mut self,
+        context: &Arc<SessionContext>,
+        seen: &Frame,
+    ) -> Result<(), Error> {
+        let Some(old) = self.owned.as_ref().map(OwnedWorld::id) else { return Ok(()) };
         if !context.port.should_move(old) {
-            return false;
+            return Ok(());
         }
         let begun = Instant::now();
-        match moved(context, old, seen).await {
-            Ok((world, state)) => {
-                tracing::debug!(%old, new = %world.id(), "a world has moved");
-                // The old one is destroyed.
-                self.owned = Some(world);
-                // Its room first, which the new state may need.
-                self.recovery = None;
-                self.recovery = Recovery::new(state, &context.recovery);
-                context.figures.move_seconds.observe(begun.elapsed());
-                false
-            }
-            Err(error) => {
-                tracing::warn!(world = %old, %error, "a world could not be moved");
-                true
-            }
-        }
+        let (world, state) = moved(context, old, seen).await?;
+        tracing::debug!(%old, new = %world.id(), "a world has moved");
+        // The old one is destroyed.
+        self.owned = Some(world);
+        // Its room first, which the new state may need.
+        self.recovery = None;
+        self.recovery = Recovery::new(state, &context.recovery);
+        context.figures.move_seconds.observe(begun.elapsed());
+        Ok(())
     }
 
     /// One that is slow is still there, and one that panics would panic again.
