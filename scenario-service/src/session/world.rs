@@ -7,7 +7,7 @@ use std::time::Instant;
 use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, SharedFrame};
 use schemas::{TickItem, TickOutcome, WorldId};
 
-use worlds::{Maker, Recovery, Remade, State, is_same};
+use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 
 use super::SessionContext;
 use super::recovery::FreshWorlds;
@@ -52,6 +52,8 @@ pub(super) struct EpisodeWorld {
     owned: Option<OwnedWorld>,
     /// `None`: there was no room for it.
     recovery: Option<Recovery>,
+    /// Ticks since then, or since room was looked for again.
+    bare_ticks: u32,
 }
 
 impl EpisodeWorld {
@@ -61,7 +63,7 @@ impl EpisodeWorld {
         state: Option<State>,
         context: &SessionContext,
     ) -> Self {
-        let mut world = Self { owned: Some(owned), recovery: None };
+        let mut world = Self { owned: Some(owned), recovery: None, bare_ticks: 0 };
         match state {
             Some(state) => world.recovery = Recovery::new(state, &context.recovery),
             None => _ = world.renew(context).await,
@@ -160,7 +162,14 @@ impl EpisodeWorld {
     /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been
     /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
-        let Some(recovery) = &mut self.recovery else { return };
+        let Some(recovery) = &mut self.recovery else {
+            self.bare_ticks = self.bare_ticks.saturating_add(work.tick_count);
+            if self.bare_ticks >= RECOVERY_TICKS {
+                self.bare_ticks = 0;
+                self.renew(context).await;
+            }
+            return;
+        };
         if recovery.is_long_with(&work.commands, work.tick_count) {
             if self.renew(context).await {
                 return;

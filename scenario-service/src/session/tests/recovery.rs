@@ -88,6 +88,24 @@ async fn a_step_that_is_given_up_while_a_state_is_kept_was_not_done() {
 }
 
 #[tokio::test]
+async fn a_world_that_found_no_room_to_be_made_again_has_it_when_there_is_some() {
+    const ROOM: usize = 1 << 20;
+    let port = Arc::new(ToyWorlds::default());
+    let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
+    let context = SessionContext::new(shared, "free_roam".to_owned(), Profile::Documented);
+    let context = Arc::new(context.recovering(ROOM));
+    // All but less than any state needs.
+    let taken = worlds::State::Snapshot(vec![0; ROOM - 2 * size_of::<worlds::State>() + 1]);
+    let taken = worlds::Recovery::new(taken, &context.recovery).unwrap();
+    let mut session = Session::new(Arc::clone(&context), Quotas::default()).unwrap();
+    session.reset(reset_to("free_roam", 7, json!({}))).await.unwrap();
+    drop(taken);
+    observe(&mut session, worlds::RECOVERY_TICKS as usize + 5).await;
+    port.crash();
+    session.step(&Action::of(ActionKind::Observe)).await.unwrap();
+}
+
+#[tokio::test]
 async fn a_world_that_cannot_be_made_again_now_is_made_again_later() {
     let (port, mut session) = session();
     session.reset(ResetRequest::default()).await.unwrap();
