@@ -71,6 +71,19 @@ fn no_number_of_an_actor_or_stream_is_given_again_in_a_new_world() {
 }
 
 #[test]
+fn a_world_on_another_version_of_the_map_is_refused_and_the_episode_goes_on() {
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        toy.has_other_map.store(true, Ordering::Relaxed);
+        let refusal = endpoint.load("", u16::MAX).await.unwrap_err();
+        assert!(refusal.0.contains("another version of the map Town10HD"), "{}", refusal.0);
+        assert_eq!(endpoint.episodes_begun, 1);
+        endpoint.tick().await.unwrap();
+    });
+}
+
+#[test]
 fn what_was_done_in_a_world_that_is_lost_is_done_again_in_the_next() {
     runtime().block_on(async {
         let (mut endpoint, toy) = Toy::endpoint();

@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use roads::MapLayer;
-use schemas::{Command, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
+use schemas::{Command, Frame, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
 use tokio::time::Instant;
 use worlds::NewWorld;
 
 use super::Endpoint;
+use super::coming_back::destroy_later;
 use super::listeners::Whose;
 use super::street_lamps::StreetLamps;
 use super::worlds::refused;
@@ -33,6 +34,17 @@ fn without_layers(layers: u16) -> Vec<Command> {
     if layers == 0 { Vec::new() } else { vec![unload] }
 }
 
+/// Why a world cannot be used whose map is not the one that clients are told.
+fn other_version(map: &roads::Map, frame: &Frame) -> Option<Refusal> {
+    let (name, wanted, found) = (map.name(), map.digest(), &frame.map.digest);
+    (wanted != found).then(|| {
+        Refusal(format!(
+            "the world service has another version of the map {name}: wanted {wanted}, found \
+             {found}; give all world services the same maps"
+        ))
+    })
+}
+
 impl Endpoint {
     /// The name on the bus of what this endpoint's clients uploaded.
     pub(crate) fn upload_name(&self) -> String {
@@ -43,7 +55,8 @@ impl Endpoint {
     /// CARLA's layers if the map has any. The old world goes only when the new one is there.
     ///
     /// # Errors
-    /// No such map, or no world service; the old episode goes on.
+    /// No such map, or no world service, or one with another version of the map; the old episode
+    /// goes on.
     pub(crate) async fn load(&mut self, name: &str, layers: u16) -> Result<(), Refusal> {
         // The client library ends its process when it leaves a stream that it is still joining.
         self.await_listeners(Whose::All).await;
@@ -70,6 +83,10 @@ impl Endpoint {
             return Err(Refusal("the world service answered something else".to_owned()));
         };
         let frame = SharedFrame::decode(frame).map_err(|error| refused(&error))?;
+        if let Some(refusal) = other_version(&map, &frame) {
+            destroy_later(Arc::clone(&self.site), world);
+            return Err(refusal);
+        }
         self.end_episode().await;
         self.keep.begin(new);
         self.note_actors(&frame, &[]);

@@ -1,6 +1,6 @@
 //! A world service that does whatever it is told, and only looks whether it could read it.
 
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex};
 
 use monitoring::Monitor;
@@ -56,6 +56,8 @@ pub(super) struct Toy {
     pub(super) refusals: AtomicU32,
     /// How often it is still too busy for a tick.
     pub(super) busy: AtomicU32,
+    /// New worlds are on another version of the map.
+    pub(super) has_other_map: AtomicBool,
     /// What was done in the present world.
     done: Mutex<Vec<(Vec<Command>, u32)>>,
 }
@@ -109,7 +111,11 @@ impl Toy {
     }
 
     fn frame() -> EncodedFrame {
-        let map = MapRef { name: "Town10HD".to_owned(), digest: "0".repeat(64) };
+        Self::frame_on(TOWN.1.digest.clone())
+    }
+
+    fn frame_on(digest: String) -> EncodedFrame {
+        let map = MapRef { name: "Town10HD".to_owned(), digest };
         let state = |(index, (kind, _)): (usize, &(ActorKind, &str))| {
             ActorState::at_rest(id(index as u32 + 1), *kind, index as u16, Pose::identity())
         };
@@ -202,7 +208,11 @@ impl Site for Toy {
             schemas::Request::CreateWorld { first_actor, .. } => {
                 self.first_actor.store(first_actor.get(), Ordering::Relaxed);
                 self.newest_actor.fetch_max(ACTORS.len() as u32, Ordering::Relaxed);
-                Reply::WorldCreated { world, frame: Self::frame(), replies: Vec::new() }
+                let frame = match self.has_other_map.load(Ordering::Relaxed) {
+                    true => Self::frame_on("0".repeat(64)),
+                    false => Self::frame(),
+                };
+                Reply::WorldCreated { world, frame, replies: Vec::new() }
             }
             schemas::Request::DescribeActors { actors, .. } if actors.is_empty() => {
                 Reply::Actors((1..=ACTORS.len() as u32).map(id).map(Self::description).collect())
