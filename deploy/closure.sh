@@ -1,6 +1,7 @@
 #!/bin/sh
-# Copies the program, what it links to and what it reads into two root folders, with nothing else in them:
-# /core for every service, where processors draw; /full with Vulkan as well, for GPUs and in Mesa's software.
+# Copies the program, what it links to and what it reads into two root folders, with nothing else
+# in them: /core for every service, where processors draw; /full with Vulkan as well, for GPUs and
+# with Mesa's software.
 set -eu
 
 # copy ROOT FILE: the file with its links, at the same path below ROOT.
