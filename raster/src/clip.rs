@@ -1,6 +1,6 @@
 //! Triangles that come too near to the eye, or reach too far out of the picture.
 
-use crate::fill::{Plane, Point};
+use crate::fill::{Plane, Point, is_too_steep};
 use crate::view::Projection;
 
 /// Places further from the picture's corner than this, in pixels, have no fine grid any more.
@@ -99,7 +99,8 @@ impl Clipped {
         let volume: f64 = (0..3).map(|at| a[at] * cross(b, c, at)).sum();
         let part = |at: usize| {
             let part = (cross(b, c, at) + cross(c, a, at) + cross(a, b, at)) / volume;
-            if part.is_finite() { part as f32 } else { 0.0 }
+            let part = part as f32;
+            if is_too_steep(part) { 0.0 } else { part }
         };
         let corners = self.corners.get(..self.count).unwrap_or_default();
         let (least, most) = corners

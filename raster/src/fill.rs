@@ -14,6 +14,14 @@ pub(crate) const LANES: usize = 8;
 /// Triangles wider than this have the ends of each row computed first.
 const WIDE_PX: i32 = 24;
 
+/// Changes of nearness in a pixel that are larger count as none: sums of them may be no number.
+const CHANGE_MAX: f32 = 1e30;
+
+/// Whether a change of nearness in a pixel cannot be computed with; so if it is no number.
+pub(crate) fn is_too_steep(change: f32) -> bool {
+    change.is_nan() || change.abs() > CHANGE_MAX
+}
+
 /// A corner of a triangle in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
@@ -95,7 +103,7 @@ impl Plane {
         let (bn, cn) = (b.nearness - a.nearness, c.nearness - a.nearness);
         let area = bx * cy - by * cx;
         let (mut across, mut down) = ((bn * cy - cn * by) / area, (cn * bx - bn * cx) / area);
-        if !(across.is_finite() && down.is_finite()) {
+        if is_too_steep(across) || is_too_steep(down) {
             (across, down) = (0.0, 0.0);
         }
         let back = slope * across.abs().max(down.abs());
@@ -198,4 +206,25 @@ fn fill_row<S: Simd>(
         at += LANES;
     }
     is_seen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Goal: nearness is a number at every pixel. Method: corners that are as good as one place,
+    /// with a nearness each.
+    #[test]
+    fn a_triangle_without_a_width_is_equally_near_everywhere() {
+        let point =
+            |x: f32, y: f32, nearness: f32| Point { snapped: [x, y], exact: [x, y], nearness };
+        for width in [0.0, 1e-38, 1e-33] {
+            let corners = [point(0.0, 0.0, 1.0), point(width, 0.0, 12.0), point(0.0, 1.0, 3.0)];
+            let plane = Plane::new(&corners, 1.5);
+            assert_eq!((plane.across, plane.down, plane.nearness), (0.0, 0.0, 1.0), "{width}");
+        }
+        let corners = [point(0.0, 0.0, 1.0), point(4.0, 0.0, 3.0), point(0.0, 2.0, 2.0)];
+        let plane = Plane::new(&corners, 0.0);
+        assert_eq!((plane.across, plane.down), (0.5, 0.5));
+    }
 }

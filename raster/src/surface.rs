@@ -115,11 +115,12 @@ impl Surface {
 }
 
 /// World normal of a model's own. A placement is a turn after a stretch along the axes: normals
-/// shrink where positions stretch.
+/// shrink where positions stretch. Upwards for a placement that is flat.
 fn world_normal([a, b, c]: &[[f32; 4]; 3], normal: V3) -> V3 {
     let stretch = |at: usize| a[at] * a[at] + b[at] * b[at] + c[at] * c[at];
     let n = [normal[0] / stretch(0), normal[1] / stretch(1), normal[2] / stretch(2)];
-    unit([a, b, c].map(|row| row[0] * n[0] + row[1] * n[1] + row[2] * n[2]))
+    let turned = unit([a, b, c].map(|row| row[0] * n[0] + row[1] * n[1] + row[2] * n[2]));
+    if turned.iter().all(|part| part.is_finite()) { turned } else { [0.0, 0.0, 1.0] }
 }
 
 /// What eight pixels show.
@@ -172,5 +173,46 @@ impl<S: Simd> Looks<S> {
                 mask.select(facade_m[1], self.facade_m[1]),
             ],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    #[test]
+    fn normals_shrink_where_places_stretch_and_are_numbers_on_what_is_flat() {
+        let stretched = |z: f32| [[2.0, 0.0, 0.0, 5.0], [0.0, 1.0, 0.0, 6.0], [0.0, 0.0, z, 7.0]];
+        let [x, y, z] = world_normal(&stretched(1.0), unit([1.0, 0.0, 1.0]));
+        assert!((x - 0.2f32.sqrt()).abs() < 1e-6 && y == 0.0 && (z - 0.8f32.sqrt()).abs() < 1e-6);
+        for normal in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [1.0, 0.0, 0.0]] {
+            let turned = world_normal(&stretched(0.0), normal);
+            assert!(turned.iter().all(|part| part.is_finite()), "{normal:?}: {turned:?}");
+        }
+    }
+
+    #[test]
+    fn half_way_between_opposite_normals_is_the_first_one() {
+        let surface = Surface {
+            first_m: [0.0; 3],
+            toward: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, -1.0]],
+            facade_m: [[0.0; 2]; 3],
+            is_flat: false,
+            colour: [0.5; 3],
+            glow: 0.0,
+            gloss: 0.0,
+            pattern: 0.0,
+            variant: 0.0,
+            family: Family::Body,
+        };
+        let up_at = |x: f32| {
+            dispatch!(Level::new(), simd => {
+                surface.at(simd, V8::splat(simd, [x, 0.0, 0.0])).0.z.to_array()[0]
+            })
+        };
+        assert_eq!([0.25, 0.5, 0.75].map(up_at), [1.0, 1.0, -1.0]);
     }
 }

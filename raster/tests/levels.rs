@@ -96,9 +96,9 @@ fn materials() -> [Material; 3] {
     [of(Family::Ground, 3), of(Family::Facade, 0), of(Family::Body, 0)]
 }
 
-/// Colours, depths, labels and normals, drawn in bands of so many rows.
-fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [Vec<u8>; 4] {
-    let view = View {
+/// Level, ahead.
+fn view() -> View {
+    View {
         eye_m: [0.0, 0.0, 1.7],
         forward: [1.0, 0.0, 0.0],
         left: [0.0, 1.0, 0.0],
@@ -107,8 +107,22 @@ fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [V
         width_px: SIZE_PX.0,
         height_px: SIZE_PX.1,
         near_m: 0.08,
-    };
-    let placed = [Placed { model, world_from_model: IN_PLACE, tints: [[255; 4]; 4], label: 0 }];
+    }
+}
+
+/// Colours, depths, labels and normals, drawn in bands of so many rows.
+fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [Vec<u8>; 4] {
+    picture_of(level, &view(), (model, IN_PLACE), band, is_hidden)
+}
+
+fn picture_of(
+    level: Level,
+    view: &View,
+    (model, world_from_model): (&Model, [[f32; 4]; 3]),
+    band: u32,
+    is_hidden: Option<u32>,
+) -> [Vec<u8>; 4] {
+    let placed = [Placed { model, world_from_model, tints: [[255; 4]; 4], label: 0 }];
     let hides = |thing: u32| Some(thing) == is_hidden;
     let hides: &(dyn Fn(u32) -> bool + Sync) = &hides;
     let materials = materials();
@@ -122,19 +136,19 @@ fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [V
     };
     let mut shadow = ShadowMap::empty(sun);
     shadow.add(level, &placed, None);
-    let pitch = SIZE_PX.0 as usize * PIXEL_BYTES;
+    let pitch = view.width_px as usize * PIXEL_BYTES;
     let mut pictures = [const { Vec::new() }; 4];
     let mut canvas = Canvas::default();
-    for start in (0..SIZE_PX.1).step_by(band as usize) {
-        let rows = start..(start + band).min(SIZE_PX.1);
-        canvas.look(level, &view, rows.clone(), &scene);
+    for start in (0..view.height_px).step_by(band as usize) {
+        let rows = start..(start + band).min(view.height_px);
+        canvas.look(level, view, rows.clone(), &scene);
         let mut parts = [const { Vec::new() }; 4];
         parts.iter_mut().for_each(|part| *part = vec![0; pitch * rows.len()]);
         let [colour, depth, labels, normals] = &mut parts;
-        canvas.colour(level, &view, &scene, (&light(), &shadow), (colour, pitch));
+        canvas.colour(level, view, &scene, (&light(), &shadow), (colour, pitch));
         canvas.depth(1_000.0, (depth, pitch));
         canvas.labels(&scene, 11, (labels, pitch));
-        canvas.normals(level, &view, &scene, (normals, pitch));
+        canvas.normals(level, view, &scene, (normals, pitch));
         pictures.iter_mut().zip(parts).for_each(|(all, part)| all.extend(part));
     }
     pictures
@@ -189,4 +203,52 @@ fn hidden_things_are_missing() {
     let some = picture(Level::new(), &model, SIZE_PX.1, Some(3));
     let none = picture(Level::new(), &model, SIZE_PX.1, Some(9));
     assert!(all[2] != some[2] && all == none);
+}
+
+/// Goal: nothing panics, and depths are depths, whatever is looked at from wherever. Method: the
+/// smallest and the longest pictures, the narrowest and the widest lens, eyes on a corner, among
+/// triangles, on the ground and far away.
+#[test]
+fn views_at_the_limits_are_drawn_by_every_processor_alike() {
+    let model = model();
+    let sized = |width_px, height_px| View { width_px, height_px, ..view() };
+    let lens = |half: f32| View { half_extent: [half, 0.5 * half], ..view() };
+    let from = |eye_m| View { eye_m, ..view() };
+    let views = [
+        sized(1, 1),
+        sized(4_096, 1),
+        sized(1, 300),
+        lens(1e-6),
+        lens(1e-30),
+        lens(11.43),
+        from([500.0, 500.0, 0.0]),
+        from([10.0, 0.0, 3.0]),
+        from([0.0, 0.0, 0.0]),
+        from([1e5, -1e5, 1e5]),
+    ];
+    for view in views {
+        let draw = |level, band| picture_of(level, &view, (&model, IN_PLACE), band, None);
+        let whole = draw(Level::new(), view.height_px);
+        for depth in whole[1].as_chunks::<4>().0 {
+            let depth_m = f32::from_le_bytes(*depth);
+            assert!((0.079..=1_000.0).contains(&depth_m), "{depth_m} m in {view:?}");
+        }
+        for level in levels() {
+            let name = raster::level_name(level);
+            assert!(draw(level, view.height_px) == whole, "by {name}: {view:?}");
+        }
+    }
+}
+
+/// A placement without a height has a normal all the same.
+#[test]
+fn what_is_pressed_flat_faces_up() {
+    let model = model();
+    let flat = [IN_PLACE[0], IN_PLACE[1], [0.0; 4]];
+    let [_, _, labels, normals] =
+        picture_of(Level::new(), &view(), (&model, flat), SIZE_PX.1, None);
+    let pixels = labels.as_chunks::<4>().0.iter().zip(normals.as_chunks::<4>().0);
+    let shown: Vec<_> = pixels.filter(|(label, _)| **label == [7, 0, 0, 0]).collect();
+    assert!(shown.len() > 1_000, "{} pixels", shown.len());
+    assert!(shown.iter().all(|(_, normal)| **normal == [0, 0, 127, 0]));
 }
