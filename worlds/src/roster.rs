@@ -32,6 +32,8 @@ struct Known<W> {
     coming: Coming,
     /// 0: not known yet.
     number: u32,
+    /// Whether the process said the number itself, or made a world with it, since it came up.
+    is_number_sure: bool,
     voice: Voice,
     is_draining: bool,
     load: Option<Load>,
@@ -75,12 +77,14 @@ impl<W: Clone> Roster<W> {
         };
         if let Some(known) = self.hosts.get_mut(id).filter(is_same) {
             known.voice = Voice::Heard;
+            known.is_number_sure = number != 0;
             return None;
         }
         self.comings += 1;
         let known = Known {
             coming: self.comings,
             number,
+            is_number_sure: number != 0,
             voice: Voice::Heard,
             is_draining: false,
             load: None,
@@ -148,13 +152,17 @@ impl<W: Clone> Roster<W> {
         }
     }
 
-    /// A host has made a world.
+    /// A host has made a world. If it did not say its number, and was taken for a process with
+    /// another, the way to that one does not lead to it.
     pub(crate) fn note_world(&mut self, id: &ServiceId, world: WorldId) {
-        if let Some(known) = self.hosts.get_mut(id)
-            && known.number == 0
-        {
-            known.number = world.host();
+        let Some(known) = self.hosts.get_mut(id).filter(|known| !known.is_number_sure) else {
+            return;
+        };
+        let before = std::mem::replace(&mut known.number, world.host());
+        if before != 0 && before != known.number {
+            known.way = None;
         }
+        known.is_number_sure = true;
     }
 
     /// Where a new world goes, of all but some: one that takes new worlds, else one that is heard,

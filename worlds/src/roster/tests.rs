@@ -124,6 +124,21 @@ fn who_did_not_say_its_number_is_known_by_its_first_world() {
 }
 
 #[test]
+fn who_was_taken_for_the_process_before_is_known_by_its_first_world() {
+    for number in [1, 6] {
+        let mut roster = roster(&["a"], NEAR);
+        roster.note_world(&id("a"), world(6));
+        assert!(roster.host_of(world(6)).is_none(), "an answer of another process is late");
+        roster.fall_silent(&id("a")).unwrap();
+        assert_eq!(roster.come_up(&id("a"), 0), None);
+        roster.note_world(&id("a"), world(number));
+        let way = (number == 1).then_some(&1);
+        assert_eq!(roster.host_of(world(number)), Some((&id("a"), way)));
+        assert_eq!(roster.host_of(world(1)).is_some(), number == 1);
+    }
+}
+
+#[test]
 fn new_worlds_go_past_who_drains_and_theirs_should_move() {
     let mut roster = roster(&["a", "b"], NEAR);
     assert!(roster.note_draining(|host| *host == id("a")));
