@@ -125,7 +125,8 @@ impl Recovery {
         has_room.then(|| Self { state, done: Vec::new(), ticks: 0, bytes: 0, misses: 0, share })
     }
 
-    /// Notes what was done, with the length of its ticks if it is not the world's own. `false`: there is no room for it, so that nothing can be made again.
+    /// Notes what was done, with the length of its ticks if it is not the world's own. `false`:
+    /// there is no room for it, so that nothing can be made again.
     #[must_use]
     pub fn note(&mut self, commands: Vec<Command>, tick_count: u32, dt_secs: Option<f64>) -> bool {
         let bytes = size_of::<Done>() + bytes_of(&commands);

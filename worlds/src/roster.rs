@@ -69,8 +69,8 @@ impl<W: Clone> Roster<W> {
     /// A host came up, with the number of its process, or 0. Gives its coming if a way to it is to
     /// be opened.
     pub(crate) fn come_up(&mut self, id: &ServiceId, number: u32) -> Option<Coming> {
-        // One that is silent is not proven dead; on a machine that is so busy it may not come to say
-        // its number.
+        // One that is silent is not proven dead; on a machine that is so busy it may not come to
+        // say its number.
         let is_same = |known: &&mut Known<W>| match number {
             0 => known.voice == Voice::Silent,
             number => known.number == number,
