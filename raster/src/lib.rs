@@ -7,7 +7,7 @@
 //! eight pixels at a time.
 //!
 //! **Determinism:** equal scenes give equal bytes, at every level of vectors and in whatever parts
-//! a picture is drawn: nothing is fused or approximated, and what a pixel shows depends on no other.
+//! a picture is drawn: nothing is fused or approximated, and a pixel depends on no other.
 
 mod clip;
 mod draw;
