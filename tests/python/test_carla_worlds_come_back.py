@@ -85,13 +85,13 @@ def test_no_client_sees_that_the_world_service_was_killed(site, start_site):
 
 def test_a_traffic_manager_drives_on_in_a_world_that_is_made_again(site, start_site):
     disturbed = start_site("--no-render")
-    traffic = {"vehicles": 20, "ticks": 300}
+    # Seconds of driving on any machine, so that there is somebody to kill.
+    traffic = {"vehicles": 20, "ticks": 1_500}
     wanted = drive_traffic(site, "Town10HD", **traffic)["trace"]
     over = threading.Event()
 
     def kill_now_and_then() -> None:
-        # The traffic is still being made at first.
-        while not over.wait(3.0):
+        while not over.wait(2.0):
             kill(disturbed)
 
     killing = threading.Thread(target=kill_now_and_then)

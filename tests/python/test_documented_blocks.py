@@ -180,7 +180,9 @@ TAKEN = (
     "record worlds",
     "record collisions",
     "incident.py",
-    "causeway router",
+    "causeway router --listen tcp",
+    "certificates.sh",
+    "record_episodes",
     "gateway --connect tcp/127.0.0.1",
     "causeway world --listen",
     "my-maps/Mine.xodr",
@@ -263,11 +265,39 @@ def test_a_journal_is_kept_and_verified(shell, start_site):
 
 def test_services_of_one_bus_are_started_one_by_one(shell):
     port, http, carla = two_free_ports(), two_free_ports(), two_free_ports()
-    for line in take("causeway router"):
+    for line in take("causeway router --listen tcp"):
         ours = re.sub(r"tcp/[\w.]+:7460", f"tcp/127.0.0.1:{port}", line)
         ours = ours.replace("0.0.0.0:8000", f"127.0.0.1:{http}")
         shell.serve(ours + (f" --port {carla}" if " gateway " in line else ""))
     play_at(f"http://127.0.0.1:{http}")
+
+
+def test_services_show_certificates(shell):
+    (shell.folder / "deploy").symlink_to(ROOT / "deploy")
+    address = f"tls/127.0.0.1:{two_free_ports()}"
+    made, *services = "\n".join(take("certificates.sh")).replace("\\\n", " ").splitlines()
+    shell.run(made.replace("10.0.3.7", "127.0.0.1"))
+    for line in services:
+        shell.serve(re.sub(r"tls/[\w.]+:7460", address, line))
+    files = {"ca": "ca.crt", "cert": "causeway-face.crt", "key": "causeway-face.key"}
+    face = " ".join(f"--bus-{name} pki/{file}" for name, file in files.items())
+    deadline = time.monotonic() + DEADLINE_SECS
+    while True:
+        with contextlib.suppress(AssertionError):
+            shell.run(f"causeway record worlds --connect {address} {face}")
+            break
+        assert time.monotonic() < deadline, f"no world service is seen at {address}"
+        time.sleep(0.1)
+
+
+def test_episodes_become_tables(shell):
+    record, export = (
+        line.replace("python ", f"{sys.executable} ", 1) for line in take("record_episodes")
+    )
+    shell.run(record.replace("--episodes 20", "--episodes 2"))
+    shell.run(export)
+    assert list((shell.folder / "tables").iterdir())
+    assert list((shell.folder / "set").iterdir())
 
 
 def test_two_people_share_a_server(shell):
