@@ -40,6 +40,11 @@ def has_no_other_address() -> bool:
     }
 
 
+def has_no_stable_baselines() -> bool:
+    environments = (Path.home() / ".cache" / "causeway" / "venv").glob("lib/python3*")
+    return not any((one / "site-packages/stable_baselines3").exists() for one in environments)
+
+
 def has_no_engine() -> bool:
     return shutil.which("docker") is None or bool(
         subprocess.run(["docker", "info"], capture_output=True, check=False).returncode
@@ -55,6 +60,7 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no( Vulkan)? adapter": has_no_vulkan,
     r"no address but the loopback": has_no_other_address,
     r"no container engine": has_no_engine,
+    r"Stable-Baselines3 needs torch": has_no_stable_baselines,
     r"no kubectl$": lambda: shutil.which("kubectl") is None,
     r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,

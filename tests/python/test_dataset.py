@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -179,7 +180,9 @@ def test_ctrl_c_and_a_killed_process_leave_whole_episodes(recording, tmp_path):
         _, told = process.communicate(timeout=60)
     assert process.returncode == 130, told
     whole = list(read(path)[1])
-    assert f"has {len(whole)} whole episodes" in told and len(whole) >= 5
+    counted = int(re.search(r"has (\d+) whole episodes", told)[1])
+    # Ctrl-C may come after the last byte of an episode and before it is counted.
+    assert counted >= 4 and len(whole) - counted in (0, 1), told
     # As a kill leaves it: an end in the middle of whatever is being written.
     source, written = recording
     data = source.read_bytes()
