@@ -1,8 +1,8 @@
 //! The tier of kinematic cars: a bicycle that rolls without slip, boxes, and where a task has them
 //! others who move along their ways.
 //!
-//! - **Determinism:** of agents: additions, multiplications, divisions and square roots in single precision
-//!   alone, in a fixed order: the same bits on every machine.
+//! - **Determinism:** of agents: additions, multiplications, divisions and square roots in single
+//!   precision alone, in a fixed order: the same bits on every machine.
 //! - **Source:** the kinematic bicycle of Rajamani, "Vehicle Dynamics and Control", 2012, section
 //!   2.2, about the rear axle; understeer and the limits of tyres as [`Plant`] measures them.
 //!

@@ -12,7 +12,6 @@ import shlex
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import causeway
 import httpx
@@ -21,6 +20,7 @@ import pytest
 from carla_site import connect, fresh
 from documents import ROOT, Block, Page, pages
 from running_site import PACKAGE, Site, binary, two_free_ports
+from shell import Shell
 from test_examples import driving
 
 DEADLINE_SECS = 120.0
@@ -121,33 +121,6 @@ def test_python_prints_what_the_page_says(page, block, site, environment, tmp_pa
         assert "Traceback" not in printed, printed
     for saved in re.findall(r'open\("(\w+\.jpg)"', program):
         assert (tmp_path / saved).stat().st_size > 10_000
-
-
-class Shell:
-    """Runs lines of a block in a folder; what serves goes on until the end of the test."""
-
-    def __init__(self, folder: Path, environment: dict[str, str]) -> None:
-        self.folder = folder
-        self.environment = environment
-        self.servers = contextlib.ExitStack()
-
-    def run(self, line: str) -> str:
-        result = subprocess.run(
-            ["bash", "-euo", "pipefail", "-c", line],
-            cwd=self.folder,
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=600,
-        )
-        assert result.returncode == 0, f"{line}\n{result.stdout}{result.stderr}"
-        return result.stdout
-
-    def serve(self, line: str) -> None:
-        process = subprocess.Popen(shlex.split(line), cwd=self.folder, env=self.environment)
-        self.servers.callback(process.wait)
-        self.servers.callback(process.terminate)
 
 
 @pytest.fixture
