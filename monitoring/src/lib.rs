@@ -22,12 +22,14 @@
 //! assert!(monitor.metrics().text().contains("causeway_world_tick_seconds_count 1"));
 //! ```
 
+mod by_name;
 mod drain;
 mod histogram;
 mod metrics;
 mod monitor;
 mod pulse;
 
+pub use by_name::SecondsByName;
 pub use drain::Drain;
 pub use histogram::Histogram;
 pub use metrics::{Counter, Gauge, Metrics};

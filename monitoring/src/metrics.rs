@@ -13,7 +13,8 @@ use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::{Metric, Registry};
 
-use crate::Histogram;
+use crate::by_name::Seconds;
+use crate::{Histogram, SecondsByName};
 
 /// A count that only grows; a relaxed atomic. Cheap to clone; clones count together.
 pub type Counter = prometheus_client::metrics::counter::Counter;
@@ -72,6 +73,11 @@ impl Metrics {
     /// Times by how long they were.
     pub fn histogram(&self, name: &str, help: &str) -> Histogram {
         self.register(name, help, Histogram::default())
+    }
+
+    /// Seconds by names from outside; only the first of many names have a count of their own.
+    pub fn seconds_by_name(&self, name: &str, help: &str, label: &'static str) -> SecondsByName {
+        SecondsByName::new(label, self.register(name, help, Seconds::default()))
     }
 
     /// A fact: a name that ends in `_info`, which is left out here, and words.

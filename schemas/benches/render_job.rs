@@ -38,10 +38,17 @@ fn job<F: FrameBytes>(frame: F) -> Vec<u8> {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Rgba8,
         jpeg_quality: 90,
+        quality: None,
         ignored: Vec::new(),
+        exposure: schemas::Exposure::PLAIN,
     };
     let tenant = "bench".parse().expect("a name");
-    encode_render_job(&RenderJob { tenant, frame, cameras: vec![camera] })
+    encode_render_job(&RenderJob {
+        tenant,
+        frame,
+        cameras: vec![camera],
+        staging: schemas::Staging::default(),
+    })
 }
 
 fn asking(criterion: &mut Criterion) {

@@ -1,6 +1,6 @@
 //! Cameras, the pictures they take, and the job that asks a renderer for them.
 
-use crate::{ActorId, Frame, Pose, Tenant};
+use crate::{ActorId, Exposure, Frame, Pose, Staging, Tenant};
 
 /// Depth of the sky and of all that is further away, in metres.
 pub const DEPTH_MAX_M: f32 = 1_000.0;
@@ -37,6 +37,15 @@ pub enum ImageEncoding {
     /// Three signed bytes a pixel: the unit normal in the camera's axes (x along the view, y left,
     /// z up) times 127; zeros for the sky.
     NormalI8,
+}
+
+/// How much work a picture in colour is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PictureQuality {
+    /// For whoever needs many pictures: coarser light, shapes and patterns.
+    Low,
+    /// All that the renderer can.
+    High,
 }
 
 impl ImageKind {
@@ -76,6 +85,10 @@ pub struct Camera {
     /// Actors that are not in the picture, and throw no shadow into it; at most
     /// [`IGNORED_VEHICLES_MAX`](crate::limits::IGNORED_VEHICLES_MAX).
     pub ignored: Vec<ActorId>,
+    /// `None` as the renderer was told.
+    pub quality: Option<PictureQuality>,
+    /// Of colour pictures.
+    pub exposure: Exposure,
 }
 
 /// One picture.
@@ -105,4 +118,6 @@ pub struct RenderJob<F = Frame> {
     pub frame: F,
     /// Drawn in this order.
     pub cameras: Vec<Camera>,
+    /// What no frame tells of.
+    pub staging: Staging,
 }

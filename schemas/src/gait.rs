@@ -11,6 +11,14 @@ pub const SHOULDER_Z: f32 = 0.805;
 pub const HIP_Y: f32 = 0.048;
 /// Distance of a shoulder joint from the middle.
 pub const SHOULDER_Y: f32 = 0.125;
+/// Height of the chest, about which the trunk turns.
+pub const CHEST_Z: f32 = 0.73;
+/// Height of the joint of the head.
+pub const HEAD_Z: f32 = 0.89;
+/// From a shoulder down to the elbow.
+pub const UPPER_ARM: f32 = 0.165;
+/// From a hip down to the knee.
+pub const THIGH: f32 = 0.25;
 /// How far arms are spread aside.
 pub const ARM_ASIDE_RAD: f32 = 0.10;
 

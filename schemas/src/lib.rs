@@ -34,6 +34,7 @@ mod request;
 mod semantics;
 mod sensor;
 mod shared_frame;
+mod staging;
 mod v2x;
 mod vehicle;
 
@@ -44,7 +45,7 @@ pub mod limits;
 pub mod wire;
 
 pub use alive::{Alive, Load, ServiceKind};
-pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, RenderJob};
+pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, PictureQuality, RenderJob};
 pub use command::{
     AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute, BodyCommand,
     BodySwitch, Command, PilotMode, PushKind, SceneryCommand, SensorCommand, TrafficCommand,
@@ -68,6 +69,7 @@ pub use request::{
 pub use semantics::{SemanticTag, TagId};
 pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
 pub use shared_frame::{FrameBytes, SharedFrame};
+pub use staging::{Exposure, Limb, PosedLimb, Staging, StreetLight};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, Steering, VehiclePhysics, VehicleTelemetry,

@@ -52,6 +52,10 @@ pub const IGNORED_VEHICLES_MAX: usize = 1_024;
 /// Physics steps in one tick.
 pub const SUBSTEPS_MAX: u32 = 100;
 
+/// Street lights of one job that are not as the hour has them.
+pub const STREET_LIGHTS_MAX: usize = 16_384;
+/// Limbs of walkers of one job that do not simply walk.
+pub const LIMBS_MAX: usize = 10_240;
 /// Cameras of one job.
 pub const CAMERAS_PER_JOB_MAX: usize = 64;
 /// Width or height of one image, in pixels.

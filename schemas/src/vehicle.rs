@@ -119,6 +119,11 @@ pub struct VehiclePhysics {
     pub sweep_wheel_collision: bool,
     /// Which of both a vehicle has; CARLA's clients cannot ask for the other.
     pub steering: Steering,
+    /// Whether the foot brake keeps wheels from locking.
+    pub anti_lock: bool,
+    /// Whether single wheels are braked to keep the vehicle on the course that it is steered for;
+    /// nothing comes of it on fewer than four wheels.
+    pub stability_control: bool,
 }
 
 /// What one wheel did in the last tick.

@@ -16,6 +16,7 @@ mod reply;
 mod request;
 mod scenery;
 mod sensor;
+mod staging;
 mod v2x;
 mod vehicle;
 

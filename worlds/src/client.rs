@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use bus::{Bus, Renderers};
 use schemas::{
     Camera, Error, ErrorCode, Image, Lease, MapRef, RenderJob, Reply, Request, ServiceId,
-    SharedFrame, Tenant, WorldId, keys,
+    SharedFrame, Staging, Tenant, WorldId, keys,
 };
 use tokio::sync::watch;
 
@@ -97,8 +97,9 @@ impl Worlds {
         &self,
         frame: SharedFrame,
         cameras: Vec<Camera>,
+        staging: Staging,
     ) -> Result<Vec<Image>, Error> {
-        let job = RenderJob { tenant: self.tenant.clone(), frame, cameras };
+        let job = RenderJob { tenant: self.tenant.clone(), frame, cameras, staging };
         Ok(self.renderers.draw(&job).await?.images)
     }
 

@@ -3,7 +3,7 @@
 //! [`Hosts`] knows the world services of a bus, how much each has to do, and the way to it.
 //! [`Worlds`] has the worlds of one tenant made where there is room, and asks and ticks each where
 //! it is: by a shortcut on one machine, else on the bus. [`ParsedMaps`] are read once per content.
-//! [`Recovery`] makes a world again whose service is gone.
+//! [`Recovery`] makes a world again whose service is gone. [`Strays`] tells which nobody uses.
 
 mod budget;
 mod client;
@@ -13,6 +13,7 @@ mod patience;
 mod placement;
 mod recovery;
 mod roster;
+mod strays;
 mod uploads;
 
 use schemas::{Request, WorldId};
@@ -24,6 +25,7 @@ pub use maps::ParsedMaps;
 pub use patience::Patience;
 pub use recovery::{Maker, NewWorld, RECOVERY_BYTES, RECOVERY_TICKS, Recovery, Remade, State};
 pub use recovery::{is_gone, is_same};
+pub use strays::{Strays, until_sweep};
 
 /// The one world that a request is about.
 pub fn world_of(request: &Request) -> Option<WorldId> {

@@ -278,12 +278,14 @@ async fn worlds_are_spread_by_load_and_ticked_where_they_are() {
     let spread: Vec<usize> = toys.iter().map(Toy::made).collect();
     assert!(spread.iter().all(|made| (15..=25).contains(made)), "{spread:?}");
 
-    let items = made.iter().map(|world| TickItem::new(*world, 1)).collect();
-    let results = worlds.tick(items).await.unwrap();
-    for (world, result) in made.iter().zip(results) {
-        assert_eq!(result.world, *world);
-        assert_eq!(result.outcome.unwrap().frame.0, [world.host() as u8], "another host answered");
+    for world in &made {
+        let results = worlds.tick(vec![TickItem::new(*world, 1)]).await.unwrap();
+        assert_eq!(results[0].world, *world);
+        let frame = &results[0].outcome.as_ref().unwrap().frame;
+        assert_eq!(frame.0, [world.host() as u8], "another host answered");
     }
+    let mixed = made.iter().map(|world| TickItem::new(*world, 1)).collect();
+    assert_eq!(worlds.tick(mixed).await.unwrap_err().code, ErrorCode::InvalidMessage);
 
     // One that has much to do gets nothing while others have less.
     let busy = Load { worlds: 20, worlds_max: 1_000, busy: 0.9 };

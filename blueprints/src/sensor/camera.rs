@@ -16,7 +16,7 @@ pub(super) fn blueprints() -> impl Iterator<Item = Blueprint> {
         ("camera.instance_segmentation", CameraInstanceSegmentation, &[TICK, LENS]),
         ("camera.normals", CameraNormals, &[TICK, LENS]),
         ("camera.optical_flow", CameraOpticalFlow, &[TICK, LENS]),
-        ("camera.rgb", CameraRgb, &[TICK, LENS, FILM]),
+        ("camera.rgb", CameraRgb, &[TICK, LENS, FILM, QUALITY]),
         ("camera.semantic_segmentation", CameraSemanticSegmentation, &[TICK, LENS]),
     ];
     cameras.into_iter().map(|(name, class, tables)| blueprint(name, class, &SIDES, tables))
@@ -67,6 +67,9 @@ const FILM: &[Row] = &[
     ("chromatic_aberration_intensity", Float, &["0.0"]),
     ("chromatic_aberration_offset", Float, &["0.0"]),
 ];
+
+/// Ours: how finely colours are drawn; `site` as the renderer was told.
+const QUALITY: &[Row] = &[("picture_quality", Text, &["site", "low", "high"])];
 
 const EVENTS: &[Row] = &[
     ("positive_threshold", Float, &["0.3"]),

@@ -20,6 +20,17 @@ const BEARING_NMS: f32 = 0.25;
 /// steering curve of 20, 60 and 120 km/h.
 const STEERING_CURVE: [(f32, f32); 4] = [(0.0, 1.0), (5.56, 0.9), (16.67, 0.8), (33.33, 0.7)];
 
+/// Models older than anti-lock brakes, and one that need not have them; riders of two-wheelers
+/// keep their wheels from locking by hand.
+const WITHOUT_ANTI_LOCK: [&str; 3] =
+    ["vehicle.ford.mustang", "vehicle.micro.microlino", "vehicle.volkswagen.t2"];
+/// Further models from before stability control.
+const WITHOUT_STABILITY_CONTROL: [&str; 2] = ["vehicle.ford.crown", "vehicle.nissan.patrol"];
+
+fn has_none(id: &str) -> bool {
+    WITHOUT_ANTI_LOCK.contains(&id) || WITHOUT_STABILITY_CONTROL.contains(&id)
+}
+
 /// What a client sees of a vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
@@ -137,6 +148,8 @@ impl Design {
             wheels: self.wheels(),
             sweep_wheel_collision: false,
             steering: Steering::Real,
+            anti_lock: !WITHOUT_ANTI_LOCK.contains(&self.id),
+            stability_control: self.track_m > 0.0 && !has_none(self.id),
         }
     }
 

@@ -56,7 +56,7 @@ pub(crate) fn renderers(bus: &Bus) -> Arc<Renderers> {
 pub(crate) fn job(seed: u64) -> RenderJob {
     let map = MapRef { name: "Town".to_owned(), digest: "0".repeat(64) };
     let frame = Frame { seed, ..Frame::empty(WorldId::new(1).unwrap(), map) };
-    RenderJob { tenant: tenant(), frame, cameras: Vec::new() }
+    RenderJob { tenant: tenant(), frame, cameras: Vec::new(), staging: schemas::Staging::default() }
 }
 
 /// Long enough for a busy machine.

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::surface::{area_m2, closest};
-use super::{Area, NavMesh};
+use super::{Area, CORNERS_MAX, NavMesh};
 use crate::town::random::Random;
 
 impl NavMesh {
@@ -13,7 +13,7 @@ impl NavMesh {
     /// **Cost:** logarithmic in the number of polygons for points on or near the mesh.
     #[must_use]
     pub fn nearest(&self, point: Point3<f64>) -> Option<(u32, Point3<f64>)> {
-        self.tree.nearest(&point, |polygon| Some(closest(&self.outline(polygon), point)))
+        self.tree.nearest(&point, |polygon| Some(self.closest(polygon, point)))
     }
 
     /// As [`NavMesh::nearest`] among polygons of one area.
@@ -21,8 +21,22 @@ impl NavMesh {
     pub fn nearest_in(&self, point: Point3<f64>, area: Area) -> Option<(u32, Point3<f64>)> {
         self.tree.nearest(&point, |polygon| {
             let found = self.polygons.get(polygon as usize)?;
-            (found.area == area).then(|| closest(&self.outline(polygon), point))
+            (found.area == area).then(|| self.closest(polygon, point))
         })
+    }
+
+    /// The place on a polygon nearest to a point seen from above. It is asked thousands of times in
+    /// a tick, so that corners are gathered in place.
+    fn closest(&self, polygon: u32, point: Point3<f64>) -> Point3<f64> {
+        let corners = self.polygons.get(polygon as usize).map_or(&[][..], |found| &found.corners);
+        let mut places = [Point3::origin(); CORNERS_MAX];
+        let mut count = 0;
+        let known = corners.iter().filter_map(|corner| self.vertices.get(*corner as usize));
+        for (place, corner) in places.iter_mut().zip(known) {
+            *place = *corner;
+            count += 1;
+        }
+        closest(places.get(..count).unwrap_or_default(), point)
     }
 
     /// A place on a sidewalk, each square metre as likely as any other; `None` without sidewalks.

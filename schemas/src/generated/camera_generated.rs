@@ -36,6 +36,8 @@ impl<'a> Camera<'a> {
   pub const VT_ENCODING: flatbuffers::VOffsetT = 18;
   pub const VT_JPEG_QUALITY: flatbuffers::VOffsetT = 20;
   pub const VT_IGNORED: flatbuffers::VOffsetT = 22;
+  pub const VT_QUALITY: flatbuffers::VOffsetT = 24;
+  pub const VT_EXPOSURE: flatbuffers::VOffsetT = 26;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -47,6 +49,7 @@ impl<'a> Camera<'a> {
     args: &'args CameraArgs<'args>
   ) -> flatbuffers::WIPOffset<Camera<'bldr>> {
     let mut builder = CameraBuilder::new(_fbb);
+    if let Some(x) = args.exposure { builder.add_exposure(x); }
     if let Some(x) = args.ignored { builder.add_ignored(x); }
     builder.add_horizontal_fov_rad(args.horizontal_fov_rad);
     builder.add_height_px(args.height_px);
@@ -54,6 +57,7 @@ impl<'a> Camera<'a> {
     if let Some(x) = args.carrier_from_camera { builder.add_carrier_from_camera(x); }
     builder.add_carrier(args.carrier);
     builder.add_id(args.id);
+    builder.add_quality(args.quality);
     builder.add_jpeg_quality(args.jpeg_quality);
     builder.add_encoding(args.encoding);
     builder.add_kind(args.kind);
@@ -136,6 +140,21 @@ impl<'a> Camera<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u32>>>(Camera::VT_IGNORED, None)}
   }
+  #[inline]
+  pub fn quality(&self) -> PictureQuality {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<PictureQuality>(Camera::VT_QUALITY, Some(PictureQuality::Site)).unwrap()}
+  }
+  /// Absent: a plain picture's.
+  #[inline]
+  pub fn exposure(&self) -> Option<&'a Exposure> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<Exposure>(Camera::VT_EXPOSURE, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Camera<'_> {
@@ -155,6 +174,8 @@ impl flatbuffers::Verifiable for Camera<'_> {
      .visit_field::<ImageEncoding>("encoding", Self::VT_ENCODING, false)?
      .visit_field::<u8>("jpeg_quality", Self::VT_JPEG_QUALITY, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("ignored", Self::VT_IGNORED, false)?
+     .visit_field::<PictureQuality>("quality", Self::VT_QUALITY, false)?
+     .visit_field::<Exposure>("exposure", Self::VT_EXPOSURE, false)?
      .finish();
     Ok(())
   }
@@ -170,6 +191,8 @@ pub struct CameraArgs<'a> {
     pub encoding: ImageEncoding,
     pub jpeg_quality: u8,
     pub ignored: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
+    pub quality: PictureQuality,
+    pub exposure: Option<&'a Exposure>,
 }
 impl<'a> Default for CameraArgs<'a> {
   #[inline]
@@ -185,6 +208,8 @@ impl<'a> Default for CameraArgs<'a> {
       encoding: ImageEncoding::Jpeg,
       jpeg_quality: 0,
       ignored: None,
+      quality: PictureQuality::Site,
+      exposure: None,
     }
   }
 }
@@ -235,6 +260,14 @@ impl<'a: 'b, 'b> CameraBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Camera::VT_IGNORED, ignored);
   }
   #[inline]
+  pub fn add_quality(&mut self, quality: PictureQuality) {
+    self.fbb_.push_slot::<PictureQuality>(Camera::VT_QUALITY, quality, PictureQuality::Site);
+  }
+  #[inline]
+  pub fn add_exposure(&mut self, exposure: &Exposure) {
+    self.fbb_.push_slot_always::<&Exposure>(Camera::VT_EXPOSURE, exposure);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> CameraBuilder<'a, 'b> {
     let start = _fbb.start_table();
     CameraBuilder {
@@ -263,6 +296,8 @@ impl core::fmt::Debug for Camera<'_> {
       ds.field("encoding", &self.encoding());
       ds.field("jpeg_quality", &self.jpeg_quality());
       ds.field("ignored", &self.ignored());
+      ds.field("quality", &self.quality());
+      ds.field("exposure", &self.exposure());
       ds.finish()
   }
 }

@@ -29,6 +29,8 @@ impl<'a> RenderJob<'a> {
   pub const VT_TENANT: flatbuffers::VOffsetT = 4;
   pub const VT_FRAME: flatbuffers::VOffsetT = 6;
   pub const VT_CAMERAS: flatbuffers::VOffsetT = 8;
+  pub const VT_STREET_LIGHTS: flatbuffers::VOffsetT = 10;
+  pub const VT_LIMBS: flatbuffers::VOffsetT = 12;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -40,6 +42,8 @@ impl<'a> RenderJob<'a> {
     args: &'args RenderJobArgs<'args>
   ) -> flatbuffers::WIPOffset<RenderJob<'bldr>> {
     let mut builder = RenderJobBuilder::new(_fbb);
+    if let Some(x) = args.limbs { builder.add_limbs(x); }
+    if let Some(x) = args.street_lights { builder.add_street_lights(x); }
     if let Some(x) = args.cameras { builder.add_cameras(x); }
     if let Some(x) = args.frame { builder.add_frame(x); }
     if let Some(x) = args.tenant { builder.add_tenant(x); }
@@ -76,6 +80,21 @@ impl<'a> RenderJob<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Camera>>>>(RenderJob::VT_CAMERAS, None).unwrap()}
   }
+  /// Those that are not as the hour has them.
+  #[inline]
+  pub fn street_lights(&self) -> Option<flatbuffers::Vector<'a, StreetLight>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, StreetLight>>>(RenderJob::VT_STREET_LIGHTS, None)}
+  }
+  #[inline]
+  pub fn limbs(&self) -> Option<flatbuffers::Vector<'a, PosedLimb>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, PosedLimb>>>(RenderJob::VT_LIMBS, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for RenderJob<'_> {
@@ -88,6 +107,8 @@ impl flatbuffers::Verifiable for RenderJob<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("tenant", Self::VT_TENANT, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("frame", Self::VT_FRAME, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Camera>>>>("cameras", Self::VT_CAMERAS, true)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, StreetLight>>>("street_lights", Self::VT_STREET_LIGHTS, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, PosedLimb>>>("limbs", Self::VT_LIMBS, false)?
      .finish();
     Ok(())
   }
@@ -96,6 +117,8 @@ pub struct RenderJobArgs<'a> {
     pub tenant: Option<flatbuffers::WIPOffset<&'a str>>,
     pub frame: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
     pub cameras: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Camera<'a>>>>>,
+    pub street_lights: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, StreetLight>>>,
+    pub limbs: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, PosedLimb>>>,
 }
 impl<'a> Default for RenderJobArgs<'a> {
   #[inline]
@@ -104,6 +127,8 @@ impl<'a> Default for RenderJobArgs<'a> {
       tenant: None, // required field
       frame: None, // required field
       cameras: None, // required field
+      street_lights: None,
+      limbs: None,
     }
   }
 }
@@ -124,6 +149,14 @@ impl<'a: 'b, 'b> RenderJobBuilder<'a, 'b> {
   #[inline]
   pub fn add_cameras(&mut self, cameras: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<Camera<'b >>>>) {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RenderJob::VT_CAMERAS, cameras);
+  }
+  #[inline]
+  pub fn add_street_lights(&mut self, street_lights: flatbuffers::WIPOffset<flatbuffers::Vector<'b , StreetLight>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RenderJob::VT_STREET_LIGHTS, street_lights);
+  }
+  #[inline]
+  pub fn add_limbs(&mut self, limbs: flatbuffers::WIPOffset<flatbuffers::Vector<'b , PosedLimb>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RenderJob::VT_LIMBS, limbs);
   }
   #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> RenderJobBuilder<'a, 'b> {
@@ -149,6 +182,8 @@ impl core::fmt::Debug for RenderJob<'_> {
       ds.field("tenant", &self.tenant());
       ds.field("frame", &self.frame());
       ds.field("cameras", &self.cameras());
+      ds.field("street_lights", &self.street_lights());
+      ds.field("limbs", &self.limbs());
       ds.finish()
   }
 }

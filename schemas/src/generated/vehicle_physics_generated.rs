@@ -44,6 +44,8 @@ impl<'a> VehiclePhysics<'a> {
   pub const VT_WHEELS: flatbuffers::VOffsetT = 34;
   pub const VT_SWEEP_WHEEL_COLLISION: flatbuffers::VOffsetT = 36;
   pub const VT_STEERING: flatbuffers::VOffsetT = 38;
+  pub const VT_ANTI_LOCK: flatbuffers::VOffsetT = 40;
+  pub const VT_STABILITY_CONTROL: flatbuffers::VOffsetT = 42;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -70,6 +72,8 @@ impl<'a> VehiclePhysics<'a> {
     builder.add_engine_inertia_kgm2(args.engine_inertia_kgm2);
     builder.add_engine_rpm_max(args.engine_rpm_max);
     if let Some(x) = args.torque_curve { builder.add_torque_curve(x); }
+    builder.add_stability_control(args.stability_control);
+    builder.add_anti_lock(args.anti_lock);
     builder.add_steering(args.steering);
     builder.add_sweep_wheel_collision(args.sweep_wheel_collision);
     builder.add_automatic_gearbox(args.automatic_gearbox);
@@ -206,6 +210,22 @@ impl<'a> VehiclePhysics<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<Steering>(VehiclePhysics::VT_STEERING, Some(Steering::Real)).unwrap()}
   }
+  /// Whether the foot brake keeps wheels from locking.
+  #[inline]
+  pub fn anti_lock(&self) -> bool {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<bool>(VehiclePhysics::VT_ANTI_LOCK, Some(false)).unwrap()}
+  }
+  /// Whether single wheels are braked to keep the vehicle on the course that it is steered for.
+  #[inline]
+  pub fn stability_control(&self) -> bool {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<bool>(VehiclePhysics::VT_STABILITY_CONTROL, Some(false)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for VehiclePhysics<'_> {
@@ -233,6 +253,8 @@ impl flatbuffers::Verifiable for VehiclePhysics<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, WheelPhysics>>>("wheels", Self::VT_WHEELS, true)?
      .visit_field::<bool>("sweep_wheel_collision", Self::VT_SWEEP_WHEEL_COLLISION, false)?
      .visit_field::<Steering>("steering", Self::VT_STEERING, false)?
+     .visit_field::<bool>("anti_lock", Self::VT_ANTI_LOCK, false)?
+     .visit_field::<bool>("stability_control", Self::VT_STABILITY_CONTROL, false)?
      .finish();
     Ok(())
   }
@@ -256,6 +278,8 @@ pub struct VehiclePhysicsArgs<'a> {
     pub wheels: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, WheelPhysics>>>,
     pub sweep_wheel_collision: bool,
     pub steering: Steering,
+    pub anti_lock: bool,
+    pub stability_control: bool,
 }
 impl<'a> Default for VehiclePhysicsArgs<'a> {
   #[inline]
@@ -279,6 +303,8 @@ impl<'a> Default for VehiclePhysicsArgs<'a> {
       wheels: None, // required field
       sweep_wheel_collision: false,
       steering: Steering::Real,
+      anti_lock: false,
+      stability_control: false,
     }
   }
 }
@@ -361,6 +387,14 @@ impl<'a: 'b, 'b> VehiclePhysicsBuilder<'a, 'b> {
     self.fbb_.push_slot::<Steering>(VehiclePhysics::VT_STEERING, steering, Steering::Real);
   }
   #[inline]
+  pub fn add_anti_lock(&mut self, anti_lock: bool) {
+    self.fbb_.push_slot::<bool>(VehiclePhysics::VT_ANTI_LOCK, anti_lock, false);
+  }
+  #[inline]
+  pub fn add_stability_control(&mut self, stability_control: bool) {
+    self.fbb_.push_slot::<bool>(VehiclePhysics::VT_STABILITY_CONTROL, stability_control, false);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> VehiclePhysicsBuilder<'a, 'b> {
     let start = _fbb.start_table();
     VehiclePhysicsBuilder {
@@ -401,6 +435,8 @@ impl core::fmt::Debug for VehiclePhysics<'_> {
       ds.field("wheels", &self.wheels());
       ds.field("sweep_wheel_collision", &self.sweep_wheel_collision());
       ds.field("steering", &self.steering());
+      ds.field("anti_lock", &self.anti_lock());
+      ds.field("stability_control", &self.stability_control());
       ds.finish()
   }
 }

@@ -4,12 +4,14 @@ use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, Vector, WIPOffset};
 
 use super::parts::{
     encoding_in, encoding_out, finite, image_kind_in, image_kind_out, pose_in, pose_out,
+    unknown_variant,
 };
 use super::sensor::{ignored_in, ignored_out};
+use super::staging::{exposure_in, exposure_out, staging_in, staging_out};
 use super::{Kind, check_count, decode_frame, root};
 use crate::generated as fb;
 use crate::limits::{CAMERAS_PER_JOB_MAX, REPLY_BYTES_MAX};
-use crate::{ActorId, Camera, Error, ErrorCode, FrameBytes, Image, RenderJob};
+use crate::{ActorId, Camera, Error, ErrorCode, FrameBytes, Image, PictureQuality, RenderJob};
 
 const JOB: Kind =
     Kind { name: "render job", identifier: fb::RENDER_JOB_IDENTIFIER, bytes_max: REPLY_BYTES_MAX };
@@ -21,9 +23,16 @@ pub fn encode_render_job<F: FrameBytes>(job: &RenderJob<F>) -> Vec<u8> {
     let tenant = builder.create_string(job.tenant.as_str());
     let frame = builder.create_vector(&frame);
     let cameras = cameras_out(&mut builder, &job.cameras);
+    let (street_lights, limbs) = staging_out(&mut builder, &job.staging);
     let root = fb::RenderJob::create(
         &mut builder,
-        &fb::RenderJobArgs { tenant: Some(tenant), frame: Some(frame), cameras: Some(cameras) },
+        &fb::RenderJobArgs {
+            tenant: Some(tenant),
+            frame: Some(frame),
+            cameras: Some(cameras),
+            street_lights,
+            limbs,
+        },
     );
     builder.finish(root, Some(JOB.identifier));
     builder.finished_data().to_vec()
@@ -43,6 +52,7 @@ pub fn decode_render_job(bytes: &[u8]) -> Result<RenderJob, Error> {
         tenant,
         frame: decode_frame(raw.frame().bytes())?,
         cameras: cameras_in(raw.cameras())?,
+        staging: staging_in(&raw)?,
     })
 }
 
@@ -67,6 +77,8 @@ fn cameras_out<'a>(
                     encoding: encoding_out(camera.encoding),
                     jpeg_quality: camera.jpeg_quality,
                     ignored,
+                    quality: quality_out(camera.quality),
+                    exposure: exposure_out(&camera.exposure).as_ref(),
                 },
             )
         })
@@ -89,9 +101,28 @@ fn cameras_in(raw: Vector<'_, ForwardsUOffset<fb::Camera<'_>>>) -> Result<Vec<Ca
                 encoding: encoding_in(raw.encoding())?,
                 jpeg_quality: raw.jpeg_quality(),
                 ignored: ignored_in(raw.ignored())?,
+                quality: quality_in(raw.quality())?,
+                exposure: exposure_in(raw.exposure())?,
             })
         })
         .collect()
+}
+
+fn quality_out(quality: Option<PictureQuality>) -> fb::PictureQuality {
+    match quality {
+        None => fb::PictureQuality::Site,
+        Some(PictureQuality::Low) => fb::PictureQuality::Low,
+        Some(PictureQuality::High) => fb::PictureQuality::High,
+    }
+}
+
+fn quality_in(raw: fb::PictureQuality) -> Result<Option<PictureQuality>, Error> {
+    match raw {
+        fb::PictureQuality::Site => Ok(None),
+        fb::PictureQuality::Low => Ok(Some(PictureQuality::Low)),
+        fb::PictureQuality::High => Ok(Some(PictureQuality::High)),
+        other => Err(unknown_variant("picture quality", other.0)),
+    }
 }
 
 pub(super) fn images_out<'a>(

@@ -82,6 +82,8 @@ pub(super) fn physics_out<'a>(
         wheels,
         sweep_wheel_collision: physics.sweep_wheel_collision,
         steering: steering_out(physics.steering),
+        anti_lock: physics.anti_lock,
+        stability_control: physics.stability_control,
     };
     fb::VehiclePhysics::create(b, &args)
 }
@@ -114,6 +116,8 @@ pub(super) fn physics_in(raw: &fb::VehiclePhysics<'_>) -> Result<VehiclePhysics,
         wheels: raw.wheels().iter().map(wheel_in).collect::<Result<_, _>>()?,
         sweep_wheel_collision: raw.sweep_wheel_collision(),
         steering: steering_in(raw.steering())?,
+        anti_lock: raw.anti_lock(),
+        stability_control: raw.stability_control(),
     })
 }
 

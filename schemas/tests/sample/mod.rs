@@ -9,11 +9,11 @@ mod vehicles;
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
     AttachmentKind, Attribute, BodyCommand, Camera, Collision, Command, EncodedFrame, Error,
-    ErrorCode, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind, Images,
-    Lease, MapRef, PilotMode, RayHit, RenderJob, Reply, Request, ServiceKind, Tick, TickItem,
-    TickOutcome, TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleCommand,
-    VehicleControl, VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo,
-    level_pose, wire,
+    ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind,
+    Images, Lease, Limb, MapRef, PictureQuality, PilotMode, PosedLimb, RayHit, RenderJob, Reply,
+    Request, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome, TickResult,
+    TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl, VehicleFailure,
+    VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -212,6 +212,8 @@ fn camera() -> Camera {
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: 75,
         ignored: vec![actor(1), actor(4)],
+        quality: Some(PictureQuality::Low),
+        exposure: Exposure::PLAIN,
     }
 }
 
@@ -317,11 +319,22 @@ pub(crate) fn replies() -> Vec<Reply> {
 pub(crate) fn render_job() -> RenderJob {
     let fixed =
         Camera { carrier: None, encoding: ImageEncoding::Rgba8, ignored: Vec::new(), ..camera() };
-    let mut cameras = vec![camera(), fixed.clone()];
+    let exposure = Exposure {
+        fixed_ev100: Some(9.5),
+        range_ev100: [1.0, 2.0],
+        compensation_ev: -0.5,
+        temperature_k: 4_000.0,
+        tint: 0.25,
+    };
+    let mut cameras = vec![camera(), Camera { exposure, ..fixed.clone() }, fixed.clone()];
     for kind in [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals] {
         cameras.push(Camera { kind, encoding: kind.encodings()[0], ..fixed.clone() });
     }
-    RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras }
+    let light = StreetLight { index: 3, on: true, colour_rgb: 0x01_02_03, brightness: 0.5 };
+    let world_from_limb = level_pose(Vec3::new(1.0, 2.0, 3.0), 0.5);
+    let limb = PosedLimb { walker: actor(4), limb: Limb::RightShin, world_from_limb };
+    let staging = Staging { street_lights: vec![light], limbs: vec![limb] };
+    RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras, staging }
 }
 
 pub(crate) fn alive() -> Alive {

@@ -48,6 +48,8 @@ pub(crate) fn physics() -> VehiclePhysics {
         wheels: vec![wheel; 4],
         sweep_wheel_collision: true,
         steering: Steering::Carla,
+        anti_lock: true,
+        stability_control: true,
     }
 }
 

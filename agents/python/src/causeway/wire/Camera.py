@@ -124,8 +124,27 @@ class Camera(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(22))
         return o == 0
 
+    # Camera
+    def Quality(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(24))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
+        return 0
+
+    # Absent: a plain picture's.
+    # Camera
+    def Exposure(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(26))
+        if o != 0:
+            x = o + self._tab.Pos
+            from causeway.wire.Exposure import Exposure
+            obj = Exposure()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
 def CameraStart(builder):
-    builder.StartObject(10)
+    builder.StartObject(12)
 
 def Start(builder):
     CameraStart(builder)
@@ -195,6 +214,18 @@ def CameraStartIgnoredVector(builder, numElems):
 
 def StartIgnoredVector(builder, numElems: int) -> int:
     return CameraStartIgnoredVector(builder, numElems)
+
+def CameraAddQuality(builder, quality):
+    builder.PrependUint8Slot(10, quality, 0)
+
+def AddQuality(builder, quality):
+    CameraAddQuality(builder, quality)
+
+def CameraAddExposure(builder, exposure):
+    builder.PrependStructSlot(11, flatbuffers.number_types.UOffsetTFlags.py_type(exposure), 0)
+
+def AddExposure(builder, exposure):
+    CameraAddExposure(builder, exposure)
 
 def CameraEnd(builder):
     return builder.EndObject()

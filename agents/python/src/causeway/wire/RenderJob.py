@@ -96,8 +96,57 @@ class RenderJob(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(8))
         return o == 0
 
+    # Those that are not as the hour has them.
+    # RenderJob
+    def StreetLights(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 16
+            from causeway.wire.StreetLight import StreetLight
+            obj = StreetLight()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # RenderJob
+    def StreetLightsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # RenderJob
+    def StreetLightsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        return o == 0
+
+    # RenderJob
+    def Limbs(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 36
+            from causeway.wire.PosedLimb import PosedLimb
+            obj = PosedLimb()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # RenderJob
+    def LimbsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # RenderJob
+    def LimbsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
+        return o == 0
+
 def RenderJobStart(builder):
-    builder.StartObject(3)
+    builder.StartObject(5)
 
 def Start(builder):
     RenderJobStart(builder)
@@ -138,6 +187,30 @@ def RenderJobStartCamerasVector(builder, numElems):
 
 def StartCamerasVector(builder, numElems: int) -> int:
     return RenderJobStartCamerasVector(builder, numElems)
+
+def RenderJobAddStreetLights(builder, streetLights):
+    builder.PrependUOffsetTRelativeSlot(3, flatbuffers.number_types.UOffsetTFlags.py_type(streetLights), 0)
+
+def AddStreetLights(builder, streetLights):
+    RenderJobAddStreetLights(builder, streetLights)
+
+def RenderJobStartStreetLightsVector(builder, numElems):
+    return builder.StartVector(16, numElems, 4)
+
+def StartStreetLightsVector(builder, numElems: int) -> int:
+    return RenderJobStartStreetLightsVector(builder, numElems)
+
+def RenderJobAddLimbs(builder, limbs):
+    builder.PrependUOffsetTRelativeSlot(4, flatbuffers.number_types.UOffsetTFlags.py_type(limbs), 0)
+
+def AddLimbs(builder, limbs):
+    RenderJobAddLimbs(builder, limbs)
+
+def RenderJobStartLimbsVector(builder, numElems):
+    return builder.StartVector(36, numElems, 4)
+
+def StartLimbsVector(builder, numElems: int) -> int:
+    return RenderJobStartLimbsVector(builder, numElems)
 
 def RenderJobEnd(builder):
     return builder.EndObject()

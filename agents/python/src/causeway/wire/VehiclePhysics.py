@@ -226,8 +226,24 @@ class VehiclePhysics(object):
             return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
         return 0
 
+    # Whether the foot brake keeps wheels from locking.
+    # VehiclePhysics
+    def AntiLock(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(40))
+        if o != 0:
+            return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
+        return False
+
+    # Whether single wheels are braked to keep the vehicle on the course that it is steered for.
+    # VehiclePhysics
+    def StabilityControl(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(42))
+        if o != 0:
+            return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
+        return False
+
 def VehiclePhysicsStart(builder):
-    builder.StartObject(18)
+    builder.StartObject(20)
 
 def Start(builder):
     VehiclePhysicsStart(builder)
@@ -363,6 +379,18 @@ def VehiclePhysicsAddSteering(builder, steering):
 
 def AddSteering(builder, steering):
     VehiclePhysicsAddSteering(builder, steering)
+
+def VehiclePhysicsAddAntiLock(builder, antiLock):
+    builder.PrependBoolSlot(18, antiLock, 0)
+
+def AddAntiLock(builder, antiLock):
+    VehiclePhysicsAddAntiLock(builder, antiLock)
+
+def VehiclePhysicsAddStabilityControl(builder, stabilityControl):
+    builder.PrependBoolSlot(19, stabilityControl, 0)
+
+def AddStabilityControl(builder, stabilityControl):
+    VehiclePhysicsAddStabilityControl(builder, stabilityControl)
 
 def VehiclePhysicsEnd(builder):
     return builder.EndObject()
