@@ -1,8 +1,9 @@
 //! `causeway record`: what happened in worlds, in logs of CARLA's format and in journals, begun,
-//! listed, asked, replayed, cut and exported.
+//! listed, asked, replayed, cut, exported and imported.
 
 mod exact;
 mod export;
+mod import;
 mod journal;
 mod listing;
 mod log;
@@ -42,6 +43,9 @@ enum Command {
     Cut(piece::Cut),
     /// Write a log or a journal as an MCAP file, which Foxglove and the `mcap` libraries open.
     Export(export::Export),
+    /// Make a journal again from the MCAP file that the whole of one was exported to. It is
+    /// simulated again; what differs is named, then exit with 1.
+    Import(import::Import),
 }
 
 /// Why nothing was recorded or replayed.
@@ -77,6 +81,14 @@ pub(crate) enum RecordError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// A file of another program, or damaged.
+    #[error("{path:?} cannot be imported: {cause}")]
+    Mcap {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        cause: mcap_export::ReadError,
+    },
     /// A log.
     #[error(transparent)]
     Log(#[from] log::LogError),
@@ -109,5 +121,6 @@ pub(crate) fn run(args: Args) -> Result<(), RecordError> {
         Command::Replay(order) => exact::replay(&order),
         Command::Cut(order) => piece::cut(&order),
         Command::Export(order) => export::export(&order),
+        Command::Import(order) => import::import(&order),
     }
 }

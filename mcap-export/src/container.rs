@@ -2,6 +2,7 @@
 //!
 //! **Source:** the specification of the format, <https://mcap.dev/spec>.
 
+mod read;
 mod record;
 
 use std::collections::BTreeMap;
@@ -9,6 +10,7 @@ use std::io::{self, Write};
 
 use lz4_flex::frame::FrameEncoder;
 
+pub use read::{Item, ReadError, Reader};
 use record::{Body, Opcode, put};
 
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];

@@ -5,8 +5,6 @@ use serde_json::{Value, json};
 
 /// The frame in which everything is.
 pub(crate) const MAP_FRAME: &str = "map";
-/// The frame of the ego, at ground level under the centre of its box.
-pub(crate) const EGO_FRAME: &str = "ego";
 /// Nanoseconds of a second.
 const NANOS: u64 = 1_000_000_000;
 
@@ -32,16 +30,20 @@ pub(crate) fn pose(of: &schemas::Pose) -> Value {
     json!({"position": vector(of.translation.vector), "orientation": quaternion(of)})
 }
 
-/// Where a frame is in the map.
-pub(crate) fn transforms(child: &str, world_from_child: &schemas::Pose, now: u64) -> Value {
-    let transform = json!({
+/// Where a frame is in another one.
+pub(crate) fn transform(
+    parent: &str,
+    child: &str,
+    parent_from_child: &schemas::Pose,
+    now: u64,
+) -> Value {
+    json!({
         "timestamp": time(now),
-        "parent_frame_id": MAP_FRAME,
+        "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": vector(world_from_child.translation.vector),
-        "rotation": quaternion(world_from_child),
-    });
-    json!({"transforms": [transform]})
+        "translation": vector(parent_from_child.translation.vector),
+        "rotation": quaternion(parent_from_child),
+    })
 }
 
 pub(crate) fn opaque([r, g, b]: [f32; 3]) -> Value {
@@ -54,37 +56,47 @@ pub(crate) fn paint(rgb: u32) -> Value {
 }
 
 /// One thing to be drawn, in all its forms.
+#[derive(Default)]
 pub(crate) struct Entity {
     pub(crate) id: String,
+    /// `map`, unless it is bound to another.
+    pub(crate) frame: &'static str,
     pub(crate) metadata: Vec<Value>,
+    pub(crate) arrows: Vec<Value>,
     pub(crate) cubes: Vec<Value>,
     pub(crate) spheres: Vec<Value>,
     pub(crate) lines: Vec<Value>,
+    pub(crate) triangles: Vec<Value>,
     pub(crate) texts: Vec<Value>,
 }
 
 impl Entity {
     pub(crate) fn new(id: impl ToString) -> Self {
-        let (metadata, cubes, spheres) = (Vec::new(), Vec::new(), Vec::new());
-        let (lines, texts) = (Vec::new(), Vec::new());
-        Self { id: id.to_string(), metadata, cubes, spheres, lines, texts }
+        Self { id: id.to_string(), frame: MAP_FRAME, ..Self::default() }
+    }
+
+    /// Whether there is nothing to be seen of it.
+    pub(crate) fn is_empty(&self) -> bool {
+        let Self { arrows, cubes, spheres, lines, triangles, texts, .. } = self;
+        [arrows, cubes, spheres, lines, triangles, texts].iter().all(|all| all.is_empty())
     }
 
     pub(crate) fn message(self, now: u64) -> Value {
         let none: [Value; 0] = [];
         json!({
             "timestamp": time(now),
-            "frame_id": MAP_FRAME,
+            "frame_id": self.frame,
             "id": self.id,
             "lifetime": time(0),
-            "frame_locked": false,
+            // Who is bound to a frame moves with it.
+            "frame_locked": self.frame != MAP_FRAME,
             "metadata": self.metadata,
-            "arrows": none,
+            "arrows": self.arrows,
             "cubes": self.cubes,
             "spheres": self.spheres,
             "cylinders": none,
             "lines": self.lines,
-            "triangles": none,
+            "triangles": self.triangles,
             "texts": self.texts,
             "models": none,
         })

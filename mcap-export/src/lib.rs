@@ -1,45 +1,58 @@
 //! Frames as a file of the MCAP format, with Foxglove's schemas: what Foxglove, Lichtblick and the
-//! `mcap` libraries open.
+//! `mcap` libraries open; and what such a file holds.
 //!
 //! [`Exporter`] takes frames in order and writes what each says to topics; `topics` lists them.
 //! Everything is in the frame `map`, as OpenDRIVE has it: metres, radians, z up. Times are
 //! simulated ones, from tick 0 of the world on, so that equal recordings give equal files.
 
+mod about;
+mod boxes;
 mod container;
 mod convert;
+mod done;
 mod ego;
 mod events;
+mod fixed;
+mod grid;
 mod map_scene;
 mod measured;
+mod names;
 mod pictures;
 mod scene;
 mod schema;
+mod topic;
 mod topics;
 
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use schemas::{ActorId, ActorKind, ActorState, Image, SensorDatum, SharedFrame};
-use serde_json::Value;
+use schemas::{ActorId, ActorKind, ActorState, Frame, Image, Pose, SensorDatum, SharedFrame, Vec3};
+use serde_json::{Value, json};
 
+pub use about::{About, Origin};
 use container::Writer;
-use convert::{nanos, transforms};
+pub use container::{Item, ReadError, Reader};
+use convert::{MAP_FRAME, nanos, transform};
+pub use done::Done;
+use ego::Way;
+use fixed::Fixed;
+pub use names::Names;
+use names::{Called, Part};
 pub use pictures::View;
 use scene::Scene;
-use topics::{Topic, Topics};
+use topic::Topic;
+use topics::{Has, Topics};
 
-/// What an export is about.
-#[derive(Clone, Debug, Default)]
-pub struct About {
-    /// Of the program that exports.
-    pub version: String,
-    /// The file that is exported.
-    pub source: String,
-    /// The vehicle of the topics below `/ego`; `None`: the first vehicle there is.
-    pub ego: Option<ActorId>,
-    /// Whether the frames are those of the world, to the bit, and not rebuilt.
-    pub is_exact: bool,
-}
+/// The attachment from which a recording goes on.
+pub const SNAPSHOT: &str = "world.snapshot";
+/// The metadata that say when that was.
+pub const ORIGIN: &str = "causeway.origin";
+/// The topic of exact frames.
+pub const FRAMES: &str = "/causeway/frame";
+/// The topic of what was done before them.
+pub const COMMANDS: &str = "/causeway/commands";
+/// Frames with a role of their own in `/tf`, besides the ego's.
+const ROLES_MAX: usize = 32;
 
 /// One file that is being written.
 pub struct Exporter<W> {
@@ -47,6 +60,9 @@ pub struct Exporter<W> {
     map: Arc<roads::Map>,
     about: About,
     scene: Scene,
+    called: Called,
+    fixed: Fixed,
+    way: Way,
     before: Option<SharedFrame>,
     frames: u64,
 }
@@ -89,11 +105,32 @@ impl<W: Write> Exporter<W> {
     /// Those of the sink.
     pub fn begin(sink: W, map: Arc<roads::Map>, about: About) -> io::Result<Self> {
         let mut file = Writer::begin(sink, &format!("causeway {}", about.version))?;
-        let topics = Topics::open(&mut file, about.is_exact)?;
+        let has = match (&about.origin, about.is_exact) {
+            (Some(_), true) => Has::FramesAndCommands,
+            (None, true) => Has::Frames,
+            (_, false) => Has::Poses,
+        };
+        let topics = Topics::open(&mut file, about.names, has)?;
         let name = format!("{}.xodr", map.name());
         file.attach(&name, "application/xml", map.text().as_bytes())?;
-        let (out, scene) = (Out { file, topics }, Scene::default());
-        Ok(Self { out, map, about, scene, before: None, frames: 0 })
+        if let Some(origin) = &about.origin {
+            file.attach(SNAPSHOT, "application/octet-stream", &origin.snapshot)?;
+            file.metadata(ORIGIN, &origin.told())?;
+        }
+        let (out, called) = (Out { file, topics }, Called::by(about.names));
+        let (scene, fixed, way) = Default::default();
+        Ok(Self { out, map, about, scene, called, fixed, way, before: None, frames: 0 })
+    }
+
+    /// Writes what was done before the next frame.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn done(&mut self, frame: &Frame, done: &Done) -> io::Result<()> {
+        if done.is_nothing() {
+            return Ok(());
+        }
+        self.out.json(Topic::Commands, nanos(frame.sim_secs), &done.told())
     }
 
     /// Writes what a frame says. Frames come in the order of their ticks.
@@ -103,15 +140,12 @@ impl<W: Write> Exporter<W> {
     pub fn frame(&mut self, frame: &SharedFrame) -> io::Result<()> {
         let now = nanos(frame.sim_secs);
         let ego = self.ego(frame);
-        let out = &mut self.out;
         if self.frames == 0 {
-            out.json(Topic::Map, now, &map_scene::of(&self.map, now))?;
-            let (name, digest, text) = (&frame.map.name, &frame.map.digest, self.map.text());
-            let told = serde_json::json!({"name": name, "digest": digest, "text": text});
-            out.json(Topic::OpenDrive, now, &told)?;
+            self.tell_map(frame, now)?;
         }
-        let before = self.before.as_ref();
-        out.json(Topic::Actors, now, &self.scene.update(frame))?;
+        self.tell_places(frame, now)?;
+        let (out, before) = (&mut self.out, self.before.as_ref());
+        out.json(Topic::Actors, now, &self.scene.update(frame, &self.about.roles))?;
         out.json(Topic::Poses, now, &scene::poses(frame))?;
         if before.is_none_or(|before| scene::lights_differ(before, frame)) {
             out.json(Topic::TrafficLights, now, &scene::lights(frame))?;
@@ -126,7 +160,8 @@ impl<W: Write> Exporter<W> {
         }
         out.tell(Topic::Frame, now, &frame.encoded().0)?;
         if let Some(ego) = ego.and_then(|ego| frame.actor(ego)) {
-            for (topic, message) in ego::messages(ego, &self.map, now) {
+            let at = (self.called.ego_frame(), now);
+            for (topic, message) in ego::messages(frame, ego, &self.map, at) {
                 out.json(topic, now, &message)?;
             }
         }
@@ -135,42 +170,153 @@ impl<W: Write> Exporter<W> {
         Ok(())
     }
 
+    /// What does not change.
+    fn tell_map(&mut self, frame: &Frame, now: u64) -> io::Result<()> {
+        let (out, map) = (&mut self.out, &self.map);
+        out.json(Topic::Map, now, &map_scene::of(map, now))?;
+        let (name, digest) = (&frame.map.name, &frame.map.digest);
+        let told = json!({"name": name, "digest": digest, "text": map.text()});
+        out.json(Topic::OpenDrive, now, &told)?;
+        if self.about.names != Names::Nuscenes {
+            return Ok(());
+        }
+        if let Some(grid) = grid::Grid::of(map) {
+            out.json(Topic::Grid, now, &grid.kinds(now))?;
+            out.json(Topic::Drivable, now, &grid.drivable(now))?;
+        }
+        let ego = self.about.ego.and_then(|ego| frame.actor(ego));
+        let Some(ego) = ego else { return Ok(()) };
+        out.json(Topic::Car, now, &ego::car(ego, self.called.ego_frame(), now))
+    }
+
+    /// Where the ego and others with a role are.
+    fn tell_places(&mut self, frame: &Frame, now: u64) -> io::Result<()> {
+        let ego = self.ego(frame);
+        let mut told = Vec::new();
+        if let Some(ego) = ego.and_then(|ego| frame.actor(ego)) {
+            let frame_id = self.called.ego_frame();
+            told.push(transform(MAP_FRAME, frame_id, &ego.world_from_actor, now));
+        }
+        let others = self.about.heroes.iter().filter(|id| Some(**id) != ego).take(ROLES_MAX);
+        for actor in others.filter_map(|id| frame.actor(*id)) {
+            let child = format!("actors/{}", actor.id.get());
+            told.push(transform(MAP_FRAME, &child, &actor.world_from_actor, now));
+        }
+        if told.is_empty() {
+            return Ok(());
+        }
+        self.out.json(Topic::Tf, now, &json!({"transforms": told}))
+    }
+
+    /// Where a camera or sensor is: on the ego if that carries it, which is told when it changes.
+    fn tell_place(
+        &mut self,
+        name: &str,
+        ego_from_it: Option<&Pose>,
+        world_from_it: &Pose,
+        now: u64,
+    ) -> io::Result<()> {
+        let Some(ego_from_it) = ego_from_it else {
+            let told = json!({"transforms": [transform(MAP_FRAME, name, world_from_it, now)]});
+            return self.out.json(Topic::Tf, now, &told);
+        };
+        if !self.fixed.is_news(name, ego_from_it) {
+            return Ok(());
+        }
+        let told = transform(self.called.ego_frame(), name, ego_from_it, now);
+        self.out.json(Topic::TfStatic, now, &json!({"transforms": [told]}))
+    }
+
     /// The vehicle of the topics below `/ego` in a frame.
-    pub fn ego(&self, frame: &SharedFrame) -> Option<ActorId> {
+    pub fn ego(&self, frame: &Frame) -> Option<ActorId> {
         let is_vehicle = |actor: &&ActorState| actor.kind == ActorKind::Vehicle;
         let first = || frame.actors.iter().find(is_vehicle).map(|actor| actor.id);
         self.about.ego.or_else(first)
     }
 
-    /// Writes a picture of a frame, with where its camera was and how it sees.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn picture(&mut self, frame: &SharedFrame, view: &View, image: &Image) -> io::Result<()> {
-        let Some(place) = view.world_from_optical(frame) else { return Ok(()) };
-        let (now, name, out) = (nanos(frame.sim_secs), &view.name, &mut self.out);
-        out.json(Topic::Tf, now, &transforms(&view.frame_id(), &place, now))?;
-        let calibration = ("foxglove.CameraCalibration", schema::calibration);
-        out.named(format!("/{name}/calibration"), calibration, now, &view.calibration(now))?;
-        let (schema_name, schema) = view.schema();
-        let message = view.message(image, now);
-        out.named(format!("/{name}/image"), (schema_name, || schema), now, &message)
+    /// Where something is on the ego, if that carries it, also on something else.
+    fn ego_from(&self, frame: &Frame, it: Option<ActorId>, world_from_it: &Pose) -> Option<Pose> {
+        let ego = self.ego(frame)?;
+        let mut carrier = it;
+        // Who carries whom is a tree in every frame of a world.
+        for _ in 0..frame.actors.len() {
+            if carrier == Some(ego) {
+                return Some(frame.actor(ego)?.world_from_actor.inverse() * world_from_it);
+            }
+            carrier = frame.actor(carrier?)?.parent;
+        }
+        None
     }
 
-    /// Writes what a sensor of this name measured; obstacles and crossed marks are events.
+    /// Writes the way that the ego's agent takes in a frame, if it leads elsewhere than before;
+    /// places in metres, from the ego on.
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn measured(&mut self, name: &str, datum: &SensorDatum) -> io::Result<()> {
+    pub fn way(&mut self, frame: &Frame, places_m: &[Vec3]) -> io::Result<()> {
+        let now = nanos(frame.sim_secs);
+        match self.way.tell(places_m, now) {
+            Some(told) => self.out.json(Topic::Path, now, &told),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes a picture of a frame, with where its camera was and how it sees, and `with_boxes`
+    /// the outlines of actors.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn picture(
+        &mut self,
+        frame: &Frame,
+        view: &View,
+        image: &Image,
+        with_boxes: bool,
+    ) -> io::Result<()> {
+        let Some(place) = view.world_from_optical(frame) else { return Ok(()) };
+        let now = nanos(frame.sim_secs);
+        let ego_from_it = self.ego_from(frame, view.camera.carrier, &place);
+        // Names tell where a camera looks, not how its pictures lie.
+        let looks = ego_from_it.map(|optical| optical * pictures::optical_from_camera());
+        let name = self.called.name(&view.name, looks.as_ref());
+        let frame_id = self.called.optical_frame(&name);
+        self.tell_place(&frame_id, ego_from_it.as_ref(), &place, now)?;
+        let (part, schema_name, schema) = view.schema();
+        let calibration = ("foxglove.CameraCalibration", schema::calibration);
+        let told = view.calibration(&frame_id, now);
+        let (called, out) = (&self.called, &mut self.out);
+        out.named(called.topic(&name, Part::Calibration), calibration, now, &told)?;
+        let message = view.message(image, &frame_id, now);
+        out.named(called.topic(&name, part), (schema_name, || schema), now, &message)?;
+        if !with_boxes {
+            return Ok(());
+        }
+        let told = boxes::of(frame, &view.camera, &place, now);
+        let annotations = ("foxglove.ImageAnnotations", schema::annotations);
+        out.named(called.topic(&name, Part::Annotations), annotations, now, &told)
+    }
+
+    /// Writes what a sensor of this name measured in a frame; obstacles and crossed marks are
+    /// events.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn measured(&mut self, frame: &Frame, name: &str, datum: &SensorDatum) -> io::Result<()> {
         let now = nanos(datum.sim_secs);
-        if let Some(event) = events::of_sensor(datum, name, self.before.as_deref()) {
+        let place = &datum.world_from_sensor;
+        let ego_from_it = self.ego_from(frame, Some(datum.sensor), place);
+        let name = self.called.name(name, ego_from_it.as_ref());
+        if let Some(event) = events::of_sensor(datum, &name, Some(frame)) {
             return self.out.json(Topic::Events, now, &event);
         }
-        let Some(told) = measured::of(datum, name, now) else { return Ok(()) };
-        let place = &datum.world_from_sensor;
-        self.out.json(Topic::Tf, now, &transforms(name, place, now))?;
-        let (path, schema) = (format!("/{name}/{}", told.topic), (told.schema_name, told.schema));
-        self.out.named(path, schema, now, &told.message)
+        let Some(told) = measured::of(datum, &name, now) else { return Ok(()) };
+        // Frames that are passed over do not say where the ego is.
+        if self.before.as_ref().is_none_or(|before| before.tick != frame.tick) {
+            self.tell_places(frame, now)?;
+        }
+        self.tell_place(&name, ego_from_it.as_ref(), place, now)?;
+        let path = self.called.topic(&name, Part::Measured(told.topic));
+        self.out.named(path, (told.schema_name, told.schema), now, &told.message)
     }
 
     /// How many frames it was given.

@@ -7,24 +7,21 @@ use schemas::{Camera, Frame, Image, ImageEncoding, Pose, UnitQuaternion};
 use serde_json::{Value, json};
 
 use crate::convert::time;
+use crate::names::Part;
 use crate::schema;
 
 /// What one camera of an export is called, and what it sees.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// Of its topics and its frame, in `/`-separated words.
+    /// Of its topics and its frame, in `/`-separated words, unless the file has other names.
     pub name: String,
     /// How it is carried, and its pinhole.
     pub camera: Camera,
 }
 
 impl View {
-    /// The frame of its pictures: x right, y down, z along the view, as ROS and Foxglove have it.
-    pub(crate) fn frame_id(&self) -> String {
-        format!("{}_optical", self.name)
-    }
-
-    /// Where that frame is; `None` without its carrier.
+    /// Where the frame of its pictures is: x right, y down, z along the view, as ROS and Foxglove
+    /// have it; `None` without its carrier.
     pub(crate) fn world_from_optical(&self, frame: &Frame) -> Option<Pose> {
         let world_from_carrier = match self.camera.carrier {
             Some(carrier) => frame.actor(carrier)?.world_from_actor,
@@ -34,21 +31,23 @@ impl View {
     }
 
     /// The schema of its pictures by name, encoded as JSON.
-    pub(crate) fn schema(&self) -> (&'static str, Value) {
+    pub(crate) fn schema(&self) -> (Part, &'static str, Value) {
         match self.camera.encoding {
-            ImageEncoding::Jpeg => ("foxglove.CompressedImage", schema::compressed_image()),
-            _ => ("foxglove.RawImage", schema::raw_image()),
+            ImageEncoding::Jpeg => {
+                (Part::Compressed, "foxglove.CompressedImage", schema::compressed_image())
+            }
+            _ => (Part::Raw, "foxglove.RawImage", schema::raw_image()),
         }
     }
 
     /// A pinhole without distortion.
-    pub(crate) fn calibration(&self, now: u64) -> Value {
+    pub(crate) fn calibration(&self, frame_id: &str, now: u64) -> Value {
         let Camera { width_px, height_px, horizontal_fov_rad, .. } = self.camera;
         let [across, down] = [width_px, height_px].map(|pixels| f64::from(pixels) / 2.0);
         let focal = across / (f64::from(horizontal_fov_rad) / 2.0).tan();
         json!({
             "timestamp": time(now),
-            "frame_id": self.frame_id(),
+            "frame_id": frame_id,
             "width": width_px,
             "height": height_px,
             "distortion_model": "plumb_bob",
@@ -59,13 +58,13 @@ impl View {
         })
     }
 
-    pub(crate) fn message(&self, image: &Image, now: u64) -> Value {
+    pub(crate) fn message(&self, image: &Image, frame_id: &str, now: u64) -> Value {
         let data = STANDARD.encode(&image.data);
         let (encoding, pixel_bytes) = match image.encoding {
             ImageEncoding::Jpeg => {
                 return json!({
                     "timestamp": time(now),
-                    "frame_id": self.frame_id(),
+                    "frame_id": frame_id,
                     "data": data,
                     "format": "jpeg",
                 });
@@ -78,7 +77,7 @@ impl View {
         };
         json!({
             "timestamp": time(now),
-            "frame_id": self.frame_id(),
+            "frame_id": frame_id,
             "width": image.width_px,
             "height": image.height_px,
             "encoding": encoding,
@@ -86,6 +85,11 @@ impl View {
             "data": data,
         })
     }
+}
+
+/// The inverse of what takes ISO 8855 (x along the view, y left, z up) there.
+pub(crate) fn optical_from_camera() -> Pose {
+    camera_from_optical().inverse()
 }
 
 /// From ISO 8855 (x along the view, y left, z up).
@@ -112,7 +116,9 @@ mod tests {
             kind: ImageKind::Depth,
             encoding: ImageEncoding::DepthF32,
             jpeg_quality: 90,
+            quality: None,
             ignored: Vec::new(),
+            exposure: schemas::Exposure::PLAIN,
         };
         View { name: "ego/top".to_owned(), camera }
     }
@@ -129,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_quarter_circle_has_the_focal_length_of_half_its_width() {
-        let told = view().calibration(0);
+        let told = view().calibration("ego/top_optical", 0);
         assert!((told["K"][0].as_f64().unwrap() - 320.0).abs() < 1e-3);
         assert_eq!((&told["K"][2], &told["K"][5]), (&json!(320.0), &json!(180.0)));
         assert_eq!(told["frame_id"], "ego/top_optical");
@@ -145,7 +151,7 @@ mod tests {
             encoding: ImageEncoding::DepthF32,
             data: vec![0, 0, 128, 63, 0, 0, 0, 64],
         };
-        let told = view().message(&image, 1_500_000_000);
+        let told = view().message(&image, "ego/top_optical", 1_500_000_000);
         assert_eq!((&told["encoding"], &told["step"]), (&json!("32FC1"), &json!(8)));
         assert_eq!(STANDARD.decode(told["data"].as_str().unwrap()).unwrap(), image.data);
         assert_eq!(told["timestamp"], json!({"sec": 1, "nsec": 500_000_000}));

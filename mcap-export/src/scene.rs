@@ -9,6 +9,8 @@ use crate::convert::{Entity, MAP_FRAME, nanos, opaque, paint, pose, time, vector
 
 /// Height of letters.
 const TEXT_M: f32 = 0.8;
+/// How far the arrow of who may move reaches ahead.
+const ARROW_M: f32 = 0.8;
 /// Of the lamp that is drawn for a traffic light, and how high above its foot.
 const LAMP_M: f32 = 0.8;
 const LAMP_UP_M: f32 = 5.0;
@@ -27,7 +29,7 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// What changes with a frame: who came or moved, and who is gone.
-    pub(crate) fn update(&mut self, frame: &Frame) -> Value {
+    pub(crate) fn update(&mut self, frame: &Frame, roles: &BTreeMap<ActorId, String>) -> Value {
         let now = nanos(frame.sim_secs);
         let is_gone = |id: &&ActorId| frame.actor(**id).is_none();
         let gone: Vec<ActorId> = self.shown.keys().filter(is_gone).copied().collect();
@@ -41,7 +43,8 @@ impl Scene {
         for actor in frame.actors.iter().filter(|actor| is_drawn(actor)) {
             let place = actor.world_from_actor;
             if self.shown.insert(actor.id, place) != Some(place) {
-                entities.push(entity(frame, actor, now));
+                let role = roles.get(&actor.id).map_or("", String::as_str);
+                entities.push(entity(frame, actor, role, now));
             }
         }
         json!({"deletions": deletions, "entities": entities})
@@ -52,7 +55,7 @@ fn is_drawn(actor: &ActorState) -> bool {
     matches!(actor.kind, ActorKind::Vehicle | ActorKind::Walker | ActorKind::Prop)
 }
 
-fn entity(frame: &Frame, actor: &ActorState, now: u64) -> Value {
+fn entity(frame: &Frame, actor: &ActorState, role: &str, now: u64) -> Value {
     let name = frame.type_of(actor);
     let middle =
         Pose::translation(actor.box_centre_m.x, actor.box_centre_m.y, actor.box_centre_m.z);
@@ -76,7 +79,20 @@ fn entity(frame: &Frame, actor: &ActorState, now: u64) -> Value {
         "text": format!("{} {short}", actor.id.get()),
     }));
     let speed = format!("{:.2}", actor.linear_velocity_mps.norm());
+    if actor.kind != ActorKind::Prop {
+        // From the front on, the way it looks.
+        let front = Pose::translation(actor.box_half_extent_m.x, 0.0, 0.0);
+        entity.arrows.push(json!({
+            "pose": pose(&(centre * front)),
+            "shaft_length": ARROW_M,
+            "shaft_diameter": ARROW_M / 5.0,
+            "head_length": ARROW_M / 2.0,
+            "head_diameter": ARROW_M / 2.0,
+            "color": opaque(WHITE),
+        }));
+    }
     entity.metadata.push(json!({"key": "blueprint", "value": name}));
+    entity.metadata.push(json!({"key": "role", "value": role}));
     entity.metadata.push(json!({"key": "speed_mps", "value": speed}));
     entity.message(now)
 }
@@ -145,14 +161,18 @@ mod tests {
     fn only_those_are_told_who_come_move_or_go() {
         use ActorKind::{Sensor, Vehicle, Walker};
         let mut scene = Scene::default();
-        let first = scene.update(&frame(&[(1, Vehicle, 0.0), (2, Walker, 5.0), (3, Sensor, 0.0)]));
+        let roles = BTreeMap::from([(ActorId::FIRST, "hero".to_owned())]);
+        let first =
+            scene.update(&frame(&[(1, Vehicle, 0.0), (2, Walker, 5.0), (3, Sensor, 0.0)]), &roles);
         assert_eq!(
             (ids(&first, "entities"), ids(&first, "deletions").len()),
             (vec!["1".to_owned(), "2".to_owned()], 0)
         );
-        let second = scene.update(&frame(&[(1, Vehicle, 1.0), (2, Walker, 5.0)]));
+        let role = &first["entities"][0]["metadata"][1];
+        assert_eq!((&role["key"], &role["value"]), (&json!("role"), &json!("hero")));
+        let second = scene.update(&frame(&[(1, Vehicle, 1.0), (2, Walker, 5.0)]), &roles);
         assert_eq!(ids(&second, "entities"), ["1"]);
-        let third = scene.update(&frame(&[(1, Vehicle, 1.0)]));
+        let third = scene.update(&frame(&[(1, Vehicle, 1.0)]), &roles);
         assert_eq!(
             (ids(&third, "entities").len(), ids(&third, "deletions")),
             (0, vec!["2".to_owned()])
@@ -164,8 +184,10 @@ mod tests {
         let mut frame = frame(&[(1, ActorKind::Vehicle, 2.0)]);
         frame.actors[0].box_centre_m = schemas::Vec3::new(0.5, 0.0, 0.75);
         frame.actors[0].box_half_extent_m = schemas::Vec3::new(2.0, 1.0, 0.75);
-        let update = Scene::default().update(&frame);
+        let update = Scene::default().update(&frame, &BTreeMap::new());
         let cube = &update["entities"][0]["cubes"][0];
+        let arrow = &update["entities"][0]["arrows"][0]["pose"]["position"];
+        assert_eq!(*arrow, json!({"x": 4.5, "y": 0.0, "z": 0.75}));
         assert_eq!(cube["pose"]["position"], json!({"x": 2.5, "y": 0.0, "z": 0.75}));
         assert_eq!(cube["size"], json!({"x": 4.0, "y": 2.0, "z": 1.5}));
         assert_eq!(update["entities"][0]["texts"][0]["text"], "1 tt");

@@ -66,6 +66,58 @@ pub(crate) fn transforms() -> Value {
     object(&[("transforms", array(&transform))])
 }
 
+/// What was done before a tick, as requests of the bus.
+pub(crate) fn commands() -> Value {
+    object(&[("tick", integer()), ("wanted_secs", text()), ("requests", array(&data()))])
+}
+
+/// Ground in squares.
+pub(crate) fn grid() -> Value {
+    object(&[
+        ("timestamp", time()),
+        ("frame_id", text()),
+        ("pose", pose()),
+        ("column_count", integer()),
+        ("cell_size", flat()),
+        ("row_stride", integer()),
+        ("cell_stride", integer()),
+        ("fields", array(&field())),
+        ("data", data()),
+    ])
+}
+
+/// Outlines and texts over a picture, in pixels.
+pub(crate) fn annotations() -> Value {
+    let lines = object(&[
+        ("timestamp", time()),
+        ("type", integer()),
+        ("points", array(&flat())),
+        ("outline_color", colour()),
+        ("outline_colors", array(&colour())),
+        ("fill_color", colour()),
+        ("thickness", number()),
+    ]);
+    let label = object(&[
+        ("timestamp", time()),
+        ("position", flat()),
+        ("text", text()),
+        ("font_size", number()),
+        ("text_color", colour()),
+        ("background_color", colour()),
+    ]);
+    let circles = array(&json!({"type": "object"}));
+    object(&[("circles", circles), ("points", array(&lines)), ("texts", array(&label))])
+}
+
+fn flat() -> Value {
+    object(&[("x", number()), ("y", number())])
+}
+
+/// A part of each point or cell.
+fn field() -> Value {
+    object(&[("name", text()), ("offset", integer()), ("type", integer())])
+}
+
 pub(crate) fn poses() -> Value {
     object(&[("timestamp", time()), ("frame_id", text()), ("poses", array(&pose()))])
 }
@@ -144,13 +196,12 @@ pub(crate) fn calibration() -> Value {
 }
 
 pub(crate) fn points() -> Value {
-    let field = object(&[("name", text()), ("offset", integer()), ("type", integer())]);
     object(&[
         ("timestamp", time()),
         ("frame_id", text()),
         ("pose", pose()),
         ("point_stride", integer()),
-        ("fields", array(&field)),
+        ("fields", array(&field())),
         ("data", data()),
     ])
 }
@@ -211,6 +262,21 @@ pub(crate) fn scene() -> Value {
         ("color", colour()),
         ("text", text()),
     ]);
+    let triangles = object(&[
+        ("pose", pose()),
+        ("points", array(&vector())),
+        ("color", colour()),
+        ("colors", array(&colour())),
+        ("indices", array(&integer())),
+    ]);
+    let arrow = object(&[
+        ("pose", pose()),
+        ("shaft_length", number()),
+        ("shaft_diameter", number()),
+        ("head_length", number()),
+        ("head_diameter", number()),
+        ("color", colour()),
+    ]);
     let nothing = array(&json!({"type": "object"}));
     let entity = object(&[
         ("timestamp", time()),
@@ -219,12 +285,12 @@ pub(crate) fn scene() -> Value {
         ("lifetime", time()),
         ("frame_locked", json!({"type": "boolean"})),
         ("metadata", array(&object(&[("key", text()), ("value", text())]))),
-        ("arrows", nothing.clone()),
+        ("arrows", array(&arrow)),
         ("cubes", array(&solid)),
         ("spheres", array(&solid)),
         ("cylinders", nothing.clone()),
         ("lines", array(&line)),
-        ("triangles", nothing.clone()),
+        ("triangles", array(&triangles)),
         ("texts", array(&label)),
         ("models", nothing),
     ]);

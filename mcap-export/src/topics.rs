@@ -2,50 +2,50 @@
 //!
 //! | topic | schema |
 //! |---|---|
-//! | `/tf` | `foxglove.FrameTransforms`: `map` to `ego` |
-//! | `/map` | `foxglove.SceneUpdate`: edges of lanes |
+//! | `/tf` | `foxglove.FrameTransforms`: `map` to `ego`, and to others with its role |
+//! | `/tf_static` | `foxglove.FrameTransforms`: what the ego carries, told again when it is moved |
+//! | `/map` | `foxglove.SceneUpdate`: lanes, marks, crossings, signs, posts of lights |
 //! | `/map/opendrive` | `causeway.OpenDrive` |
-//! | `/actors` | `foxglove.SceneUpdate`: a box and a name for each, changes only |
+//! | `/actors` | `foxglove.SceneUpdate`: a box, an arrow and a name for each, changes only |
 //! | `/actors/poses` | `foxglove.PosesInFrame` |
 //! | `/traffic_lights` | `foxglove.SceneUpdate`, on change |
 //! | `/ego/odometry`, `/ego/pose`, `/ego/fix` | `foxglove.Odometry`, `PoseInFrame`, `LocationFix` |
 //! | `/ego/state` | `causeway.Vehicle` |
+//! | `/ego/path` | `foxglove.PosesInFrame`: the way of a navigation agent, when it changes |
 //! | `/events` | `foxglove.Log`; of sensors: obstacles and crossed marks |
 //! | `/weather` | `causeway.Weather`, on change |
 //! | `/NAME/image`, `/NAME/calibration` | `foxglove.CompressedImage` or `RawImage`, `CameraCalibration` |
+//! | `/NAME/annotations` | `foxglove.ImageAnnotations`: the boxes of actors, on demand |
 //! | `/NAME/points` | `foxglove.PointCloud`: of lidars and radars |
 //! | `/NAME/inertia`, `/NAME/fix` | `causeway.Imu`, `foxglove.LocationFix` |
 //! | `/NAME/awareness`, `/NAME/texts` | `causeway.V2xAwareness`, `causeway.V2xTexts`: as they arrive |
 //! | `/causeway/frame` | `causeway.wire.Frame`, as FlatBuffers; of exact recordings only |
+//! | `/causeway/commands` | `causeway.Commands`: what was done before a tick; of whole journals only |
 //!
-//! All but the last one are JSON. NAME is what a camera or sensor is called; it has a frame of its
-//! own in `/tf`, and its topics are there if it is.
+//! All but the frame are JSON. NAME is what a camera or sensor is called; it has a frame of its
+//! own in `/tf_static` or `/tf`, and its topics are there if it is. With [`Names::Nuscenes`] some
+//! have other names, and `/map`, `/drivable_area` (`foxglove.Grid`) and `/markers/car` are there.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use schemas::{ActorId, ActorKind, ActorState, Pose, Weather};
+use schemas::{ActorId, ActorKind, ActorState, Pose, TrafficLightColour, Weather};
 use serde_json::{Value, json};
 
 use crate::container::{ChannelId, Schema, Writer};
+use crate::names::{self, Names, path};
 use crate::schema;
+use crate::topic::Topic;
 
-/// One topic.
+/// What is known of the frames of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Topic {
-    Tf,
-    Map,
-    OpenDrive,
-    Actors,
+pub(crate) enum Has {
+    /// They are rebuilt.
     Poses,
-    TrafficLights,
-    Odometry,
-    Pose,
-    Fix,
-    State,
-    Events,
-    Weather,
-    Frame,
+    /// They are those of the world.
+    Frames,
+    /// And all that was done is there.
+    FramesAndCommands,
 }
 
 /// The channels of one file.
@@ -56,37 +56,26 @@ pub(crate) struct Topics {
 }
 
 impl Topics {
-    pub(crate) fn open(file: &mut Writer<impl Write>, is_exact: bool) -> io::Result<Self> {
-        let nobody = ActorState::at_rest(ActorId::FIRST, ActorKind::Vehicle, 0, Pose::identity());
-        let told = [
-            (Topic::Tf, "/tf", "foxglove.FrameTransforms", schema::transforms()),
-            (Topic::Map, "/map", "foxglove.SceneUpdate", schema::scene()),
-            (Topic::OpenDrive, "/map/opendrive", "causeway.OpenDrive", schema::opendrive()),
-            (Topic::Actors, "/actors", "foxglove.SceneUpdate", schema::scene()),
-            (Topic::Poses, "/actors/poses", "foxglove.PosesInFrame", schema::poses()),
-            (Topic::TrafficLights, "/traffic_lights", "foxglove.SceneUpdate", schema::scene()),
-            (Topic::Odometry, "/ego/odometry", "foxglove.Odometry", schema::odometry()),
-            (Topic::Pose, "/ego/pose", "foxglove.PoseInFrame", schema::pose_in_frame()),
-            (Topic::Fix, "/ego/fix", "foxglove.LocationFix", schema::fix()),
-            (Topic::State, "/ego/state", "causeway.Vehicle", schema::numbers(&state(&nobody))),
-            (Topic::Events, "/events", "foxglove.Log", schema::log()),
-            (
-                Topic::Weather,
-                "/weather",
-                "causeway.Weather",
-                schema::numbers(&weather(&Weather::CLEAR_NOON)),
-            ),
-        ];
-        let mut channels = Vec::with_capacity(told.len() + 1);
-        for (topic, path, name, schema) in told {
-            let text = schema.to_string();
-            let schema = Schema { name, encoding: "jsonschema", data: text.as_bytes() };
-            channels.push((topic, file.channel(path, "json", &schema)?));
+    pub(crate) fn open(file: &mut Writer<impl Write>, names: Names, has: Has) -> io::Result<Self> {
+        let mut channels: Vec<(Topic, ChannelId)> = Vec::new();
+        for (topic, name, schema) in json_topics() {
+            let is_there = topic != Topic::Commands || has == Has::FramesAndCommands;
+            let Some(path) = path(names, topic).filter(|_| is_there) else { continue };
+            let same = channels.iter().find(|(other, _)| names::path(names, *other) == Some(path));
+            let channel = match same {
+                Some((_, channel)) => *channel,
+                None => {
+                    let text = schema.to_string();
+                    let schema = Schema { name, encoding: "jsonschema", data: text.as_bytes() };
+                    file.channel(path, "json", &schema)?
+                }
+            };
+            channels.push((topic, channel));
         }
-        if is_exact {
+        if has != Has::Poses {
             let (encoding, data) = ("flatbuffer", schemas::FRAME_SCHEMA);
             let schema = Schema { name: "causeway.wire.Frame", encoding, data };
-            channels.push((Topic::Frame, file.channel("/causeway/frame", encoding, &schema)?));
+            channels.push((Topic::Frame, file.channel(crate::FRAMES, encoding, &schema)?));
         }
         Ok(Self { fixed: channels, named: BTreeMap::new() })
     }
@@ -114,8 +103,41 @@ impl Topics {
     }
 }
 
-/// What is told of the ego, for plots.
-pub(crate) fn state(ego: &ActorState) -> Value {
+/// Topics whose messages are JSON, with the names of their schemas.
+fn json_topics() -> Vec<(Topic, &'static str, Value)> {
+    let nobody = ActorState::at_rest(ActorId::FIRST, ActorKind::Vehicle, 0, Pose::identity());
+    let state = schema::numbers(&state(&nobody, None, TrafficLightColour::Unknown));
+    vec![
+        (Topic::Tf, "foxglove.FrameTransforms", schema::transforms()),
+        (Topic::TfStatic, "foxglove.FrameTransforms", schema::transforms()),
+        (Topic::Map, "foxglove.SceneUpdate", schema::scene()),
+        (Topic::OpenDrive, "causeway.OpenDrive", schema::opendrive()),
+        (Topic::Actors, "foxglove.SceneUpdate", schema::scene()),
+        (Topic::Poses, "foxglove.PosesInFrame", schema::poses()),
+        (Topic::TrafficLights, "foxglove.SceneUpdate", schema::scene()),
+        (Topic::Odometry, "foxglove.Odometry", schema::odometry()),
+        (Topic::Pose, "foxglove.PoseInFrame", schema::pose_in_frame()),
+        (Topic::Fix, "foxglove.LocationFix", schema::fix()),
+        (Topic::State, "causeway.Vehicle", state),
+        (Topic::Path, "foxglove.PosesInFrame", schema::poses()),
+        (Topic::Events, "foxglove.Log", schema::log()),
+        (Topic::Weather, "causeway.Weather", schema::numbers(&weather(&Weather::CLEAR_NOON))),
+        (Topic::Commands, "causeway.Commands", schema::commands()),
+        (Topic::Grid, "foxglove.Grid", schema::grid()),
+        (Topic::Drivable, "foxglove.Grid", schema::grid()),
+        (Topic::Car, "foxglove.SceneUpdate", schema::scene()),
+    ]
+}
+
+/// What is told of the ego, for plots: its lane as OpenDRIVE counts them, 0 for none, and what the
+/// light shows that it is at: 1 red, 2 yellow, 3 green, 0 none of these.
+pub(crate) fn state(ego: &ActorState, lane: Option<i32>, light: TrafficLightColour) -> Value {
+    let light = match light {
+        TrafficLightColour::Red => 1,
+        TrafficLightColour::Yellow => 2,
+        TrafficLightColour::Green => 3,
+        TrafficLightColour::Off | TrafficLightColour::Unknown => 0,
+    };
     json!({
         "speed_mps": ego.linear_velocity_mps.norm(),
         "acceleration_mps2": ego.linear_acceleration_mps2.norm(),
@@ -125,6 +147,8 @@ pub(crate) fn state(ego: &ActorState) -> Value {
         "gear": ego.gear,
         "speed_limit_mps": ego.speed_limit_mps,
         "road_wheel_rad": ego.road_wheel_rad,
+        "lane": lane.unwrap_or(0),
+        "light": light,
     })
 }
 

@@ -131,9 +131,7 @@ struct Lasting {
 
 impl Lasting {
     fn note(&mut self, frame: &Frame<'_>, packets: &[Packet]) {
-        if self.journal.is_none() {
-            self.journal = JournalLink::of(frame);
-        }
+        self.journal = JournalLink::of(frame).or(self.journal.take());
         for packet in packets {
             self.cast.note(packet);
             match packet {

@@ -19,6 +19,8 @@ const LASTING_MAX: usize = 250_000;
 const LIVING_BYTES_MAX: usize = 64 * 1024 * 1024;
 /// Frames of one log: two days at 20 Hz, and 64 MB of memory.
 const FRAMES_MAX: usize = 4_000_000;
+/// Journals of one log that are known; later ones are not.
+const JOURNALS_MAX: usize = 1_000;
 
 /// What happens to actors, in the order of the log.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,7 +136,8 @@ pub struct Index {
     at_start: BTreeSet<u32>,
     /// What holds after the last frame.
     at_end: Cast,
-    journal: Option<JournalLink>,
+    /// In the order of the log.
+    journals: Vec<JournalLink>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -189,7 +192,9 @@ impl Index {
             let elapsed_secs = frame.start.elapsed_secs;
             if index.frames.is_empty() {
                 index.at_start = cast.actors.keys().copied().collect();
-                index.journal = JournalLink::of(&frame);
+            }
+            if index.journals.len() < JOURNALS_MAX {
+                index.journals.extend(JournalLink::of(&frame));
             }
             index.frames.push(Place { offset: frame.offset, elapsed_secs });
         }
@@ -217,9 +222,10 @@ impl Index {
         gone.chain(new).chain(hang.map(Event::Parent)).collect()
     }
 
-    /// The journal beside the log.
-    pub fn journal(&self) -> Option<&JournalLink> {
-        self.journal.as_ref()
+    /// The journals beside the log, one after the other: a world that goes on in another service
+    /// has a new one.
+    pub fn journals(&self) -> &[JournalLink] {
+        &self.journals
     }
 
     /// How many frames there are.

@@ -11,7 +11,8 @@ const STATE: u8 = 102;
 /// What they begin with: others may have packets of these ids, too.
 const MARK: u32 = u32::from_le_bytes(*b"CWJL");
 
-/// The journal of the same world, from which it can be replayed to the bit; in the first frame.
+/// The journal of the same world, from which it can be replayed to the bit; in the first frame, and
+/// in a later one from which on another journal has it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct JournalLink {
     /// Its file, in the folder of journals.
@@ -41,6 +42,11 @@ impl JournalLink {
         self.name.put(&mut body);
         [self.digest, self.tick, self.state_hash].iter().for_each(|number| number.put(&mut body));
         Packet::Foreign(LINK, body)
+    }
+
+    /// Of several journals the one that has a tick: the last one that began before.
+    pub fn that_has(links: &[Self], tick: u64) -> Option<&Self> {
+        links.iter().rev().find(|link| link.tick <= tick)
     }
 
     /// What a frame says, if it does.
@@ -104,6 +110,14 @@ mod tests {
     use crate::{FrameContent, Header, Reader, Writer};
 
     use super::*;
+
+    #[test]
+    fn of_several_journals_the_last_one_that_began_before_a_tick_has_it() {
+        let link = |tick| JournalLink { tick, ..JournalLink::default() };
+        let links = [link(5), link(90)];
+        let found = |tick| JournalLink::that_has(&links, tick).map(|link| link.tick);
+        assert_eq!([4, 5, 89, 90, 1_000].map(found), [None, Some(5), Some(5), Some(90), Some(90)]);
+    }
 
     #[test]
     fn a_log_says_what_it_was_told_of_its_journal() {

@@ -35,10 +35,19 @@ fn replay(log: &[u8]) {
     }
 }
 
-/// How many damaged logs a test reads, in thousands, unless CAUSEWAY_MUTATIONS says another number.
+/// How many damaged logs a test reads, in thousands, unless CAUSEWAY_MUTATIONS says another number,
+/// as `./test fuzz` does.
 fn mutations(thousands: usize) -> usize {
     let wanted = std::env::var("CAUSEWAY_MUTATIONS").ok().and_then(|text| text.parse().ok());
     wanted.unwrap_or(thousands) * 1_000
+}
+
+/// The most memory that this process had so far, where the system tells.
+fn peak_mib() -> Option<usize> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kib: usize = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024)
 }
 
 /// Frames of a log, and whether it ends in the midst of one.
@@ -150,6 +159,9 @@ fn a_large_file_with_little_in_it_is_told_at_once() {
     std::fs::remove_file(path).unwrap();
 }
 
+/// Of all that a damaged log may promise, whatever its size is.
+const PEAK_MIB_MAX: usize = 200;
+
 /// Seeded, so that a failure can be repeated.
 struct Dice(u64);
 
@@ -196,6 +208,7 @@ fn damaged_logs_never_cause_a_panic() {
         ask(&damage(&whole, &mut dice));
         ask(&damage(&old, &mut dice));
     }
+    assert!(peak_mib().is_none_or(|mib| mib <= PEAK_MIB_MAX), "{:?} MiB", peak_mib());
 }
 
 #[test]
@@ -208,4 +221,5 @@ fn damaged_genuine_logs_never_cause_a_panic() {
             ask(&damage(log, &mut dice));
         }
     }
+    assert!(peak_mib().is_none_or(|mib| mib <= PEAK_MIB_MAX), "{:?} MiB", peak_mib());
 }

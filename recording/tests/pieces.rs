@@ -91,7 +91,7 @@ fn a_piece_begins_with_all_that_was_said_before_and_lasts() {
     let open = Packet::Doors(vec![Door { id: 24, door: 1, is_open: true }]);
     assert!(step.said.contains(&open));
     let index = Index::build(&mut Reader::open(&piece[..]).unwrap()).unwrap();
-    assert_eq!(index.journal(), Some(&link));
+    assert_eq!(index.journals(), [link]);
     assert_eq!((index.frame_count(), index.total_secs()), (3, 2.0));
     let mut reader = Reader::open(&piece[..]).unwrap();
     let mut starts = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! A journal begins with the map's text and a snapshot, so that it can be replayed anywhere and
 //! from any moment on. Then come commands, and for every tick its length and the frame that came of
-//! it; every [`KEYFRAME_TICKS`] there is a keyframe, a snapshot again. [`Reader`] finds the frame
+//! it; now and then there is a keyframe, a snapshot again, see [`Pace`]. [`Reader`] finds the frame
 //! or the state of any tick; [`verify`] does it all again and names the first tick, actor and field
 //! that differ.
 //!
@@ -15,6 +15,7 @@ mod compare;
 mod cut;
 mod entry;
 mod index;
+mod pace;
 mod queue;
 mod reader;
 mod replay;
@@ -24,10 +25,8 @@ pub use compare::Difference;
 pub use cut::cut;
 pub use entry::{Entry, Head, Moment, Scribe, Step, TickEntry};
 pub use index::Index;
+pub use pace::Pace;
 pub use queue::Queue;
 pub use reader::{Reader, Way};
 pub use replay::{JournalError, Replay, Replayed, verify};
 pub use writer::Writer;
-
-/// Ticks from one keyframe to the next.
-pub const KEYFRAME_TICKS: u64 = 10;

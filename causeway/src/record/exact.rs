@@ -1,7 +1,8 @@
 //! Replays to the bit, of journals and of the logs they lie beside.
 
+use std::collections::VecDeque;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use recording::{JournalLink, Reader as LogReader, WorldState};
@@ -29,7 +30,7 @@ pub(crate) struct Exact {
 pub(super) fn verify(path: &Path) -> Result<(), RecordError> {
     match open(path)? {
         Opened::Log(reader) => Ok(log::verify(path, reader)?),
-        Opened::Journal(_) => replay_journal(path, None),
+        Opened::Journal(_) => replay_journal(path, None).map(drop),
     }
 }
 
@@ -37,25 +38,42 @@ pub(super) fn verify(path: &Path) -> Result<(), RecordError> {
 /// A file that is neither, a log without a journal, or a difference.
 pub(super) fn replay(order: &Exact) -> Result<(), RecordError> {
     match open(&order.file)? {
-        Opened::Journal(_) => replay_journal(&order.file, None),
-        Opened::Log(reader) => {
-            let log = States::begin(&order.file, reader)?;
-            let beside = || {
-                let mut name = order.file.clone().into_os_string();
-                name.push(".journal");
-                PathBuf::from(name)
-            };
-            let journal = order.journal.clone().unwrap_or_else(beside);
-            if open_journal(&journal)?.head().digest() != log.link.digest {
-                let why = format!("wanted the journal that {:?} names, found another", order.file);
-                return Err(RecordError::Unfit { path: journal, why });
-            }
-            replay_journal(&journal, Some(log))
-        }
+        Opened::Journal(_) => replay_journal(&order.file, None).map(drop),
+        Opened::Log(reader) => replay_log(order, reader),
     }
 }
 
-fn replay_journal(path: &Path, mut log: Option<States>) -> Result<(), RecordError> {
+/// Replays the journals of a log, one after the other.
+fn replay_log(order: &Exact, reader: LogReader<BufReader<File>>) -> Result<(), RecordError> {
+    let mut log = States::begin(&order.file, reader)?;
+    let first = order.journal.clone().unwrap_or_else(|| with_end(&order.file, "journal"));
+    let mut number = 1;
+    loop {
+        let path = match number {
+            1 => first.clone(),
+            _ => with_end(&first.with_extension(""), &format!("{number}.journal")),
+        };
+        if open_journal(&path)?.head().digest() != log.link.digest {
+            let why = format!("wanted the journal that {:?} names, found another", order.file);
+            return Err(RecordError::Unfit { path, why });
+        }
+        let last = replay_journal(&path, Some(&mut log))?;
+        if !log.go_on()? {
+            return log.finish(last);
+        }
+        number += 1;
+    }
+}
+
+fn with_end(path: &Path, end: &str) -> PathBuf {
+    let mut name = path.to_owned().into_os_string();
+    name.push(".");
+    name.push(end);
+    PathBuf::from(name)
+}
+
+/// Replays a journal to its last tick, and compares the states of a log.
+fn replay_journal(path: &Path, mut log: Option<&mut States>) -> Result<Tick, RecordError> {
     let total_secs = open_journal(path)?.index().total_secs();
     let mut progress = Progress::new("replayed", total_secs);
     let mut first_secs = None;
@@ -68,10 +86,7 @@ fn replay_journal(path: &Path, mut log: Option<States>) -> Result<(), RecordErro
     let speed = progress.speed();
     drop(progress);
     tell(path, &replayed, speed);
-    match log {
-        None => Ok(()),
-        Some(log) => log.finish(replayed.last),
-    }
+    Ok(replayed.last)
 }
 
 fn tell(path: &Path, told: &Replayed, speed: f64) {
@@ -88,9 +103,15 @@ fn tell(path: &Path, told: &Replayed, speed: f64) {
 struct States {
     path: PathBuf,
     reader: LogReader<BufReader<File>>,
+    /// The journal that has the next ones.
     link: JournalLink,
-    next: Option<WorldState>,
+    /// Those that frames name that were read later.
+    following: VecDeque<JournalLink>,
+    /// Of frames that were read, but not compared.
+    next: VecDeque<WorldState>,
     compared: u64,
+    /// Those of ticks that no journal has.
+    missing: u64,
 }
 
 impl States {
@@ -104,12 +125,22 @@ impl States {
                  replayed by `replay_file` of CARLA's client only",
             )
         })?;
-        let next = WorldState::of(&first);
-        Ok(Self { path: path.to_owned(), reader, link, next, compared: 0 })
+        let next = WorldState::of(&first).into_iter().collect();
+        let (path, following) = (path.to_owned(), VecDeque::new());
+        Ok(Self { path, reader, link, following, next, compared: 0, missing: 0 })
+    }
+
+    /// Reads one more frame; `false` at the end.
+    fn read(&mut self) -> io::Result<bool> {
+        let Some(frame) = self.reader.next_frame()? else { return Ok(false) };
+        self.next.extend(WorldState::of(&frame));
+        self.following.extend(JournalLink::of(&frame));
+        Ok(true)
     }
 
     fn compare(&mut self, tick: &TickEntry) -> Result<(), JournalError> {
-        let Some(state) = self.next.filter(|state| state.tick == tick.moment.tick.0) else {
+        let next = self.next.front().copied();
+        let Some(state) = next.filter(|state| state.tick == tick.moment.tick.0) else {
             return Ok(());
         };
         if state.state_hash != tick.moment.state_hash {
@@ -122,16 +153,46 @@ impl States {
             })));
         }
         self.compared += 1;
-        self.next = self.reader.next_frame()?.and_then(|frame| WorldState::of(&frame));
+        self.next.pop_front();
+        if self.next.is_empty() {
+            self.read()?;
+        }
         Ok(())
     }
 
+    /// Whether another journal has frames that are left. Those before it that were not compared are
+    /// of ticks that the one before lost with its world service.
+    fn go_on(&mut self) -> Result<bool, RecordError> {
+        if self.next.is_empty() {
+            return Ok(false);
+        }
+        while self.following.is_empty() {
+            let read = self.read();
+            let refused = |cause| RecordError::Open { path: self.path.clone(), cause };
+            if !read.map_err(refused)? {
+                return Ok(false);
+            }
+        }
+        let Some(link) = self.following.pop_front() else { return Ok(false) };
+        let before = self.next.len();
+        self.next.retain(|state| state.tick > link.tick);
+        self.missing += (before - self.next.len()) as u64;
+        self.link = link;
+        Ok(true)
+    }
+
     fn finish(self, last: Tick) -> Result<(), RecordError> {
-        if let Some(state) = self.next {
+        if let Some(state) = self.next.front() {
             let why = format!("its frame of tick {} is not in the journal: {last}", state.tick);
             return Err(RecordError::Unfit { path: self.path, why });
         }
         println!("{}: {} frames, 0 differences", self.path.display(), self.compared);
+        if self.missing > 0 {
+            println!(
+                "{} frames more are in no journal: their world service ended without an end",
+                self.missing
+            );
+        }
         Ok(())
     }
 }

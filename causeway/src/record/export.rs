@@ -3,15 +3,16 @@
 mod rebuilt;
 mod studio;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap_export::{About, Exporter};
-use schemas::{ActorDescription, ActorId, Error, SharedFrame, Tick};
-use world_service::journal::{Reader as JournalReader, Replay};
+use mcap_export::{About, Done, Exporter, Names, Origin};
+use schemas::wire::encode_request;
+use schemas::{ActorDescription, ActorId, Error, Request, SharedFrame, Tick};
+use world_service::journal::{Moment, Reader as JournalReader, Replay, Step};
 
 use super::RecordError;
 use super::piece::NewFile;
@@ -22,6 +23,8 @@ use studio::{Size, Studio, Wanted};
 
 /// Roles by which clients name the vehicle that an episode is about.
 const EGO_ROLES: [&str; 3] = ["hero", "ego", "ego_vehicle"];
+/// Places of a way that is told: two kilometres.
+const WAY_PLACES_MAX: usize = 1_024;
 
 /// What is to be exported.
 #[derive(Clone, Debug, clap::Args)]
@@ -65,6 +68,20 @@ pub(crate) struct Export {
     /// Simulate a journal again for what its sensors measured: those that somebody listened to
     #[arg(long)]
     sensors: bool,
+    /// Draw the boxes of actors over the pictures
+    #[arg(long, requires = "camera")]
+    boxes: bool,
+    /// Whose names topics and frames have: nuscenes for those that nuscenes2mcap gives
+    #[arg(long, value_name = "NAMES", value_enum, default_value_t)]
+    names: Naming,
+}
+
+/// Whose names a file has.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum Naming {
+    #[default]
+    Causeway,
+    Nuscenes,
 }
 
 /// A file that is being written, and what draws its pictures.
@@ -98,7 +115,7 @@ pub(super) fn export(order: &Export) -> Result<(), RecordError> {
                     Some(out) => out,
                     None => {
                         let ego = order.ego().or(rebuilt.hero());
-                        out.insert(order.begin(Arc::clone(&map), ego, &[], false)?)
+                        out.insert(order.begin(Arc::clone(&map), ego, &[], None)?)
                     }
                 };
                 order.put(out, &SharedFrame::from(frame))?;
@@ -122,28 +139,39 @@ fn of_journal(
     let described = described_at(&order.file, &mut reader, last)?;
     let ego =
         order.ego().or_else(|| described.iter().find(|actor| is_ego(actor)).map(|ego| ego.id));
-    let mut replay = None;
-    if order.sensors {
-        replay = Some(replay_at(&order.file, &mut reader, Tick(begin - 1))?);
-    }
-    let mut out = order.begin(map, ego, &described, true)?;
+    let before = replay_at(&order.file, &mut reader, Tick(begin - 1))?;
+    // Only of all ticks a journal can be made again.
+    let origin = (order.every == 1).then(|| origin(&before));
+    let mut replay = order.sensors.then_some(before);
+    let mut out = order.begin(map, ego, &described, Some(origin))?;
     let mut progress = Progress::new("exported", total_secs);
     for tick in begin..=last.0 {
-        let is_due = (tick - begin).is_multiple_of(order.every.into());
-        if is_due {
-            let frame = reader.frame(Tick(tick)).map_err(of(&order.file))?;
-            let frame = SharedFrame::decode(frame).map_err(RecordError::Refused)?;
+        let steps = reader.steps_to(Tick(tick)).map_err(of(&order.file))?;
+        let Some(Step::Tick(entry)) = steps.last() else { continue };
+        let frame = SharedFrame::decode(entry.frame.clone()).map_err(RecordError::Refused)?;
+        if replay.is_none() && frame.agents.iter().any(|agent| Some(agent.actor) == ego) {
+            // Frames do not tell its way.
+            replay = Some(replay_at(&order.file, &mut reader, Tick(tick - 1))?);
+        }
+        if order.every == 1 {
+            order.put_commands(&mut out, &frame, &steps)?;
+        }
+        if (tick - begin).is_multiple_of(order.every.into()) {
             order.put(&mut out, &frame)?;
         }
         if let Some(replay) = &mut replay {
-            for step in reader.steps_to(Tick(tick)).map_err(of(&order.file))? {
-                replay.step(&step).map_err(of(&order.file))?;
-            }
-            order.put_measured(&mut out, replay, ego)?;
+            steps.iter().try_for_each(|step| replay.step(step)).map_err(of(&order.file))?;
+            order.put_simulated(&mut out, replay, &frame, ego)?;
         }
         progress.reach(reader.index().elapsed_secs(Tick(tick)).unwrap_or_default());
     }
     order.finish(Some(out))
+}
+
+/// The state of a world, from where it goes on.
+fn origin(replay: &Replay) -> Origin {
+    let Moment { tick, sim_secs, state_hash } = Moment::of(&replay.world().frame());
+    Origin { tick: tick.0, sim_secs, state_hash, snapshot: replay.world().snapshot() }
 }
 
 /// The world of a journal after a tick.
@@ -178,6 +206,15 @@ pub(super) fn heroes_of(
     let last = reader.index().last();
     let described = described_at(path, reader, last)?;
     Ok(described.iter().filter(|actor| is_ego(actor)).map(|actor| actor.id).collect())
+}
+
+/// What clients call actors.
+fn roles(described: &[ActorDescription]) -> BTreeMap<ActorId, String> {
+    let role = |actor: &ActorDescription| {
+        let told = actor.attributes.iter().find(|attribute| attribute.id == "role_name")?;
+        Some((actor.id, told.value.clone()))
+    };
+    described.iter().filter_map(role).collect()
 }
 
 /// Whether an actor has one of the roles of the ego.
@@ -232,19 +269,28 @@ impl Export {
         Err(RecordError::Unfit { path: self.file.clone(), why: why.to_owned() })
     }
 
+    /// Begins the file, of exact frames perhaps with their origin.
     fn begin(
         &self,
         map: Arc<roads::Map>,
         ego: Option<ActorId>,
         described: &[ActorDescription],
-        is_exact: bool,
+        exact: Option<Option<Origin>>,
     ) -> Result<Out, RecordError> {
         let studio = self.studio(&map, described)?;
+        let heroes = described.iter().filter(|actor| is_ego(actor)).map(|actor| actor.id);
         let about = About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             source: self.file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ego,
-            is_exact,
+            roles: roles(described),
+            heroes: heroes.collect(),
+            is_exact: exact.is_some(),
+            origin: exact.flatten(),
+            names: match self.names {
+                Naming::Causeway => Names::Causeway,
+                Naming::Nuscenes => Names::Nuscenes,
+            },
         };
         let sink = NewFile::create(&self.to)?;
         let file = Exporter::begin(sink, map, about).map_err(|cause| self.refused(cause))?;
@@ -274,22 +320,48 @@ impl Export {
         let Some(studio) = &mut out.studio else { return Ok(()) };
         let pictures = studio.draw(frame, file.ego(frame)).map_err(|cause| self.undrawn(&cause))?;
         for (view, image) in pictures {
-            file.picture(frame, &view, &image).map_err(|cause| self.refused(cause))?;
+            let put = file.picture(frame, &view, &image, self.boxes);
+            put.map_err(|cause| self.refused(cause))?;
         }
         Ok(())
     }
 
-    /// What sensors measured in the newest tick.
-    fn put_measured(
+    /// What was done before a frame.
+    fn put_commands(
+        &self,
+        out: &mut Out,
+        frame: &SharedFrame,
+        steps: &[Step],
+    ) -> Result<(), RecordError> {
+        let mut done = Done { tick: frame.tick.0, ..Done::default() };
+        for step in steps {
+            match step {
+                Step::Commands(commands) => {
+                    let (world, commands) = (frame.world, commands.clone());
+                    done.requests.push(encode_request(&Request::RunCommands { world, commands }));
+                }
+                Step::Tick(tick) => done.wanted_secs = tick.wanted_secs,
+            }
+        }
+        out.file.done(frame, &done).map_err(|cause| self.refused(cause))
+    }
+
+    /// What sensors measured in the newest tick, and the way of the ego's driver.
+    fn put_simulated(
         &self,
         out: &mut Out,
         replay: &Replay,
+        frame: &SharedFrame,
         ego: Option<ActorId>,
     ) -> Result<(), RecordError> {
-        let frame = replay.world().frame();
-        for datum in replay.world().sensors() {
-            let Some(name) = sensor_name(&frame, datum.sensor, ego) else { continue };
-            out.file.measured(&name, datum).map_err(|cause| self.refused(cause))?;
+        let world = replay.world();
+        if let Some(ego) = ego {
+            let way_m = world.way_m(ego, WAY_PLACES_MAX);
+            out.file.way(frame, &way_m).map_err(|cause| self.refused(cause))?;
+        }
+        for datum in world.sensors().iter().filter(|_| self.sensors) {
+            let Some(name) = sensor_name(frame, datum.sensor, ego) else { continue };
+            out.file.measured(frame, &name, datum).map_err(|cause| self.refused(cause))?;
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ const SILENCE: Duration = Duration::from_secs(2);
 /// Work that is under way.
 pub(super) struct Progress {
     what: &'static str,
-    /// In seconds of the recording.
+    /// In seconds of the recording; endless where nobody knows.
     total_secs: f64,
     done_secs: f64,
     begun: Instant,
@@ -31,8 +31,9 @@ impl Progress {
         }
         self.told = Instant::now();
         let percent = 100.0 * done_secs / self.total_secs.max(f64::EPSILON);
-        let speed = self.speed();
-        let text = format!("{}: {done_secs:.1} s, {percent:.0} %, {speed:.0} ×", self.what);
+        let share =
+            if self.total_secs.is_finite() { format!(", {percent:.0} %") } else { String::new() };
+        let text = format!("{}: {done_secs:.1} s{share}, {:.0} ×", self.what, self.speed());
         if stderr().is_terminal() {
             eprint!("\r{text}    ");
         } else {

@@ -2,12 +2,13 @@
 
 use std::io;
 use std::ops::Deref;
+use std::time::Instant;
 
 use schemas::wire::encode_frame;
 use schemas::{Command, CommandReply, EncodedFrame, Error, Frame, WorldId};
 
 use super::Simulation;
-use crate::journal::{Entry, KEYFRAME_TICKS, Moment, Scribe, TickEntry};
+use crate::journal::{Entry, Moment, Pace, Scribe, TickEntry};
 
 /// A world and, while one is kept, its journal. What only looks goes to the world.
 pub struct Recorded<S> {
@@ -18,8 +19,8 @@ pub struct Recorded<S> {
 /// A journal that is being kept.
 struct Journal {
     scribe: Box<dyn Scribe>,
-    /// Since the last keyframe.
-    ticks: u64,
+    /// Of its keyframes.
+    pace: Pace,
 }
 
 impl<S: Simulation> Recorded<S> {
@@ -31,7 +32,7 @@ impl<S: Simulation> Recorded<S> {
     /// Keeps this journal from now on, or none; gives the one before, which is to be ended.
     #[must_use = "a journal that is only dropped has no end"]
     pub fn record(&mut self, scribe: Option<Box<dyn Scribe>>) -> Option<Box<dyn Scribe>> {
-        let journal = scribe.map(|scribe| Journal { scribe, ticks: 0 });
+        let journal = scribe.map(|scribe| Journal { scribe, pace: Pace::default() });
         std::mem::replace(&mut self.journal, journal).map(|before| before.scribe)
     }
 
@@ -58,21 +59,22 @@ impl<S: Simulation> Recorded<S> {
         id: WorldId,
         wanted_secs: Option<f64>,
     ) -> Result<Option<(Frame, EncodedFrame)>, Error> {
-        self.world.tick(wanted_secs)?;
         if self.journal.is_none() {
+            self.world.tick(wanted_secs)?;
             return Ok(None);
         }
+        let began = Instant::now();
+        self.world.tick(wanted_secs)?;
+        let took = began.elapsed();
         let frame = self.world.frame();
         let encoded = encode_frame(&frame);
         let moment = Moment::of(&frame);
         let entry = TickEntry { wanted_secs, moment, frame: encoded.clone() };
         self.note(id, |journal, world| {
             journal.scribe.put(Entry::Tick(entry))?;
-            journal.ticks += 1;
-            if journal.ticks < KEYFRAME_TICKS {
+            if !journal.pace.tick(took) {
                 return Ok(());
             }
-            journal.ticks = 0;
             journal.scribe.put(Entry::Keyframe { moment, snapshot: world.snapshot() })
         });
         Ok(Some((frame, encoded)))

@@ -7,7 +7,7 @@ use schemas::{
     ActorId, AgentCommand, AgentOptions, Command, ErrorCode, Reply, Request, Tick, TickItem,
     VehicleCommand, VehicleControl, WorldId, keys,
 };
-use world_service::journal::{Head, JournalError, KEYFRAME_TICKS, Reader, Replay, cut, verify};
+use world_service::journal::{Head, JournalError, Reader, Replay, cut, verify};
 use world_service::service::Recorded;
 use world_service::{Config, Journals};
 
@@ -18,6 +18,9 @@ use crate::shard::Shared;
 /// A tick that no keyframe is at, and the last one.
 const MIDDLE: u64 = 77;
 const LAST: u64 = 130;
+/// From one keyframe to the next there are at most so many ticks, and at least so many.
+const APART_MAX: u64 = 100;
+const APART_MIN: u64 = 10;
 
 fn steer(by: f32) -> Command {
     let control = VehicleControl { throttle: 0.5, steer: by, ..VehicleControl::default() };
@@ -50,12 +53,15 @@ fn open(bytes: &[u8]) -> Reader<Cursor<&[u8]>> {
 fn any_tick_is_a_few_ticks_from_a_keyframe() {
     let (bytes, hashes) = driven();
     let mut reader = open(&bytes);
-    let keyframes = reader.index().keyframe_count();
-    assert_eq!((reader.index().last(), keyframes as u64), (Tick(LAST), LAST / KEYFRAME_TICKS));
+    let keyframes = reader.index().keyframe_count() as u64;
+    assert_eq!(reader.index().last(), Tick(LAST));
+    // How many depends on how fast the machine is.
+    assert!((LAST / APART_MAX..=LAST / APART_MIN).contains(&keyframes), "{keyframes}");
     let mut replay = Replay::begin(reader.head()).unwrap();
-    for tick in [LAST, 0, 1, MIDDLE, KEYFRAME_TICKS, KEYFRAME_TICKS + 1] {
+    for tick in [LAST, 0, 1, MIDDLE, APART_MAX, APART_MAX + 1] {
         let way = reader.way_to(Tick(tick)).unwrap();
-        assert!(way.steps.len() as u64 <= 2 * KEYFRAME_TICKS, "{} steps", way.steps.len());
+        // Commands and a tick each; the last one is not sought from the beginning.
+        assert!(way.steps.len() as u64 <= 2 * APART_MAX, "{} steps", way.steps.len());
         replay.go(&way).unwrap();
         let found = replay.world().frame();
         assert_eq!((found.tick, found.state_hash), (Tick(tick), hashes[tick as usize]));

@@ -102,7 +102,9 @@ impl Wanted {
             kind: ImageKind::Rgb,
             encoding: ImageEncoding::Jpeg,
             jpeg_quality: JPEG_QUALITY,
+            quality: None,
             ignored: Vec::new(),
+            exposure: schemas::Exposure::PLAIN,
         };
         let camera = match id {
             None => of_ego,
@@ -191,7 +193,12 @@ impl Studio {
             }
         }
         let cameras: Vec<Camera> = views.iter().map(|view| view.camera.clone()).collect();
-        let job = RenderJob { tenant: self.tenant.clone(), frame: frame.clone(), cameras };
+        let job = RenderJob {
+            tenant: self.tenant.clone(),
+            frame: frame.clone(),
+            cameras,
+            staging: schemas::Staging::default(),
+        };
         let drawn = self.renderer.render(&[(Arc::clone(&self.town), &job)]).pop();
         let images = drawn.transpose()?.map_or_else(Vec::new, |drawn| drawn.images);
         Ok(views.into_iter().zip(images).collect())
