@@ -2,17 +2,20 @@
 
 mod change;
 mod courtesy;
+mod lines;
 mod traits;
 
 use roads::Map;
-use schemas::{AgentOptions, AgentStatus, TrafficLightColour, Vec3, VehicleControl};
+use schemas::{AgentOptions, AgentStatus, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
-use crate::network::{LaneId, Network, Stop};
+use crate::crossing::Crossings;
+use crate::junction::{Claims, Held, Passage};
+use crate::network::{LaneId, Network};
 use crate::path::{Path, PathPoint, curvature_per_m};
 use crate::pid::Longitudinal;
 use crate::pilot::VehicleView;
-use crate::scene::{Ahead, Room};
+use crate::scene::Room;
 use crate::senses::Senses;
 use crate::{route, steering, wander};
 use traits::Traits;
@@ -32,14 +35,16 @@ const CURVE_MPS2: f32 = 3.5;
 const EASY_MPS2: f32 = 3.0;
 /// Slower than this nobody approaches the end of a route.
 const END_MPS: f32 = 2.0;
+/// Who would have to brake harder than this before a junction brakes at once.
+const LATE_MPS2: f32 = 3.5;
 /// Braking that calls for the whole brake.
 const HARD_MPS2: f32 = 4.0;
+/// Room to whoever stands ahead, where junctions must be left.
+const GAP_M: f32 = 3.0;
+/// Who wanders stops so far before the end of a road.
+const END_ROAD_M: f32 = 4.0;
 /// Slower than this a vehicle stands.
 const STANDING_MPS: f32 = 0.2;
-/// How long a vehicle stands at a stop sign.
-const STOP_SECS: f32 = 1.0;
-/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
-const AT_LINE_M: f32 = 4.0;
 /// Room on each side, towards vehicles and towards people.
 const BESIDE_M: f32 = 0.3;
 const BESIDE_WALKERS_M: f32 = 0.8;
@@ -49,6 +54,8 @@ const BESIDE_WALKERS_M: f32 = 0.8;
 pub struct Agent {
     options: AgentOptions,
     path: Path,
+    passage: Passage,
+    crossings: Crossings,
     status: AgentStatus,
     target_m: Vec3,
     longitudinal: Longitudinal,
@@ -79,6 +86,8 @@ impl Agent {
         Self {
             options,
             path: Path::default(),
+            passage: Passage::default(),
+            crossings: Crossings::default(),
             status: AgentStatus::Wandering,
             target_m: Vec3::zeros(),
             longitudinal: Longitudinal::default(),
@@ -114,10 +123,18 @@ impl Agent {
         self.target_m
     }
 
+    /// The way it takes, from the vehicle on: a place every two metres, at most so many.
+    #[must_use]
+    pub fn way_m(&self, network: &Network, most: usize) -> Vec<Vec3> {
+        self.path.places_m(network, SPACING_M, most)
+    }
+
     /// Whether it can be an agent on this network; what a snapshot may get wrong.
     #[must_use]
     pub fn is_consistent(&self, network: &Network) -> bool {
         self.path.is_consistent(network)
+            && self.passage.is_consistent()
+            && self.crossings.is_consistent()
             && self.target_m.iter().all(|value| value.is_finite())
             && [self.stood_secs, self.waited_secs, self.calm_secs]
                 .iter()
@@ -161,27 +178,57 @@ impl Agent {
         Ok(())
     }
 
-    /// The control for the next tick. `draw` gives numbers for the choice of ways.
-    pub fn control(
+    /// Whether it asks others before it enters a junction; one that does not is to be
+    /// [let through](Claims::occupy).
+    #[must_use]
+    pub fn asks(&self) -> bool {
+        !self.options.ignore_vehicles && self.status != AgentStatus::Arrived
+    }
+
+    /// What it waited for in the last tick.
+    #[must_use]
+    pub fn held(&self) -> Held {
+        self.passage.held()
+    }
+
+    /// Goes on to where the vehicle is, keeps enough way ahead, and says what is claimed. `draw`
+    /// gives numbers for the choice of ways.
+    pub fn look(
         &mut self,
         senses: &Senses<'_>,
         map: &Map,
+        claims: &mut Claims,
         draw: &mut dyn FnMut() -> u64,
-    ) -> VehicleControl {
+    ) {
         let view = senses.view;
-        let position_m = view.world_from_vehicle.translation.vector;
-        let forward = view.world_from_vehicle.rotation * Vec3::x();
-        let speed_mps = view.velocity_mps.dot(&forward);
-        if self.status == AgentStatus::Wandering {
+        let wanders = self.status == AgentStatus::Wandering;
+        if wanders {
             wander::begin(&mut self.path, senses.network, map, view);
-            let wanted_m = WANDER_M + WANDER_SECS * speed_mps.max(0.0);
+            if let Some(from_m) = self.passage.turn_away(senses, &self.path, GAP_M) {
+                self.path.cut(from_m);
+            }
+            let wanted_m = WANDER_M + WANDER_SECS * view.velocity_mps.norm();
             wander::extend(&mut self.path, senses.network, wanted_m, draw);
         }
-        self.path.follow(senses.network, &position_m);
-        let left_m = self.path.length_m();
-        if self.status == AgentStatus::OnRoute && left_m < END_M {
+        let before_m = self.path.length_m();
+        self.path.follow(senses.network, &view.world_from_vehicle.translation.vector);
+        let driven_m = (before_m - self.path.length_m()).max(0.0);
+        if self.status == AgentStatus::OnRoute && self.path.length_m() < END_M {
             self.status = AgentStatus::Arrived;
         }
+        if self.asks() {
+            self.passage.look(senses, &self.path, (driven_m, GAP_M), claims);
+        } else {
+            claims.occupy(senses.network, senses.body);
+        }
+    }
+
+    /// The control for the next tick, after everybody has looked.
+    pub fn control(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> VehicleControl {
+        let view = senses.view;
+        let forward = view.world_from_vehicle.rotation * Vec3::x();
+        let speed_mps = view.velocity_mps.dot(&forward);
+        let left_m = self.path.length_m();
         if self.status == AgentStatus::Arrived || self.path.is_empty() {
             return self.brake(1.0);
         }
@@ -195,60 +242,48 @@ impl Agent {
         }
         let steer = steering::along(&self.path, senses.network, view);
         self.steer = steer;
+        let look_m = traits.horizon_m(speed_mps);
         let mut points = Vec::new();
-        self.path.sample(senses.network, traits.horizon_m(speed_mps), SPACING_M, &mut points);
-        if self.must_stop(senses, &traits, speed_mps) {
+        self.path.sample(senses.network, look_m, SPACING_M, &mut points);
+        let queue = match self.options.ignore_vehicles {
+            true => Vec::new(),
+            false => senses.scene.queue(&points, &room(senses)),
+        };
+        let lines = self.lines(senses, &traits, look_m, speed_mps);
+        let stop_m = self.junction(senses, claims, &queue, (lines.held_m, look_m, speed_mps));
+        let stop_m = stop_m.min(lines.people_m).min(self.end_m());
+        if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }
-        let braked_mps = (2.0 * EASY_MPS2 * change_m).sqrt();
+        let braked_mps = (2.0 * EASY_MPS2 * change_m.min(stop_m)).sqrt();
         let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
-        let ahead = self.first_ahead(senses, &points);
-        let target_mps = match ahead {
-            Some(ahead) => match traits.follow(&self.options, speed_mps, &ahead) {
-                Some(mps) => mps.min(free_mps),
-                None => {
-                    let closing_mps = (speed_mps - ahead.along_mps.max(0.0)).max(0.0);
-                    let needed = closing_mps * closing_mps / (2.0 * ahead.gap_m.max(0.1));
-                    let brake = if needed > HARD_MPS2 { 1.0 } else { traits.brake };
-                    return VehicleControl { steer, ..self.brake(brake) };
-                }
-            },
+        let followed =
+            queue.first().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
+        let target_mps = match followed {
+            Some((_, Some(mps))) => mps.min(free_mps),
+            Some((ahead, None)) => {
+                let closing_mps = (speed_mps - ahead.along_mps.max(0.0)).max(0.0);
+                let brake = traits.brake_before(closing_mps, ahead.gap_m);
+                return VehicleControl { steer, ..self.brake(brake) };
+            }
             None => free_mps,
         };
+        if speed_mps * speed_mps > 2.0 * LATE_MPS2 * stop_m {
+            let brake = traits.brake_before(speed_mps, stop_m);
+            return VehicleControl { steer, ..self.brake(brake) };
+        }
         let (throttle, brake) = self.longitudinal.pedals(target_mps - speed_mps, senses.dt_secs);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 
-    fn brake(&self, brake: f32) -> VehicleControl {
-        VehicleControl { brake, steer: self.steer, ..VehicleControl::default() }
+    /// How far it may drive where no way leads on.
+    fn end_m(&self) -> f32 {
+        let wanders = self.status == AgentStatus::Wandering;
+        if wanders { (self.path.length_m() - END_ROAD_M).max(0.0) } else { f32::INFINITY }
     }
 
-    /// Whether a red light or a stop sign is near.
-    fn must_stop(&mut self, senses: &Senses<'_>, traits: &Traits, speed_mps: f32) -> bool {
-        let front_m = senses.body.half_m.x;
-        let stopping_m = speed_mps * speed_mps / (2.0 * HARD_MPS2);
-        let from_m = (traits.light_m + speed_mps.max(0.0)).max(stopping_m + 1.0);
-        let lines = self.path.stops(senses.network, 0.0, from_m + front_m);
-        let red = |light: u32| senses.scene.light(light) == TrafficLightColour::Red;
-        let at_red = lines.iter().any(|line| match line.why {
-            Stop::Light(light) => !self.options.ignore_lights && red(light),
-            _ => false,
-        });
-        let sign = lines.iter().find(|line| line.why == Stop::Sign);
-        let sign = sign.filter(|_| !self.options.ignore_stop_signs);
-        let Some(sign) = sign else {
-            (self.stood_secs, self.passed) = (0.0, None);
-            return at_red;
-        };
-        let gap_m = sign.ahead_m - front_m;
-        if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
-            self.stood_secs += senses.dt_secs;
-        }
-        if self.stood_secs >= STOP_SECS {
-            self.passed = Some(sign.lane);
-        }
-        let stops_here = self.passed != Some(sign.lane) && gap_m < stopping_m + 1.5;
-        at_red || stops_here
+    fn brake(&self, brake: f32) -> VehicleControl {
+        VehicleControl { brake, steer: self.steer, ..VehicleControl::default() }
     }
 
     /// As fast as the options, limits, curves and the end of the route allow.
@@ -265,13 +300,6 @@ impl Agent {
         }
         // A sudden limit is met by rolling, not by a full stop of the integral part.
         free_mps.max(0.0).min(speed_mps + 20.0)
-    }
-
-    fn first_ahead(&self, senses: &Senses<'_>, points: &[PathPoint]) -> Option<Ahead> {
-        if self.options.ignore_vehicles {
-            return None;
-        }
-        senses.scene.ahead(points, &room(senses))
     }
 }
 
@@ -290,8 +318,14 @@ mod tests {
         let way = |curvature_per_m: f32| {
             [(0.0, 0.0), (30.0, curvature_per_m)].map(|(at_m, curvature_per_m)| {
                 let (point_m, heading_rad) = (Vec3::new(at_m, 0.0, 0.0), 0.0);
-                let point =
-                    LanePoint { at_m, point_m, heading_rad, curvature_per_m, limit_mps: 0.0 };
+                let point = LanePoint {
+                    at_m,
+                    point_m,
+                    heading_rad,
+                    curvature_per_m,
+                    limit_mps: 0.0,
+                    width_m: 3.5,
+                };
                 PathPoint { point, ahead_m: at_m }
             })
         };

@@ -11,7 +11,7 @@
 //! - [`Driver`] drives a vehicle of the world's own traffic, which a world gets with
 //!   [`TrafficCommand::Spawn`](schemas::TrafficCommand::Spawn) and
 //!   [`TrafficCommand::Join`](schemas::TrafficCommand::Join). Drivers look one after the other,
-//!   then decide one after the other; [`Claims`] is what they agree on in between.
+//!   then decide one after the other; [`Claims`] is what they, and agents, agree on in between.
 //! - [`Stroller`] walks on the navigation mesh:
 //!   [`WalkerCommand::Agent`](schemas::WalkerCommand::Agent).
 //! - [`Network`] is the map as agents use it, [`Scene`] what they see of others.
@@ -23,6 +23,8 @@
 
 mod agent;
 mod beside;
+mod crossing;
+mod junction;
 mod lane_change;
 mod network;
 mod path;
@@ -40,10 +42,11 @@ mod wander;
 mod way;
 
 pub use agent::{Agent, Unreachable};
+pub use junction::{Claims, Held};
 pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};
 pub use senses::Senses;
 pub use stroller::{Obstacle, Outlook, Stroller};
-pub use traffic::{Claims, Driver, Glide, Held};
+pub use traffic::{Driver, Glide};
 pub use way::{Spot, Way, WayPoint, Ways};

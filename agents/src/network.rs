@@ -6,8 +6,10 @@
 
 mod build;
 mod conflicts;
+mod crossings;
 mod grid;
 mod places;
+mod rings;
 mod stops;
 
 use std::collections::BTreeMap;
@@ -17,10 +19,15 @@ use roads::{Map, Waypoint};
 use schemas::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use crossings::Crossing;
 use grid::Grid;
 
 /// Ways into a junction that begin this much turned from each other begin opposite.
 const ONCOMING_RAD: f32 = 2.4;
+/// Who comes from the right begins turned to the left by this much.
+const FROM_RIGHT_RAD: std::ops::Range<f32> = 0.7..2.4;
+/// Nobody begins where a lane is narrower.
+const PLACE_WIDTH_M: f32 = 2.2;
 
 /// Position of a lane in its [`Network`].
 pub type LaneId = u32;
@@ -32,6 +39,7 @@ pub struct Network {
     /// By road, section and lane of the map.
     by_key: BTreeMap<(u32, u32, i32), LaneId>,
     grid: Grid,
+    crossings: Vec<Crossing>,
 }
 
 /// One lane of one section.
@@ -56,6 +64,9 @@ pub(crate) struct Lane {
     pub stops: Vec<StopLine>,
     /// Whether some way on never ends.
     pub goes_on: bool,
+    /// Whether it leads around a roundabout, or through a junction onto one.
+    pub is_ring: bool,
+    pub enters_ring: bool,
 }
 
 /// A neighbouring lane of the same direction.
@@ -87,6 +98,7 @@ pub(crate) struct LanePoint {
     pub curvature_per_m: f32,
     /// 0 where none is known.
     pub limit_mps: f32,
+    pub width_m: f32,
 }
 
 /// Where vehicles stop for a light or sign.
@@ -103,6 +115,8 @@ pub(crate) enum Stop {
     Light(u32),
     Sign,
     Yield,
+    /// People on one of the network's crossings.
+    Crossing(u32),
 }
 
 /// A place on a lane.
@@ -141,20 +155,39 @@ impl Network {
         self.lanes.len()
     }
 
+    pub(crate) fn crossing(&self, index: u32) -> Option<&Crossing> {
+        self.crossings.get(index as usize)
+    }
+
     /// Places outside of junctions, on lanes that go on, at least `apart_m` from each other along a
-    /// lane: x along the lane, at ground level.
+    /// lane: x along the lane, at ground level. On a map whose lanes all end, on any of them.
     #[must_use]
     pub fn places(&self, apart_m: f32) -> Vec<Pose> {
         let mut places = Vec::new();
-        for lane in self.lanes.iter().filter(|lane| lane.junction.is_none() && lane.goes_on) {
+        let all_end = !self.lanes.iter().any(|lane| lane.goes_on);
+        let good = |lane: &&Lane| lane.junction.is_none() && (lane.goes_on || all_end);
+        for lane in self.lanes.iter().filter(good) {
             let mut at_m = apart_m / 2.0;
             while at_m + apart_m / 2.0 <= lane.length_m() {
                 let at = lane.at(at_m);
-                places.push(schemas::level_pose(at.point_m, at.heading_rad));
+                if at.width_m >= PLACE_WIDTH_M {
+                    places.push(schemas::level_pose(at.point_m, at.heading_rad));
+                }
                 at_m += apart_m.max(1.0);
             }
         }
         places
+    }
+
+    /// Where roads begin: places `from_m` behind the beginning of lanes to which no other leads.
+    #[must_use]
+    pub fn sources(&self, from_m: f32) -> Vec<Pose> {
+        let begins = |lane: &&Lane| {
+            lane.junction.is_none() && lane.previous.is_empty() && lane.length_m() > 2.0 * from_m
+        };
+        let places = self.lanes.iter().filter(begins).map(|lane| lane.at(from_m));
+        let wide = places.filter(|at| at.width_m >= PLACE_WIDTH_M);
+        wide.map(|at| schemas::level_pose(at.point_m, at.heading_rad)).collect()
     }
 
     /// The place of a waypoint of the map; `None` beside driving lanes.
@@ -215,7 +248,24 @@ impl Lane {
 
     /// The middle at a distance from the entry, kept within the lane.
     pub(crate) fn at(&self, at_m: f32) -> LanePoint {
-        let after = self.points.partition_point(|point| point.at_m <= at_m);
+        self.at_before(self.after(at_m), at_m)
+    }
+
+    /// Points up to a distance from the entry.
+    pub(crate) fn after(&self, at_m: f32) -> usize {
+        self.points.partition_point(|point| point.at_m <= at_m)
+    }
+
+    /// As [`at`](Self::at), for places in order: `after` is that of the place before.
+    pub(crate) fn at_next(&self, at_m: f32, after: &mut usize) -> LanePoint {
+        while self.points.get(*after).is_some_and(|point| point.at_m <= at_m) {
+            *after += 1;
+        }
+        self.at_before(*after, at_m)
+    }
+
+    /// The middle at a distance from the entry, with the first point beyond it.
+    fn at_before(&self, after: usize, at_m: f32) -> LanePoint {
         let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
         let (Some(from), Some(to)) = (self.points.get(index - 1), self.points.get(index)) else {
             return LanePoint {
@@ -224,6 +274,7 @@ impl Lane {
                 heading_rad: 0.0,
                 curvature_per_m: 0.0,
                 limit_mps: 0.0,
+                width_m: 0.0,
             };
         };
         let span_m = (to.at_m - from.at_m).max(1.0e-6);
@@ -236,6 +287,7 @@ impl Lane {
             curvature_per_m: from.curvature_per_m
                 + (to.curvature_per_m - from.curvature_per_m) * share,
             limit_mps: from.limit_mps,
+            width_m: from.width_m + (to.width_m - from.width_m) * share,
         }
     }
 
@@ -262,6 +314,18 @@ impl Lane {
     pub(crate) fn is_oncoming(&self, other: &Self) -> bool {
         let turn_rad = wrapped(self.at(0.0).heading_rad - other.at(0.0).heading_rad);
         turn_rad.abs() > ONCOMING_RAD
+    }
+
+    /// Whether it comes from the right of where another lane begins.
+    pub(crate) fn is_from_right_of(&self, other: &Self) -> bool {
+        let turn_rad = wrapped(self.at(0.0).heading_rad - other.at(0.0).heading_rad);
+        FROM_RIGHT_RAD.contains(&turn_rad)
+    }
+
+    /// Where its line of this kind is; its end if it has none.
+    pub(crate) fn stop_m(&self, why: Stop) -> f32 {
+        let line = self.stops.iter().find(|line| line.why == why);
+        line.map_or(self.length_m(), |line| line.at_m)
     }
 
     /// Whether both lead to one lane.

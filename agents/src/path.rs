@@ -201,10 +201,15 @@ impl Path {
         for (index, leg) in self.legs.iter().enumerate() {
             let start_m = if index == 0 { self.at_m } else { leg.from_m };
             let length_m = (leg.to_m - start_m).max(0.0);
+            let lane = network.lane(leg.lane).filter(|_| leg.onto.is_none());
+            let mut after = lane.map_or(0, |lane| lane.after(start_m));
             while ahead_m <= done_m + length_m && ahead_m <= horizon_m {
-                if let Some(point) = leg.point(network, start_m + ahead_m - done_m) {
-                    points.push(PathPoint { point, ahead_m });
-                }
+                let at_m = start_m + ahead_m - done_m;
+                let point = match lane {
+                    Some(lane) => Some(lane.at_next(at_m, &mut after)),
+                    None => leg.point(network, at_m),
+                };
+                points.extend(point.map(|point| PathPoint { point, ahead_m }));
                 ahead_m += step_m;
             }
             done_m += length_m;
@@ -215,6 +220,15 @@ impl Path {
         if let Some(end) = self.at(network, done_m) {
             points.push(end);
         }
+    }
+
+    /// Where it leads, from the vehicle on and at most so far, a point every `step_m` and at the
+    /// end.
+    pub(crate) fn places_m(&self, network: &Network, step_m: f32, most: usize) -> Vec<Vec3> {
+        let mut points = Vec::new();
+        let horizon_m = step_m * most.saturating_sub(2) as f32;
+        self.sample(network, horizon_m, step_m, &mut points);
+        points.iter().map(|at| at.point.point_m).collect()
     }
 
     /// Legs with the distance from the vehicle at which each begins; the first begins behind it.
@@ -229,22 +243,34 @@ impl Path {
 
     /// Stop lines up to a distance, nearest first, from `behind_m` behind the vehicle's origin on.
     pub(crate) fn stops(&self, network: &Network, behind_m: f32, horizon_m: f32) -> Vec<StopAhead> {
-        let mut found = Vec::new();
-        for (begins_m, leg) in self.ahead().take_while(|(begins_m, _)| *begins_m <= horizon_m) {
-            let Some(lane) = network.lane(leg.last_lane()) else { continue };
+        self.lines(network, behind_m, horizon_m).collect()
+    }
+
+    /// As [`stops`](Self::stops), one after the other.
+    pub(crate) fn lines<'a>(
+        &'a self,
+        network: &'a Network,
+        behind_m: f32,
+        horizon_m: f32,
+    ) -> impl Iterator<Item = StopAhead> + 'a {
+        let near = self.ahead().take_while(move |(begins_m, _)| *begins_m <= horizon_m);
+        let lanes = near.filter_map(|(begins_m, leg)| {
+            let lane = network.lane(leg.last_lane()).filter(|lane| !lane.stops.is_empty())?;
+            Some((begins_m, leg, lane))
+        });
+        lanes.flat_map(move |(begins_m, leg, lane)| {
             let offset_m = begins_m - own_from_m(network, leg, lane);
-            let lines = lane.stops.iter().map(|line| StopAhead {
+            let lines = lane.stops.iter().map(move |line| StopAhead {
                 lane: leg.last_lane(),
                 ahead_m: line.at_m + offset_m,
                 why: line.why,
             });
-            found.extend(lines.filter(|line| {
+            lines.filter(move |line| {
                 (-behind_m..=horizon_m).contains(&line.ahead_m)
                     && line.ahead_m >= begins_m - 0.01
                     && line.ahead_m <= begins_m + leg.length_m() + 0.01
-            }));
-        }
-        found
+            })
+        })
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Body {
     pub id: ActorId,
     /// Whether it is a person on foot.
     pub is_walker: bool,
+    /// Whether it is an emergency vehicle under way with blue lights: all others let it through.
+    pub is_urgent: bool,
     /// Middle of the box, world frame.
     pub centre_m: Vec3,
     /// Unit vector along its length, world frame.
@@ -36,6 +38,7 @@ pub struct Scene {
     /// Ordered by cell, then by position of the body.
     cells: Vec<([i32; 2], u32)>,
     lights: Vec<TrafficLightColour>,
+    has_walkers: bool,
 }
 
 /// The first body on a path.
@@ -89,12 +92,18 @@ impl Scene {
         let mut cells: Vec<_> =
             (0..).zip(&bodies).map(|(index, body)| (cell(&body.centre_m), index)).collect();
         cells.sort_unstable();
-        Self { bodies, cells, lights }
+        let has_walkers = bodies.iter().any(|body| body.is_walker);
+        Self { bodies, cells, lights, has_walkers }
     }
 
     /// What a light shows; unknown in a world without lights.
     pub(crate) fn light(&self, light: u32) -> TrafficLightColour {
         self.lights.get(light as usize).copied().unwrap_or(TrafficLightColour::Unknown)
+    }
+
+    /// Whether anybody is on foot.
+    pub(crate) fn has_walkers(&self) -> bool {
+        self.has_walkers
     }
 
     /// Calls for every body whose middle is within about `radius_m`, in a fixed order.

@@ -6,36 +6,39 @@
 //! enters a junction only with a claim on its way through ([`Claims`]).
 
 mod change;
-mod claims;
-mod grants;
+mod lines;
 mod manner;
-mod stops;
 
 use roads::Map;
 use schemas::{AgentBehaviour, Pose, UnitQuaternion, Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
 
+use crate::beside::neighbours;
+use crate::crossing::Crossings;
+use crate::junction::{Approach, Claims, Held, Passage};
 use crate::network::{LaneId, Network};
 use crate::path::Path;
 use crate::scene::Room;
 use crate::senses::Senses;
 use crate::{steering, wander};
-pub use claims::Claims;
-use grants::{Grants, Way};
 use manner::Manner;
-pub use stops::Held;
 
 /// Way ahead that is kept, at rest and per second of driving.
 const WAY_M: f32 = 40.0;
 const WAY_SECS: f32 = 6.0;
 /// Spacing of the places on the way that count.
 const SPACING_M: f32 = 2.0;
-/// How far before a line or an entry a vehicle stops.
-const BEFORE_LINE_M: f32 = 1.0;
 /// Slower than this a vehicle stands.
 const STANDING_MPS: f32 = 0.2;
 /// Whoever stands between two lanes for so long drives on along the nearer one.
 const BETWEEN_SECS: f32 = 1.5;
+/// Whoever is so near to the end of its way, and so slow, for so long has come to it.
+const ENDED_M: f32 = 7.0;
+const ENDED_MPS: f32 = 1.5;
+const ENDED_SECS: f32 = 2.0;
+/// Whoever stands so far from the middle of its lane is beside it, and pulls out about so fast.
+const OUTSIDE_M: f32 = 1.6;
+const PULL_OUT_MPS: f32 = 3.0;
 /// Way over which the climb of the road is taken.
 const CLIMB_M: f32 = 2.0;
 /// Room on each side, towards vehicles and towards people.
@@ -49,12 +52,8 @@ const BRAKE_MPS2: f32 = 9.0;
 pub struct Driver {
     behaviour: AgentBehaviour,
     path: Path,
-    grants: Grants,
-    /// Whether nothing but others' claims kept it from the next junction in the last tick.
-    ready: bool,
-    held: Held,
-    /// Without room beyond the next junction.
-    blocked_secs: f32,
+    passage: Passage,
+    crossings: Crossings,
     /// Standing between two lanes.
     between_secs: f32,
     /// Standing at a stop sign.
@@ -63,6 +62,8 @@ pub struct Driver {
     passed: Option<LaneId>,
     /// Since it last thought about changing lanes.
     settled_secs: f32,
+    /// Standing where no way leads on.
+    ended_secs: f32,
     /// What the pedals are to reach.
     wanted_mps: f32,
 }
@@ -83,14 +84,13 @@ impl Driver {
         Self {
             behaviour,
             path: Path::default(),
-            grants: Grants::default(),
-            ready: false,
-            held: Held::No,
-            blocked_secs: 0.0,
+            passage: Passage::default(),
+            crossings: Crossings::default(),
             between_secs: 0.0,
             stood_secs: 0.0,
             passed: None,
             settled_secs: 0.0,
+            ended_secs: 0.0,
             wanted_mps: 0.0,
         }
     }
@@ -103,18 +103,25 @@ impl Driver {
         manner.steady_gap_m(speed_mps, manner.limit_mps(limit_mps))
     }
 
+    /// The way it takes, from the vehicle on: a place every two metres, at most so many.
+    #[must_use]
+    pub fn way_m(&self, network: &Network, most: usize) -> Vec<Vec3> {
+        self.path.places_m(network, SPACING_M, most)
+    }
+
     /// Whether it can be a driver on this network; what a snapshot may get wrong.
     #[must_use]
     pub fn is_consistent(&self, network: &Network) -> bool {
         let numbers = [
-            self.blocked_secs,
             self.between_secs,
             self.stood_secs,
             self.settled_secs,
+            self.ended_secs,
             self.wanted_mps,
         ];
         self.path.is_consistent(network)
-            && self.grants.is_consistent()
+            && self.passage.is_consistent()
+            && self.crossings.is_consistent()
             && numbers.iter().all(|value| value.is_finite())
     }
 
@@ -132,26 +139,35 @@ impl Driver {
         let before_m = self.path.length_m();
         self.path.follow(network, &position_m);
         let driven_m = (before_m - self.path.length_m()).max(0.0);
-        self.turn_away(senses);
+        let gap_m = Manner::of(self.behaviour).gap_m;
+        if let Some(from_m) = self.passage.turn_away(senses, &self.path, gap_m) {
+            self.path.cut(from_m);
+        }
         self.settle(senses);
         if let Some(to_left) = self.path.changes_to_left(network) {
             claims.change(senses.body.id, to_left);
         }
         let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
         wander::extend(&mut self.path, network, wanted_m, draw);
-        self.grants.drive_on(&self.path, driven_m, senses.body.half_m.x);
-        self.grants.tell(network, &self.path, senses.body, claims);
-        let way = Way::next(network, &self.path, &self.grants, self.room_m(senses));
-        let wishes = |way: &Way| self.ready && !self.waits_at_light(senses, way.entry_m);
-        if let Some(way) = way.filter(wishes) {
-            let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
-            claims.wish(&way, senses.body.id, eta_secs, self.rank(senses, way.entry_m));
-        }
-        if let Some((way, _)) = self.grants.part(&self.path) {
-            claims.wish(&way, senses.body.id, 0.0, self.rank(senses, way.entry_m));
-        }
-        let asks = matches!(self.held, Held::Claim(_));
-        self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);
+        self.passage.look(senses, &self.path, (driven_m, gap_m), claims);
+    }
+
+    /// Whether it has stood for a while where its road ends.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.ended_secs > ENDED_SECS
+    }
+
+    /// Who begins anew elsewhere with the same vehicle.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        Self::new(self.behaviour)
+    }
+
+    /// What it waited for in the last tick.
+    #[must_use]
+    pub fn held(&self) -> Held {
+        self.passage.held()
     }
 
     /// Does not stand between two lanes, where each of two vehicles would wait for the other.
@@ -197,6 +213,19 @@ impl Driver {
         Some(Glide { world_from_vehicle, velocity_mps: rotation * Vec3::x() * speed_mps })
     }
 
+    /// Whether it stands beside its lane, as a parked car does, and others come along it.
+    fn waits_beside(&self, senses: &Senses<'_>, speed_mps: f32) -> bool {
+        let Some(here) = self.path.at(senses.network, 0.0) else { return false };
+        let away_m = (senses.body.centre_m - here.point.point_m).xy().norm();
+        let mut taken = false;
+        if speed_mps < STANDING_MPS && away_m > OUTSIDE_M {
+            neighbours(senses.scene, senses.body, &here.point, |other| {
+                taken |= other.is_behind() && !other.has_room(PULL_OUT_MPS);
+            });
+        }
+        taken
+    }
+
     fn pedals(&mut self, acceleration_mps2: f32, speed_mps: f32, dt_secs: f32) -> (f32, f32) {
         let wanted_mps = self.wanted_mps + acceleration_mps2 * dt_secs;
         self.wanted_mps = wanted_mps.max(speed_mps - 1.0).min(speed_mps + 1.5).max(0.0);
@@ -235,12 +264,32 @@ impl Driver {
                 least = least.min(manner.behind(speed_mps, free_mps, beside.leader()));
             }
         }
-        if let Some(line_m) = self.stops_at(senses, &manner, &queue, claims, speed_mps) {
-            least = least.min(manner.before(speed_mps, free_mps, line_m));
+        let look_m = horizon_m;
+        let lines = self.path.stops(senses.network, 0.0, look_m + senses.body.half_m.x);
+        let line_m = self.line(senses, &lines, speed_mps);
+        let people_m = self.crossings.line(senses, &lines, speed_mps);
+        let line_m = line_m.into_iter().chain(people_m).reduce(f32::min);
+        let approach = Approach {
+            senses,
+            path: &self.path,
+            speed_mps,
+            look_m,
+            stopping_m: manner.stopping_m(speed_mps),
+            gap_m: manner.gap_m,
+            line_m,
+            queue: &queue,
+        };
+        if self.waits_beside(senses, speed_mps) {
+            least = least.min(-1.0);
         }
+        if let Some(stop_m) = self.passage.enter(&approach, claims) {
+            least = least.min(manner.before(speed_mps, free_mps, stop_m));
+        }
+        let ended = self.path.length_m() < ENDED_M && speed_mps < ENDED_MPS;
+        self.ended_secs = if ended { self.ended_secs + senses.dt_secs } else { 0.0 };
         self.settled_secs += senses.dt_secs;
         let asked = change::Asked { speed_mps, free_mps, present_mps2: least, ahead };
-        if self.settled_secs > change::THINK_SECS && self.grants.is_empty() {
+        if self.settled_secs > change::THINK_SECS && self.passage.is_free() {
             self.settled_secs = 0.0;
             if let Some(path) = change::better(senses, claims, &manner, &self.path, &asked) {
                 self.path = path;

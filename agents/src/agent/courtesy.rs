@@ -34,7 +34,11 @@ impl Agent {
         if self.calm_secs > 0.0 || speed_mps < SPEED_MPS_MIN || !traits.makes_way {
             return;
         }
-        if self.options.ignore_vehicles || !self.is_pressed(senses, traits, speed_mps) {
+        // Who was granted a way through a junction drives it.
+        if self.options.ignore_vehicles || !self.passage.is_free() {
+            return;
+        }
+        if !self.is_pressed(senses, traits, speed_mps) {
             return;
         }
         self.calm_secs = THINK_SECS;

@@ -5,6 +5,7 @@
 
 use schemas::{AgentBehaviour, AgentOptions};
 
+use super::HARD_MPS2;
 use crate::scene::Ahead;
 
 const KMH: f32 = 1.0 / 3.6;
@@ -90,6 +91,12 @@ impl Traits {
     /// metres.
     pub(super) fn pressed_m(&self, limit_mps: f32) -> f32 {
         self.proximity_m.max(0.5 * limit_mps / KMH)
+    }
+
+    /// How hard it brakes before somebody or a place that it must not come to.
+    pub(super) fn brake_before(&self, closing_mps: f32, gap_m: f32) -> f32 {
+        let needed_mps2 = closing_mps * closing_mps / (2.0 * gap_m.max(0.1));
+        if needed_mps2 > HARD_MPS2 { 1.0 } else { self.brake }
     }
 
     /// How far it looks.

@@ -4,7 +4,9 @@ use roads::{LaneChange, Map, Waypoint};
 use schemas::yaw_rad;
 
 use super::grid::Grid;
-use super::{Beside, Lane, LaneId, LanePoint, Network, conflicts, stops, wrapped};
+use super::{
+    Beside, Lane, LaneId, LanePoint, Network, conflicts, crossings, rings, stops, wrapped,
+};
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
 const SPACING_M: f64 = 2.0;
@@ -34,6 +36,8 @@ pub(super) fn network(map: &Map) -> Network {
     conflicts::find(&mut network);
     stops::mark(&mut network, map);
     network.grid = Grid::new(&network.lanes);
+    rings::mark(&mut network);
+    crossings::mark(&mut network, map);
     network
 }
 
@@ -73,6 +77,7 @@ fn middle(map: &Map, entry: &Waypoint, exit: &Waypoint, count: usize) -> Vec<Lan
             heading_rad: yaw_rad(&pose),
             curvature_per_m: 0.0,
             limit_mps: map.speed_limit_mps(&at).unwrap_or(0.0) as f32,
+            width_m: map.lane(&at).width_m as f32,
         });
     }
     points
@@ -160,6 +165,12 @@ fn is_too_tight(lane: &Lane) -> bool {
     turn_rad > TURN_RAD && lane.length_m() < RADIUS_M * turn_rad
 }
 
+/// Whether no car has room on any of it: maps have lanes of width zero.
+fn is_too_narrow(lane: &Lane) -> bool {
+    const NARROW_M: f32 = 1.2;
+    lane.points.iter().all(|point| point.width_m < NARROW_M)
+}
+
 /// Lanes from which all ways end, or go on where no car can, are peeled off from the ends.
 fn mark_endless(network: &mut Network) {
     for lane in &mut network.lanes {
@@ -167,7 +178,7 @@ fn mark_endless(network: &mut Network) {
     }
     let mut pending: Vec<LaneId> = (0..)
         .zip(&network.lanes)
-        .filter(|(_, lane)| lane.next.is_empty() || is_too_tight(lane))
+        .filter(|(_, lane)| lane.next.is_empty() || is_too_tight(lane) || is_too_narrow(lane))
         .map(|(id, _)| id)
         .collect();
     while let Some(id) = pending.pop() {

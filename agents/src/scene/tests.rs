@@ -19,6 +19,7 @@ fn way() -> Vec<PathPoint> {
             heading_rad: 0.0,
             curvature_per_m: 0.0,
             limit_mps: 0.0,
+            width_m: 3.5,
         };
         PathPoint { point, ahead_m: at_m }
     };
@@ -29,7 +30,8 @@ fn way() -> Vec<PathPoint> {
 fn car(number: u32, centre_m: Vec3, forward: Vec3) -> Body {
     let half_m = Vec3::new(2.4, 0.9, 0.8);
     let velocity_mps = forward * 3.0;
-    Body { id: id(number), is_walker: false, centre_m, forward, half_m, velocity_mps }
+    let id = id(number);
+    Body { id, is_walker: false, is_urgent: false, centre_m, forward, half_m, velocity_mps }
 }
 
 fn walker(centre_m: Vec3) -> Body {
@@ -109,6 +111,7 @@ fn left_turn(at_m: f32) -> LanePoint {
         heading_rad: turn_rad,
         curvature_per_m: if at_m < STRAIGHT_M { 0.0 } else { 1.0 / RADIUS_M },
         limit_mps: 0.0,
+        width_m: 3.5,
     }
 }
 

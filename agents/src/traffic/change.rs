@@ -1,9 +1,9 @@
 //! Whether another lane is better: MOBIL over the lanes beside.
 
-use super::claims::Claims;
 use super::manner::Manner;
 use super::{SPACING_M, room};
 use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
+use crate::junction::Claims;
 use crate::network::{Beside, LaneId, Network};
 use crate::path::{Leg, Path, PathPoint, heading};
 use crate::scene::Ahead;

@@ -169,6 +169,7 @@ mod tests {
                 heading_rad: 0.0,
                 curvature_per_m,
                 limit_mps,
+                width_m: 3.5,
             };
             PathPoint { point, ahead_m }
         };

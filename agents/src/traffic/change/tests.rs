@@ -63,6 +63,7 @@ fn body(id: u32, at_m: f32, lane: u32, mps: f32) -> Body {
     Body {
         id: ActorId::new(id).unwrap(),
         is_walker: false,
+        is_urgent: false,
         centre_m: Vec3::new(radius_m * sin, -radius_m * cos, 0.7),
         forward,
         half_m: Vec3::new(2.4, 0.95, 0.7),

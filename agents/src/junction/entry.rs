@@ -1,32 +1,30 @@
-//! Where a driver stops: lines of lights and signs, and junctions that others are to have.
+//! The entry of a junction: who may enter now, and where others wait.
 
-use schemas::{ActorId, TrafficLightColour};
+use schemas::ActorId;
 use serde::{Deserialize, Serialize};
 
-use super::claims::Claims;
+use super::claims::{Claims, URGENT};
 use super::grants::Way;
-use super::manner::Manner;
-use super::{BEFORE_LINE_M, Driver, STANDING_MPS};
+use super::{Passage, room_m};
 use crate::network::Stop;
+use crate::path::Path;
 use crate::scene::Ahead;
 use crate::senses::Senses;
 
-/// How long a vehicle stands at a stop sign.
-const STOP_SECS: f32 = 1.0;
-/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
-const AT_LINE_M: f32 = 4.0;
+/// How far before a line or an entry a vehicle stops.
+const BEFORE_LINE_M: f32 = 1.0;
+/// Slower than this a vehicle stands.
+const STANDING_MPS: f32 = 0.2;
 /// Lines this far inside a junction belong to its entry.
-const INSIDE_M: f32 = 4.0;
-/// Braking from which a light that turned is run rather than obeyed.
-const LIGHT_MPS2: f32 = 5.0;
+pub(crate) const INSIDE_M: f32 = 4.0;
+/// Lines so far behind the vehicle still tell who it is to let through.
+const BEHIND_M: f32 = 12.0;
 /// Who waited as long as this goes before others: behind a stop or yield sign, and elsewhere, as
 /// for a left turn through oncoming traffic.
 const YIELDING_SECS: f32 = 20.0;
 const TURNING_SECS: f32 = 5.0;
 /// Whoever is slower than this beyond a junction may stop there.
 const SLOW_MPS: f32 = 1.5;
-/// Whoever has no room beyond a junction for so long looks for another way.
-const BLOCKED_SECS: f32 = 6.0;
 
 /// What a driver waits for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,27 +42,32 @@ pub enum Held {
     Behind(ActorId),
 }
 
-impl Driver {
-    /// What it waited for in the last tick.
-    #[must_use]
-    pub fn held(&self) -> Held {
-        self.held
-    }
+/// How somebody comes to the next junction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Approach<'a> {
+    pub senses: &'a Senses<'a>,
+    pub path: &'a Path,
+    pub speed_mps: f32,
+    /// How far ahead counts, and how far it drives until it stands.
+    pub look_m: f32,
+    pub stopping_m: f32,
+    /// Which it leaves to others at rest.
+    pub gap_m: f32,
+    /// From the origin to the line that holds it.
+    pub line_m: Option<f32>,
+    /// All in its way, the first one first.
+    pub queue: &'a [Ahead],
+}
 
-    /// Free way to the next place to stop at: a light, a sign, a junction that others claim.
-    pub(super) fn stops_at(
-        &mut self,
-        senses: &Senses<'_>,
-        manner: &Manner,
-        queue: &[Ahead],
-        claims: &mut Claims,
-        speed_mps: f32,
-    ) -> Option<f32> {
+impl Passage {
+    /// Free way to the next place to stop at, a line or a junction that others are to have first;
+    /// claims the next junction if it may.
+    pub(crate) fn enter(&mut self, at: &Approach<'_>, claims: &mut Claims) -> Option<f32> {
+        let Approach { senses, path, speed_mps, queue, .. } = *at;
         let front_m = senses.body.half_m.x;
         let ahead = queue.first();
-        let look_m = manner.horizon_m(speed_mps);
-        let line_m = self.line(senses, look_m, speed_mps).map(|line_m| line_m - front_m);
-        let part = self.grants.part(&self.path);
+        let line_m = at.line_m.map(|line_m| line_m - front_m);
+        let part = self.grants.part(path);
         let line_m = line_m.filter(|_| part.is_none_or(|(way, _)| way.entry_m > front_m));
         self.held = ahead.map_or(Held::No, |ahead| Held::Behind(ahead.id));
         // Whoever is held before a junction lets others through.
@@ -72,14 +75,14 @@ impl Driver {
             if ahead.is_none_or(|ahead| ahead.gap_m > line_m) {
                 self.held = Held::Line;
             }
-            self.grants.give_up(&self.path, line_m + front_m);
+            self.grants.give_up(path, line_m + front_m);
         }
-        if let Some(wait_m) = self.waits_inside(senses, claims) {
+        if let Some(wait_m) = self.waits_inside(senses, path, claims) {
             self.ready = false;
             return Some(line_m.map_or(wait_m, |line_m| wait_m.min(line_m - BEFORE_LINE_M)));
         }
-        let way = Way::next(senses.network, &self.path, &self.grants, self.room_m(senses));
-        let way = way.filter(|way| way.entry_m <= look_m);
+        let way = Way::next(senses.network, path, &self.grants, room_m(senses, at.gap_m));
+        let way = way.filter(|way| way.entry_m <= at.look_m);
         let Some(way) = way else {
             self.ready = false;
             return line_m.map(|line_m| line_m - BEFORE_LINE_M);
@@ -87,10 +90,10 @@ impl Driver {
         let entry_m = way.entry_m - front_m;
         let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
         let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
-        let beyond = room_beyond(queue, &way, front_m, manner.gap_m);
-        let near = to_entry_m < manner.stopping_m(speed_mps) + 6.0 + speed_mps;
+        let beyond = room_beyond(queue, &way, front_m, at.gap_m);
+        let near = to_entry_m < at.stopping_m + 6.0 + speed_mps;
         let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
-        let rank = self.rank(senses, way.entry_m);
+        let rank = self.rank(senses, path, &way);
         let yields_far = rank == 0 && to_entry_m > 8.0;
         self.ready = near && open && first && beyond.is_ok();
         if self.ready && !yields_far {
@@ -116,9 +119,14 @@ impl Driver {
     }
 
     /// Free way to where it waits inside a junction for oncoming traffic, until it may go on.
-    fn waits_inside(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> Option<f32> {
-        let (way, until_m) = self.grants.part(&self.path)?;
-        let rank = self.rank(senses, way.entry_m);
+    fn waits_inside(
+        &mut self,
+        senses: &Senses<'_>,
+        path: &Path,
+        claims: &mut Claims,
+    ) -> Option<f32> {
+        let (way, until_m) = self.grants.part(path)?;
+        let rank = self.rank(senses, path, &way);
         match claims.grant(senses.network, &way, senses.body.id, rank) {
             Ok(()) => {
                 self.grants.add(&way, None);
@@ -131,85 +139,18 @@ impl Driver {
         }
     }
 
-    /// Between junctions nearer to each other than this it cannot stop clear of both.
-    pub(super) fn room_m(&self, senses: &Senses<'_>) -> f32 {
-        2.0 * senses.body.half_m.x + Manner::of(self.behaviour).gap_m
-    }
-
-    /// Drops the way through a junction beyond which there has been no room for long.
-    pub(super) fn turn_away(&mut self, senses: &Senses<'_>) {
-        if self.blocked_secs < BLOCKED_SECS {
-            return;
+    /// Who goes first into a junction: 0 behind a stop or yield sign and onto a roundabout, 1
+    /// without, 2 after a long wait, 3 with blue lights.
+    pub(super) fn rank(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> u8 {
+        if senses.body.is_urgent {
+            return URGENT;
         }
-        self.blocked_secs = 0.0;
-        let room_m = self.room_m(senses);
-        if let Some(way) = Way::next(senses.network, &self.path, &self.grants, room_m) {
-            self.path.cut(way.entry_m);
-        }
-    }
-
-    /// Distance to the next line that holds this vehicle.
-    fn line(&mut self, senses: &Senses<'_>, look_m: f32, speed_mps: f32) -> Option<f32> {
-        let front_m = senses.body.half_m.x;
-        let lines = self.path.stops(senses.network, 0.0, look_m + front_m);
-        let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
-            TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
-            TrafficLightColour::Yellow => {
-                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
-            }
-            _ => false,
-        };
-        let mut held = None;
-        let mut at_sign = false;
-        for line in lines {
-            let gap_m = line.ahead_m - front_m;
-            let holds = match line.why {
-                Stop::Light(light) => closed(light, gap_m),
-                Stop::Sign if self.passed == Some(line.lane) => {
-                    at_sign = true;
-                    false
-                }
-                Stop::Sign => {
-                    at_sign = true;
-                    if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
-                        self.stood_secs += senses.dt_secs;
-                    }
-                    if self.stood_secs >= STOP_SECS {
-                        self.passed = Some(line.lane);
-                    }
-                    self.passed != Some(line.lane)
-                }
-                Stop::Yield => false,
-            };
-            if holds && held.is_none() {
-                held = Some(line.ahead_m);
-            }
-        }
-        if !at_sign {
-            (self.stood_secs, self.passed) = (0.0, None);
-        }
-        held
-    }
-
-    /// Who goes first into a junction: 0 behind a stop or yield sign, 1 without, 2 after a long
-    /// wait.
-    pub(super) fn rank(&self, senses: &Senses<'_>, entry_m: f32) -> u8 {
-        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
-        let yields = lines.iter().any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
+        let mut lines = path.lines(senses.network, BEHIND_M, way.entry_m + INSIDE_M);
+        let signed = lines.any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
+        let first = way.lanes.first().and_then(|lane| senses.network.lane(*lane));
+        let yields = signed || first.is_some_and(|lane| lane.enters_ring);
         let patience_secs = if yields { YIELDING_SECS } else { TURNING_SECS };
         if self.grants.waited_secs() > patience_secs { 2 } else { u8::from(!yields) }
-    }
-
-    /// Whether a light before a junction does not show green.
-    pub(super) fn waits_at_light(&self, senses: &Senses<'_>, entry_m: f32) -> bool {
-        let lines = self.path.stops(senses.network, 0.0, entry_m + INSIDE_M);
-        lines.iter().any(|line| match line.why {
-            Stop::Light(light) => matches!(
-                senses.scene.light(light),
-                TrafficLightColour::Red | TrafficLightColour::Yellow
-            ),
-            _ => false,
-        })
     }
 }
 

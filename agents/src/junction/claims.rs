@@ -2,8 +2,8 @@
 //!
 //! A way through a junction is claimed as a whole before it is entered. Ways that come near each
 //! other exclude each other. Whoever is kept by oncoming traffic alone may claim the part before
-//! it, enter, and wait there. Of those who wait, the one with the higher rank goes first, then the
-//! one who asks first. Lane changes are told here too.
+//! it, enter, and wait there. Of those who wait, the one with the higher rank goes first, then who
+//! comes from the right, then the one who asks first. Lane changes are told here too.
 
 use schemas::ActorId;
 
@@ -13,6 +13,11 @@ use crate::scene::Body;
 
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
 const GAP_SECS: f32 = 4.0;
+/// The rank of those whom neither sign nor a long wait tells who goes first: who comes from the
+/// right does.
+const EQUAL: u8 = 1;
+/// The rank of blue lights.
+pub(super) const URGENT: u8 = 3;
 /// How far beyond a crossing a vehicle's rear leaves it to others.
 const CLEAR_M: f32 = 0.5;
 /// Who waits inside a junction stands so far before the way that he lets through, at least this
@@ -38,7 +43,7 @@ struct Change {
 
 /// A lane that somebody may drive through.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hold {
+pub(crate) struct Hold {
     pub lane: LaneId,
     pub id: ActorId,
     /// Where on the lane the rear of the vehicle is; below zero before the lane's entry.
@@ -81,31 +86,37 @@ impl Claims {
                 let hold = |lane: &LaneId| Hold { lane: *lane, id: body.id, rear_m, until_m: None };
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
+            if body.is_urgent {
+                let eta_secs = left_m / body.velocity_mps.norm().max(1.0);
+                let (id, rank) = (body.id, URGENT);
+                let inside = lane.next.iter().copied();
+                self.wishes.extend(inside.map(|lane| Wish { lane, id, eta_secs, rank }));
+            }
         }
     }
 
     /// Tells all who ask later in this tick what somebody was granted before.
-    pub(super) fn tell(&mut self, hold: Hold) {
+    pub(crate) fn tell(&mut self, hold: Hold) {
         self.held.push(hold);
     }
 
     /// Tells all who ask later in this tick that somebody changes lanes.
-    pub(super) fn change(&mut self, id: ActorId, to_left: bool) {
+    pub(crate) fn change(&mut self, id: ActorId, to_left: bool) {
         self.changes.push(Change { id, to_left });
     }
 
     /// Whether somebody changes to the lane on that side.
-    pub(super) fn is_changing(&self, id: ActorId, to_left: bool) -> bool {
+    pub(crate) fn is_changing(&self, id: ActorId, to_left: bool) -> bool {
         self.changes.iter().any(|change| change.id == id && change.to_left == to_left)
     }
 
-    pub(super) fn wish(&mut self, way: &Way, id: ActorId, eta_secs: f32, rank: u8) {
+    pub(crate) fn wish(&mut self, way: &Way, id: ActorId, eta_secs: f32, rank: u8) {
         let wishes = way.lanes.iter().map(|lane| Wish { lane: *lane, id, eta_secs, rank });
         self.wishes.extend(wishes);
     }
 
     /// Claims a way if nobody holds or is to have what crosses it; else tells who.
-    pub(super) fn grant(
+    pub(crate) fn grant(
         &mut self,
         network: &Network,
         way: &Way,
@@ -123,7 +134,7 @@ impl Claims {
 
     /// Claims the part of a way that lies before oncoming traffic, if nothing else is in the way;
     /// where on its lane the front is to wait.
-    pub(super) fn grant_part(
+    pub(crate) fn grant_part(
         &mut self,
         network: &Network,
         way: &Way,
@@ -176,10 +187,15 @@ impl Claims {
             })
         });
         let first = self.wishes.iter().filter(move |wish| {
-            wish.id != id
-                && wish.rank > rank
-                && wish.eta_secs < GAP_SECS
-                && network.lane(wish.lane).is_some_and(|other| other.conflict(lane).is_some())
+            let other = network.lane(wish.lane).filter(|other| other.conflict(lane).is_some());
+            let comes = wish.id != id && wish.eta_secs < GAP_SECS;
+            let own = network.lane(lane);
+            let from_right = || {
+                wish.rank == EQUAL
+                    && rank == EQUAL
+                    && other.zip(own).is_some_and(|(other, own)| other.is_from_right_of(own))
+            };
+            comes && other.is_some() && (wish.rank > rank || from_right())
         });
         let held = held.map(|hold| (hold.lane, hold.id));
         held.chain(first.map(|wish| (wish.lane, wish.id)))
@@ -287,6 +303,7 @@ mod tests {
             let body = Body {
                 id: id(1),
                 is_walker: false,
+                is_urgent: false,
                 centre_m: point.point_m,
                 forward,
                 half_m: schemas::Vec3::new(2.4, 0.9, 0.8),
@@ -345,5 +362,37 @@ mod tests {
         assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
         assert_eq!(claims.grant(&network, &left, id(2), 1), Err(id(1)));
         assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
+    }
+
+    /// Two ways through one junction, of which the second comes from the right of the first.
+    fn from_right(network: &Network) -> [LaneId; 2] {
+        let lanes = (0..network.lane_count() as LaneId).find_map(|id| {
+            let lane = network.lane(id)?;
+            let mut met = lane.conflicts.iter().map(|conflict| conflict.lane);
+            let right = met.find(|other| {
+                network.lane(*other).is_some_and(|other| other.is_from_right_of(lane))
+            });
+            Some([id, right?])
+        });
+        lanes.unwrap()
+    }
+
+    #[test]
+    fn of_equals_who_comes_from_the_right_goes_first() {
+        let network = network();
+        let [left, right] = from_right(&network).map(|it| way(&network, it));
+        let [a, b] = [&left, &right].map(|way| network.lane(way.lanes[0]).unwrap().at(0.0));
+        let turn_rad = crate::network::wrapped(b.heading_rad - a.heading_rad);
+        assert!(turn_rad > 0.0, "who drives to the left comes from the right: {turn_rad}");
+        for (rank, other_rank, lets) in [(1, 1, true), (0, 0, false), (2, 1, false), (2, 2, false)]
+        {
+            let mut claims = Claims::default();
+            claims.wish(&right, id(1), 2.0, other_rank);
+            let wanted = if lets { Err(id(1)) } else { Ok(()) };
+            assert_eq!(claims.grant(&network, &left, id(2), rank), wanted, "{rank}, {other_rank}");
+            let mut claims = Claims::default();
+            claims.wish(&left, id(1), 2.0, 1);
+            assert_eq!(claims.grant(&network, &right, id(2), 1), Ok(()));
+        }
     }
 }

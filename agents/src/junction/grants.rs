@@ -14,7 +14,7 @@ const LEGS_MAX: usize = 16;
 
 /// The next way through a junction that a vehicle has no claim on.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Way {
+pub(crate) struct Way {
     pub lanes: Vec<LaneId>,
     /// From the vehicle's origin.
     pub entry_m: f32,
@@ -25,7 +25,7 @@ pub(super) struct Way {
 
 /// The lanes that a vehicle may drive through.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Grants {
+pub(crate) struct Grants {
     lanes: Vec<Grant>,
     waited_secs: f32,
 }
@@ -41,7 +41,7 @@ struct Grant {
 
 impl Way {
     /// Junctions nearer to each other than `room_m` are one.
-    pub(super) fn next(
+    pub(crate) fn next(
         network: &Network,
         path: &Path,
         grants: &Grants,
@@ -75,7 +75,7 @@ impl Way {
 }
 
 impl Grants {
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.lanes.is_empty()
     }
 
@@ -84,14 +84,14 @@ impl Grants {
     }
 
     /// Whether all that a snapshot may get wrong is right.
-    pub(super) fn is_consistent(&self) -> bool {
+    pub(crate) fn is_consistent(&self) -> bool {
         let finite =
             |grant: &Grant| grant.left_m.is_finite() && grant.until_m.is_none_or(f32::is_finite);
         self.waited_secs.is_finite() && self.lanes.iter().all(finite)
     }
 
     /// Takes a way, as a whole or up to where the front is to wait on it.
-    pub(super) fn add(&mut self, way: &Way, until_m: Option<f32>) {
+    pub(crate) fn add(&mut self, way: &Way, until_m: Option<f32>) {
         self.lanes.retain(|grant| !way.lanes.contains(&grant.lane));
         let grant = |lane: &LaneId| Grant { lane: *lane, left_m: -1.0, until_m };
         self.lanes.extend(way.lanes.iter().map(grant));
@@ -99,7 +99,7 @@ impl Grants {
     }
 
     /// The way of which a part is claimed, and how far ahead of the origin the front is to wait.
-    pub(super) fn part(&self, path: &Path) -> Option<(Way, f32)> {
+    pub(crate) fn part(&self, path: &Path) -> Option<(Way, f32)> {
         path.ahead().take(LEGS_MAX).find_map(|(begins_m, leg)| {
             let grant = self.lanes.iter().find(|grant| grant.lane == leg.lane)?;
             let exit_m = begins_m + leg.length_m();
@@ -110,7 +110,7 @@ impl Grants {
     }
 
     /// Gives back what the vehicle's rear has left.
-    pub(super) fn drive_on(&mut self, path: &Path, driven_m: f32, half_length_m: f32) {
+    pub(crate) fn drive_on(&mut self, path: &Path, driven_m: f32, half_length_m: f32) {
         for grant in &mut self.lanes {
             if path.ahead().take(LEGS_MAX).any(|(_, leg)| leg.lane == grant.lane) {
                 grant.left_m = -1.0;
@@ -122,7 +122,7 @@ impl Grants {
     }
 
     /// Gives back what lies beyond a place on the path.
-    pub(super) fn give_up(&mut self, path: &Path, from_m: f32) {
+    pub(crate) fn give_up(&mut self, path: &Path, from_m: f32) {
         for (begins_m, leg) in path.ahead().take(LEGS_MAX) {
             if begins_m + 1.0 > from_m {
                 self.lanes.retain(|grant| grant.lane != leg.lane);
@@ -130,7 +130,16 @@ impl Grants {
         }
     }
 
-    pub(super) fn tell(&self, network: &Network, path: &Path, body: &Body, claims: &mut Claims) {
+    /// Takes what the vehicle is on: whoever is put there has asked nobody.
+    pub(crate) fn hold_present(&mut self, network: &Network, path: &Path) {
+        let Some((_, leg)) = path.ahead().next() else { return };
+        let inside = network.lane(leg.lane).is_some_and(|lane| lane.junction.is_some());
+        if inside && !self.holds(leg.lane) {
+            self.lanes.push(Grant { lane: leg.lane, left_m: -1.0, until_m: None });
+        }
+    }
+
+    pub(crate) fn tell(&self, network: &Network, path: &Path, body: &Body, claims: &mut Claims) {
         let half_m = body.half_m.x;
         for grant in &self.lanes {
             let Grant { lane, left_m, until_m } = *grant;
@@ -144,7 +153,7 @@ impl Grants {
     }
 
     /// Counts how long it stands and asks for a claim.
-    pub(super) fn wait(&mut self, dt_secs: f32, speed_mps: f32, asks: bool) {
+    pub(crate) fn wait(&mut self, dt_secs: f32, speed_mps: f32, asks: bool) {
         if speed_mps > 0.5 {
             self.waited_secs = 0.0;
         } else if asks {
@@ -152,7 +161,7 @@ impl Grants {
         }
     }
 
-    pub(super) fn waited_secs(&self) -> f32 {
+    pub(crate) fn waited_secs(&self) -> f32 {
         self.waited_secs
     }
 }

@@ -1,0 +1,105 @@
+//! How drivers come through junctions: whoever looks around asks, and drives on what was granted.
+
+mod claims;
+mod entry;
+mod grants;
+
+use serde::{Deserialize, Serialize};
+
+use crate::path::Path;
+use crate::senses::Senses;
+pub use claims::Claims;
+pub use entry::Held;
+pub(crate) use entry::{Approach, INSIDE_M};
+use grants::{Grants, Way};
+
+/// What a driver was granted of the junctions ahead and below, and what it waits for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Passage {
+    grants: Grants,
+    /// Whether nothing but others' claims kept it from the next junction in the last tick.
+    ready: bool,
+    held: Held,
+    /// Without room beyond the next junction.
+    blocked_secs: f32,
+}
+
+impl Passage {
+    /// Whether it could have come to be; what a snapshot may get wrong.
+    pub(crate) fn is_consistent(&self) -> bool {
+        self.grants.is_consistent() && self.blocked_secs.is_finite()
+    }
+
+    /// Whether no junction is claimed.
+    pub(crate) fn is_free(&self) -> bool {
+        self.grants.is_empty()
+    }
+
+    /// What it waited for in the last tick.
+    pub(crate) fn held(&self) -> Held {
+        self.held
+    }
+
+    /// Says what is claimed and wished for, after the path was followed by `driven_m`.
+    pub(crate) fn look(
+        &mut self,
+        senses: &Senses<'_>,
+        path: &Path,
+        (driven_m, gap_m): (f32, f32),
+        claims: &mut Claims,
+    ) {
+        let (network, view) = (senses.network, senses.view);
+        self.grants.drive_on(path, driven_m, senses.body.half_m.x);
+        self.grants.hold_present(network, path);
+        self.grants.tell(network, path, senses.body, claims);
+        let way = Way::next(network, path, &self.grants, room_m(senses, gap_m));
+        let urgent = senses.body.is_urgent;
+        let wishes =
+            |way: &Way| self.ready && (urgent || !waits_at_light(senses, path, way.entry_m));
+        if let Some(way) = way.filter(wishes) {
+            let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
+            let rank = self.rank(senses, path, &way);
+            claims.wish(&way, senses.body.id, eta_secs, rank);
+        }
+        if let Some((way, _)) = self.grants.part(path) {
+            let rank = self.rank(senses, path, &way);
+            claims.wish(&way, senses.body.id, 0.0, rank);
+        }
+        let asks = matches!(self.held, Held::Claim(_));
+        self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);
+    }
+
+    /// Where a path is to be cut whose way through the next junction has had no room beyond it for
+    /// long.
+    pub(crate) fn turn_away(
+        &mut self,
+        senses: &Senses<'_>,
+        path: &Path,
+        gap_m: f32,
+    ) -> Option<f32> {
+        /// Whoever has no room beyond a junction for so long looks for another way.
+        const BLOCKED_SECS: f32 = 6.0;
+        if self.blocked_secs < BLOCKED_SECS {
+            return None;
+        }
+        self.blocked_secs = 0.0;
+        let way = Way::next(senses.network, path, &self.grants, room_m(senses, gap_m))?;
+        Some(way.entry_m)
+    }
+}
+
+/// Between junctions nearer to each other than this a vehicle cannot stop clear of both.
+fn room_m(senses: &Senses<'_>, gap_m: f32) -> f32 {
+    2.0 * senses.body.half_m.x + gap_m
+}
+
+/// Whether a light before a junction does not show green.
+fn waits_at_light(senses: &Senses<'_>, path: &Path, entry_m: f32) -> bool {
+    use crate::network::Stop;
+    use schemas::TrafficLightColour::{Red, Yellow};
+    let mut lines = path.lines(senses.network, 0.0, entry_m + INSIDE_M);
+    lines.any(|line| match line.why {
+        Stop::Light(light) => matches!(senses.scene.light(light), Red | Yellow),
+        _ => false,
+    })
+}

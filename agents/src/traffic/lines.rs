@@ -1,0 +1,65 @@
+//! Lines of lights and signs that hold a driver of traffic.
+
+use schemas::TrafficLightColour;
+
+use super::{Driver, STANDING_MPS};
+use crate::network::Stop;
+use crate::path::StopAhead;
+use crate::senses::Senses;
+
+/// How long a vehicle stands at a stop sign.
+const STOP_SECS: f32 = 1.0;
+/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
+const AT_LINE_M: f32 = 4.0;
+/// Braking from which a light that turned is run rather than obeyed.
+const LIGHT_MPS2: f32 = 5.0;
+
+impl Driver {
+    /// Distance from the origin to the next line that holds this vehicle.
+    pub(super) fn line(
+        &mut self,
+        senses: &Senses<'_>,
+        lines: &[StopAhead],
+        speed_mps: f32,
+    ) -> Option<f32> {
+        let front_m = senses.body.half_m.x;
+        let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
+            TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
+            TrafficLightColour::Yellow => {
+                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
+            }
+            _ => false,
+        };
+        let mut held = None;
+        let mut at_sign = false;
+        for line in lines {
+            let gap_m = line.ahead_m - front_m;
+            let holds = match line.why {
+                _ if senses.body.is_urgent => false,
+                Stop::Light(light) => closed(light, gap_m),
+                Stop::Sign if self.passed == Some(line.lane) => {
+                    at_sign = true;
+                    false
+                }
+                Stop::Sign => {
+                    at_sign = true;
+                    if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
+                        self.stood_secs += senses.dt_secs;
+                    }
+                    if self.stood_secs >= STOP_SECS {
+                        self.passed = Some(line.lane);
+                    }
+                    self.passed != Some(line.lane)
+                }
+                Stop::Yield | Stop::Crossing(_) => false,
+            };
+            if holds && held.is_none() {
+                held = Some(line.ahead_m);
+            }
+        }
+        if !at_sign {
+            (self.stood_secs, self.passed) = (0.0, None);
+        }
+        held
+    }
+}
