@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use schemas::{VehicleControl, VehiclePhysics};
 
 use crate::Result;
+use crate::switches::Aids;
 use crate::track::{DT_SECS, Rig, steps, wheelbase_m};
 
 const GRAVITY_MPS2: f32 = 9.81;
@@ -62,7 +63,7 @@ pub(crate) struct Circle {
 }
 
 /// Throttle that holds a speed.
-fn hold(speed_mps: f32, wanted_mps: f32, sum: &mut f32) -> f32 {
+pub(crate) fn hold(speed_mps: f32, wanted_mps: f32, sum: &mut f32) -> f32 {
     let error_mps = wanted_mps - speed_mps;
     *sum = (*sum + 0.15 * error_mps * DT_SECS).clamp(0.0, 1.0);
     (*sum + 0.4 * error_mps).clamp(0.0, 1.0)
@@ -245,4 +246,37 @@ pub(crate) fn sine_steer(rig: Rig, steer: f32) -> Result<SineAnswer> {
         beside_m: at(from_secs + 1.07).beside_m,
         moments,
     })
+}
+
+/// Sines with dwell of growing amplitude at 80 km/h, after FMVSS 126.
+#[derive(Clone, Copy, Debug)]
+pub struct Dwell {
+    /// Largest amplitude up to which all were stable, over the steer that holds 0.3 g.
+    pub stable_to: f32,
+    /// Least way to the side 1.07 s after the steering began, at 5 × and more.
+    pub beside_m: f32,
+}
+
+/// Amplitudes that FMVSS 126 wants: from 1.5 to 6.5 times the steer of 0.3 g.
+pub(crate) const DWELL_SCALES: [f32; 11] = [1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 6.5];
+
+/// # Errors
+/// The world refused or diverged.
+pub fn dwell(id: &str, aids: Aids, mps: f32) -> Result<Dwell> {
+    let limit = circle(Rig::rolling(id, mps)?, mps)?;
+    let amplitude = limit.steer_at(0.3 * GRAVITY_MPS2);
+    let (mut stable_to, mut beside_m, mut stable) = (0.0, f32::INFINITY, true);
+    for scale in DWELL_SCALES {
+        let mut rig = Rig::rolling(id, mps)?;
+        aids.fit(&mut rig)?;
+        let answer = sine_steer(rig, scale * amplitude)?;
+        stable &= answer.is_stable();
+        if stable {
+            stable_to = scale;
+        }
+        if scale >= 5.0 {
+            beside_m = beside_m.min(answer.beside_m.abs());
+        }
+    }
+    Ok(Dwell { stable_to, beside_m })
 }

@@ -8,6 +8,7 @@
 //!
 //! Lengths in metres, angles in radians, speeds in metres per second unless a name says otherwise.
 
+mod aids;
 mod corner;
 mod disturb;
 mod model;
@@ -17,12 +18,16 @@ mod report;
 mod ring;
 mod roads;
 mod straight;
+mod switches;
 mod track;
 mod traffic;
 
 pub use self::roads::{Drive, Drivers, drive};
+pub use aids::{SplitStop, TurnStop, split_stop, turn_stop};
+pub use corner::{Dwell, dwell};
 pub use published::{Known, Row, VEHICLES, measure};
 pub use report::{Report, report};
+pub use switches::Aids;
 pub use traffic::{TrafficReport, traffic};
 
 use schemas::Error;

@@ -31,6 +31,7 @@ fn rig(mps: f32) -> Result<Rig> {
         let middle_m = f32::midpoint(front_m, rear_m);
         physics.mass_kg = MASS_KG;
         physics.drag_coefficient = 0.0;
+        physics.stability_control = false;
         physics.centre_of_mass_m.x = middle_m + f32::midpoint(FRONT_M, REAR_M) - FRONT_M;
         physics.centre_of_mass_m.z = CENTRE_HEIGHT_M;
         let centre_m = physics.centre_of_mass_m.x;

@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
-use crate::corner::{Circle, circle, sine_steer, step_steer};
+use crate::aids::{split_stop, turn_stop};
+use crate::corner::{Circle, circle, dwell, sine_steer, step_steer};
 use crate::disturb::{drop_from, hold_mm, kerb};
 use crate::plot::Plot;
 use crate::published::{Known, VEHICLES, measure};
 use crate::straight::{coast, start, stop_with_friction};
+use crate::switches::Aids;
 use crate::track::Rig;
 use crate::{Result, model};
 
@@ -65,6 +67,10 @@ pub fn report() -> Result<Report> {
     text.push_str("\n## Handling\n\n| vehicle | manoeuvre | result |\n|---|---|---|\n");
     for known in &VEHICLES {
         handling(known, &mut curves, &mut text)?;
+    }
+    text.push_str("\n## Aids\n\n| vehicle | manoeuvre | with | result |\n|---|---|---|---|\n");
+    for known in VEHICLES.iter().filter(|known| known.class != "motorcycle") {
+        aids(known, &mut text)?;
     }
     text.push_str(
         "\n## Straight on, slopes, kerbs\n\n| vehicle | manoeuvre | result |\n|---|---|---|\n",
@@ -136,6 +142,47 @@ fn sines(
             let points = answer.moments.iter().map(|at| (at.secs, at.yaw_radps.to_degrees()));
             curves.sines.push((known.class.to_owned(), points.collect()));
         }
+    }
+    Ok(())
+}
+
+/// With and without anti-lock brakes and stability control.
+fn aids(known: &Known, text: &mut String) -> Result<()> {
+    let (id, is_lorry) = (known.id, known.class == "lorry");
+    let mps = if is_lorry { LORRY_KMH } else { HANDLING_KMH } / 3.6;
+    for aids in [Aids::BOTH, Aids::ANTI_LOCK, Aids::NONE] {
+        let with = aids.as_str();
+        let mut row = |what: &str, result: String| {
+            line(text, format!("| `{id}` | {what} | {with} | {result} |"))
+        };
+        let found = dwell(id, aids, mps)?;
+        row(
+            "sine with dwell (FMVSS 126)",
+            format!("stable up to {} ×, {:.2} m aside", found.stable_to, found.beside_m),
+        );
+        let found = turn_stop(id, aids)?;
+        row(
+            "braking in a turn (ISO 7975)",
+            format!(
+                "{:.2} g, yaw rate after 1 s {:.2} of the circle's, slip up to {:.0}°",
+                found.braking_g, found.yaw_share, found.slip_deg
+            ),
+        );
+        let found = split_stop(id, aids)?;
+        row(
+            "braking on two frictions (UN R13-H)",
+            format!(
+                "{:.2} g of {:.2} g, steering wheel {:.0}° in 2 s, {:.0}° at most, {:.1} m aside, \
+                 {:.0}° off: {}",
+                found.braking_g,
+                found.wanted_g,
+                found.first_deg,
+                found.wheel_deg,
+                found.aside_m,
+                found.yaw_deg,
+                if found.passes() { "passes" } else { "fails" }
+            ),
+        );
     }
     Ok(())
 }

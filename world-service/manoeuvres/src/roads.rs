@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use agents::Network;
 use nalgebra::{Point3, Vector3};
 use roads::{LaneTypes, Map, Waypoint};
 use schemas::{
     ActorId, ActorKind, ActorState, AgentBehaviour, AgentCommand, AgentOptions, Command, Error,
-    ErrorCode, TrafficCommand, Vec3, WorldId,
+    ErrorCode, Pose, TrafficCommand, Vec3, WorldId,
 };
 use world::{Town, World, WorldConfig};
 
@@ -28,6 +29,17 @@ const SEARCH_M_MIN: f64 = 0.01;
 /// Tilted by more than 60° a vehicle lies.
 const LYING: f32 = 0.5;
 
+/// Way between places at which two-wheelers begin.
+const PLACES_M: f32 = 20.0;
+/// Motorcycles and bicycles by turns.
+const TWO_WHEELERS: [&str; 5] = [
+    "vehicle.kawasaki.ninja",
+    "vehicle.diamondback.century",
+    "vehicle.vespa.zx125",
+    "vehicle.gazelle.omafiets",
+    "vehicle.harley-davidson.low_rider",
+];
+
 /// Who drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drivers {
@@ -35,11 +47,13 @@ pub enum Drivers {
     Traffic,
     /// Normal navigation agents without a destination.
     Agents,
+    /// The world's own traffic on motorcycles and bicycles.
+    Riders,
 }
 
 impl Drivers {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Traffic, Self::Agents];
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Traffic, Self::Agents, Self::Riders];
 
     /// As tables name them.
     #[must_use]
@@ -47,6 +61,7 @@ impl Drivers {
         match self {
             Self::Traffic => "traffic",
             Self::Agents => "agents",
+            Self::Riders => "riders",
         }
     }
 }
@@ -66,6 +81,8 @@ pub struct Drive {
     pub tipped: usize,
     /// Contacts of vehicles with anything.
     pub contacts: u32,
+    /// Red lights and stop signs that were run.
+    pub broken: u32,
     /// Vehicles that stood for the last two minutes.
     pub stuck: usize,
     /// Of all vehicles over all time.
@@ -85,6 +102,7 @@ pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Resu
         left: 0,
         tipped: 0,
         contacts: 0,
+        broken: 0,
         stuck: 0,
         mean_mps: 0.0,
     };
@@ -122,6 +140,8 @@ pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Resu
     }
     let is_stuck = |at: &&u32| ticks - **at >= STUCK_SECS * TICKS_PER_SEC;
     found.stuck = moved_at.values().filter(is_stuck).count();
+    let broken = world.rules_broken().map(|(_, broken)| broken.red_lights + broken.stop_signs);
+    found.broken = broken.sum();
     (found.left, found.tipped) = (left.len(), tipped.len());
     found.mean_mps = sum_mps / f64::from(samples.max(1));
     Ok(found)
@@ -131,15 +151,19 @@ pub fn drive(map: &Arc<Map>, drivers: Drivers, count: u32, minutes: u32) -> Resu
 fn begin(map: &Arc<Map>, drivers: Drivers, count: u32) -> Result<(World, u32)> {
     let internal = |text: &str| Error::new(ErrorCode::Internal, text);
     let id = WorldId::new(1).ok_or_else(|| internal("no world has the id 0"))?;
+    let places = Network::new(map).places(PLACES_M);
     let map = Arc::new(Town::new(Arc::clone(map)));
     let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map };
     let mut world = World::with_traffic(config)?;
-    let room = (1..=count).rev().find(|count| {
-        let (count, behaviour) = (*count, None);
-        world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour })).is_ok()
-    });
-    let vehicles = room.ok_or_else(|| {
-        Error::new(ErrorCode::Unsupported, "the map has no lane that goes on with room for a car")
+    let vehicles = match drivers {
+        Drivers::Riders => ride(&mut world, &places, count)?,
+        Drivers::Traffic | Drivers::Agents => (1..=count).rev().find(|count| {
+            let (count, behaviour) = (*count, None);
+            world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour })).is_ok()
+        }),
+    };
+    let vehicles = vehicles.ok_or_else(|| {
+        Error::new(ErrorCode::Unsupported, "the map has no lane with room for a car")
     })?;
     if drivers == Drivers::Agents {
         let of = |actor: &ActorState| (actor.kind == ActorKind::Vehicle).then_some(actor.id);
@@ -153,6 +177,26 @@ fn begin(map: &Arc<Map>, drivers: Drivers, count: u32) -> Result<(World, u32)> {
         }
     }
     Ok((world, vehicles))
+}
+
+/// Puts two-wheelers on places over all of the map; how many, if there was room for any.
+fn ride(world: &mut World, places: &[Pose], count: u32) -> Result<Option<u32>> {
+    let (mut rode, mut kinds) = (0, TWO_WHEELERS.iter().cycle());
+    let step = (places.len() / count.max(1) as usize).max(1);
+    for pose in places.iter().step_by(step).take(count as usize) {
+        let kind = kinds.next().copied().unwrap_or(TWO_WHEELERS[0]);
+        match world.apply(&Command::spawn(kind, *pose, Vec3::zeros())) {
+            Ok(Some(actor)) => {
+                let behaviour = AgentBehaviour::Normal;
+                world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour }))?;
+                rode += 1;
+            }
+            Ok(None) => {}
+            Err(error) if error.code == ErrorCode::SpawnBlocked => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok((rode > 0).then_some(rode))
 }
 
 /// How far the middle of a vehicle is beyond the edge or the end of the nearest driving lane.

@@ -91,6 +91,8 @@ fn rate(worlds: &mut [World]) -> f64 {
 
 /// Time that this thread was on a processor, whoever else wants it.
 fn busy_secs() -> f64 {
+    // Kernels may count only when a thread gives way, or every few milliseconds.
+    std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
     let nanos: f64 = text.split(' ').next().unwrap().parse().unwrap();
     nanos * 1.0e-9

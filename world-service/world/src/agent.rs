@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use agents::{Agent, Body, Network, Scene, Senses, Stroller};
+use agents::{Agent, Body, Scene, Stroller};
 use schemas::{
     ActorId, ActorKind, AgentOptions, AgentState, Error, ErrorCode, TrafficLightColour, Vec3,
-    VehicleControl, limits,
+    limits,
 };
 
 use crate::actor::{Actor, Vehicle};
@@ -18,6 +18,12 @@ use crate::world::{State, World};
 
 /// Farthest that a light or vehicle may be told to count from, in metres.
 const DISTANCE_M_MAX: f32 = 200.0;
+/// CARLA's `VehicleLightState.Special1`.
+const BLUE_LIGHTS: u32 = 0x200;
+/// Doors of each side, and how far an open one stands out.
+const DOORS_LEFT: u8 = 0b0101;
+const DOORS_RIGHT: u8 = 0b1010;
+const DOOR_M: f32 = 0.9;
 
 impl World {
     pub(crate) fn set_agent(
@@ -80,6 +86,20 @@ impl World {
         }
         self.state.physics.wake(body);
         Ok(())
+    }
+
+    /// The way that the driver of a vehicle takes, from there on: a place every two metres, at most
+    /// so many; none where nobody drives who plans one.
+    pub fn way_m(&self, id: ActorId, most: usize) -> Vec<Vec3> {
+        let driven = self.state.index_of(id).ok();
+        let driven = driven.and_then(|index| self.state.actors[index].vehicle.as_deref());
+        let Some(vehicle) = driven else { return Vec::new() };
+        let network = self.town.network();
+        if let Some(traffic) = vehicle.wheel.traffic() {
+            return traffic.driver.way_m(network, most);
+        }
+        let agent = vehicle.agent.as_deref().filter(|_| vehicle.wheel.is_agent());
+        agent.map_or_else(Vec::new, |agent| agent.way_m(network, most))
     }
 
     /// All vehicles, walkers and things that can be run into, as drivers see them; ordered by id.
@@ -159,13 +179,22 @@ impl State {
 
     pub(crate) fn seen(&self, actor: &Actor) -> Body {
         let (blueprint, motion) = (actor.blueprint(), self.motion_of(actor));
-        let centre = motion.world_from_body.transform_point(&blueprint.box_centre_m().into());
+        let mut centre_m = motion.world_from_body.transform_point(&blueprint.box_centre_m().into());
+        let mut half_m = blueprint.box_half_extent_m();
+        for (doors, side) in [(DOORS_LEFT, 1.0), (DOORS_RIGHT, -1.0)] {
+            if actor.doors & doors != 0 {
+                let aside_m = Vec3::new(0.0, side * DOOR_M / 2.0, 0.0);
+                centre_m += motion.world_from_body.rotation * aside_m;
+                half_m.y += DOOR_M / 2.0;
+            }
+        }
         Body {
             id: actor.id,
             is_walker: blueprint.kind() == ActorKind::Walker,
-            centre_m: centre.coords,
+            is_urgent: actor.lights & BLUE_LIGHTS != 0,
+            centre_m: centre_m.coords,
             forward: motion.world_from_body.rotation * Vec3::x(),
-            half_m: blueprint.box_half_extent_m(),
+            half_m,
             velocity_mps: motion.linear_mps,
         }
     }
@@ -176,34 +205,17 @@ impl State {
             return;
         }
         let scene = self.scene();
-        let network = town.network();
         self.stroll(town, &scene);
-        self.flow(town, &scene);
+        let mut claims = self.look_around(town, &scene);
+        self.flow(town, &scene, &mut claims);
+        self.renew_ended(town);
         for index in 0..self.actors.len() {
-            let Some(control) = self.agent_control(index, town, network, &scene) else { continue };
-            self.set_control(index, control);
+            let control = self.with_agent(index, town, &scene, |agent, senses, _| {
+                agent.control(senses, &mut claims)
+            });
+            if let Some(control) = control {
+                self.set_control(index, control);
+            }
         }
-    }
-
-    fn agent_control(
-        &mut self,
-        index: usize,
-        town: &Town,
-        network: &Network,
-        scene: &Scene,
-    ) -> Option<VehicleControl> {
-        let driven = self.actors[index].vehicle.as_deref()?;
-        if !driven.wheel.is_agent() {
-            return None;
-        }
-        let body = self.seen(&self.actors[index]);
-        let motion = self.motion_of(&self.actors[index]);
-        let dt_secs = self.dt_secs as f32;
-        let rng = &mut self.rng;
-        let vehicle = self.actors[index].vehicle_mut()?;
-        let view = step::view(vehicle.tuning.fit(), &motion);
-        let agent = vehicle.agent.as_deref_mut()?;
-        let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
-        Some(agent.control(&senses, &town.roads, &mut || rng.next_u64()))
     }
 }

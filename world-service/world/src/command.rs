@@ -65,7 +65,7 @@ impl World {
 
     fn change_traffic(&mut self, command: &TrafficCommand) -> Result<(), Error> {
         match *command {
-            TrafficCommand::Join { actor, behaviour } => self.set_traffic(actor, behaviour),
+            TrafficCommand::Join { actor, behaviour } => self.set_traffic(actor, behaviour, false),
             TrafficCommand::Spawn { count, behaviour } => self.spawn_traffic(count, behaviour),
             TrafficCommand::SetHybrid { radius_m } => self.set_hybrid_traffic(radius_m),
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use agents::{Claims, Driver, Held, Scene, Senses};
+use agents::{Agent, Claims, Driver, Held, Scene, Senses};
 use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3, limits};
 
 use crate::actor::Actor;
@@ -10,6 +10,7 @@ use crate::blueprint::{self, BodySpec};
 use crate::spawn::Wish;
 use crate::step;
 use crate::town::Town;
+use crate::traffic::Broken;
 use crate::wheel::{AtTheWheel, TrafficDriver};
 use crate::world::{State, World};
 
@@ -17,15 +18,16 @@ use crate::world::{State, World};
 const PLACES_M: f32 = 20.0;
 
 impl World {
-    /// Hands a vehicle to a driver of traffic.
+    /// Hands a vehicle to a driver of traffic; one `of_world` was brought by the world itself.
     pub(crate) fn set_traffic(
         &mut self,
         id: ActorId,
         behaviour: AgentBehaviour,
+        of_world: bool,
     ) -> Result<(), Error> {
         let (_, body) = self.vehicle_mut(id)?;
         let index = self.state.index_of(id)?;
-        let driver = TrafficDriver::new(Driver::new(behaviour));
+        let driver = TrafficDriver::new(Driver::new(behaviour), of_world);
         self.state.seat(index, AtTheWheel::Traffic(driver));
         self.state.physics.wake(body);
         Ok(())
@@ -58,6 +60,13 @@ impl World {
         self.state.actors.iter().filter_map(driver)
     }
 
+    /// How often each vehicle has broken rules of the road, ordered by vehicle; nothing is told of
+    /// a world without lights and signs.
+    pub fn rules_broken(&self) -> impl Iterator<Item = (ActorId, Broken)> {
+        let broken = |actor: &Actor| Some((actor.id, actor.vehicle.as_deref()?.rules.broken()));
+        self.state.actors.iter().filter_map(broken)
+    }
+
     fn try_spawn_traffic(
         &mut self,
         count: u32,
@@ -80,7 +89,7 @@ impl World {
             let (attributes, attachment, id) = (&[], None, None);
             let wish = Wish { blueprint, pose: &pose, linear_mps, attributes, attachment, id };
             match self.spawn(&wish) {
-                Ok(id) => self.set_traffic(id, behaviour.unwrap_or(drawn))?,
+                Ok(id) => self.set_traffic(id, behaviour.unwrap_or(drawn), true)?,
                 Err(error) if error.code == ErrorCode::SpawnBlocked => continue,
                 Err(error) => return Err(error),
             }
@@ -114,14 +123,16 @@ fn shuffle(places: &mut [Pose], rng: &mut SplitMix64) {
 }
 
 impl State {
-    /// Lets drivers of traffic choose this tick's controls: all look, then all decide.
-    pub(crate) fn flow(&mut self, town: &Town, scene: &Scene) {
+    /// Lets drivers of traffic and agents look around: what they hold and wish for, and what
+    /// everybody else is on.
+    pub(crate) fn look_around(&mut self, town: &Town, scene: &Scene) -> Claims {
         let network = town.network();
         let mut claims = Claims::default();
         for actor in &self.actors {
-            let vehicle = actor.vehicle.as_deref();
-            if vehicle.is_some_and(|vehicle| vehicle.wheel.traffic().is_none()) && actor.is_solid()
-            {
+            let asks = actor.vehicle.as_deref().is_some_and(|vehicle| {
+                vehicle.wheel.traffic().is_some() || vehicle.wheel.is_agent()
+            });
+            if actor.vehicle.is_some() && !asks && actor.is_solid() {
                 claims.occupy(network, &self.seen(actor));
             }
         }
@@ -129,7 +140,15 @@ impl State {
             self.with_driver(index, town, scene, |driver, senses, rng| {
                 driver.look(senses, &town.roads, &mut claims, &mut || rng.next_u64());
             });
+            self.with_agent(index, town, scene, |agent, senses, rng| {
+                agent.look(senses, &town.roads, &mut claims, &mut || rng.next_u64());
+            });
         }
+        claims
+    }
+
+    /// Lets drivers of traffic choose this tick's controls.
+    pub(crate) fn flow(&mut self, town: &Town, scene: &Scene, claims: &mut Claims) {
         let witnesses = self.witnesses();
         for index in 0..self.actors.len() {
             let vehicle = self.actors[index].vehicle.as_deref();
@@ -142,7 +161,7 @@ impl State {
             }
             if rails {
                 let glide = self.with_driver(index, town, scene, |driver, senses, _| {
-                    driver.glide(senses, &mut claims)
+                    driver.glide(senses, claims)
                 });
                 if let Some(glide) = glide.flatten() {
                     self.glide(index, &glide);
@@ -150,7 +169,7 @@ impl State {
                 continue;
             }
             let control = self.with_driver(index, town, scene, |driver, senses, _| {
-                driver.control(senses, &mut claims)
+                driver.control(senses, claims)
             });
             if let Some(control) = control {
                 self.set_control(index, control);
@@ -175,5 +194,26 @@ impl State {
         let network = town.network();
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
         Some(act(driver, &senses, rng))
+    }
+    /// As [`with_driver`](Self::with_driver), for the agent that drives a vehicle.
+    pub(crate) fn with_agent<T>(
+        &mut self,
+        index: usize,
+        town: &Town,
+        scene: &Scene,
+        act: impl FnOnce(&mut Agent, &Senses<'_>, &mut SplitMix64) -> T,
+    ) -> Option<T> {
+        if !self.actors[index].vehicle.as_deref()?.wheel.is_agent() {
+            return None;
+        }
+        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let dt_secs = self.dt_secs as f32;
+        let rng = &mut self.rng;
+        let vehicle = self.actors[index].vehicle_mut()?;
+        let view = step::view(vehicle.tuning.fit(), &motion);
+        let agent = vehicle.agent.as_deref_mut()?;
+        let network = town.network();
+        let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
+        Some(act(agent, &senses, rng))
     }
 }

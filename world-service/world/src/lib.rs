@@ -57,6 +57,7 @@ mod place;
 mod push;
 mod rails;
 mod rays;
+mod renew;
 mod scenery;
 mod sensor;
 mod sensors;
@@ -74,5 +75,5 @@ mod wheel;
 mod world;
 
 pub use town::Town;
-pub use traffic::Lights;
+pub use traffic::{Broken, Lights};
 pub use world::{World, WorldConfig};

@@ -22,9 +22,12 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 17;
+const VERSION: u32 = 18;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
+/// About what a world and each of its actors take, rather more than less.
+const WORLD_BYTES: usize = 16 * 1024;
+const ACTOR_BYTES: usize = 4 * 1024;
 
 #[derive(Serialize)]
 struct Body<'a> {
@@ -44,7 +47,10 @@ impl World {
     /// - **Cost:** microseconds and a few kilobytes for a car and three pedestrians.
     pub fn snapshot(&self) -> Vec<u8> {
         let body = Body { map: self.map_ref(), state: &self.state };
-        let header = vec![0; HEADER_BYTES];
+        // A buffer that grows is copied; memory that is not written costs nothing.
+        let capacity = WORLD_BYTES + self.state.actors.len() * ACTOR_BYTES;
+        let mut header = Vec::with_capacity(capacity);
+        header.resize(HEADER_BYTES, 0);
         let mut bytes = postcard::to_extend(&body, header).expect("a vector takes every byte");
         let (header, rest) = bytes.split_at_mut(HEADER_BYTES);
         header[..4].copy_from_slice(&MAGIC);

@@ -11,6 +11,7 @@ use crate::physics::{BodyHandle, BodyState};
 use crate::push::Surroundings;
 use crate::scenery::Reach;
 use crate::town::Town;
+use crate::traffic::Passing;
 use crate::vehicle::Fit;
 use crate::walker::Walker;
 use crate::wheel::AtTheWheel;
@@ -191,11 +192,16 @@ impl State {
             if self.physics.is_asleep(body) && !led_by_hand && !waits {
                 continue;
             }
-            let pose = self.physics.state(body).world_from_body;
-            let outline = OrientedBox::new(&pose, blueprint);
-            let dt_secs = self.dt_secs;
+            let motion = self.physics.state(body);
+            let outline = OrientedBox::new(&motion.world_from_body, blueprint);
             let signals = (&town.traffic, self.first_actor);
-            vehicle.rules.update(&town.roads, signals, &pose, &outline, &mut near, dt_secs);
+            let passing = Passing {
+                world_from_vehicle: &motion.world_from_body,
+                outline: &outline,
+                speed_mps: motion.linear_mps.norm(),
+                lights: &*lights,
+            };
+            vehicle.rules.update(&town.roads, signals, &passing, &mut near, self.dt_secs);
         }
     }
 

@@ -11,4 +11,5 @@ mod sight;
 
 pub use lights::Lights;
 pub(crate) use plan::TrafficPlan;
-pub(crate) use sight::RoadRules;
+pub use sight::Broken;
+pub(crate) use sight::{Passing, RoadRules};

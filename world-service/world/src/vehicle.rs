@@ -14,6 +14,7 @@ mod chassis;
 pub(crate) mod check;
 mod drivetrain;
 mod fit;
+mod stability;
 mod steering;
 mod suspension;
 mod telemetry;
@@ -31,6 +32,7 @@ use crate::ground::{Ground, Surface};
 use brakes::WheelBrake;
 use drivetrain::Drivetrain;
 use fit::WheelFit;
+use stability::Stability;
 use telemetry::Contact;
 use tyre::{Tyre, TyreInput};
 
@@ -51,6 +53,7 @@ pub(crate) struct VehicleState {
     /// Brake pressure as a share of the highest, after the delay of the hydraulics.
     pub brake_pressure: f32,
     pub drivetrain: Drivetrain,
+    pub stability: Stability,
     /// In the order of [`Fit::wheels`].
     pub wheels: Vec<Wheel>,
     carried: bool,
@@ -91,6 +94,7 @@ impl VehicleState {
             road_wheel_rad: 0.0,
             brake_pressure: 0.0,
             drivetrain: Drivetrain::at_speed(fit, forward_mps),
+            stability: Stability::default(),
             wheels: fit.wheels.iter().map(wheel).collect(),
             carried: false,
             landing: false,
@@ -115,11 +119,12 @@ impl VehicleState {
             self.drivetrain.engine_rpm,
             f32::from(u8::from(self.landing)),
         ];
+        let head = head.into_iter().chain(self.stability.values());
         let wheels = self
             .wheels
             .iter()
             .flat_map(|wheel| [wheel.spin_radps, wheel.tyre.forward_m, wheel.tyre.left_m]);
-        head.into_iter().chain(wheels)
+        head.chain(wheels)
     }
 
     /// Fits wheels and gear to a speed that was set from outside.
@@ -172,13 +177,25 @@ impl VehicleState {
         self.carried = suspension::carry(fit, &footings);
         self.landing &= !(self.carried && suspension::stand(chassis, &footings));
         let guard = balance::pitch_guard(fit, &footings);
-        let drive = self.drivetrain.advance(fit, &self.control, &self.wheels, dt_secs);
+        let asked = (self.road_wheel_rad, grip);
+        self.stability = self.stability.advanced(fit, chassis, &footings, asked, dt_secs);
+        let throttle = if self.stability.acts() { 0.0 } else { self.control.throttle };
+        let control = VehicleControl { throttle, ..self.control };
+        let drive = self.drivetrain.advance(fit, &control, &self.wheels, dt_secs);
         let mut impulse = chassis::air_drag(fit, chassis, dt_secs);
         impulse += balance::rider(fit, chassis, &footings, self.road_wheel_rad, dt_secs);
         for (index, footing) in footings.iter().take(fit.wheels.len()).enumerate() {
             let wheel = &fit.wheels[index];
-            let mut brake = brakes::wheel(wheel, self.brake_pressure, self.control.hand_brake);
+            let mut brake = brakes::wheel(
+                wheel,
+                (self.brake_pressure, self.control.hand_brake),
+                fit.physics.anti_lock,
+            );
             brake.torque_nm *= guard.brake_share(wheel);
+            brake.take(wheel, &self.stability.share(wheel));
+            if brake.anti_lock {
+                brake.low_n = brakes::low_n(fit, &footings, index, grip);
+            }
             if brakes::holds(self.control.throttle, self.wheels[index].spin_radps, forward_mps) {
                 brake.torque_nm = brake.torque_nm.max(wheel.physics.brake_nm_max);
             }

@@ -37,12 +37,14 @@ pub(crate) struct TrafficDriver {
     pub driver: Box<Driver>,
     /// Whether its vehicle moves without dynamics, as far traffic does.
     pub on_rails: bool,
+    /// Whether the world brought the vehicle, and takes it elsewhere where a road ends.
+    pub of_world: bool,
 }
 
 impl TrafficDriver {
     /// One that drives with dynamics.
-    pub(crate) fn new(driver: Driver) -> Self {
-        Self { driver: Box::new(driver), on_rails: false }
+    pub(crate) fn new(driver: Driver, of_world: bool) -> Self {
+        Self { driver: Box::new(driver), on_rails: false, of_world }
     }
 }
 

@@ -345,3 +345,23 @@ fn who_is_more_aggressive_cruises_faster_and_stops_closer() {
     assert!(cautious.0 < normal.0 - 2.0 && normal.0 < aggressive.0 - 2.0, "{all}");
     assert!(cautious.1 > normal.1 + 0.3 && normal.1 > aggressive.1 + 0.3, "{all}");
 }
+
+#[test]
+fn agents_let_each_other_through_where_no_light_says_who_goes_first() {
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: town() };
+    // No lights and no signs: who comes from the right goes first.
+    let mut world = World::new(config).unwrap();
+    for index in 0..20 {
+        let car = spawn_at(&mut world, "vehicle.lincoln.mkz", spawn_point(index * 5), 0.0);
+        agent(&mut world, car, of(AgentBehaviour::Normal), &[]);
+    }
+    let mut driven_m = 0.0;
+    for second in 0..180 {
+        let hits = run(&mut world, 20);
+        assert!(hits.is_empty(), "second {second}: {hits:?}");
+        let frame = world.frame();
+        driven_m += frame.actors.iter().map(|actor| actor.linear_velocity_mps.norm()).sum::<f32>();
+    }
+    assert!(driven_m > 20.0 * 180.0 * 1.0, "{driven_m} m");
+}

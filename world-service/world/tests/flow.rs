@@ -226,3 +226,73 @@ fn far_traffic_moves_without_dynamics_and_gets_them_back_when_somebody_is_near()
     run(&mut world, 120);
     assert!(speed_mps(&world, own) < 0.05);
 }
+
+#[test]
+fn traffic_that_comes_to_the_end_of_a_road_begins_anew_where_one_begins() {
+    let mut world = world();
+    world.apply(&Command::Traffic(TrafficCommand::Spawn { count: 6, behaviour: None })).unwrap();
+    let joined = car(&mut world, 900.0, 10.0);
+    let behaviour = AgentBehaviour::Normal;
+    world.apply(&Command::Traffic(TrafficCommand::Join { actor: joined, behaviour })).unwrap();
+    let mut places_m: Vec<Vec3> = Vec::new();
+    let mut begun_anew = 0;
+    for _ in 0..180 {
+        run(&mut world, 20);
+        let now_m: Vec<Vec3> = vehicles(&world).iter().map(|(_, place_m, _)| *place_m).collect();
+        assert_eq!(now_m.len(), 7);
+        assert!(now_m.iter().all(|at| at.x.abs() < 1_000.0), "{now_m:?}");
+        let jumps = places_m.iter().zip(&now_m).filter(|(then, now)| (*then - *now).norm() > 60.0);
+        begun_anew += jumps.count();
+        places_m = now_m;
+    }
+    // Most come to the wall across the road first, and stand there.
+    assert!(begun_anew >= 2, "{begun_anew}: {places_m:?}");
+    let last_m = position_m(&world, joined).x;
+    assert!((985.0..999.0).contains(&last_m), "who was handed over stays: {last_m}");
+}
+
+#[test]
+fn a_parked_car_pulls_out_when_nobody_comes() {
+    let mut world = world();
+    let parked = level_pose(Vec3::new(-880.0, -8.2, 0.0), 0.0);
+    let parked = spawn_at(&mut world, "vehicle.lincoln.mkz", parked, 0.0);
+    let other = level_pose(Vec3::new(-900.0, -5.25, 0.0), 0.0);
+    let other = spawn_at(&mut world, "vehicle.audi.tt", other, 12.0);
+    let mode = schemas::PilotMode::KeepLane;
+    let pilot = VehicleCommand::Pilot { actor: other, mode, target_speed_mps: Some(12.0) };
+    world.apply(&Command::Vehicle(pilot)).unwrap();
+    let behaviour = AgentBehaviour::Normal;
+    world.apply(&Command::Traffic(TrafficCommand::Join { actor: parked, behaviour })).unwrap();
+    let mut waited = 0;
+    for _ in 0..500 {
+        let hits = run(&mut world, 1);
+        assert!(hits.is_empty(), "{hits:?}");
+        if position_m(&world, other).x < position_m(&world, parked).x {
+            let moved_m = position_m(&world, parked).x + 880.0;
+            assert!(moved_m < 0.5, "it let the other one pass: {moved_m} m");
+            waited += 1;
+        }
+    }
+    assert!(waited > 20, "{waited}");
+    let at_m = position_m(&world, parked);
+    let is_in_lane = [-5.25, -1.75].iter().any(|lane_m| (at_m.y - lane_m).abs() < 0.5);
+    assert!(is_in_lane && speed_mps(&world, parked) > 5.0, "{at_m}");
+}
+
+#[test]
+fn nobody_drives_into_an_open_door() {
+    for open in [false, true] {
+        let mut world = world();
+        let own = car(&mut world, -900.0, 10.0);
+        let beside = level_pose(Vec3::new(-800.0, -4.3, 0.0), 0.0);
+        let beside = spawn_at(&mut world, "vehicle.lincoln.mkz", beside, 0.0);
+        brake(&mut world, beside);
+        let doors = VehicleCommand::Doors { actor: beside, doors: 0b0001, open };
+        world.apply(&Command::Vehicle(doors)).unwrap();
+        let behaviour = AgentBehaviour::Normal;
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor: own, behaviour })).unwrap();
+        run(&mut world, 600);
+        let passed = position_m(&world, own).x > -800.0;
+        assert_eq!(passed, !open, "{}", position_m(&world, own));
+    }
+}

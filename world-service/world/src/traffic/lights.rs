@@ -136,6 +136,11 @@ impl Lights {
         self.shown.iter().map(|shown| shown.colour)
     }
 
+    /// What one of them shows; `None` beyond the last one.
+    pub(crate) fn colour(&self, light: usize) -> Option<Colour> {
+        self.shown.get(light).map(|shown| shown.colour)
+    }
+
     /// The times of a light's controller.
     pub(crate) fn times_mut(&mut self, plan: &TrafficPlan, light: usize) -> Option<&mut Times> {
         self.times.get_mut(*plan.controller_of.get(light)?)

@@ -2,14 +2,16 @@
 
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map};
-use schemas::{ActorId, Pose};
+use schemas::{ActorId, Pose, TrafficLightColour};
 use serde::{Deserialize, Serialize};
 
-use super::TrafficPlan;
+use super::{Lights, TrafficPlan};
 use crate::overlap::OrientedBox;
 
 /// How long a stop sign holds who comes to it, in seconds. **Source:** CARLA's server.
 const STOP_SECS: f32 = 2.0;
+/// Who is faster at a stop sign all along has not stopped.
+const STOPPED_MPS: f32 = 0.5;
 
 /// What lights and signs say to one vehicle. Stays as it is while the vehicle sleeps and none
 /// holds it for a time.
@@ -23,12 +25,55 @@ pub(crate) struct RoadRules {
     stop: Option<ActorId>,
     /// For how long that will hold it.
     stop_secs: f32,
+    /// Whether its light was red when it came into the box and ever since.
+    red_all_along: bool,
+    /// The slowest that it was in its box.
+    slowest_mps: f32,
+    broken: Broken,
+}
+
+/// How often a vehicle broke a rule.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Broken {
+    /// Lights that showed red from when it came to their line until it had passed it.
+    pub red_lights: u32,
+    /// Stop signs at which it did not stand.
+    pub stop_signs: u32,
+}
+
+/// Where a vehicle is and how fast, and what the lights show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passing<'a> {
+    pub world_from_vehicle: &'a Pose,
+    pub outline: &'a OrientedBox,
+    pub speed_mps: f32,
+    pub lights: &'a Lights,
 }
 
 impl RoadRules {
     /// The light in whose box it is, or the stop sign that holds it.
     pub(crate) fn holder(&self) -> Option<ActorId> {
         self.light.or(self.stop.filter(|_| self.is_held_for_a_time()))
+    }
+
+    /// How often it broke a rule.
+    pub(crate) fn broken(&self) -> Broken {
+        self.broken
+    }
+
+    /// Counts the box that it left, and remembers what it did in the one that it is in.
+    fn judge(&mut self, before: &Self, colour: Option<TrafficLightColour>, speed_mps: f32) {
+        let is_red = colour == Some(TrafficLightColour::Red);
+        let left = (before.light, before.stop) != (self.light, self.stop);
+        if left {
+            self.broken.red_lights += u32::from(before.light.is_some() && before.red_all_along);
+            let passed = before.stop.is_some() && before.slowest_mps > STOPPED_MPS;
+            self.broken.stop_signs += u32::from(passed);
+            (self.red_all_along, self.slowest_mps) = (is_red, speed_mps);
+        } else {
+            self.red_all_along &= is_red;
+            self.slowest_mps = self.slowest_mps.min(speed_mps);
+        }
     }
 
     pub(crate) fn is_held_for_a_time(&self) -> bool {
@@ -43,12 +88,12 @@ impl RoadRules {
         &mut self,
         map: &Map,
         (plan, first_actor): (&TrafficPlan, ActorId),
-        world_from_vehicle: &Pose,
-        vehicle: &OrientedBox,
+        passing: &Passing<'_>,
         near: &mut Vec<u32>,
         dt_secs: f64,
     ) {
-        let holder = plan.holder_at(vehicle, near);
+        let (before, world_from_vehicle) = (*self, passing.world_from_vehicle);
+        let holder = plan.holder_at(passing.outline, near);
         let id_of = |position: usize| first_actor.plus(position as u32);
         self.light = holder.filter(|position| *position < plan.light_count()).map(id_of);
         let stop = holder.map(id_of).filter(|_| self.light.is_none());
@@ -58,6 +103,7 @@ impl RoadRules {
             stop.map_or(0.0, |_| STOP_SECS)
         };
         self.stop = stop;
+        self.judge(&before, holder.and_then(|at| passing.lights.colour(at)), passing.speed_mps);
         let position_m: Vector3<f64> = nalgebra::convert(world_from_vehicle.translation.vector);
         let Some(place) = map.nearest(position_m.into(), LaneTypes::DRIVING) else { return };
         // Ways cross in a junction, and the nearest may be another's: the limit of before holds on.

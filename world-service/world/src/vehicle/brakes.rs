@@ -1,8 +1,10 @@
 //! Brake pressure and the torque at each wheel.
 
 use super::WheelInput;
-use super::fit::WheelFit;
-use super::tyre::ANTI_LOCK_MPS;
+use super::fit::{Fit, WheelFit};
+use super::stability::Share;
+use super::suspension::Footings;
+use super::tyre::{self, ANTI_LOCK_MPS};
 
 /// Share of full pressure that builds up per second: 0.16 s from none to full.
 const BUILD_UP_PER_SEC: f32 = 6.25;
@@ -16,6 +18,37 @@ pub(super) struct WheelBrake {
     pub torque_nm: f32,
     /// Whether the wheel is kept from locking.
     pub anti_lock: bool,
+    /// Force along the ground that anti-lock keeps to; endless for all that the road bears.
+    pub low_n: f32,
+    /// How much less than the road bears it keeps to.
+    pub less_n: f32,
+}
+
+impl WheelBrake {
+    /// Adds what stability control wants.
+    pub(super) fn take(&mut self, wheel: &WheelFit, share: &Share) {
+        if share.more_n > 0.0 {
+            let more_nm = share.more_n * wheel.physics.radius_m;
+            self.torque_nm =
+                (self.torque_nm + more_nm).min(wheel.physics.brake_nm_max.max(self.torque_nm));
+        }
+        self.less_n = share.less_n;
+    }
+}
+
+/// What the rear wheel with less grip bears: anti-lock brakes both wheels of a rear axle alike, so
+/// that a road with two sides turns the vehicle less (select low).
+pub(super) fn low_n(fit: &Fit, footings: &Footings, index: usize, grip: f32) -> f32 {
+    let Some(wheel) = fit.wheels.get(index).filter(|wheel| !wheel.is_front) else {
+        return f32::INFINITY;
+    };
+    let Some(partner) = wheel.partner else { return f32::INFINITY };
+    let bears_n = |index: usize| {
+        let (wheel, footing) = (fit.wheels.get(index)?, footings.get(index)?.as_ref()?);
+        let friction = wheel.physics.tyre_friction * footing.surface.friction * grip;
+        Some(tyre::friction_of(footing.load_n, wheel.load_n, friction))
+    };
+    bears_n(index).unwrap_or(0.0).min(bears_n(partner).unwrap_or(0.0))
 }
 
 /// Pressure after `dt_secs` towards what the pedal asks.
@@ -30,12 +63,18 @@ pub(super) fn holds(throttle: f32, spin_radps: f32, forward_mps: f32) -> bool {
 }
 
 /// The brake of one wheel; the hand brake may lock it.
-pub(super) fn wheel(wheel: &WheelFit, pressure: f32, hand_brake: bool) -> WheelBrake {
-    let pedal_nm = wheel.physics.brake_nm_max * pressure;
-    if hand_brake && wheel.physics.hand_brake_nm_max > 0.0 {
-        WheelBrake { torque_nm: pedal_nm + wheel.physics.hand_brake_nm_max, anti_lock: false }
-    } else {
-        WheelBrake { torque_nm: pedal_nm, anti_lock: true }
+pub(super) fn wheel(
+    wheel: &WheelFit,
+    (pressure, hand_brake): (f32, bool),
+    anti_lock: bool,
+) -> WheelBrake {
+    let pulled = hand_brake && wheel.physics.hand_brake_nm_max > 0.0;
+    let hand_nm = if pulled { wheel.physics.hand_brake_nm_max } else { 0.0 };
+    WheelBrake {
+        torque_nm: wheel.physics.brake_nm_max * pressure + hand_nm,
+        anti_lock: anti_lock && !pulled,
+        low_n: f32::INFINITY,
+        less_n: 0.0,
     }
 }
 

@@ -103,9 +103,14 @@ pub(super) fn advance(wheel: &mut Wheel, input: &TyreInput) -> TyreForce {
 
 /// Highest force of a tyre in its plane: less than proportional to the load.
 pub(super) fn friction_n(input: &TyreInput) -> f32 {
-    let overload = input.load_n / input.nominal_load_n - 1.0;
+    friction_of(input.load_n, input.nominal_load_n, input.friction)
+}
+
+/// The same of a load, beside the one at which the coefficient holds.
+pub(super) fn friction_of(load_n: f32, nominal_load_n: f32, friction: f32) -> f32 {
+    let overload = load_n / nominal_load_n - 1.0;
     let sensitivity = (1.0 - LOAD_SENSITIVITY * overload).clamp(0.7, 1.1);
-    input.friction * sensitivity * input.load_n
+    friction * sensitivity * load_n
 }
 
 /// Constants of one contact patch for one substep.
@@ -235,7 +240,7 @@ fn traction(free_radps: f32, input: &TyreInput) -> f32 {
 
 /// Spin after brake and rolling resistance, which can stop the wheel but not turn it.
 fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
-    let friction_nm = input.brake.torque_nm
+    let friction_nm = brake_nm(input)
         + ROLLING_RESISTANCE * input.load_n * input.radius_m
         + input.damping_nms * free_radps.abs();
     let slower_by = (friction_nm / resistance).min(free_radps.abs());
@@ -250,9 +255,23 @@ fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
     (spin_radps * direction).max(wanted_radps) * direction
 }
 
+/// Torque of the brake, as far as anti-lock lets it.
+fn brake_nm(input: &TyreInput) -> f32 {
+    let brake = &input.brake;
+    if !brake.anti_lock || input.forward_mps.abs() < ANTI_LOCK_MPS {
+        return brake.torque_nm;
+    }
+    let bears_n = (friction_n(input) - brake.less_n).max(0.0);
+    let low_n = if brake.less_n > 0.0 { bears_n.min(brake.low_n) } else { brake.low_n };
+    brake.torque_nm.min(low_n * input.radius_m)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const FOOT: WheelBrake =
+        WheelBrake { torque_nm: 0.0, anti_lock: false, low_n: f32::INFINITY, less_n: 0.0 };
 
     fn input() -> TyreInput {
         TyreInput {
@@ -269,7 +288,7 @@ mod tests {
             radius_m: 0.33,
             inertia_kgm2: 1.3,
             drive_nm: 0.0,
-            brake: WheelBrake { torque_nm: 0.0, anti_lock: false },
+            brake: WheelBrake { torque_nm: 0.0, ..FOOT },
             traction_control: false,
             dt_secs: 0.01,
         }
@@ -293,7 +312,7 @@ mod tests {
 
     #[test]
     fn a_locked_wheel_pushes_against_its_sliding() {
-        let brake = WheelBrake { torque_nm: 1.0e5, anti_lock: false };
+        let brake = WheelBrake { torque_nm: 1.0e5, ..FOOT };
         let (wheel, force) = settled(
             Wheel { spin_radps: 60.0, ..Wheel::default() },
             &TyreInput { forward_mps: 20.0, left_mps: 20.0, brake, ..input() },
@@ -305,7 +324,7 @@ mod tests {
 
     #[test]
     fn anti_lock_keeps_the_wheel_rolling_near_the_highest_friction() {
-        let brake = WheelBrake { torque_nm: 1.0e5, anti_lock: true };
+        let brake = WheelBrake { torque_nm: 1.0e5, anti_lock: true, ..FOOT };
         let (wheel, force) = settled(
             Wheel { spin_radps: 60.0, ..Wheel::default() },
             &TyreInput { forward_mps: 20.0, brake, ..input() },
