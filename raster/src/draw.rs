@@ -3,30 +3,17 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8};
 
+use crate::choose::{Chosen, Local, Prospect};
 use crate::clip::{Clipped, Homogeneous, REACH_PX, SNAP};
-use crate::fill::{LANES, Plane, Point, doubled_area, fill};
+use crate::fill::{LANES, Plane, Point, doubled_area, ends_of, fill};
 use crate::model::{Cluster, Model};
+use crate::scene::Placed;
 use crate::target::Target;
 use crate::vector::{V8, splat};
-use crate::view::{Projection, seen_from};
+use crate::view::Projection;
 
-/// Balls that would be smaller than this in the picture, in pixels, are left out.
-const RADIUS_PX_MIN: f32 = 0.35;
-/// Corners of a cluster.
-const CORNERS_MAX: usize = 192;
-
-/// A model in the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Placed<'a> {
-    /// What.
-    pub model: &'a Model,
-    /// Where: the upper three rows of world from model; a turn after a stretch along the axes.
-    pub world_from_model: [[f32; 4]; 3],
-    /// Four linear colours, 8 bits a channel; alpha is the part that glows.
-    pub tints: [[u8; 4]; 4],
-    /// What it belongs to; 0 where its corners say it.
-    pub label: u32,
-}
+/// Room for the corners of a cluster: as many as a byte numbers, so that none is out of it.
+const CORNERS_MAX: usize = 256;
 
 /// A triangle that some pixel has shown.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,17 +22,9 @@ pub(crate) struct Seen {
     pub(crate) triangle: u32,
 }
 
-/// What drawing needs while it draws, kept to be used again.
-#[derive(Debug, Default)]
-pub(crate) struct Work {
-    /// Nearness, then the order of arrival; and which cluster of which model.
-    order: Vec<(u64, u32, u32)>,
-    screen: Screen,
-}
-
 /// Corners of a cluster in the picture.
 #[derive(Debug)]
-struct Screen {
+pub(crate) struct Screen {
     snapped: [[f32; CORNERS_MAX]; 2],
     exact: [[f32; CORNERS_MAX]; 2],
     nearness: [f32; CORNERS_MAX],
@@ -62,8 +41,8 @@ impl Default for Screen {
 
 /// What is drawn how.
 pub(crate) struct Drawing<'a> {
-    pub(crate) projection: &'a Projection,
     pub(crate) placed: &'a [Placed<'a>],
+    pub(crate) prospect: &'a Prospect,
     /// Whether the thing with this number is hidden.
     pub(crate) is_hidden: Option<&'a (dyn Fn(u32) -> bool + Sync)>,
     /// How much of the steepest change in a pixel everything is put back by.
@@ -74,80 +53,34 @@ pub(crate) struct Drawing<'a> {
 pub(crate) fn draw(
     level: Level,
     drawing: &Drawing<'_>,
-    work: &mut Work,
+    screen: &mut Screen,
     target: &mut Target,
     seen: &mut Vec<Seen>,
 ) {
     seen.clear();
-    let locals: Vec<Projection> = drawing
-        .placed
-        .iter()
-        .map(|placed| drawing.projection.within(&placed.world_from_model))
-        .collect();
-    choose(drawing, &locals, &mut work.order);
-    let Work { order, screen } = work;
-    dispatch!(level, simd => draw_all(simd, drawing, (&locals, order), screen, target, seen));
-}
-
-/// Lists the clusters that may be seen, near ones first.
-fn choose(drawing: &Drawing<'_>, locals: &[Projection], order: &mut Vec<(u64, u32, u32)>) {
-    order.clear();
-    for (at, (placed, local)) in drawing.placed.iter().zip(locals).enumerate() {
-        let model = placed.model;
-        let (centre, radius) = model.ball();
-        if !local.may_see(centre, radius) {
-            continue;
-        }
-        let size_px = local.focal_px * stretch(placed);
-        let eye = seen_from(&placed.world_from_model, drawing.projection.eye_m());
-        for (number, cluster) in model.clusters.iter().enumerate() {
-            let distance = local.distance(cluster.centre, cluster.radius);
-            let is_small = size_px * cluster.radius < RADIUS_PX_MIN * distance;
-            let turns_away = !local.is_sun && eye.is_some_and(|eye| cluster.turns_away(eye));
-            if is_small || turns_away || !local.may_see(cluster.centre, cluster.radius) {
-                continue;
-            }
-            let key = (u64::from(distance.to_bits()) << 32) | order.len() as u64;
-            order.push((key, at as u32, number as u32));
-        }
-    }
-    if !drawing.projection.is_sun {
-        order.sort_unstable();
-    }
-}
-
-/// How much longer than in its own frame a model's longest axis is.
-fn stretch(placed: &Placed<'_>) -> f32 {
-    let [a, b, c] = placed.world_from_model;
-    let square = |at: usize| a[at] * a[at] + b[at] * b[at] + c[at] * c[at];
-    square(0).max(square(1)).max(square(2)).sqrt()
-}
-
-impl Cluster {
-    fn turns_away(&self, eye: crate::vector::V3) -> bool {
-        let (axis, sine) = self.cone;
-        let to_centre = crate::vector::sub(self.centre, eye);
-        let distance = crate::vector::norm(to_centre);
-        crate::vector::dot(to_centre, axis) >= sine * distance + self.radius
-    }
+    dispatch!(level, simd => draw_all(simd, drawing, screen, target, seen));
 }
 
 #[inline(always)]
 fn draw_all<S: Simd>(
     simd: S,
     drawing: &Drawing<'_>,
-    (locals, order): (&[Projection], &[(u64, u32, u32)]),
     screen: &mut Screen,
     target: &mut Target,
     seen: &mut Vec<Seen>,
 ) {
-    for (_, at, number) in order {
-        let (Some(placed), Some(local)) =
-            (drawing.placed.get(*at as usize), locals.get(*at as usize))
-        else {
+    let Prospect { locals, chosen } = drawing.prospect;
+    let first_row = target.first_row as f32;
+    let end_row = first_row + target.row_count as f32;
+    for Chosen { local, cluster, rows: [top, bottom], .. } in chosen {
+        if *bottom < first_row || *top > end_row {
+            continue;
+        }
+        let Some(Local { placed: at, projection: local }) = locals.get(*local as usize) else {
             continue;
         };
-        let Some(cluster) = placed.model.clusters.get(*number as usize) else { continue };
+        let Some(placed) = drawing.placed.get(*at as usize) else { continue };
+        let Some(cluster) = placed.model.clusters.get(*cluster as usize) else { continue };
         let needs_clip = transform(simd, local, placed.model, cluster, screen);
         let one = OneCluster { drawing, local, placed_at: *at, model: placed.model, screen };
         for first in cluster.triangles.clone().step_by(LANES) {
@@ -210,13 +143,13 @@ fn transform<S: Simd>(
 fn corners<S: Simd>(
     simd: S,
     axis: &[f32; CORNERS_MAX],
-    triangles: &[[u8; 3]; LANES],
+    triangles: &[[u8; LANES]; 3],
 ) -> [f32x8<S>; 3] {
     let mut parts = [[0.0; LANES]; 3];
-    for (lane, [a, b, c]) in triangles.iter().enumerate() {
-        parts[0][lane] = axis[usize::from(*a)];
-        parts[1][lane] = axis[usize::from(*b)];
-        parts[2][lane] = axis[usize::from(*c)];
+    for (parts, numbers) in parts.iter_mut().zip(triangles) {
+        for (part, number) in parts.iter_mut().zip(numbers) {
+            *part = axis[usize::from(*number)];
+        }
     }
     let [a, b, c] = parts;
     [f32x8::load_array(simd, a), f32x8::load_array(simd, b), f32x8::load_array(simd, c)]
@@ -248,9 +181,7 @@ impl OneCluster<'_> {
         target: &mut Target,
         seen: &mut Vec<Seen>,
     ) {
-        let Some(triangles) = self.model.local.get(first..).and_then(<[_]>::first_chunk) else {
-            return;
-        };
+        let Some(triangles) = self.model.local.get(first / LANES) else { return };
         let [xs, ys] = &self.screen.snapped;
         let [ax, bx, cx] = corners(simd, xs, triangles);
         let [ay, by, cy] = corners(simd, ys, triangles);
@@ -272,13 +203,17 @@ impl OneCluster<'_> {
             & bottom.simd_ge(splat(simd, target.first_row as f32))
             & top.simd_le(splat(simd, last_row));
         let mut rest = may_show.to_bitmask();
+        if rest == 0 {
+            return;
+        }
+        let ends = [left, right, top, bottom].map(|end| end.to_array());
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let [a, b, c] = triangles[lane];
-            let points = [self.point(a), self.point(b), self.point(c)];
+            let points = triangles.map(|numbers| self.point(numbers[lane]));
             let plane = Plane::new(&points, self.drawing.slope);
-            self.draw_one(simd, first + lane, (points, plane), target, seen);
+            let ends = ends.map(|end| end[lane]);
+            self.draw_one(simd, first + lane, (points, plane, ends), target, seen);
         }
     }
 
@@ -302,8 +237,9 @@ impl OneCluster<'_> {
         target: &mut Target,
         seen: &mut Vec<Seen>,
     ) {
-        let Some(triangles) = self.model.local.get(first..first + LANES) else { return };
-        for (lane, triangle) in triangles.iter().enumerate() {
+        let Some(triangles) = self.model.local.get(first / LANES) else { return };
+        for lane in 0..LANES {
+            let triangle = triangles.map(|numbers| numbers[lane]);
             let is_whole =
                 triangle.iter().all(|at| !self.screen.snapped[0][usize::from(*at)].is_nan());
             if is_whole || triangle[0] == triangle[1] {
@@ -318,7 +254,8 @@ impl OneCluster<'_> {
             for points in clipped.triangles() {
                 if doubled_area(points.map(|point| point.snapped)) < 0.0 {
                     let plane = clipped.plane(&corners);
-                    self.draw_one(simd, first + lane, (points, plane), target, seen);
+                    let ends = ends_of(points.map(|point| point.snapped));
+                    self.draw_one(simd, first + lane, (points, plane, ends), target, seen);
                 }
             }
         }
@@ -329,7 +266,7 @@ impl OneCluster<'_> {
         &self,
         simd: S,
         triangle: usize,
-        ([a, b, c], plane): ([Point; 3], Plane),
+        ([a, b, c], plane, ends): ([Point; 3], Plane, [f32; 4]),
         target: &mut Target,
         seen: &mut Vec<Seen>,
     ) {
@@ -343,7 +280,7 @@ impl OneCluster<'_> {
         let id = seen.len() as u32 + 1;
         let is_seen = simd.vectorize(
             #[inline(always)]
-            || fill(simd, target, &points, &plane, id),
+            || fill(simd, target, (&points, ends), &plane, id),
         );
         if is_seen {
             seen.push(Seen { placed: self.placed_at, triangle: triangle as u32 });

@@ -102,7 +102,9 @@ impl Plane {
         let [cx, cy] = [c.exact[0] - a.exact[0], c.exact[1] - a.exact[1]];
         let (bn, cn) = (b.nearness - a.nearness, c.nearness - a.nearness);
         let area = bx * cy - by * cx;
-        let (mut across, mut down) = ((bn * cy - cn * by) / area, (cn * bx - bn * cx) / area);
+        let per_area = 1.0 / area;
+        let (mut across, mut down) =
+            ((bn * cy - cn * by) * per_area, (cn * bx - bn * cx) * per_area);
         if is_too_steep(across) || is_too_steep(down) {
             (across, down) = (0.0, 0.0);
         }
@@ -123,21 +125,28 @@ pub(crate) fn doubled_area([a, b, c]: [[f32; 2]; 3]) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Draws a triangle whose corners run clockwise; whether any pixel shows it.
+/// First and last column, first and last row of the pixels whose middles are in a triangle's box.
+pub(crate) fn ends_of([a, b, c]: [[f32; 2]; 3]) -> [f32; 4] {
+    let first = |axis: usize| (a[axis].min(b[axis]).min(c[axis]) - 0.5).ceil();
+    let last = |axis: usize| (a[axis].max(b[axis]).max(c[axis]) - 0.5).floor();
+    [first(0), last(0), first(1), last(1)]
+}
+
+/// Draws a triangle whose corners run clockwise, with the ends of its box; whether any pixel shows
+/// it.
 #[inline(always)]
 pub(crate) fn fill<S: Simd>(
     simd: S,
     target: &mut Target,
-    points: &[Point; 3],
+    (points, ends): (&[Point; 3], [f32; 4]),
     plane: &Plane,
     id: u32,
 ) -> bool {
     let [Point { snapped: a, .. }, Point { snapped: b, .. }, Point { snapped: c, .. }] = *points;
-    let least = |axis: usize| (a[axis].min(b[axis]).min(c[axis]) - 0.5).ceil();
-    let most = |axis: usize| (a[axis].max(b[axis]).max(c[axis]) - 0.5).floor();
+    let [left, right, top, bottom] = ends;
     let last_row = (target.first_row + target.row_count) as f32 - 1.0;
-    let (left, right) = (least(0).max(0.0), most(0).min(target.width_px as f32 - 1.0));
-    let (top, bottom) = (least(1).max(target.first_row as f32), most(1).min(last_row));
+    let (left, right) = (left.max(0.0), right.min(target.width_px as f32 - 1.0));
+    let (top, bottom) = (top.max(target.first_row as f32), bottom.min(last_row));
     if left > right || top > bottom {
         return false;
     }

@@ -9,14 +9,19 @@
 //! **Determinism:** equal scenes give equal bytes, at every level of vectors and in whatever parts
 //! a picture is drawn: nothing is fused or approximated, and a pixel depends on no other.
 
+mod choose;
 mod clip;
 mod draw;
 mod fill;
+mod lamp;
 mod light;
 mod model;
 mod noise;
+mod paint;
 mod picture;
 mod pixels;
+mod quality;
+mod scene;
 mod shade;
 mod shadow;
 mod surface;
@@ -24,14 +29,16 @@ mod target;
 mod vector;
 mod view;
 
-pub use draw::Placed;
+pub use choose::Prospect;
 pub use fearless_simd::Level;
+pub use lamp::{LAMPS_MAX, Lamp};
 pub use light::Light;
 pub use model::{Corner, Model};
-pub use picture::{Canvas, Scene};
+pub use picture::Canvas;
 pub use pixels::PIXEL_BYTES;
+pub use quality::Quality;
+pub use scene::{Family, Material, Placed, Scene};
 pub use shadow::ShadowMap;
-pub use surface::{Family, Material};
 pub use view::{SunView, View};
 
 /// Name of the instructions that a level uses.

@@ -3,9 +3,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
+use crate::lamp::{Lamp, lamplight};
 use crate::noise::exp_of_negative;
+use crate::quality::Quality;
 use crate::shadow::ShadowMap;
-use crate::vector::{V8, clamp, clamp01, mix, smoothstep, splat};
+use crate::vector::{V3, V8, clamp, clamp01, mix, smoothstep, splat};
 
 /// Light of one picture. Colours are linear radiance; 1 is a white wall in full sun.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +30,8 @@ pub struct Light {
     pub haze_per_m: f32,
     /// Nearer than this the air is clear.
     pub haze_start_m: f32,
+    /// How fast haze thins upwards from the eye: by a factor e in 1 over this; 0: not at all.
+    pub haze_fall_per_m: f32,
     /// 0 dry to 1 heavy rain in the air.
     pub rain: f32,
     /// 0 to 1: which drops are seen.
@@ -36,6 +40,10 @@ pub struct Light {
     pub wet: f32,
     /// 0 by day to 1 by night.
     pub night: f32,
+    /// What radiance is multiplied by before the display's curve.
+    pub gain: f32,
+    /// White balance before that: rows of a matrix; none: colours stay.
+    pub white: Option<[[f32; 3]; 3]>,
 }
 
 /// Light that arrives at surfaces.
@@ -45,9 +53,13 @@ pub(crate) struct Arriving<S: Simd> {
 }
 
 /// What every pixel of a picture is lit by.
+#[derive(Clone, Copy)]
 pub(crate) struct Lit<'a> {
     pub(crate) light: &'a Light,
     pub(crate) shadow: &'a ShadowMap,
+    pub(crate) quality: Quality,
+    /// That may light what is drawn.
+    pub(crate) lamps: &'a [&'a Lamp],
 }
 
 impl Light {
@@ -59,10 +71,19 @@ impl Light {
         V8::splat(simd, self.zenith).mixed(V8::splat(simd, self.horizon), low * low)
     }
 
-    /// What is seen through the air.
+    /// What is seen through the air at a distance and a height above the eye.
     #[inline(always)]
-    pub(crate) fn hazed<S: Simd>(&self, simd: S, colour: V8<S>, distance_m: f32x8<S>) -> V8<S> {
-        let thick_m = (distance_m - self.haze_start_m).max(splat(simd, 0.0));
+    pub(crate) fn hazed<S: Simd>(
+        &self,
+        simd: S,
+        colour: V8<S>,
+        distance_m: f32x8<S>,
+        above_m: f32x8<S>,
+    ) -> V8<S> {
+        let mut thick_m = (distance_m - self.haze_start_m).max(splat(simd, 0.0));
+        if self.haze_fall_per_m > 0.0 {
+            thick_m *= mean_density(simd, above_m * self.haze_fall_per_m);
+        }
         let part = splat(simd, 1.0) - exp_of_negative(simd, thick_m * -self.haze_per_m);
         colour.mixed(V8::splat(simd, self.horizon), part)
     }
@@ -70,13 +91,29 @@ impl Light {
     /// From radiance to the display's range, linear: a curve with a soft shoulder and a short toe.
     #[inline(always)]
     pub(crate) fn displayed<S: Simd>(&self, simd: S, radiance: V8<S>) -> V8<S> {
-        let gain = 0.95 + (1.9 - 0.95) * self.night;
+        let gain = self.gain;
+        let mut radiance = radiance;
+        if let Some([red, green, blue]) = self.white {
+            let zero = splat(simd, 0.0);
+            let part = |row: V3| radiance.dot(V8::splat(simd, row)).max(zero);
+            radiance = V8 { x: part(red), y: part(green), z: part(blue) };
+        }
         V8 {
             x: curve(simd, radiance.x * gain),
             y: curve(simd, radiance.y * gain),
             z: curve(simd, radiance.z * gain),
         }
     }
+}
+
+/// Mean density along a way that ends so many heights above its beginning, each of which thins the
+/// air by a factor e, over the density where it begins.
+#[inline(always)]
+fn mean_density<S: Simd>(simd: S, heights: f32x8<S>) -> f32x8<S> {
+    let size = clamp(simd, heights.abs(), 1e-2, 8.0);
+    let left = exp_of_negative(simd, splat(simd, 0.0) - size);
+    let upwards = (splat(simd, 1.0) - left) / size;
+    heights.simd_ge(splat(simd, 0.0)).select(upwards, upwards / left.max(splat(simd, 0.1)))
 }
 
 #[inline(always)]
@@ -103,7 +140,10 @@ impl Lit<'_> {
             sky * 0.62 + light.bounce[at] * light.night
         };
         let above = V8::splat(simd, [above(0), above(1), above(2)]);
-        let diffuse = sun.plus(V8::splat(simd, light.bounce).mixed(above, up));
+        let mut diffuse = sun.plus(V8::splat(simd, light.bounce).mixed(above, up));
+        if !self.lamps.is_empty() {
+            diffuse = diffuse.plus(lamplight(simd, self.lamps, place_m, normal));
+        }
         Arriving { diffuse, sun }
     }
 
@@ -126,6 +166,10 @@ impl Lit<'_> {
         let side = view.side_px as f32;
         let across = clamp(simd, (right * 0.5 + 0.5) * side - 0.5, 0.0, side - 1.001);
         let down = clamp(simd, (up * -0.5 + 0.5) * side - 0.5, 0.0, side - 1.001);
+        if self.quality == Quality::Low {
+            let nearest = self.shadow.tap(simd, (across + 0.5).floor(), (down + 0.5).floor());
+            return mix(passes(simd, nearest, nearness), one, outside);
+        }
         let (column, line) = (across.floor(), down.floor());
         let [a, b, c, d] = self.shadow.taps(simd, column, line);
         let (a, b) = (passes(simd, a, nearness), passes(simd, b, nearness));

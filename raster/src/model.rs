@@ -37,11 +37,13 @@ pub struct Model {
     corners: Vec<Corner>,
     /// In the order of the clusters, each cluster filled up to a multiple of eight.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Numbers of the corners within the cluster, at the places of the triangles.
-    pub(crate) local: Vec<[u8; 3]>,
+    /// Numbers within the cluster of first, second and third corners, for eight triangles each.
+    pub(crate) local: Vec<[[u8; 8]; 3]>,
     /// At the places of the triangles.
     things: Vec<u32>,
     pub(crate) clusters: Vec<Cluster>,
+    /// The same for views to choose from, eight clusters each.
+    pub(crate) blocks: Vec<Block>,
     /// Of the clusters' corners, each cluster filled up to a multiple of eight.
     pub(crate) xyz: [Vec<f32>; 3],
     centre: V3,
@@ -51,14 +53,19 @@ pub struct Model {
 /// Some triangles that are near each other and face alike.
 #[derive(Clone, Debug)]
 pub(crate) struct Cluster {
-    pub(crate) centre: V3,
-    pub(crate) radius: f32,
-    /// Mean normal, and the sine of the angle within which all normals are; no angle is 2.
-    pub(crate) cone: (V3, f32),
     /// Of the coordinates.
     pub(crate) corners: Range<usize>,
     /// Of the triangles.
     pub(crate) triangles: Range<usize>,
+}
+
+/// Where eight clusters are and where they face; those that are missing are nowhere.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    /// Middles of balls and their radii.
+    pub(crate) balls: [[f32; 8]; 4],
+    /// Mean normals, and sines of the angles within which all normals are; no angle is 2.
+    pub(crate) cones: [[f32; 8]; 4],
 }
 
 impl Model {
@@ -130,14 +137,10 @@ impl Model {
         let mut known: Vec<u32> = Vec::new();
         for part in parts {
             let local = part.triangle.map(|index| self.number(&mut known, index));
-            self.local.push(local);
-            self.triangles.push(part.triangle);
-            self.things.push(part.thing);
+            self.push_triangle(part.triangle, local, part.thing);
         }
         while !self.triangles.len().is_multiple_of(8) {
-            self.local.push([0; 3]);
-            self.triangles.push([0; 3]);
-            self.things.push(NO_THING);
+            self.push_triangle([0; 3], [0; 3], NO_THING);
         }
         for axis in &mut self.xyz {
             let last = axis.last().copied().unwrap_or_default();
@@ -145,13 +148,35 @@ impl Model {
         }
         let corners = known.iter().filter_map(|index| self.corners.get(*index as usize));
         let (centre, radius) = ball(corners.map(|corner| corner.position));
+        self.push_ball((centre, radius), cone(parts));
         self.clusters.push(Cluster {
-            centre,
-            radius,
-            cone: cone(parts),
             corners: first_corner..self.xyz[0].len(),
             triangles: first_triangle..self.triangles.len(),
         });
+    }
+
+    fn push_triangle(&mut self, triangle: [u32; 3], local: [u8; 3], thing: u32) {
+        let lane = self.triangles.len() % 8;
+        if lane == 0 {
+            self.local.push([[0; 8]; 3]);
+        }
+        if let Some(eight) = self.local.last_mut() {
+            eight.iter_mut().zip(local).for_each(|(corners, number)| corners[lane] = number);
+        }
+        self.triangles.push(triangle);
+        self.things.push(thing);
+    }
+
+    /// Notes where the next cluster is and where it faces.
+    fn push_ball(&mut self, ([x, y, z], radius): (V3, f32), ([ax, ay, az], sine): (V3, f32)) {
+        let lane = self.clusters.len() % 8;
+        if lane == 0 {
+            self.blocks.push(Block { balls: [[f32::NAN; 8]; 4], cones: [[f32::NAN; 8]; 4] });
+        }
+        if let Some(Block { balls, cones }) = self.blocks.last_mut() {
+            balls.iter_mut().zip([x, y, z, radius]).for_each(|(parts, part)| parts[lane] = part);
+            cones.iter_mut().zip([ax, ay, az, sine]).for_each(|(parts, part)| parts[lane] = part);
+        }
     }
 
     /// The number of a corner within its cluster. Corners at one place share it.
@@ -241,15 +266,17 @@ mod tests {
     fn every_triangle_is_in_one_small_cluster_whose_ball_holds_it() {
         let model = strip(1_000);
         let mut seen: Vec<[u32; 3]> = Vec::new();
-        for cluster in &model.clusters {
-            assert!(cluster.triangles.len() <= CLUSTER_MAX && cluster.cone.1 < 0.01);
+        for (at, cluster) in model.clusters.iter().enumerate() {
+            let Block { balls, cones } = &model.blocks[at / 8];
+            let [x, y, z, radius] = balls.map(|part| part[at % 8]);
+            assert!(cluster.triangles.len() <= CLUSTER_MAX && cones[3][at % 8] < 0.01);
             for triangle in &model.triangles[cluster.triangles.clone()] {
                 if *triangle == [0; 3] {
                     continue;
                 }
                 seen.push(*triangle);
                 for corner in model.corners_of(triangle).unwrap() {
-                    assert!(norm(sub(corner.position, cluster.centre)) <= cluster.radius);
+                    assert!(norm(sub(corner.position, [x, y, z])) <= radius);
                 }
             }
         }

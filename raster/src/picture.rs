@@ -3,35 +3,29 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8, u32x8};
+use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 
-use crate::draw::{Drawing, Placed, Seen, Work, draw};
+use crate::choose::Prospect;
+use crate::draw::{Drawing, Screen, Seen, draw};
 use crate::fill::LANES;
+use crate::lamp::Lamps;
 use crate::light::{Light, Lit};
-use crate::pixels::{PIXEL_BYTES, Rays, signed, store};
-use crate::shade::{Rain, Sight, body, facade, ground, sky};
+use crate::paint::Painter;
+use crate::pixels::{Rays, signed, signed_of};
+use crate::quality::Quality;
+use crate::scene::Scene;
+use crate::shade::Rain;
 use crate::shadow::ShadowMap;
-use crate::surface::{Family, Looks, Material, Surface};
+use crate::surface::{Surface, at_each};
 use crate::target::Target;
 use crate::vector::{V8, splat};
 use crate::view::View;
-
-/// What is in the world.
-#[derive(Clone, Copy)]
-pub struct Scene<'a> {
-    /// Models at their places.
-    pub placed: &'a [Placed<'a>],
-    /// Whether a thing of the models is hidden; `None` if none is.
-    pub is_hidden: Option<&'a (dyn Fn(u32) -> bool + Sync)>,
-    /// At the places of their numbers.
-    pub materials: &'a [Material],
-}
 
 /// Some rows of what a view shows, before it is a picture. Kept from one view to the next, it saves
 /// memory being fetched anew.
 #[derive(Debug, Default)]
 pub struct Canvas {
-    work: Work,
+    screen: Screen,
     target: Target,
     seen: Vec<Seen>,
     /// Of those that are seen: the place of its surface, and 1; 0 for one not asked for yet.
@@ -40,17 +34,18 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Finds out what some rows of a view show.
-    pub fn look(&mut self, level: Level, view: &View, rows: Range<u32>, scene: &Scene<'_>) {
-        let projection = view.projection(rows.clone());
+    /// Finds out what some rows of a view show. The prospect is the view's of the scene.
+    pub fn look(
+        &mut self,
+        level: Level,
+        view: &View,
+        rows: Range<u32>,
+        (scene, prospect): (&Scene<'_>, &Prospect),
+    ) {
         self.target.clear(view.width_px, rows, true);
-        let drawing = Drawing {
-            projection: &projection,
-            placed: scene.placed,
-            is_hidden: scene.is_hidden,
-            slope: 0.0,
-        };
-        draw(level, &drawing, &mut self.work, &mut self.target, &mut self.seen);
+        let drawing =
+            Drawing { placed: scene.placed, prospect, is_hidden: scene.is_hidden, slope: 0.0 };
+        draw(level, &drawing, &mut self.screen, &mut self.target, &mut self.seen);
         self.surfaces.clear();
         self.places.clear();
         self.places.resize(self.seen.len(), 0);
@@ -63,183 +58,87 @@ impl Canvas {
         level: Level,
         view: &View,
         scene: &Scene<'_>,
-        (light, shadow): (&Light, &ShadowMap),
+        (light, shadow, quality): (&Light, &ShadowMap, Quality),
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
-        let lit = Lit { light, shadow };
-        dispatch!(level, simd => self.colour_rows(simd, view, scene, &lit, (out, pitch_bytes)));
+        self.find_surfaces(scene);
+        let Self { target, places, surfaces, .. } = &*self;
+        let rows = target.first_row..target.first_row + target.row_count;
+        let lamps = Lamps::of(view, scene.lamps, rows);
+        dispatch!(level, simd => Painter {
+            rays: Rays::of(view),
+            lit: Lit { light, shadow, quality, lamps: &[] },
+            lamps: &lamps,
+            rain: Rain::of(simd, light),
+            target,
+            places,
+            surfaces,
+        }
+        .paint(simd, (out, pitch_bytes)));
     }
 
-    #[inline(always)]
-    fn colour_rows<S: Simd>(
-        &mut self,
-        simd: S,
-        view: &View,
-        scene: &Scene<'_>,
-        lit: &Lit<'_>,
-        (out, pitch_bytes): (&mut [u8], usize),
-    ) {
-        let rain = Rain::of(simd, lit.light);
-        let first = self.target.first_row;
-        for (line, row) in out.chunks_mut(pitch_bytes).zip(first..first + self.target.row_count) {
-            let rays = Rays::of_row(view, row);
-            for (at, pixels) in line.chunks_mut(LANES * PIXEL_BYTES).enumerate() {
-                let at = at * LANES;
-                if at >= view.width_px as usize {
-                    break;
-                }
-                let mut shown = self.eight(simd, scene, lit, &rays, (row, at));
-                if let Some(rain) = &rain {
-                    let across = rays.across(simd, at) * (0.5 / rays.parts.half_height);
-                    let down = -rays.down * 0.5;
-                    shown = rain.over(simd, shown, across, down);
-                }
-                store(simd, shown, pixels);
-            }
-        }
-    }
-
-    /// Eight pixels in linear display colour.
-    #[inline(always)]
-    fn eight<S: Simd>(
-        &mut self,
-        simd: S,
-        scene: &Scene<'_>,
-        lit: &Lit<'_>,
-        rays: &Rays<'_>,
-        (row, at): (u32, usize),
-    ) -> V8<S> {
-        let (nearness, ids) = self.load(simd, row, at);
-        let ray = rays.ray(simd, at);
-        let length = ray.norm();
-        let direction = ray.scaled(splat(simd, 1.0) / length);
-        let nothing = ids.simd_eq(u32x8::splat(simd, 0));
-        let has_sky = nothing.any_true();
-        let mut radiance = V8::splat(simd, [0.0; 3]);
-        if has_sky {
-            radiance = simd.vectorize(
-                #[inline(always)]
-                || sky(simd, lit.light, direction),
-            );
-            if nothing.all_true() {
-                return lit.light.displayed(simd, radiance);
-            }
-        }
-        let depth_m = splat(simd, 1.0) / nothing.select(splat(simd, 1.0), nearness);
-        let place_m = ray.scaled(depth_m).plus(V8::splat(simd, rays.view.eye_m));
-        let distance_m = depth_m * length;
-        let sight = Sight { place_m, distance_m, direction, pixel: rays.parts.across };
-        let (looks, families) = self.looks(simd, scene, ids, place_m);
-        for (family, mask) in families {
-            if !mask.any_true() {
+    /// Makes the surfaces of all triangles that any pixel shows.
+    fn find_surfaces(&mut self, scene: &Scene<'_>) {
+        let Self { target, seen, places, surfaces, .. } = self;
+        let mut last = 0;
+        for id in &target.ids {
+            if *id == last {
                 continue;
             }
-            let colour = simd.vectorize(
-                #[inline(always)]
-                || match family {
-                    Family::Ground => ground(simd, lit, &sight, &looks),
-                    Family::Facade => facade(simd, lit, &sight, &looks),
-                    Family::Body => body(simd, lit, &sight, &looks),
-                },
-            );
-            let hazed = lit.light.hazed(simd, colour, distance_m);
-            radiance = hazed.or(mask, radiance);
-        }
-        lit.light.displayed(simd, radiance)
-    }
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, row: u32, at: usize) -> (f32x8<S>, u32x8<S>) {
-        let (nearness, ids) = self.target.row(row);
-        match (nearness.get(at..at + LANES), ids.get(at..at + LANES)) {
-            (Some(nearness), Some(ids)) => {
-                (f32x8::from_slice(simd, nearness), u32x8::from_slice(simd, ids))
-            }
-            _ => (splat(simd, 0.0), u32x8::splat(simd, 0)),
-        }
-    }
-
-    /// What eight pixels show, and which of them belong to which family.
-    #[inline(always)]
-    fn looks<S: Simd>(
-        &mut self,
-        simd: S,
-        scene: &Scene<'_>,
-        ids: u32x8<S>,
-        place_m: V8<S>,
-    ) -> (Looks<S>, [(Family, mask32x8<S>); 3]) {
-        let mut looks = Looks::nothing(simd);
-        let none = mask32x8::splat(simd, false);
-        let mut families = [Family::Ground, Family::Facade, Family::Body].map(|one| (one, none));
-        self.visit(
-            simd,
-            scene,
-            ids,
-            #[inline(always)]
-            |mask, surface| {
-                looks = looks.with(simd, mask, surface, place_m);
-                for (family, of_family) in &mut families {
-                    if *family == surface.family {
-                        *of_family |= mask;
-                    }
-                }
-            },
-        );
-        (looks, families)
-    }
-
-    /// Visits the surfaces that eight pixels show, each with the pixels that show it.
-    #[inline(always)]
-    fn visit<S: Simd>(
-        &mut self,
-        simd: S,
-        scene: &Scene<'_>,
-        ids: u32x8<S>,
-        mut visit: impl FnMut(mask32x8<S>, &Surface),
-    ) {
-        let numbers = ids.to_array();
-        let mut rest = (!ids.simd_eq(u32x8::splat(simd, 0))).to_bitmask();
-        while rest != 0 {
-            let id = numbers[rest.trailing_zeros() as usize];
-            let mask = ids.simd_eq(u32x8::splat(simd, id));
-            rest &= !mask.to_bitmask();
-            if let Some(surface) = self.surface(scene, id) {
-                visit(mask, surface);
+            last = *id;
+            let Some(at) = (*id as usize).checked_sub(1) else { continue };
+            let Some(place) = places.get_mut(at).filter(|place| **place == 0) else { continue };
+            let surface =
+                seen.get(at).and_then(|seen| Surface::of(seen, scene.placed, scene.materials));
+            if let Some(surface) = surface {
+                surfaces.push(surface);
+                *place = surfaces.len() as u32;
             }
         }
-    }
-
-    /// The surface of a triangle that is seen.
-    #[inline(always)]
-    fn surface(&mut self, scene: &Scene<'_>, id: u32) -> Option<&Surface> {
-        let at = id as usize - 1;
-        let slot = self.places.get_mut(at)?;
-        if *slot == 0 {
-            let surface = Surface::of(self.seen.get(at)?, scene.placed, scene.materials)?;
-            self.surfaces.push(surface);
-            *slot = self.surfaces.len() as u32;
-        }
-        self.surfaces.get(*slot as usize - 1)
     }
 
     /// Writes metres along the view as little-endian floats, at most `most_m`, which is also what
     /// the sky has.
-    pub fn depth(&self, most_m: f32, (out, pitch_bytes): (&mut [u8], usize)) {
-        self.write(out, pitch_bytes, |nearness, _| {
-            let depth_m = if nearness > 0.0 { 1.0 / nearness } else { most_m };
-            if depth_m < most_m { depth_m.to_le_bytes() } else { most_m.to_le_bytes() }
-        });
+    pub fn depth(&self, level: Level, most_m: f32, (out, pitch_bytes): (&mut [u8], usize)) {
+        dispatch!(level, simd => self.each_eight(
+            (out, pitch_bytes),
+            4,
+            #[inline(always)]
+            |row, at| self.eight_depths(simd, most_m, (row, at)),
+        ));
     }
 
-    /// Writes labels, little-endian; where nothing is, this one.
-    pub fn labels(&self, scene: &Scene<'_>, sky: u32, (out, pitch_bytes): (&mut [u8], usize)) {
-        let mut last = (0, sky.to_le_bytes());
-        self.write(out, pitch_bytes, |_, id| {
-            if id != last.0 {
-                let label = id.checked_sub(1).and_then(|at| self.label(scene, at as usize));
-                last = (id, label.unwrap_or(sky).to_le_bytes());
-            }
-            last.1
+    #[inline(always)]
+    fn eight_depths<S: Simd>(&self, simd: S, most_m: f32, (row, at): (u32, usize)) -> [u32; LANES] {
+        let (nearness, _) = self.load(simd, row, at);
+        let depth_m = splat(simd, 1.0) / nearness;
+        let most_m = splat(simd, most_m);
+        let is_there = nearness.simd_gt(splat(simd, 0.0)) & depth_m.simd_lt(most_m);
+        is_there.select(depth_m, most_m).to_array().map(f32::to_bits)
+    }
+
+    /// Writes the first so many bytes, 1 or 4, of labels, little-endian; where nothing is, of this
+    /// one.
+    pub fn labels(
+        &self,
+        scene: &Scene<'_>,
+        sky: u32,
+        pixel_bytes: usize,
+        (out, pitch_bytes): (&mut [u8], usize),
+    ) {
+        let mut last = (0, sky);
+        self.each_eight((out, pitch_bytes), pixel_bytes, |row, at| {
+            let (_, ids) = self.target.row(row);
+            let Some(ids) = ids.get(at..).and_then(<[u32]>::first_chunk::<LANES>) else {
+                return [sky; LANES];
+            };
+            ids.map(|id| {
+                if id != last.0 {
+                    let label = id.checked_sub(1).and_then(|at| self.label(scene, at as usize));
+                    last = (id, label.unwrap_or(sky));
+                }
+                last.1
+            })
         });
     }
 
@@ -254,77 +153,118 @@ impl Canvas {
         Some(corner.label)
     }
 
-    fn write(
-        &self,
-        out: &mut [u8],
-        pitch_bytes: usize,
-        mut pixel: impl FnMut(f32, u32) -> [u8; PIXEL_BYTES],
-    ) {
-        let first = self.target.first_row;
-        for (line, row) in out.chunks_mut(pitch_bytes).zip(first..first + self.target.row_count) {
-            let (nearness, ids) = self.target.row(row);
-            let pixels = line.as_chunks_mut::<PIXEL_BYTES>().0.iter_mut();
-            let shown = nearness.iter().zip(ids).take(self.target.width_px as usize);
-            for (slot, (nearness, id)) in pixels.zip(shown) {
-                *slot = pixel(*nearness, *id);
-            }
-        }
-    }
-
     /// Writes unit normals in the camera's axes (along the view, left, up) as signed bytes, and a
-    /// 0; all 0 where nothing is.
+    /// 0 if pixels have 4 bytes and not 3; all 0 where nothing is.
     pub fn normals(
         &mut self,
         level: Level,
         view: &View,
         scene: &Scene<'_>,
+        pixel_bytes: usize,
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
-        dispatch!(level, simd => self.normal_rows(simd, view, scene, (out, pitch_bytes)));
+        self.find_surfaces(scene);
+        let this = &*self;
+        dispatch!(level, simd => this.each_eight(
+            (out, pitch_bytes),
+            pixel_bytes,
+            #[inline(always)]
+            |row, at| this.eight_normals(simd, view, (row, at)),
+        ));
     }
 
     #[inline(always)]
-    fn normal_rows<S: Simd>(
-        &mut self,
+    fn eight_normals<S: Simd>(
+        &self,
         simd: S,
         view: &View,
-        scene: &Scene<'_>,
+        (row, at): (u32, usize),
+    ) -> [u32; LANES] {
+        let (_, ids) = self.load(simd, row, at);
+        let ids = ids.to_array();
+        let surface = |id: u32| {
+            let place = self.places.get((id as usize).wrapping_sub(1))?;
+            self.surfaces.get((*place as usize).wrapping_sub(1))
+        };
+        let Some(any) = ids.into_iter().find_map(surface) else { return [0; LANES] };
+        let normal = if ids.iter().all(|id| *id == ids[0]) {
+            if any.is_flat {
+                let normal = any.normals[0];
+                let part = |axis: [f32; 3]| signed_of(crate::vector::dot(normal, axis));
+                return [bytes_of([part(view.forward), part(view.left), part(view.up)]); LANES];
+            }
+            any.at(simd, self.places_of(simd, view, (row, at))).0
+        } else {
+            let each = ids.map(|id| surface(id).unwrap_or(any));
+            at_each(simd, &each, self.places_of(simd, view, (row, at))).0
+        };
+        let ahead = signed(simd, normal.dot(V8::splat(simd, view.forward)));
+        let left = signed(simd, normal.dot(V8::splat(simd, view.left)));
+        let up = signed(simd, normal.dot(V8::splat(simd, view.up)));
+        let mut pixels = [0; LANES];
+        for (lane, pixel) in pixels.iter_mut().enumerate() {
+            if surface(ids[lane]).is_some() {
+                *pixel = bytes_of([ahead[lane], left[lane], up[lane]]);
+            }
+        }
+        pixels
+    }
+
+    /// Where eight neighbours show something.
+    #[inline(always)]
+    fn places_of<S: Simd>(&self, simd: S, view: &View, (row, at): (u32, usize)) -> V8<S> {
+        let (nearness, _) = self.load(simd, row, at);
+        let ray = Rays::of(view).of_eight(simd, (row, at));
+        ray.scaled(splat(simd, 1.0) / nearness).plus(V8::splat(simd, view.eye_m))
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, row: u32, at: usize) -> (f32x8<S>, u32x8<S>) {
+        let (nearness, ids) = self.target.row(row);
+        match (nearness.get(at..at + LANES), ids.get(at..at + LANES)) {
+            (Some(nearness), Some(ids)) => {
+                (f32x8::from_slice(simd, nearness), u32x8::from_slice(simd, ids))
+            }
+            _ => (splat(simd, 0.0), u32x8::splat(simd, 0)),
+        }
+    }
+
+    /// Writes the first so many bytes of what every pixel gets, eight at a time.
+    #[inline(always)]
+    fn each_eight(
+        &self,
         (out, pitch_bytes): (&mut [u8], usize),
+        pixel_bytes: usize,
+        mut eight: impl FnMut(u32, usize) -> [u32; LANES],
     ) {
         let first = self.target.first_row;
-        let ahead = V8::splat(simd, view.forward);
-        let (left, up) = (V8::splat(simd, view.left), V8::splat(simd, view.up));
+        let width_bytes = self.target.width_px as usize * pixel_bytes;
         for (line, row) in out.chunks_mut(pitch_bytes).zip(first..first + self.target.row_count) {
-            let rays = Rays::of_row(view, row);
-            for (at, pixels) in line.chunks_mut(LANES * PIXEL_BYTES).enumerate() {
-                let at = at * LANES;
-                if at >= view.width_px as usize {
-                    break;
-                }
-                let (nearness, ids) = self.load(simd, row, at);
-                let depth_m = splat(simd, 1.0) / nearness;
-                let place_m = rays.ray(simd, at).scaled(depth_m).plus(V8::splat(simd, view.eye_m));
-                let mut normal = V8::splat(simd, [0.0; 3]);
-                self.visit(
-                    simd,
-                    scene,
-                    ids,
-                    #[inline(always)]
-                    |mask, surface| {
-                        normal = surface.at(simd, place_m).0.or(mask, normal);
-                    },
-                );
-                let bytes = [
-                    signed(simd, normal.dot(ahead)),
-                    signed(simd, normal.dot(left)),
-                    signed(simd, normal.dot(up)),
-                ];
-                for (lane, pixel) in pixels.as_chunks_mut::<PIXEL_BYTES>().0.iter_mut().enumerate()
-                {
-                    let part = |axis: usize| bytes[axis][lane] as i8 as u8;
-                    *pixel = [part(0), part(1), part(2), 0];
+            let line = line.get_mut(..width_bytes).unwrap_or_default();
+            for (at, pixels) in line.chunks_mut(LANES * pixel_bytes).enumerate() {
+                let values = eight(row, at * LANES);
+                match pixel_bytes {
+                    1 => write::<1>(pixels, &values),
+                    3 => write::<3>(pixels, &values),
+                    _ => write::<4>(pixels, &values),
                 }
             }
         }
     }
+}
+
+#[inline(always)]
+fn write<const BYTES: usize>(pixels: &mut [u8], values: &[u32; LANES]) {
+    for (pixel, value) in pixels.as_chunks_mut::<BYTES>().0.iter_mut().zip(values) {
+        if let Some(bytes) = value.to_le_bytes().first_chunk::<BYTES>() {
+            *pixel = *bytes;
+        }
+    }
+}
+
+/// Three whole numbers from -127 to 127 as signed bytes, and a 0.
+#[inline(always)]
+fn bytes_of(parts: [f32; 3]) -> u32 {
+    let [a, b, c] = parts.map(|part| part as i8 as u8);
+    u32::from_le_bytes([a, b, c, 0])
 }

@@ -4,39 +4,49 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
 use crate::fill::LANES;
-use crate::vector::{V8, clamp, middles, scale, splat};
+use crate::vector::{V8, clamp, middles, splat};
 use crate::view::{RayParts, View};
 
 /// Bytes of a pixel, of every kind of picture.
 pub const PIXEL_BYTES: usize = 4;
 
-/// Rays to the pixels of a row, of length 1 along the view.
+/// Rays to pixels, of length 1 along the view.
+#[derive(Clone, Copy)]
 pub(crate) struct Rays<'a> {
     pub(crate) view: &'a View,
     pub(crate) parts: RayParts,
-    /// Up, from -1 to 1.
-    pub(crate) down: f32,
-    middle: [f32; 3],
 }
 
 impl<'a> Rays<'a> {
-    pub(crate) fn of_row(view: &'a View, row: u32) -> Self {
-        let parts = view.ray_parts();
-        let up = parts.half_height - (row as f32 + 0.5) * parts.down;
-        let middle = crate::vector::add(view.forward, scale(view.up, up));
-        Self { view, parts, down: up / parts.half_height, middle }
+    pub(crate) fn of(view: &'a View) -> Self {
+        Self { view, parts: view.ray_parts() }
     }
 
-    /// To the right of the middle, at distance 1.
+    /// To the right of the middle, at distance 1, of places in the picture.
     #[inline(always)]
-    pub(crate) fn across<S: Simd>(&self, simd: S, at: usize) -> f32x8<S> {
-        middles(simd, at) * self.parts.across - self.parts.half_width
+    pub(crate) fn across_at<S: Simd>(&self, column: f32x8<S>) -> f32x8<S> {
+        column * self.parts.across - self.parts.half_width
     }
 
+    /// Above the middle, at distance 1.
     #[inline(always)]
-    pub(crate) fn ray<S: Simd>(&self, simd: S, at: usize) -> V8<S> {
-        let left = splat(simd, 0.0) - self.across(simd, at);
-        V8::splat(simd, self.middle).plus(V8::splat(simd, self.view.left).scaled(left))
+    pub(crate) fn up_at<S: Simd>(&self, simd: S, row: f32x8<S>) -> f32x8<S> {
+        splat(simd, self.parts.half_height) - row * self.parts.down
+    }
+
+    /// Through places so far from the middle at distance 1.
+    #[inline(always)]
+    pub(crate) fn through<S: Simd>(&self, simd: S, across: f32x8<S>, up: f32x8<S>) -> V8<S> {
+        let (left, above) = (V8::splat(simd, self.view.left), V8::splat(simd, self.view.up));
+        let ahead = V8::splat(simd, self.view.forward);
+        ahead.plus(above.scaled(up)).plus(left.scaled(splat(simd, 0.0) - across))
+    }
+
+    /// To eight neighbours from a column on.
+    #[inline(always)]
+    pub(crate) fn of_eight<S: Simd>(&self, simd: S, (row, at): (u32, usize)) -> V8<S> {
+        let up = self.up_at(simd, splat(simd, row as f32 + 0.5));
+        self.through(simd, self.across_at(middles(simd, at)), up)
     }
 }
 
@@ -46,17 +56,19 @@ pub(crate) fn signed<S: Simd>(simd: S, part: f32x8<S>) -> [f32; LANES] {
     (clamp(simd, part, -1.0, 1.0) * 127.0 + 0.5).floor().to_array()
 }
 
-/// Stores linear colours as bytes of sRGB.
+/// As [`signed`], of one.
+pub(crate) fn signed_of(part: f32) -> f32 {
+    (part.clamp(-1.0, 1.0) * 127.0 + 0.5).floor()
+}
+
+/// Linear colours as sRGB: red, green, blue, 255 from the lowest byte on.
 #[inline(always)]
-pub(crate) fn store<S: Simd>(simd: S, colour: V8<S>, out: &mut [u8]) {
+pub(crate) fn packed<S: Simd>(simd: S, colour: V8<S>) -> [u32; LANES] {
     let red: u32x8<S> = (encoded(simd, colour.x) * 255.0 + 0.5).to_int();
     let green: u32x8<S> = (encoded(simd, colour.y) * 255.0 + 0.5).to_int();
     let blue: u32x8<S> = (encoded(simd, colour.z) * 255.0 + 0.5).to_int();
     let opaque = u32x8::splat(simd, 0xff00_0000);
-    let packed = (red | (green << 8) | (blue << 16) | opaque).to_array();
-    for (pixel, packed) in out.as_chunks_mut::<PIXEL_BYTES>().0.iter_mut().zip(packed) {
-        *pixel = packed.to_le_bytes();
-    }
+    (red | (green << 8) | (blue << 16) | opaque).to_array()
 }
 
 /// sRGB's curve within 0.0015 of it, by roots, which are the same on all processors.

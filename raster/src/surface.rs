@@ -1,36 +1,12 @@
 //! What a triangle looks like at a pixel: from its corners, without anything interpolated before.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, mask32x8};
+use fearless_simd::{Simd, f32x8};
 
-use crate::draw::{Placed, Seen};
+use crate::draw::Seen;
+use crate::fill::LANES;
+use crate::scene::{Family, Material, Placed};
 use crate::vector::{V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
-
-/// What a triangle is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Material {
-    /// Linear reflectance.
-    pub colour: [f32; 3],
-    /// 0 dull to 1 mirror-like.
-    pub gloss: f32,
-    /// How it is drawn.
-    pub family: Family,
-    /// Which pattern the ground has.
-    pub pattern: u8,
-    /// Which of a placement's four colours multiplies its own; 4 and more: none.
-    pub tint: u8,
-}
-
-/// How a material is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
-    /// Patterns from the place in the world.
-    Ground,
-    /// Windows from the coordinates of the facade.
-    Facade,
-    /// Paint, glass, light.
-    Body,
-}
 
 /// A triangle in the world, as shading needs it.
 #[derive(Clone, Debug)]
@@ -38,9 +14,10 @@ pub(crate) struct Surface {
     first_m: V3,
     /// What changes along the surface from the first corner: 1 at the second, and at the third.
     toward: [V3; 2],
-    normals: [V3; 3],
+    pub(crate) normals: [V3; 3],
     facade_m: [[f32; 2]; 3],
-    is_flat: bool,
+    /// Whether its normals are one.
+    pub(crate) is_flat: bool,
     pub(crate) colour: V3,
     pub(crate) glow: f32,
     pub(crate) gloss: f32,
@@ -57,7 +34,11 @@ impl Surface {
         let corners = placed.model.corners_of(triangle)?;
         let matrix = &placed.world_from_model;
         let places = corners.map(|corner| matrix.map(|row| affine(row, corner.position)));
-        let normals = corners.map(|corner| world_normal(matrix, corner.normal));
+        let is_flat = corners.iter().all(|other| other.normal == corners[0].normal);
+        let first_normal = world_normal(matrix, corners[0].normal);
+        let normal = |at: usize| world_normal(matrix, corners[at].normal);
+        let normals =
+            if is_flat { [first_normal; 3] } else { [first_normal, normal(1), normal(2)] };
         let [first, second, third] = places;
         let (along, aside) = (sub(second, first), sub(third, first));
         let upright = cross(along, aside);
@@ -75,7 +56,7 @@ impl Surface {
             toward,
             normals,
             facade_m: corners.map(|corner| corner.facade_m),
-            is_flat: corners.iter().all(|other| other.normal == corner.normal),
+            is_flat,
             colour: [red * r, green * g, blue * b],
             glow,
             gloss: material.gloss,
@@ -151,29 +132,101 @@ impl<S: Simd> Looks<S> {
         }
     }
 
-    /// With a surface where the mask holds.
+    /// Of places on one surface.
     #[inline(always)]
-    pub(crate) fn with(
-        &self,
-        simd: S,
-        mask: mask32x8<S>,
-        surface: &Surface,
-        place_m: V8<S>,
-    ) -> Self {
+    pub(crate) fn of_one(simd: S, surface: &Surface, place_m: V8<S>) -> Self {
         let (normal, facade_m) = surface.at(simd, place_m);
         Self {
-            normal: normal.or(mask, self.normal),
-            colour: V8::splat(simd, surface.colour).or(mask, self.colour),
-            glow: mask.select(splat(simd, surface.glow), self.glow),
-            gloss: mask.select(splat(simd, surface.gloss), self.gloss),
-            pattern: mask.select(splat(simd, surface.pattern), self.pattern),
-            variant: mask.select(splat(simd, surface.variant), self.variant),
-            facade_m: [
-                mask.select(facade_m[0], self.facade_m[0]),
-                mask.select(facade_m[1], self.facade_m[1]),
-            ],
+            normal,
+            colour: V8::splat(simd, surface.colour),
+            glow: splat(simd, surface.glow),
+            gloss: splat(simd, surface.gloss),
+            pattern: splat(simd, surface.pattern),
+            variant: splat(simd, surface.variant),
+            facade_m,
         }
     }
+
+    /// Of places on a surface each.
+    #[inline(always)]
+    pub(crate) fn of_each(simd: S, surfaces: &[&Surface; LANES], place_m: V8<S>) -> Self {
+        let (normal, facade_m) = at_each(simd, surfaces, place_m);
+        Self {
+            normal,
+            colour: each_place(simd, surfaces, |surface| surface.colour),
+            glow: each(simd, surfaces, |surface| surface.glow),
+            gloss: each(simd, surfaces, |surface| surface.gloss),
+            pattern: each(simd, surfaces, |surface| surface.pattern),
+            variant: each(simd, surfaces, |surface| surface.variant),
+            facade_m,
+        }
+    }
+}
+
+/// One number of each of eight surfaces.
+#[inline(always)]
+fn each<S: Simd>(
+    simd: S,
+    surfaces: &[&Surface; LANES],
+    part: impl Fn(&Surface) -> f32,
+) -> f32x8<S> {
+    let mut parts = [0.0; LANES];
+    for (slot, surface) in parts.iter_mut().zip(surfaces) {
+        *slot = part(surface);
+    }
+    f32x8::load_array(simd, parts)
+}
+
+/// Three numbers of each of eight surfaces.
+#[inline(always)]
+fn each_place<S: Simd>(
+    simd: S,
+    surfaces: &[&Surface; LANES],
+    place: impl Fn(&Surface) -> V3,
+) -> V8<S> {
+    V8 {
+        x: each(simd, surfaces, |surface| place(surface)[0]),
+        y: each(simd, surfaces, |surface| place(surface)[1]),
+        z: each(simd, surfaces, |surface| place(surface)[2]),
+    }
+}
+
+/// As [`Surface::at`], of eight surfaces: the same numbers.
+#[inline(always)]
+pub(crate) fn at_each<S: Simd>(
+    simd: S,
+    surfaces: &[&Surface; LANES],
+    place_m: V8<S>,
+) -> (V8<S>, [f32x8<S>; 2]) {
+    let first = each_place(simd, surfaces, |surface| surface.normals[0]);
+    let has_facade = surfaces.iter().any(|surface| surface.family == Family::Facade);
+    if !has_facade && surfaces.iter().all(|surface| surface.is_flat) {
+        return (first, [splat(simd, 0.0); 2]);
+    }
+    let from_first = place_m.minus(each_place(simd, surfaces, |surface| surface.first_m));
+    let toward_second = each_place(simd, surfaces, |surface| surface.toward[0]);
+    let toward_third = each_place(simd, surfaces, |surface| surface.toward[1]);
+    let second = clamp01(simd, from_first.dot(toward_second));
+    let third = clamp01(simd, from_first.dot(toward_third));
+    let mut facade_m = [splat(simd, 0.0); 2];
+    if has_facade {
+        for (axis, facade_m) in facade_m.iter_mut().enumerate() {
+            let a = each(simd, surfaces, |surface| surface.facade_m[0][axis]);
+            let b = each(simd, surfaces, |surface| surface.facade_m[1][axis]);
+            let c = each(simd, surfaces, |surface| surface.facade_m[2][axis]);
+            *facade_m = second * (b - a) + third * (c - a) + a;
+        }
+    }
+    if surfaces.iter().all(|surface| surface.is_flat) {
+        return (first, facade_m);
+    }
+    let to_second = each_place(simd, surfaces, |surface| surface.normals[1]).minus(first);
+    let to_third = each_place(simd, surfaces, |surface| surface.normals[2]).minus(first);
+    let bend = to_second.scaled(second).plus(to_third.scaled(third));
+    let bent = first.plus(bend);
+    let is_flat = each(simd, surfaces, |surface| if surface.is_flat { 1.0 } else { 0.0 });
+    let is_bent = bent.dot(bent).simd_gt(splat(simd, 1e-12)) & is_flat.simd_eq(splat(simd, 0.0));
+    (bent.unit(simd).or(is_bent, first), facade_m)
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Who looks: a pinhole, or the sun.
 
-use std::ops::Range;
-
 use crate::vector::{V3, affine, dot, norm, scale};
 
 /// A pinhole camera.
@@ -53,11 +51,14 @@ pub(crate) struct Projection {
     pub(crate) near_m: f32,
     pub(crate) is_sun: bool,
     pub(crate) centre_px: [f32; 2],
-    /// Inward; what is behind one is not seen.
-    planes: [[f32; 4]; 5],
+    /// What is further than this from the middle, in pixels, is not in the picture.
+    pub(crate) limits: [f32; 2],
+    /// How fast the distances from the picture's sides, from those above and below and from what
+    /// is nearest grow with a metre.
+    pub(crate) norms: [f32; 3],
     eye_m: V3,
-    /// Pixels that a metre across has at a distance of a metre.
-    pub(crate) focal_px: f32,
+    /// Pixels that a metre has at a distance of a metre, across and down.
+    pub(crate) focal_px: [f32; 2],
 }
 
 impl View {
@@ -72,45 +73,29 @@ impl View {
         }
     }
 
-    pub(crate) fn projection(&self, rows: Range<u32>) -> Projection {
+    pub(crate) fn projection(&self) -> Projection {
         let [half_width, half_height] = self.half_extent;
         let (width, height) = (self.width_px as f32, self.height_px as f32);
         let row = |axis: V3, by: f32| {
             let [x, y, z] = scale(axis, by);
             [x, y, z, -by * dot(axis, self.eye_m)]
         };
-        let (focal_x, focal_y) = (width / (2.0 * half_width), height / (2.0 * half_height));
-        let (x, y) = (row(self.left, -focal_x), row(self.up, -focal_y));
-        let w = row(self.forward, 1.0);
-        let sum = |a: [f32; 4], by: f32, b: [f32; 4]| {
-            let mut sum = b;
-            sum.iter_mut().zip(a).for_each(|(sum, a)| *sum += by * a);
-            sum
-        };
-        let centre_px = [width / 2.0, height / 2.0];
+        let focal_px = [width / (2.0 * half_width), height / (2.0 * half_height)];
         // One pixel more on every side.
-        let (top, bottom) = (rows.start as f32 - 1.0, rows.end as f32 + 1.0);
-        let negative = |[x, y, z, w]: [f32; 4]| [-x, -y, -z, -w];
-        let mut near = w;
-        near[3] -= self.near_m;
-        let planes = [
-            near,
-            sum(w, width / 2.0 + 1.0, x),
-            sum(w, width / 2.0 + 1.0, negative(x)),
-            sum(w, height / 2.0 - top, y),
-            sum(w, bottom - height / 2.0, negative(y)),
-        ];
+        let limits = [width / 2.0 + 1.0, height / 2.0 + 1.0];
+        let norm = |at: usize| (limits[at] * limits[at] + focal_px[at] * focal_px[at]).sqrt();
         Projection {
-            x,
-            y,
-            w,
+            x: row(self.left, -focal_px[0]),
+            y: row(self.up, -focal_px[1]),
+            w: row(self.forward, 1.0),
             nearness: [0.0; 4],
             near_m: self.near_m,
             is_sun: false,
-            centre_px,
-            planes,
+            centre_px: [width / 2.0, height / 2.0],
+            limits,
+            norms: [norm(0), norm(1), 1.0].map(|norm| norm * 1.001),
             eye_m: self.eye_m,
-            focal_px: focal_x,
+            focal_px,
         }
     }
 }
@@ -130,7 +115,8 @@ impl SunView {
         let by = |row: [f32; 4], by: f32| row.map(|part| part * by);
         let negative = by(self.depth, -1.0);
         let inside = |row: [f32; 4]| [row[0], row[1], row[2], row[3] + 1.0];
-        let metre = norm([self.right[0], self.right[1], self.right[2]]);
+        let length = |[x, y, z, _]: [f32; 4]| norm([x, y, z]);
+        let metre = half * length(self.right);
         Projection {
             x: by(self.right, half),
             y: by(self.up, -half),
@@ -139,15 +125,10 @@ impl SunView {
             near_m: 0.0,
             is_sun: true,
             centre_px: [half; 2],
-            planes: [
-                inside(self.right),
-                inside(by(self.right, -1.0)),
-                inside(self.up),
-                inside(by(self.up, -1.0)),
-                inside(negative),
-            ],
+            limits: [half; 2],
+            norms: [metre, half * length(self.up), length(self.depth)],
             eye_m: [0.0; 3],
-            focal_px: metre * half,
+            focal_px: [metre; 2],
         }
     }
 }
@@ -161,27 +142,18 @@ impl Projection {
             y: turned(self.y),
             w: turned(self.w),
             nearness: turned(self.nearness),
-            planes: self.planes.map(turned),
             ..*self
         }
     }
 
-    /// Whether any of a ball may be seen.
+    /// Whether any of a ball in the frame of this may be in the picture.
     pub(crate) fn may_see(&self, centre: V3, radius: f32) -> bool {
-        self.planes.iter().all(|plane| {
-            let [x, y, z, _] = *plane;
-            affine(*plane, centre) >= -radius * norm([x, y, z])
-        })
-    }
-
-    /// How near a ball comes; for the sun, 1.
-    pub(crate) fn distance(&self, centre: V3, radius: f32) -> f32 {
-        if self.is_sun {
-            return 1.0;
-        }
-        let [x, y, z, _] = self.w;
-        let outside = affine(self.w, centre) - radius * norm([x, y, z]);
-        outside.max(self.near_m)
+        let (x, y, w) = (affine(self.x, centre), affine(self.y, centre), affine(self.w, centre));
+        let ahead = if self.is_sun { affine(self.nearness, centre) } else { w - self.near_m };
+        let [across, down, along] = self.norms.map(|norm| norm * radius);
+        ahead >= -along
+            && self.limits[0] * w - x.abs() >= -across
+            && self.limits[1] * w - y.abs() >= -down
     }
 
     pub(crate) fn eye_m(&self) -> V3 {

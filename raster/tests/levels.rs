@@ -4,8 +4,8 @@
 
 use fearless_simd::Level;
 use raster::{
-    Canvas, Corner, Family, Light, Material, Model, PIXEL_BYTES, Placed, Scene, ShadowMap, SunView,
-    View,
+    Canvas, Corner, Family, Lamp, Light, Material, Model, PIXEL_BYTES, Placed, Prospect, Quality,
+    Scene, ShadowMap, SunView, View,
 };
 
 const IN_PLACE: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -78,10 +78,13 @@ fn light() -> Light {
         cloud: 0.4,
         haze_per_m: 0.003,
         haze_start_m: 5.0,
+        haze_fall_per_m: 0.05,
         rain: 0.5,
         rain_phase: 0.3,
         wet: 0.6,
         night: 0.2,
+        gain: 1.14,
+        white: Some([[1.1, -0.05, 0.0], [0.02, 0.97, 0.01], [0.0, 0.03, 0.8]]),
     }
 }
 
@@ -94,6 +97,13 @@ fn materials() -> [Material; 3] {
         tint: 4,
     };
     [of(Family::Ground, 3), of(Family::Facade, 0), of(Family::Body, 0)]
+}
+
+/// A beam along the view and a lamp before it.
+fn lamps() -> [Lamp; 2] {
+    let beam = Lamp::beam([0.0, 0.5, 0.6], [1.0, 0.0, 0.0], [300.0, 280.0, 250.0], 60.0);
+    let beam = Lamp { narrow: [2.4, 30.0], cut: -0.01, ..beam };
+    [beam, Lamp::round([9.0, -2.0, 3.0], [1.0, 4.0, 9.0], 8.0)]
 }
 
 /// Level, ahead.
@@ -110,8 +120,8 @@ fn view() -> View {
     }
 }
 
-/// Colours, depths, labels and normals, drawn in bands of so many rows.
-fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [Vec<u8>; 4] {
+/// Colours of both qualities, depths, labels and normals, drawn in bands of so many rows.
+fn picture(level: Level, model: &Model, band: u32, is_hidden: Option<u32>) -> [Vec<u8>; 5] {
     picture_of(level, &view(), (model, IN_PLACE), band, is_hidden)
 }
 
@@ -121,13 +131,18 @@ fn picture_of(
     (model, world_from_model): (&Model, [[f32; 4]; 3]),
     band: u32,
     is_hidden: Option<u32>,
-) -> [Vec<u8>; 4] {
+) -> [Vec<u8>; 5] {
     let placed = [Placed { model, world_from_model, tints: [[255; 4]; 4], label: 0 }];
     let hides = |thing: u32| Some(thing) == is_hidden;
     let hides: &(dyn Fn(u32) -> bool + Sync) = &hides;
     let materials = materials();
-    let scene =
-        Scene { placed: &placed, is_hidden: is_hidden.map(|_| hides), materials: &materials };
+    let lamps = lamps();
+    let scene = Scene {
+        placed: &placed,
+        is_hidden: is_hidden.map(|_| hides),
+        materials: &materials,
+        lamps: &lamps,
+    };
     let sun = SunView {
         right: [0.0, 0.02, 0.0, 0.0],
         up: [-0.016, 0.0, 0.012, 0.3],
@@ -137,18 +152,22 @@ fn picture_of(
     let mut shadow = ShadowMap::empty(sun);
     shadow.add(level, &placed, None);
     let pitch = view.width_px as usize * PIXEL_BYTES;
-    let mut pictures = [const { Vec::new() }; 4];
+    let mut pictures = [const { Vec::new() }; 5];
     let mut canvas = Canvas::default();
+    let prospect = Prospect::of(level, view, &scene);
     for start in (0..view.height_px).step_by(band as usize) {
         let rows = start..(start + band).min(view.height_px);
-        canvas.look(level, view, rows.clone(), &scene);
-        let mut parts = [const { Vec::new() }; 4];
+        canvas.look(level, view, rows.clone(), (&scene, &prospect));
+        let mut parts = [const { Vec::new() }; 5];
         parts.iter_mut().for_each(|part| *part = vec![0; pitch * rows.len()]);
-        let [colour, depth, labels, normals] = &mut parts;
-        canvas.colour(level, view, &scene, (&light(), &shadow), (colour, pitch));
-        canvas.depth(1_000.0, (depth, pitch));
-        canvas.labels(&scene, 11, (labels, pitch));
-        canvas.normals(level, view, &scene, (normals, pitch));
+        let [colour, rough, depth, labels, normals] = &mut parts;
+        for (colour, quality) in [(colour, Quality::High), (rough, Quality::Low)] {
+            let light = (&light(), &shadow, quality);
+            canvas.colour(level, view, &scene, light, (colour, pitch));
+        }
+        canvas.depth(level, 1_000.0, (depth, pitch));
+        canvas.labels(&scene, 11, PIXEL_BYTES, (labels, pitch));
+        canvas.normals(level, view, &scene, PIXEL_BYTES, (normals, pitch));
         pictures.iter_mut().zip(parts).for_each(|(all, part)| all.extend(part));
     }
     pictures
@@ -180,7 +199,7 @@ fn a_picture_in_bands_is_the_picture_in_one() {
 #[test]
 fn a_level_ground_has_its_depth_and_nothing_shows_through_it() {
     let model = model();
-    let [_, depth, labels, normals] = picture(Level::new(), &model, SIZE_PX.1, None);
+    let [_, _, depth, labels, normals] = picture(Level::new(), &model, SIZE_PX.1, None);
     let at = |x: u32, y: u32| ((y * SIZE_PX.0 + x) * 4) as usize;
     let depth_m = |x, y| f32::from_le_bytes(depth[at(x, y)..at(x, y) + 4].try_into().unwrap());
     // 1.7 m below the eye, the last row looks 0.5 × 95 / 96 down for each metre ahead.
@@ -202,7 +221,7 @@ fn hidden_things_are_missing() {
     let all = picture(Level::new(), &model, SIZE_PX.1, None);
     let some = picture(Level::new(), &model, SIZE_PX.1, Some(3));
     let none = picture(Level::new(), &model, SIZE_PX.1, Some(9));
-    assert!(all[2] != some[2] && all == none);
+    assert!(all[3] != some[3] && all == none);
 }
 
 /// Goal: nothing panics, and depths are depths, whatever is looked at from wherever. Method: the
@@ -229,7 +248,7 @@ fn views_at_the_limits_are_drawn_by_every_processor_alike() {
     for view in views {
         let draw = |level, band| picture_of(level, &view, (&model, IN_PLACE), band, None);
         let whole = draw(Level::new(), view.height_px);
-        for depth in whole[1].as_chunks::<4>().0 {
+        for depth in whole[2].as_chunks::<4>().0 {
             let depth_m = f32::from_le_bytes(*depth);
             assert!((0.079..=1_000.0).contains(&depth_m), "{depth_m} m in {view:?}");
         }
@@ -245,7 +264,7 @@ fn views_at_the_limits_are_drawn_by_every_processor_alike() {
 fn what_is_pressed_flat_faces_up() {
     let model = model();
     let flat = [IN_PLACE[0], IN_PLACE[1], [0.0; 4]];
-    let [_, _, labels, normals] =
+    let [_, _, _, labels, normals] =
         picture_of(Level::new(), &view(), (&model, flat), SIZE_PX.1, None);
     let pixels = labels.as_chunks::<4>().0.iter().zip(normals.as_chunks::<4>().0);
     let shown: Vec<_> = pixels.filter(|(label, _)| **label == [7, 0, 0, 0]).collect();

@@ -14,8 +14,8 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef, Pose,
-    RenderJob, Vec3, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef,
+    PictureQuality, Pose, RenderJob, Vec3, WorldId, level_pose,
 };
 
 const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];
@@ -53,14 +53,20 @@ fn measure(
     let first = job(map, 0, (640, 360));
     renderer.render(&[(Arc::clone(&town), &first)]).remove(0)?;
     println!("{adapter}: first picture of the town after {:?}", begun.elapsed());
-    for (width_px, height_px) in SIZES_PX {
-        let mut group =
-            criterion.benchmark_group(format!("{adapter}/picture/{width_px}x{height_px}"));
+    for (width_px, height_px, quality) in SIZES_PX.into_iter().flat_map(|(width_px, height_px)| {
+        [PictureQuality::High, PictureQuality::Low].map(|quality| (width_px, height_px, quality))
+    }) {
+        let name = format!("{adapter}/picture/{width_px}x{height_px}/{quality:?}");
+        let mut group = criterion.benchmark_group(name);
         for (together, is_raw) in [(1u32, false), (8, false), (1, true), (256, true)] {
             let mut jobs: Vec<RenderJob> =
                 (0..together).map(|at| job(map, at as usize, (width_px, height_px))).collect();
-            let cameras = jobs.iter_mut().flat_map(|job| &mut job.cameras);
-            cameras.filter(|_| is_raw).for_each(|camera| camera.encoding = ImageEncoding::Rgba8);
+            for camera in jobs.iter_mut().flat_map(|job| &mut job.cameras) {
+                camera.quality = Some(quality);
+                if is_raw {
+                    camera.encoding = ImageEncoding::Rgba8;
+                }
+            }
             if jobs.len() as u32 * width_px * height_px > PIXELS_TOGETHER_MAX {
                 continue;
             }
@@ -135,7 +141,9 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: 75,
+        quality: None,
         ignored: Vec::new(),
+        exposure: schemas::Exposure::PLAIN,
     };
     let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
     let frame = Frame {
@@ -144,7 +152,12 @@ fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> Ren
         actors,
         ..Frame::empty(WorldId::new(1).expect("not zero"), map)
     };
-    RenderJob { tenant: "bench".parse().expect("a name"), frame, cameras: vec![camera] }
+    RenderJob {
+        tenant: "bench".parse().expect("a name"),
+        frame,
+        cameras: vec![camera],
+        staging: schemas::Staging::default(),
+    }
 }
 
 fn actor(id: u32, kind: ActorKind, world_from_actor: Pose, box_half_extent_m: Vec3) -> ActorState {

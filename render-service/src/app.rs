@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use bus::{Announcement, Bus, BusConfig, BusError, Serving};
 use monitoring::{Drain, Monitor};
-use schemas::{Alive, ServiceId, ServiceKind, keys};
+use schemas::{Alive, PictureQuality, ServiceId, ServiceKind, keys};
 use signals::Termination;
 use tokio::sync::oneshot;
 
@@ -81,8 +81,8 @@ pub fn run(args: Args, monitor: &Monitor) -> Result<(), ServiceError> {
 /// # Errors
 /// [`ServiceError`] when it cannot start.
 pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, ServiceError> {
-    let choice = config.adapter.clone();
-    let opening = tokio::task::spawn_blocking(move || open(choice));
+    let (choice, quality) = (config.adapter.clone(), config.quality);
+    let opening = tokio::task::spawn_blocking(move || open(choice, quality));
     let (connect, identity) = (config.connect, config.identity);
     let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
     let renderer = opening.await.map_err(|_| ServiceError::Panicked)?;
@@ -180,8 +180,8 @@ impl RenderService {
     }
 }
 
-fn open(choice: AdapterChoice) -> Result<Renderer, RenderError> {
-    let renderer = Renderer::new(choice);
+fn open(choice: AdapterChoice, quality: PictureQuality) -> Result<Renderer, RenderError> {
+    let renderer = Renderer::new(choice).map(|renderer| renderer.with_quality(quality));
     match &renderer {
         Ok(renderer) => {
             tracing::info!(adapter = renderer.adapter_name(), "pictures are drawn by this adapter")

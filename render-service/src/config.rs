@@ -1,7 +1,7 @@
 //! What was typed, and what the service runs with.
 
 use bus::{BusAddress, Identity, IdentityArgs};
-use schemas::{ServiceId, ServiceKind};
+use schemas::{PictureQuality, ServiceId, ServiceKind};
 
 use crate::AdapterChoice;
 
@@ -27,6 +27,37 @@ pub struct Args {
         env = "CAUSEWAY_ADAPTER"
     )]
     pub adapter: String,
+    /// How finely pictures in colour are drawn whose cameras do not say it
+    #[arg(long, value_enum, default_value_t, env = "CAUSEWAY_QUALITY")]
+    pub quality: Quality,
+}
+
+/// How finely pictures in colour are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Quality {
+    /// More pictures a second, with coarser light and patterns.
+    Low,
+    /// All that the renderer can.
+    #[default]
+    High,
+}
+
+impl Quality {
+    /// As cameras say it.
+    pub const fn of_pictures(self) -> PictureQuality {
+        match self {
+            Self::Low => PictureQuality::Low,
+            Self::High => PictureQuality::High,
+        }
+    }
+
+    /// As it is typed.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::High => "high",
+        }
+    }
 }
 
 /// What the service runs with; consistent.
@@ -40,6 +71,8 @@ pub struct Config {
     pub id: ServiceId,
     /// What draws.
     pub adapter: AdapterChoice,
+    /// Of cameras that do not say theirs.
+    pub quality: PictureQuality,
 }
 
 impl From<Args> for Config {
@@ -49,6 +82,7 @@ impl From<Args> for Config {
             identity: args.identity.identity(),
             id: args.id,
             adapter: AdapterChoice::parse(&args.adapter),
+            quality: args.quality.of_pictures(),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod drawing;
 mod levels;
 mod shadows;
+mod sight;
 mod strips;
 mod towns;
 

@@ -10,31 +10,74 @@ pub(crate) struct Pixels<'a> {
     pub(crate) row_pitch_bytes: usize,
 }
 
-/// Packs the picture of a camera.
-///
-/// **Determinism:** equal pixels and cameras give equal bytes.
+/// Whether the picture of a camera is its pixels without gaps.
+pub(crate) fn is_packed_by(camera: &Camera) -> bool {
+    camera.encoding != ImageEncoding::Jpeg
+}
+
+/// Packs pictures; kept from one to the next, it saves memory being fetched anew.
+#[derive(Default)]
+pub(crate) struct Encoder(Option<Compressor>);
+
+impl Encoder {
+    /// Packs the picture of a camera, of which pixels have four bytes.
+    ///
+    /// **Determinism:** equal pixels and cameras give equal bytes.
+    ///
+    /// # Errors
+    /// [`ErrorCode::Internal`] when the JPEG encoder refuses.
+    pub(crate) fn encode(&mut self, camera: &Camera, pixels: &Pixels<'_>) -> Result<Image, Error> {
+        let data = match camera.encoding {
+            ImageEncoding::Rgba8 | ImageEncoding::DepthF32 | ImageEncoding::TagIdU32 => {
+                packed::<4>(camera, pixels)
+            }
+            ImageEncoding::TagU8 => packed::<1>(camera, pixels),
+            ImageEncoding::NormalI8 => packed::<3>(camera, pixels),
+            ImageEncoding::Jpeg => self.jpeg(camera, pixels).map_err(|cause| {
+                // What has refused once is not asked again.
+                self.0 = None;
+                Error::new(ErrorCode::Internal, format!("camera {}: no JPEG: {cause}", camera.id))
+            })?,
+        };
+        Ok(image(camera, data))
+    }
+
+    /// Baseline, 4:2:0.
+    fn jpeg(&mut self, camera: &Camera, pixels: &Pixels<'_>) -> Result<Vec<u8>, turbojpeg::Error> {
+        let compressor = match &mut self.0 {
+            Some(compressor) => compressor,
+            none => none.insert(Compressor::new()?),
+        };
+        compressor.set_quality(i32::from(camera.jpeg_quality.clamp(1, 100)))?;
+        compressor.set_subsamp(Subsamp::Sub2x2)?;
+        compressor.compress_to_vec(turbojpeg::Image {
+            pixels: pixels.bytes,
+            width: camera.width_px as usize,
+            pitch: pixels.row_pitch_bytes,
+            height: camera.height_px as usize,
+            format: PixelFormat::RGBX,
+        })
+    }
+}
+
+/// As [`Encoder::encode`], once.
 ///
 /// # Errors
-/// [`ErrorCode::Internal`] when the JPEG encoder refuses.
+/// As it.
 pub(crate) fn encode(camera: &Camera, pixels: &Pixels<'_>) -> Result<Image, Error> {
-    let data = match camera.encoding {
-        ImageEncoding::Rgba8 | ImageEncoding::DepthF32 | ImageEncoding::TagIdU32 => {
-            packed::<4>(camera, pixels)
-        }
-        ImageEncoding::TagU8 => packed::<1>(camera, pixels),
-        ImageEncoding::NormalI8 => packed::<3>(camera, pixels),
-        ImageEncoding::Jpeg => jpeg(camera, pixels).map_err(|cause| {
-            Error::new(ErrorCode::Internal, format!("camera {}: no JPEG: {cause}", camera.id))
-        })?,
-    };
-    Ok(Image {
+    Encoder::default().encode(camera, pixels)
+}
+
+/// The picture of a camera of which this is the data.
+pub(crate) fn image(camera: &Camera, data: Vec<u8>) -> Image {
+    Image {
         camera: camera.id,
         width_px: camera.width_px,
         height_px: camera.height_px,
         kind: camera.kind,
         encoding: camera.encoding,
         data,
-    })
+    }
 }
 
 /// The first bytes of every pixel, without gaps.
@@ -51,18 +94,4 @@ fn packed<const BYTES: usize>(camera: &Camera, pixels: &Pixels<'_>) -> Vec<u8> {
         }
     }
     data
-}
-
-/// Baseline, 4:2:0.
-fn jpeg(camera: &Camera, pixels: &Pixels<'_>) -> Result<Vec<u8>, turbojpeg::Error> {
-    let mut compressor = Compressor::new()?;
-    compressor.set_quality(i32::from(camera.jpeg_quality.clamp(1, 100)))?;
-    compressor.set_subsamp(Subsamp::Sub2x2)?;
-    compressor.compress_to_vec(turbojpeg::Image {
-        pixels: pixels.bytes,
-        width: camera.width_px as usize,
-        pitch: pixels.row_pitch_bytes,
-        height: camera.height_px as usize,
-        format: PixelFormat::RGBX,
-    })
 }

@@ -30,6 +30,7 @@ mod config;
 mod cpu;
 mod encode;
 mod error;
+mod lamps;
 mod pipeline;
 mod renderer;
 mod scene;
@@ -39,7 +40,7 @@ mod sliced;
 mod strip;
 
 pub use app::{RenderService, ServiceError, run, start};
-pub use config::{Args, Config};
+pub use config::{Args, Config, Quality};
 pub use error::RenderError;
 pub use pipeline::device::{AdapterChoice, NO_DISPLAY};
 pub use renderer::{Renderer, TownJob};

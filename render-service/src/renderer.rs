@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use schemas::{Error, Images, RenderJob};
+use schemas::{Error, Images, PictureQuality, RenderJob};
 
 use crate::RenderError;
 use crate::cpu::CpuDrawing;
@@ -27,6 +27,8 @@ pub struct Renderer {
     adapter_name: String,
     is_software: bool,
     backend: Backend,
+    /// Of cameras that do not say theirs.
+    quality: PictureQuality,
 }
 
 /// What draws.
@@ -72,7 +74,13 @@ impl Renderer {
                 (drawing.gpu.description(), drawing.gpu.software)
             }),
         };
-        Ok(Self { choice, adapter_name, is_software, backend })
+        let quality = PictureQuality::High;
+        Ok(Self { choice, adapter_name, is_software, backend, quality })
+    }
+
+    /// With another quality for cameras that do not say theirs than the high one.
+    pub fn with_quality(self, quality: PictureQuality) -> Self {
+        Self { quality, ..self }
     }
 
     /// What draws, e.g. `causeway-raster 1 (AVX2), software`.
@@ -131,11 +139,11 @@ impl Renderer {
         for _ in 0..LOSSES_MAX {
             if matches!(self.backend, Backend::Device(None)) {
                 // A GPU that does not come back leaves the processors, if they may draw.
-                *self = Self::new(self.choice.clone())?;
+                *self = Self::new(self.choice.clone())?.with_quality(self.quality);
                 tracing::warn!(adapter = self.adapter_name, "pictures are drawn by this adapter");
             }
             let device = match &mut self.backend {
-                Backend::Cpu(drawing) => return Ok(drawing.draw(strips)),
+                Backend::Cpu(drawing) => return Ok(drawing.draw(strips, self.quality)),
                 Backend::Device(device) => device,
             };
             let Some(drawing) = device else { continue };
@@ -177,9 +185,16 @@ mod tests {
             kind: ImageKind::Rgb,
             encoding: ImageEncoding::Rgba8,
             jpeg_quality: 75,
+            quality: None,
             ignored: Vec::new(),
+            exposure: schemas::Exposure::PLAIN,
         };
-        RenderJob { tenant: "local".parse().unwrap(), frame, cameras: vec![camera] }
+        RenderJob {
+            tenant: "local".parse().unwrap(),
+            frame,
+            cameras: vec![camera],
+            staging: schemas::Staging::default(),
+        }
     }
 
     /// A street of a town in the rain, in colour and in four kinds of geometry.

@@ -25,6 +25,7 @@ pub(crate) fn text_of(pass: Pass) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(text, "const MATERIAL_COUNT: u32 = {}u;", Material::ALL.len());
+    let _ = writeln!(text, "const LAMPS_MAX: u32 = {}u;", raster::LAMPS_MAX);
     let _ = writeln!(text, "const DEPTH_MAX_M: f32 = {DEPTH_MAX_M:?};");
     text.push_str(COMMON);
     let parts: &[&str] = match pass {

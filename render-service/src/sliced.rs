@@ -1,14 +1,14 @@
 //! A job that is drawn portion by portion, so that others can be drawn in between.
 
 use std::ops::{Deref, Range};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{Camera, Error, ErrorCode, Image, ImageKind, Images, RenderJob};
 
 use crate::encode::{Pixels, encode};
-use crate::scene::instance::{Body, bodies};
+use crate::scene::instance::Body;
 use crate::scene::light::Light;
 use crate::scene::town::TownScene;
 use crate::scene::view::View;
@@ -25,7 +25,7 @@ pub(crate) struct SlicedJob<J> {
     town: Arc<TownScene>,
     job: J,
     light: Light,
-    bodies: Vec<Body>,
+    of_actors: OnceLock<Vec<Body>>,
     passes: Vec<Pass>,
     first_shadows: u64,
     /// The pass and the row that come next.
@@ -98,11 +98,10 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
     pub(crate) fn new(town: Arc<TownScene>, job: J) -> Result<Self, Error> {
         let passes = passes_of(&town, &job)?;
         let light = Light::of(&job.frame.weather, job.frame.tick);
-        let mut bodies = bodies(&job.frame);
-        bodies.extend(town.signals.bodies(&job.frame));
         let first_shadows = PASSES.fetch_add(passes.len() as u64, Ordering::Relaxed);
         let pictures = job.cameras.iter().map(|_| Picture::Rows(Vec::new())).collect();
-        Ok(Self { town, job, light, bodies, passes, first_shadows, next: (0, 0), pictures })
+        let of_actors = OnceLock::new();
+        Ok(Self { town, job, light, of_actors, passes, first_shadows, next: (0, 0), pictures })
     }
 
     /// Its job.
@@ -164,7 +163,9 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
             Some(Strip {
                 town: &self.town,
                 hidden: &self.job.frame.hidden,
-                bodies: &self.bodies,
+                frame: &self.job.frame,
+                staging: &self.job.staging,
+                of_actors: &self.of_actors,
                 light: &self.light,
                 view: &pass.view,
                 cameras: cameras.collect(),

@@ -35,7 +35,13 @@ async fn site(adapter: AdapterChoice) -> Site {
     let asset = bus.serve(&keys::asset(map.digest()), answer).await.unwrap();
     let mut watch = bus.watch(Some(ServiceKind::Render)).await.unwrap();
     let connect = bus.listening().to_vec();
-    let config = Config { connect, identity: None, id: "render-0".parse().unwrap(), adapter };
+    let config = Config {
+        connect,
+        identity: None,
+        id: "render-0".parse().unwrap(),
+        adapter,
+        quality: schemas::PictureQuality::High,
+    };
     let monitor = Monitor::default();
     let service = start(config, &monitor).await.unwrap();
     let Ok(Presence::Up(alive)) = tokio::time::timeout(DEADLINE, watch.next()).await else {
@@ -205,6 +211,14 @@ async fn drawn_beside(sizes_px: &[(u32, u32)]) -> Vec<usize> {
     let before = now();
     tokio::time::sleep(Duration::from_secs(3)).await;
     let drawn = now().iter().zip(before).map(|(now, before)| now - before).collect();
+    // All of the time is somebody's; of the newest pictures it is counted a moment later.
+    let used_secs = |tenant: String| {
+        figure(&site, &format!("causeway_render_tenant_seconds_total{{tenant=\"{tenant}\"}}"))
+    };
+    let small_secs: f64 = (0..7).map(|at| used_secs(format!("small-{at}"))).sum();
+    let share = (small_secs + used_secs("eighth".to_owned()))
+        / figure(&site, "causeway_render_batch_seconds_sum");
+    assert!((0.9..1.02).contains(&share), "{share} of the time is some tenant's");
     site.service.stop().await.unwrap();
     drawn
 }

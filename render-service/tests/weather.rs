@@ -66,6 +66,24 @@ fn fog_takes_the_contrast_of_what_is_far_and_leaves_what_is_near() {
 }
 
 #[test]
+fn fog_thins_with_height_as_its_falloff_says() {
+    for mut renderer in renderers() {
+        let tower = pillar(Material::Metal, [70.0, 0.0], 6.0, 60.0);
+        let mut seen = |weather: Weather, z: f32| {
+            let image = picture(&mut renderer, std::slice::from_ref(&tower), weather);
+            let (column, row) = project(&camera(), &Vec3::new(64.0, 0.0, z));
+            brightness(&image, column, row)
+        };
+        let fog = |fog_falloff| Weather { fog_density_percent: 60.0, fog_falloff, ..CLEAR };
+        let mut veil =
+            |fog_falloff: f32, z: f32| (seen(fog(fog_falloff), z) - seen(CLEAR, z)).abs();
+        let [foot, top] = [3.0, 30.0].map(|z| veil(2.0, z) / veil(0.0, z));
+        assert!(foot > 0.9, "{foot} of even fog at the foot");
+        assert!(top < 0.75, "{top} of even fog above");
+    }
+}
+
+#[test]
 fn a_wet_road_is_darker_than_a_dry_one() {
     for mut renderer in renderers() {
         let dry = picture(&mut renderer, &[], CLEAR);

@@ -6,6 +6,7 @@ use fearless_simd::{Simd, f32x8};
 use super::Sight;
 use crate::light::Lit;
 use crate::noise::{hash, noise};
+use crate::quality::Quality;
 use crate::surface::Looks;
 use crate::vector::{V8, clamp, fract, splat, step};
 
@@ -91,7 +92,7 @@ fn by_floor<S: Simd>(simd: S, upper: f32, ground: f32, is_ground_floor: f32x8<S>
 
 /// Kind of wall, and one of a few tones per house.
 #[inline(always)]
-fn wall<S: Simd>(simd: S, looks: &Looks<S>, is_ground_floor: f32x8<S>) -> V8<S> {
+fn wall<S: Simd>(simd: S, quality: Quality, looks: &Looks<S>, is_ground_floor: f32x8<S>) -> V8<S> {
     let kind = (looks.variant / 32.0).floor();
     let tone = fract(looks.variant * 0.619);
     let warm = fract(looks.variant * 0.271);
@@ -104,8 +105,12 @@ fn wall<S: Simd>(simd: S, looks: &Looks<S>, is_ground_floor: f32x8<S>) -> V8<S> 
     let mut wall = plaster.mixed(ochre, step(simd, splat(simd, 0.60), tone));
     wall = brick.or(kind.simd_eq(splat(simd, 1.0)), wall);
     wall = concrete.or(kind.simd_eq(splat(simd, 2.0)), wall);
-    let stains = noise(simd, looks.facade_m[0] * 0.6, looks.facade_m[1] * 0.25);
-    wall = wall.scaled(stains * 0.24 + 0.86);
+    wall = if quality == Quality::Low {
+        wall.scaled(splat(simd, 0.98))
+    } else {
+        let stains = noise(simd, looks.facade_m[0] * 0.6, looks.facade_m[1] * 0.25);
+        wall.scaled(stains * 0.24 + 0.86)
+    };
     let soiled = wall.scaled(splat(simd, 0.62)).plus(V8::splat(simd, [0.06; 3]));
     wall.mixed(soiled, is_ground_floor * 0.7)
 }
@@ -114,7 +119,7 @@ fn wall<S: Simd>(simd: S, looks: &Looks<S>, is_ground_floor: f32x8<S>) -> V8<S> 
 pub(crate) fn facade<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
     let one = splat(simd, 1.0);
     let parts = parts(simd, sight, looks);
-    let wall = wall(simd, looks, parts.is_ground_floor);
+    let wall = wall(simd, lit.quality, looks, parts.is_ground_floor);
     let trim = wall.mixed(V8::splat(simd, [0.62, 0.60, 0.56]), splat(simd, 0.65));
     let albedo = wall.mixed(trim, parts.frame.max(parts.cornice * 0.8));
     let arriving = lit.arriving(simd, sight.place_m, looks.normal);

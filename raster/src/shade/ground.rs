@@ -4,8 +4,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use super::Sight;
+use crate::lamp::streaks;
 use crate::light::Lit;
 use crate::noise::{hash, noise};
+use crate::quality::Quality;
 use crate::surface::Looks;
 use crate::vector::{V8, clamp01, fract, mix, splat};
 
@@ -25,10 +27,11 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
     let (mut grain, mut middle) = (zero, zero);
     let (grain_fade, middle_fade) =
         (clamp01(simd, one - footprint * 16.0), clamp01(simd, one - footprint * 0.8));
-    if grain_fade.simd_gt(zero).any_true() {
+    let is_fine = lit.quality == Quality::High;
+    if is_fine && grain_fade.simd_gt(zero).any_true() {
         grain = (hash((x * 31.0).floor(), (y * 31.0).floor()) - 0.5) * grain_fade;
     }
-    if middle_fade.simd_gt(zero).any_true() {
+    if is_fine && middle_fade.simd_gt(zero).any_true() {
         middle = (noise(simd, x * 1.7, y * 1.7) - 0.5) * middle_fade;
     }
 
@@ -65,7 +68,12 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
     let glance = one + normal.dot(sight.direction).min(zero);
     let glance2 = glance * glance;
     let shine = (glance2 * glance2 * glance * 0.5 + 0.02) * wet;
-    albedo.times(arriving.diffuse).plus(lit.light.sky(simd, mirrored.z).scaled(shine))
+    let mut around = lit.light.sky(simd, mirrored.z);
+    if !lit.lamps.is_empty() {
+        around =
+            around.plus(streaks(simd, lit.lamps, sight.place_m, mirrored).scaled(splat(simd, 6.0)));
+    }
+    albedo.times(arriving.diffuse).plus(around.scaled(shine))
 }
 
 /// 1 where the ground has a pattern, else 0.

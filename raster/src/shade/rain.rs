@@ -34,7 +34,7 @@ impl<'a> Rain<'a> {
         simd: S,
         colour: V8<S>,
         across: f32x8<S>,
-        down: f32,
+        down: f32x8<S>,
     ) -> V8<S> {
         let mut covers = splat(simd, 0.0);
         for (size, seed, weight) in LAYERS {
@@ -49,13 +49,13 @@ impl<'a> Rain<'a> {
     fn streaks<S: Simd>(
         &self,
         simd: S,
-        (across, down): (f32x8<S>, f32),
+        (across, down): (f32x8<S>, f32x8<S>),
         [width, length]: [f32; 2],
         seed: f32,
     ) -> f32x8<S> {
         let one = splat(simd, 1.0);
         // A little aslant.
-        let leaning = (across + 0.06 * down) / width;
+        let leaning = (across + down * 0.06) / width;
         let column = leaning.floor();
         let starts = hash(column, splat(simd, seed)) * 17.0;
         let fall = starts + (down / length + 29.0 * self.light.rain_phase);

@@ -3,12 +3,14 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::light::Light;
+use crate::light::Lit;
 use crate::noise::{noise, powers_64_2000};
+use crate::quality::Quality;
 use crate::vector::{V8, add, scale, smoothstep, splat};
 
 #[inline(always)]
-pub(crate) fn sky<S: Simd>(simd: S, light: &Light, direction: V8<S>) -> V8<S> {
+pub(crate) fn sky<S: Simd>(simd: S, lit: &Lit<'_>, direction: V8<S>) -> V8<S> {
+    let light = lit.light;
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
     let up = direction.z.max(zero);
     let mut colour = light.sky(simd, direction.z);
@@ -18,14 +20,20 @@ pub(crate) fn sky<S: Simd>(simd: S, light: &Light, direction: V8<S>) -> V8<S> {
         // Clouds on a plane overhead, thinning towards the horizon.
         let reach = splat(simd, 1.6) / (up + 0.12);
         let (x, y) = (direction.x * reach, direction.y * reach);
-        let shape = noise(simd, x, y) * 0.55
-            + noise(simd, x * 2.3 + 7.1, y * 2.3 + 7.1) * 0.28
-            + noise(simd, x * 5.1 + 3.7, y * 5.1 + 3.7) * 0.17;
+        let mut shape = noise(simd, x, y) * 0.55;
+        shape = if lit.quality == Quality::Low {
+            // The mean of what the finer ones have.
+            shape + 0.225
+        } else {
+            shape
+                + noise(simd, x * 2.3 + 7.1, y * 2.3 + 7.1) * 0.28
+                + noise(simd, x * 5.1 + 3.7, y * 5.1 + 3.7) * 0.17
+        };
         let cover = 0.72 - 0.55 * light.cloud;
         thick = smoothstep(simd, cover, cover + 0.30, shape) * rises;
-        let lit = V8::splat(simd, add(scale(light.horizon, 0.75), scale(light.direct, 0.16)));
-        let lit = lit.scaled(splat(simd, 1.08) - thick * shape * 0.30);
-        colour = colour.mixed(lit, thick * (0.35 + 0.5 * light.cloud));
+        let bright = V8::splat(simd, add(scale(light.horizon, 0.75), scale(light.direct, 0.16)));
+        let bright = bright.scaled(splat(simd, 1.08) - thick * shape * 0.30);
+        colour = colour.mixed(bright, thick * (0.35 + 0.5 * light.cloud));
     }
     let toward = direction.dot(V8::splat(simd, light.to_light)).max(zero);
     let (wide, narrow) = powers_64_2000(toward);

@@ -1,27 +1,32 @@
 //! Strips drawn on all processors.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Mutex, PoisonError};
 
-use raster::{Canvas, Level, Material, PIXEL_BYTES, Placed, Scene, ShadowMap};
-use schemas::{Camera, DEPTH_MAX_M, ImageKind, SemanticTag};
+use raster::{Canvas, Level, Material};
+use schemas::{Camera, PictureQuality};
 
-use crate::encode::{Pixels, encode};
-use crate::scene::shadow::{ShadowView, shadow_side_px};
-use crate::strip::{Drawn, Strip, row_pitch_bytes};
+use crate::encode::{Encoder, Pixels, is_packed_by};
+use crate::strip::{Drawn, Strip};
 
 use super::levels;
-use super::shadows::{TownShadows, sun_view};
-use super::strips::{light_of, materials, placed_town, seen_bodies, shading_bodies, view_of};
-use super::towns::TownModels;
+use super::shadows::{ShadowPool, TownShadows};
+use super::sight::{Painter, Sight};
+use super::strips::materials;
+use super::towns::{Models, Slot, TownModels};
 
 /// Threads that draw, at most.
 const THREADS_MAX: usize = 64;
-/// Pixels that one thread draws without a pause; larger pictures are cut into bands.
-const BAND_PX: u32 = 48_000;
-/// Bands have a multiple of so many rows.
-const BAND_ROWS: u32 = 8;
+/// Larger pictures are cut into bands, unless there are enough others to keep all threads busy.
+const WHOLE_PX_MAX: u32 = 48_000;
+/// Even larger ones always are.
+const WHOLE_AMONG_OTHERS_PX_MAX: u32 = 1_000_000;
+/// Pictures for each thread that keep it busy.
+const PICTURES_A_THREAD: usize = 4;
+/// Bands for each thread: so many that none waits long for the last one.
+const BANDS_A_THREAD: u32 = 4;
+/// Rows of a band, at least: every band looks at all clusters that reach it.
+const BAND_ROWS_MIN: u32 = 16;
 
 /// Draws on processors. Keeps models, shadows of towns, and memory.
 pub(crate) struct CpuDrawing {
@@ -29,38 +34,42 @@ pub(crate) struct CpuDrawing {
     materials: Vec<Material>,
     towns: TownModels,
     shadows: TownShadows,
+    pool: ShadowPool,
     /// One for each thread.
-    canvases: Vec<Kept>,
+    kept: Vec<Kept>,
 }
 
-/// What a thread draws on.
+/// What a thread draws with.
+#[derive(Default)]
 struct Kept {
     canvas: Canvas,
-    /// Of the strip that is drawn, if it is one band.
-    shadow: ShadowMap,
+    encoder: Encoder,
+    /// Of a picture before it is encoded.
+    pixels: Vec<u8>,
 }
 
-/// Some rows of a strip.
-struct Band {
-    strip: usize,
-    rows: Range<u32>,
+/// What one thread does without a pause.
+enum Task<'t, 'a> {
+    /// The shadows of a strip that is drawn in bands.
+    Shadows(&'t Sight<'a>),
+    /// Some rows of one, of each of its cameras.
+    Band(&'t Sight<'a>, Range<u32>, Vec<&'t mut [u8]>),
+    /// A strip, to the end.
+    Whole(&'a Strip<'a>, &'a Models),
 }
-
-/// What came of a band: of each camera, at its pitch.
-type Rows = Vec<Vec<u8>>;
 
 impl CpuDrawing {
     /// **Cost:** 10 to 30 ms, once per process.
     pub(crate) fn new() -> Self {
         levels::prepare();
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX);
-        let kept = || Kept { canvas: Canvas::default(), shadow: ShadowMap::empty(NO_SUN) };
         Self {
             level: Level::new(),
             materials: materials(),
             towns: TownModels::default(),
             shadows: TownShadows::default(),
-            canvases: std::iter::repeat_with(kept).take(threads).collect(),
+            pool: ShadowPool::default(),
+            kept: std::iter::repeat_with(Kept::default).take(threads).collect(),
         }
     }
 
@@ -69,74 +78,160 @@ impl CpuDrawing {
         format!("causeway-raster 1 ({}), software", raster::level_name(self.level))
     }
 
-    /// Draws strips and gives what came of each one's cameras, in order.
-    pub(crate) fn draw(&mut self, strips: &[Strip<'_>]) -> Vec<Drawn> {
-        let bands = bands_of(strips);
-        let shadows: Vec<OnceLock<ShadowMap>> = strips.iter().map(|_| OnceLock::new()).collect();
-        let Self { level, materials, towns, shadows: of_towns, canvases } = self;
-        let painter =
-            Painter { level: *level, materials, towns, of_towns, strips, shadows: &shadows };
-        let painted = in_parallel(canvases, &bands, |kept, band| painter.paint(kept, band));
-        let mut pictures: Vec<(&Camera, bool, Vec<u8>)> = Vec::with_capacity(painted.len());
-        for (band, rows) in bands.iter().zip(painted) {
-            let Some(strip) = strips.get(band.strip) else { continue };
-            if band.rows.start == strip.rows.start {
-                let cameras = strip.cameras.iter().zip(rows);
-                pictures.extend(cameras.map(|(camera, rows)| (*camera, strip.is_whole(), rows)));
-            } else {
-                let first = pictures.len() - strip.cameras.len();
-                let begun = pictures.iter_mut().skip(first);
-                begun.zip(rows).for_each(|((_, _, begun), rows)| begun.extend(rows));
+    /// Draws strips and gives what came of each one's cameras, in order. Those that do not say
+    /// their quality have this one.
+    pub(crate) fn draw(&mut self, strips: &[Strip<'_>], quality: PictureQuality) -> Vec<Drawn> {
+        let Self { level, materials, towns, shadows, pool, kept } = self;
+        let painter = Painter { level: *level, materials, shadows, pool, quality };
+        let threads = kept.len();
+        let towns: Vec<_> = strips.iter().map(|strip| towns.get(strip.town)).collect();
+        let mut sights: Vec<Option<Sight<'_>>> = Vec::with_capacity(strips.len());
+        let mut buffers: Vec<Vec<Vec<u8>>> = Vec::with_capacity(strips.len());
+        for (strip, town) in strips.iter().zip(&towns) {
+            let is_cut = is_cut(strip, strips.len(), threads);
+            sights.push(is_cut.then(|| Sight::new(strip, built(town))));
+            buffers.push(if is_cut { room_for(strip) } else { Vec::new() });
+        }
+        let mut tasks = Vec::with_capacity(strips.len());
+        for (at, (sight, buffers)) in sights.iter().zip(&mut buffers).enumerate() {
+            match (sight, strips.get(at).zip(towns.get(at))) {
+                (Some(sight), _) => push_bands(sight, buffers, threads, &mut tasks),
+                (None, Some((strip, town))) => tasks.push(Task::Whole(strip, built(town))),
+                (None, None) => {}
             }
         }
-        let finish = |_: &mut Kept, (camera, is_whole, bytes): &(&Camera, bool, Vec<u8>)| {
-            let row_pitch_bytes = row_pitch_bytes(camera.width_px) as usize;
-            is_whole.then(|| encode(camera, &Pixels { bytes, row_pitch_bytes }))
-        };
-        let encoded = in_parallel(canvases, &pictures, finish);
-        let drawn = pictures.into_iter().zip(encoded);
-        drawn.map(|((_, _, rows), image)| image.map_or(Drawn::Rows(rows), Drawn::Picture)).collect()
+        let painted = in_parallel(kept, tasks, |kept, task| kept.work(&painter, task));
+        let mut rows = Vec::new();
+        for (strip, buffers) in strips.iter().zip(buffers) {
+            let cameras = strip.cameras.iter().zip(buffers);
+            rows.extend(cameras.map(|(camera, rows)| (*camera, strip.is_whole(), rows)));
+        }
+        let finished = in_parallel(kept, rows, |kept, (camera, is_whole, rows)| {
+            if is_whole { kept.picture(camera, rows) } else { Drawn::Rows(rows) }
+        });
+        let (mut painted, mut finished) = (painted.into_iter().flatten(), finished.into_iter());
+        let mut drawn = Vec::with_capacity(strips.len());
+        for (strip, sight) in strips.iter().zip(&sights) {
+            for _ in &strip.cameras {
+                drawn.extend(if sight.is_some() { finished.next() } else { painted.next() });
+            }
+        }
+        sights.into_iter().flatten().for_each(|sight| pool.take_back(sight));
+        drawn
     }
 }
 
-const NO_SUN: raster::SunView =
-    raster::SunView { right: [1.0; 4], up: [1.0; 4], depth: [1.0; 4], side_px: 1 };
-
-/// Bands of all strips, in order. Which there are follows from the sizes alone.
-fn bands_of(strips: &[Strip<'_>]) -> Vec<Band> {
-    let mut bands = Vec::new();
-    for (strip, Strip { rows, .. }) in strips.iter().enumerate() {
-        let width_px = strips.get(strip).map_or(1, |strip| strip.camera().width_px);
-        let count = rows.len() as u32;
-        let bands_wanted = (count * width_px).div_ceil(BAND_PX).max(1);
-        let height = count.div_ceil(bands_wanted).next_multiple_of(BAND_ROWS);
-        let mut start = rows.start;
-        while start < rows.end {
-            let end = (start + height).min(rows.end);
-            bands.push(Band { strip, rows: start..end });
-            start = end;
+impl Kept {
+    fn work(&mut self, painter: &Painter<'_>, task: Task<'_, '_>) -> Vec<Drawn> {
+        match task {
+            Task::Shadows(sight) => {
+                sight.shadow(painter);
+                Vec::new()
+            }
+            Task::Band(sight, rows, outs) => {
+                painter.look(&mut self.canvas, sight, rows);
+                for (camera, out) in sight.strip.cameras.iter().zip(outs) {
+                    painter.paint(&mut self.canvas, sight, camera, out);
+                }
+                Vec::new()
+            }
+            Task::Whole(strip, models) => {
+                let sight = Sight::new(strip, models);
+                painter.look(&mut self.canvas, &sight, strip.rows.clone());
+                let cameras = strip.cameras.iter();
+                let drawn = cameras.map(|camera| self.whole(painter, &sight, camera)).collect();
+                painter.pool.take_back(sight);
+                drawn
+            }
         }
     }
-    bands
+
+    fn whole(&mut self, painter: &Painter<'_>, sight: &Sight<'_>, camera: &Camera) -> Drawn {
+        let strip = sight.strip;
+        let bytes = strip.pitch_bytes(camera) * strip.rows.len();
+        if strip.is_whole() && !is_packed_by(camera) {
+            // Every byte is written anew.
+            self.pixels.resize(bytes, 0);
+            painter.paint(&mut self.canvas, sight, camera, &mut self.pixels);
+            let pixels = Pixels { bytes: &self.pixels, row_pitch_bytes: strip.pitch_bytes(camera) };
+            return Drawn::Picture(self.encoder.encode(camera, &pixels));
+        }
+        let mut rows = vec![0; bytes];
+        painter.paint(&mut self.canvas, sight, camera, &mut rows);
+        if strip.is_whole() { self.picture(camera, rows) } else { Drawn::Rows(rows) }
+    }
+
+    /// All rows of a picture, without gaps, as the asker wants them.
+    fn picture(&mut self, camera: &Camera, rows: Vec<u8>) -> Drawn {
+        if is_packed_by(camera) {
+            return Drawn::Picture(Ok(crate::encode::image(camera, rows)));
+        }
+        let row_pitch_bytes = crate::strip::packed_pitch_bytes(camera);
+        let pixels = Pixels { bytes: &rows, row_pitch_bytes };
+        Drawn::Picture(self.encoder.encode(camera, &pixels))
+    }
+}
+
+/// Whether a strip among so many is drawn in bands.
+fn is_cut(strip: &Strip<'_>, strips: usize, threads: usize) -> bool {
+    let px = strip.rows.len() as u32 * strip.camera().width_px;
+    let enough = strips >= threads * PICTURES_A_THREAD;
+    threads > 1 && px > if enough { WHOLE_AMONG_OTHERS_PX_MAX } else { WHOLE_PX_MAX }
+}
+
+/// The models of a town.
+fn built(town: &Slot) -> &Models {
+    town.get().expect("a town that was got is built")
+}
+
+/// Room for the rows of each camera of a strip.
+fn room_for(strip: &Strip<'_>) -> Vec<Vec<u8>> {
+    let rows = strip.rows.len();
+    strip.cameras.iter().map(|camera| vec![0; strip.pitch_bytes(camera) * rows]).collect()
+}
+
+/// Cuts a strip into bands, each with its part of the buffers.
+fn push_bands<'t, 'a>(
+    sight: &'t Sight<'a>,
+    buffers: &'t mut [Vec<u8>],
+    threads: usize,
+    tasks: &mut Vec<Task<'t, 'a>>,
+) {
+    let strip = sight.strip;
+    if strip.has_colour() {
+        tasks.push(Task::Shadows(sight));
+    }
+    let wanted = threads as u32 * BANDS_A_THREAD;
+    let height = (strip.rows.len() as u32).div_ceil(wanted).max(BAND_ROWS_MIN);
+    let mut parts: Vec<_> = buffers
+        .iter_mut()
+        .zip(&strip.cameras)
+        .map(|(buffer, camera)| buffer.chunks_mut(strip.pitch_bytes(camera) * height as usize))
+        .collect();
+    for start in strip.rows.clone().step_by(height as usize) {
+        let rows = start..(start + height).min(strip.rows.end);
+        tasks.push(Task::Band(sight, rows, parts.iter_mut().filter_map(Iterator::next).collect()));
+    }
 }
 
 /// Does something with all items, on as many threads as there are kept things and items; what came
 /// of each, in order.
-fn in_parallel<K: Send, T: Sync, R: Send>(
+fn in_parallel<K: Send, T: Send, R: Send>(
     kept: &mut [K],
-    items: &[T],
-    work: impl Fn(&mut K, &T) -> R + Sync,
+    items: Vec<T>,
+    work: impl Fn(&mut K, T) -> R + Sync,
 ) -> Vec<R> {
-    let next = AtomicUsize::new(0);
+    let threads = items.len();
+    let items = Mutex::new(items.into_iter().enumerate());
+    let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
     let run = |kept: &mut K| {
         let mut done: Vec<(usize, R)> = Vec::new();
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(at) else { return done };
+        while let Some((at, item)) = next() {
             done.push((at, work(kept, item)));
         }
+        done
     };
-    let mut kept = kept.iter_mut().take(items.len().max(1));
+    let mut kept = kept.iter_mut().take(threads);
     let Some(own) = kept.next() else { return Vec::new() };
     let mut done = std::thread::scope(|scope| {
         let others: Vec<_> = kept.map(|kept| scope.spawn(|| run(kept))).collect();
@@ -148,92 +243,4 @@ fn in_parallel<K: Send, T: Sync, R: Send>(
     });
     done.sort_by_key(|(at, _)| *at);
     done.into_iter().map(|(_, result)| result).collect()
-}
-
-/// What all threads that draw share.
-struct Painter<'a> {
-    level: Level,
-    materials: &'a [Material],
-    towns: &'a TownModels,
-    of_towns: &'a TownShadows,
-    strips: &'a [Strip<'a>],
-    /// Of strips that are cut into bands.
-    shadows: &'a [OnceLock<ShadowMap>],
-}
-
-impl Painter<'_> {
-    fn paint(&self, kept: &mut Kept, band: &Band) -> Rows {
-        let Some(strip) = self.strips.get(band.strip) else { return Rows::new() };
-        let slot = self.towns.get(strip.town);
-        let Some(models) = slot.get() else { return Rows::new() };
-        let [ground, standing] = models.each_ref().map(placed_town);
-        let mut placed = vec![ground, standing];
-        seen_bodies(strip, &mut placed);
-        let hidden = strip.hidden;
-        let is_hidden = |thing: u32| hidden.contains(thing);
-        let is_hidden: &(dyn Fn(u32) -> bool + Sync) = &is_hidden;
-        let scene = Scene {
-            placed: &placed,
-            is_hidden: (!hidden.is_none()).then_some(is_hidden),
-            materials: self.materials,
-        };
-        let view = view_of(strip);
-        let Kept { canvas, shadow } = kept;
-        canvas.look(self.level, &view, band.rows.clone(), &scene);
-        let pitch_bytes = row_pitch_bytes(view.width_px) as usize;
-        debug_assert!(pitch_bytes >= view.width_px as usize * PIXEL_BYTES);
-        let mut paint = |camera: &&Camera| {
-            let mut rows = vec![0; pitch_bytes * band.rows.len()];
-            let out = (rows.as_mut_slice(), pitch_bytes);
-            match camera.kind {
-                ImageKind::Rgb => {
-                    let light = light_of(strip.light);
-                    let shadow = self.shadow(strip, band, &standing, shadow);
-                    canvas.colour(self.level, &view, &scene, (&light, shadow), out);
-                }
-                ImageKind::Depth => canvas.depth(DEPTH_MAX_M, out),
-                ImageKind::Semantic | ImageKind::Instance => {
-                    canvas.labels(&scene, u32::from(SemanticTag::Sky.number()), out);
-                }
-                ImageKind::Normals => canvas.normals(self.level, &view, &scene, out),
-            }
-            rows
-        };
-        strip.cameras.iter().map(&mut paint).collect()
-    }
-
-    /// The shadows of a strip: its town's, and those of bodies.
-    fn shadow<'m>(
-        &'m self,
-        strip: &Strip<'_>,
-        band: &Band,
-        town: &Placed<'_>,
-        own: &'m mut ShadowMap,
-    ) -> &'m ShadowMap {
-        let Camera { width_px, height_px, .. } = *strip.camera();
-        let side_px = shadow_side_px(width_px, height_px, true);
-        let sun = ShadowView::of(strip.view, &strip.light.to_light);
-        let cast = |map: &mut ShadowMap| {
-            let of_town = (strip.town.digest(), strip.hidden);
-            let view = sun_view(&sun, side_px);
-            let slot: Arc<_> = self.of_towns.get(self.level, of_town, town, &view);
-            if let Some(of_town) = slot.get() {
-                map.copy_from(of_town);
-            }
-            let mut bodies = Vec::new();
-            shading_bodies(strip, &sun, side_px, &mut bodies);
-            map.add(self.level, &bodies, None);
-        };
-        match self.shadows.get(band.strip) {
-            Some(shared) if band.rows != strip.rows => shared.get_or_init(|| {
-                let mut map = ShadowMap::empty(NO_SUN);
-                cast(&mut map);
-                map
-            }),
-            _ => {
-                cast(own);
-                own
-            }
-        }
-    }
 }

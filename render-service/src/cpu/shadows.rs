@@ -2,10 +2,12 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use raster::{Level, Placed, ShadowMap, SunView};
-use schemas::HiddenScenery;
+use raster::{Level, Placed, Quality, ShadowMap, SunView};
+use schemas::{Camera, HiddenScenery};
 
 use crate::scene::shadow::ShadowView;
+
+use super::sight::Sight;
 
 /// Bytes of all maps kept, but for the last one used.
 const BYTES_MAX: usize = 128 * 1024 * 1024;
@@ -16,9 +18,10 @@ const MAPS_MAX: usize = 128;
 /// What a map of a town's shadows follows from.
 #[derive(Clone, PartialEq)]
 struct Key {
-    town: String,
-    hidden: HiddenScenery,
+    /// First, as most maps differ in it.
     view: SunView,
+    hidden: HiddenScenery,
+    town: String,
 }
 
 type Slot = Arc<OnceLock<ShadowMap>>;
@@ -66,6 +69,38 @@ impl TownShadows {
         }
         slot
     }
+}
+
+/// Maps of pictures that are done, whose memory others use again.
+#[derive(Default)]
+pub(crate) struct ShadowPool(Mutex<Vec<ShadowMap>>);
+
+/// Maps that wait in the pool.
+const POOL_MAX: usize = 8;
+
+impl ShadowPool {
+    /// A map for somebody; what is on it he overwrites.
+    pub(crate) fn take(&self, view: &SunView) -> ShadowMap {
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = pool.iter().position(|map| map.view() == view);
+        let map = place.map(|place| pool.swap_remove(place)).or_else(|| pool.pop());
+        map.unwrap_or_else(|| ShadowMap::empty(view.clone()))
+    }
+
+    /// Keeps the map of a strip that is drawn.
+    pub(crate) fn take_back(&self, sight: Sight<'_>) {
+        let Some(map) = sight.into_shadow() else { return };
+        let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if pool.len() < POOL_MAX {
+            pool.push(map);
+        }
+    }
+}
+
+/// Side of the map of shadows for a camera's pictures.
+pub(crate) fn shadow_side_px(camera: &Camera, quality: Quality) -> u32 {
+    let side_px = crate::scene::shadow::shadow_side_px(camera.width_px, camera.height_px, true);
+    if quality == Quality::Low { side_px / 2 } else { side_px }
 }
 
 /// The sun's view as the rasteriser reads it.

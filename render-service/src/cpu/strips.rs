@@ -1,10 +1,10 @@
 //! A strip as the rasteriser reads it: models at their places, light, view.
 
-use raster::{Light, Material, Model, Placed, View};
+use raster::{Light, Material, Model, Placed, Quality, View};
 use schemas::{Camera, Vec3};
 
+use crate::scene::exposure::Tone;
 use crate::scene::instance::{Body, Instance, Placed as Part};
-use crate::scene::light::Light as SceneLight;
 use crate::scene::material::{Family, Material as SceneMaterial, table};
 use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
@@ -12,8 +12,9 @@ use crate::strip::Strip;
 
 use super::levels::level_of;
 
-/// Corners may be off by so much in the picture, in pixels.
+/// Corners may be off by so much in the picture, in pixels: in those of high and of low quality.
 const ERROR_PX_MAX: f32 = 0.7;
+const LOW_ERROR_PX_MAX: f32 = 1.2;
 /// Corners of what throws a shadow may be off by so much on the map, in its pixels.
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
@@ -42,7 +43,8 @@ pub(crate) fn placed_town(model: &Model) -> Placed<'_> {
 }
 
 /// The bodies in a strip's picture, far ones coarsely; the same for all rows of it.
-pub(crate) fn seen_bodies(strip: &Strip<'_>, placed: &mut Vec<Placed<'_>>) {
+pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<Placed<'_>>) {
+    let error_px = if quality == Quality::Low { LOW_ERROR_PX_MAX } else { ERROR_PX_MAX };
     let pixel = 2.0 * strip.view.half_extent[0] / strip.camera().width_px as f32;
     let eye_m = strip.view.eye_m();
     let height_px = strip.camera().height_px;
@@ -56,7 +58,7 @@ pub(crate) fn seen_bodies(strip: &Strip<'_>, placed: &mut Vec<Placed<'_>>) {
             continue;
         }
         let nearest_m = (distance_m - body.radius_m).max(NEAR_M);
-        place(body, ERROR_PX_MAX * pixel * nearest_m, placed);
+        place(body, error_px * pixel * nearest_m, placed);
     }
 }
 
@@ -90,7 +92,9 @@ fn place_part(part: &Part, error_m: f32) -> Option<Placed<'static>> {
 }
 
 /// Light as the rasteriser reads it.
-pub(crate) fn light_of(light: &SceneLight) -> Light {
+pub(crate) fn light_of(strip: &Strip<'_>) -> Light {
+    let light = strip.light;
+    let tone = Tone::of(&strip.camera().exposure, light.night);
     Light {
         to_light: light.to_light.into(),
         direct: light.direct.into(),
@@ -101,10 +105,13 @@ pub(crate) fn light_of(light: &SceneLight) -> Light {
         cloud: light.cloud,
         haze_per_m: light.haze_per_m,
         haze_start_m: light.haze_start_m,
+        haze_fall_per_m: light.haze_fall_per_m,
         rain: light.rain,
         rain_phase: light.rain_phase,
         wet: light.wet,
         night: light.night,
+        gain: tone.gain,
+        white: tone.white,
     }
 }
 

@@ -18,9 +18,9 @@ const TOWNS_MAX: usize = 16;
 const TRIANGLES_MAX: usize = 20_000_000;
 
 /// What lies on the ground and throws no shadow that anyone sees, and what stands.
-type Models = [Model; 2];
+pub(crate) type Models = [Model; 2];
 
-type Slot = Arc<OnceLock<Models>>;
+pub(crate) type Slot = Arc<OnceLock<Models>>;
 
 /// Models of towns by digest.
 pub(crate) struct TownModels(Mutex<LruCache<String, Slot>>);

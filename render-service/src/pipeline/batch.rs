@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use schemas::{Camera, ImageKind, Vec3};
 
+use crate::lamps::lamps_of;
+use crate::scene::exposure::Tone;
 use crate::scene::instance::{Body, Instance};
 use crate::scene::material::Family;
 use crate::scene::shadow::{ShadowView, shadow_side_px};
@@ -91,7 +93,10 @@ impl<'a> Batch<'a> {
             town: shading_town(strip, &shadow),
             bodies: self.place_shading(strip, &shadow),
         });
-        self.views.push(ViewUniform::new(strip.view, width_px, strip.light, &shadow, side_px));
+        let tone = Tone::of(&strip.camera().exposure, strip.light.night);
+        let lamps = lamps_of(strip);
+        let light = (strip.light, &tone, lamps.as_slice());
+        self.views.push(ViewUniform::new(strip.view, width_px, light, (&shadow, side_px)));
         let pictures = strip.cameras.iter().map(|camera| self.place_picture(camera, strip));
         let pictures = pictures.collect();
         self.planned.push(PlannedView {

@@ -1,11 +1,16 @@
 //! What a shader knows of one picture: the `View` of `common.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
+use raster::{LAMPS_MAX, Lamp};
 use schemas::Vec3;
 
+use crate::scene::exposure::Tone;
 use crate::scene::light::Light;
 use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::View;
+
+/// A lamp as in `common.wgsl`.
+type LampRow = [[f32; 4]; 4];
 
 /// Same fields in the same order as in `common.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -23,16 +28,20 @@ pub(crate) struct ViewUniform {
     horizon: [f32; 4],
     bounce: [f32; 4],
     air: [f32; 4],
+    tone: [[f32; 4]; 3],
+    lamps: [LampRow; LAMPS_MAX],
 }
 
 impl ViewUniform {
     pub(crate) fn new(
         view: &View,
         width_px: u32,
-        light: &Light,
-        shadow: &ShadowView,
-        shadow_side_px: u32,
+        (light, tone, lamps): (&Light, &Tone, &[Lamp]),
+        (shadow, shadow_side_px): (&ShadowView, u32),
     ) -> Self {
+        let mut rows = [LampRow::default(); LAMPS_MAX];
+        rows.iter_mut().zip(lamps).for_each(|(row, lamp)| *row = lamp_row(lamp));
+        let count = lamps.len().min(LAMPS_MAX);
         let turn = view.world_from_camera.rotation;
         let [half_width, half_height] = view.half_extent;
         Self {
@@ -47,9 +56,23 @@ impl ViewUniform {
             zenith: four(light.zenith, light.cloud),
             horizon: four(light.horizon, light.wet),
             bounce: four(light.bounce, 2.0 * REACH_M / shadow_side_px as f32),
-            air: [light.haze_start_m, light.rain, light.rain_phase, 0.0],
+            air: [light.haze_start_m, light.rain, light.rain_phase, count as f32],
+            tone: tone.rows().map(|[red, green, blue]| [red, green, blue, light.haze_fall_per_m]),
+            lamps: rows,
         }
     }
+}
+
+fn lamp_row(lamp: &Lamp) -> LampRow {
+    let with = |[x, y, z]: [f32; 3], w: f32| [x, y, z, w];
+    let reach_m = if lamp.is_round { -lamp.reach_m } else { lamp.reach_m };
+    let [wide, tall] = lamp.narrow;
+    [
+        with(lamp.place_m, reach_m),
+        with(lamp.colour, lamp.cut),
+        with(lamp.ahead, wide),
+        with(lamp.left, tall),
+    ]
 }
 
 fn four(xyz: Vec3, w: f32) -> [f32; 4] {

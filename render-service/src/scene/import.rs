@@ -7,6 +7,7 @@ use schemas::{TagId, Vec3};
 
 use super::foliage::rounded;
 use super::instance::signal::Signals;
+use super::instance::street_lamp::StreetLamps;
 use super::material::Material;
 use super::town::{Surface, TownScene, WallKind};
 
@@ -38,7 +39,8 @@ impl TownScene {
             *leaves = rounded(leaves);
         }
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
-        Self { signals: Signals::of_map(map), ..scene }
+        let (signals, street_lamps) = (Signals::of_map(map), StreetLamps::of_map(map));
+        Self { signals, street_lamps, ..scene }
     }
 }
 

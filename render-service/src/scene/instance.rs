@@ -2,15 +2,18 @@
 
 use bytemuck::{Pod, Zeroable};
 use nalgebra::Matrix4;
-use schemas::{ActorId, ActorKind, ActorState, Frame, SemanticTag, TagId, Vec3};
+use raster::Lamp;
+use schemas::{ActorId, ActorKind, ActorState, Frame, PosedLimb, SemanticTag, TagId, Vec3};
 
 use super::shape::Shape;
 
+mod beams;
 mod clothes;
 mod doors;
 mod lamps;
 mod prop;
 pub(crate) mod signal;
+pub(crate) mod street_lamp;
 mod walker;
 mod wheeled;
 
@@ -46,11 +49,13 @@ pub(crate) struct Body {
     pub radius_m: f32,
     /// Its parts.
     pub parts: Vec<Placed>,
+    /// What it throws light with.
+    pub lamps: Vec<Lamp>,
 }
 
-/// Shapes of every actor of a frame, in the frame's order. Actors with a pose that is no number are
-/// left out.
-pub(crate) fn bodies(frame: &Frame) -> Vec<Body> {
+/// Shapes of every actor of a frame, in the frame's order, and limbs where somebody put them.
+/// Actors with a pose that is no number are left out.
+pub(crate) fn bodies(frame: &Frame, limbs: &[PosedLimb]) -> Vec<Body> {
     let drawable = |actor: &&ActorState| {
         let numbers = actor.world_from_actor.to_homogeneous();
         let extent = actor.box_half_extent_m;
@@ -61,20 +66,21 @@ pub(crate) fn bodies(frame: &Frame) -> Vec<Body> {
             .all(|part| part.is_finite())
             && extent.iter().all(|part| *part > 0.0)
     };
-    frame.actors.iter().filter(drawable).map(|actor| body(actor, frame)).collect()
+    frame.actors.iter().filter(drawable).map(|actor| body(actor, (frame, limbs))).collect()
 }
 
-fn body(actor: &ActorState, frame: &Frame) -> Body {
+fn body(actor: &ActorState, (frame, limbs): (&Frame, &[PosedLimb])) -> Body {
     let type_id = frame.type_of(actor);
     let tag = SemanticTag::of_actor(actor.kind, type_id);
     let mut placer = Placer {
         world_from_actor: actor.world_from_actor.to_homogeneous(),
         label: TagId::of_actor(tag, actor.id),
         parts: Vec::new(),
+        lamps: Vec::new(),
     };
     match actor.kind {
         ActorKind::Vehicle => wheeled::place(&mut placer, actor, type_id, frame.sim_secs),
-        ActorKind::Walker => walker::place(&mut placer, actor),
+        ActorKind::Walker => walker::place(&mut placer, actor, limbs),
         ActorKind::Prop => prop::place(&mut placer, actor, type_id),
         // The map's lights and signs belong to the town; the rest has no body.
         ActorKind::TrafficLight
@@ -89,6 +95,7 @@ fn body(actor: &ActorState, frame: &Frame) -> Body {
         centre_m: centre.coords,
         radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6,
         parts: placer.parts,
+        lamps: placer.lamps,
     }
 }
 
@@ -104,11 +111,15 @@ struct Placer {
     /// Of the parts that are put next.
     label: u32,
     parts: Vec<Placed>,
+    lamps: Vec<Lamp>,
 }
 
 impl Placer {
     fn put(&mut self, shape: Shape, actor_from_shape: Matrix4<f32>, tints: [[u8; 4]; 4]) {
-        let matrix = self.world_from_actor * actor_from_shape;
+        self.put_in_world(shape, self.world_from_actor * actor_from_shape, tints);
+    }
+
+    fn put_in_world(&mut self, shape: Shape, matrix: Matrix4<f32>, tints: [[u8; 4]; 4]) {
         let row = |at: usize| [matrix[(at, 0)], matrix[(at, 1)], matrix[(at, 2)], matrix[(at, 3)]];
         let world_from_shape = [row(0), row(1), row(2)];
         let instance = Instance { world_from_shape, tints, label: self.label };

@@ -24,6 +24,8 @@ pub(crate) struct Light {
     pub haze_per_m: f32,
     /// Nearer than this the air is clear.
     pub haze_start_m: f32,
+    /// How fast fog thins upwards: by a factor e in 1 over this; 0: not at all.
+    pub haze_fall_per_m: f32,
     /// 0 dry to 1 heavy rain in the air.
     pub rain: f32,
     /// 0 to 1, another one in every tick: which drops are seen.
@@ -36,8 +38,13 @@ pub(crate) struct Light {
 
 /// Below this altitude the moon takes over.
 const SUN_SET_RAD: f32 = -0.05;
-/// What street lamps add everywhere at night.
-const STREET_LIGHT: Vec3 = Vec3::new(0.075, 0.055, 0.032);
+/// What a town's lamps add everywhere at night, besides what those nearby do.
+const STREET_LIGHT: Vec3 = Vec3::new(0.034, 0.027, 0.019);
+/// Less fog than this is the haze of a clear day, which is the same at all heights.
+const FOG_MIN: f32 = 0.04;
+/// Unreal Engine halves fog in 10 m over its falloff.
+const FALL_PER_M: f32 = std::f32::consts::LN_2 / 10.0;
+const FALLOFF_MAX: f32 = 10.0;
 /// Where the moon stands.
 const MOON_ALTITUDE_RAD: f32 = 0.9;
 
@@ -85,6 +92,11 @@ impl Light {
             cloud,
             haze_per_m: 0.0006 + 0.0015 * rain + 0.06 * fog * fog + 0.02 * dust * dust,
             haze_start_m: metres(weather.fog_distance_m),
+            haze_fall_per_m: if fog > FOG_MIN {
+                FALL_PER_M * metres(weather.fog_falloff).min(FALLOFF_MAX)
+            } else {
+                0.0
+            },
             rain,
             rain_phase: rain_phase(tick),
             wet: share(weather.wetness_percent)

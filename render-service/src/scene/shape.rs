@@ -32,6 +32,10 @@ pub(crate) enum Shape {
     LongHair,
     Leg,
     Arm,
+    UpperArm,
+    Forearm,
+    Thigh,
+    Shin,
     Backpack,
     Block,
     Cone,
@@ -50,7 +54,7 @@ pub(crate) enum Shape {
 
 impl Shape {
     /// Every shape, at the place of its number.
-    pub(crate) const ALL: [Self; 37] = [
+    pub(crate) const ALL: [Self; 41] = [
         Self::Sedan,
         Self::Coupe,
         Self::Hatchback,
@@ -74,6 +78,10 @@ impl Shape {
         Self::LongHair,
         Self::Leg,
         Self::Arm,
+        Self::UpperArm,
+        Self::Forearm,
+        Self::Thigh,
+        Self::Shin,
         Self::Backpack,
         Self::Block,
         Self::Cone,
@@ -118,6 +126,10 @@ impl Shape {
             Self::LongHair => walker::long_hair(),
             Self::Leg => walker::leg(),
             Self::Arm => walker::arm(),
+            Self::UpperArm => walker::upper_arm(),
+            Self::Forearm => walker::forearm(),
+            Self::Thigh => walker::thigh(),
+            Self::Shin => walker::shin(),
             Self::Backpack => walker::backpack(),
             Self::Block => prop::block(),
             Self::Cone => prop::cone(),
@@ -152,6 +164,7 @@ impl Shape {
         match self {
             Self::Torso | Self::Head => 0.06,
             Self::LongHair | Self::Leg | Self::Arm | Self::Backpack | Self::Rider => 0.045,
+            Self::UpperArm | Self::Forearm | Self::Thigh | Self::Shin => 0.045,
             Self::Wheel | Self::ThinWheel | Self::WheelArch => 0.55,
             Self::MotorcycleFrame | Self::BicycleFrame => 0.08,
             Self::Block | Self::Cone | Self::Barrel | Self::DoorPanel | Self::DoorWindow => 0.3,

@@ -7,6 +7,7 @@ use schemas::{HiddenScenery, TagId, Vec3};
 
 use super::facade::facade_coordinates;
 use super::instance::signal::Signals;
+use super::instance::street_lamp::StreetLamps;
 use super::material::{Family, Material};
 use super::mesh::{Vertex, pack};
 
@@ -68,6 +69,7 @@ pub struct TownScene {
     pub(crate) indices: Vec<u32>,
     pub(crate) tiles: Vec<Tile>,
     pub(crate) signals: Signals,
+    pub(crate) street_lamps: StreetLamps,
 }
 
 /// One square of a town.
@@ -94,6 +96,7 @@ impl TownScene {
             indices: Vec::new(),
             tiles: Vec::new(),
             signals: Signals::default(),
+            street_lamps: StreetLamps::default(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {

@@ -91,7 +91,14 @@ pub(crate) fn leg() -> Mesh {
         (0.02, 0.056, 0.046, 0.0),
     ];
     rings(&mut builder, &trousers, Material::Trousers, true);
-    let shoe = |z: f32, toe: f32, half: f32| {
+    shoe(&mut builder, -0.50);
+    builder.finish()
+}
+
+/// A shoe whose sole is at a height.
+fn shoe(builder: &mut MeshBuilder, sole_z: f32) {
+    let ring = |up: f32, toe: f32, half: f32| {
+        let z = sole_z + up;
         vec![
             Vec3::new(toe, half * 0.7, z),
             Vec3::new(0.01, half, z),
@@ -101,11 +108,8 @@ pub(crate) fn leg() -> Mesh {
             Vec3::new(toe, -half * 0.7, z),
         ]
     };
-    builder.loft(
-        &[shoe(-0.50, 0.112, 0.029), shoe(-0.478, 0.108, 0.029), shoe(-0.452, 0.03, 0.026)],
-        Material::Shoe,
-    );
-    builder.finish()
+    let rings = [ring(0.0, 0.112, 0.029), ring(0.022, 0.108, 0.029), ring(0.048, 0.03, 0.026)];
+    builder.loft(&rings, Material::Shoe);
 }
 
 /// A sleeve and its hand, from the shoulder.
@@ -125,6 +129,62 @@ pub(crate) fn arm() -> Mesh {
         (-0.30, 0.018, 0.015, 0.018),
     ];
     rings(&mut builder, &hand, Material::Skin, true);
+    builder.finish()
+}
+
+/// A sleeve from the shoulder to the elbow.
+pub(crate) fn upper_arm() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let sleeve = [
+        (-0.178, 0.020, 0.020, 0.0),
+        (-0.165, 0.027, 0.026, 0.0),
+        (-0.04, 0.033, 0.029, 0.0),
+        (0.012, 0.027, 0.022, 0.0),
+    ];
+    rings(&mut builder, &sleeve, Material::Shirt, true);
+    builder.finish()
+}
+
+/// A sleeve and its hand, from the elbow.
+pub(crate) fn forearm() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let sleeve = [
+        (-0.135, 0.022, 0.020, 0.016),
+        (-0.035, 0.026, 0.024, 0.006),
+        (0.005, 0.027, 0.026, 0.0),
+        (0.014, 0.018, 0.018, 0.0),
+    ];
+    rings(&mut builder, &sleeve, Material::Shirt, true);
+    let hand =
+        [(-0.21, 0.012, 0.008, 0.028), (-0.18, 0.024, 0.013, 0.024), (-0.135, 0.018, 0.015, 0.018)];
+    rings(&mut builder, &hand, Material::Skin, true);
+    builder.finish()
+}
+
+/// A leg from the hip to the knee.
+pub(crate) fn thigh() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let trousers = [
+        (-0.268, 0.026, 0.026, 0.0),
+        (-0.25, 0.039, 0.037, 0.0),
+        (-0.10, 0.054, 0.046, 0.0),
+        (0.02, 0.056, 0.046, 0.0),
+    ];
+    rings(&mut builder, &trousers, Material::Trousers, true);
+    builder.finish()
+}
+
+/// A leg and its shoe, from the knee.
+pub(crate) fn shin() -> Mesh {
+    let mut builder = MeshBuilder::default();
+    let trousers = [
+        (-0.22, 0.027, 0.024, -0.004),
+        (-0.11, 0.036, 0.032, -0.006),
+        (-0.005, 0.038, 0.036, 0.0),
+        (0.016, 0.026, 0.026, 0.0),
+    ];
+    rings(&mut builder, &trousers, Material::Trousers, true);
+    shoe(&mut builder, -0.25);
     builder.finish()
 }
 

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use monitoring::{Counter, Histogram, Metrics, Monitor, Pulse};
+use monitoring::{Counter, Histogram, Metrics, Monitor, Pulse, SecondsByName};
 
 /// What the drawing thread counts.
 #[derive(Clone)]
 pub(crate) struct Figures {
     /// Time of jobs that were drawn together.
     pub(crate) batch_seconds: Histogram,
+    /// The same time by tenant: each pays for its part.
+    pub(crate) tenant_seconds: SecondsByName,
     /// Jobs that were drawn.
     pub(crate) drawn: Counter,
     /// Jobs that were not.
@@ -33,6 +35,11 @@ impl Figures {
         Self {
             batch_seconds: metrics
                 .histogram("causeway_render_batch_seconds", "Time of jobs that are drawn together"),
+            tenant_seconds: metrics.seconds_by_name(
+                "causeway_render_tenant_seconds",
+                "Time of drawing, by tenant",
+                "tenant",
+            ),
             drawn,
             refused,
             given_up,

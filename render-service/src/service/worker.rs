@@ -247,7 +247,10 @@ impl Worker {
         let ratio = took.as_nanos() as f64 / estimates.max(1) as f64;
         for turn in turns {
             let paid = turn.estimate as i64;
-            self.waiting.charge(&turn.whose, (paid as f64 * ratio) as i64 - paid);
+            let cost = (paid as f64 * ratio) as i64;
+            self.waiting.charge(&turn.whose, cost - paid);
+            let used = Duration::from_nanos(u64::try_from(cost).unwrap_or_default());
+            self.figures.tenant_seconds.add(turn.whose.0.as_str(), used);
         }
         self.cost.learn(&work, took);
     }

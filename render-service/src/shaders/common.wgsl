@@ -23,8 +23,26 @@ struct View {
     horizon: vec4<f32>,
     // rgb, w width of a shadow map's pixel in metres.
     bounce: vec4<f32>,
-    // Distance in metres at which haze begins, rain 0..1, phase of the rain 0..1, unused.
+    // Distance in metres at which haze begins, rain 0..1, phase of the rain 0..1, count of lamps.
     air: vec4<f32>,
+    // What radiance is multiplied by before the curve: rows of a matrix; w how fast haze thins
+    // upwards, per metre.
+    tone_red: vec4<f32>,
+    tone_green: vec4<f32>,
+    tone_blue: vec4<f32>,
+    lamps: array<Lamp, LAMPS_MAX>,
+};
+
+// As `raster::Lamp`.
+struct Lamp {
+    // xyz position, w reach in metres; less than 0 for one that also shines behind itself.
+    place: vec4<f32>,
+    // rgb at a distance of 1 m, w tangent of the upper edge.
+    colour: vec4<f32>,
+    // xyz along the middle of the beam, w inverse tangent of its half width.
+    ahead: vec4<f32>,
+    // xyz to the left, w inverse tangent of its half height.
+    left: vec4<f32>,
 };
 
 struct Material {
@@ -52,15 +70,33 @@ fn sky(direction: vec3<f32>) -> vec3<f32> {
     return mix(view.zenith.rgb, view.horizon.rgb, low2 * low2);
 }
 
+// Mean density along a way that ends so many heights above its beginning, each of which thins the
+// air by a factor e.
+fn mean_density(heights: f32) -> f32 {
+    if view.tone_red.w == 0.0 {
+        return 1.0;
+    }
+    let size = clamp(abs(heights), 1e-2, 8.0);
+    let left = exp(-size);
+    let upwards = (1.0 - left) / size;
+    return select(upwards / max(left, 0.1), upwards, heights >= 0.0);
+}
+
 // What is seen through the air.
 fn hazed(colour: vec3<f32>, distance: f32, direction: vec3<f32>) -> vec3<f32> {
-    let part = 1.0 - exp(-view.eye.w * max(distance - view.air.x, 0.0));
+    let thick = max(distance - view.air.x, 0.0) * mean_density(direction.z * distance * view.tone_red.w);
+    let part = 1.0 - exp(-view.eye.w * thick);
     return mix(colour, view.horizon.rgb, part);
 }
 
 // From radiance to the display's range: a curve with a soft shoulder and a short toe.
 fn displayed(radiance: vec3<f32>) -> vec4<f32> {
-    let x = radiance * mix(0.95, 1.9, view.direct.w);
+    let toned = vec3<f32>(
+        dot(radiance, view.tone_red.rgb),
+        dot(radiance, view.tone_green.rgb),
+        dot(radiance, view.tone_blue.rgb),
+    );
+    let x = max(toned, vec3<f32>(0.0));
     let mapped = (x * (2.43 * x + 0.05)) / (x * (2.36 * x + 0.62) + 0.15);
     return vec4<f32>(clamp(mapped, vec3<f32>(0.0), vec3<f32>(1.0)), 1.0);
 }

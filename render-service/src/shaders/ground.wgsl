@@ -47,6 +47,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let glance = 1.0 - max(dot(normal, -direction), 0.0);
     let glance2 = glance * glance;
     let shine = (0.02 + 0.5 * glance2 * glance2 * glance) * wet;
-    let colour = albedo * light.diffuse + sky(mirrored) * shine;
+    let around = sky(mirrored) + streaks(in.world, mirrored) * 6.0;
+    let colour = albedo * light.diffuse + around * shine;
     return displayed(hazed(colour, distance, direction));
 }

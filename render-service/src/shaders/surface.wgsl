@@ -79,6 +79,60 @@ fn sunlit(world: vec3<f32>, normal: vec3<f32>) -> f32 {
     return mix(part, 1.0, smoothstep(0.85, 0.98, edge));
 }
 
+// Part of a lamp's light that goes in a direction and arrives at the square of a distance.
+fn sent(lamp: Lamp, direction: vec3<f32>, square: f32) -> f32 {
+    let reach = abs(lamp.place.w);
+    let along = dot(direction, lamp.ahead.xyz);
+    let inverse = 1.0 / max(along, 0.05);
+    let upward = dot(direction, cross(lamp.ahead.xyz, lamp.left.xyz)) * inverse;
+    let wide = dot(direction, lamp.left.xyz) * inverse * lamp.ahead.w;
+    let tall = upward * lamp.left.w;
+    let beam = 1.0 / (wide * wide + tall * tall + 1.0);
+    let below = clamp((lamp.colour.w - upward) * 25.0 + 0.5, 0.0, 1.0);
+    let before = select(clamp(along * 4.0, 0.0, 1.0), 1.0, lamp.place.w < 0.0);
+    let fades = clamp(1.0 - square / (reach * reach), 0.0, 1.0);
+    let leaves = clamp((sqrt(square) - 0.5) * 0.8, 0.0, 1.0);
+    return beam * (below * 0.97 + 0.03) * before * fades * fades * leaves / max(square, 1e-3);
+}
+
+// Light of all lamps that arrives at a surface.
+fn lamplight(world: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var at = 0u; at < u32(view.air.w); at++) {
+        let lamp = view.lamps[at];
+        let from_lamp = world - lamp.place.xyz;
+        let square = dot(from_lamp, from_lamp);
+        if square < lamp.place.w * lamp.place.w {
+            let direction = from_lamp / max(sqrt(square), 1e-3);
+            let facing = max((0.25 - dot(normal, direction)) / 1.25, 0.0);
+            sum += lamp.colour.rgb * (facing * sent(lamp, direction, square));
+        }
+    }
+    return sum;
+}
+
+// What a wet road mirrors of all lamps, as streaks towards the eye.
+fn streaks(world: vec3<f32>, mirrored: vec3<f32>) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    let level = max(dot(mirrored.xy, mirrored.xy), 1e-6);
+    for (var at = 0u; at < u32(view.air.w); at++) {
+        let lamp = view.lamps[at];
+        let from_lamp = world - lamp.place.xyz;
+        let square = dot(from_lamp, from_lamp);
+        if square < lamp.place.w * lamp.place.w {
+            let direction = from_lamp / max(sqrt(square), 1e-3);
+            let flat_part = max(dot(direction.xy, direction.xy), 1e-6);
+            let across = (mirrored.x * direction.y - mirrored.y * direction.x) * 20.0;
+            let steep = (mirrored.z + direction.z) * 2.5;
+            let thin = 1.0 / (across * across / (level * flat_part) + 1.0);
+            let is_before = select(0.0, 1.0, dot(mirrored.xy, direction.xy) < 0.0);
+            let part = thin * thin * is_before / (steep * steep + 1.0);
+            sum += lamp.colour.rgb * (part * sent(lamp, direction, square));
+        }
+    }
+    return sum;
+}
+
 struct Light {
     diffuse: vec3<f32>,
     sun: vec3<f32>,
@@ -91,5 +145,5 @@ fn arriving(world: vec3<f32>, normal: vec3<f32>) -> Light {
     let up = normal.z * 0.5 + 0.5;
     // At night street lamps throw from above what the ground throws back by day.
     let above = mix(view.horizon.rgb, view.zenith.rgb, 0.55) * 0.62 + view.bounce.rgb * view.direct.w;
-    return Light(sun + mix(view.bounce.rgb, above, up), sun);
+    return Light(sun + mix(view.bounce.rgb, above, up) + lamplight(world, normal), sun);
 }

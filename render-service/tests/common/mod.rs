@@ -99,7 +99,9 @@ pub(crate) fn camera() -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Rgba8,
         jpeg_quality: 75,
+        quality: None,
         ignored: Vec::new(),
+        exposure: schemas::Exposure::PLAIN,
     }
 }
 
@@ -141,7 +143,12 @@ pub(crate) fn camera_above(height_m: f32) -> Camera {
 }
 
 pub(crate) fn job(frame: Frame, cameras: Vec<Camera>) -> RenderJob {
-    RenderJob { tenant: "local".parse().unwrap(), frame, cameras }
+    RenderJob {
+        tenant: "local".parse().unwrap(),
+        frame,
+        cameras,
+        staging: schemas::Staging::default(),
+    }
 }
 
 /// Red, green, blue of one pixel of a raw picture.

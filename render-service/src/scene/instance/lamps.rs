@@ -5,20 +5,21 @@ use schemas::{ActorState, Vec3};
 
 use super::super::shape::Shape;
 use super::super::vehicle::lamp_places;
+use super::beams::Sources;
 use super::{Placer, box_scale, glowing, linear, opaque};
 
 /// CARLA's `VehicleLightState`.
-mod flag {
-    pub(super) const POSITION: u32 = 1;
-    pub(super) const LOW_BEAM: u32 = 1 << 1;
-    pub(super) const HIGH_BEAM: u32 = 1 << 2;
-    pub(super) const BRAKE: u32 = 1 << 3;
-    pub(super) const RIGHT_BLINKER: u32 = 1 << 4;
-    pub(super) const LEFT_BLINKER: u32 = 1 << 5;
-    pub(super) const REVERSE: u32 = 1 << 6;
-    pub(super) const FOG: u32 = 1 << 7;
-    pub(super) const INTERIOR: u32 = 1 << 8;
-    pub(super) const SPECIAL: u32 = 1 << 9 | 1 << 10;
+pub(super) mod flag {
+    pub(in super::super) const POSITION: u32 = 1;
+    pub(in super::super) const LOW_BEAM: u32 = 1 << 1;
+    pub(in super::super) const HIGH_BEAM: u32 = 1 << 2;
+    pub(in super::super) const BRAKE: u32 = 1 << 3;
+    pub(in super::super) const RIGHT_BLINKER: u32 = 1 << 4;
+    pub(in super::super) const LEFT_BLINKER: u32 = 1 << 5;
+    pub(in super::super) const REVERSE: u32 = 1 << 6;
+    pub(in super::super) const FOG: u32 = 1 << 7;
+    pub(in super::super) const INTERIOR: u32 = 1 << 8;
+    pub(in super::super) const SPECIAL: u32 = 1 << 9 | 1 << 10;
 }
 
 /// Length of one flash of a blinker with the pause after it, in seconds: 86 a minute, of the 60 to
@@ -27,11 +28,15 @@ const BLINK_SECS: f64 = 0.7;
 /// Length of one flash of emergency lamps with the pause after it, in seconds.
 const FLASH_SECS: f64 = 0.4;
 
-const WHITE: [f32; 3] = [1.0, 0.98, 0.92];
-const AMBER: [f32; 3] = [1.0, 0.36, 0.02];
-const RED: [f32; 3] = [1.0, 0.010, 0.008];
+pub(super) const WHITE: [f32; 3] = [1.0, 0.98, 0.92];
+pub(super) const AMBER: [f32; 3] = [1.0, 0.36, 0.02];
+pub(super) const RED: [f32; 3] = [1.0, 0.010, 0.008];
 /// Windows of a dark cabin.
 const GLASS: [f32; 3] = [0.012, 0.015, 0.018];
+
+/// Front and rear blinkers of a motorcycle in the box of its frame, on the left side.
+const FRAME_BLINKERS: [Block; 2] =
+    [[(0.42, 0.50), (0.55, 0.85), (-0.05, 0.05)], [(-0.86, -0.80), (0.35, 0.65), (-0.20, -0.11)]];
 
 /// Which lamps of one vehicle are lit at one moment.
 #[derive(Clone, Copy)]
@@ -48,7 +53,7 @@ impl Lit {
         Self { lights: actor.lights, sim_secs: if sim_secs.is_finite() { sim_secs } else { 0.0 } }
     }
 
-    fn has(self, flags: u32) -> bool {
+    pub(super) fn has(self, flags: u32) -> bool {
         self.lights & flags != 0
     }
 
@@ -83,6 +88,8 @@ impl Lit {
         let Some(places) = lamp_places(shape) else { return };
         let ([front_x, rear_x], [front, rear]) = (places.end_x, places.top_z);
         let blinks = self.flashes(BLINK_SECS);
+        self.shine(placer, &Sources::of_body(actor, &places), blinks);
+        let actor_from_box = box_scale(actor);
         let corner = [
             ((0.86, front_x + 0.007), (0.84, 0.945), (front - 0.25, front - 0.11)),
             ((rear_x - 0.006, -0.86), (0.74, 0.935), (rear - 0.23, rear - 0.13)),
@@ -90,7 +97,7 @@ impl Lit {
         .map(<[(f32, f32); 3]>::from);
         for (side, blinker) in [(1.0, flag::LEFT_BLINKER), (-1.0, flag::RIGHT_BLINKER)] {
             let mut put = |block: Block, colour: [f32; 3]| {
-                put_lamp(placer, actor, block, side, glowing(colour, 1.0));
+                put_lamp(placer, &actor_from_box, block, side, glowing(colour, 1.0));
             };
             if self.has(blinker) && blinks {
                 corner.iter().for_each(|block| put(*block, AMBER));
@@ -108,9 +115,63 @@ impl Lit {
         }
     }
 
-    /// Colours of two lamps on a roof, the right one and the left one, that flash in turn.
-    pub(super) fn beacons(self, right: [f32; 3], left: [f32; 3]) -> [[u8; 4]; 4] {
+    /// Puts the lamps of a two-wheeler, in the box of its frame: blinkers, and head and tail lamp
+    /// of a bicycle, whose frame has none.
+    pub(super) fn place_on_frame(
+        self,
+        placer: &mut Placer,
+        actor_from_frame: &Matrix4<f32>,
+        is_bicycle: bool,
+    ) {
+        let blinks = self.flashes(BLINK_SECS);
+        let at = |x: f32, z: f32| {
+            actor_from_frame.transform_point(&nalgebra::Point3::new(x, 0.0, z)).coords
+        };
+        self.shine(placer, &Sources::single(at(0.56, -0.02), at(-0.86, -0.17)), blinks);
+        for (side, blinker) in [(1.0, flag::LEFT_BLINKER), (-1.0, flag::RIGHT_BLINKER)] {
+            if self.has(blinker) && blinks && !is_bicycle {
+                for block in FRAME_BLINKERS {
+                    put_lamp(placer, actor_from_frame, block, side, glowing(AMBER, 1.0));
+                }
+            }
+        }
+        if !is_bicycle {
+            return;
+        }
+        let [_, head, tail, _] = self.tints(0);
+        let lamps = flag::POSITION | flag::LOW_BEAM | flag::HIGH_BEAM;
+        if self.has(lamps) {
+            put_lamp(
+                placer,
+                actor_from_frame,
+                [(0.44, 0.50), (-0.14, 0.14), (-0.04, 0.06)],
+                1.0,
+                head,
+            );
+        }
+        if self.has(flag::POSITION | flag::BRAKE) {
+            put_lamp(
+                placer,
+                actor_from_frame,
+                [(-0.70, -0.66), (-0.12, 0.12), (-0.24, -0.16)],
+                1.0,
+                tail,
+            );
+        }
+    }
+
+    /// Colours of two lamps on a roof, the right one and the left one, that flash in turn, and
+    /// what the one that is lit throws.
+    pub(super) fn beacons(
+        self,
+        placer: &mut Placer,
+        roof_m: Vec3,
+        [right, left]: [[f32; 3]; 2],
+    ) -> [[u8; 4]; 4] {
         let is_right = self.flashes(FLASH_SECS);
+        if self.has(flag::SPECIAL) {
+            placer.shine_around(roof_m + Vec3::z() * 0.3, if is_right { right } else { left });
+        }
         let lamp = |colour: [f32; 3], turn: bool| {
             if self.has(flag::SPECIAL) && turn { glowing(colour, 1.0) } else { opaque(colour) }
         };
@@ -125,12 +186,18 @@ impl Lit {
 }
 
 /// A lamp on the left (1) or right (-1) side.
-fn put_lamp(placer: &mut Placer, actor: &ActorState, block: Block, side: f32, tint: [u8; 4]) {
+fn put_lamp(
+    placer: &mut Placer,
+    actor_from_box: &Matrix4<f32>,
+    block: Block,
+    side: f32,
+    tint: [u8; 4],
+) {
     let [along, across, up] = block;
     let middle = |(a, b): (f32, f32)| (a + b) / 2.0;
     let half = |(a, b): (f32, f32)| (b - a) / 2.0;
     let at = Vec3::new(middle(along), side * middle(across), middle(up));
     let size = Vec3::new(half(along), half(across), half(up));
     let lamp = Matrix4::new_translation(&at) * Matrix4::new_nonuniform_scaling(&size);
-    placer.put(Shape::Block, box_scale(actor) * lamp, [tint; 4]);
+    placer.put(Shape::Block, actor_from_box * lamp, [tint; 4]);
 }

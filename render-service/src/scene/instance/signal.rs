@@ -23,10 +23,8 @@ pub(crate) enum Lamp {
 /// One signal of a map.
 #[derive(Clone, Debug)]
 pub(crate) struct Signal {
-    /// With dark lamps.
-    body: Body,
-    /// The part of the body that holds the lamps, if it has any.
-    head: Option<usize>,
+    /// With dark lamps, then with each lamp lit; one if it has no lamps.
+    bodies: Vec<Body>,
     /// Its position among the map's traffic lights, if it is one of them.
     light: Option<usize>,
 }
@@ -51,21 +49,18 @@ impl Signals {
 
     /// What is to be drawn in a frame. Lamps are dark in a world that does not have the map's
     /// lights.
-    pub(crate) fn bodies(&self, frame: &Frame) -> impl Iterator<Item = Body> {
+    pub(crate) fn bodies<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = &'a Body> {
         let states = &frame.traffic_lights;
         let states = if states.len() == self.light_count { states.as_slice() } else { &[] };
         let lit_lamp_of = |signal: &Signal| lit_lamp(states.get(signal.light?)?.colour);
-        self.all.iter().map(move |signal| signal.body(lit_lamp_of(signal)))
+        self.all.iter().filter_map(move |signal| signal.body(lit_lamp_of(signal)))
     }
 }
 
 impl Signal {
-    fn body(&self, lit: Option<Lamp>) -> Body {
-        let mut body = self.body.clone();
-        if let Some(part) = self.head.and_then(|head| body.parts.get_mut(head)) {
-            part.instance.tints = lamps(lit);
-        }
-        body
+    fn body(&self, lit: Option<Lamp>) -> Option<&Body> {
+        let lit = lit.map_or(0, |lamp| lamp as usize + 1);
+        self.bodies.get(lit).or_else(|| self.bodies.first())
     }
 }
 
@@ -83,7 +78,7 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
     let foot_m: Vec3 = post.foot.translation.vector.cast();
     let world_from_actor = post.foot.to_matrix().cast();
     let label = TagId::of_scenery(SemanticTag::Poles, place);
-    let mut placer = Placer { world_from_actor, label, parts: Vec::new() };
+    let mut placer = Placer { world_from_actor, label, parts: Vec::new(), lamps: Vec::new() };
     put_post(&mut placer, post);
     let head = match post.carried {
         Carried::Lamps => {
@@ -106,8 +101,19 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
         centre_m: foot_m + Vec3::z() * (top_m / 2.0),
         radius_m: top_m / 2.0 + 1.0,
         parts: placer.parts,
+        lamps: Vec::new(),
     };
-    Signal { body, head, light: post.light }
+    let mut bodies = vec![body];
+    if let (Some(body), Some(head)) = (bodies.first().cloned(), head) {
+        for lamp in [Lamp::Red, Lamp::Amber, Lamp::Green] {
+            let mut body = body.clone();
+            if let Some(part) = body.parts.get_mut(head) {
+                part.instance.tints = lamps(Some(lamp));
+            }
+            bodies.push(body);
+        }
+    }
+    Signal { bodies, light: post.light }
 }
 
 fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {
@@ -167,23 +173,24 @@ mod tests {
         assert!(signals.light_count > 0 && lights.len() == known.len());
         assert_eq!(known, (0..signals.light_count).collect());
         for signal in &signals.all {
-            let z = signal.body.centre_m.z;
+            let z = signal.bodies[0].centre_m.z;
             assert!(z > 0.5 && z < 4.0, "{signal:?}");
-            assert!(signal.light.is_none() || signal.head.is_some(), "{signal:?}");
+            assert!(signal.light.is_none() || signal.bodies.len() == 4, "{signal:?}");
         }
     }
 
     #[test]
     fn a_lit_lamp_changes_the_colours_of_the_head_and_nothing_else() {
         let signals = signals();
-        let light = signals.all.iter().find(|signal| signal.head.is_some()).unwrap();
-        let (dark, green) = (light.body(None), light.body(Some(Lamp::Green)));
-        for (place, (dark, green)) in dark.parts.iter().zip(&green.parts).enumerate() {
-            let is_head = Some(place) == light.head;
-            assert_eq!(dark.instance.tints != green.instance.tints, is_head);
+        let light = signals.all.iter().find(|signal| signal.bodies.len() == 4).unwrap();
+        let (dark, green) = (light.body(None).unwrap(), light.body(Some(Lamp::Green)).unwrap());
+        let mut differing = Vec::new();
+        for (dark, green) in dark.parts.iter().zip(&green.parts) {
+            if dark.instance.tints != green.instance.tints {
+                differing.push(green.instance.tints.map(|[.., glow]| glow));
+            }
             assert_eq!(dark.instance.world_from_shape, green.instance.world_from_shape);
         }
-        let lit = green.parts[light.head.unwrap()].instance.tints;
-        assert_eq!(lit.map(|[.., glow]| glow), [0, 0, 255, 0]);
+        assert_eq!(differing, [[0, 0, 255, 0]]);
     }
 }

@@ -46,8 +46,12 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, type_id: &str, sim_
             let radius_m = if shape == Shape::Van { 0.36 } else { 0.50 };
             place_wheels(placer, actor, &Wheels { radius_m, half_width_m: 0.14, axles }, tints);
         }
-        Class::Motorcycle => place_two_wheeler(placer, actor, Shape::MotorcycleFrame, 0.065, tints),
-        Class::Bicycle => place_two_wheeler(placer, actor, Shape::BicycleFrame, 0.02, tints),
+        Class::Motorcycle => {
+            place_two_wheeler(placer, actor, (Shape::MotorcycleFrame, 0.065), (lit, tints));
+        }
+        Class::Bicycle => {
+            place_two_wheeler(placer, actor, (Shape::BicycleFrame, 0.02), (lit, tints));
+        }
     }
 }
 
@@ -114,17 +118,21 @@ fn place_on_roof(placer: &mut Placer, actor: &ActorState, type_id: &str, lit: Li
     const BLUE: [f32; 3] = [0.01, 0.03, 1.0];
     const RED: [f32; 3] = [1.0, 0.010, 0.008];
     let is = |words: &[&str]| words.iter().any(|word| type_id.contains(word));
-    let (along, half_m, tints) = if is(&["police"]) {
-        (-0.1, Vec3::new(0.12, 0.52, 0.06), lit.beacons(BLUE, RED))
+    let (along, half_m, colours) = if is(&["police"]) {
+        (-0.1, Vec3::new(0.12, 0.52, 0.06), Some([BLUE, RED]))
     } else if is(&["ambulance", "firetruck"]) {
-        (0.45, Vec3::new(0.15, 0.70, 0.08), lit.beacons(BLUE, BLUE))
+        (0.45, Vec3::new(0.15, 0.70, 0.08), Some([BLUE, BLUE]))
     } else if is(&["ford.crown", "taxi"]) {
-        (-0.15, Vec3::new(0.10, 0.25, 0.08), lit.roof_sign([0.9, 0.6, 0.05]))
+        (-0.15, Vec3::new(0.10, 0.25, 0.08), None)
     } else {
         return;
     };
     let half = actor.box_half_extent_m;
     let roof_m = actor.box_centre_m + Vec3::new(along * half.x, 0.0, half.z - 0.01);
+    let tints = match colours {
+        Some(colours) => lit.beacons(placer, roof_m, colours),
+        None => lit.roof_sign([0.9, 0.6, 0.05]),
+    };
     let bar = Matrix4::new_translation(&roof_m) * Matrix4::new_nonuniform_scaling(&half_m);
     placer.put(Shape::LightBar, bar, tints);
 }
@@ -156,9 +164,8 @@ fn place_wheels(placer: &mut Placer, actor: &ActorState, wheels: &Wheels, tints:
 fn place_two_wheeler(
     placer: &mut Placer,
     actor: &ActorState,
-    frame: Shape,
-    half_width_m: f32,
-    tints: [[u8; 4]; 4],
+    (frame, half_width_m): (Shape, f32),
+    (lit, tints): (Lit, [[u8; 4]; 4]),
 ) {
     let half = actor.box_half_extent_m;
     let ground_m = actor.box_centre_m - Vec3::z() * half.z;
@@ -167,6 +174,7 @@ fn place_two_wheeler(
     let frame_box = Matrix4::new_translation(&(ground_m + Vec3::z() * frame_half.z))
         * Matrix4::new_nonuniform_scaling(&frame_half);
     placer.put(frame, frame_box, tints);
+    lit.place_on_frame(placer, &frame_box, frame == Shape::BicycleFrame);
     let radius_m = 0.33;
     for (along, steer_rad) in [(0.64, finite(actor.road_wheel_rad)), (-0.64, 0.0)] {
         let hub = ground_m + Vec3::new(along * half.x, 0.0, radius_m);

@@ -1,0 +1,11 @@
+//! How much work a picture is worth.
+
+/// How finely colours are computed. Shapes and their edges are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Quality {
+    /// Every second pixel of a row where both show one triangle, without fine grain.
+    Low,
+    /// Every pixel, with all that surfaces have.
+    #[default]
+    High,
+}
