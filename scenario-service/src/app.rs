@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::serve::Listener as _;
 use bus::{Bus, BusConfig};
@@ -11,10 +11,10 @@ use schemas::{Alive, ServiceKind};
 use signals::Termination;
 use tenancy::{Door, DoorError, FOLLOW_EVERY};
 use tokio::sync::watch;
-use worlds::Worlds;
+use worlds::{Worlds, until_sweep};
 
 use crate::config::{Args, Config, ConfigError};
-use crate::limits::{MOVE_AGAIN, REAP_EVERY, SWEEP_EVERY};
+use crate::limits::{MOVE_AGAIN, REAP_EVERY};
 use crate::listener::FaceListener;
 use crate::openenv::{self, Face, OriginRule};
 use crate::session::table::Sessions;
@@ -102,7 +102,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let face = openenv::service(Arc::new(face));
     tokio::spawn(follow(door));
     tokio::spawn(reap(Arc::clone(&sessions)));
-    tokio::spawn(sweep(Arc::clone(&sessions)));
+    tokio::spawn(sweep(Arc::clone(&sessions), changes.clone()));
     tokio::spawn(move_worlds(Arc::clone(&sessions), changes));
     tokio::spawn(warm_up(context));
 
@@ -175,11 +175,12 @@ async fn warm_up(context: Arc<SessionContext>) {
     }
 }
 
-async fn sweep(sessions: Arc<Sessions>) {
+/// Frees worlds that no session uses.
+async fn sweep(sessions: Arc<Sessions>, mut changes: watch::Receiver<u64>) {
     loop {
-        tokio::time::sleep(SWEEP_EVERY).await;
+        until_sweep(&mut changes).await;
         for context in sessions.contexts().all() {
-            context.keeper.sweep().await;
+            context.keeper.sweep(Instant::now()).await;
         }
     }
 }

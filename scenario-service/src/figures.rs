@@ -20,6 +20,8 @@ pub(crate) struct Figures {
     pub(crate) draining: Counter,
     /// Pictures that were beyond a tenant's quota.
     pub(crate) pixels_refused: Counter,
+    /// Resets whose world would have had more actors than a tenant's quota.
+    pub(crate) actors_refused: Counter,
     /// How long an episode waited while its world moved.
     pub(crate) move_seconds: Histogram,
     /// Worlds that were lost and made again.
@@ -48,6 +50,10 @@ impl Figures {
             pixels_refused: metrics.counter(
                 "causeway_scenario_pictures_refused",
                 "Pictures that were beyond a tenant's quota",
+            ),
+            actors_refused: metrics.counter(
+                "causeway_scenario_actors_refused",
+                "Resets with more actors than a tenant's quota",
             ),
             move_seconds: metrics.histogram(
                 "causeway_scenario_move_seconds",

@@ -58,14 +58,13 @@ pub(crate) const WORLD_DEADLINE: Duration = Duration::from_secs(10);
 pub(crate) const REAP_EVERY: Duration = Duration::from_secs(5);
 /// Before a world is moved again that could not be.
 pub(crate) const MOVE_AGAIN: Duration = Duration::from_secs(1);
-/// How often worlds are searched for those that nobody uses.
-pub(crate) const SWEEP_EVERY: Duration = Duration::from_secs(30);
 
 /// States of episodes that a tenant's sessions keep to go on from.
 pub(crate) const SAVED_MAX: usize = 256;
+/// Sessions that go on from one with a single request.
+pub(crate) const FORKS_MAX: u64 = 1_024;
 /// Bytes of their worlds.
 pub(crate) const SAVED_BYTES_MAX: usize = 64 << 20;
 /// One that nobody asks for goes after this.
 pub(crate) const SAVED_IDLE: Duration = Duration::from_secs(600);
-const _: () = assert!(SWEEP_EVERY.as_secs() > 2 * WORLD_DEADLINE.as_secs(), "answers come before");
 const _: () = assert!(MESSAGE_BYTES_MAX <= TRANSPORT_BYTES_MAX, "what is parsed must fit");

@@ -12,6 +12,7 @@ mod openapi;
 mod origin;
 mod reply;
 mod schema;
+mod snapshots;
 mod tasks;
 mod ws;
 

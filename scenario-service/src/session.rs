@@ -127,6 +127,7 @@ impl Session {
                     traffic: spec.signals,
                     first_actor: ActorId::FIRST,
                 };
+                self.context.may_spawn(self.quotas, &new.commands)?;
                 let (created, world) = self.create(new.clone()).await?;
                 ((decode(created.frame)?, created.replies, world), Some(worlds::State::New(new)))
             }

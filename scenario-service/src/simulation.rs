@@ -9,20 +9,19 @@ mod worlds;
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use schemas::SplitMix64;
 use serde_json::Value;
 
 use crate::action::{Action, ActionKind};
-use crate::limits::SWEEP_EVERY;
 use crate::scenario::Profile;
 use crate::session::table::{IdleTimes, InUse, Life, Sessions};
 use crate::session::{ResetRequest, Session, SessionContext, SessionError};
 use crate::testing;
 use crate::world_port::WorldPort;
 use clock::Clock;
-use worlds::{DEADLINE_MILLIS, UnreliableWorlds};
+use worlds::{DEADLINE_MILLIS, LATE_MILLIS, UnreliableWorlds};
 
 const CLIENTS: u64 = 4;
 const CALLS: usize = 20;
@@ -288,12 +287,14 @@ impl Simulation {
         self.worlds.heal();
         self.sessions.reap();
         assert_eq!(self.sessions.load().0, 0, "sessions are left");
-        for _ in 0..3 {
+        let start = Instant::now();
+        // What is carried out late is listed late, and freed when no answer can come any more.
+        for count in 1..=4 {
             let keeper = Arc::clone(&self.context.keeper);
             let clock = self.clock.clone();
             let sweeping = tokio::spawn(async move {
-                clock.sleep(SWEEP_EVERY.as_millis() as u64).await;
-                keeper.sweep().await;
+                clock.sleep(LATE_MILLIS).await;
+                keeper.sweep(start + count * Duration::from_millis(LATE_MILLIS)).await;
             });
             while !sweeping.is_finished() {
                 self.clock.go_on();

@@ -1,10 +1,13 @@
-//! Group commit for ticks: many sessions share one round trip to the world service.
+//! Group commit for ticks: many sessions share one round trip to a world service.
 //!
 //! A step that finds no round trip under way is sent at once. Steps that come while one is under
-//! way wait for it and then go out together. Worlds are divided among a few queues as the world
-//! service divides them among its threads, by their ids: who asks one thread need not wait for
-//! another.
+//! way wait for it and then go out together. Each world service has queues of its own, so that who
+//! has a world on one does not wait for another that is slow or stands still. Its worlds are
+//! divided among a few as it divides them among its threads, by their ids: who asks one thread need
+//! not wait for another.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemas::limits::WORLDS_PER_BATCH_MAX;
@@ -15,8 +18,8 @@ use crate::world_port::WorldPort;
 
 /// Requests of more ticks than this go alone: nobody else's step is to wait for them.
 const TOGETHER_TICKS_MAX: u32 = 10;
-/// Round trips under way at once: more would be small and wait for the same threads.
-const QUEUES: usize = 2;
+/// Round trips under way at once to one service: more would be small and wait for the same threads.
+const QUEUES: u64 = 2;
 
 type Waiter = oneshot::Sender<Result<TickOutcome, Error>>;
 
@@ -28,13 +31,17 @@ pub(crate) struct Ticker {
 
 struct Shared {
     port: Arc<dyn WorldPort>,
-    queues: [Mutex<Queue>; QUEUES],
+    /// What waits for each round trip that is under way.
+    under_way: Mutex<BTreeMap<QueueName, Queue>>,
 }
+
+/// The number of a world service, and which of its queues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct QueueName(u32, u64);
 
 /// Bounded by the number of sessions, each of which waits for its only step.
 #[derive(Default)]
 struct Queue {
-    under_way: bool,
     items: Vec<TickItem>,
     waiters: Vec<Waiter>,
 }
@@ -43,7 +50,7 @@ struct Queue {
 #[derive(Clone)]
 struct WorldQueue {
     shared: Arc<Shared>,
-    index: usize,
+    name: QueueName,
 }
 
 /// Sees to it that the queue goes on, even if the session that holds it is cancelled.
@@ -52,7 +59,7 @@ struct QueueRelease<'a>(&'a WorldQueue);
 impl Ticker {
     /// A ticker of one port.
     pub(crate) fn new(port: Arc<dyn WorldPort>) -> Self {
-        Self { shared: Arc::new(Shared { port, queues: Default::default() }) }
+        Self { shared: Arc::new(Shared { port, under_way: Mutex::default() }) }
     }
 
     /// Carries out one item, alone or together with others.
@@ -68,24 +75,18 @@ impl Ticker {
 
     /// Items that wait for the round trip before theirs.
     pub(crate) fn waiting(&self) -> usize {
-        let waiting =
-            |queue: &Mutex<Queue>| queue.lock().unwrap_or_else(PoisonError::into_inner).items.len();
-        self.shared.queues.iter().map(waiting).sum()
+        self.shared.lock().values().map(|queue| queue.items.len()).sum()
     }
 
     /// Whether nothing waits or is under way.
     #[cfg(test)]
     pub(crate) fn is_idle(&self) -> bool {
-        let is_empty = |queue: &Mutex<Queue>| {
-            let queue = queue.lock().unwrap();
-            !queue.under_way && queue.items.is_empty() && queue.waiters.is_empty()
-        };
-        self.shared.queues.iter().all(is_empty)
+        self.shared.lock().is_empty()
     }
 
     fn queue(&self, world: WorldId) -> WorldQueue {
-        let index = (world.get() % QUEUES as u64) as usize;
-        WorldQueue { shared: Arc::clone(&self.shared), index }
+        let name = QueueName(world.host(), world.get() % QUEUES);
+        WorldQueue { shared: Arc::clone(&self.shared), name }
     }
 }
 
@@ -96,19 +97,24 @@ impl Shared {
             None => Err(short_answer()),
         }
     }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<QueueName, Queue>> {
+        // Nothing panics while it holds the lock.
+        self.under_way.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl WorldQueue {
     async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
-        let (mine, answer) = {
-            let mut queue = self.lock();
-            if queue.under_way {
+        let (mine, answer) = match self.shared.lock().entry(self.name) {
+            Entry::Occupied(mut waiting) => {
                 let (sender, receiver) = oneshot::channel();
-                queue.items.push(item);
-                queue.waiters.push(sender);
+                waiting.get_mut().items.push(item);
+                waiting.get_mut().waiters.push(sender);
                 (None, Some(receiver))
-            } else {
-                queue.under_way = true;
+            }
+            Entry::Vacant(idle) => {
+                idle.insert(Queue::default());
                 (Some(item), None)
             }
         };
@@ -124,16 +130,12 @@ impl WorldQueue {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Queue> {
-        // Nothing panics while it holds the lock.
-        self.shared.queues[self.index].lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// What waits, up to one batch; releases the queue when nothing does.
     fn next_batch(&self) -> Option<(Vec<TickItem>, Vec<Waiter>)> {
-        let mut queue = self.lock();
+        let mut under_way = self.shared.lock();
+        let queue = under_way.get_mut(&self.name)?;
         if queue.items.is_empty() {
-            queue.under_way = false;
+            under_way.remove(&self.name);
             return None;
         }
         let rest = queue.items.len().min(WORLDS_PER_BATCH_MAX);
@@ -191,6 +193,9 @@ mod tests {
     use super::*;
     use crate::world_port::{Answer, CreatedWorld};
 
+    /// The number of a world service that never answers.
+    const STOPPED: u32 = 9;
+
     /// Answers a batch after a while and counts them; world 13 does not exist.
     #[derive(Default)]
     struct Slow {
@@ -227,6 +232,9 @@ mod tests {
             self.batches.fetch_add(1, Ordering::Relaxed);
             self.largest.fetch_max(items.len(), Ordering::Relaxed);
             Box::pin(async move {
+                if items.iter().any(|item| item.world.host() == STOPPED) {
+                    return std::future::pending().await;
+                }
                 tokio::time::sleep(Duration::from_millis(20)).await;
                 let answer = |item: TickItem| {
                     let frame = EncodedFrame(item.world.get().to_le_bytes().to_vec());
@@ -274,7 +282,7 @@ mod tests {
                 Err(error) => assert_eq!((world, error.code), (13, ErrorCode::UnknownWorld)),
             }
         }
-        assert_eq!(port.batches.load(Ordering::Relaxed), 2 * QUEUES);
+        assert_eq!(port.batches.load(Ordering::Relaxed), 2 * QUEUES as usize);
         assert_eq!(port.largest.load(Ordering::Relaxed), 24);
     }
 
@@ -317,24 +325,43 @@ mod tests {
     #[tokio::test]
     async fn a_cancelled_step_does_not_hold_up_those_behind_it() {
         let ticker = Ticker::new(Arc::new(Slow::default()));
-        let queue = ticker.queue(item(1).world);
         let first = tokio::spawn({
             let ticker = ticker.clone();
             async move { ticker.tick(item(1)).await }
         });
-        while !queue.lock().under_way {
+        while ticker.is_idle() {
             tokio::task::yield_now().await;
         }
         let second = tokio::spawn({
             let ticker = ticker.clone();
             async move { ticker.tick(item(3)).await }
         });
-        while queue.lock().items.is_empty() {
+        while ticker.waiting() == 0 {
             tokio::task::yield_now().await;
         }
         first.abort();
         let answer = tokio::time::timeout(Duration::from_secs(5), second).await;
         assert!(answer.unwrap().unwrap().is_ok());
         assert!(ticker.tick(item(5)).await.is_ok());
+    }
+    #[tokio::test]
+    async fn nobody_waits_for_a_world_service_that_stands_still_but_who_has_a_world_there() {
+        let ticker = Ticker::new(Arc::new(Slow::default()));
+        let ask = |world: WorldId| {
+            let ticker = ticker.clone();
+            tokio::spawn(async move { ticker.tick(TickItem::new(world, 1)).await })
+        };
+        let stopped: Vec<_> = (1..=4).map(|count| ask(WorldId::of_host(STOPPED, count))).collect();
+        while ticker.waiting() < 2 {
+            tokio::task::yield_now().await;
+        }
+        let quick: Vec<_> = (1..=8).map(|count| ask(WorldId::of_host(1, count))).collect();
+        for step in quick {
+            let answer = tokio::time::timeout(Duration::from_secs(5), step).await;
+            assert!(answer.expect("it waits for another service").unwrap().is_ok());
+        }
+        assert!(stopped.iter().all(|step| !step.is_finished()));
+        assert_eq!(ticker.waiting(), 2, "the stopped service has a queue for each of its threads");
+        stopped.iter().for_each(tokio::task::JoinHandle::abort);
     }
 }

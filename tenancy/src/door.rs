@@ -124,6 +124,14 @@ impl Door {
         })
     }
 
+    /// How much a tenant may use, where nobody presents a token; everything at an open door.
+    pub fn quotas_of(&self, tenant: &Tenant) -> Quotas {
+        match &self.0 {
+            Rule::Open(_) => Quotas::default(),
+            Rule::Tokens(followed) => followed.people().quotas_of(tenant),
+        }
+    }
+
     /// Reads the file again if it has changed. One that cannot be used changes nothing.
     pub fn follow(&self) {
         let Rule::Tokens(followed) = &self.0 else { return };
@@ -135,13 +143,13 @@ impl Door {
         match read(path) {
             Ok((people, stamp)) => {
                 let (tenants, tokens) = people.counts();
-                tracing::info!(?path, tenants, tokens, "who may come in has changed");
+                tracing::info!(target: "audit", ?path, tenants, tokens, "read tenants again");
                 *followed.seen() = Some(stamp);
                 let mut now = followed.people.write().unwrap_or_else(PoisonError::into_inner);
                 *now = Arc::new(people);
             }
             Err(error) => {
-                tracing::error!(%error, "who may come in stays as it was: mend the file of tenants");
+                tracing::error!(target: "audit", %error, "tenants stay as they were: mend their file");
                 // One that may not be read may be readable later, without another change.
                 if now.is_none() || matches!(error.cause, Cause::Invalid(_) | Cause::Large(_)) {
                     *followed.seen() = now;

@@ -8,8 +8,10 @@ mod failures;
 mod people;
 mod pixels;
 mod secret;
+mod seldom;
 
 pub use door::{Door, DoorError, FOLLOW_EVERY, Refusal};
 pub use people::{Invalid, People, Quotas, Visitor};
 pub use pixels::PixelBudget;
 pub use secret::{Secret, TokenId, expiry};
+pub use seldom::Seldom;

@@ -19,18 +19,46 @@ pub struct Quotas {
     pub sessions_max: Option<u32>,
     /// Pixels that are drawn for it in a second, at one face.
     pub pixels_per_second: Option<u64>,
+    /// Actors of one world that are not the map's own.
+    pub actors_per_world: Option<u32>,
+    /// Cameras of one world.
+    pub cameras_per_world: Option<u32>,
+    /// MiB of its folder of recordings, at one gateway.
+    pub recordings_mib: Option<u32>,
 }
 
 impl Quotas {
     /// Those of tenants of which the file says nothing.
-    pub const USUAL: Self = Self { sessions_max: Some(64), pixels_per_second: Some(20_000_000) };
+    pub const USUAL: Self = Self {
+        sessions_max: Some(64),
+        pixels_per_second: Some(20_000_000),
+        actors_per_world: Some(500),
+        cameras_per_world: Some(16),
+        recordings_mib: Some(1_024),
+    };
 
     /// The others' where this one says nothing.
     fn or(self, other: Self) -> Self {
         Self {
             sessions_max: self.sessions_max.or(other.sessions_max),
             pixels_per_second: self.pixels_per_second.or(other.pixels_per_second),
+            actors_per_world: self.actors_per_world.or(other.actors_per_world),
+            cameras_per_world: self.cameras_per_world.or(other.cameras_per_world),
+            recordings_mib: self.recordings_mib.or(other.recordings_mib),
         }
+    }
+
+    /// The name of one that allows nothing.
+    fn none(&self) -> Option<&'static str> {
+        let wide = |value: Option<u32>| value.map(u64::from);
+        let named = [
+            ("sessions_max", wide(self.sessions_max)),
+            ("pixels_per_second", self.pixels_per_second),
+            ("actors_per_world", wide(self.actors_per_world)),
+            ("cameras_per_world", wide(self.cameras_per_world)),
+            ("recordings_mib", wide(self.recordings_mib)),
+        ];
+        named.into_iter().find(|(_, value)| *value == Some(0)).map(|(name, _)| name)
     }
 }
 
@@ -68,6 +96,8 @@ pub enum Invalid {
 
 /// Tenants and their tokens.
 pub struct People {
+    /// Of tenants that are not named.
+    usual: Quotas,
     tenants: BTreeMap<Tenant, Quotas>,
     tokens: BTreeMap<TokenId, Token>,
 }
@@ -124,7 +154,7 @@ impl People {
                 return Err(Invalid::Token(name, "its id is there twice".to_owned()));
             }
         }
-        Ok(Self { tenants, tokens })
+        Ok(Self { usual, tenants, tokens })
     }
 
     /// Whose token this is. An unknown id takes as long as a wrong secret.
@@ -141,6 +171,11 @@ impl People {
         }
         let quotas = self.tenants.get(&token.tenant).copied()?;
         Some(Visitor { tenant: token.tenant.clone(), token: Some(id.clone()), quotas })
+    }
+
+    /// How much a tenant may use.
+    pub fn quotas_of(&self, tenant: &Tenant) -> Quotas {
+        self.tenants.get(tenant).copied().unwrap_or(self.usual)
     }
 
     /// Who is named.
@@ -173,14 +208,10 @@ impl TokenEntry {
 }
 
 fn checked(table: &str, quotas: Quotas) -> Result<Quotas, Invalid> {
-    let none = |name| Err(Invalid::Quota(table.to_owned(), name));
-    if quotas.sessions_max == Some(0) {
-        return none("sessions_max");
+    match quotas.none() {
+        Some(name) => Err(Invalid::Quota(table.to_owned(), name)),
+        None => Ok(quotas),
     }
-    if quotas.pixels_per_second == Some(0) {
-        return none("pixels_per_second");
-    }
-    Ok(quotas)
 }
 
 #[cfg(test)]
@@ -214,6 +245,9 @@ mod tests {
         assert_eq!(visitor.token.unwrap().as_str(), "alice-laptop");
         assert_eq!(visitor.quotas.sessions_max, Some(2));
         assert_eq!(visitor.quotas.pixels_per_second, Quotas::USUAL.pixels_per_second);
+        assert_eq!(visitor.quotas.actors_per_world, Some(500));
+        let of = |name: &str| people.quotas_of(&name.parse().unwrap()).sessions_max;
+        assert_eq!([of("alice"), of("bob"), of("carol")], [Some(2), Some(8), Some(8)]);
         assert_eq!(people.who(&alice.token(), after), None);
         assert_eq!(people.who(&bob.token(), after).unwrap().quotas.sessions_max, Some(8));
     }
@@ -243,6 +277,7 @@ mod tests {
             (good.clone() + "expires = 2027-01-01", "expires must be a time with an offset"),
             (good.clone() + "colour = 1", "unknown field `colour`"),
             (good.replace("[tenant.alice]", "[tenant.alice]\nsessions_max = 0"), "at least 1"),
+            (good.clone() + "[default]\nrecordings_mib = 0", "[default]: recordings_mib must be"),
             (good.clone() + &entry("alice", "alice", &alice, ""), "its id is there twice"),
             ("[[".to_owned(), "TOML parse error"),
         ];

@@ -19,7 +19,9 @@ pub(super) fn front(ego: ActorId, common: &Common) -> Camera {
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Jpeg,
         jpeg_quality: common.jpeg_quality,
+        quality: common.camera_quality,
         ignored: Vec::new(),
+        exposure: schemas::Exposure::PLAIN,
     }
 }
 

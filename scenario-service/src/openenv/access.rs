@@ -25,6 +25,9 @@ pub(super) const PROTOCOL: &str = "causeway.v1";
 /// How such a WebSocket names its token among its protocols.
 const BEARER_PROTOCOL: &str = "bearer.";
 
+/// What tokens begin with.
+const TOKEN: &str = "cw_";
+
 /// Where a connection comes from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Peer(SocketAddr);
@@ -53,12 +56,19 @@ pub(super) async fn check(
         }
         Err(refusal) => {
             if refusal == Refusal::WrongToken {
-                let path: String = request.uri().path().chars().take(ECHO_CHARS_MAX).collect();
-                tracing::warn!(target: "audit", %peer, path, %refusal, "refused");
+                let path = without_secrets(request.uri().path());
+                tracing::warn!(target: "audit", %peer, path, why = %refusal, "enter refused");
             }
             refused(refusal)
         }
     }
+}
+
+/// A path as it may be written down: somebody may have put a token there, where none is read.
+fn without_secrets(path: &str) -> String {
+    let part = |part: &str| if part.contains(TOKEN) { "TOKEN" } else { part }.to_owned();
+    let parts: Vec<String> = path.split('/').map(part).collect();
+    parts.join("/").chars().take(ECHO_CHARS_MAX).collect()
 }
 
 fn refused(refusal: Refusal) -> Response {
@@ -106,6 +116,13 @@ mod tests {
 
     fn of(name: header::HeaderName, value: &str) -> Option<String> {
         token(&HeaderMap::from_iter([(name, value.parse().unwrap())]))
+    }
+
+    #[test]
+    fn a_token_in_a_path_is_not_written_down() {
+        assert_eq!(without_secrets("/t/cw_alice_secret/ws"), "/t/TOKEN/ws");
+        assert_eq!(without_secrets("/x=cw_alice_secret"), "/TOKEN");
+        assert_eq!(without_secrets("/web/state"), "/web/state");
     }
 
     #[test]

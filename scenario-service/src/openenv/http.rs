@@ -19,7 +19,7 @@ use super::coerce::{self, FieldError, Reader};
 use super::{
     Face, Mode, access, docs, envelope, http_errors, json as lenient, mcp, openapi, reply,
 };
-use super::{origin, schema, tasks, ws};
+use super::{origin, schema, snapshots, tasks, ws};
 use crate::action::Action;
 use crate::limits::{ID_CHARS_MAX, MESSAGE_BYTES_MAX};
 use crate::session::table::{InUse, Life};
@@ -47,7 +47,8 @@ pub(super) fn router(face: Arc<Face>) -> Router {
         router = router
             .route("/reset", post(reset))
             .route("/step", post(step))
-            .route("/state", get_only(get(state)));
+            .route("/state", get_only(get(state)))
+            .merge(snapshots::router());
     }
     router
         .fallback(|| async { http_errors::not_found() })
@@ -58,10 +59,10 @@ pub(super) fn router(face: Arc<Face>) -> Router {
         .with_state(face)
 }
 
-type Routes = MethodRouter<Arc<Face>>;
+pub(super) type Routes = MethodRouter<Arc<Face>>;
 
 /// GET without the HEAD that would come with it, as in the reference server.
-fn get_only(routes: Routes) -> Routes {
+pub(super) fn get_only(routes: Routes) -> Routes {
     routes.head(http_errors::method_not_allowed)
 }
 
@@ -185,7 +186,7 @@ fn session_id(headers: &HeaderMap, member: Option<&Value>) -> Option<String> {
 }
 
 /// The object in a body that says it is JSON.
-fn object(headers: &HeaderMap, body: &Bytes) -> Result<Map<String, Value>, Response> {
+pub(super) fn object(headers: &HeaderMap, body: &Bytes) -> Result<Map<String, Value>, Response> {
     let wrong_kind = |input: &Value| {
         let msg = "Input should be a valid dictionary or object to extract fields from";
         http_errors::invalid(&[FieldError::new("model_attributes_type", "body", msg, input)])
@@ -223,7 +224,7 @@ fn action_of(body: &Map<String, Value>) -> Result<Action, Response> {
     coerce::action(action.unwrap_or(&empty)).map_err(|errors| http_errors::invalid(&errors))
 }
 
-fn in_body(errors: Vec<FieldError>) -> Response {
+pub(super) fn in_body(errors: Vec<FieldError>) -> Response {
     let errors: Vec<FieldError> = errors.into_iter().map(|error| error.below("body")).collect();
     http_errors::invalid(&errors)
 }

@@ -17,14 +17,21 @@ pub(super) fn document(mode: Mode) -> Value {
             operation["requestBody"] =
                 json!({ "content": { "application/json": { "schema": body } } });
         }
-        paths.insert(path.to_owned(), json!({ method: operation }));
+        let methods = paths.entry(path).or_insert_with(|| Value::Object(Map::new()));
+        if let Value::Object(methods) = methods {
+            methods.insert(method.to_owned(), operation);
+        }
     };
+    let free = || json!({ "type": "object", "additionalProperties": true });
     if mode == Mode::Simulation {
         add("/reset", "post", "Begin an episode", Some(reset_body()), step_answer());
         add("/step", "post", "Take one action", Some(step_body()), step_answer());
         add("/state", "get", "State of a session", None, schema::state());
+        add("/snapshots", "post", "Keep the state of a session", Some(fork_body()), free());
+        add("/snapshots", "get", "States that are kept", None, free());
+        add("/snapshots/{id}", "delete", "Give one of them up", None, free());
+        add("/fork", "post", "Sessions that go on from one", Some(fork_body()), free());
     }
-    let free = || json!({ "type": "object", "additionalProperties": true });
     add("/metadata", "get", "What this environment is", None, free());
     add("/health", "get", "Whether it is up", None, free());
     add("/schema", "get", "Schemas of actions, observations and states", None, free());
@@ -49,6 +56,13 @@ fn reset_body() -> Value {
         "scenario_name": { "anyOf": [{ "type": "string" }, { "type": "null" }] },
         "scenario_config": { "anyOf": [{ "type": "object" }, { "type": "null" }] },
         "session_id": { "type": "string", "description": "Of a session to go on; empty for a new one." },
+    } })
+}
+
+fn fork_body() -> Value {
+    json!({ "type": "object", "required": ["session_id"], "properties": {
+        "session_id": { "type": "string", "description": "Of the session that is kept." },
+        "count": { "type": "integer", "minimum": 1, "description": "Sessions of a fork." },
     } })
 }
 

@@ -17,6 +17,7 @@ use crate::listener::FaceListener;
 use crate::session::table::IdleTimes;
 use crate::testing::{self, ToyWorlds};
 
+mod snapshots;
 mod strangers;
 mod tokens;
 

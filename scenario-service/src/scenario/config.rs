@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use schemas::PictureQuality;
 use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX, PIXELS_PER_JOB_MAX};
 use serde_json::{Map, Value};
 
@@ -58,6 +59,8 @@ pub(crate) struct Common {
     pub(crate) camera_fov: f32,
     /// 1 to 100.
     pub(crate) jpeg_quality: u8,
+    /// How finely colours are drawn; `None` as the site is told.
+    pub(crate) camera_quality: Option<PictureQuality>,
     /// Where; `None` for the default map.
     pub(crate) map_name: Option<String>,
     /// Ticks that one step takes.
@@ -84,6 +87,7 @@ impl Common {
             camera_height: 360,
             camera_fov: 90.0,
             jpeg_quality: 75,
+            camera_quality: None,
             map_name: None,
             ticks_per_step: 1,
             raw_controls: profile == Profile::Literal,
@@ -128,6 +132,14 @@ impl Common {
         let mut quality = u32::from(self.jpeg_quality);
         overrides.integer("jpeg_quality", &mut quality, 1, 100)?;
         self.jpeg_quality = quality as u8;
+        if let Some(value) = overrides.take("camera_quality") {
+            self.camera_quality = match value {
+                Value::Null => None,
+                Value::String(name) if name == "low" => Some(PictureQuality::Low),
+                Value::String(name) if name == "high" => Some(PictureQuality::High),
+                other => return Err(wrong("camera_quality", "low, high or null", other)),
+            };
+        }
         if let Some(value) = overrides.take("map_name") {
             self.map_name = match value {
                 Value::Null => None,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use monitoring::Monitor;
-use schemas::Camera;
+use schemas::{Camera, Command, Error, ErrorCode};
 use tenancy::{PixelBudget, Quotas};
 use worlds::Budget;
 
@@ -99,6 +99,27 @@ impl SessionContext {
             let wait = wait.as_secs_f64();
             format!("the quota pixels_per_second = {rate} is used up; ask again in {wait:.2} s")
         })
+    }
+
+    /// Whether the tenant may have a world with what these commands spawn.
+    ///
+    /// # Errors
+    /// [`SessionError::Refused`]: which quota says no.
+    pub(crate) fn may_spawn(
+        &self,
+        quotas: Quotas,
+        commands: &[Command],
+    ) -> Result<(), SessionError> {
+        let Some(max) = quotas.actors_per_world else { return Ok(()) };
+        let is_spawn = |command: &&Command| matches!(command, Command::SpawnActor { .. });
+        let count = commands.iter().filter(is_spawn).count();
+        if count <= max as usize {
+            return Ok(());
+        }
+        self.figures.actors_refused.inc();
+        let text = format!("the quota actors_per_world = {max} allows no more; ask for fewer");
+        let refusal = Error::new(ErrorCode::Capacity, text).wanted(max).found(count);
+        Err(SessionError::Refused(refusal))
     }
 
     /// Has the map of the default scenario ready.

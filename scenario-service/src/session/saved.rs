@@ -2,9 +2,9 @@
 //! of different actions from one beginning. A sealed episode knows nothing of them.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use schemas::{Error, ErrorCode};
+use schemas::{Error, ErrorCode, Tick};
 use serde_json::{Map, Value};
 use worlds::{Maker as _, State};
 
@@ -76,8 +76,17 @@ impl SavedStates {
         Some(found.saved.clone())
     }
 
+    /// Id, size and time without use of each, oldest first.
+    pub(crate) fn list(&self, now: Instant) -> Vec<(String, usize, Duration)> {
+        let told = |kept: &Kept| {
+            let idle = now.saturating_duration_since(kept.used);
+            (kept.id.clone(), kept.saved.world.len(), idle)
+        };
+        self.lock(now).iter().map(told).collect()
+    }
+
     /// Whether there was one.
-    fn forget(&self, id: &str, now: Instant) -> bool {
+    pub(crate) fn forget(&self, id: &str, now: Instant) -> bool {
         let mut kept = self.lock(now);
         let before = kept.len();
         kept.retain(|kept| kept.id != id);
@@ -107,23 +116,36 @@ impl Session {
         operation: Operation<'_>,
     ) -> Result<Report, SessionError> {
         self.unless_sealed()?;
-        let now = Instant::now();
         if let Operation::Forget(id) = operation {
-            return match self.context.saved.forget(id, now) {
+            return match self.context.saved.forget(id, Instant::now()) {
                 true => Ok(Report { reward: Some(0.0), ..Report::default() }),
                 false => Err(SessionError::Refused(unknown(id))),
             };
         }
+        let (told, ..) = self.snapshot().await?;
+        Ok(Report { reward: Some(0.0), saved: Some(told), ..Report::default() })
+    }
+
+    /// Keeps the present state, and tells its tick and hash. No time passes.
+    ///
+    /// # Errors
+    /// [`SessionError`]; nothing has changed.
+    pub(crate) async fn snapshot(&mut self) -> Result<(SavedState, Tick, u64), SessionError> {
+        self.unless_sealed()?;
+        if matches!(self.running, Running::Nothing) {
+            let error = Error::new(ErrorCode::InvalidArgument, "the session has no episode yet");
+            return Err(SessionError::Refused(error.wanted("a reset before a snapshot")));
+        }
         let (episode, world) = self.running.episode()?;
         let world = world.snapshot(&self.context).await.map_err(SessionError::World)?;
+        let (tick, state_hash) = (episode.frame().tick, episode.frame().state_hash);
         let saved = Saved {
             episode: episode.clone(),
             world,
             scenario: self.scenario.clone_box(),
             built_from: self.built_from.clone(),
         };
-        let told = self.context.saved.keep(saved, now);
-        Ok(Report { reward: Some(0.0), saved: Some(told), ..Report::default() })
+        Ok((self.context.saved.keep(saved, Instant::now()), tick, state_hash))
     }
 
     /// Goes on from a state that was kept, in a world of its own.

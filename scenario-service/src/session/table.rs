@@ -8,11 +8,14 @@ use std::time::{Duration, Instant};
 use futures_util::stream::{self, StreamExt as _};
 use monitoring::Drain;
 use schemas::{Error, ErrorCode, Tenant};
-use tenancy::Visitor;
+use tenancy::{Seldom, TokenId, Visitor};
 use tokio::sync::watch;
+
+mod in_use;
 
 use super::{Contexts, Session};
 use crate::scenario::ScenarioError;
+pub(crate) use in_use::InUse;
 
 /// Worlds that move at once.
 const MOVING_MAX: usize = 16;
@@ -95,7 +98,11 @@ pub(crate) struct Slot {
     /// Used by one request at a time.
     pub(crate) session: tokio::sync::Mutex<Session>,
     tenant: Tenant,
+    /// What was presented, where somebody asks for one.
+    token: Option<TokenId>,
     life: Life,
+    /// Whether there was room for it.
+    is_open: AtomicBool,
     attached: AtomicBool,
     closing: AtomicBool,
     used: Mutex<Instant>,
@@ -108,6 +115,8 @@ pub(crate) struct Sessions {
     /// How long sessions may be idle.
     pub(crate) idle: IdleTimes,
     slots: Mutex<BTreeMap<String, Arc<Slot>>>,
+    /// Of sessions beyond a quota, as they are written down.
+    refusals: Seldom,
 }
 
 /// The sessions of one tenant.
@@ -117,17 +126,10 @@ pub(crate) struct TenantSessions {
     visitor: Visitor,
 }
 
-/// A session in use; what it leaves behind follows from its life.
-pub(crate) struct InUse {
-    sessions: Arc<Sessions>,
-    slot: Arc<Slot>,
-    is_attached: bool,
-}
-
 impl Sessions {
     /// An empty table.
     pub(crate) fn new(contexts: Contexts, max: u32, idle: IdleTimes) -> Self {
-        Self { contexts, max, idle, slots: Mutex::new(BTreeMap::new()) }
+        Self { contexts, max, idle, slots: Mutex::default(), refusals: Seldom::default() }
     }
 
     /// Those of a visitor's tenant, which no other sees.
@@ -214,12 +216,22 @@ impl TenantSessions {
         slot.tenant == self.visitor.tenant
     }
 
+    /// States of episodes that are kept: id, size in bytes and time without use.
+    pub(crate) fn snapshots(&self, now: Instant) -> Vec<(String, usize, Duration)> {
+        self.all.contexts.of(&self.visitor.tenant).saved.list(now)
+    }
+
+    /// Gives one of them up; whether there was one.
+    pub(crate) fn forget(&self, snapshot: &str, now: Instant) -> bool {
+        self.all.contexts.of(&self.visitor.tenant).saved.forget(snapshot, now)
+    }
+
     /// Opens a session.
     ///
     /// # Errors
     /// [`OpenError`]; nothing is opened.
     pub(crate) fn open(&self, life: Life) -> Result<InUse, OpenError> {
-        let Visitor { tenant, quotas, .. } = &self.visitor;
+        let Visitor { tenant, quotas, token } = &self.visitor;
         let context = self.all.contexts.of(tenant);
         let figures = Arc::clone(&context.figures);
         if self.all.drain().is_on() {
@@ -231,7 +243,9 @@ impl TenantSessions {
             id: uuid::Uuid::new_v4().to_string(),
             session: tokio::sync::Mutex::new(session),
             tenant: tenant.clone(),
+            token: token.clone(),
             life,
+            is_open: AtomicBool::new(false),
             attached: AtomicBool::new(false),
             closing: AtomicBool::new(false),
             used: Mutex::new(Instant::now()),
@@ -246,15 +260,19 @@ impl TenantSessions {
             let active = of_tenant(&slots, tenant);
             if active >= max {
                 figures.quota.inc();
+                if self.all.refusals.may_tell(Instant::now()) {
+                    let (quota, token) =
+                        ("sessions_max", token.as_ref().map(tracing::field::display));
+                    tracing::warn!(target: "audit", %tenant, token, quota, max, "quota refused");
+                }
                 return Err(OpenError::Quota { tenant: tenant.clone(), active, max });
             }
         }
         slots.insert(slot.id.clone(), Arc::clone(&slot));
         drop(slots);
         figures.opened.inc();
-        if let Some(token) = &self.visitor.token {
-            tracing::info!(target: "audit", %tenant, %token, session = slot.id, "opened");
-        }
+        slot.is_open.store(true, Ordering::Release);
+        slot.tell("open session");
         Ok(InUse { sessions: Arc::clone(&self.all), slot: Arc::clone(&slot), is_attached: false })
     }
 
@@ -314,6 +332,15 @@ impl Slot {
         moved
     }
 
+    /// Writes down what became of it; where nobody needs a token, not in the log.
+    fn tell(&self, what: &'static str) {
+        let Self { tenant, id: session, .. } = self;
+        match &self.token {
+            Some(token) => tracing::info!(target: "audit", %tenant, %token, session, "{what}"),
+            None => tracing::debug!(target: "audit", %tenant, session, "{what}"),
+        }
+    }
+
     /// Whether its connection should end.
     pub(crate) fn is_closing(&self) -> bool {
         self.closing.load(Ordering::Acquire)
@@ -333,24 +360,10 @@ impl Slot {
     }
 }
 
-impl std::ops::Deref for InUse {
-    type Target = Slot;
-
-    fn deref(&self) -> &Slot {
-        &self.slot
-    }
-}
-
-impl Drop for InUse {
+impl Drop for Slot {
     fn drop(&mut self) {
-        self.slot.touch();
-        if self.is_attached {
-            self.slot.attached.store(false, Ordering::Release);
-        }
-        let ends =
-            self.slot.life == Life::Connection || (self.is_attached && self.slot.is_closing());
-        if ends {
-            self.sessions.lock().remove(&self.slot.id);
+        if *self.is_open.get_mut() {
+            self.tell("close session");
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::world_port::{Answer, CreatedWorld, WorldPort};
 /// The port's deadline, whatever is asked.
 pub(super) const DEADLINE_MILLIS: u64 = 10_000;
 /// How late a question may be carried out after nobody waits for its answer any more.
-const LATE_MILLIS: u64 = 15_000;
+pub(super) const LATE_MILLIS: u64 = 15_000;
 
 /// What becomes of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -71,7 +71,7 @@ impl WorldPort for Worlds {
     }
 
     fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Answer<'_, Vec<Image>> {
-        Box::pin(Worlds::draw(self, frame, cameras))
+        Box::pin(Worlds::draw(self, frame, cameras, schemas::Staging::default()))
     }
 
     fn maps(&self) -> Answer<'_, Vec<MapRef>> {
