@@ -15,7 +15,16 @@ import time
 from pathlib import Path
 
 import carla
-from wheel import STEP_SECS, Site, connect, spawn, synchronous, tell
+from wheel import (
+    CIRCLES_TOWN,
+    STEP_SECS,
+    Site,
+    connect,
+    drive_in_circles,
+    spawn,
+    synchronous,
+    tell,
+)
 
 CARS = 100
 # Ticks of one round; with and without a recording take turns.
@@ -163,11 +172,9 @@ def main() -> None:
         folder = asked.keep or Path(temporary)
         try:
             client = connect(site)
-            world = synchronous(client.load_world("Town10HD_Opt"))
+            world = synchronous(client.load_world(CIRCLES_TOWN))
             cars = spawn(client, world, CARS)
-            drive = carla.VehicleControl(throttle=0.5, steer=0.3)
-            order = carla.command.ApplyVehicleControl
-            client.apply_batch_sync([order(car, drive) for car in cars])
+            drive_in_circles(client, cars)
             world.tick()
             cost(site, client, world, folder)
             path = sizes(client, world, folder)

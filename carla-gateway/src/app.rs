@@ -7,19 +7,22 @@ use std::time::Duration;
 
 use bus::{Bus, BusConfig, BusError};
 use monitoring::Monitor;
-use schemas::{Alive, ServiceKind};
+use schemas::{Alive, ServiceId, ServiceKind};
 use signals::Termination;
+use tenancy::{Door, DoorError, FOLLOW_EVERY};
 use tokio::net::TcpListener;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use worlds::Worlds;
+use worlds::{Worlds, until_sweep};
 
+use crate::allowance::Allowance;
 use crate::config::{Args, Config, ConfigError, EndpointConfig, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::Figures;
 use crate::guests::Guests;
+use crate::keeper::Keeper;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
 use crate::server::{EVENTS_MAX, LateComers, Server};
@@ -44,6 +47,9 @@ pub enum RunError {
         /// The system's reason.
         cause: std::io::Error,
     },
+    /// The file of tenants cannot be used.
+    #[error("--tokens: {0}")]
+    Tokens(#[from] DoorError),
     /// The bus refused.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -76,6 +82,10 @@ pub fn run(args: &Args, monitor: &Monitor) -> Result<(), RunError> {
 }
 
 async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
+    let door = Arc::new(match &config.tokens {
+        Some(path) => Door::with_tokens(path)?,
+        None => Door::open(config.tenant.clone()),
+    });
     let mut termination = Termination::follow()?;
     tokio::spawn(monitor.pulse("runtime").beat_for_ever());
     let figures = Figures::new(monitor.metrics());
@@ -86,7 +96,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
         sockets.push(open(&config, endpoint).await?);
     }
     tokio::select! {
-        result = gateway(config, sockets, monitor, figures) => result,
+        result = gateway(config, door, sockets, (monitor, figures)) => result,
         () = termination.drained(monitor, "clients", move || clients.count()) => Ok(()),
     }
 }
@@ -109,9 +119,9 @@ const NO_WORLDS: &str = "no world service is up that makes new worlds";
 
 async fn gateway(
     config: Config,
+    door: Arc<Door>,
     sockets: Vec<Sockets>,
-    monitor: &Monitor,
-    figures: Figures,
+    (monitor, figures): (&Monitor, Figures),
 ) -> Result<(), RunError> {
     let worlds = monitor.condition("worlds", NO_WORLDS);
     let recovery = config.recovery();
@@ -122,36 +132,28 @@ async fn gateway(
     );
     let (connect, identity) = (config.connect.clone(), config.identity.clone());
     let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
-    let ports: Vec<String> =
-        config.endpoints.iter().map(|endpoint| endpoint.ports.calls.to_string()).collect();
-    let alive = Alive {
-        kind: ServiceKind::Gateway,
-        id: config.id.clone(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        pid: std::process::id(),
-        capacity: CAPACITY,
-        detail: format!("{}:{}", config.host, ports.join(",")),
-        number: 0,
-    };
-    let _announcement = bus.announce(alive).await?;
+    let _announcement = bus.announce(alive(&config)).await?;
     let connected = watch::Sender::new(Some(bus)).subscribe();
     let (tenant, owner) = (config.tenant.clone(), config.id.clone());
     let services = Worlds::follow(connected, tenant, owner, PATIENCE);
     let hosts = services.hosts().clone();
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
-    let mut sites = BTreeMap::new();
+    tokio::spawn(follow(Arc::clone(&door)));
+    let (mut sites, mut allowances) = (BTreeMap::new(), BTreeMap::new());
     let mut endpoints = JoinSet::new();
     let mut threads: Vec<Threads> = Vec::with_capacity(sockets.len());
     for Sockets { endpoint: own, calls, streams } in sockets {
-        let (site, maps) = sites.entry(own.tenant.clone()).or_insert_with(|| {
-            let site: Arc<dyn Site> = Arc::new(services.for_tenant(own.tenant.clone()));
-            let maps = Arc::new(Maps::new(Arc::clone(&site)));
-            (site, maps)
+        let tenant = &own.tenant;
+        let (site, maps) = sites
+            .entry(tenant.clone())
+            .or_insert_with(|| site_of(services.for_tenant(tenant.clone()), &config.id));
+        let allowance = allowances.entry(tenant.clone()).or_insert_with(|| {
+            Allowance::new(Arc::clone(&door), tenant.clone(), figures.quotas.clone())
         });
         let endpoint = Endpoint::new(
             Arc::clone(site),
             Arc::clone(maps),
-            config.world_of(&own.tenant),
+            config.world_of(tenant, allowance.clone()),
             own.ports,
             runtime::Handle::current(),
             (figures.streams.clone(), figures.worlds.clone()),
@@ -171,6 +173,47 @@ async fn gateway(
         Some(Ok(ended)) => Ok(ended?),
         Some(Err(cause)) => Err(RunError::Endpoint(cause)),
         None => Ok(()),
+    }
+}
+
+/// What others are told of this service.
+fn alive(config: &Config) -> Alive {
+    let ports: Vec<String> =
+        config.endpoints.iter().map(|endpoint| endpoint.ports.calls.to_string()).collect();
+    Alive {
+        kind: ServiceKind::Gateway,
+        id: config.id.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        pid: std::process::id(),
+        capacity: CAPACITY,
+        detail: format!("{}:{}", config.host, ports.join(",")),
+        number: 0,
+    }
+}
+
+/// What endpoints of a tenant share: worlds of which strays are freed for ever, and maps.
+fn site_of(worlds: Worlds, owner: &ServiceId) -> (Arc<dyn Site>, Arc<Maps>) {
+    let keeper = Arc::new(Keeper::new(Arc::new(worlds), owner.clone()));
+    tokio::spawn(sweep(Arc::clone(&keeper)));
+    let site: Arc<dyn Site> = keeper;
+    let maps = Arc::new(Maps::new(Arc::clone(&site)));
+    (site, maps)
+}
+
+/// Notices that the file of tenants has changed.
+async fn follow(door: Arc<Door>) {
+    loop {
+        tokio::time::sleep(FOLLOW_EVERY).await;
+        door.follow();
+    }
+}
+
+/// Frees worlds that no endpoint uses, for ever.
+async fn sweep(keeper: Arc<Keeper>) {
+    let mut changes = keeper.changes();
+    loop {
+        until_sweep(&mut changes).await;
+        keeper.sweep(std::time::Instant::now()).await;
     }
 }
 

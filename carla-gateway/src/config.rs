@@ -11,6 +11,7 @@ use bus::{BusAddress, Identity, IdentityArgs};
 use schemas::{Lease, ServiceId, ServiceKind, Tenant};
 use worlds::Budget;
 
+use crate::allowance::Allowance;
 use crate::guests::Allowed;
 use crate::recorder::Shelf;
 pub use endpoints::PortOfTenant;
@@ -83,6 +84,9 @@ pub struct Args {
     /// Owner of the worlds of endpoints that name none
     #[arg(long, default_value = "local", value_name = "NAME")]
     pub tenant: Tenant,
+    /// File of tenants: how much each may use [default: as much as there is]
+    #[arg(long, env = "CAUSEWAY_TOKENS", value_name = "FILE")]
+    pub tokens: Option<PathBuf>,
 }
 
 /// Tyres and steering of the cars that clients spawn.
@@ -126,6 +130,8 @@ pub struct Config {
     pub(crate) id: ServiceId,
     /// Of endpoints that name none.
     pub(crate) tenant: Tenant,
+    /// Says how much tenants may use.
+    pub(crate) tokens: Option<PathBuf>,
     /// With the recordings of no tenant; see [`Config::world_of`].
     world: WorldConfig,
     recordings: PathBuf,
@@ -149,6 +155,8 @@ pub(crate) struct WorldConfig {
     pub(crate) owner: ServiceId,
     /// What may be kept to make worlds again, by all endpoints.
     pub(crate) recovery: Arc<Budget>,
+    /// How much of the site their tenant may use.
+    pub(crate) allowance: Allowance,
 }
 
 /// How long worlds outlive the gateway.
@@ -194,6 +202,7 @@ impl Config {
             host: args.host,
             id: args.id.clone(),
             tenant: args.tenant.clone(),
+            tokens: args.tokens.clone(),
             world: WorldConfig {
                 map: args.map.clone(),
                 seed: args.seed,
@@ -204,6 +213,7 @@ impl Config {
                 shelf: Shelf::new(recordings.clone(), false),
                 owner: args.id.clone(),
                 recovery: Budget::new(args.recovery_mib.saturating_mul(1 << 20)),
+                allowance: Allowance::open(args.tenant.clone()),
             },
             recordings,
             // Users of this machine may name whole paths, as with CARLA, but not those of others.
@@ -217,8 +227,8 @@ impl Config {
     }
 
     /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.
-    pub(crate) fn world_of(&self, tenant: &Tenant) -> WorldConfig {
+    pub(crate) fn world_of(&self, tenant: &Tenant, allowance: Allowance) -> WorldConfig {
         let shelf = Shelf::new(self.recordings.join(tenant.as_str()), self.takes_paths);
-        WorldConfig { shelf, ..self.world.clone() }
+        WorldConfig { shelf, allowance, ..self.world.clone() }
     }
 }

@@ -26,6 +26,7 @@ use tokio::runtime;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
+use crate::allowance::Room;
 use crate::archive::Prepared;
 use crate::config::{Ports, WorldConfig};
 use crate::dialect::{EpisodeSettings, WeatherParameters};
@@ -252,6 +253,15 @@ impl Endpoint {
             world,
             last_tick: self.present.brief.last_tick,
         }
+    }
+
+    /// What may still be spawned into the world.
+    ///
+    /// # Errors
+    /// As for [`episode`](Self::episode).
+    pub(crate) fn room(&mut self) -> Result<Room, Refusal> {
+        let allowance = self.config.allowance.clone();
+        Ok(allowance.room(&self.episode()?.frame))
     }
 
     /// The episode.

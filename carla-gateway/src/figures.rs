@@ -20,6 +20,21 @@ pub(crate) struct Figures {
     pub(crate) streams: StreamFigures,
     /// What becomes of worlds.
     pub(crate) worlds: WorldFigures,
+    /// What tenants were refused.
+    pub(crate) quotas: QuotaFigures,
+}
+
+/// What tenants were refused, by quota.
+#[derive(Clone, Default)]
+pub(crate) struct QuotaFigures {
+    /// Spawns.
+    pub(crate) actors: Counter,
+    /// Spawns of cameras.
+    pub(crate) cameras: Counter,
+    /// Requests of pictures that were left out or came later.
+    pub(crate) pixels: Counter,
+    /// Recordings.
+    pub(crate) recordings: Counter,
 }
 
 /// What becomes of worlds.
@@ -83,6 +98,20 @@ impl WorldFigures {
     }
 }
 
+impl QuotaFigures {
+    /// New figures.
+    pub(crate) fn new(metrics: &Metrics) -> Self {
+        let quotas =
+            ["actors_per_world", "cameras_per_world", "pixels_per_second", "recordings_mib"];
+        let [actors, cameras, pixels, recordings] = metrics.counters(
+            "causeway_gateway_quota_refused",
+            "What tenants were refused, by quota",
+            ("quota", quotas),
+        );
+        Self { actors, cameras, pixels, recordings }
+    }
+}
+
 impl Figures {
     /// New figures.
     pub(crate) fn new(metrics: &Metrics) -> Self {
@@ -101,6 +130,7 @@ impl Figures {
                 "Time of a call or tick at its endpoint",
             ),
             worlds: WorldFigures::new(metrics),
+            quotas: QuotaFigures::new(metrics),
             streams: StreamFigures {
                 messages: metrics.counter(
                     "causeway_gateway_stream_messages",

@@ -69,7 +69,7 @@ impl Guests {
             if told.is_none_or(|told| told.elapsed() > TELL_EVERY) {
                 told = Some(Instant::now());
                 let port = listener.local_addr().map_or(0, |here| here.port());
-                tracing::warn!(target: "audit", peer = %address, port, "refused: not in --allow");
+                tracing::warn!(target: "audit", peer = %address, port, "connection refused: not in --allow");
             }
         }
     }

@@ -18,6 +18,10 @@ pub struct Flags {
     pub stream_port: &'static str,
     /// The map of an endpoint's first world.
     pub map: &'static str,
+    /// What draws, where that is chosen.
+    pub adapter: Option<&'static str>,
+    /// How finely pictures are drawn, where that is this subcommand's to say.
+    pub quality: Option<&'static str>,
 }
 
 /// CARLA's flags that scripts also write with two dashes, which it takes as well.
@@ -67,13 +71,31 @@ pub fn translate(arguments: impl IntoIterator<Item = String>, flags: Flags) -> T
             ("carla-streaming-port", port) if !port.is_empty() => {
                 translated.arguments.extend([flags.stream_port.to_owned(), port.to_owned()]);
             }
+            ("quality-level", level) if flags.quality.is_some() && tier(level).is_some() => {
+                let words = flags.quality.into_iter().chain(tier(level));
+                translated.arguments.extend(words.map(str::to_owned));
+            }
             ("fps", fps) if !fps.is_empty() => {
                 translated.arguments.extend(["--fps".to_owned(), fps.to_owned()]);
+            }
+            // No GPU is to be touched; processors draw as well.
+            ("nullrhi", _) if flags.adapter.is_some() => {
+                let words = flags.adapter.into_iter().chain(["cpu"]);
+                translated.arguments.extend(words.map(str::to_owned));
             }
             _ => translated.ignored.push(argument),
         }
     }
     translated
+}
+
+/// CARLA's levels of quality, as ours are called.
+fn tier(level: &str) -> Option<&'static str> {
+    match level.to_ascii_lowercase().as_str() {
+        "low" => Some("low"),
+        "epic" => Some("high"),
+        _ => None,
+    }
 }
 
 fn is_carlas(name: &str) -> bool {
@@ -86,8 +108,13 @@ fn is_carlas(name: &str) -> bool {
 mod tests {
     use super::*;
 
-    const FLAGS: Flags =
-        Flags { port: "--carla", stream_port: "--carla-stream", map: "--carla-map" };
+    const FLAGS: Flags = Flags {
+        port: "--carla",
+        stream_port: "--carla-stream",
+        map: "--carla-map",
+        adapter: Some("--adapter"),
+        quality: Some("--quality"),
+    };
 
     fn words(line: &str) -> Vec<String> {
         line.split_whitespace().map(str::to_owned).collect()
@@ -98,9 +125,24 @@ mod tests {
         let line = "-RenderOffScreen -quality-level=Low -carla-rpc-port=2010 \
                     -carla-streaming-port=2500 -fps=20 --bus x -h";
         let translated = translate(words(line), FLAGS);
-        let ours = "--carla 2010 --carla-stream 2500 --fps 20 --bus x -h";
+        let ours = "--quality low --carla 2010 --carla-stream 2500 --fps 20 --bus x -h";
         assert_eq!(translated.arguments, words(ours));
-        assert_eq!(translated.ignored, words("-RenderOffScreen -quality-level=Low"));
+        assert_eq!(translated.ignored, words("-RenderOffScreen"));
+        let translated = translate(words("-quality-level=Epic -quality-level=Medium"), FLAGS);
+        assert_eq!(translated.arguments, words("--quality high"));
+        assert_eq!(translated.ignored, words("-quality-level=Medium"));
+        let gateway = Flags { quality: None, ..FLAGS };
+        let translated = translate(words("-quality-level=Low"), gateway);
+        assert_eq!(translated.ignored, words("-quality-level=Low"));
+    }
+
+    #[test]
+    fn without_a_gpu_processors_draw() {
+        for flag in ["-nullrhi", "--nullrhi", "-NullRHI"] {
+            assert_eq!(translate(words(flag), FLAGS).arguments, words("--adapter cpu"), "{flag}");
+        }
+        let of_a_gateway = Flags { adapter: None, ..FLAGS };
+        assert_eq!(translate(words("-nullrhi"), of_a_gateway).ignored, words("-nullrhi"));
     }
 
     #[test]

@@ -7,10 +7,12 @@
 //!   `endpoint`, the episode and its streams; `calls` is what each call does with that.
 //! - `skeleton` is where the limbs of pedestrians are.
 //! - `recorder` and `replayer` write and replay CARLA's recordings; `archive` opens them.
-//! - `site` is the world service behind the bus.
+//! - `allowance` is how much of a site its tenant may use.
+//! - `site` is the world service behind the bus; `keeper` has worlds freed that nobody uses.
 //!
 //! The client does not check what it receives, so every payload has one encoder.
 
+mod allowance;
 mod app;
 mod archive;
 mod calls;
@@ -21,6 +23,7 @@ mod endpoint;
 mod episode;
 mod figures;
 mod guests;
+mod keeper;
 mod launcher;
 mod lobby;
 mod maps;

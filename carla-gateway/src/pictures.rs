@@ -6,14 +6,21 @@ use schemas::{DEPTH_MAX_M, Image, ImageEncoding, ImageKind, Pose, TagId};
 use crate::dialect::Transform;
 use crate::snapshot::header;
 
+mod blur;
 mod events;
 mod film;
 mod flow;
+mod font;
+mod glow;
+mod lens;
+mod linear;
+mod optics;
 mod sketch;
 
 pub(crate) use events::{Event as LightEvent, Memory, Reaction};
 pub(crate) use film::{Film, TextureId};
-pub(crate) use flow::Movement;
+pub(crate) use flow::{Movement, Segment};
+pub(crate) use optics::{Optics, Photo};
 pub(crate) use sketch::{Figure, Shape, Sheet, sketch};
 
 use film::{Texture, palette_rgb};
@@ -70,14 +77,7 @@ pub(crate) fn encode_flow(
     before: &Pose,
     movement: &Movement,
 ) -> Option<Vec<u8>> {
-    let view = View {
-        world_from_camera: *picture.world_from_camera,
-        world_from_camera_before: *before,
-        width_px: depths.width_px,
-        height_px: depths.height_px,
-        horizontal_fov_rad: picture.horizontal_fov_rad,
-    };
-    let moved = flow(&view, movement, &depths.data, &ids.data);
+    let moved = flow_of(picture, [depths, ids], before, movement);
     let mut out = picture.head(film, depths.width_px, depths.height_px);
     if film == Film::Flow {
         out.extend(moved.iter().flatten().flat_map(|number| number.to_le_bytes()));
@@ -85,6 +85,24 @@ pub(crate) fn encode_flow(
         out.extend(moved.iter().flat_map(|pixel| velocity(*pixel)));
     }
     (moved.len() == depths.width_px as usize * depths.height_px as usize).then_some(out)
+}
+
+/// How far everything in a picture moved since the camera was elsewhere, as
+/// [`flow`](flow::flow) tells it.
+pub(crate) fn flow_of(
+    picture: &Picture<'_>,
+    [depths, ids]: [&Image; 2],
+    before: &Pose,
+    movement: &Movement,
+) -> Vec<[f32; 2]> {
+    let view = View {
+        world_from_camera: *picture.world_from_camera,
+        world_from_camera_before: *before,
+        width_px: depths.width_px,
+        height_px: depths.height_px,
+        horizontal_fov_rad: picture.horizontal_fov_rad,
+    };
+    flow(&view, movement, &depths.data, &ids.data)
 }
 
 /// The payload of a camera of events.

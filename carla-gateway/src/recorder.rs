@@ -22,7 +22,9 @@ use schemas::{ActorId, Frame};
 #[cfg(test)]
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::JoinHandle;
+use whole_file::WholeFile;
 
+use crate::allowance::Allowance;
 use crate::archive::{Known, Prepared};
 use crate::dialect::{LightState as Lamp, WeatherParameters};
 use crate::episode::Episode;
@@ -54,6 +56,8 @@ struct Recording {
     has_additional: bool,
     began: Instant,
     companion: Option<Companion>,
+    /// Journals that its frames have told of.
+    companions: u32,
 }
 
 /// What there is to record of the newest frame.
@@ -79,35 +83,45 @@ impl Recorder {
     /// Begins a recording, in place of one that is under way; its first frame is the next one.
     ///
     /// # Errors
-    /// A name that leads nowhere, a file that cannot be made or is none of ours.
+    /// A name that leads nowhere, a file that cannot be made or is none of ours, no room for it.
     pub(crate) async fn start(
         &mut self,
         name: &str,
         map: &str,
         has_additional: bool,
+        allowance: &Allowance,
     ) -> Result<String, Refusal> {
         self.stop();
         let path = self.shelf.path_of(name)?;
         self.settle(&path).await;
+        let bytes_max = allowance.recording_bytes(self.shelf.bytes_beside(&path).await)?;
         let file = self.shelf.create(&path)?;
         let date = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_secs();
         let header = Header { version: Header::VERSION, date: date as i64, map: map.to_owned() };
         let mut notes = Notes::default();
+        let file = WholeFile::at_most(file, bytes_max);
         let scribe = Scribe::start(file, &path, &header, move |shot| notes.content(shot))
             .map_err(|error| Refusal(format!("cannot record to {path:?}: {error}")))?;
         let told = path.to_string_lossy().into_owned();
-        tracing::info!(path = told, has_additional, "a recording begins");
+        tracing::info!(target: "audit", path = told, has_additional, "a recording begins");
         let (arrivals, lamps, began) = (Arrivals::default(), Vec::new(), Instant::now());
-        let companion = None;
-        self.running =
-            Some(Recording { path, scribe, arrivals, lamps, has_additional, began, companion });
+        self.running = Some(Recording {
+            path,
+            scribe,
+            arrivals,
+            lamps,
+            has_additional,
+            began,
+            companion: None,
+            companions: 0,
+        });
         Ok(told)
     }
 
     /// Ends the recording; its last frames are still being written.
     pub(crate) fn stop(&mut self) {
         let Some(Recording { path, scribe, .. }) = self.running.take() else { return };
-        tracing::info!(path = %path.display(), "a recording ends");
+        tracing::info!(target: "audit", path = %path.display(), "a recording ends");
         self.ending.retain(|(_, written)| !written.is_over());
         self.ending.push((path, scribe.written()));
     }
@@ -161,12 +175,14 @@ impl Recorder {
     pub(crate) fn accompany(&mut self, companion: Companion) {
         if let Some(recording) = &mut self.running {
             recording.companion = Some(companion);
+            recording.companions += 1;
         }
     }
 
-    /// The name that the journal beside the recording is to have.
+    /// The name that the next journal beside the recording is to have.
     pub(crate) fn companion_name(&self) -> Option<String> {
-        Some(self.shelf.companion_of(&self.running.as_ref()?.path))
+        let recording = self.running.as_ref()?;
+        Some(self.shelf.companion_of(&recording.path, recording.companions + 1))
     }
 
     /// Whether a recording is under way.

@@ -178,7 +178,7 @@ impl Endpoint {
             tracing::warn!(path, "a recording without frames");
             return Ok(());
         };
-        let exact = opened.index.journal().map(Exact::of);
+        let exact = Exact::of(opened.index.journals());
         let lights_were_frozen = {
             let frame = &self.episode()?.frame;
             frame.traffic_lights.iter().any(|light| light.frozen)

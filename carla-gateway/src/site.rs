@@ -4,7 +4,7 @@ use std::future::Future;
 use std::pin::Pin;
 use std::time::Duration;
 
-use schemas::{Camera, Error, Image, Reply, Request, SharedFrame, WorldId};
+use schemas::{Camera, Error, Image, Reply, Request, SharedFrame, Staging, WorldId};
 use tokio::sync::watch;
 use worlds::{Patience, Worlds};
 
@@ -27,7 +27,12 @@ pub(crate) trait Site: Send + Sync + 'static {
     /// Asks a world, or whoever makes them.
     fn ask(&self, request: Request) -> Later<'_, Reply>;
     /// One picture for each camera, of what a frame tells.
-    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>>;
+    fn draw(
+        &self,
+        frame: SharedFrame,
+        cameras: Vec<Camera>,
+        staging: Staging,
+    ) -> Later<'_, Vec<Image>>;
     /// The OpenDRIVE text with this digest.
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>>;
     /// Whether a renderer is up.
@@ -43,8 +48,13 @@ impl Site for Worlds {
         Box::pin(Worlds::ask(self, request))
     }
 
-    fn draw(&self, frame: SharedFrame, cameras: Vec<Camera>) -> Later<'_, Vec<Image>> {
-        Box::pin(Worlds::draw(self, frame, cameras))
+    fn draw(
+        &self,
+        frame: SharedFrame,
+        cameras: Vec<Camera>,
+        staging: Staging,
+    ) -> Later<'_, Vec<Image>> {
+        Box::pin(Worlds::draw(self, frame, cameras, staging))
     }
 
     fn map_text(&self, digest: String) -> Later<'_, Vec<u8>> {

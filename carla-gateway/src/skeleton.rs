@@ -6,17 +6,19 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use schemas::gait::{self, ARM_ASIDE_RAD, HIP_Y, HIP_Z, SHOULDER_Y, SHOULDER_Z};
-use schemas::{ActorState, Pose, Translation3, UnitQuaternion, Vec3};
+use schemas::gait::{
+    self, ARM_ASIDE_RAD, CHEST_Z, HEAD_Z, HIP_Y, HIP_Z, SHOULDER_Y, SHOULDER_Z, THIGH, UPPER_ARM,
+};
+use schemas::{ActorState, Limb, Pose, PosedLimb, Translation3, UnitQuaternion, Vec3};
+
+use crate::pictures::Segment;
 
 /// Bones of a custom pose at most.
 const CUSTOM_MAX: usize = 256;
 /// Heights of the joints of the trunk, in heights of the person.
 const HIPS_Z: f32 = 0.53;
 const SPINE_Z: f32 = 0.61;
-const CHEST_Z: f32 = 0.73;
 const NECK_Z: f32 = 0.84;
-const HEAD_Z: f32 = 0.89;
 /// Sideways from the spine to the collar bone.
 const COLLAR_Y: f32 = 0.03;
 
@@ -110,6 +112,48 @@ pub(crate) fn posed(walker: &ActorState, custom: Option<&Custom>) -> Vec<Posed> 
     posed
 }
 
+/// The bone that each limb hangs on, and the one at its other end.
+const LIMBS: [(Limb, &str, &str); 10] = [
+    (Limb::Trunk, "crl_spine01__C", "crl_hips__C"),
+    (Limb::Head, "crl_Head__C", "crl_eye__L"),
+    (Limb::LeftArm, "crl_arm__L", "crl_foreArm__L"),
+    (Limb::LeftForearm, "crl_foreArm__L", "crl_handMiddle02__L"),
+    (Limb::RightArm, "crl_arm__R", "crl_foreArm__R"),
+    (Limb::RightForearm, "crl_foreArm__R", "crl_handMiddle02__R"),
+    (Limb::LeftThigh, "crl_thigh__L", "crl_leg__L"),
+    (Limb::LeftShin, "crl_leg__L", "crl_toe__L"),
+    (Limb::RightThigh, "crl_thigh__R", "crl_leg__R"),
+    (Limb::RightShin, "crl_leg__R", "crl_toe__R"),
+];
+
+/// Limbs of a walker in a pose that shows; none while it walks as it does by itself.
+pub(crate) fn limbs(walker: &ActorState, custom: &Custom) -> Vec<PosedLimb> {
+    if custom.share <= 0.0 || custom.relative.is_empty() {
+        return Vec::new();
+    }
+    let posed = posed(walker, Some(custom));
+    let of = |(limb, bone, _): &(Limb, &str, &str)| {
+        let world_from_limb = posed.iter().find(|one| one.name == *bone)?.in_world;
+        Some(PosedLimb { walker: walker.id, limb: *limb, world_from_limb })
+    };
+    LIMBS.iter().filter_map(of).collect()
+}
+
+/// How the limbs of a walker moved since an earlier frame.
+pub(crate) fn moved([before, now]: [&ActorState; 2], custom: Option<&Custom>) -> Vec<Segment> {
+    let [before, now] = [before, now].map(|walker| posed(walker, custom));
+    let of = |(_, bone, end): &(Limb, &str, &str)| {
+        let at = now.iter().position(|one| one.name == *bone)?;
+        let end = now.iter().find(|one| one.name == *end)?;
+        let (then, now) = (before.get(at)?, now.get(at)?);
+        Some(Segment {
+            ends_m: [now.in_world, end.in_world].map(|pose| pose.translation.vector),
+            before_from_now: then.in_world * now.in_world.inverse(),
+        })
+    };
+    LIMBS.iter().filter_map(of).collect()
+}
+
 /// Ahead about the left axis, then aside about the axis ahead.
 fn swung(ahead_rad: f32, aside_rad: f32) -> UnitQuaternion<f32> {
     UnitQuaternion::from_axis_angle(&Vec3::x_axis(), aside_rad)
@@ -157,7 +201,8 @@ impl Bones {
         let shoulder = self.still(&format!("crl_shoulder__{letter}"), chest, collar);
         let joint = Vec3::new(0.0, side * (SHOULDER_Y - COLLAR_Y), 0.0);
         let arm = self.add(format!("crl_arm__{letter}"), shoulder, joint, Swing::Arm(side));
-        let fore = self.still(&format!("crl_foreArm__{letter}"), arm, Vec3::new(0.0, 0.0, -0.165));
+        let fore =
+            self.still(&format!("crl_foreArm__{letter}"), arm, Vec3::new(0.0, 0.0, -UPPER_ARM));
         let hand = self.still(&format!("crl_hand__{letter}"), fore, Vec3::new(0.018, 0.0, -0.135));
         let fingers = [
             ("Thumb", 0.018),
@@ -179,7 +224,7 @@ impl Bones {
     fn leg(&mut self, letter: &str, side: f32, hips: usize) {
         let joint = Vec3::new(0.0, side * HIP_Y, HIP_Z - HIPS_Z);
         let thigh = self.add(format!("crl_thigh__{letter}"), hips, joint, Swing::Leg(side));
-        let knee = self.still(&format!("crl_leg__{letter}"), thigh, Vec3::new(0.0, 0.0, -0.25));
+        let knee = self.still(&format!("crl_leg__{letter}"), thigh, Vec3::new(0.0, 0.0, -THIGH));
         let foot = self.still(&format!("crl_foot__{letter}"), knee, Vec3::new(0.0, 0.0, -0.21));
         let toe = self.still(&format!("crl_toe__{letter}"), foot, Vec3::new(0.06, 0.0, -0.03));
         self.still(&format!("crl_toeEnd__{letter}"), toe, Vec3::new(0.04, 0.0, 0.0));
@@ -222,6 +267,40 @@ mod tests {
         let posed = posed(&walking, None);
         assert!(bone(&posed, "crl_foot__L").x > 10.2 && bone(&posed, "crl_foot__R").x < 9.9);
         assert!(bone(&posed, "crl_hand__L").x < 10.0 && bone(&posed, "crl_hand__R").x > 10.0);
+    }
+
+    #[test]
+    fn limbs_are_told_only_of_a_pose_that_shows() {
+        let mut custom = Custom::default();
+        let arm = Pose::from_parts(
+            Translation3::new(0.0, 0.17, 0.0),
+            UnitQuaternion::from_axis_angle(&Vec3::x_axis(), -1.5),
+        );
+        custom.set([("crl_arm__R".to_owned(), arm)]);
+        assert_eq!(limbs(&walker(), &custom), []);
+        custom.blend(1.0);
+        let limbs = limbs(&walker(), &custom);
+        assert_eq!(limbs.len(), Limb::ALL.len());
+        let elbow = limbs.iter().find(|limb| limb.limb == Limb::RightForearm).unwrap();
+        let shoulder = limbs.iter().find(|limb| limb.limb == Limb::RightArm).unwrap();
+        let along =
+            elbow.world_from_limb.translation.vector - shoulder.world_from_limb.translation.vector;
+        assert!(along.z.abs() < 0.05 && along.y.abs() > 0.25, "{along:?}");
+    }
+
+    #[test]
+    fn a_leg_that_swings_moves_more_at_the_foot_than_at_the_hip() {
+        let mut walking = walker();
+        walking.linear_velocity_mps = Vec3::new(1.4, 0.0, 0.0);
+        let later = ActorState { gait_rad: 0.5, ..walking.clone() };
+        let segments = moved([&walking, &later], None);
+        let shin = &segments[Limb::LeftShin as usize];
+        let way = |point_m: &Vec3| {
+            let before = shin.before_from_now.transform_point(&(*point_m).into()).coords;
+            (point_m - before).norm()
+        };
+        let [knee, toe] = shin.ends_m;
+        assert!(way(&toe) > 1.5 * way(&knee) && way(&knee) > 0.02, "{} {}", way(&toe), way(&knee));
     }
 
     #[test]

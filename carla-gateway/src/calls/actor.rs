@@ -6,6 +6,7 @@ use schemas::{ActorId, Attachment, AttachmentKind, BodyCommand, BodySwitch, Comm
 use schemas::{Error, ErrorCode, Vec3};
 
 use super::{orders, parts};
+use crate::allowance::Room;
 use crate::catalogue;
 use crate::dialect::{Actor, ActorDescription, ActorRef, BoundingBox, Transform, Vector3D};
 use crate::endpoint::{Endpoint, check_camera};
@@ -55,7 +56,7 @@ fn attachment_kind(kind: u8) -> AttachmentKind {
     }
 }
 
-/// The command that spawns what a client describes.
+/// The command that spawns what a client describes, in the room that its tenant has.
 ///
 /// # Errors
 /// What of it cannot be.
@@ -64,8 +65,10 @@ pub(super) fn spawn_command(
     description: &ActorDescription,
     transform: &Transform,
     attachment: Option<Attachment>,
+    room: &mut Room,
 ) -> Result<Command, Refusal> {
     let (blueprint, attributes) = catalogue::order(description)?;
+    room.take(&blueprint.id)?;
     if blueprint.id.starts_with("sensor.camera.") {
         let actor = Actor { description: description.clone(), ..Actor::default() };
         check_camera(&actor)?;
@@ -98,7 +101,8 @@ async fn spawn_at(
     transform: &Transform,
     attachment: Option<Attachment>,
 ) -> Result<Actor, Refusal> {
-    let command = spawn_command(endpoint, description, transform, attachment)?;
+    let mut room = endpoint.room()?;
+    let command = spawn_command(endpoint, description, transform, attachment, &mut room)?;
     if description.type_id.starts_with("sensor.camera.") {
         endpoint.need_renderer().await?;
     }

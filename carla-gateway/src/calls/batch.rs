@@ -7,6 +7,7 @@ use schemas::{ActorId, Attachment, AttachmentKind, Command, CommandReply};
 
 use super::method::by_function;
 use super::{actor, orders, parts, vehicle};
+use crate::allowance::Room;
 use crate::dialect::{ActorRef, BatchCommand, BatchResponse};
 use crate::endpoint::Endpoint;
 use crate::rpc::{Answer, Payload, Refusal, Request};
@@ -53,6 +54,7 @@ type Running<'a> = Pin<Box<dyn Future<Output = Result<Vec<BatchResponse>, Refusa
 fn run(endpoint: &mut Endpoint, commands: Vec<Wish>, depth: usize) -> Running<'_> {
     Box::pin(async move {
         let (mut steps, mut sent) = (Vec::with_capacity(commands.len()), Vec::new());
+        let mut room = None;
         for command in commands {
             let command = match command {
                 Ok(command) => command,
@@ -62,7 +64,7 @@ fn run(endpoint: &mut Endpoint, commands: Vec<Wish>, depth: usize) -> Running<'_
                 }
             };
             let function = command.function();
-            match prepare(endpoint, command).await {
+            match prepare(endpoint, command, &mut room).await {
                 Ok(Prepared { order: Some(order), step }) => {
                     sent.push(order);
                     steps.push(step);
@@ -103,7 +105,11 @@ struct Prepared {
     step: Step,
 }
 
-async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepared, Refusal> {
+async fn prepare(
+    endpoint: &mut Endpoint,
+    command: BatchCommand,
+    room: &mut Option<Room>,
+) -> Result<Prepared, Refusal> {
     let function = command.function();
     match command {
         BatchCommand::Spawn(spawn) => {
@@ -118,7 +124,11 @@ async fn prepare(endpoint: &mut Endpoint, command: BatchCommand) -> Result<Prepa
             let at = parent.map_or(spawn.transform, |parent| {
                 parts::on_socket(episode, parent, &spawn.socket, &spawn.transform)
             });
-            let order = actor::spawn_command(endpoint, &spawn.description, &at, attachment)?;
+            let room = match room {
+                Some(room) => room,
+                None => room.insert(endpoint.room()?),
+            };
+            let order = actor::spawn_command(endpoint, &spawn.description, &at, attachment, room)?;
             Ok(Prepared { order: Some(order), step: Step::Sent(Sent::Spawn(spawn.do_after)) })
         }
         BatchCommand::Destroy(id) => {

@@ -27,9 +27,19 @@ pub(super) fn draw(endpoint: &mut Endpoint, shape: DebugShape) -> Result<(), Ref
     Ok(())
 }
 
+/// Takes out everything but text.
 pub(super) fn clear(endpoint: &mut Endpoint) -> Result<(), Refusal> {
-    endpoint.shapes = Arc::default();
+    Arc::make_mut(&mut endpoint.shapes).retain(is_text);
     Ok(())
+}
+
+pub(super) fn clear_text(endpoint: &mut Endpoint) -> Result<(), Refusal> {
+    Arc::make_mut(&mut endpoint.shapes).retain(|shape| !is_text(shape));
+    Ok(())
+}
+
+fn is_text(shape: &Shape) -> bool {
+    matches!(shape.figure, Figure::Text(..))
 }
 
 /// What cameras see of a shape; `None` for what only the screen of a server shows.
@@ -54,6 +64,7 @@ fn figure(primitive: &Primitive) -> Result<Option<Figure>, Refusal> {
             let half_m = Vec3::new(extent.x, extent.y, extent.z);
             Figure::cuboid(&placed.ours(), half_m, *thickness)
         }
+        Primitive::Text(at, text, has_shadow) => Figure::text(at.ours(), text, *has_shadow),
         Primitive::Overlay => return Ok(None),
     };
     if figure.is_finite() {

@@ -18,7 +18,8 @@ pub(super) async fn start(
     endpoint.stop_replay(false).await?;
     endpoint.end_recording().await;
     let map = endpoint.episode()?.map_name.clone();
-    let told = endpoint.recorder.start(&name, &map, has_additional).await?;
+    let allowance = endpoint.config.allowance.clone();
+    let told = endpoint.recorder.start(&name, &map, has_additional, &allowance).await?;
     endpoint.begin_journal().await;
     Ok(told)
 }

@@ -86,17 +86,13 @@ static WORLD: &[Method] = &[
     full("cast_ray", value!(map::cast_ray(start, end).await)),
     partly(
         "draw_debug_shape",
-        "in colour pictures; text and the screen of the server are left out",
+        "in colour pictures, text too; the screen of the server is left out",
         void!(debug::draw(shape)),
     ),
     full("clear_debug_shape", void!(debug::clear())),
-    partly("clear_debug_string", NO_EFFECT, no_effect!()),
+    full("clear_debug_string", void!(debug::clear_text())),
     full("query_lights_state", value!(lamps::all(client))),
-    partly(
-        "update_lights_state",
-        "told to all clients; pictures show lamps lit by night",
-        void!(lamps::set(client, lights, leaves_client_out)),
-    ),
+    full("update_lights_state", void!(lamps::set(client, lights, leaves_client_out))),
     full("update_day_night_cycle", void!(lamps::follow_the_sun(client, on))),
     full("spawn_actor", value!(actor::spawn(description, transform).await)),
     partly(

@@ -21,7 +21,9 @@ pub(crate) enum Primitive {
     Line(Line),
     Arrow(Line, f32),
     Box(BoundingBox, Rotation, f32),
-    /// Text, and what lies on the screen of the server.
+    /// Place, letters, and whether they have a shadow.
+    Text(Location, String, bool),
+    /// What lies on the screen of the server.
     Overlay,
 }
 
@@ -60,7 +62,11 @@ impl<'de> Deserialize<'de> for Primitive {
                             parts.next_element()?.ok_or_else(missing)?;
                         Primitive::Box(bounds, rotation, thickness)
                     }
-                    4..=8 => {
+                    4 => {
+                        let (at, text, has_shadow) = parts.next_element()?.ok_or_else(missing)?;
+                        Primitive::Text(at, text, has_shadow)
+                    }
+                    5..=8 => {
                         parts.next_element::<de::IgnoredAny>()?.ok_or_else(missing)?;
                         Primitive::Overlay
                     }
@@ -85,6 +91,7 @@ mod tests {
         assert_eq!((shape.colour, shape.life_secs), ((255, 0, 7), -1.0));
         let text = ((4, ((1.0f32, 2.0f32, 3.0f32), "hello", false)), (0, 0, 0), 0.0f32, true);
         let shape: DebugShape = rmp_serde::from_slice(&rmp_serde::to_vec(&text).unwrap()).unwrap();
-        assert_eq!(shape.primitive, Primitive::Overlay);
+        let at = Location { x: 1.0, y: 2.0, z: 3.0 };
+        assert_eq!(shape.primitive, Primitive::Text(at, "hello".to_owned(), false));
     }
 }

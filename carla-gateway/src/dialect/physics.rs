@@ -122,6 +122,8 @@ impl VehiclePhysicsControl {
             wheels: self.wheels.iter().step_by(step).zip(&now.wheels).map(wheel).collect(),
             sweep_wheel_collision: self.use_sweep_wheel_collision,
             steering: now.steering,
+            anti_lock: now.anti_lock,
+            stability_control: now.stability_control,
         }
     }
 

@@ -1,28 +1,37 @@
 //! Pictures of cameras that somebody listens to.
 
+mod attributes;
+
+pub(crate) use attributes::check_camera;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use schemas::limits::{CAMERAS_PER_JOB_MAX, FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
-use schemas::{ActorId, Camera, Frame, Image, ImageKind, Pose, SharedFrame, TagId};
+use schemas::limits::{CAMERAS_PER_JOB_MAX, LIMBS_MAX, PIXELS_PER_JOB_MAX};
+use schemas::{
+    ActorId, ActorKind, Camera, Frame, Image, ImageEncoding, ImageKind, Pose, SharedFrame, Staging,
+    TagId,
+};
 use tokio::time::Instant;
 
 use super::Endpoint;
-use crate::dialect::Actor;
+use crate::allowance::Allowance;
 use crate::episode::Episode;
-use crate::pictures::{Film, LightEvent, Memory, Movement, Picture, Reaction, Shape, Sheet};
-use crate::pictures::{encode_events, encode_flow, encode_picture, encoding_of, sketch};
+use crate::pictures::{
+    Film, LightEvent, Memory, Movement, Optics, Photo, Picture, Reaction, Shape, Sheet,
+};
+use crate::pictures::{encode_events, encode_flow, encode_picture, flow_of, sketch};
 use crate::rpc::Refusal;
 use crate::site::Site;
+use crate::skeleton;
 use crate::stream::{Hub, StreamId};
+use attributes::camera;
 
 /// How long the spawn of a camera waits for a renderer.
 const RENDERER_WAIT: Duration = Duration::from_secs(3);
 /// Between two looks whether one is up.
 const RENDERER_POLL: Duration = Duration::from_millis(50);
-/// JPEG is never asked for, but the field needs a value in range.
-const JPEG_QUALITY: u8 = 90;
 
 /// A camera of which pictures were asked for.
 struct Ordered {
@@ -34,6 +43,7 @@ struct Ordered {
     images: Vec<(ImageKind, usize)>,
     /// What is made of them, and where it goes.
     outputs: Vec<Output>,
+    optics: Optics,
 }
 
 struct Output {
@@ -47,14 +57,26 @@ struct Output {
 struct Order {
     hub: Arc<Hub>,
     site: Arc<dyn Site>,
+    allowance: Allowance,
     darkroom: Arc<Darkroom>,
     cameras: Vec<Ordered>,
     movement: Movement,
     shapes: Arc<Vec<Shape>>,
     frame_number: u64,
     sim_secs: f64,
+    is_night: bool,
     waits: bool,
 }
+
+/// In the place of a picture that is being finished.
+const NO_IMAGE: Image = Image {
+    camera: 0,
+    width_px: 0,
+    height_px: 0,
+    kind: ImageKind::Rgb,
+    encoding: ImageEncoding::Rgba8,
+    data: Vec::new(),
+};
 
 /// What cameras of events remember, by stream.
 #[derive(Default)]
@@ -107,18 +129,21 @@ impl Endpoint {
                 cameras.push(camera);
             }
         }
+        let moves_limbs = cameras.iter().any(Ordered::needs_flow);
         let order = Order {
             hub: Arc::clone(&self.hub),
             site: Arc::clone(&self.site),
+            allowance: self.config.allowance.clone(),
             darkroom: Arc::clone(&self.darkroom),
             cameras,
-            movement: movement(before, &episode.frame),
+            movement: movement(before, episode, moves_limbs),
             shapes: Arc::clone(&self.shapes),
             frame_number: self.frame_number,
             sim_secs: episode.frame.sim_secs,
+            is_night: episode.frame.weather.sun_altitude_rad <= 0.0,
             waits: self.settings.synchronous_mode,
         };
-        let drawing = order.deliver(episode.frame.clone(), wanted);
+        let drawing = order.deliver(episode.frame.clone(), wanted, self.staging(episode));
         self.pictures = Some(self.workers.spawn(drawing));
     }
 
@@ -140,8 +165,18 @@ impl Endpoint {
         let outputs: Vec<Output> = std::iter::once(own).chain(textures).map(output).collect();
         let mut kinds: Vec<ImageKind> =
             outputs.iter().flat_map(|output| output.film.kinds()).copied().collect();
-        if kinds.contains(&ImageKind::Rgb) && !self.shapes.is_empty() {
-            kinds.push(ImageKind::Depth);
+        let optics = Optics::of(actor).ok()?;
+        if kinds.contains(&ImageKind::Rgb) {
+            kinds.extend((!self.shapes.is_empty()).then_some(ImageKind::Depth));
+            // Blur is left out before the pictures of a tick are too many for one request.
+            let Camera { width_px, height_px, .. } =
+                camera(actor, ImageKind::Rgb, 0, &state.world_from_actor).ok()?;
+            let own_px = pixels([width_px, height_px]) * (kinds.len() + optics.needs().len());
+            let all_px: usize =
+                wanted.iter().map(|other| pixels([other.width_px, other.height_px])).sum();
+            if all_px + own_px <= PIXELS_PER_JOB_MAX / 2 {
+                kinds.extend(optics.needs());
+            }
         }
         kinds.sort_by_key(|kind| *kind as u8);
         kinds.dedup();
@@ -160,18 +195,51 @@ impl Endpoint {
             horizontal_fov_rad: wanted.last()?.horizontal_fov_rad,
             images,
             outputs,
+            optics,
         })
+    }
+
+    /// What a renderer has to know that no frame tells.
+    fn staging(&self, episode: &Episode) -> Staging {
+        let walkers = episode.custom_poses().iter();
+        let limbs =
+            walkers.filter_map(|(id, pose)| Some(skeleton::limbs(episode.state(*id)?, pose)));
+        Staging {
+            street_lights: self.lamps.unusual(self.is_night()),
+            limbs: limbs.flatten().take(LIMBS_MAX).collect(),
+        }
+    }
+}
+
+fn pixels([width_px, height_px]: [u32; 2]) -> usize {
+    width_px as usize * height_px as usize
+}
+
+impl Ordered {
+    /// The place of the picture of a kind among those of the request.
+    fn place_of(&self, kind: ImageKind) -> Option<usize> {
+        self.images.iter().find(|(other, _)| *other == kind).map(|(_, at)| *at)
+    }
+
+    /// Whether something is made of how far everything moved.
+    fn needs_flow(&self) -> bool {
+        let is_flow = |output: &Output| output.film.kinds().len() > 1;
+        self.optics.needs_flow() || self.outputs.iter().any(is_flow)
     }
 }
 
 impl Order {
-    async fn deliver(self, frame: SharedFrame, wanted: Vec<Camera>) {
-        let mut images = match self.site.draw(frame, wanted).await {
+    async fn deliver(self, frame: SharedFrame, wanted: Vec<Camera>, staging: Staging) {
+        if !self.allowance.may_draw(&wanted, self.waits).await {
+            return;
+        }
+        let mut images = match self.site.draw(frame, wanted, staging).await {
             Ok(images) => images,
             Err(error) => return tracing::warn!(%error, "cameras stay without pictures"),
         };
         for camera in &self.cameras {
             self.sketch(camera, &mut images);
+            self.finish(camera, &mut images);
             for output in &camera.outputs {
                 match self.develop(camera, output, &images) {
                     Developed::Payload(payload) => {
@@ -188,8 +256,11 @@ impl Order {
 
     /// Draws the shapes of clients into the colour picture of a camera.
     fn sketch(&self, camera: &Ordered, images: &mut [Image]) {
-        let of = |kind| camera.images.iter().find(|(other, _)| *other == kind).map(|(_, at)| *at);
-        let Some((colour, depth)) = of(ImageKind::Rgb).zip(of(ImageKind::Depth)) else { return };
+        if self.shapes.is_empty() {
+            return;
+        }
+        let places = camera.place_of(ImageKind::Rgb).zip(camera.place_of(ImageKind::Depth));
+        let Some((colour, depth)) = places else { return };
         let Ok([colour, depth]) = images.get_disjoint_mut([colour, depth]) else { return };
         let half_width_px = colour.width_px as f32 / 2.0;
         let mut sheet = Sheet {
@@ -202,17 +273,57 @@ impl Order {
         sketch(&mut sheet, &camera.world_from_camera, &self.shapes);
     }
 
-    fn develop(&self, camera: &Ordered, output: &Output, images: &[Image]) -> Developed {
-        let picture = Picture {
+    /// Does to the pictures of a camera what its attributes ask for.
+    fn finish(&self, camera: &Ordered, images: &mut [Image]) {
+        let place = |kind| camera.place_of(kind);
+        if let Some(colour) = place(ImageKind::Rgb) {
+            let geometry = place(ImageKind::Depth).zip(place(ImageKind::Instance));
+            let flow = geometry.filter(|_| camera.optics.needs_flow()).and_then(|(depth, ids)| {
+                let pair = [images.get(depth)?, images.get(ids)?];
+                let before = &camera.world_from_camera_before;
+                Some(flow_of(&self.picture(camera), pair, before, &self.movement))
+            });
+            // The colours leave their place for a moment, so that the depth may be read.
+            let taken = images.get_mut(colour).map(|image| std::mem::replace(image, NO_IMAGE));
+            if let Some(mut image) = taken {
+                let depths = place(ImageKind::Depth).and_then(|at| images.get(at));
+                camera.optics.finish(&mut Photo {
+                    image: &mut image,
+                    depths,
+                    flow: flow.as_deref(),
+                    horizontal_fov_rad: camera.horizontal_fov_rad,
+                    is_night: self.is_night,
+                });
+                images[colour] = image;
+            }
+        }
+        // What moved is told of a picture that is not bent.
+        let single = |output: &Output| match output.film.kinds() {
+            [kind] => Some(*kind),
+            _ => None,
+        };
+        let mut kinds: Vec<ImageKind> = camera.outputs.iter().filter_map(single).collect();
+        kinds.sort_by_key(|kind| *kind as u8);
+        kinds.dedup();
+        for at in kinds.into_iter().filter_map(place) {
+            if let Some(image) = images.get_mut(at) {
+                camera.optics.bend(image);
+            }
+        }
+    }
+
+    fn picture<'a>(&self, camera: &'a Ordered) -> Picture<'a> {
+        Picture {
             frame_number: self.frame_number,
             sim_secs: self.sim_secs,
             world_from_camera: &camera.world_from_camera,
             horizontal_fov_rad: camera.horizontal_fov_rad,
-        };
-        let image = |kind: &ImageKind| {
-            let (_, at) = camera.images.iter().find(|(other, _)| other == kind)?;
-            images.get(*at)
-        };
+        }
+    }
+
+    fn develop(&self, camera: &Ordered, output: &Output, images: &[Image]) -> Developed {
+        let picture = self.picture(camera);
+        let image = |kind: &ImageKind| images.get(camera.place_of(*kind)?);
         let payload = match output.film.kinds() {
             [depth, ids] => image(depth).zip(image(ids)).and_then(|(depth, ids)| {
                 let before = &camera.world_from_camera_before;
@@ -270,62 +381,19 @@ fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {
     frame?.actor(id).map(|actor| actor.world_from_actor)
 }
 
-/// What moved since an earlier frame.
-fn movement(before: Option<&Frame>, frame: &Frame) -> Movement {
+/// What moved since an earlier frame; limbs only where somebody wants to know.
+fn movement(before: Option<&Frame>, episode: &Episode, moves_limbs: bool) -> Movement {
+    let frame = &episode.frame;
     let moved = frame.actors.iter().filter_map(|actor| {
         let before = pose_in(before, actor.id).filter(|pose| *pose != actor.world_from_actor)?;
         Some((actor.id.get() % TagId::SCENERY, before * actor.world_from_actor.inverse()))
     });
-    Movement { before_from_now: moved.collect() }
-}
-
-/// The camera that an actor's attributes ask for, with pictures of one kind.
-///
-/// # Errors
-/// What cannot be drawn, in words for whoever spawns it.
-pub(crate) fn camera(
-    actor: &Actor,
-    kind: ImageKind,
-    id: u32,
-    world_from_camera: &Pose,
-) -> Result<Camera, Refusal> {
-    let side = |id, default| {
-        let pixels = actor.number(id, default)?;
-        if (1.0..=IMAGE_SIDE_PX_MAX as f32).contains(&pixels) {
-            return Ok(pixels as u32);
-        }
-        Err(Refusal(format!("{id} must be 1 to {IMAGE_SIDE_PX_MAX}, not {pixels}")))
-    };
-    let fov_deg = actor.number("fov", 90.0)?;
-    if !(fov_deg > 0.0 && fov_deg <= FIELD_OF_VIEW_DEG_MAX) {
-        return Err(Refusal(format!(
-            "fov must be above 0, at most {FIELD_OF_VIEW_DEG_MAX}, not {fov_deg}"
-        )));
-    }
-    Ok(Camera {
-        id,
-        carrier: None,
-        carrier_from_camera: *world_from_camera,
-        width_px: side("image_size_x", 800.0)?,
-        height_px: side("image_size_y", 600.0)?,
-        horizontal_fov_rad: fov_deg.to_radians(),
-        kind,
-        encoding: encoding_of(kind),
-        jpeg_quality: JPEG_QUALITY,
-        ignored: Vec::new(),
-    })
-}
-
-/// Whether a camera can be as its attributes ask for.
-///
-/// # Errors
-/// As for [`camera`].
-pub(crate) fn check_camera(actor: &Actor) -> Result<(), Refusal> {
-    let blueprint = &actor.description.type_id;
-    let film = Film::of(blueprint)
-        .ok_or_else(|| Refusal(format!("{blueprint} cannot be drawn by this server")))?;
-    if film == Film::Events {
-        Reaction::of(actor)?;
-    }
-    film.kinds().iter().try_for_each(|kind| camera(actor, *kind, 0, &Pose::identity()).map(drop))
+    let is_walker = |actor: &&schemas::ActorState| actor.kind == ActorKind::Walker;
+    let walkers = frame.actors.iter().filter(is_walker).filter(|_| moves_limbs);
+    let limbs = walkers.filter_map(|walker| {
+        let then = before?.actor(walker.id)?;
+        let moved = skeleton::moved([then, walker], episode.custom_pose(walker.id));
+        Some((walker.id.get() % TagId::SCENERY, moved))
+    });
+    Movement { before_from_now: moved.collect(), limbs: limbs.collect() }
 }

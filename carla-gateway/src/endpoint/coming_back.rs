@@ -4,14 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use recording::JournalLink;
 use schemas::{
     Command, EncodedFrame, Error, ErrorCode, Lease, Reply, Request, SharedFrame, TickItem, WorldId,
 };
 use tokio::time::Instant;
 use worlds::{Budget, Maker, NewWorld, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 
-use super::Endpoint;
 use super::worlds::{first_result, unexpected_answer};
+use super::{Endpoint, journal};
 use crate::site::Site;
 
 /// Before a world is moved again that could not be.
@@ -108,20 +109,24 @@ impl Keep {
 struct Fresh<'a> {
     site: &'a Arc<dyn Site>,
     lease: Lease,
+    /// That of the journal that goes on beside a recording.
+    journal: Option<String>,
 }
 
 /// A world that nobody uses yet: it is destroyed when this is dropped.
 struct FreshWorld {
     site: Arc<dyn Site>,
     world: WorldId,
+    /// Of all that was done in it, also of what is only repeated.
+    journal: Option<JournalLink>,
     is_used: bool,
 }
 
 impl FreshWorld {
     /// It is used from now on.
-    fn take(mut self) -> WorldId {
+    fn take(mut self) -> (WorldId, Option<JournalLink>) {
         self.is_used = true;
-        self.world
+        (self.world, self.journal.take())
     }
 }
 
@@ -152,14 +157,16 @@ impl Maker for Fresh<'_> {
             State::New(new) => new.request(lease),
             State::Snapshot(snapshot) => Request::RestoreWorld { snapshot, lease: Some(lease) },
         };
-        let site = Arc::clone(self.site);
+        let (site, name) = (Arc::clone(self.site), self.journal.clone());
         let made = tokio::spawn(async move {
-            match site.ask(request).await? {
-                Reply::WorldCreated { world, frame, .. } => {
-                    Ok((frame, FreshWorld { site, world, is_used: false }))
-                }
-                _ => Err(unexpected_answer()),
+            let Reply::WorldCreated { world, frame, .. } = site.ask(request).await? else {
+                return Err(unexpected_answer());
+            };
+            let mut fresh = FreshWorld { site, world, journal: None, is_used: false };
+            if let Some(name) = name {
+                fresh.journal = journal::begin(&*fresh.site, world, name).await;
             }
+            Ok((frame, fresh))
         });
         made.await.unwrap_or_else(|_| Err(unexpected_answer()))
     }
@@ -187,7 +194,7 @@ impl Endpoint {
             return false;
         };
         tracing::warn!(port = self.port, %why, "a world is made again");
-        let fresh = Fresh { site: &self.site, lease: self.config.lease() };
+        let fresh = self.fresh();
         let until = Instant::now() + ROOM_WAIT;
         let mut remade = recovery.remake(&fresh, &seen).await;
         // One that drains has no room either, and another may be about to come.
@@ -198,10 +205,12 @@ impl Endpoint {
         match remade {
             Remade::Whole(fresh) => {
                 let Some(episode) = &mut self.episode else { return false };
+                let (world, journal) = fresh.take();
                 // What may be left of the old one is freed as soon as it can be.
-                let old = std::mem::replace(&mut episode.world, fresh.take());
+                let old = std::mem::replace(&mut episode.world, world);
                 destroy_later(Arc::clone(&self.site), old);
                 self.keep.recovery = Some(recovery);
+                self.note_journal(journal);
                 self.figures.recovered.inc();
                 true
             }
@@ -210,6 +219,10 @@ impl Endpoint {
                 false
             }
         }
+    }
+
+    fn fresh(&self) -> Fresh<'_> {
+        Fresh { site: &self.site, lease: self.config.lease(), journal: self.next_journal() }
     }
 
     /// Moves the world to another service if the one that has it ends and another is there.
@@ -226,9 +239,11 @@ impl Endpoint {
         match self.moved(old).await {
             Ok((fresh, state)) => {
                 let Some(episode) = &mut self.episode else { return };
-                episode.world = fresh.take();
+                let journal;
+                (episode.world, journal) = fresh.take();
                 destroy_later(Arc::clone(&self.site), old);
                 self.keep.go_on_from(state);
+                self.note_journal(journal);
                 self.figures.move_seconds.observe(begun.elapsed());
                 tracing::info!(port = self.port, "a world has moved");
             }
@@ -250,8 +265,7 @@ impl Endpoint {
         let snapshot = self.site.ask(Request::SnapshotWorld { world: old }).await?;
         let Reply::Snapshot(bytes) = snapshot else { return Err(unexpected_answer()) };
         let state = State::Snapshot(bytes);
-        let fresh = Fresh { site: &self.site, lease: self.config.lease() };
-        let (frame, world) = fresh.make(&state).await?;
+        let (frame, world) = self.fresh().make(&state).await?;
         let frame = SharedFrame::decode(frame)?;
         if is_same(&frame, &episode.frame) {
             return Ok((world, state));

@@ -1,31 +1,49 @@
 //! The journal beside a recording: what CARLA's format cannot say, for replays to the bit.
 
 use recording::JournalLink;
-use schemas::{ErrorCode, Reply, Request};
+use schemas::{ErrorCode, Reply, Request, WorldId};
 
 use super::Endpoint;
 use crate::recorder::Companion;
+use crate::site::Site;
+
+/// Has a world keep a journal of this name from its present state on. `None` where none can be
+/// kept: the recording goes on without.
+pub(super) async fn begin(site: &dyn Site, world: WorldId, name: String) -> Option<JournalLink> {
+    match site.ask(Request::RecordWorld { world, on: true, name: Some(name) }).await {
+        Ok(Reply::JournalBegun { name, digest, tick, state_hash }) => {
+            tracing::info!(name, "a journal begins beside a recording");
+            return Some(JournalLink { name, digest, tick: tick.0, state_hash });
+        }
+        Ok(_) => tracing::warn!("the world service answered something else"),
+        Err(error) if error.code == ErrorCode::Unsupported => {
+            tracing::debug!(%error, "a recording without a journal beside it");
+        }
+        Err(error) => tracing::warn!(%error, "a recording without a journal beside it"),
+    }
+    None
+}
 
 impl Endpoint {
-    /// Has the world keep a journal beside the recording that has just begun. Where none can be
-    /// kept the recording goes on without.
+    /// Has the world keep a journal beside the recording that has just begun.
     pub(crate) async fn begin_journal(&mut self) {
         let (Some(name), Some(episode)) = (self.recorder.companion_name(), &self.episode) else {
             return;
         };
-        let request = Request::RecordWorld { world: episode.world, on: true, name: Some(name) };
-        match self.site.ask(request).await {
-            Ok(Reply::JournalBegun { name, digest, tick, state_hash }) => {
-                tracing::info!(name, "a journal begins beside a recording");
-                let link = JournalLink { name, digest, tick: tick.0, state_hash };
-                self.recorder.accompany(Companion::new(link));
-                self.has_journal = true;
-            }
-            Ok(_) => tracing::warn!("the world service answered something else"),
-            Err(error) if error.code == ErrorCode::Unsupported => {
-                tracing::debug!(%error, "a recording without a journal beside it");
-            }
-            Err(error) => tracing::warn!(%error, "a recording without a journal beside it"),
+        let link = begin(&*self.site, episode.world, name).await;
+        self.note_journal(link);
+    }
+
+    /// The name of the journal that goes on beside a recording in another world service.
+    pub(super) fn next_journal(&self) -> Option<String> {
+        self.recorder.companion_name().filter(|_| self.has_journal)
+    }
+
+    /// Names the journal beside the recording from now on.
+    pub(super) fn note_journal(&mut self, link: Option<JournalLink>) {
+        self.has_journal = link.is_some();
+        if let Some(link) = link {
+            self.recorder.accompany(Companion::new(link));
         }
     }
 

@@ -34,15 +34,16 @@ fn without_layers(layers: u16) -> Vec<Command> {
     if layers == 0 { Vec::new() } else { vec![unload] }
 }
 
-/// Why a world cannot be used whose map is not the one that clients are told.
-fn other_version(map: &roads::Map, frame: &Frame) -> Option<Refusal> {
+/// Whether the map of a world is the one that clients are told.
+fn fits(map: &roads::Map, frame: &Frame) -> Result<(), Refusal> {
     let (name, wanted, found) = (map.name(), map.digest(), &frame.map.digest);
-    (wanted != found).then(|| {
-        Refusal(format!(
-            "the world service has another version of the map {name}: wanted {wanted}, found \
-             {found}; give all world services the same maps"
-        ))
-    })
+    if wanted == found {
+        return Ok(());
+    }
+    Err(Refusal(format!(
+        "the world service has another version of the map {name}: wanted {wanted}, found {found}; \
+         give all world services the same maps"
+    )))
 }
 
 impl Endpoint {
@@ -82,16 +83,15 @@ impl Endpoint {
         let Reply::WorldCreated { world, frame, .. } = created else {
             return Err(Refusal("the world service answered something else".to_owned()));
         };
-        let frame = SharedFrame::decode(frame).map_err(|error| refused(&error))?;
-        if let Some(refusal) = other_version(&map, &frame) {
-            destroy_later(Arc::clone(&self.site), world);
-            return Err(refusal);
-        }
+        let frame = SharedFrame::decode(frame).map_err(|error| refused(&error));
+        let fitting = frame.and_then(|frame| fits(&map, &frame).map(|()| frame));
+        let frame = fitting.inspect_err(|_| destroy_later(Arc::clone(&self.site), world))?;
         self.end_episode().await;
         self.keep.begin(new);
         self.note_actors(&frame, &[]);
         self.episodes_begun += 1;
-        tracing::info!(port = self.port, map = told, episode = self.episodes_begun, "episode");
+        let (tenant, episode) = (self.config.allowance.tenant(), self.episodes_begun);
+        tracing::info!(target: "audit", %tenant, port = self.port, map = told, episode, "episode");
         self.mention_tyres(&map);
         self.weather = WeatherParameters::of(&frame.weather);
         self.lamps = StreetLamps::of(&map, self.is_night());

@@ -1,7 +1,8 @@
 //! Street lights: they stand in the map, burn by night, and clients may set each of them.
 
 use roads::{Map, MapLayer};
-use schemas::Vec3;
+use schemas::limits::STREET_LIGHTS_MAX;
+use schemas::{StreetLight, Vec3};
 
 use crate::dialect::{LightState, Location};
 
@@ -70,6 +71,25 @@ impl StreetLamps {
         }
     }
 
+    /// Those that are not as street lights are at this time of day, as a renderer is told.
+    pub(super) fn unusual(&self, is_night: bool) -> Vec<StreetLight> {
+        let is_unusual = |light: &LightState| {
+            light.active != is_night || (light.intensity, light.colour) != (INTENSITY, COLOUR)
+        };
+        let told = |light: &LightState| {
+            let (red, green, blue) = light.colour;
+            let brightness = light.intensity / INTENSITY;
+            Some(StreetLight {
+                index: light.id.checked_sub(1)?,
+                on: light.active,
+                colour_rgb: u32::from_be_bytes([0, red, green, blue]),
+                brightness: if brightness > 0.0 { brightness.min(1e3) } else { 0.0 },
+            })
+        };
+        let unusual = self.lights.iter().filter(|light| is_unusual(light));
+        unusual.filter_map(told).take(STREET_LIGHTS_MAX).collect()
+    }
+
     /// Whether clients have to ask for them again.
     pub(super) fn are_new(&self) -> bool {
         self.are_new
@@ -103,6 +123,20 @@ fn of_map(map: &Map) -> Vec<LightState> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_renderer_is_told_of_those_that_somebody_set() {
+        let text = roads::town::build("Town02").unwrap();
+        let mut lamps = StreetLamps::of(&Map::parse("Town02", &text).unwrap(), true);
+        assert_eq!(lamps.unusual(true), []);
+        let mut lights = lamps.lights().to_vec();
+        lights[2].active = false;
+        (lights[4].colour, lights[4].intensity) = ((1, 2, 3), 2.0 * INTENSITY);
+        lamps.set(lights);
+        let off = StreetLight { index: 2, on: false, colour_rgb: 0xff_d6_aa, brightness: 1.0 };
+        let blue = StreetLight { index: 4, on: true, colour_rgb: 0x01_02_03, brightness: 2.0 };
+        assert_eq!(lamps.unusual(true), [off, blue]);
+    }
 
     #[test]
     fn a_town_has_street_lights_above_the_ground() {

@@ -69,6 +69,8 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
         return None;
     }
     physics.steering = Steering::Carla;
+    // CARLA's cars have none.
+    physics.stability_control = false;
     let half_track_m = model.track_m / 2.0;
     physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
     for wheel in &mut physics.wheels {

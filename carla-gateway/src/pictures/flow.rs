@@ -14,6 +14,26 @@ const NEAR_M: f32 = 1.0e-3;
 pub(crate) struct Movement {
     /// Of actors by id: the pose before, after taking back the pose now.
     pub(crate) before_from_now: BTreeMap<u32, Pose>,
+    /// Of people whose limbs swing: what moves by itself.
+    pub(crate) limbs: BTreeMap<u32, Vec<Segment>>,
+}
+
+/// A part of a body that is nearest to its own middle line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment {
+    /// Ends of that line, in the world.
+    pub(crate) ends_m: [Vec3; 2],
+    /// The pose before, after taking back the pose now.
+    pub(crate) before_from_now: Pose,
+}
+
+impl Segment {
+    fn distance_squared(&self, point_m: &Vec3) -> f32 {
+        let [from, to] = self.ends_m;
+        let along = to - from;
+        let share = (point_m - from).dot(&along) / along.norm_squared().max(1.0e-9);
+        (from + along * share.clamp(0.0, 1.0) - point_m).norm_squared()
+    }
 }
 
 /// A camera in two frames.
@@ -58,7 +78,10 @@ pub(crate) fn flow(view: &View, movement: &Movement, depths: &[u8], ids: &[u8]) 
             if id != last.0 {
                 last = (id, moved.get(&id).unwrap_or(&still));
             }
-            let before_m = last.1.transform_point(&point_m.into()).coords;
+            let before_m = match movement.limbs.get(&id) {
+                Some(limbs) => limb_before(view, &camera_before_from_world, limbs, &point_m),
+                None => last.1.transform_point(&point_m.into()).coords,
+            };
             if before_m.x < NEAR_M {
                 return [0.0, 0.0];
             }
@@ -67,6 +90,21 @@ pub(crate) fn flow(view: &View, movement: &Movement, depths: &[u8], ids: &[u8]) 
             [(right_px - right_before_px) / half_px.y, (down_before_px - down_px) / half_px.z]
         })
         .collect()
+}
+
+/// Where a point of a body was, in the axes of the camera before, if it moved as the limb that is
+/// nearest to it.
+fn limb_before(
+    view: &View,
+    camera_before_from_world: &Pose,
+    limbs: &[Segment],
+    point_m: &Vec3,
+) -> Vec3 {
+    let in_world = view.world_from_camera.transform_point(&(*point_m).into());
+    let distance = |limb: &&Segment| limb.distance_squared(&in_world.coords);
+    let nearest = limbs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let before = nearest.map_or(in_world, |limb| limb.before_from_now.transform_point(&in_world));
+    camera_before_from_world.transform_point(&before).coords
 }
 
 #[cfg(test)]
@@ -115,13 +153,32 @@ mod tests {
     fn what_moves_takes_its_own_way() {
         let lifted = Pose::translation(0.0, 0.0, 0.5);
         let actor = ActorId::new(7).unwrap();
-        let movement = Movement { before_from_now: [(7, lifted.inverse())].into_iter().collect() };
+        let movement = Movement {
+            before_from_now: [(7, lifted.inverse())].into_iter().collect(),
+            ..Movement::default()
+        };
         let view = view(Pose::identity(), Pose::identity());
         let car = TagId::of_actor(SemanticTag::Car, actor);
         let [right, up] = middle(&view, &movement, 10.0, car);
         assert!((up - 0.05).abs() < 1e-5 && right.abs() < 1e-6, "{right} {up}");
         let other = TagId::of_actor(SemanticTag::Car, ActorId::new(8).unwrap());
         assert_eq!(middle(&view, &movement, 10.0, other), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_limb_moves_by_itself() {
+        let walker = ActorId::new(7).unwrap();
+        let arm = |x: f32, before_from_now: Pose| Segment {
+            ends_m: [Vec3::new(10.0, 0.0, x), Vec3::new(10.0, 0.0, x + 0.5)],
+            before_from_now,
+        };
+        let lifted = Pose::translation(0.0, 0.0, -0.5);
+        let limbs = vec![arm(-0.25, lifted), arm(2.0, Pose::translation(0.0, 3.0, 0.0))];
+        let movement =
+            Movement { limbs: [(7, limbs)].into_iter().collect(), ..Movement::default() };
+        let id = TagId::of_actor(SemanticTag::Pedestrians, walker);
+        let [right, up] = middle(&view(Pose::identity(), Pose::identity()), &movement, 10.0, id);
+        assert!((up - 0.05).abs() < 1e-5 && right.abs() < 1e-6, "{right} {up}");
     }
 
     #[test]

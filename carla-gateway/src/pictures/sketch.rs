@@ -1,7 +1,9 @@
-//! Points, lines, arrows and boxes that clients draw into the world, in colour pictures: behind
-//! what is nearer, and as bright by night as by day.
+//! Points, lines, arrows, boxes and text that clients draw into the world, in colour pictures: as
+//! bright by night as by day; text before everything, the rest behind what is nearer.
 
 use schemas::{Pose, Vec3};
+
+use super::font;
 
 /// Nearer to the plane of the camera, a line is cut off.
 const NEAR_M: f32 = 0.05;
@@ -12,6 +14,10 @@ const LIFT_SHARE: f32 = 0.005;
 const PX_PER_SIZE: f32 = 100.0;
 /// Widest stroke.
 const STROKE_PX_MAX: f32 = 64.0;
+/// Rows of a picture for each pixel that a dot of a letter is wide.
+const ROWS_PER_DOT: u32 = 240;
+/// Letters of one text; the rest is left out.
+const LETTERS_MAX: usize = 1_024;
 
 /// What is drawn, in the world.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,11 +35,18 @@ pub(crate) enum Figure {
     Point(Vec3, f32),
     /// Ends of strokes, and their thickness in metres.
     Strokes(Vec<(Vec3, Vec3)>, f32),
+    /// Upper left corner, letters, and whether they have a shadow.
+    Text(Vec3, String, bool),
 }
 
 impl Figure {
     pub(crate) fn line(begin: Vec3, end: Vec3, thickness_m: f32) -> Self {
         Self::Strokes(vec![(begin, end)], thickness_m)
+    }
+
+    /// Text from a place on to the right.
+    pub(crate) fn text(at_m: Vec3, text: &str, has_shadow: bool) -> Self {
+        Self::Text(at_m, text.chars().take(LETTERS_MAX).collect(), has_shadow)
     }
 
     /// A line with four barbs at its end.
@@ -50,6 +63,7 @@ impl Figure {
         let is_point = |point_m: &Vec3| point_m.iter().all(|number| number.is_finite());
         match self {
             Self::Point(at_m, size) => is_point(at_m) && size.is_finite(),
+            Self::Text(at_m, ..) => is_point(at_m),
             Self::Strokes(strokes, thickness_m) => {
                 let are_ends = |(from, to): &(Vec3, Vec3)| is_point(from) && is_point(to);
                 thickness_m.is_finite() && strokes.iter().all(are_ends)
@@ -100,6 +114,12 @@ pub(crate) fn sketch(sheet: &mut Sheet<'_>, world_from_camera: &Pose, shapes: &[
             Figure::Strokes(strokes, thickness_m) => {
                 for (from, to) in strokes {
                     sheet.stroke(seen(from), seen(to), *thickness_m, shape.rgb);
+                }
+            }
+            Figure::Text(at_m, text, has_shadow) => {
+                let at_m = seen(at_m);
+                if at_m.x > NEAR_M {
+                    sheet.write(sheet.project(at_m), text, (shape.rgb, *has_shadow));
                 }
             }
         }
@@ -157,6 +177,48 @@ impl Sheet<'_> {
             (first, last) = (first.max(a.min(b)), last.min(a.max(b)));
         }
         (first <= last).then_some((first, last))
+    }
+
+    /// Letters from a place to the right and downwards, before everything.
+    fn write(&mut self, at: (f32, f32), text: &str, (rgb, has_shadow): ([u8; 3], bool)) {
+        let dot_px = (self.height_px / ROWS_PER_DOT).max(1);
+        let (mut line, mut column) = (0, 0);
+        for letter in text.chars() {
+            if letter == '\n' {
+                (line, column) = (line + 1, 0);
+                continue;
+            }
+            let left = at.0.round() + (column * font::ADVANCE * dot_px) as f32;
+            let top = at.1.round() + (line * font::LINE * dot_px) as f32;
+            let is_beside = left >= self.width_px as f32 || left < -((8 * dot_px) as f32);
+            if !is_beside && has_shadow {
+                let shifted = (left + dot_px as f32, top + dot_px as f32);
+                self.put_letter(letter, shifted, (dot_px, [0; 3]));
+            }
+            if !is_beside {
+                self.put_letter(letter, (left, top), (dot_px, rgb));
+            }
+            column += 1;
+        }
+    }
+
+    fn put_letter(&mut self, letter: char, at: (f32, f32), (dot_px, rgb): (u32, [u8; 3])) {
+        let (pixels, _) = self.pixels.as_chunks_mut::<4>();
+        let columns = font::columns(letter);
+        for (across, bits) in (0..dot_px * columns.len() as u32)
+            .filter_map(|across| Some((across, columns.get((across / dot_px) as usize)?)))
+        {
+            for down in (0..dot_px * 7).filter(|down| bits >> (down / dot_px) & 1 == 1) {
+                let (x, y) = (at.0 + across as f32, at.1 + down as f32);
+                if x < 0.0 || y < 0.0 || x >= self.width_px as f32 || y >= self.height_px as f32 {
+                    continue;
+                }
+                let index = (y as u32 * self.width_px + x as u32) as usize;
+                if let Some(pixel) = pixels.get_mut(index) {
+                    pixel[..3].copy_from_slice(&rgb);
+                }
+            }
+        }
     }
 
     /// A square at a distance, where nothing nearer is.
@@ -224,6 +286,19 @@ mod tests {
         let pixels = drawn(through, 1.0e3);
         assert!(!pixels.is_empty() && pixels.iter().all(|(_, row)| *row >= 50));
         assert_eq!(drawn(Figure::Point(Vec3::new(-1.0, 0.0, 0.0), 0.1), 1.0e3), []);
+    }
+
+    #[test]
+    fn text_stands_to_the_right_of_its_place_even_behind_a_wall() {
+        let text = |text: &str| Figure::text(Vec3::new(10.0, 0.0, 0.0), text, false);
+        let bar = drawn(text("|"), 2.0);
+        assert_eq!(bar, (50..57).map(|row| (52, row)).collect::<Vec<_>>());
+        let two = drawn(text("||"), 2.0);
+        assert!(two.len() == 14 && two.contains(&(58, 50)), "{two:?}");
+        let below = drawn(text("|\n|"), 2.0);
+        assert!(below.len() == 14 && below.contains(&(52, 59)), "{below:?}");
+        assert_eq!(drawn(Figure::text(Vec3::new(-1.0, 0.0, 0.0), "behind", true), 2.0), []);
+        assert!(!drawn(text(&"long ".repeat(500)), 2.0).is_empty());
     }
 
     #[test]

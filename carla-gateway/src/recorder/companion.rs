@@ -15,8 +15,8 @@ impl Companion {
         Self { link, is_told: false }
     }
 
-    /// What the next frame says: which state of the world it is, and the first one where the
-    /// journal is.
+    /// What the next frame says: which state of the world it is, and the first one of this journal
+    /// where that is.
     pub(super) fn packets(&mut self, frame: &Frame) -> Vec<Packet> {
         let state = WorldState { tick: frame.tick.0, state_hash: frame.state_hash };
         let link = (!std::mem::replace(&mut self.is_told, true)).then(|| self.link.packet());

@@ -1,6 +1,5 @@
 //! The thread that writes one recording.
 
-use std::fs::File;
 use std::io;
 use std::path::Path;
 use std::sync::mpsc::TrySendError;
@@ -60,12 +59,12 @@ impl Written {
 impl<T: Send + 'static> Scribe<T> {
     /// Writes the head. What a file has of each thing that is given later, its thread finds out.
     pub(super) fn start(
-        file: File,
+        file: WholeFile,
         path: &Path,
         header: &Header,
         content: impl FnMut(T) -> FrameContent + Send + 'static,
     ) -> io::Result<Self> {
-        let writer = Writer::begin(WholeFile::new(file), header)?;
+        let writer = Writer::begin(file, header)?;
         let path = path.to_owned();
         let (writing, written) = watch::channel(());
         let work = move |waiting| {
@@ -115,7 +114,7 @@ fn write_all<T>(
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
+    use std::fs::{self, File};
 
     use super::*;
 
@@ -130,8 +129,8 @@ mod tests {
     #[tokio::test]
     async fn all_frames_are_in_the_file_when_it_is_finished() {
         let path = std::env::temp_dir().join(format!("causeway-scribe-{}", std::process::id()));
-        let scribe =
-            Scribe::start(File::create(&path).unwrap(), &path, &header(), |frame| frame).unwrap();
+        let file = WholeFile::new(File::create(&path).unwrap());
+        let scribe = Scribe::start(file, &path, &header(), |frame| frame).unwrap();
         for number in 0..100 {
             scribe.write(frame(number)).unwrap();
         }
@@ -148,7 +147,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_full_disk_ends_the_recording_and_the_giver_learns_of_it() {
-        let full = File::options().write(true).open("/dev/full").unwrap();
+        let full = WholeFile::new(File::options().write(true).open("/dev/full").unwrap());
         let same = |frame: FrameContent| frame;
         let begun = Scribe::start(full, Path::new("/dev/full"), &header(), same);
         // The head is the first that does not fit.

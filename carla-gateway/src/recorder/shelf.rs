@@ -45,18 +45,30 @@ impl Shelf {
         refuse(&format!("a recording in {:?}", self.folder))
     }
 
-    /// The name of the journal beside a recording, in the folder of journals: that of the
-    /// recording. Recordings from elsewhere are told apart by where they lie.
-    pub(crate) fn companion_of(&self, path: &Path) -> String {
+    /// The name of a journal beside a recording, in the folder of journals: that of the recording,
+    /// and for others than the first one their number. Recordings from elsewhere are told apart by
+    /// where they lie.
+    pub(crate) fn companion_of(&self, path: &Path, number: u32) -> String {
+        let end = match number {
+            ..=1 => "journal".to_owned(),
+            _ => format!("{number}.journal"),
+        };
         let inside = path.strip_prefix(&self.folder).ok().and_then(Path::to_str);
         if let Some(name) = inside {
-            return format!("{name}.journal");
+            return format!("{name}.{end}");
         }
         let mut place = std::hash::DefaultHasher::new();
         path.hash(&mut place);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name: String = name.chars().filter(|letter| !r"\:".contains(*letter)).collect();
-        format!("elsewhere/{name}-{:016x}.journal", place.finish())
+        format!("elsewhere/{name}-{:016x}.{end}", place.finish())
+    }
+
+    /// Bytes of all files in the folder but one; it may take a while to look at them all.
+    pub(crate) async fn bytes_beside(&self, path: &Path) -> u64 {
+        let (folder, path) = (self.folder.clone(), path.to_owned());
+        let adding = tokio::task::spawn_blocking(move || bytes_in(folder, &path));
+        adding.await.unwrap_or_default()
     }
 
     /// A new file for a recording; one that is a recording already is begun anew.
@@ -90,6 +102,21 @@ impl Shelf {
         file.set_len(0).map_err(refused)?;
         Ok(file)
     }
+}
+
+/// Of files in a folder and the folders in it, but for one; what cannot be read counts nothing.
+fn bytes_in(folder: PathBuf, but: &Path) -> u64 {
+    let (mut bytes, mut folders) = (0, vec![folder]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            match entry.metadata() {
+                Ok(about) if about.is_dir() => folders.push(entry.path()),
+                Ok(about) if entry.path() != but => bytes += about.len(),
+                _ => {}
+            }
+        }
+    }
+    bytes
 }
 
 /// Without `.` and `..`, by the words alone; `None` for what leads above the root.
@@ -160,11 +187,28 @@ mod tests {
 
     #[test]
     fn journals_are_named_after_their_recordings() {
-        let name = |path: &str| shelf(true).companion_of(Path::new(path));
+        let name = |path: &str| shelf(true).companion_of(Path::new(path), 1);
         assert_eq!(name("/srv/recordings/local/runs/a.log"), "runs/a.log.journal");
+        let third = shelf(true).companion_of(Path::new("/srv/recordings/local/a.log"), 3);
+        assert_eq!(third, "a.log.3.journal");
         let (one, other) = (name("/home/a/run.log"), name("/home/b/run.log"));
         assert!(one.starts_with("elsewhere/run.log-") && one != other, "{one} {other}");
         assert_eq!(one, name("/home/a/run.log"));
+    }
+
+    #[tokio::test]
+    async fn what_lies_in_the_folder_counts_but_for_what_is_replaced() {
+        let name = format!("causeway-shelf-bytes-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        let shelf = Shelf::new(folder.clone(), false);
+        let path = |name: &str| shelf.path_of(name).unwrap();
+        assert_eq!(shelf.bytes_beside(&path("a.log")).await, 0);
+        fs::create_dir_all(folder.join("runs/7")).unwrap();
+        fs::write(path("a.log"), [0; 100]).unwrap();
+        fs::write(path("runs/7/b.log"), [0; 20]).unwrap();
+        assert_eq!(shelf.bytes_beside(&path("new.log")).await, 120);
+        assert_eq!(shelf.bytes_beside(&path("a.log")).await, 20);
+        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]

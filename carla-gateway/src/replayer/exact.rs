@@ -5,15 +5,16 @@ use recording::{JournalLink, Packet, WorldState};
 use super::Replay;
 use crate::endpoint::Endpoint;
 
-/// The journal of a recording, and which state of it is shown.
+/// The journals of a recording, and which state of it is shown.
 pub(super) struct Exact {
-    link: JournalLink,
+    links: Vec<JournalLink>,
     state: Option<WorldState>,
 }
 
 impl Exact {
-    pub(super) fn of(link: &JournalLink) -> Self {
-        Self { link: link.clone(), state: None }
+    /// `None` without any.
+    pub(super) fn of(links: &[JournalLink]) -> Option<Self> {
+        (!links.is_empty()).then(|| Self { links: links.to_vec(), state: None })
     }
 
     /// Notes which state frames show that are reached.
@@ -26,7 +27,8 @@ impl Endpoint {
     /// Goes on where a replay is, under the control of clients: in the recorded world, with its
     /// velocities, drivers and everything. Says whether that is so.
     pub(super) async fn take_over(&mut self, replay: &Replay) -> bool {
-        let Some(Exact { link, state: Some(state) }) = &replay.exact else { return false };
+        let Some(Exact { links, state: Some(state) }) = &replay.exact else { return false };
+        let Some(link) = JournalLink::that_has(links, state.tick) else { return false };
         // A client that replays around a hero of its own keeps it.
         if self.replayer.options.ignores_hero {
             return false;

@@ -85,7 +85,7 @@ pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::S
     let (room, backlog) = (Room::new(), Backlog::default());
     loop {
         let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let (socket, address) = match guests.accept(&listener).await {
+        let (socket, _) = match guests.accept(&listener).await {
             Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!(%error, "a client could not connect");
@@ -94,7 +94,6 @@ pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::S
             }
         };
         let id = ConnectionId(ids.fetch_add(1, Ordering::Relaxed));
-        tracing::debug!(%address, connection = id.0, "a CARLA client connects");
         let (room, share, events) = (room.clone(), backlog.share(), events.clone());
         tokio::spawn(async move {
             converse(socket, id, share, &room, events).await;
@@ -112,6 +111,11 @@ async fn converse(
 ) {
     let (Ok(here), Ok(there)) = (socket.local_addr(), socket.peer_addr()) else { return };
     let whereabouts = Whereabouts { here, there };
+    let tell = |what: &str| {
+        let (port, connection) = (here.port(), id.0);
+        tracing::debug!(target: "audit", peer = %there, port, connection, "{what}");
+    };
+    tell("a CARLA client connects");
     if let Err(error) = socket.set_nodelay(true) {
         tracing::debug!(%error, "a connection stays with Nagle's algorithm");
     }
@@ -133,6 +137,7 @@ async fn converse(
         }
     }
     writing.abort();
+    tell("a CARLA client is gone");
     // An endpoint that has ended needs no telling.
     let _ = events.send(Event::Disconnected(id)).await;
 }

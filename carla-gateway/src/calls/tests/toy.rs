@@ -11,6 +11,7 @@ use schemas::{
     TrafficLightState, VehicleReport, WorldId,
 };
 
+use crate::allowance::Allowance;
 use crate::config::{AfterReplays, Ports, Tyres, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
@@ -77,6 +78,7 @@ impl Toy {
             shelf: Shelf::new(std::env::temp_dir().join("causeway-toy"), false),
             owner: "toy".parse().unwrap(),
             recovery: worlds::Budget::new(1 << 20),
+            allowance: Allowance::open("local".parse().unwrap()),
         };
         let maps = Arc::new(Maps::new(Arc::clone(&site)));
         (
@@ -252,7 +254,12 @@ impl Site for Toy {
         Box::pin(std::future::ready(answer))
     }
 
-    fn draw(&self, _: SharedFrame, _: Vec<schemas::Camera>) -> Later<'_, Vec<schemas::Image>> {
+    fn draw(
+        &self,
+        _: SharedFrame,
+        _: Vec<schemas::Camera>,
+        _: schemas::Staging,
+    ) -> Later<'_, Vec<schemas::Image>> {
         Box::pin(std::future::ready(Err(Error::new(ErrorCode::RendererUnavailable, "a toy"))))
     }
 
