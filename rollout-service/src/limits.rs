@@ -12,5 +12,7 @@ pub(crate) const THREADS_MAX: usize = 256;
 pub(crate) const WORLDS_PER_THREAD: usize = 64;
 /// Snapshots that a client keeps.
 pub(crate) const SNAPSHOTS_MAX: usize = 4_096;
+/// Frames of one reply.
+pub(crate) const FRAMES_MAX: usize = 1_024;
 /// Clients at a time.
 pub(crate) const SESSIONS_MAX: usize = 64;

@@ -30,6 +30,8 @@ pub(crate) enum Request {
     Reset { seeds: Option<Vec<Option<u64>>>, mask: Option<Vec<bool>> },
     /// Keeps worlds as they are.
     Snapshot { worlds: Vec<usize> },
+    /// Tells worlds as frames, for whoever has them drawn.
+    Frames { worlds: Vec<usize> },
     /// Lets worlds go on from snapshots.
     Restore {
         snapshots: Vec<u64>,
@@ -53,6 +55,13 @@ pub(crate) enum Reply {
     Done { slot: usize },
     /// Names of the snapshots, in the order of the worlds.
     Snapshots { snapshots: Vec<u64> },
+    /// Sizes of the frames, which follow one behind the other, and the actors that agents drive.
+    Frames {
+        bytes: Vec<usize>,
+        cars: Vec<Vec<u32>>,
+        #[serde(skip)]
+        frames: Vec<Vec<u8>>,
+    },
     /// Nothing has changed.
     Refused { message: String, wanted: String, found: String },
 }
@@ -128,5 +137,7 @@ pub(crate) fn send(
     if sent < length.len() {
         socket.write_all(&length[sent..])?;
     }
-    socket.write_all(&text)
+    socket.write_all(&text)?;
+    let frames = if let Reply::Frames { frames, .. } = reply { frames.as_slice() } else { &[] };
+    frames.iter().try_for_each(|frame| socket.write_all(frame))
 }

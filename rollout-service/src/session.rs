@@ -9,12 +9,14 @@ use std::thread::available_parallelism;
 
 use rollouts::{Action, Course, Reset, Shard, Spec};
 use rustix::event::{EventfdFlags, PollFd, PollFlags};
-use schemas::{Error, ErrorCode};
+use schemas::{ActorId, Error, ErrorCode};
 
 use crate::block::{self, Layout};
 use crate::crew::{self, Crew};
 use crate::folders::Folders;
-use crate::limits::{BLOCK_BYTES_MAX, SLOTS_MAX, SNAPSHOTS_MAX, THREADS_MAX, WORLDS_PER_THREAD};
+use crate::limits::{
+    BLOCK_BYTES_MAX, FRAMES_MAX, SLOTS_MAX, SNAPSHOTS_MAX, THREADS_MAX, WORLDS_PER_THREAD,
+};
 use crate::memory::{Header, Memory};
 use crate::message::{self, Opened, Reply, Request};
 use crate::station::{Answer, Job, SharedSnapshot, Station};
@@ -225,6 +227,7 @@ impl Batch {
             }
             Request::Reset { seeds, mask } => self.reset(seeds, mask),
             Request::Snapshot { worlds } => self.snapshot(&worlds),
+            Request::Frames { worlds } => self.frames(&worlds),
             Request::Restore { snapshots, worlds, reseed } => {
                 self.restore(&snapshots, &worlds, reseed)
             }
@@ -277,8 +280,27 @@ impl Batch {
     fn take(&mut self, world: usize) -> Result<rollouts::Snapshot, Error> {
         match self.crew.at(world, |world| Job::Snapshot { world })? {
             Answer::Snapshot(snapshot) => Ok(snapshot),
-            Answer::Done => Err(Error::new(ErrorCode::Internal, "no snapshot was taken")),
+            _ => Err(Error::new(ErrorCode::Internal, "no snapshot was taken")),
         }
+    }
+
+    /// Worlds as frames, for whoever has them drawn.
+    fn frames(&mut self, worlds: &[usize]) -> Result<Reply, Error> {
+        if worlds.len() > FRAMES_MAX {
+            return Err(Error::new(ErrorCode::TooLarge, "too many frames for one reply")
+                .wanted(format!("at most {FRAMES_MAX}"))
+                .found(worlds.len()));
+        }
+        let (mut frames, mut cars) = (Vec::new(), Vec::new());
+        for world in worlds {
+            let Answer::Frame(frame, own) = self.crew.at(*world, |world| Job::Frame { world })?
+            else {
+                return Err(Error::new(ErrorCode::Internal, "no frame was told"));
+            };
+            frames.push(frame);
+            cars.push(own.into_iter().map(ActorId::get).collect());
+        }
+        Ok(Reply::Frames { bytes: frames.iter().map(Vec::len).collect(), cars, frames })
     }
 
     fn snapshot(&mut self, worlds: &[usize]) -> Result<Reply, Error> {

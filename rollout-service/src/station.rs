@@ -1,7 +1,8 @@
 //! Some worlds and the arrays that they write, whoever's thread they are on.
 
 use rollouts::{Reset, Shard, Snapshot};
-use schemas::Error;
+use schemas::wire::encode_frame;
+use schemas::{ActorId, Error};
 
 use crate::memory::{Header, Window};
 
@@ -15,6 +16,8 @@ pub(crate) enum Job {
     Reset { from: usize, slot: usize, resets: Vec<Reset> },
     /// Takes a snapshot of a world.
     Snapshot { world: usize },
+    /// Tells a world as a frame.
+    Frame { world: usize },
     /// Lets worlds go on from snapshots, each with a stream of its own or the snapshot's, and
     /// writes a slot.
     Restore { from: usize, slot: usize, worlds: Vec<(usize, SharedSnapshot, Option<u64>)> },
@@ -27,6 +30,8 @@ pub(crate) type SharedSnapshot = std::sync::Arc<Snapshot>;
 pub(crate) enum Answer {
     Done,
     Snapshot(Snapshot),
+    /// Encoded, with the actors that agents drive.
+    Frame(Vec<u8>, Vec<ActorId>),
 }
 
 /// Some worlds, the window that they write, and the header with everybody's actions.
@@ -66,6 +71,10 @@ impl Station {
                 self.shard.reset(Some(&resets), &mut self.window.rows(slot))?;
             }
             Job::Snapshot { world } => return self.shard.snapshot(world).map(Answer::Snapshot),
+            Job::Frame { world } => {
+                let (frame, cars) = self.shard.frame(world)?;
+                return Ok(Answer::Frame(encode_frame(&frame).0, cars));
+            }
             Job::Restore { from, slot, worlds } => {
                 self.window.carry(from, slot);
                 for (world, snapshot, stream) in worlds {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::ComplexField;
 use schemas::TrafficLightColour;
 
 use crate::action::Action;
@@ -13,10 +14,7 @@ use crate::motion::{Contacts, Motion};
 use crate::reward::{self, Terms};
 use crate::route::{Abreast, Route};
 use crate::spec::Spec;
-use crate::task::Task;
-
-/// A goal counts as reached from here; CoRL 2017's benchmark.
-const ARRIVED_M: f32 = 2.0;
+use crate::task::{GoalRule, Task};
 
 /// Who is farther beside its lane does not pass the line of its light.
 const BESIDE_M: f32 = 0.5;
@@ -28,6 +26,7 @@ pub(crate) struct Rules {
     /// By position in [`End::ALL`].
     pub ends: [bool; End::ALL.len()],
     pub horizon_secs: Option<f32>,
+    pub goal: GoalRule,
     /// Length of a step.
     pub step_secs: f32,
 }
@@ -69,6 +68,7 @@ impl Rules {
             weights: spec.reward.weights(&task.reward)?,
             ends: End::ALL.map(|end| named.contains(&end)),
             horizon_secs: spec.horizon_secs,
+            goal: task.goal,
             step_secs: spec.step_secs() as f32,
         })
     }
@@ -106,9 +106,7 @@ impl Agent {
         let place = self.route.abreast(motion.x_m, motion.y_m, self.place.segment);
         let before = std::mem::replace(&mut self.place, place);
         let steered = (action.steer - std::mem::replace(&mut self.last, action).steer).abs();
-        let goal = self.route.goal();
-        let (to_x, to_y) = (goal.x_m - motion.x_m, goal.y_m - motion.y_m);
-        let arrived = to_x * to_x + to_y * to_y < ARRIVED_M * ARRIVED_M;
+        let arrived = self.has_arrived(rules, motion);
         let off_route = self.place.away_m > self.place.half_width_m;
         let speeding_mps = match self.place.limit_mps {
             limit_mps if limit_mps > 0.0 => (motion.speed_mps - limit_mps).max(0.0),
@@ -138,6 +136,14 @@ impl Agent {
             .map(Cause::By)
             .or_else(|| self.is_late(rules).then_some(Cause::Time));
         Verdict { reward, cause }
+    }
+
+    fn has_arrived(&self, rules: &Rules, motion: &Motion) -> bool {
+        let goal = self.route.goal();
+        let (to_x, to_y) = (goal.x_m - motion.x_m, goal.y_m - motion.y_m);
+        let (cos, sin) = self.route.facing(goal.at_m);
+        let away_m = ComplexField::sqrt(to_x * to_x + to_y * to_y);
+        rules.goal.holds(away_m, motion.speed_mps, motion.cos * cos + motion.sin * sin)
     }
 
     fn note(

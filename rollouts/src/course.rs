@@ -6,6 +6,7 @@
 
 mod others;
 mod pairs;
+mod parking;
 
 use std::sync::{Arc, OnceLock};
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use schemas::{Error, ErrorCode, SplitMix64};
+use schemas::{ActorId, Error, ErrorCode, Frame, SplitMix64};
 
 use crate::action::Action;
 use crate::agent::{Agent, Outcome, Rules};
@@ -116,6 +116,10 @@ impl<T: Tier> Env<T> {
     pub(crate) fn reseed(&mut self, number: u64) {
         let root = SplitMix64::new(self.stream.state() ^ number).next_u64();
         self.stream = SplitMix64::new(root);
+    }
+
+    pub(crate) fn frame(&self) -> Option<(Frame, Vec<ActorId>)> {
+        self.sim.frame()
     }
 
     pub(crate) fn is_over(&self) -> bool {

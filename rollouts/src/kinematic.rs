@@ -16,7 +16,7 @@ mod plant;
 use std::sync::{Arc, OnceLock};
 
 use agents::Body;
-use schemas::{ActorId, Error, TrafficLightColour, Vec3};
+use schemas::{ActorId, Error, Frame, TrafficLightColour, Vec3};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::action::Action;
@@ -162,6 +162,10 @@ impl Tier for KinematicWorld {
         self.cars[agent].gone = true;
     }
 
+    fn frame(&self) -> Option<(Frame, Vec<ActorId>)> {
+        None
+    }
+
     fn hash(&self) -> u64 {
         let mut hasher = Xxh3::new();
         for car in &self.cars {
@@ -296,6 +300,7 @@ impl Car {
         Some(Body {
             id,
             is_walker: false,
+            is_urgent: false,
             centre_m: Vec3::new(outline.x_m, outline.y_m, HALF_HEIGHT_M),
             forward,
             half_m: Vec3::new(outline.half_length_m, outline.half_width_m, HALF_HEIGHT_M),

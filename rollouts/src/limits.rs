@@ -22,6 +22,8 @@ pub const HORIZON_SECS_MAX: f32 = 86_400.0;
 pub const WEIGHT_MAX: f32 = 1.0e6;
 /// Cars of a world's own traffic, and people in it.
 pub const OTHERS_MAX: usize = 512;
+/// Cars that a task lets stand for each agent.
+pub const STANDING_MAX: usize = 16;
 /// Agents, cars and people of all worlds of a batch.
 pub const BODIES_MAX: usize = 262_144;
 /// Bytes of a task's text.

@@ -4,8 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use blueprints::{Class, VehicleModel};
 use schemas::{
-    ActorId, ActorKind, Command, Error, ErrorCode, Pose, TrafficCommand, TrafficLightColour,
-    Translation3, Vec3, VehicleCommand, VehicleFailure, WalkerCommand, WorldId, level_pose,
+    ActorId, ActorKind, Command, Error, ErrorCode, Frame, Pose, TrafficCommand, TrafficLightColour,
+    Translation3, Vec3, VehicleCommand, VehicleControl, VehicleFailure, WalkerCommand, WorldId,
+    level_pose,
 };
 use world::{World, WorldConfig};
 
@@ -126,6 +127,10 @@ impl Tier for PhysicsWorld {
     fn hash(&self) -> u64 {
         self.world.state_hash()
     }
+
+    fn frame(&self) -> Option<(Frame, Vec<ActorId>)> {
+        Some((self.world.frame(), self.cars.clone()))
+    }
 }
 
 impl PhysicsWorld {
@@ -160,8 +165,10 @@ fn populate(world: &mut World, start: &Start) -> Result<(), Error> {
     for car in &start.cars {
         let spawn = Command::spawn(car.blueprint, lifted(&car.pose), Vec3::zeros());
         let Some(actor) = unless_blocked(world.apply(&spawn))? else { continue };
-        let behaviour = car.behaviour;
-        world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour }))?;
+        world.apply(&match car.behaviour {
+            Some(behaviour) => Command::Traffic(TrafficCommand::Join { actor, behaviour }),
+            None => Command::Vehicle(VehicleCommand::Control { actor, control: parked() }),
+        })?;
     }
     for walker in &start.walkers {
         let middle_m = walker.foot_m + Vec3::z() * (walker.model.height_m / 2.0 + LIFT_M);
@@ -175,6 +182,10 @@ fn populate(world: &mut World, start: &Start) -> Result<(), Error> {
         }))?;
     }
     Ok(())
+}
+
+fn parked() -> VehicleControl {
+    VehicleControl { brake: 1.0, hand_brake: true, ..VehicleControl::default() }
 }
 
 fn unless_blocked(spawned: Result<Option<ActorId>, Error>) -> Result<Option<ActorId>, Error> {

@@ -99,6 +99,17 @@ impl Route {
         (points.len() >= 2).then_some(Self { points, segments, stops: Vec::new() })
     }
 
+    /// Whether it turns on the spot somewhere, as where a goal lies beside the lane that the way
+    /// comes along: nobody can drive it.
+    pub(crate) fn has_kink(&self) -> bool {
+        /// 53° from one metre to the next.
+        const TURN_COS_MIN: f32 = 0.6;
+        self.segments.windows(2).any(|two| {
+            let [from, to] = [two[0], two[1]];
+            from.cos * to.cos + from.sin * to.sin < TURN_COS_MIN
+        })
+    }
+
     /// With those of the lines that it crosses.
     pub(crate) fn with_lines(mut self, lines: &[StopLine]) -> Self {
         let found = lines.iter().filter_map(|line| {
@@ -148,6 +159,13 @@ impl Route {
             half_width_m: between(from.half_width_m, to.half_width_m),
             limit_mps: from.limit_mps,
         }
+    }
+
+    /// Cosine and sine of its direction at a distance from its start.
+    pub(crate) fn facing(&self, at_m: f32) -> (f32, f32) {
+        let last = self.segments.len().saturating_sub(1);
+        let segment = self.segments.get(((at_m / STEP_M) as usize).min(last));
+        segment.map_or((1.0, 0.0), |segment| (segment.cos, segment.sin))
     }
 
     /// Where a point is beside the route, near the segment where it was before. Ways that cross
@@ -272,5 +290,7 @@ mod tests {
         let point = route.at(140.0);
         assert_eq!((point.x_m, point.y_m), (50.0, 50.0));
         assert_eq!(route.at(1.5).x_m, 1.5);
+        assert!(route.has_kink(), "a right angle on the spot");
+        assert_eq!((route.facing(20.0), route.facing(200.0)), ((1.0, 0.0), (0.0, 1.0)));
     }
 }

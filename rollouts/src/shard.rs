@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use schemas::{Error, ErrorCode};
+use schemas::{ActorId, Error, ErrorCode, Frame};
 
 use crate::action::Action;
 use crate::course::Course;
@@ -133,6 +133,20 @@ impl Shard {
         self.tier.snapshot(world).ok_or_else(|| unknown(world, self.worlds()))
     }
 
+    /// One world as a frame, for whoever has it drawn, and the actors that its agents drive.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a world that it has not; `Unsupported` in the kinematic tier.
+    pub fn frame(&self, world: usize) -> Result<(Frame, Vec<ActorId>), Error> {
+        if world >= self.worlds() {
+            return Err(unknown(world, self.worlds()));
+        }
+        self.tier.frame(world).ok_or_else(|| {
+            Error::new(ErrorCode::Unsupported, "kinematic worlds cannot be drawn")
+                .wanted("tier physics")
+        })
+    }
+
     /// Lets a world go on from a snapshot; with `stream` the episodes to come are its own, without
     /// those of the snapshot. Its rows are to be [shown](Self::show) again.
     ///
@@ -169,6 +183,7 @@ trait Worlds {
     fn first_over(&self) -> Option<usize>;
     fn step(&mut self, actions: &[f32], rows: &mut Rows<'_>) -> Result<(), Error>;
     fn snapshot(&self, world: usize) -> Option<Snapshot>;
+    fn frame(&self, world: usize) -> Option<(Frame, Vec<ActorId>)>;
     fn restore(&mut self, world: usize, snapshot: &Snapshot, stream: Option<u64>) -> bool;
 }
 
@@ -233,6 +248,10 @@ impl<T: Tier + Sync + 'static> Worlds for Of<T> {
 
     fn snapshot(&self, world: usize) -> Option<Snapshot> {
         Some(Snapshot(Box::new(self.envs.get(world)?.clone())))
+    }
+
+    fn frame(&self, world: usize) -> Option<(Frame, Vec<ActorId>)> {
+        self.envs.get(world)?.frame()
     }
 
     fn restore(&mut self, world: usize, snapshot: &Snapshot, stream: Option<u64>) -> bool {

@@ -6,18 +6,22 @@
 
 mod bends;
 mod by_town;
+mod goal;
+mod others;
 
 use schemas::{Error, ErrorCode};
 use serde::Deserialize;
 
 use crate::end::End;
-use crate::limits::{self, HORIZON_SECS_MAX, OTHERS_MAX};
+use crate::limits::{self, HORIZON_SECS_MAX};
 use crate::reward::Reward;
 pub(crate) use bends::{Bends, Turns};
 use by_town::ByTown;
+pub(crate) use goal::GoalRule;
+pub(crate) use others::{End as WayEnd, Others, Standing};
 
 /// All tasks that need no file: name and text.
-pub const TASKS: [(&str, &str); 9] = [
+pub const TASKS: [(&str, &str); 13] = [
     ("lane-keep", include_str!("../tasks/lane-keep.toml")),
     ("corl17-straight", include_str!("../tasks/corl17-straight.toml")),
     ("corl17-one-turn", include_str!("../tasks/corl17-one-turn.toml")),
@@ -27,6 +31,10 @@ pub const TASKS: [(&str, &str); 9] = [
     ("nocrash-regular", include_str!("../tasks/nocrash-regular.toml")),
     ("nocrash-dense", include_str!("../tasks/nocrash-dense.toml")),
     ("unprotected-left", include_str!("../tasks/unprotected-left.toml")),
+    ("overtake", include_str!("../tasks/overtake.toml")),
+    ("merge", include_str!("../tasks/merge.toml")),
+    ("roundabout", include_str!("../tasks/roundabout.toml")),
+    ("parking", include_str!("../tasks/parking.toml")),
 ];
 
 /// What is to be driven.
@@ -41,6 +49,8 @@ pub struct Task {
     pub(crate) way: WayRule,
     pub(crate) time: TimeRule,
     pub(crate) start: Beginning,
+    #[serde(default)]
+    pub(crate) goal: GoalRule,
     #[serde(default)]
     pub(crate) others: Others,
     /// What ends an episode before its time is up, unless a spec says otherwise.
@@ -60,10 +70,28 @@ pub(crate) struct WayRule {
     /// How often it turns in junctions.
     #[serde(default)]
     pub turns: Vec<Turns>,
-    /// Sum of all turns between junctions to either side: less than this.
+    /// Sum of all turns between junctions to either side: at least this.
+    pub between_degrees_min: Option<f32>,
+    /// And less than this.
     pub between_degrees_max: Option<f32>,
     /// Sum of all turns, also of those in junctions: less than this.
     pub bends_degrees_max: Option<f32>,
+    /// Least and most speed limit where it begins, and where it ends.
+    pub start_limit_kmh: Option<(f32, f32)>,
+    pub goal_limit_kmh: Option<(f32, f32)>,
+    /// The lane in which it ends.
+    #[serde(default)]
+    pub into: Onto,
+}
+
+/// A lane in which a way ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Onto {
+    #[default]
+    Driving,
+    /// One for parked cars, to the right of the lane that the way comes along.
+    Parking,
 }
 
 /// How long an episode may take: the time of its way at a speed, and some more.
@@ -84,19 +112,6 @@ pub(crate) struct Beginning {
     pub beside_m: f32,
     /// To either side.
     pub turned_rad: f32,
-}
-
-/// Who is there beside the agents.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Others {
-    #[serde(default)]
-    pub cars: ByTown<usize>,
-    #[serde(default)]
-    pub walkers: ByTown<usize>,
-    /// Whether the town's traffic lights take their turns.
-    #[serde(default)]
-    pub lights: bool,
 }
 
 fn all_ends() -> Vec<End> {
@@ -146,6 +161,12 @@ impl Task {
                 .wanted(limits::TURNS_MAX)
                 .found(self.way.turns.len()));
         }
+        for (what, limits_kmh) in [
+            ("way.start_limit_kmh", self.way.start_limit_kmh),
+            ("way.goal_limit_kmh", self.way.goal_limit_kmh),
+        ] {
+            ordered(what, limits_kmh.unwrap_or_default(), 0.0, 500.0)?;
+        }
         for turns in &self.way.turns {
             let (from, to) = turns.degrees;
             ordered("degrees of way.turns", (from, to), 0.0, 360.0)?;
@@ -161,11 +182,8 @@ impl Task {
         ordered("start.speed_mps", self.start.speed_mps, 0.0, 60.0)?;
         within("start.beside_m", self.start.beside_m, 0.0, 2.0)?;
         within("start.turned_rad", self.start.turned_rad, 0.0, 1.0)?;
-        let counts = self.others.cars.values().map(|count| ("others.cars", *count));
-        let counts = counts.chain(self.others.walkers.values().map(|it| ("others.walkers", *it)));
-        for (what, count) in counts {
-            within(what, count as f32, 0.0, OTHERS_MAX as f32)?;
-        }
+        self.goal.check()?;
+        self.others.check()?;
         self.reward.check()
     }
 
@@ -183,7 +201,19 @@ impl WayRule {
         };
         self.turns.iter().all(|turns| turns.hold(bends))
             && below(bends.elsewhere_rad, self.between_degrees_max)
+            && self.between_degrees_min.is_none_or(|it| bends.elsewhere_rad >= it.to_radians())
             && below(bends.sum_rad(), self.bends_degrees_max)
+    }
+
+    /// Whether a way that begins and ends under such speed limits, 0 for none, is one of the
+    /// task's.
+    pub(crate) fn fits_limits(&self, start_mps: f32, goal_mps: f32) -> bool {
+        let fits = |range: Option<(f32, f32)>, limit_mps: f32| {
+            // Limits are whole numbers of kilometres per hour.
+            let limit_kmh = (limit_mps * 3.6).round();
+            range.is_none_or(|(least, most)| (least..=most).contains(&limit_kmh))
+        };
+        fits(self.start_limit_kmh, start_mps) && fits(self.goal_limit_kmh, goal_mps)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What worlds of every tier can do.
 
-use schemas::TrafficLightColour;
+use schemas::{ActorId, Frame, TrafficLightColour};
 
 use crate::action::Action;
 use crate::course::{AgentStart, Course};
@@ -50,6 +50,9 @@ pub(crate) trait Tier: Clone + Send + Sized {
     fn remove(&mut self, agent: usize);
 
     fn hash(&self) -> u64;
+
+    /// The world as it is, and what each agent drives; `None` in a tier without such frames.
+    fn frame(&self) -> Option<(Frame, Vec<ActorId>)>;
 }
 
 /// How fast an agent of a start moves, along x and y.

@@ -317,3 +317,19 @@ fn actions_that_are_none_change_nothing() {
     shard.show(&mut buffers.rows());
     assert_eq!(buffers.observations, before.observations);
 }
+
+#[test]
+fn worlds_of_rigid_bodies_are_told_as_frames_and_kinematic_ones_are_not() {
+    let spec = Spec { hash_every: 1, ..spec("lane-keep", 2) };
+    let mut shard = Shard::new(&spec, &course(&spec), 0..2).unwrap();
+    let mut buffers = Buffers::new(&spec);
+    shard.step(&[0.0; 4], &mut buffers.rows()).unwrap();
+    let (frame, cars) = shard.frame(1).unwrap();
+    assert_eq!((frame.state_hash, frame.map.name.as_str()), (buffers.hashes[1], "Town02"));
+    assert!(cars.len() == 1 && frame.actors.iter().any(|actor| actor.id == cars[0]));
+    assert!(shard.frame(2).unwrap_err().to_string().contains("below 2"));
+    let tier = TierKind::Kinematic;
+    let kinematic = Shard::new(&Spec { tier, ..spec.clone() }, &course(&spec), 0..2).unwrap();
+    let error = kinematic.frame(0).err().unwrap().to_string();
+    assert!(error.contains("cannot be drawn") && error.contains("tier physics"), "{error}");
+}

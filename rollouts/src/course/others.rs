@@ -1,19 +1,23 @@
 //! Cars and people of a world's own: where they begin.
 
 use blueprints::{Blueprint, Class, VehicleModel, WalkerModel};
+use nalgebra::{Point3, RealField};
+use roads::LaneTypes;
 use roads::nav::NavMesh;
-use schemas::{AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3};
+use schemas::{AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3, level_pose};
 use world::Town;
 
-use super::{AgentStart, shuffle};
+use super::{AgentStart, share, shuffle};
 use crate::spec::Spec;
-use crate::task::Task;
+use crate::task::{Standing, Task, WayEnd};
 
 /// Way between places at which a car may begin.
 const PLACES_M: f32 = 20.0;
 /// Cars begin farther than this from agents, and people from everybody with wheels.
 const CAR_APART_M: f32 = 12.0;
 const WALKER_APART_M: f32 = 4.0;
+/// Cars that stand are left out where an agent is nearer.
+const STANDING_APART_M: f32 = 6.0;
 /// Places that are tried for each person.
 const TRIES: usize = 10;
 /// Share of people who may cross roads beside crossings.
@@ -28,16 +32,20 @@ pub(super) struct Places {
     cars: usize,
     walkers: usize,
     lanes: Vec<Pose>,
+    within_m: f32,
+    standing: Vec<Standing>,
+    agents: usize,
 }
 
-/// Where a car of the world's own traffic begins, at rest.
+/// Where a car of the world's own begins, at rest.
 #[derive(Clone, Debug)]
 pub(crate) struct CarStart {
     pub blueprint: &'static str,
     pub model: &'static VehicleModel,
     /// On the ground in the middle of its lane.
     pub pose: Pose,
-    pub behaviour: AgentBehaviour,
+    /// Of whoever drives it; `None`: nobody, it stands.
+    pub behaviour: Option<AgentBehaviour>,
 }
 
 /// Where a person begins, who then walks from place to place.
@@ -74,11 +82,18 @@ impl Places {
                 .wanted("no walkers, or a map with sidewalks")
                 .found(walkers));
         }
-        Ok(Self { cars, walkers, lanes })
+        Ok(Self {
+            cars,
+            walkers,
+            lanes,
+            within_m: task.others.within_m.unwrap_or(f32::INFINITY),
+            standing: task.others.standing.clone(),
+            agents: spec.agents,
+        })
     }
 
     pub(super) fn count(&self) -> usize {
-        self.cars + self.walkers
+        self.cars + self.walkers + self.standing.len() * self.agents
     }
 
     /// Cars and people of one start, away from its agents.
@@ -91,27 +106,57 @@ impl Places {
         if self.count() == 0 {
             return (Vec::new(), Vec::new());
         }
-        let mut taken: Vec<Vec3> =
-            agents.iter().map(|agent| agent.pose.translation.vector).collect();
-        let cars = self.draw_cars(&taken, random);
-        taken.extend(cars.iter().map(|car| car.pose.translation.vector));
+        let begin = agents.iter().map(|agent| agent.pose.translation.vector);
+        let begin: Vec<Vec3> = begin.collect();
+        let mut cars = self.draw_standing(town, agents, random);
+        let place = |car: &CarStart| car.pose.translation.vector;
+        let mut taken: Vec<Vec3> = begin.iter().copied().chain(cars.iter().map(place)).collect();
+        cars.extend(self.draw_cars(&begin, &taken, random));
+        taken.extend(cars.iter().map(place));
         let walkers = town.nav().map(|mesh| self.draw_walkers(mesh, &taken, random));
         (cars, walkers.unwrap_or_default())
     }
 
-    fn draw_cars(&self, taken: &[Vec3], random: &mut SplitMix64) -> Vec<CarStart> {
+    /// Those that stand beside the agents' ways, or on them.
+    fn draw_standing(
+        &self,
+        town: &Town,
+        agents: &[AgentStart],
+        random: &mut SplitMix64,
+    ) -> Vec<CarStart> {
+        let models = car_models();
+        let mut standing = Vec::new();
+        for (agent, stands) in
+            agents.iter().flat_map(|it| self.standing.iter().map(move |s| (it, s)))
+        {
+            let pose = stands_at(town, agent, stands, share(random));
+            let Some(&(blueprint, model)) = random.choose(&models) else { continue };
+            let free = |other: &AgentStart| {
+                let away_m = (other.pose.translation.vector - pose.translation.vector).norm();
+                away_m > STANDING_APART_M
+            };
+            if agents.iter().all(free) {
+                standing.push(CarStart { blueprint, model, pose, behaviour: None });
+            }
+        }
+        standing
+    }
+
+    fn draw_cars(&self, near: &[Vec3], taken: &[Vec3], random: &mut SplitMix64) -> Vec<CarStart> {
         let models = car_models();
         let mut places: Vec<Pose> = self.lanes.clone();
         shuffle(&mut places, random);
+        let away_m = |pose: &Pose, other: &Vec3| (other - pose.translation.vector).norm();
         let free = |pose: &Pose| {
-            taken.iter().all(|other| (other - pose.translation.vector).norm() > CAR_APART_M)
+            taken.iter().all(|other| away_m(pose, other) > CAR_APART_M)
+                && near.iter().any(|other| away_m(pose, other) <= self.within_m)
         };
         let free = places.into_iter().filter(free).take(self.cars);
         let start = |pose| {
             let (blueprint, model) = *random.choose(&models)?;
             let mixed = [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Normal];
             let behaviour = random.choose(&mixed).copied().unwrap_or_default();
-            Some(CarStart { blueprint, model, pose, behaviour })
+            Some(CarStart { blueprint, model, pose, behaviour: Some(behaviour) })
         };
         free.filter_map(start).collect()
     }
@@ -146,6 +191,26 @@ impl Places {
         }
         walkers
     }
+}
+
+/// The place of a car that stands: along the way from its start, straight on from its goal.
+fn stands_at(town: &Town, agent: &AgentStart, stands: &Standing, share: f32) -> Pose {
+    let (near_m, far_m) = stands.ahead_m;
+    let ahead_m = near_m + (far_m - near_m) * share;
+    let route = &agent.route;
+    let (at_m, beyond_m) = match stands.from {
+        WayEnd::Start => (ahead_m, 0.0),
+        WayEnd::Goal => (route.length_m(), ahead_m),
+    };
+    let (point, (cos, sin)) = (route.at(at_m), route.facing(at_m));
+    let x_m = point.x_m + cos * beyond_m - sin * stands.left_m;
+    let y_m = point.y_m + sin * beyond_m + cos * stands.left_m;
+    let mut position_m = Vec3::new(x_m, y_m, agent.pose.translation.z);
+    let map = town.roads();
+    if let Some(lane) = map.nearest(Point3::from(position_m).cast(), LaneTypes::ANY) {
+        position_m.z = map.pose(&lane).translation.z as f32;
+    }
+    level_pose(position_m, RealField::atan2(sin, cos))
 }
 
 /// Cars with four wheels, in the order of the library.

@@ -7,11 +7,11 @@ use nalgebra::Point3;
 use roads::{LaneTypes, Map};
 use schemas::{Pose, SplitMix64, Translation3, Vec3};
 
-use super::shuffle;
+use super::{parking, shuffle};
 use crate::limits::PAIRS_MAX;
 use crate::line::StopLine;
 use crate::route::{Route, STEP_M};
-use crate::task::{Bends, Task};
+use crate::task::{Bends, Onto, Task};
 
 /// Pairs of a town and task are the same everywhere: they come from this seed.
 const SEED: u64 = 2017;
@@ -25,10 +25,12 @@ pub(super) struct Pair {
 }
 
 /// A place to begin or end at.
-struct Place {
+pub(super) struct Place {
     /// On the ground in the middle of the lane.
-    pose: Pose,
-    spot: Spot,
+    pub pose: Pose,
+    pub spot: Spot,
+    /// How far to the right of it a way ends.
+    pub right_m: f32,
 }
 
 /// Up to `wanted` pairs, none twice: every start once, then those that have a second goal, and so
@@ -43,13 +45,15 @@ pub(super) fn draw(
     let bounds_m = *task.way.length_m.of(map.name());
     let places = map.spread_places().iter().filter_map(|place| Place::of(map, network, place));
     let places: Vec<Place> = places.collect();
+    let parking = (task.way.into == Onto::Parking).then(|| parking::places(map, network));
+    let ends = parking.as_ref().unwrap_or(&places);
     let mut random = SplitMix64::new(SEED);
     let mut starts: Vec<usize> = (0..places.len()).collect();
     shuffle(&mut starts, &mut random);
     let mut open: Vec<(usize, Vec<usize>)> = starts
         .into_iter()
         .map(|start| {
-            let mut goals = possible(&places, start, bounds_m);
+            let mut goals = possible(&places[start], ends, bounds_m);
             shuffle(&mut goals, &mut random);
             (start, goals)
         })
@@ -63,7 +67,8 @@ pub(super) fn draw(
             }
             let ways = network.ways(places[*start].spot);
             while let Some(goal) = goals.pop() {
-                if let Some(route) = route(map, task, lines, ways.to(places[goal].spot)) {
+                let goal = &ends[goal];
+                if let Some(route) = route(map, task, lines, ways.to(goal.spot), goal.right_m) {
                     found.push(Pair { start: places[*start].pose, route: Arc::new(route) });
                     return true;
                 }
@@ -77,7 +82,7 @@ pub(super) fn draw(
 impl Place {
     fn of(map: &Map, network: &Network, place: &nalgebra::Isometry3<f64>) -> Option<Self> {
         let pose = on_ground(map, place);
-        Some(Self { pose, spot: network.spot(map, &pose)? })
+        Some(Self { pose, spot: network.spot(map, &pose)?, right_m: 0.0 })
     }
 }
 
@@ -92,20 +97,32 @@ fn on_ground(map: &Map, place: &nalgebra::Isometry3<f64>) -> Pose {
 }
 
 /// Goals that are not too far away as the crow flies.
-fn possible(places: &[Place], start: usize, (_, longest_m): (f32, f32)) -> Vec<usize> {
-    let at = |place: &Place| place.pose.translation.vector;
-    let from = at(&places[start]);
-    let near = |goal: &usize| *goal != start && (at(&places[*goal]) - from).norm() <= longest_m;
-    (0..places.len()).filter(near).collect()
+fn possible(start: &Place, ends: &[Place], (_, longest_m): (f32, f32)) -> Vec<usize> {
+    let away_m =
+        |goal: &Place| (goal.pose.translation.vector - start.pose.translation.vector).norm();
+    // A place is no goal of its own.
+    let near = |goal: &usize| (0.01..=longest_m).contains(&away_m(&ends[*goal]));
+    (0..ends.len()).filter(near).collect()
 }
 
-/// The shortest way as a route, if it is one of the task's.
-fn route(map: &Map, task: &Task, lines: &[StopLine], way: Option<Way<'_>>) -> Option<Route> {
+/// The shortest way as a route, if it is one of the task's; one that ends `right_m` to the right.
+fn route(
+    map: &Map,
+    task: &Task,
+    lines: &[StopLine],
+    way: Option<Way<'_>>,
+    right_m: f32,
+) -> Option<Route> {
     let way = way?;
     let (shortest_m, longest_m) = *task.way.length_m.of(map.name());
     let fits = (shortest_m..=longest_m).contains(&way.length_m())
         && task.way.fits(&Bends::of(way.headings()));
-    let points = fits.then(|| way.points(STEP_M))?;
+    let mut points = fits.then(|| way.points(STEP_M))?;
+    let (first, last) = (points.first()?, points.last()?);
+    if !task.way.fits_limits(first.limit_mps, last.limit_mps) {
+        return None;
+    }
+    parking::turn_in(&mut points, right_m);
     let route = Route::new(&points, |point| map.lane(&point.on).width_m as f32 / 2.0)?;
-    Some(route.with_lines(lines))
+    (!route.has_kink()).then(|| route.with_lines(lines))
 }

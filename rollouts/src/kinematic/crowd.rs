@@ -28,10 +28,10 @@ pub(super) struct Crowd {
     ground_m: Vec<f32>,
 }
 
-/// A car with its driver.
+/// A car with its driver, or one that stands.
 #[derive(Clone)]
 struct Guest {
-    driver: Driver,
+    driver: Option<Driver>,
     body: Body,
     /// Origin at the box centre on the ground.
     pose: Pose,
@@ -129,21 +129,25 @@ impl Crowd {
     fn drive(&mut self, town: &Town, scene: &Scene, strangers: &[Body]) {
         let (network, map) = (town.network(), town.roads());
         let mut claims = Claims::default();
-        for stranger in strangers {
+        let Self { cars, random, .. } = self;
+        let standing = cars.iter().filter(|car| car.driver.is_none()).map(|car| &car.body);
+        for stranger in strangers.iter().chain(standing) {
             claims.occupy(network, stranger);
         }
-        let Self { cars, random, .. } = self;
         for car in cars.iter_mut() {
             let (view, body) = (car.view(), car.body);
             let senses =
                 Senses { network, scene, view: &view, body: &body, dt_secs: TICK_SECS as f32 };
-            car.driver.look(&senses, map, &mut claims, &mut || random.next_u64());
+            if let Some(driver) = &mut car.driver {
+                driver.look(&senses, map, &mut claims, &mut || random.next_u64());
+            }
         }
         for car in cars {
             let (view, body) = (car.view(), car.body);
             let senses =
                 Senses { network, scene, view: &view, body: &body, dt_secs: TICK_SECS as f32 };
-            match car.driver.glide(&senses, &mut claims) {
+            let Some(driver) = &mut car.driver else { continue };
+            match driver.glide(&senses, &mut claims) {
                 Some(glide) => car.place(glide.world_from_vehicle, glide.velocity_mps),
                 // Beside all lanes: it stands where it is.
                 None => car.body.velocity_mps = Vec3::zeros(),
@@ -174,12 +178,13 @@ impl Guest {
         let body = Body {
             id,
             is_walker: false,
+            is_urgent: false,
             centre_m: Vec3::zeros(),
             forward: Vec3::x(),
             half_m: half_m / 2.0,
             velocity_mps: Vec3::zeros(),
         };
-        let mut guest = Self { driver: Driver::new(start.behaviour), body, pose: start.pose };
+        let mut guest = Self { driver: start.behaviour.map(Driver::new), body, pose: start.pose };
         guest.place(start.pose, Vec3::zeros());
         guest
     }
@@ -211,6 +216,7 @@ impl Walker {
         let body = Body {
             id,
             is_walker: true,
+            is_urgent: false,
             centre_m: start.foot_m + Vec3::z() * half_m,
             forward: Vec3::x(),
             half_m: Vec3::new(radius_m, radius_m, half_m),

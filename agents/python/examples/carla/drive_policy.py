@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from corl2017 import ARRIVED_M, TASKS, Drive, drives
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
-from rig import Rig
+from PIL import ImageDraw
+from rig import from_behind
 from roads import Roads
 from simulator import carla, cast, connect, finish, options_of, synchronous, tell
 
@@ -242,25 +242,17 @@ def take(
     trace: list[tuple[float, float]],
 ) -> None:
     """Saves what a camera behind the car sees, with a little map of the way and what was driven."""
-    rig = Rig(world, car)
-    behind = carla.Transform(carla.Location(x=-8.0, z=4.0), carla.Rotation(pitch=-14.0))
-    rig.add("camera", "sensor.camera.rgb", behind, CAMERA)
-    try:
-        image = rig.measured(world.tick())["camera"]
-    finally:
-        rig.remove()
-    size = (image.width, image.height)
-    picture = Image.frombytes("RGB", size, bytes(image.raw_data), "raw", "BGRX")
+    picture = from_behind(world, car, CAMERA)
     draw = ImageDraw.Draw(picture)
     low, high = way.points_m.min(axis=0), way.points_m.max(axis=0)
     scale = MAP_PX / max(*(high - low).tolist(), 1.0)
-    left = size[0] - MARGIN_PX - MAP_PX
+    left = picture.width - MARGIN_PX - MAP_PX
 
     def pixel(point: tuple[float, float]) -> tuple[float, float]:
         x, y = (point[0] - low[0]) * scale, (high[1] - point[1]) * scale
         return left + x, 2 * MARGIN_PX + y
 
-    frame = (left - MARGIN_PX, MARGIN_PX, size[0] - 1, 3 * MARGIN_PX + MAP_PX)
+    frame = (left - MARGIN_PX, MARGIN_PX, picture.width - 1, 3 * MARGIN_PX + MAP_PX)
     draw.rectangle(frame, fill=(250, 250, 250))
     places = [pixel((x, y)) for x, y in way.points_m.tolist()]
     draw.line(places, fill=(170, 170, 170), width=7)

@@ -12,8 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from PIL import Image
-from rig import Rig
+from rig import from_behind
 from simulator import carla, cast, connect, finish, options_of, synchronous, tell
 
 STEP_SECS = 0.05
@@ -103,16 +102,7 @@ def first_contact(client: carla.Client) -> tuple[float, int]:
 
 def take(world: carla.World, car: carla.Vehicle, path: Path) -> None:
     """Saves what a camera behind a car sees after one more tick."""
-    rig = Rig(world, car)
-    behind = carla.Transform(carla.Location(x=-9.0, z=4.0), carla.Rotation(pitch=-15.0))
-    rig.add("camera", "sensor.camera.rgb", behind, CAMERA)
-    try:
-        image = rig.measured(world.tick())["camera"]
-    finally:
-        rig.remove()
-    size = (image.width, image.height)
-    picture = Image.frombytes("RGB", size, bytes(image.raw_data), "raw", "BGRX")
-    picture.save(path, quality=JPEG_QUALITY)
+    from_behind(world, car, CAMERA).save(path, quality=JPEG_QUALITY)
     print(f"saved {path}")
 
 

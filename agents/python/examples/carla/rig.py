@@ -6,10 +6,13 @@ import queue
 from collections.abc import Mapping
 from typing import Any
 
+from PIL import Image
 from simulator import carla
 
 #: What a server may take to draw a frame.
 WAIT_SECS = 60.0
+#: Of the camera that looks over a car, from its middle.
+BEHIND_M, ABOVE_M, DOWN_DEGREES = 8.0, 4.0, 14.0
 
 
 class Rig:
@@ -54,3 +57,20 @@ class Rig:
             sensor.stop()
             sensor.destroy()
         self._sensors.clear()
+
+
+def from_behind(
+    world: carla.World, vehicle: carla.Actor, attributes: Mapping[str, object]
+) -> Image.Image:
+    """What a camera over a vehicle and behind it sees after one more tick."""
+    rig = Rig(world, vehicle)
+    place = carla.Transform(
+        carla.Location(x=-BEHIND_M, z=ABOVE_M), carla.Rotation(pitch=-DOWN_DEGREES)
+    )
+    rig.add("camera", "sensor.camera.rgb", place, attributes)
+    try:
+        image = rig.measured(world.tick())["camera"]
+    finally:
+        rig.remove()
+    size = (image.width, image.height)
+    return Image.frombytes("RGB", size, bytes(image.raw_data), "raw", "BGRX")

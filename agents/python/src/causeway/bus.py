@@ -85,11 +85,23 @@ def subscribe(
     key = frame_key(tenant, world=world)
     if ring_frames < 1:
         raise ValueError(f"a ring holds at least 1 frame, not {ring_frames}")
+    session = join(endpoint, connect_timeout_secs, identity)
+    return FrameSubscription(session, key, ring_frames)
+
+
+def join(
+    endpoint: str = DEFAULT_ENDPOINT, timeout_secs: float = 5.0, identity: Identity | None = None
+) -> zenoh.Session:
+    """A session on a bus, as a client of it.
+
+    Raises:
+        ConnectionError: nobody listens at `endpoint`.
+    """
     config = zenoh.Config()
     for name, value in [
         ("mode", "client"),
         ("connect/endpoints", [endpoint]),
-        ("connect/timeout_ms", int(connect_timeout_secs * 1000)),
+        ("connect/timeout_ms", int(timeout_secs * 1000)),
         ("connect/exit_on_failure", True),
         ("scouting/multicast/enabled", False),
         ("scouting/gossip/enabled", False),
@@ -97,13 +109,12 @@ def subscribe(
     ]:
         config.insert_json5(name, json.dumps(value))
     try:
-        session = zenoh.open(config)
+        return zenoh.open(config)
     except zenoh.ZError as cause:
         raise ConnectionError(
             f"no bus at {endpoint}: start one with `causeway up`, or pass the address it printed "
             f"({cause})"
         ) from cause
-    return FrameSubscription(session, key, ring_frames)
 
 
 def _secured(identity: Identity | None) -> list[tuple[str, object]]:

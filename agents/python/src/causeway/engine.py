@@ -152,6 +152,14 @@ class Engine:
         self._send(request)
         return self._reply(self._read(4))
 
+    def read(self, count: int) -> bytes:
+        """Bytes that follow a reply.
+
+        Raises:
+            EngineError: the engine has gone.
+        """
+        return self._read(count)
+
     def _send(self, request: dict[str, Any]) -> None:
         text = json.dumps(request).encode()
         try:

@@ -10,18 +10,16 @@ import sys
 from pathlib import Path
 
 from causeway import policy
+from causeway.bus import DEFAULT_ENDPOINT
+from causeway.commands import add_engine, ended, engine
 from causeway.dataset import play, write
 from causeway.evaluate.episodes import CAUSES
-from causeway.rollout import EngineError
+from causeway.pictures import Camera, Renderer
 
 
 def main() -> int:
     options = parse_arguments()
-    try:
-        return record(options)
-    except (EngineError, OSError, ValueError) as error:
-        print(f"causeway.record_episodes: {error}", file=sys.stderr)
-        return 2
+    return ended("causeway.record_episodes", lambda: opened(options))
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -35,16 +33,24 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--tier", default="physics", help="(%(default)s)")
     parser.add_argument("--policy", default="follow", help=f"{', '.join(policy.NAMES)}, FILE.npz")
     parser.add_argument("--observation", help="what is recorded; by default what the policy reads")
+    parser.add_argument("--camera", type=Camera.parse, metavar="WIDTHxHEIGHT", help="draws it, too")
+    parser.add_argument(
+        "--bus", default=DEFAULT_ENDPOINT, help="of the site that draws (%(default)s)"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.mcap")
-    parser.add_argument("--maps", help="folder of further OpenDRIVE files")
-    parser.add_argument("--task-files", help="folder of further tasks, NAME.toml")
-    parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")
+    add_engine(parser)
     return parser.parse_args()
 
 
-def record(options: argparse.Namespace) -> int:
+def opened(options: argparse.Namespace) -> int:
+    if options.camera is None:
+        return record(options, None)
+    with Renderer(options.bus) as renderer:
+        return record(options, (renderer, options.camera))
+
+
+def record(options: argparse.Namespace, seen: tuple[Renderer, Camera] | None) -> int:
     settings = {"town": options.town, "tier": options.tier, "normalise": True}
-    folders = {"maps": options.maps, "tasks": options.task_files, "program": options.program}
     if options.observation:
         settings["observation"] = options.observation
     about, episodes = play(
@@ -52,7 +58,8 @@ def record(options: argparse.Namespace) -> int:
         policy.named(options.policy),
         name=options.policy,
         seeds=range(options.seed, options.seed + options.episodes),
-        settings={**settings, **folders},
+        settings={**settings, **engine(options)},
+        seen=seen,
     )
     count = 0
     writing = write(options.out, about, episodes)

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from causeway.engine import Array, Engine, EngineError
 
-__all__ = ["Batch", "Block", "Column", "EngineError"]
+__all__ = ["Batch", "Block", "Column", "EngineError", "WorldFrame"]
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -63,6 +63,15 @@ class Block:
         """Its part of rows of observations, as a view of shape ``(rows, count, width)``."""
         part = observations[:, self.first : self.first + self.count * self.width]
         return part.reshape(len(observations), self.count, self.width)
+
+
+@dataclass(frozen=True)
+class WorldFrame:
+    """A world at one moment, for :mod:`causeway.pictures` and :func:`causeway.frames.decode`."""
+
+    data: bytes
+    #: The actor that each agent drives.
+    cars: list[int]
 
 
 class Batch:
@@ -299,11 +308,26 @@ class Batch:
         """Gives snapshots up."""
         self._ask({"forget": {"snapshots": [int(name) for name in snapshots]}})
 
-    def _ask(self, request: dict[str, Any]) -> list[int]:
-        """The names in the reply, if there are any; goes to the slot that was written."""
+    def frames(self, worlds: Sequence[int]) -> list[WorldFrame]:
+        """Worlds as they are, for whoever has them drawn.
+
+        Raises:
+            ValueError: there is no such world, or it is a kinematic one.
+        """
+        told = self._reply({"frames": {"worlds": [int(world) for world in worlds]}})["frames"]
+        return [
+            WorldFrame(self._engine.read(count), cars)
+            for count, cars in zip(told["bytes"], told["cars"], strict=True)
+        ]
+
+    def _reply(self, request: dict[str, Any]) -> dict[str, Any]:
         if self._under_way:
             raise RuntimeError("a step is under way: call recv() first")
-        reply = self._engine.ask(request)
+        return self._engine.ask(request)
+
+    def _ask(self, request: dict[str, Any]) -> list[int]:
+        """The names in the reply, if there are any; goes to the slot that was written."""
+        reply = self._reply(request)
         if "done" in reply:
             self._slot = reply["done"]["slot"]
             return []

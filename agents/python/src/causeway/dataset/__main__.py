@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from causeway.commands import ended
 from causeway.dataset import export_lerobot, export_parquet, read
 
 
@@ -20,18 +21,18 @@ def main() -> int:
     options = parser.parse_args()
     if not (options.parquet or options.lerobot):
         parser.error("nothing to do: wanted --parquet DIR or --lerobot DIR")
-    try:
-        for folder, export in (
-            (options.parquet, export_parquet),
-            (options.lerobot, export_lerobot),
-        ):
-            if folder is not None:
-                about, episodes = read(options.recording)
-                chosen = (it for it in episodes if it.success or options.only is None)
-                print(f"{folder}: {export(folder, about, chosen)} episodes")
-    except (OSError, ValueError) as error:
-        print(f"causeway.dataset: {error}", file=sys.stderr)
-        return 2
+    return ended("causeway.dataset", lambda: export_all(options))
+
+
+def export_all(options: argparse.Namespace) -> int:
+    for folder, export in (
+        (options.parquet, export_parquet),
+        (options.lerobot, export_lerobot),
+    ):
+        if folder is not None:
+            about, episodes = read(options.recording)
+            chosen = (it for it in episodes if it.success or options.only is None)
+            print(f"{folder}: {export(folder, about, chosen)} episodes")
     return 0
 
 

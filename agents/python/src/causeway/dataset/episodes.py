@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from causeway.pictures import Camera, Renderer
 from causeway.policy import Policy, observation
 from causeway.rollout import Batch
 
@@ -50,6 +51,8 @@ class Recorded:
     hashes: NDArray[np.uint64]
     #: By name, as :attr:`causeway.rollout.Batch.episodes` has them.
     numbers: Mapping[str, float]
+    #: What a camera saw before each action, as JPEG; none where nothing was drawn.
+    pictures: Sequence[bytes] = ()
 
     def __len__(self) -> int:
         return len(self.rewards)
@@ -66,6 +69,7 @@ def play(
     name: str,
     seeds: Sequence[int],
     settings: Mapping[str, Any] | None = None,
+    seen: tuple[Renderer, Camera] | None = None,
 ) -> tuple[About, Iterator[Recorded]]:
     """Opens a batch and drives one episode of each seed; they come in the order of the seeds.
 
@@ -75,8 +79,10 @@ def play(
         name: what recordings call it.
         seeds: at least one.
         settings: further ones of :class:`causeway.rollout.Batch`.
+        seen: who draws what a camera sees before each action; in the tier of rigid bodies alone.
 
     Raises:
+        RendererError: while the episodes are driven: nobody draws.
         ValueError: a setting cannot be, or the policy does not fit.
     """
     if not seeds:
@@ -91,40 +97,51 @@ def play(
         step_secs=batch.step_secs,
         policy=name,
     )
-    return about, _episodes(batch, policy, list(seeds))
+    return about, _episodes(batch, policy, list(seeds), seen)
 
 
-def _episodes(batch: Batch, policy: Policy, seeds: list[int]) -> Iterator[Recorded]:
+Seen = tuple[Renderer, Camera] | None
+
+
+def _episodes(batch: Batch, policy: Policy, seeds: list[int], seen: Seen) -> Iterator[Recorded]:
     with batch:
         policy.begin(batch, seeds[0])
         for first in range(0, len(seeds), batch.worlds):
-            yield from _drive(batch, policy, seeds[first : first + batch.worlds])
+            yield from _drive(batch, policy, seeds[first : first + batch.worlds], seen)
 
 
-def _drive(batch: Batch, policy: Policy, seeds: list[int]) -> Iterator[Recorded]:
+def _drive(batch: Batch, policy: Policy, seeds: list[int], seen: Seen) -> Iterator[Recorded]:
     # Worlds beyond the last seeds go on with whatever comes.
     mask = np.arange(batch.worlds) < len(seeds)
     observations = batch.reset([*seeds, *[None] * (batch.worlds - len(seeds))], mask=mask)
     steps: list[list[tuple[Any, ...]]] = [[] for _ in seeds]
+    pictures: list[list[bytes]] = [[] for _ in seeds]
     done: dict[int, Recorded] = {}
     told = 0
     while told < len(seeds):
+        rows = [row for row in range(len(seeds)) if row not in done and row >= told]
+        drawn = (
+            dict(zip(rows, seen[0].draw(batch.frames(rows), seen[1]), strict=True)) if seen else {}
+        )
         before, actions = observations.copy(), policy.act(observations)
         observations, rewards, terminated, truncated = batch.step(actions)
-        for row in (row for row in range(len(seeds)) if row not in done and row >= told):
+        for row in rows:
+            pictures[row] += [drawn[row]] if drawn else []
             ends = (terminated[row], truncated[row], batch.ticks[row], batch.hashes[row])
             steps[row].append((before[row], actions[row].copy(), rewards[row], *ends))
             if terminated[row] or truncated[row]:
                 values = (float(value) for value in batch.episodes[row])
                 numbers = dict(zip(batch.episode_columns, values, strict=True))
-                done[row] = _recorded(seeds[row], steps[row], numbers)
-                steps[row] = []
+                done[row] = _recorded(seeds[row], steps[row], numbers, pictures[row])
+                steps[row], pictures[row] = [], []
         while told in done:
             yield done.pop(told)
             told += 1
 
 
-def _recorded(seed: int, steps: list[tuple[Any, ...]], numbers: dict[str, float]) -> Recorded:
+def _recorded(
+    seed: int, steps: list[tuple[Any, ...]], numbers: dict[str, float], pictures: list[bytes]
+) -> Recorded:
     columns = list(zip(*steps, strict=True))
     return Recorded(
         seed=seed,
@@ -136,4 +153,5 @@ def _recorded(seed: int, steps: list[tuple[Any, ...]], numbers: dict[str, float]
         ticks=np.array(columns[5], np.uint64),
         hashes=np.array(columns[6], np.uint64),
         numbers=numbers,
+        pictures=pictures,
     )

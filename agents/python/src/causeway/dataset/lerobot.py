@@ -1,7 +1,8 @@
 """Recordings in the layout of LeRobot's data sets, version 3.0.
 
 The folder is meant to be read by `LeRobotDataset("causeway/NAME", root=FOLDER)`. Observations are
-`observation.state`; there are no pictures in it.
+`observation.state`; pictures, where there are some, are `observation.images.camera`: JPEG within
+the tables, for which no decoder of films is needed.
 
 **Source:** https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and what the library itself
 writes to `meta`.
@@ -19,12 +20,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from causeway.dataset import pictures
 from causeway.dataset.episodes import About, Recorded
 from causeway.dataset.tables import hexadecimal, vectors
 
 CODEBASE_VERSION = "v3.0"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 EPISODES = "meta/episodes/chunk-000/file-000.parquet"
+IMAGE = "observation.images.camera"
 CHUNKS = 1_000
 #: A file of data is ended when its arrays are larger than this.
 FILE_BYTES = 100 * 1024 * 1024
@@ -114,15 +117,19 @@ def export_lerobot(folder: Path, about: About, episodes: Iterable[Recorded]) -> 
     task = str(about.spec["task"])
     data, sums = _Data(folder), dict[str, _Sums]()
     rows: list[dict[str, Any]] = []
-    index = 0
+    index, size = 0, None
     try:
         for number, episode in enumerate(episodes):
             columns = _columns(episode, number, index, about.step_secs)
             arrays = {name: _arrow(values) for name, values in columns.items()}
             hashes = {"causeway.state_hash": hexadecimal(episode.hashes)}
-            chunk, file = data.add(pa.table({**arrays, **hashes}))
+            shown = {IMAGE: pictures.column(episode.pictures)} if episode.pictures else {}
+            chunk, file = data.add(pa.table({**arrays, **hashes, **shown}))
+            if episode.pictures:
+                size = pictures.size(episode.pictures[0])
+                columns[IMAGE] = pictures.pixels(episode.pictures)
             stats = {
-                f"stats/{name}/{key}": value
+                f"stats/{name}/{key}": _shaped(name, key, value)
                 for name, values in columns.items()
                 for key, value in sums.setdefault(name, _Sums()).add(values).items()
             }
@@ -149,11 +156,22 @@ def export_lerobot(folder: Path, about: About, episodes: Iterable[Recorded]) -> 
     (folder / EPISODES).parent.mkdir(parents=True, exist_ok=True)
     pq.write_table(pa.Table.from_pylist(rows), folder / EPISODES)
     pq.write_table(_tasks(task), folder / "meta/tasks.parquet")
-    _json(folder / "meta/stats.json", {name: one.told() for name, one in sums.items()})
-    _json(folder / "meta/info.json", _info(about, fps, len(rows), index))
+    _json(
+        folder / "meta/stats.json",
+        {
+            name: {key: _shaped(name, key, value) for key, value in one.told().items()}
+            for name, one in sums.items()
+        },
+    )
+    _json(folder / "meta/info.json", _info(about, fps, len(rows), index, size))
     note = {"columns": list(about.columns), "spec": dict(about.spec), "policy": about.policy}
     _json(folder / "meta/causeway.json", note)
     return len(rows)
+
+
+def _shaped(name: str, key: str, values: list[float]) -> list[Any]:
+    """Numbers of pictures are by channel, row and column, of which the last two are one."""
+    return [[[value]] for value in values] if name == IMAGE and key != "count" else values
 
 
 def _columns(
@@ -196,7 +214,9 @@ def _tasks(task: str) -> pa.Table:
     return table.replace_schema_metadata({"pandas": json.dumps(pandas)})
 
 
-def _info(about: About, fps: int, episodes: int, frames: int) -> dict[str, Any]:
+def _info(
+    about: About, fps: int, episodes: int, frames: int, size: tuple[int, int] | None
+) -> dict[str, Any]:
     names = [str(column["name"]) for column in about.columns]
     single = {**_SCALARS, **_INDICES, "causeway.state_hash": "string"}
     features = {
@@ -204,6 +224,10 @@ def _info(about: About, fps: int, episodes: int, frames: int) -> dict[str, Any]:
         "action": {"dtype": "float32", "shape": [len(ACTIONS)], "names": list(ACTIONS)},
         **{name: {"dtype": kind, "shape": [1], "names": None} for name, kind in single.items()},
     }
+    if size is not None:
+        width, height = size
+        axes = ["height", "width", "channels"]
+        features[IMAGE] = {"dtype": "image", "shape": [height, width, 3], "names": axes}
     return {
         "codebase_version": CODEBASE_VERSION,
         "robot_type": "causeway",

@@ -1,11 +1,13 @@
 """Recordings: MCAP files with a message for each step and one for each whole episode.
 
-Steps are JSON on `/causeway/step`, ends on `/causeway/episode`; a record of metadata named
+Steps are JSON on `/causeway/step`, ends on `/causeway/episode`, what a camera saw before a step, if
+there was one, on `/causeway/picture` as `foxglove.CompressedImage`; a record of metadata named
 `causeway` says what all have in common. Times are simulated ones, one episode after the other.
 """
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 from collections.abc import Generator, Iterable, Iterator
@@ -23,7 +25,7 @@ from causeway.dataset.episodes import About, Recorded
 
 #: Layout of these files.
 VERSION = 1
-STEP, EPISODE = "/causeway/step", "/causeway/episode"
+STEP, EPISODE, PICTURE = "/causeway/step", "/causeway/episode", "/causeway/picture"
 #: A process that is killed loses less than so much of what it had written.
 CHUNK_BYTES = 64 * 1024
 #: Simulated time between two episodes, so that they do not overlap.
@@ -52,6 +54,25 @@ _EPISODE_SCHEMA = {
         "numbers": {"type": "object"},
     },
 }
+#: As Foxglove has it: https://docs.foxglove.dev/docs/sdk/schemas/compressed-image
+_PICTURE_SCHEMA = {
+    "title": "foxglove.CompressedImage",
+    "type": "object",
+    "properties": {
+        "timestamp": {
+            "type": "object",
+            "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
+        },
+        "frame_id": {"type": "string"},
+        "data": {"type": "string", "contentEncoding": "base64"},
+        "format": {"type": "string"},
+    },
+}
+_SCHEMAS = {
+    STEP: ("causeway.step", _STEP_SCHEMA),
+    EPISODE: ("causeway.episode", _EPISODE_SCHEMA),
+    PICTURE: ("foxglove.CompressedImage", _PICTURE_SCHEMA),
+}
 
 
 def write(
@@ -75,18 +96,21 @@ def write(
                 topic=topic,
                 message_encoding="json",
                 schema_id=writer.register_schema(
-                    name=topic.strip("/").replace("/", "."),
+                    name=name,
                     encoding="jsonschema",
                     data=json.dumps(schema).encode(),
                 ),
             )
-            for topic, schema in ((STEP, _STEP_SCHEMA), (EPISODE, _EPISODE_SCHEMA))
+            for topic, (name, schema) in _SCHEMAS.items()
         }
         now = 0.0
         try:
             for number, episode in enumerate(episodes):
                 for frame in range(len(episode)):
                     at = now + frame * about.step_secs
+                    if episode.pictures:
+                        picture = _picture(at, episode.pictures[frame])
+                        _add(writer, channels[PICTURE], at, frame, picture)
                     _add(writer, channels[STEP], at, frame, _step(number, frame, episode))
                 now += len(episode) * about.step_secs
                 end = {"episode": number, "seed": episode.seed, "frames": len(episode)}
@@ -109,6 +133,16 @@ def _step(number: int, frame: int, episode: Recorded) -> dict[str, Any]:
         "truncated": bool(episode.truncated[frame]),
         "tick": int(episode.ticks[frame]),
         "state_hash": f"{episode.hashes[frame]:016x}",
+    }
+
+
+def _picture(secs: float, data: bytes) -> dict[str, Any]:
+    whole, nanos = divmod(round(secs * 1e9), 1_000_000_000)
+    return {
+        "timestamp": {"sec": whole, "nsec": nanos},
+        "frame_id": "camera",
+        "data": base64.b64encode(data).decode(),
+        "format": "jpeg",
     }
 
 
@@ -148,20 +182,23 @@ def _records(path: Path) -> Iterator[Any]:
 def _episodes(records: Iterator[Any]) -> Iterator[Recorded]:
     topics: dict[int, str] = {}
     steps: list[dict[str, Any]] = []
+    pictures: list[bytes] = []
     for record in records:
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         if not isinstance(record, Message):
             continue
         value = json.loads(record.data)
-        if topics[record.channel_id] == STEP:
+        if topics[record.channel_id] == PICTURE:
+            pictures.append(base64.b64decode(value["data"]))
+        elif topics[record.channel_id] == STEP:
             steps.append(value)
-            continue
-        yield _recorded(value, steps)
-        steps = []
+        else:
+            yield _recorded(value, steps, pictures)
+            steps, pictures = [], []
 
 
-def _recorded(end: dict[str, Any], steps: list[dict[str, Any]]) -> Recorded:
+def _recorded(end: dict[str, Any], steps: list[dict[str, Any]], pictures: list[bytes]) -> Recorded:
     def column(name: str, kind: Any) -> Any:
         return np.array([step[name] for step in steps], kind)
 
@@ -175,4 +212,5 @@ def _recorded(end: dict[str, Any], steps: list[dict[str, Any]]) -> Recorded:
         ticks=column("tick", np.uint64),
         hashes=np.array([int(step["state_hash"], 16) for step in steps], np.uint64),
         numbers=end["numbers"],
+        pictures=pictures,
     )

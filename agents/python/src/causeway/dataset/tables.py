@@ -28,6 +28,8 @@ def hexadecimal(hashes: NDArray[np.uint64]) -> pa.Array:
 def export_parquet(folder: Path, about: About, episodes: Iterable[Recorded]) -> int:
     """Writes `steps.parquet`, a row for each step, and `episodes.parquet`; returns how many.
 
+    Pictures are JPEG in the column `picture`.
+
     The names of the columns of observations are in the metadata of `steps.parquet`, as JSON under
     `causeway`.
 
@@ -44,6 +46,7 @@ def export_parquet(folder: Path, about: About, episodes: Iterable[Recorded]) -> 
     try:
         for number, episode in enumerate(episodes):
             frames = np.arange(len(episode))
+            shown = {"picture": pa.array(episode.pictures)} if episode.pictures else {}
             table = pa.table(
                 {
                     "episode": np.full(len(episode), number),
@@ -56,6 +59,7 @@ def export_parquet(folder: Path, about: About, episodes: Iterable[Recorded]) -> 
                     "truncated": episode.truncated,
                     "tick": episode.ticks.astype(np.int64),
                     "state_hash": hexadecimal(episode.hashes),
+                    **shown,
                 }
             )
             if writer is None:

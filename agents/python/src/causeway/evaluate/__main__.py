@@ -12,20 +12,16 @@ from pathlib import Path
 from typing import Any
 
 from causeway import policy
+from causeway.commands import add_engine, ended, engine
 from causeway.evaluate.compare import compare, sentences
 from causeway.evaluate.episodes import Cell, play
 from causeway.evaluate.results import read, write
 from causeway.evaluate.summary import summarise, table
-from causeway.rollout import EngineError
 
 
 def main() -> int:
     options = parse_arguments()
-    try:
-        return evaluate(options)
-    except (EngineError, OSError, ValueError) as error:
-        print(f"causeway.evaluate: {error}", file=sys.stderr)
-        return 2
+    return ended("causeway.evaluate", lambda: evaluate(options))
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -49,9 +45,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--out", type=Path, help="folder of the files; without: none is written")
     parser.add_argument("--against", type=Path, help="results.json of another run to compare with")
     parser.add_argument("--fail-under", type=float, help="least success of every cell, 0 to 1")
-    parser.add_argument("--maps", help="folder of further OpenDRIVE files")
-    parser.add_argument("--task-files", help="folder of further tasks, NAME.toml")
-    parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")
+    add_engine(parser)
     return parser.parse_args()
 
 
@@ -68,11 +62,7 @@ def evaluate(options: argparse.Namespace) -> int:
         for name, driver in policies
     ]
     before = read(options.against) if options.against else None
-    settings: dict[str, Any] = {
-        "program": options.program,
-        "maps": options.maps,
-        "tasks": options.task_files,
-    }
+    settings = engine(options)
     episodes = play(cells, seeds=options.seeds, episodes=options.episodes, settings=settings)
     summaries = summarise(episodes)
     print(table(summaries))
