@@ -2,6 +2,7 @@
 
 mod dynamics;
 mod folder;
+mod pictures;
 mod roads;
 mod start;
 mod traffic;
@@ -19,6 +20,8 @@ pub(crate) enum Command {
     Traffic(traffic::Args),
     /// Who leaves the road on any map: our drivers, a table of maps.
     Roads(roads::Args),
+    /// Pictures a second of every kind, size and quality, by any adapter.
+    Pictures(pictures::Args),
 }
 
 /// # Errors
@@ -28,6 +31,7 @@ pub(crate) fn run(command: &Command) -> Result<(), Failure> {
         Command::Start(args) => start::run(args).map_err(|error| Failure::of(&error)),
         Command::Dynamics(args) => dynamics::run(args).map_err(|error| Failure::of(&error)),
         Command::Roads(args) => roads::run(args).map_err(|error| Failure::of(&error)),
+        Command::Pictures(args) => pictures::run(args).map_err(|error| Failure::of(&error)),
         Command::Traffic(args) => traffic::run(args).map_err(|error| Failure::of(&error)),
     }
 }

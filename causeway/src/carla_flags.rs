@@ -24,8 +24,20 @@ const IN_PLACE_OF_CARLA: [&str; 5] = ["up", "--bus", "tcp/127.0.0.1:0", "--http"
 pub(crate) fn translated(line: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let line = without_launcher(line.collect());
     let flags = match line.get(1).and_then(|word| word.to_str()) {
-        Some("up") => Flags { port: "--carla", stream_port: "--carla-stream", map: "--carla-map" },
-        Some("gateway") => Flags { port: "--port", stream_port: "--stream-port", map: "--map" },
+        Some("up") => Flags {
+            port: "--carla",
+            stream_port: "--carla-stream",
+            map: "--carla-map",
+            adapter: Some("--adapter"),
+            quality: Some("--quality"),
+        },
+        Some("gateway") => Flags {
+            port: "--port",
+            stream_port: "--stream-port",
+            map: "--map",
+            adapter: None,
+            quality: None,
+        },
         _ => return line,
     };
     let Ok(words) = line.iter().cloned().map(OsString::into_string).collect::<Result<Vec<_>, _>>()

@@ -1,5 +1,7 @@
 //! What can be typed, and which crate answers it.
 
+use std::path::Path;
+
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
@@ -64,7 +66,8 @@ impl Cli {
     /// # Errors
     /// Why it ended otherwise.
     pub(crate) fn run(self) -> Result<(), Failure> {
-        logging::init(self.command.name());
+        let begun = logging::init(self.command.name(), self.command.audit());
+        let _audit_end = begun.map_err(|error| Failure::usage(&error))?;
         if self.exit_with_parent {
             lifeline::end_with_stdin().map_err(|error| Failure::of(&error))?;
         }
@@ -89,7 +92,10 @@ impl Cli {
             }
             Command::Gateway(args) => {
                 let (args, monitor) = args.begin(name)?;
-                carla_gateway::run(&args, &monitor).map_err(|error| Failure::of(&error))
+                carla_gateway::run(&args, &monitor).map_err(|error| match &error {
+                    carla_gateway::RunError::Tokens(wrong) => Failure::usage(wrong),
+                    _ => Failure::of(&error),
+                })
             }
             Command::Health(args) => health::health(&args),
             Command::Drain(args) => health::drain(&args),
@@ -106,6 +112,17 @@ impl Cli {
 }
 
 impl Command {
+    /// Where who did what is written down.
+    fn audit(&self) -> Option<&Path> {
+        match self {
+            Self::World(args) => args.audit(),
+            Self::Render(args) => args.audit(),
+            Self::Scenario(args) => args.audit(),
+            Self::Gateway(args) => args.audit(),
+            _ => None,
+        }
+    }
+
     /// The word on the command line; it marks the process's lines in the log.
     fn name(&self) -> &'static str {
         match self {

@@ -1,35 +1,53 @@
 //! One log for all processes of a site: lines on standard error that name their process.
+//! Where it is wanted, who did what goes to a file as well.
 
 use std::fmt;
+use std::path::Path;
 
-use tracing::{Event, Subscriber};
-use tracing_subscriber::EnvFilter;
+use tracing::{Event, Level, Subscriber};
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt as _;
+use tracing_subscriber::{EnvFilter, Layer as _};
 
+use crate::audit::{self, AuditEnd, AuditError};
 use crate::outlet::Outlet;
 
 /// The transport reports every reconnect as a warning; our services say in their own words who is
 /// gone.
 const FILTER_DEFAULT: &str = "info,zenoh=error,wgpu=warn,naga=warn";
 
-/// Starts the log of this process. A second call changes nothing.
-pub(crate) fn init(process: &'static str) {
+/// Starts the log of this process, and what is written down in a folder until the end is dropped.
+/// A second call changes nothing.
+///
+/// # Errors
+/// The folder cannot be used.
+pub(crate) fn init(
+    process: &'static str,
+    audit: Option<&Path>,
+) -> Result<Option<AuditEnd>, AuditError> {
+    let begun = audit.map(|folder| audit::begin(folder, process)).transpose()?;
+    let (layer, end) = begun.unzip();
     let wanted = std::env::var("RUST_LOG").unwrap_or_default();
     let parsed = if wanted.is_empty() { None } else { Some(EnvFilter::try_new(&wanted)) };
     let refusal = parsed.as_ref().and_then(|parsed| parsed.as_ref().err().map(ToString::to_string));
     let filter = parsed.and_then(Result::ok).unwrap_or_else(|| EnvFilter::new(FILTER_DEFAULT));
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(|| Outlet::Error)
         .with_ansi(false)
         .event_format(Line { process })
-        .try_init();
+        .with_filter(filter);
+    let audited = Targets::new().with_target("audit", Level::DEBUG);
+    let layer = layer.map(|layer| layer.with_filter(audited));
+    let _ = tracing_subscriber::registry().with(lines).with(layer).try_init();
     if let Some(refusal) = refusal {
         tracing::warn!("RUST_LOG is not understood ({refusal}); wanted e.g. info,zenoh=debug");
     }
+    Ok(end)
 }
 
 /// `time LEVEL process  message field=value`.

@@ -4,9 +4,11 @@
 //! keeps them running. `map` works on files and answers at once. This crate only parses, starts,
 //! watches and stops: what a service does, and what a map is, is in its own crate.
 
+mod audit;
 mod bench;
 mod carla_flags;
 mod cli;
+mod environment;
 mod failure;
 mod health;
 mod lifeline;
@@ -21,11 +23,14 @@ mod watched;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory as _, FromArgMatches as _};
 
 fn main() -> ExitCode {
     carla_flags::take_name(std::env::args_os());
-    match cli::Cli::parse_from(carla_flags::translated(std::env::args_os())).run() {
+    let command = environment::without_empty(cli::Cli::command());
+    let given = command.get_matches_from(carla_flags::translated(std::env::args_os()));
+    let cli = cli::Cli::from_arg_matches(&given).unwrap_or_else(|wrong| wrong.exit());
+    match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }

@@ -1,7 +1,8 @@
-//! What every service takes besides its own settings: where it is asked how it is, and how long it
-//! may take to end.
+//! What every service takes besides its own settings: where it is asked how it is, how long it may
+//! take to end, and where who did what is written down.
 
 use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use monitoring::Monitor;
@@ -30,6 +31,15 @@ pub(crate) struct DrainArgs {
     pub(crate) drain_secs: u64,
 }
 
+/// Where who did what is written down.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct AuditArgs {
+    /// Folder for who came and did what, in lines of JSON, a file for each kind of service; at most
+    /// two of 16 MiB each [default: nothing is written]
+    #[arg(long, env = "CAUSEWAY_AUDIT", value_name = "DIR")]
+    pub(crate) audit: Option<PathBuf>,
+}
+
 /// A service with what watches over it.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Watched<A: clap::Args> {
@@ -39,9 +49,16 @@ pub(crate) struct Watched<A: clap::Args> {
     admin: AdminArgs,
     #[command(flatten)]
     drain: DrainArgs,
+    #[command(flatten)]
+    audit: AuditArgs,
 }
 
 impl<A: clap::Args> Watched<A> {
+    /// Where who did what is written down.
+    pub(crate) fn audit(&self) -> Option<&Path> {
+        self.audit.audit.as_deref()
+    }
+
     /// The service's settings, and its monitor, which answers from now on.
     ///
     /// # Errors

@@ -26,3 +26,17 @@ fn what_cannot_be_understood_is_exit_code_2() {
         assert_eq!(causeway(arguments).status.code(), Some(2), "{arguments:?}");
     }
 }
+
+#[test]
+fn a_variable_that_is_set_but_empty_is_not_set() {
+    let with_empty = |variable: &str, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
+        let output = command.args(arguments).env(variable, "").output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = with_empty("CAUSEWAY_MAPS", &["map", "list"]);
+    assert_eq!(code, Some(0), "{said}");
+    // Whether anybody is there is another question.
+    let (code, said) = with_empty("CAUSEWAY_ADMIN", &["health"]);
+    assert_ne!(code, Some(2), "{said}");
+}

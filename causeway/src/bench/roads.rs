@@ -36,9 +36,9 @@ pub(crate) enum RoadsError {
 
 pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
     println!(
-        "| map | drivers | cars | worst, m | at | left the road | tipped | contacts | stuck | m/s |"
+        "| map | drivers | cars | worst, m | at | left the road | tipped | contacts | rules broken | stuck | m/s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, text) in maps(args.maps.as_deref())? {
         let map = match Map::parse(&name, &text) {
             Ok(map) => Arc::new(map),
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
             let who = drivers.as_str();
             match drive(&map, drivers, args.cars, args.minutes) {
                 Ok(found) => println!(
-                    "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {:.1} |",
+                    "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {} | {:.1} |",
                     found.vehicles,
                     found.worst_m,
                     found.worst_at_m.x,
@@ -59,6 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
                     found.left,
                     found.tipped,
                     found.contacts,
+                    found.broken,
                     found.stuck,
                     found.mean_mps
                 ),

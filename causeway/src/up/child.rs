@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::io;
 use std::net::SocketAddr;
+use std::path::Path;
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -55,6 +56,13 @@ impl Service {
         self.arguments.extend([OsString::from("--admin"), address.to_string().into()]);
     }
 
+    /// Has it write down who did what, if people come to it.
+    pub(crate) fn write_down_in(&mut self, folder: &Path) {
+        if self.is_face {
+            self.arguments.extend([OsString::from("--audit"), folder.into()]);
+        }
+    }
+
     /// Gives it so many seconds to end; services that only serve others need none once those are
     /// gone.
     pub(crate) fn drain_within(&mut self, secs: u64) {
@@ -91,6 +99,8 @@ impl Child {
         let mut process = process
             // Meant for `up`; the services have other ports.
             .env_remove("CAUSEWAY_ADMIN")
+            // Those that write lines are told to by an option.
+            .env_remove("CAUSEWAY_AUDIT")
             .arg("--exit-with-parent")
             .arg(service.name)
             .args(&service.arguments)

@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use bus::BusAddress;
 use carla_gateway::{Allowed, PortOfTenant, Tyres};
+use render_service::Quality;
 use tenancy::Door;
 
 use super::child::Service;
 use super::ports::{self, PortTaken};
-use crate::watched::{AdminArgs, DrainArgs};
+use crate::watched::{AdminArgs, AuditArgs, DrainArgs};
 
 /// Settings of a site.
 #[derive(Clone, Debug, clap::Args)]
@@ -21,7 +22,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "[IP:]PORT", default_value = "8000",
         value_parser = scenario_service::http_address)]
     http: SocketAddr,
-    /// File of tenants and tokens for the OpenEnv face; `causeway token new` makes them.
+    /// File of tenants, their quotas, and tokens for the OpenEnv face; `causeway token new` makes
+    /// them.
     #[arg(long, env = "CAUSEWAY_TOKENS", value_name = "FILE")]
     tokens: Option<PathBuf>,
     /// Without --tokens: serve anybody who reaches the OpenEnv face beyond the loopback.
@@ -83,15 +85,24 @@ pub(crate) struct Args {
     /// Renderers to start; each is a process of its own.
     #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "no_render")]
     render: u8,
+    /// What draws: cpu, or part of a Vulkan adapter's name [default: CAUSEWAY_ADAPTER, else a GPU
+    /// if there is one, else cpu].
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Start no renderer: `capture_image` then answers without a picture and says why.
     #[arg(long)]
     no_render: bool,
+    /// How finely pictures in colour are drawn whose cameras do not say it.
+    #[arg(long, value_enum, default_value_t, env = "CAUSEWAY_QUALITY")]
+    quality: Quality,
     /// What the services are asked: its port is that of the site as a whole, which is ready when
     /// all services are that it is of no use without; the services have the ports after it.
     #[command(flatten)]
     admin: AdminArgs,
     #[command(flatten)]
     drain: DrainArgs,
+    #[command(flatten)]
+    audit: AuditArgs,
 }
 
 /// Where recordings lie unless told otherwise, as for gateways.
@@ -116,6 +127,14 @@ pub(crate) enum PlanError {
         wanted: usize,
         /// Ports of streams.
         found: usize,
+    },
+    /// No folder, and none can be made.
+    #[error("--audit needs a folder: {cause}: {path:?}")]
+    Audit {
+        /// As typed.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: std::io::Error,
     },
     /// No folder, or one that may not be read.
     #[error("--maps needs a folder that can be read: {cause}: {path:?}")]
@@ -157,6 +176,10 @@ impl Plan {
         if let Some(path) = &args.tokens {
             Door::with_tokens(path)?;
         }
+        if let Some(path) = &args.audit.audit {
+            let wrong = |cause| PlanError::Audit { path: path.clone(), cause };
+            std::fs::create_dir_all(path).map_err(wrong)?;
+        }
         let http = ports::usable_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
         let wanted: &[PortOfTenant] = if args.no_carla { &[] } else { &args.carla };
@@ -177,6 +200,9 @@ impl Plan {
             *address = ports::free_admin(*address, services.len())?;
             let beside = (address.port() + 1..).zip(&mut services);
             beside.for_each(|(port, service)| service.watch(SocketAddr::new(address.ip(), port)));
+        }
+        if let Some(folder) = &args.audit.audit {
+            services.iter_mut().for_each(|service| service.write_down_in(folder));
         }
         let window = Duration::from_secs(args.drain.drain_secs);
         services.iter_mut().for_each(|service| service.drain_within(args.drain.drain_secs));
@@ -203,7 +229,7 @@ fn services(
         services.push(gateway(args, carla, bus));
     }
     let renderers = if args.no_render { 0 } else { args.render };
-    services.extend((0..renderers).map(|index| renderer(index, bus)));
+    services.extend((0..renderers).map(|index| renderer(args, index, bus)));
     services
 }
 
@@ -251,6 +277,9 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     if let Some(path) = &args.recordings {
         arguments.extend([OsString::from("--recordings"), path.clone().into_os_string()]);
     }
+    if let Some(path) = &args.tokens {
+        arguments.extend([OsString::from("--tokens"), path.clone().into_os_string()]);
+    }
     arguments.extend(flag("--tyres", args.tyres.to_string()));
     if args.drive_after_replays {
         arguments.extend(flag("--after-replays", "drive".to_owned()));
@@ -258,8 +287,12 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     Service { arguments, is_face: true, ..Service::new("gateway") }
 }
 
-fn renderer(index: u8, bus: &BusAddress) -> Service {
-    let arguments = flag("--connect", bus.to_string());
+fn renderer(args: &Args, index: u8, bus: &BusAddress) -> Service {
+    let mut arguments = flag("--connect", bus.to_string());
+    if let Some(adapter) = &args.adapter {
+        arguments.extend(flag("--adapter", adapter.clone()));
+    }
+    arguments.extend(flag("--quality", args.quality.name().to_owned()));
     // The site is of use without pictures, so a machine without Vulkan gets a warning.
     let stem = format!("render-{index}");
     Service { stem, arguments, essential: false, ..Service::new("render") }
