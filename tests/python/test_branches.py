@@ -3,6 +3,7 @@
 import json
 import time
 
+import httpx
 import pytest
 from causeway.openenv import Session, SessionError
 
@@ -90,3 +91,39 @@ def test_grouped_rollouts_differ_within_a_group_and_repeat(base_url):
         own = [one for one in branches if one["group"] == group]
         assert len({one["last"] for one in own}) > 1
         assert abs(sum(one["advantage"] for one in own)) < 0.05
+
+
+def test_the_same_over_http(base_url):
+    with httpx.Client(base_url=base_url, timeout=60.0) as http:
+
+        def post(path, **body):
+            answer = http.post(path, json=body)
+            assert answer.status_code == 200, answer.text
+            return answer.json()
+
+        def drive(name, **action):
+            return post("/step", session_id=name, action=action)["metadata"]["sim"]["state_hash"]
+
+        scenario = {"scenario_name": "trolley_saves", "seed": 4}
+        origin = post("/reset", session_id="", **scenario)["metadata"]["session_id"]
+        here = drive(origin)
+        kept = post("/snapshots", session_id=origin)
+        assert kept["state_hash"] == here
+        forked = post("/fork", session_id=origin, count=3)
+        assert forked["state_hash"] == here and len(set(forked["session_ids"])) == 3
+        wanted = drive(origin)
+        ends = [drive(branch) for branch in forked["session_ids"][:2]]
+        assert ends == [wanted, wanted]
+        assert drive(forked["session_ids"][2], action_type="emergency_stop") != wanted
+        post("/reset", session_id=origin, snapshot_id=kept["snapshot_id"])
+        assert drive(origin) == wanted
+        told = http.get("/snapshots").json()["snapshots"]
+        assert kept["snapshot_id"] in {one["snapshot_id"] for one in told}
+        assert http.delete(f"/snapshots/{kept['snapshot_id']}").status_code == 204
+        sealed = post("/reset", session_id="", scenario_config={"sealed": True}, **scenario)
+        refused = http.post("/fork", json={"session_id": sealed["metadata"]["session_id"]})
+        assert refused.status_code == 400 and "SEALED" in refused.text
+        # Sessions that nobody closes end by themselves; others may want their places before.
+        for name in (origin, *forked["session_ids"], sealed["metadata"]["session_id"]):
+            close = {"method": "openenv/session/close", "params": {"session_id": name}}
+            assert post("/mcp", jsonrpc="2.0", id=1, **close)["result"]["closed"]

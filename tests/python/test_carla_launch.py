@@ -10,10 +10,11 @@ import time
 from pathlib import Path
 
 import carla
+import causeway
 import pytest
 
 from carla_site import connect, synchronous
-from running_site import binary, two_free_ports
+from running_site import binary, child, two_free_ports
 
 LAUNCHERS = Path(__file__).parents[2] / "deploy" / "carla"
 WAIT_SECS = 30.0
@@ -52,7 +53,17 @@ def test_flags_of_carlas_launcher_are_taken(start_site):
     while shortest_secs > 0.06 and time.monotonic() < deadline:
         shortest_secs = min(shortest_secs, world.wait_for_tick().delta_seconds)
     assert shortest_secs == pytest.approx(0.05, rel=0.2)
-    assert "something-else" in site.said()
+    said = site.said()
+    assert "something-else" in said and "quality-level" not in said
+
+
+def test_a_site_without_a_gpu_is_drawn_by_processors(start_site):
+    site = start_site("-nullrhi")
+    with causeway.Session(site.base_url) as session:
+        session.reset("trolley_saves", seed=1)
+        assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
+    mapped = Path(f"/proc/{child(site, 'render')}/maps").read_text()
+    assert "libvulkan" not in mapped and "nvidia" not in mapped
 
 
 @contextlib.contextmanager

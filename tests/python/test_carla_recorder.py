@@ -188,6 +188,26 @@ def test_a_contact_with_a_walker_has_its_letter(client, world, tmp_path):
             assert int(rows[0].split()[5]) == walker.id
 
 
+def test_a_contact_with_a_thing_has_the_letter_of_others(client, world, tmp_path):
+    path = tmp_path / "thing.log"
+    client.start_recorder(str(path))
+    hero = spawn_car(world, role_name="hero")
+    place = world.get_map().get_spawn_points()[0]
+    place.location += place.get_forward_vector() * 12.0
+    library = world.get_blueprint_library()
+    thing = world.spawn_actor(library.find("static.prop.container"), place)
+    world.spawn_actor(library.find("sensor.other.collision"), carla.Transform(), attach_to=hero)
+    hero.apply_control(carla.VehicleControl(throttle=1.0))
+    ticks(world, 80)
+    finished(client, path)
+    for letters, is_told in (("vo", True), ("ho", True), ("vt", False), ("vv", False)):
+        text = client.show_recorder_collisions(str(path), *letters)
+        rows = [line for line in text.splitlines() if "static.prop.container" in line]
+        assert bool(rows) == is_told, letters
+        if rows:
+            assert rows[0][8:15] == "   v o " and int(rows[0].split()[5]) == thing.id
+
+
 def test_without_a_collision_sensor_nothing_is_recorded_of_a_contact(client, world, tmp_path):
     path = tmp_path / "col.log"
     client.start_recorder(str(path))

@@ -1,5 +1,7 @@
 """Episodes as data: recorded, replayed to the bit, and loaded by each format's own library."""
 
+import io
+import itertools
 import json
 import os
 import re
@@ -11,9 +13,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from causeway.dataset import export_lerobot, export_parquet, play, read, write
+from causeway.frames import decode
+from causeway.pictures import Camera, Renderer
 from causeway.policy import Follow, Random
 from causeway.rollout import Batch
 from mcap.reader import make_reader
+from PIL import Image
 
 from running_site import PACKAGE, binary
 
@@ -193,3 +198,67 @@ def test_ctrl_c_and_a_killed_process_leave_whole_episodes(recording, tmp_path):
     assert 3 <= len(found) < len(written)
     for one, other in zip(found, written, strict=False):
         assert np.array_equal(one.hashes, other.hashes)
+
+
+def test_pictures_are_recorded_and_exported(site, tmp_path):
+    path = tmp_path / "seen.mcap"
+    own = ("--program", binary(), "--bus", site.endpoint, "--camera", "64x36")
+    done = run("causeway.record_episodes", TASK, "--episodes", 2, "--out", path, *own)
+    assert done.returncode == 0, done.stderr
+    about, episodes = read(path)
+    found = list(episodes)
+    for one in found:
+        assert len(one.pictures) == len(one)
+        shown = [np.asarray(Image.open(io.BytesIO(data))) for data in one.pictures[::40]]
+        assert all(picture.shape == (36, 64, 3) for picture in shown)
+        changes = [np.abs(a.astype(int) - b).mean() for a, b in itertools.pairwise(shown)]
+        assert min(changes) > 1.0, "it drives"
+    again = tmp_path / "again.mcap"
+    run("causeway.record_episodes", TASK, "--episodes", 2, "--out", again, *own)
+    assert again.read_bytes() == path.read_bytes()
+    with path.open("rb") as file:
+        schema, *_ = next(make_reader(file).iter_messages(topics=["/causeway/picture"]))
+    assert schema.name == "foxglove.CompressedImage"
+
+    assert export_parquet(tmp_path / "tables", about, iter(found)) == 2
+    table = pq.read_table(tmp_path / "tables/steps.parquet")
+    assert table["picture"][0].as_py() == found[0].pictures[0]
+    assert export_lerobot(tmp_path / "set", about, iter(found)) == 2
+    info = json.loads((tmp_path / "set/meta/info.json").read_text())
+    name = "observation.images.camera"
+    feature = {"dtype": "image", "shape": [36, 64, 3], "names": ["height", "width", "channels"]}
+    assert info["features"][name] == feature
+    row = pq.read_table(tmp_path / "set/data/chunk-000/file-000.parquet")[name][0].as_py()
+    assert row == {"bytes": found[0].pictures[0], "path": None}
+    stats = json.loads((tmp_path / "set/meta/stats.json").read_text())[name]
+    assert np.shape(stats["mean"]) == (3, 1, 1) and 0.05 < np.min(stats["mean"]) < 0.95
+
+
+def test_what_cannot_be_drawn_says_why(site, tmp_path):
+    for words, told in (
+        (("--tier", "kinematic", "--bus", site.endpoint, "--camera", "64x36"), "kinematic"),
+        (("--bus", "tcp/127.0.0.1:1", "--camera", "64x36"), "no bus"),
+        (("--camera", "64"), "WIDTHxHEIGHT"),
+    ):
+        out = ("--program", binary(), "--out", tmp_path / f"{told}.mcap")
+        refused = run("causeway.record_episodes", TASK, "--episodes", 1, *out, *words)
+        assert refused.returncode == 2 and told in refused.stderr, refused.stderr
+
+
+def test_pictures_of_branches_come_together_and_are_alike_until_they_differ(site):
+    camera = Camera(width=96, height=54)
+    own = settings(worlds=6, decision_ticks=10, hash_every=1)
+    with Batch("lane-keep", **own) as batch, Renderer(site.endpoint) as renderer:
+        batch.reset(3)
+        batch.fork(0, into=range(1, 6))
+        alike = renderer.draw(batch.frames(range(6)), camera)
+        assert len(alike) == 6 and len(set(alike)) == 1
+        for _ in range(4):
+            batch.step(np.array([[0.1 * row - 0.25, 0.5] for row in range(6)], np.float32))
+        assert len(set(renderer.draw(batch.frames(range(6)), camera))) == 6
+        (frame,) = batch.frames([2])
+        decoded = decode(frame.data)
+        assert decoded.map_name == "Town02" and frame.cars == [1]
+        assert decoded.state_hash == batch.hashes[2]
+        with pytest.raises(ValueError, match="no such world"):
+            batch.frames([6])

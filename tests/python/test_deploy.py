@@ -12,6 +12,7 @@ import os
 import shutil
 import subprocess
 import tarfile
+import time
 from pathlib import Path
 
 import httpx
@@ -33,6 +34,8 @@ from running_site import two_free_ports
 from tenants import new_token
 
 FULL_BYTES_MAX, CORE_BYTES_MAX = 300_000_000, 60_000_000
+#: A world service with a certificate is heard within a second.
+STRANGER_SECS = 5.0
 
 
 @pytest.mark.usefixtures("images")
@@ -109,6 +112,63 @@ def test_two_people_share_a_composed_site(names_of_project, tmp_path):
             Session(f"http://127.0.0.1:{http}")
         for token, own in ((alice, port), (bob, second)):
             drive(f"http://anybody:{token}@127.0.0.1:{http}", own)
+
+
+@pytest.mark.usefixtures("images")
+def test_services_of_a_composed_site_show_certificates(names_of_project, tmp_path):
+    tokens, pki = tmp_path / "tokens.toml", tmp_path / "pki"
+    alice = new_token(tokens, "alice", "alice-laptop")
+    tokens.chmod(0o644)
+    roles = ["causeway-router=router", "causeway-world", "causeway-render", "causeway-face"]
+    script = ROOT / "deploy" / "bus" / "certificates.sh"
+    subprocess.run(["sh", script, pki, *roles], check=True, capture_output=True)
+    pki.chmod(0o700)
+    for key in pki.glob("causeway-*.key"):
+        key.chmod(0o644)
+    http, port = two_free_ports(), two_free_ports()
+    settings = {
+        "CAUSEWAY_IMAGE": FULL,
+        "CAUSEWAY_HTTP_PORT": str(http),
+        "CAUSEWAY_TOKENS_FILE": str(tokens),
+        "CARLA_PORTS": f"{port}=alice",
+        "CARLA_PORT": str(port),
+        "CARLA_STREAM_PORT": str(port + 1),
+        "CARLA_PORT_2": str(two_free_ports()),
+        "CARLA_STREAM_PORT_2": str(two_free_ports()),
+        "CAUSEWAY_PKI": str(pki),
+        "CAUSEWAY_BUS_OVER": "tls",
+    }
+    files = [f"deploy/compose{kind}.yaml" for kind in ("", ".secure", ".tls")]
+    with composed(names_of_project, files, settings) as run:
+        run("up", "--detach")
+        drive(f"http://anybody:{alice}@127.0.0.1:{http}", port)
+        wait_until_containers_are_healthy(*run("ps", "--quiet").split())
+        # Whoever is on the same network and shows nothing is heard by nobody.
+        docker(
+            "run", "--detach", "--name", names_of_project, "--network", f"{names_of_project}_bus",
+            FULL, "world", "--connect", "tls/router:7460", "--id", "stranger",
+        )  # fmt: skip
+        time.sleep(STRANGER_SECS)
+        docker("rm", "--force", names_of_project)
+        said = run("logs", "scenario")
+        assert "world service up" in said and "stranger" not in said, said
+
+
+def test_composed_services_do_not_meet_in_the_open_by_accident():
+    compose = shutil.which("docker-compose")
+    if compose is None:
+        pytest.skip("no docker-compose")
+    files = [word for kind in ("", ".tls") for word in ("-f", f"deploy/compose{kind}.yaml")]
+    for over, status in (("", 1), ("tls", 0)):
+        done = subprocess.run(
+            [compose, *files, "config", "--quiet"],
+            cwd=ROOT,
+            env={**os.environ, "CAUSEWAY_BUS_OVER": over},
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == status, done.stderr
+        assert ("set it to tls" in done.stderr) == (status != 0)
 
 
 @pytest.mark.usefixtures("images")

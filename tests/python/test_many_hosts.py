@@ -5,7 +5,10 @@ compared with the same episodes that are left alone.
 """
 
 import contextlib
+import os
+import signal
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import causeway
@@ -110,6 +113,38 @@ def test_a_host_that_joins_gets_worlds_and_a_full_one_leaves_them_to_others(tmp_
         finally:
             for session in sessions:
                 session.close()
+
+
+def test_nobody_waits_for_a_host_that_stands_still_but_who_has_a_world_there(tmp_path):
+    with bus(tmp_path) as start, contextlib.ExitStack() as sessions:
+        hosts = [start("world", "--id", f"world-{name}") for name in "ab"]
+        for host in hosts:
+            host.until("/readyz", 200)
+        _, url = start_face(start)
+        there: dict[int, list[causeway.Session]] = {0: [], 1: []}
+        while min(map(len, there.values())) < 2:
+            before = worlds(hosts[0])
+            session = sessions.enter_context(causeway.Session(url))
+            session.reset("free_roam", scenario_config=CONFIG, seed=1)
+            there[0 if worlds(hosts[0]) > before else 1].append(session)
+        with ThreadPoolExecutor(8) as pool:
+            os.kill(hosts[0].process.pid, signal.SIGSTOP)
+            try:
+                # A few ticks each, so that steps of all sessions go together where they can.
+                waiting = [pool.submit(session.step) for session in there[0]]
+                time.sleep(0.5)
+                begun = time.monotonic()
+                for _ in range(20):
+                    steps = [pool.submit(session.step) for session in there[1]]
+                    assert all(step.result(60) for step in steps)
+                taken_secs = time.monotonic() - begun
+                assert not any(step.done() for step in waiting)
+            finally:
+                os.kill(hosts[0].process.pid, signal.SIGCONT)
+            # Who stood still is not gone, and its worlds are as they were.
+            assert all(step.result(60) for step in waiting)
+        # The stopped host would be waited for until its deadline, 10 s.
+        assert taken_secs < 5.0, taken_secs
 
 
 def test_a_host_that_ends_gives_its_worlds_to_others_and_nobody_waits_long(tmp_path):

@@ -1,5 +1,8 @@
 """Stable-Baselines3's form of a vector environment, beside the batch that it shows."""
 
+import warnings
+
+import gymnasium
 import numpy as np
 import pytest
 from causeway.rollout import Batch
@@ -61,11 +64,22 @@ def test_what_wrappers_ask_for_is_there(envs):
         envs.set_attr("tier", "physics")
 
 
+def installed(module):
+    reason = "Stable-Baselines3 needs torch, which is too large to be installed for tests"
+    return pytest.importorskip(f"stable_baselines3.common.{module}", reason=reason)
+
+
+def test_its_own_check_of_single_environments_finds_nothing():
+    check_env = installed("env_checker").check_env
+    env = gymnasium.make("causeway.vector:causeway/Drive-v0", program=str(binary()), **SETTINGS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, warn=True)
+    env.close()
+
+
 def test_it_is_one_of_stable_baselines(envs):
-    base = pytest.importorskip(
-        "stable_baselines3.common.vec_env",
-        reason="Stable-Baselines3 needs torch, which is too large to be installed for tests",
-    )
+    base = installed("vec_env")
     assert isinstance(envs, base.VecEnv)
     monitored = base.VecMonitor(envs)
     monitored.reset()
