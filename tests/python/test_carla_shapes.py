@@ -90,9 +90,19 @@ def test_shapes_without_a_time_stay_until_they_are_cleared(world, painted, life_
     assert not painted().any()
 
 
-def test_texts_and_shapes_of_the_screen_are_in_no_picture(world, painted):
+def test_a_longer_text_is_wider_and_stands_where_it_is_drawn(world, painted):
+    widths = []
+    for text in ("here", "here and there"):
+        world.debug.draw_string(before(-8.0), text, False, MAGENTA, 0.04)
+        left, right, top, bottom = extent(painted())
+        assert 0 <= left < PX // 2 and abs((top + bottom) / 2 - PX / 2) < 12.0
+        widths.append(right - left)
+        assert not painted().any()
+    assert widths[1] > 2 * widths[0]
+
+
+def test_shapes_of_the_screen_are_in_no_picture(world, painted):
     draw = world.debug
-    draw.draw_string(before(), "here", False, MAGENTA, 1.0)
     draw.draw_hud_point(before(), 0.5, MAGENTA, 1.0)
     draw.draw_hud_line(before(), before(3.0), 0.5, MAGENTA, 1.0)
     draw.draw_hud_arrow(before(), before(3.0), 0.5, 0.5, MAGENTA, 1.0)

@@ -200,7 +200,7 @@ def test_commands_of_cargo_have_their_target(page):
                 sources = [folder / where / f"{options[options.index(option) + 1]}.rs"]
         for source in sources:
             assert source.exists(), f"{page}: {command}"
-        for word in re.findall(r"(?<![\w-])[a-z]\w*", program):
+        for word in re.findall(r"(?<!\S)[a-z]\w*(?!\S)", program):
             said = any(word in source.read_text() for source in sources)
             assert said, f"{page}: {word} of {command}"
 
