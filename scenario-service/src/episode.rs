@@ -5,6 +5,7 @@
 
 mod camera;
 mod collisions;
+mod company;
 mod counters;
 mod lights;
 mod navigation;
@@ -19,6 +20,7 @@ use schemas::{
 use serde_json::{Map, Value};
 
 pub(crate) use collisions::Hits;
+pub(crate) use company::{Company, Other};
 pub(crate) use counters::{Counters, State, idle_state};
 use lights::StopLines;
 use navigation::Navigation;
@@ -78,6 +80,8 @@ pub(crate) struct Report {
     pub(crate) camera_error: Option<String>,
     /// A state that was kept.
     pub(crate) saved: Option<SavedState>,
+    /// Who else is in the world.
+    pub(crate) company: Option<Company>,
 }
 
 /// One episode.
@@ -107,19 +111,17 @@ pub(crate) struct Episode {
 const STEP_REWARDS_MAX: usize = 1_000;
 
 impl Episode {
-    /// Begins with the first frame of its world; `None` if the world has no ego in it.
+    /// Begins with the first frame of its world for one of its egos, mostly the only one; `None` if
+    /// it is not there.
     pub(crate) fn begin(
         start: Start,
         frame: SharedFrame,
         replies: &[CommandReply],
+        number: usize,
     ) -> Option<(Self, Report)> {
-        let ego = replies.get(WorldSpec::EGO_COMMAND)?.as_ref().ok().copied().flatten()?;
+        let reply = replies.get(WorldSpec::EGO_COMMAND + number)?;
+        let ego = reply.as_ref().ok().copied().flatten()?;
         frame.actor(ego)?;
-        let report = Report {
-            is_reset: true,
-            ignored_config: start.ignored_config.clone(),
-            ..Report::default()
-        };
         let prompt = start.scenario.prompt();
         let has_lights = !frame.traffic_lights.is_empty();
         let stop_lines = if has_lights { StopLines::of(&start.map) } else { StopLines::default() };
@@ -142,6 +144,7 @@ impl Episode {
             resumptions: 0,
         };
         episode.find_lane();
+        let report = episode.opened();
         Some((episode, report))
     }
 
@@ -151,6 +154,38 @@ impl Episode {
         self.start.episode_id = episode_id;
         self.resumed_from = Some(from);
         self.resumptions += 1;
+    }
+
+    /// The same before its first step, in a world that has gone on meanwhile.
+    pub(crate) fn at(&self, frame: SharedFrame) -> Self {
+        let mut later = Self { frame, ..self.clone() };
+        later.find_lane();
+        later
+    }
+
+    /// Under another id.
+    pub(crate) fn named(mut self, episode_id: String) -> Self {
+        self.start.episode_id = episode_id;
+        self
+    }
+
+    /// What begins it.
+    pub(crate) fn opened(&self) -> Report {
+        let ignored_config = self.start.ignored_config.clone();
+        Report { is_reset: true, ignored_config, ..Report::default() }
+    }
+
+    /// Which actor it drives.
+    pub(crate) fn ego(&self) -> ActorId {
+        self.ego
+    }
+
+    /// It is over without a verdict, as its world is.
+    pub(crate) fn end(&mut self, reason: DoneReason) -> Report {
+        let just_done = self.done.is_none();
+        self.done.get_or_insert(reason);
+        self.counters.is_truncated |= just_done;
+        Report { reward: Some(0.0), just_done, ..Report::default() }
     }
 
     /// The present state of the world.

@@ -33,6 +33,8 @@ pub(crate) const COLLISIONS_MAX: usize = 1_000;
 pub(crate) const GROUP_MAX: u32 = 50;
 /// Vehicles, and pedestrians, of an episode beside the ego.
 pub(crate) const CROWD_MAX: u32 = 200;
+/// Vehicles of one world that sessions of their own drive.
+pub(crate) const EGOS_MAX: u32 = 64;
 /// Distance within which an actor is near, in metres.
 pub(crate) const NEARBY_M: f32 = 50.0;
 /// Actors that the text of a scene lists; the list of near actors has them all.

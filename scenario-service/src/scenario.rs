@@ -13,6 +13,7 @@ pub(crate) mod lanes;
 pub(crate) mod maze;
 pub(crate) mod registry;
 pub(crate) mod routes;
+pub(crate) mod sharing;
 pub(crate) mod spawn;
 pub(crate) mod trolley_micro;
 pub(crate) mod weather;
@@ -133,7 +134,8 @@ impl WorldSpec {
         commands
     }
 
-    /// Index of the command that spawns the ego; those of the others follow it.
+    /// Index of the command that spawns the ego, or the first of several; those of the others
+    /// follow it.
     pub(crate) const EGO_COMMAND: usize = 1;
 
     /// The commands of the first step, for actors that now have ids: those of the replies to
@@ -175,6 +177,8 @@ pub(crate) enum DoneReason {
     Collision,
     /// Too many steps.
     MaxSteps,
+    /// Who made the shared world has begun another episode.
+    WorldReset,
 }
 
 impl DoneReason {
@@ -185,6 +189,7 @@ impl DoneReason {
             Self::GoalReached => "goal_reached",
             Self::Collision => "collision",
             Self::MaxSteps => "max_steps",
+            Self::WorldReset => "world_reset",
         }
     }
 }
@@ -254,6 +259,11 @@ pub(crate) trait Scenario: Send + Sync {
 
     /// Judges the world after a step.
     fn on_frame(&mut self, facts: &Facts) -> Progress;
+
+    /// Whether more than one ego can be in its world.
+    fn takes_several_egos(&self) -> bool {
+        false
+    }
 
     /// What was drawn at reset.
     fn info(&self) -> Map<String, Value>;

@@ -1,12 +1,16 @@
 //! One session: a scenario with its settings, and the episode that runs in its own world.
 
+mod candidate;
 mod context;
 mod contexts;
 mod error;
+mod home;
 mod origin;
 mod recovery;
 mod saved;
+mod shared;
 pub(crate) mod table;
+mod together;
 mod world;
 
 use std::sync::Arc;
@@ -20,15 +24,19 @@ use worlds::NewWorld;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
-use crate::scenario::{Overrides, Scenario, ScenarioError, registry};
+use crate::scenario::{DoneReason, Scenario, ScenarioError, registry, sharing};
 use crate::world_port::keeper::OwnedWorld;
 use crate::world_port::{CreatedWorld, DT_SECS};
+use candidate::Candidate;
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 pub(crate) use error::SessionError;
+use home::Home;
 use origin::Origin;
 use saved::Operation;
 pub(crate) use saved::SavedStates;
+pub(crate) use shared::SharedWorlds;
+use together::Begun;
 use world::{EpisodeWorld, Told, Trouble, Work};
 
 /// What a reset asks for.
@@ -44,6 +52,10 @@ pub(crate) struct ResetRequest {
     pub(crate) episode_id: Option<String>,
     /// The state that it goes on from; `None`: the beginning.
     pub(crate) snapshot_id: Option<String>,
+    /// The code of the shared world that it takes part in; `None`: it has a world of its own.
+    pub(crate) join: Option<String>,
+    /// As which ego; `None`: the first one that is free.
+    pub(crate) ego: Option<String>,
 }
 
 /// One session.
@@ -69,7 +81,7 @@ enum Stage {
 
 enum Running {
     Nothing,
-    Episode(Box<Episode>, EpisodeWorld),
+    Episode(Box<Episode>, Home),
     Lost(String),
 }
 
@@ -90,9 +102,10 @@ impl Session {
     /// [`SessionError`]; the episode that was running still is.
     pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
         let begun = Instant::now();
-        let report = match &request.snapshot_id {
-            Some(id) => self.resume(id, &request).await?,
-            None => self.begin(request).await?,
+        let report = match (&request.join, &request.snapshot_id) {
+            (Some(code), _) => self.join(code, &request).await?,
+            (None, Some(id)) => self.resume(id, &request).await?,
+            (None, None) => self.begin(request).await?,
         };
         self.context.figures.reset_seconds.observe(begun.elapsed());
         Ok(report)
@@ -114,8 +127,14 @@ impl Session {
         };
         let map = context.maps.get(&map_name).await.map_err(SessionError::World)?;
         let seed = request.seed.unwrap_or_else(random_seed);
-        let spec = scenario.reset(seed, &map)?;
+        let mut spec = scenario.reset(seed, &map)?;
         let is_branch = branched.is_some();
+        let guests = sharing::add_egos(&mut spec, settings.as_ref(), seed, &map)?;
+        if is_branch && !guests.is_empty() {
+            let text = "a recorded world has one ego";
+            let error = Error::new(ErrorCode::InvalidArgument, text).wanted("num_egos 1");
+            return Err(SessionError::Refused(error));
+        }
         let ((frame, replies, world), base) = match branched {
             Some(branched) => (branched, None),
             None => {
@@ -147,14 +166,28 @@ impl Session {
             weather_name: spec.weather_name,
             ignored_config,
         };
-        let (episode, report) = Episode::begin(start, frame, &replies)
-            .ok_or_else(|| invalid("the world service made a world without the ego"))?;
+        let begun = Begun { start, frame, replies };
+        let (episode, home, report) = if guests.is_empty() {
+            let (episode, report) = begun.episode(0)?;
+            let world = EpisodeWorld::new(world, base, &context).await;
+            (episode, Home::Own(world), report)
+        } else {
+            let world = EpisodeWorld::new(world, base, &context).await;
+            begun.share(world, guests, &context)?
+        };
         // Nothing waits any more from here on: a reset is done as a whole or not at all.
-        let world = EpisodeWorld::new(world, base, &context).await;
         self.scenario = settings;
         self.built_from = built_from;
-        self.running = Running::Episode(Box::new(episode), world);
+        self.go_on(episode, home);
         Ok(report)
+    }
+
+    /// Another episode than before.
+    fn go_on(&mut self, episode: Episode, home: Home) {
+        if let Running::Episode(_, before) = &self.running {
+            before.end();
+        }
+        self.running = Running::Episode(Box::new(episode), home);
     }
 
     /// One action, after an automatic reset if there is no episode yet.
@@ -234,7 +267,10 @@ impl Session {
     }
 
     async fn advance(&mut self, action: &Action) -> Result<Report, SessionError> {
-        let (episode, world) = self.running.episode()?;
+        let (episode, home) = self.running.episode()?;
+        if home.is_shared() && episode.is_done() {
+            return Ok(Report { reward: Some(0.0), ..Report::default() });
+        }
         let mut plan = episode.plan(action);
         let work = Work {
             commands: std::mem::take(&mut plan.commands),
@@ -242,10 +278,16 @@ impl Session {
             // Clients know a place that no road leads to as an error, and an error changes nothing.
             is_checked: action.kind == ActionKind::SetDestination,
         };
-        match world.advance(&self.context, episode.frame(), work).await {
-            Ok(Told { frame, replies, collisions }) => {
-                Ok(episode.advance(action, plan, frame, &replies, &collisions))
+        match home.advance(&self.context, episode.frame(), work).await {
+            Ok(Told { frame, replies, collisions, events, company }) => {
+                plan.events.extend(events);
+                let report = episode.advance(action, plan, frame, &replies, &collisions);
+                if episode.is_done() {
+                    home.leave();
+                }
+                Ok(Report { company, ..report })
             }
+            Err(Trouble::Ended) => Ok(episode.end(DoneReason::WorldReset)),
             Err(Trouble::Refused(refusal)) => Err(SessionError::Refused(refusal)),
             Err(Trouble::Absent(error)) => Err(SessionError::World(error)),
             Err(Trouble::Gone(error)) => Err(self.lose(&error)),
@@ -266,7 +308,7 @@ impl Session {
         Ok(episode.captured(picture))
     }
 
-    async fn branched(&self, origin: &Origin) -> Result<Begun, SessionError> {
+    async fn branched(&self, origin: &Origin) -> Result<Branched, SessionError> {
         let (created, world) = origin.branch(&self.context).await?;
         let frame = decode(created.frame)?;
         let replies = origin.replies(&frame)?;
@@ -283,27 +325,6 @@ impl Session {
         });
         let created = created.await.map_err(|_| invalid("making a world was interrupted"))?;
         created.map_err(SessionError::World)
-    }
-
-    /// The scenario that a reset asks for, not yet reset itself.
-    fn candidate(&self, request: &ResetRequest) -> Result<Candidate, ScenarioError> {
-        let present = self.scenario.common();
-        let asked_name = request.scenario_name.as_deref();
-        let other_name = asked_name.filter(|name| *name != present.name);
-        let mut overrides = Overrides::new(&request.scenario_config);
-        let profile = overrides.profile(present.profile)?;
-        let from_defaults = overrides.flag("reset_defaults")?;
-        let origin = Origin::of(&mut overrides)?;
-        let rebuild = other_name.is_some() || from_defaults || profile != present.profile;
-        let built_from = other_name.unwrap_or(&self.built_from).to_owned();
-        let mut scenario = if rebuild {
-            registry::build(&built_from, profile)?
-        } else {
-            self.scenario.clone_box()
-        };
-        scenario.common_mut().configure(&mut overrides)?;
-        scenario.configure(&mut overrides)?;
-        Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored(), origin })
     }
 
     fn lost_or(&mut self, error: Error) -> SessionError {
@@ -323,19 +344,12 @@ impl Session {
 }
 
 /// A world with its first frame, and the replies to what furnished it.
-type Begun = (SharedFrame, Vec<CommandReply>, OwnedWorld);
-
-struct Candidate {
-    scenario: Box<dyn Scenario>,
-    built_from: String,
-    ignored_config: Vec<String>,
-    origin: Option<Origin>,
-}
+type Branched = (SharedFrame, Vec<CommandReply>, OwnedWorld);
 
 impl Running {
-    fn episode(&mut self) -> Result<(&mut Episode, &mut EpisodeWorld), SessionError> {
+    fn episode(&mut self) -> Result<(&mut Episode, &mut Home), SessionError> {
         match self {
-            Self::Episode(episode, world) => Ok((episode, world)),
+            Self::Episode(episode, home) => Ok((episode, home)),
             Self::Lost(why) => Err(SessionError::WorldLost(why.clone())),
             // A step resets first, so that this is only met if the reset made no episode.
             Self::Nothing => Err(SessionError::WorldLost("it was never made".to_owned())),

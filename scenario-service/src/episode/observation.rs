@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::lights::in_words;
-use super::{Episode, Report};
+use super::{Company, Episode, Report};
 use crate::limits::{NEARBY_M, SCENE_ACTORS_MAX};
 use crate::scenario::decision::EgoLane;
 use crate::scenario::{Profile, RUBRIC_GAMMA};
@@ -86,6 +86,9 @@ pub(crate) struct Metadata<'a> {
     pub(crate) snapshot_id: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) snapshot_bytes: Option<usize>,
+    /// In a shared world.
+    #[serde(flatten)]
+    pub(crate) company: Option<&'a Company>,
 }
 
 /// Which state of which simulation it is.
@@ -106,6 +109,9 @@ pub(crate) struct Sim<'a> {
     /// How often it did; 0 is not told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) restores: Option<u32>,
+    /// How long the step waited for those of others in a shared world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) waited_ms: Option<u64>,
 }
 
 /// Where to go.
@@ -195,6 +201,7 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
             state_hash: format!("{:016x}", frame.state_hash),
             restored_from: episode.resumed_from.as_deref(),
             restores: (episode.resumptions > 0).then_some(episode.resumptions),
+            waited_ms: report.company.as_ref().and_then(|company| company.waited_ms),
         },
         goal: episode
             .start
@@ -208,6 +215,7 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
         camera_error: report.camera_error.as_deref(),
         snapshot_id: report.saved.as_ref().map(|saved| saved.id.as_str()),
         snapshot_bytes: report.saved.as_ref().map(|saved| saved.bytes),
+        company: report.company.as_ref(),
     }
 }
 

@@ -101,6 +101,8 @@ pub(super) fn reset_request(data: &Map<String, Value>) -> Result<ResetRequest, V
         scenario_name: read.optional_text("scenario_name"),
         scenario_config: read.optional_object("scenario_config").cloned().unwrap_or_default(),
         snapshot_id: read.optional_short_text("snapshot_id", ID_CHARS_MAX),
+        join: read.optional_short_text("join", ID_CHARS_MAX),
+        ego: read.optional_short_text("ego", ID_CHARS_MAX),
     };
     read.finish_open(request)
 }

@@ -7,6 +7,7 @@ use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX, PIXELS_PER_JOB_M
 use serde_json::{Map, Value};
 
 use super::ScenarioError;
+use super::sharing::Sharing;
 use super::weather::WeatherChoice;
 use crate::limits::{ECHO_CHARS_MAX, EPISODE_STEPS_MAX, IGNORED_KEYS_MAX, TICKS_PER_STEP_MAX};
 use crate::openenv::coerce::{self, Bounds};
@@ -69,6 +70,8 @@ pub(crate) struct Common {
     pub(crate) raw_controls: bool,
     /// Whether no state of the episode can be kept or gone back to.
     pub(crate) sealed: bool,
+    /// How many egos its world has.
+    pub(crate) sharing: Sharing,
     /// Which source the defaults follow.
     pub(crate) profile: Profile,
 }
@@ -92,6 +95,7 @@ impl Common {
             ticks_per_step: 1,
             raw_controls: profile == Profile::Literal,
             sealed: false,
+            sharing: Sharing::default(),
             profile,
         }
     }
@@ -149,6 +153,7 @@ impl Common {
         }
         overrides.integer("ticks_per_step", &mut self.ticks_per_step, 1, TICKS_PER_STEP_MAX)?;
         overrides.boolean("sealed", &mut self.sealed)?;
+        self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)
     }
 }

@@ -244,6 +244,10 @@ impl Scenario for FreeRoam {
         Progress { reward, done, truncated: done == Some(DoneReason::MaxSteps) }
     }
 
+    fn takes_several_egos(&self) -> bool {
+        true
+    }
+
     fn info(&self) -> Map<String, Value> {
         object(json!({
             "scenario_type": "free_roam",

@@ -175,6 +175,10 @@ impl Scenario for Maze {
         Progress { reward, done, truncated: done == Some(DoneReason::MaxSteps) }
     }
 
+    fn takes_several_egos(&self) -> bool {
+        true
+    }
+
     fn info(&self) -> Map<String, Value> {
         object(json!({
             "scenario_type": "maze",

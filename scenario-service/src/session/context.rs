@@ -8,7 +8,7 @@ use schemas::{Camera, Command, Error, ErrorCode};
 use tenancy::{PixelBudget, Quotas};
 use worlds::Budget;
 
-use super::{SavedStates, SessionError};
+use super::{SavedStates, SessionError, SharedWorlds};
 use crate::figures::Figures;
 use crate::limits::RECOVERY_BYTES_MAX;
 use crate::maps::Maps;
@@ -41,6 +41,8 @@ pub(crate) struct SessionContext {
     pub(crate) pixels: PixelBudget,
     /// States of episodes to go on from.
     pub(crate) saved: SavedStates,
+    /// Worlds that several sessions share.
+    pub(crate) shared: SharedWorlds,
 }
 
 impl SessionContext {
@@ -62,6 +64,7 @@ impl SessionContext {
             recovery: Budget::new(RECOVERY_BYTES_MAX),
             pixels: PixelBudget::default(),
             saved: SavedStates::default(),
+            shared: SharedWorlds::default(),
         }
     }
 

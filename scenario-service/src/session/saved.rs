@@ -8,6 +8,7 @@ use schemas::{Error, ErrorCode, Tick};
 use serde_json::{Map, Value};
 use worlds::{Maker as _, State};
 
+use super::home::Home;
 use super::recovery::FreshWorlds;
 use super::world::EpisodeWorld;
 use super::{ResetRequest, Running, Session, SessionError, decode, invalid, random_id};
@@ -179,7 +180,7 @@ impl Session {
         let world = EpisodeWorld::new(world, Some(base), &self.context).await;
         self.scenario = scenario;
         self.built_from = built_from;
-        self.running = Running::Episode(Box::new(episode), world);
+        self.go_on(episode, Home::Own(world));
         Ok(Report::default())
     }
 

@@ -8,6 +8,7 @@ use crate::testing::{self, ToyWorlds};
 mod quotas;
 mod recovery;
 mod saved;
+mod together;
 
 fn session() -> (Arc<ToyWorlds>, Session) {
     let (port, context) = testing::context();

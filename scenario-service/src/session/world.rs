@@ -9,8 +9,9 @@ use schemas::{TickItem, TickOutcome, WorldId};
 
 use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 
-use super::SessionContext;
 use super::recovery::FreshWorlds;
+use super::{SessionContext, ends_the_episode};
+use crate::episode::Company;
 use crate::world_port::keeper::OwnedWorld;
 
 /// What is to be done in a world.
@@ -26,9 +27,14 @@ pub(super) struct Told {
     pub(super) frame: SharedFrame,
     pub(super) replies: Vec<CommandReply>,
     pub(super) collisions: Vec<Collision>,
+    /// What else the driver should know, in sentences.
+    pub(super) events: Vec<String>,
+    /// In a shared world.
+    pub(super) company: Option<Company>,
 }
 
 /// Why nothing came of it.
+#[derive(Clone)]
 pub(super) enum Trouble {
     /// A command was refused; the world is as it was.
     Refused(Error),
@@ -38,6 +44,19 @@ pub(super) enum Trouble {
     Gone(Error),
     /// The port; whether the world is still there follows from the code.
     World(Error),
+    /// Who made the shared world has begun another episode.
+    Ended,
+}
+
+impl Trouble {
+    /// Whether nothing can be done in the world any more.
+    pub(super) fn is_for_good(&self) -> bool {
+        match self {
+            Self::Refused(_) | Self::Absent(_) => false,
+            Self::Gone(_) | Self::Ended => true,
+            Self::World(error) => ends_the_episode(error.code),
+        }
+    }
 }
 
 impl From<Error> for Trouble {
@@ -104,6 +123,18 @@ impl EpisodeWorld {
         };
         self.note(context, work).await;
         Ok(told)
+    }
+
+    /// Whether the world, if it is there, would carry out what is to be done.
+    ///
+    /// # Errors
+    /// [`Trouble`]; the world has heard nothing.
+    pub(super) async fn check(&self, context: &SessionContext, work: &Work) -> Result<(), Trouble> {
+        let Some(owned) = &self.owned else { return Ok(()) };
+        match try_out(context, owned.id(), &work.commands).await? {
+            Some(refusal) => Err(Trouble::Refused(refusal)),
+            None => Ok(()),
+        }
     }
 
     /// Moves the world to another service if the one that has it ends and another is there: nothing
@@ -246,7 +277,8 @@ impl Work {
             ..TickItem::new(world, self.tick_count)
         };
         let TickOutcome { frame, replies, collisions, .. } = context.ticker.tick(item).await?;
-        Ok(Told { frame: SharedFrame::decode(frame)?, replies, collisions })
+        let frame = SharedFrame::decode(frame)?;
+        Ok(Told { frame, replies, collisions, events: Vec::new(), company: None })
     }
 }
 

@@ -135,6 +135,8 @@ class Session:
         seed: int | None = None,
         episode_id: str | None = None,
         snapshot_id: str | None = None,
+        join: str | None = None,
+        ego: str | None = None,
     ) -> Step:
         """Starts a new episode.
 
@@ -144,9 +146,13 @@ class Session:
             seed: the same seed and actions give the same observations; absent: drawn.
             episode_id: a name for the episode; absent: drawn.
             snapshot_id: goes on from this state, with its scenario, settings and seed.
+            join: takes part in the world of another session, whose reset with ``num_egos``
+                told this as ``metadata["world_id"]``.
+            ego: as which ego, ``ego_1`` and so on; absent: the first one that is free.
 
         Raises:
-            SessionError: unknown scenario, setting or snapshot; the previous episode goes on.
+            SessionError: unknown scenario, setting, snapshot, world or ego; the previous episode
+                goes on.
         """
         wanted = {
             "scenario_name": scenario,
@@ -154,6 +160,8 @@ class Session:
             "seed": seed,
             "episode_id": episode_id,
             "snapshot_id": snapshot_id,
+            "join": join,
+            "ego": ego,
         }
         data = {name: value for name, value in wanted.items() if value is not None}
         return _step(self._ask("reset", data))

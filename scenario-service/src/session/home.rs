@@ -1,0 +1,89 @@
+//! Where an episode happens: in a world of its own, or in one that it shares.
+
+use std::sync::Arc;
+
+use schemas::{Error, ErrorCode, Frame};
+
+use super::SessionContext;
+use super::shared::Participant;
+use super::world::{EpisodeWorld, Told, Trouble, Work};
+
+pub(super) enum Home {
+    Own(EpisodeWorld),
+    Shared(Participant),
+}
+
+impl Home {
+    /// Does something in the world, which is as `seen` shows it unless others are in it.
+    ///
+    /// # Errors
+    /// [`Trouble`].
+    pub(super) async fn advance(
+        &mut self,
+        context: &Arc<SessionContext>,
+        seen: &Frame,
+        work: Work,
+    ) -> Result<Told, Trouble> {
+        match self {
+            Self::Own(world) => world.advance(context, seen, work).await,
+            Self::Shared(participant) => participant.advance(work).await,
+        }
+    }
+
+    /// Nobody shall wait for this episode any more.
+    pub(super) fn leave(&mut self) {
+        if let Self::Shared(participant) = self {
+            participant.leave();
+        }
+    }
+
+    /// Another episode takes the place of this one.
+    pub(super) fn end(&self) {
+        if let Self::Shared(participant) = self {
+            participant.end();
+        }
+    }
+
+    pub(super) fn is_shared(&self) -> bool {
+        matches!(self, Self::Shared(_))
+    }
+
+    /// Moves the world away from a service that ends. One that is shared is made again elsewhere
+    /// when it is stepped next.
+    ///
+    /// # Errors
+    /// Why it could not be; it should be tried again.
+    pub(super) async fn move_away(
+        &mut self,
+        context: &Arc<SessionContext>,
+        seen: &Frame,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Own(world) => world.move_away(context, seen).await,
+            Self::Shared(_) => Ok(()),
+        }
+    }
+
+    /// The state of the world.
+    ///
+    /// # Errors
+    /// Those of the port, or that others are in it.
+    pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, Error> {
+        match self {
+            Self::Own(world) => world.snapshot(context).await,
+            Self::Shared(_) => {
+                let text = "no state of a world with several egos is kept";
+                Err(Error::new(ErrorCode::Unsupported, text).wanted("num_egos 1 at its reset"))
+            }
+        }
+    }
+
+    /// Which world, if it is not gone and nobody else is in it.
+    #[cfg(test)]
+    pub(super) fn id(&self) -> Option<schemas::WorldId> {
+        match self {
+            Self::Own(world) => world.id(),
+            Self::Shared(_) => None,
+        }
+    }
+}
