@@ -93,7 +93,7 @@ def test_shapes_without_a_time_stay_until_they_are_cleared(world, painted, life_
 def test_a_longer_text_is_wider_and_stands_where_it_is_drawn(world, painted):
     widths = []
     for text in ("here", "here and there"):
-        world.debug.draw_string(before(-8.0), text, False, MAGENTA, 0.04)
+        world.debug.draw_string(before(-8.0), text, False, MAGENTA, 0.06)
         left, right, top, bottom = extent(painted())
         assert 0 <= left < PX // 2 and abs((top + bottom) / 2 - PX / 2) < 12.0
         widths.append(right - left)
