@@ -152,6 +152,8 @@ impl Host {
             };
             Error::new(code, refused).wanted(why).found(ego.unwrap_or("none that is free"))
         })?;
+        // Whoever has just come has a whole lease.
+        self.since = self.since.map(|_| Instant::now());
         let episode = self.egos[seat].1.at(self.frame.clone());
         let participant = Participant { seat, mailbox, has_left: false };
         Ok(Joined { participant, episode, company: self.company(seat, None) })

@@ -96,6 +96,21 @@ async fn the_first_tick_waits_for_the_others_to_come_and_every_other_one_for_a_l
 }
 
 #[tokio::test]
+async fn who_comes_late_has_a_whole_lease() {
+    let (_, context) = testing::context();
+    let times = json!({ "join_timeout_secs": 60, "lease_secs": 1 });
+    let (mut host, code) = host(&context, times).await;
+    let late = async {
+        tokio::time::sleep(Duration::from_millis(1_200)).await;
+        let (mut guest, _) = guest(&context, &code).await;
+        tokio::time::sleep(Duration::from_millis(100)).await;
+        step(&mut guest, throttle(0.5)).await
+    };
+    let (first, _) = tokio::join!(step(&mut host, throttle(0.5)), late);
+    assert_eq!(first["metadata"]["events"], json!([]));
+}
+
+#[tokio::test]
 async fn who_goes_is_not_waited_for_and_another_may_come() {
     let (_, context) = testing::context();
     let (mut host, code) = host(&context, json!({ "absent": "autopilot" })).await;
