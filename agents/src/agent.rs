@@ -250,8 +250,8 @@ impl Agent {
             false => senses.scene.queue(&points, &room(senses)),
         };
         let lines = self.lines(senses, &traits, look_m, speed_mps);
-        let stop_m = self.junction(senses, claims, &queue, (lines.held_m, look_m, speed_mps));
-        let stop_m = stop_m.min(lines.people_m).min(self.end_m());
+        let stop_m = self.junction(senses, claims, &queue, &lines, (look_m, speed_mps));
+        let stop_m = stop_m.min(lines.people_stop_m(senses.body.half_m.x)).min(self.end_m());
         if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }

@@ -10,7 +10,7 @@ use crate::path::Path;
 use crate::senses::Senses;
 pub use claims::Claims;
 pub use entry::Held;
-pub(crate) use entry::{Approach, INSIDE_M};
+pub(crate) use entry::{Approach, BEFORE_LINE_M, INSIDE_M};
 use grants::{Grants, Way};
 
 /// What a driver was granted of the junctions ahead and below, and what it waits for.

@@ -82,3 +82,18 @@ impl Pilot {
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 }
+
+#[cfg(test)]
+impl VehicleView {
+    /// A car's at a pose, with a velocity.
+    pub(crate) fn of_car(world_from_vehicle: Pose, velocity_mps: Vec3) -> Self {
+        Self {
+            world_from_vehicle,
+            velocity_mps,
+            wheelbase_m: 2.8,
+            full_lock_rad: 0.6,
+            half_track_m: 0.0,
+            understeer_rad_per_mps2: 0.0,
+        }
+    }
+}

@@ -36,6 +36,8 @@ const BETWEEN_SECS: f32 = 1.5;
 const ENDED_M: f32 = 7.0;
 const ENDED_MPS: f32 = 1.5;
 const ENDED_SECS: f32 = 2.0;
+/// While there is no room for it elsewhere it asks so often.
+const AGAIN_SECS: f32 = 1.0;
 /// Whoever stands so far from the middle of its lane is beside it, and pulls out about so fast.
 const OUTSIDE_M: f32 = 1.6;
 const PULL_OUT_MPS: f32 = 3.0;
@@ -158,6 +160,11 @@ impl Driver {
         self.ended_secs > ENDED_SECS
     }
 
+    /// Nobody has room for it elsewhere: it [stands](Self::has_ended) for a second more.
+    pub fn wait_on(&mut self) {
+        self.ended_secs = ENDED_SECS - AGAIN_SECS;
+    }
+
     /// Who begins anew elsewhere with the same vehicle.
     #[must_use]
     pub fn anew(&self) -> Self {
@@ -213,14 +220,16 @@ impl Driver {
         Some(Glide { world_from_vehicle, velocity_mps: rotation * Vec3::x() * speed_mps })
     }
 
-    /// Whether it stands beside its lane, as a parked car does, and others come along it.
+    /// Whether it stands beside its lane, as a parked car does, and others come along it. Those who
+    /// stand behind it may be waiting for it.
     fn waits_beside(&self, senses: &Senses<'_>, speed_mps: f32) -> bool {
         let Some(here) = self.path.at(senses.network, 0.0) else { return false };
         let away_m = (senses.body.centre_m - here.point.point_m).xy().norm();
         let mut taken = false;
         if speed_mps < STANDING_MPS && away_m > OUTSIDE_M {
             neighbours(senses.scene, senses.body, &here.point, |other| {
-                taken |= other.is_behind() && !other.has_room(PULL_OUT_MPS);
+                let comes = other.is_behind() && other.along_mps > STANDING_MPS;
+                taken |= comes && !other.has_room(PULL_OUT_MPS);
             });
         }
         taken
@@ -305,4 +314,22 @@ impl Driver {
 /// The room that a vehicle of traffic needs on its way.
 fn room(senses: &Senses<'_>) -> Room {
     Room::of(senses.body, BESIDE_M, BESIDE_WALKERS_M)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_finds_no_room_elsewhere_asks_again_a_second_later() {
+        let mut driver = Driver::new(AgentBehaviour::Normal);
+        driver.ended_secs = ENDED_SECS + 0.05;
+        assert!(driver.has_ended());
+        driver.wait_on();
+        let again = (1..=100).find(|_| {
+            driver.ended_secs += 0.05;
+            driver.has_ended()
+        });
+        assert!(again.is_some_and(|ticks| (20..=21).contains(&ticks)), "{again:?}");
+    }
 }

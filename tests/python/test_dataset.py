@@ -265,3 +265,11 @@ def test_pictures_of_branches_come_together_and_are_alike_until_they_differ(site
         assert decoded.state_hash == batch.hashes[2]
         with pytest.raises(ValueError, match="no such world"):
             batch.frames([6])
+
+
+def test_more_frames_are_told_than_fit_one_reply():
+    with Batch("lane-keep", **settings(worlds=2)) as batch:
+        batch.reset(3)
+        told = batch.frames([0, 1] * 513)
+        assert len(told) == 1026 and told[:2] != told[1:3]
+        assert all(told[row] == told[row % 2] for row in range(1026))

@@ -4,7 +4,7 @@ use schemas::TrafficLightColour;
 
 use super::traits::Traits;
 use super::{Agent, EASY_MPS2, GAP_M, HARD_MPS2, STANDING_MPS};
-use crate::junction::{Approach, Claims, Held};
+use crate::junction::{Approach, BEFORE_LINE_M, Claims, Held, INSIDE_M};
 use crate::network::Stop;
 use crate::scene::Ahead;
 use crate::senses::Senses;
@@ -14,15 +14,27 @@ const STOP_SECS: f32 = 1.0;
 /// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
 const AT_LINE_M: f32 = 4.0;
 
-/// Lights and signs ahead.
+/// Lights, signs and people ahead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
     /// Whether it is to stop now.
     pub stops_here: bool,
     /// From the origin to the first one that holds it.
     pub held_m: Option<f32>,
-    /// From the front to the first crossing that people are on; endless where there is none.
-    pub people_m: f32,
+    /// From the origin to the first crossing that people are on or wait for.
+    pub people_m: Option<f32>,
+}
+
+impl Lines {
+    /// Free way to where people are let over; endless where nobody is.
+    pub(super) fn people_stop_m(&self, front_m: f32) -> f32 {
+        self.people_m.map_or(f32::INFINITY, |line_m| stop_m(line_m, front_m))
+    }
+}
+
+/// Free way of a front to where it stops before a line.
+fn stop_m(line_m: f32, front_m: f32) -> f32 {
+    (line_m - front_m - BEFORE_LINE_M).max(0.0)
 }
 
 impl Agent {
@@ -32,18 +44,24 @@ impl Agent {
         senses: &Senses<'_>,
         claims: &mut Claims,
         queue: &[Ahead],
-        (line_m, look_m, speed_mps): (Option<f32>, f32, f32),
+        lines: &Lines,
+        (look_m, speed_mps): (f32, f32),
     ) -> f32 {
         if !self.asks() {
             return f32::INFINITY;
         }
         let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2);
         let path = &self.path;
+        let line_m = lines.held_m.into_iter().chain(lines.people_m).reduce(f32::min);
         let approach =
             Approach { senses, path, speed_mps, look_m, stopping_m, gap_m: GAP_M, line_m, queue };
-        let stop_m = self.passage.enter(&approach, claims).map_or(f32::INFINITY, |m| m.max(0.0));
-        // Who comes to a line stops there by its own rules.
-        if self.passage.held() == Held::Line { f32::INFINITY } else { stop_m }
+        let free_m = self.passage.enter(&approach, claims).map_or(f32::INFINITY, |m| m.max(0.0));
+        // Who comes to a light or sign stops there by its own rules, but where a junction that the
+        // line does not belong to comes first.
+        let front_m = senses.body.half_m.x;
+        let is_first = |line_m: f32| free_m >= stop_m(line_m, front_m) - INSIDE_M;
+        let own_rules = self.passage.held() == Held::Line && lines.held_m.is_some_and(is_first);
+        if own_rules { f32::INFINITY } else { free_m }
     }
 
     /// Whether a red light or a stop sign is near, and the first one that holds it.
@@ -62,16 +80,16 @@ impl Agent {
             true => None,
             false => self.crossings.line(senses, &lines, speed_mps),
         };
-        let people_m = people_m.map_or(f32::INFINITY, |line_m| (line_m - front_m - 1.0).max(0.0));
+        let urgent = senses.body.is_urgent;
         let red = |light: u32| senses.scene.light(light) == TrafficLightColour::Red;
         let mut at_red = lines.iter().filter(|line| match line.why {
-            Stop::Light(light) => !self.options.ignore_lights && red(light),
+            Stop::Light(light) => !urgent && !self.options.ignore_lights && red(light),
             _ => false,
         });
         let red_m = at_red.next().map(|line| line.ahead_m);
         let at_red = red_m.is_some_and(|red_m| red_m <= from_m + front_m);
         let sign = lines.iter().find(|line| line.why == Stop::Sign);
-        let sign = sign.filter(|_| !self.options.ignore_stop_signs);
+        let sign = sign.filter(|_| !urgent && !self.options.ignore_stop_signs);
         let Some(sign) = sign.filter(|sign| sign.ahead_m <= from_m + front_m) else {
             (self.stood_secs, self.passed) = (0.0, None);
             let held_m = sign.map(|sign| sign.ahead_m).into_iter().chain(red_m).reduce(f32::min);
@@ -89,5 +107,91 @@ impl Agent {
         let stops_here = at_red || (holds && gap_m < stopping_m + 1.5);
         let held_m = sign_m.into_iter().chain(red_m).reduce(f32::min);
         Lines { stops_here, held_m, people_m }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::{ActorId, AgentOptions, Pose, Vec3};
+
+    use super::*;
+    use crate::network::{LaneId, Network};
+    use crate::path::{Leg, heading};
+    use crate::pilot::VehicleView;
+    use crate::scene::{Body, Scene};
+
+    const ENTRY_M: f32 = 10.0;
+    const FRONT_M: f32 = 2.4;
+    const FREE: Lines = Lines { stops_here: false, held_m: None, people_m: None };
+
+    /// A long lane without signs, and one that leads on from it through a junction.
+    fn long_lane(network: &Network) -> (LaneId, LaneId) {
+        let ids = 0..network.lane_count() as LaneId;
+        let mut found = ids.filter_map(|id| {
+            let lane = network.lane(id).filter(|lane| lane.junction.is_some())?;
+            let before = *lane.previous.first()?;
+            let long = network.lane(before).filter(|lane| lane.length_m() > 2.0 * ENTRY_M)?;
+            let mut lines = long.stops.iter().chain(&lane.stops);
+            let signed = lines.any(|line| matches!(line.why, Stop::Sign | Stop::Yield));
+            Some((before, id)).filter(|_| !signed && !lane.enters_ring && !lane.next.is_empty())
+        });
+        found.next().unwrap()
+    }
+
+    /// How far an agent [`ENTRY_M`] before a junction may drive when lines hold it, and whether it
+    /// claims the junction then.
+    fn before_a_junction(lines: &Lines, speed_mps: f32) -> (f32, bool) {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        let network = Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap());
+        let (before, inside) = long_lane(&network);
+        let lane = network.lane(before).unwrap();
+        let mut agent = Agent::new(AgentOptions::default());
+        let from_m = lane.length_m() - ENTRY_M;
+        let after = network.lane(inside).unwrap().next[0];
+        for (lane, from_m) in [(before, from_m), (inside, 0.0), (after, 0.0)] {
+            let to_m = network.lane(lane).unwrap().length_m();
+            agent.path.push(Leg { lane, from_m, to_m, onto: None });
+        }
+        let at = lane.at(from_m);
+        let forward = heading(&at);
+        let body = Body {
+            id: ActorId::FIRST,
+            is_walker: false,
+            is_urgent: false,
+            centre_m: at.point_m,
+            forward,
+            half_m: Vec3::new(FRONT_M, 0.9, 0.7),
+            velocity_mps: forward * speed_mps,
+        };
+        let scene = Scene::new(vec![body], Vec::new());
+        let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
+        let senses =
+            Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
+        let mut claims = Claims::default();
+        let free_m = agent.junction(&senses, &mut claims, &[], lines, (60.0, speed_mps));
+        (free_m, !agent.passage.is_free())
+    }
+
+    #[test]
+    fn a_line_beyond_a_junction_is_no_reason_to_enter_it_unasked() {
+        let stop_m = ENTRY_M - FRONT_M - BEFORE_LINE_M;
+        for (held_m, wanted_m) in [
+            (ENTRY_M + 20.0, stop_m),
+            (ENTRY_M + INSIDE_M - 0.1, f32::INFINITY),
+            (ENTRY_M - 3.0, f32::INFINITY),
+        ] {
+            let lines = Lines { held_m: Some(held_m), ..FREE };
+            let (free_m, _) = before_a_junction(&lines, 0.0);
+            let alike = free_m == wanted_m || (free_m - wanted_m).abs() < 0.01;
+            assert!(alike, "{held_m} m: {free_m} m of {wanted_m}");
+        }
+    }
+
+    #[test]
+    fn who_lets_people_over_claims_no_junction_behind_their_crossing() {
+        assert_eq!(before_a_junction(&FREE, 4.0), (f32::INFINITY, true));
+        let lines = Lines { people_m: Some(ENTRY_M - 4.0), ..FREE };
+        let (free_m, claims) = before_a_junction(&lines, 4.0);
+        assert!(!claims && (free_m - (ENTRY_M - 4.0 - FRONT_M - BEFORE_LINE_M)).abs() < 0.01);
     }
 }

@@ -175,27 +175,26 @@ impl Claims {
         id: ActorId,
         rank: u8,
     ) -> impl Iterator<Item = (LaneId, ActorId)> {
+        let own = network.lane(lane);
         let held = self.held.iter().filter(move |hold| {
-            let other = network.lane(hold.lane).filter(|_| hold.id != id);
+            let other = (hold.id != id).then(|| network.lane(hold.lane)).flatten();
             let met = other.and_then(|other| Some((other, other.conflict(lane)?)));
             met.is_some_and(|(other, conflict)| {
                 let short = hold.until_m.is_some_and(|until_m| {
-                    let joins = network.lane(lane).is_some_and(|lane| lane.joins(other));
-                    until_m + APART_M < conflict.from_m && !joins
+                    let joins = || own.is_some_and(|own| own.joins(other));
+                    until_m + APART_M < conflict.from_m && !joins()
                 });
                 !short && hold.rear_m < conflict.until_m + CLEAR_M
             })
         });
         let first = self.wishes.iter().filter(move |wish| {
+            let equal = wish.rank == EQUAL && rank == EQUAL;
+            // What costs least is asked first.
+            if wish.id == id || wish.eta_secs >= GAP_SECS || (wish.rank <= rank && !equal) {
+                return false;
+            }
             let other = network.lane(wish.lane).filter(|other| other.conflict(lane).is_some());
-            let comes = wish.id != id && wish.eta_secs < GAP_SECS;
-            let own = network.lane(lane);
-            let from_right = || {
-                wish.rank == EQUAL
-                    && rank == EQUAL
-                    && other.zip(own).is_some_and(|(other, own)| other.is_from_right_of(own))
-            };
-            comes && other.is_some() && (wish.rank > rank || from_right())
+            other.zip(own).is_some_and(|(other, own)| !equal || other.is_from_right_of(own))
         });
         let held = held.map(|hold| (hold.lane, hold.id));
         held.chain(first.map(|wish| (wish.lane, wish.id)))

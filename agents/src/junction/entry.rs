@@ -12,7 +12,7 @@ use crate::scene::Ahead;
 use crate::senses::Senses;
 
 /// How far before a line or an entry a vehicle stops.
-const BEFORE_LINE_M: f32 = 1.0;
+pub(crate) const BEFORE_LINE_M: f32 = 1.0;
 /// Slower than this a vehicle stands.
 const STANDING_MPS: f32 = 0.2;
 /// Lines this far inside a junction belong to its entry.

@@ -193,13 +193,14 @@ impl Places {
     }
 }
 
-/// The place of a car that stands: along the way from its start, straight on from its goal.
+/// The place of a car that stands: along the way from its start, straight on from its goal, and
+/// straight back from its start.
 fn stands_at(town: &Town, agent: &AgentStart, stands: &Standing, share: f32) -> Pose {
     let (near_m, far_m) = stands.ahead_m;
     let ahead_m = near_m + (far_m - near_m) * share;
     let route = &agent.route;
     let (at_m, beyond_m) = match stands.from {
-        WayEnd::Start => (ahead_m, 0.0),
+        WayEnd::Start => (ahead_m.max(0.0), ahead_m.min(0.0)),
         WayEnd::Goal => (route.length_m(), ahead_m),
     };
     let (point, (cos, sin)) = (route.at(at_m), route.facing(at_m));
@@ -231,4 +232,37 @@ fn walker_models() -> Vec<(&'static str, WalkerModel)> {
         _ => None,
     };
     blueprints::all().iter().filter_map(walker).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use roads::Map;
+
+    use super::*;
+    use crate::course::Course;
+
+    #[test]
+    fn cars_stand_as_far_ahead_or_behind_as_they_are_said_to() {
+        let map = Map::parse("Town02", &roads::town::build("Town02").unwrap()).unwrap();
+        let (task, town) = ("lane-keep".to_owned(), "Town02".to_owned());
+        let course = Course::new(&Spec { task, town, ..Spec::default() }, Arc::new(map)).unwrap();
+        let agent = &course.start(0).agents[0];
+        let (begin, end) = (agent.route.at(0.0), agent.route.at(agent.route.length_m()));
+        for (from, ahead_m, corner) in [
+            (WayEnd::Start, -20.0, &begin),
+            (WayEnd::Start, 0.0, &begin),
+            (WayEnd::Goal, -20.0, &end),
+            (WayEnd::Goal, 7.0, &end),
+        ] {
+            let stands = Standing { from, ahead_m: (ahead_m, ahead_m), left_m: 3.0 };
+            let pose = stands_at(&course.town, agent, &stands, 0.5);
+            let corner_m = Vec3::new(corner.x_m, corner.y_m, pose.translation.z);
+            let away_m = pose.inverse_transform_point(&corner_m.into());
+            let wanted_m = (-ahead_m, -3.0);
+            let off_m = (away_m.x - wanted_m.0).hypot(away_m.y - wanted_m.1);
+            assert!(off_m < 0.05, "{from:?}, {ahead_m} m: {away_m}");
+        }
+    }
 }

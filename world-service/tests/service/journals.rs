@@ -69,7 +69,7 @@ pub(crate) fn begun(world: &World, out: &Shared, bytes_max: u64) -> Writer<Share
     Writer::begin(out.clone(), bytes_max, &head(world)).unwrap()
 }
 
-fn tick_of(frame: &Frame) -> Entry {
+pub(crate) fn tick_of(frame: &Frame) -> Entry {
     let (moment, frame) = (Moment::of(frame), encode_frame(frame));
     Entry::Tick(TickEntry { wanted_secs: None, moment, frame })
 }

@@ -7,17 +7,19 @@ use schemas::{
     ActorId, AgentCommand, AgentOptions, Command, ErrorCode, Reply, Request, Tick, TickItem,
     VehicleCommand, VehicleControl, WorldId, keys,
 };
-use world_service::journal::{Head, JournalError, Reader, Replay, cut, verify};
+use world_service::journal::{Entry, Head, JournalError, Moment, Reader, Replay, cut, verify};
 use world_service::service::Recorded;
 use world_service::{Config, Journals};
 
 use crate::common::{Site, car, config, deadline, decoded, tenant, ticks};
-use crate::journals::{Folder, begun, id, world};
+use crate::journals::{Folder, begun, id, tick_of, world};
 use crate::shard::Shared;
 
 /// A tick that no keyframe is at, and the last one.
 const MIDDLE: u64 = 77;
 const LAST: u64 = 130;
+/// Where a journal that is written by hand has them.
+const KEYFRAMES: [u64; 3] = [20, 65, 78];
 /// From one keyframe to the next there are at most so many ticks, and at least so many.
 const APART_MAX: u64 = 100;
 const APART_MIN: u64 = 10;
@@ -49,19 +51,57 @@ fn open(bytes: &[u8]) -> Reader<Cursor<&[u8]>> {
     Reader::open(Cursor::new(bytes)).unwrap()
 }
 
+/// How many commands and ticks lead to each tick of a journal, from the first on.
+fn steps(reader: &mut Reader<Cursor<&[u8]>>) -> Vec<u64> {
+    let steps = |tick| reader.way_to(Tick(tick)).unwrap().steps.len() as u64;
+    (0..=LAST).map(steps).collect()
+}
+
 #[test]
 fn any_tick_is_a_few_ticks_from_a_keyframe() {
-    let (bytes, hashes) = driven();
+    let (bytes, _) = driven();
     let mut reader = open(&bytes);
-    let keyframes = reader.index().keyframe_count() as u64;
-    assert_eq!(reader.index().last(), Tick(LAST));
-    // How many depends on how fast the machine is.
-    assert!((LAST / APART_MAX..=LAST / APART_MIN).contains(&keyframes), "{keyframes}");
+    let steps = steps(&mut reader);
+    // How many keyframes there are depends on how fast the machine is.
+    let keyframes: Vec<u64> = (0..=LAST).filter(|tick| steps[*tick as usize] == 0).collect();
+    assert_eq!(keyframes.len(), 1 + reader.index().keyframe_count(), "{keyframes:?}");
+    assert!(keyframes.len() > 1 && keyframes[0] == 0, "{keyframes:?}");
+    for pair in keyframes.windows(2) {
+        assert!((APART_MIN..=APART_MAX).contains(&(pair[1] - pair[0])), "{keyframes:?}");
+    }
+    assert!(LAST - keyframes[keyframes.len() - 1] < APART_MAX, "{keyframes:?}");
+}
+
+#[test]
+fn every_tick_is_sought_from_the_last_keyframe_before_it() {
+    let (mut world, out) = (world(), Shared::default());
+    world.apply(&car()).unwrap();
+    let mut journal = begun(&world, &out, 1 << 30);
+    let mut hashes = vec![world.state_hash()];
+    for tick in 1..=LAST {
+        let command = steer((tick % 7) as f32 / 10.0 - 0.3);
+        world.apply(&command).unwrap();
+        journal.write(&Entry::commands(id(), vec![command])).unwrap();
+        world.tick().unwrap();
+        let frame = world.frame();
+        journal.write(&tick_of(&frame)).unwrap();
+        if KEYFRAMES.contains(&tick) {
+            let (moment, snapshot) = (Moment::of(&frame), world.snapshot());
+            journal.write(&Entry::Keyframe { moment, snapshot }).unwrap();
+        }
+        hashes.push(frame.state_hash);
+    }
+    journal.finish().unwrap();
+    let bytes = out.0.lock().unwrap().clone();
+    let mut reader = open(&bytes);
+    assert_eq!((reader.index().last(), reader.index().keyframe_count()), (Tick(LAST), 3));
+    // Commands and a tick each.
+    let last_before = |tick: u64| KEYFRAMES.into_iter().filter(|at| *at <= tick).max().unwrap_or(0);
+    let wanted: Vec<u64> = (0..=LAST).map(|tick| 2 * (tick - last_before(tick))).collect();
+    assert_eq!(steps(&mut reader), wanted);
     let mut replay = Replay::begin(reader.head()).unwrap();
-    for tick in [LAST, 0, 1, MIDDLE, APART_MAX, APART_MAX + 1] {
+    for tick in [LAST, 0, 1, MIDDLE, KEYFRAMES[0], KEYFRAMES[1] - 1, KEYFRAMES[1] + 1] {
         let way = reader.way_to(Tick(tick)).unwrap();
-        // Commands and a tick each; the last one is not sought from the beginning.
-        assert!(way.steps.len() as u64 <= 2 * APART_MAX, "{} steps", way.steps.len());
         replay.go(&way).unwrap();
         let found = replay.world().frame();
         assert_eq!((found.tick, found.state_hash), (Tick(tick), hashes[tick as usize]));

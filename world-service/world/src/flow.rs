@@ -195,6 +195,7 @@ impl State {
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
         Some(act(driver, &senses, rng))
     }
+
     /// As [`with_driver`](Self::with_driver), for the agent that drives a vehicle.
     pub(crate) fn with_agent<T>(
         &mut self,

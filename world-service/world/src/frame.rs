@@ -66,8 +66,8 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   what is hidden, bodies, wheels, controls, pilots, agents. Not the world's id and epoch, so
-    ///   that forks agree.
+    ///   what is hidden, bodies, wheels, controls, pilots, agents, traffic, and what lights and
+    ///   signs say to vehicles. Not the world's id and epoch, so that forks agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
@@ -120,8 +120,9 @@ impl World {
                     hasher.value(&(vehicle.wheel.is_agent(), agent));
                 }
                 if let Some(traffic) = vehicle.wheel.traffic() {
-                    hasher.value(&traffic.driver);
+                    hasher.value(traffic);
                 }
+                hasher.value(&vehicle.rules);
                 vehicle.ackermann.hash(vehicle.wheel.ackermann(), &mut hasher);
                 hasher.value(&vehicle.tuning);
                 hasher.value(&vehicle.hold());
@@ -150,4 +151,46 @@ fn weather_values(weather: &Weather) -> [f32; 14] {
         weather.rayleigh_scattering_scale,
         weather.dust_storm_percent,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use schemas::{Command, TrafficCommand, WorldId};
+
+    use super::*;
+    use crate::actor::Vehicle;
+    use crate::{Town, WorldConfig};
+
+    /// Ways to change a vehicle of traffic so that it goes on otherwise.
+    const CHANGES: [(&str, fn(&mut Vehicle)); 3] = [
+        ("whose it is", |vehicle| {
+            let traffic = vehicle.wheel.traffic_mut().unwrap();
+            traffic.of_world = !traffic.of_world;
+        }),
+        ("whether it has dynamics", |vehicle| {
+            let traffic = vehicle.wheel.traffic_mut().unwrap();
+            traffic.on_rails = !traffic.on_rails;
+        }),
+        ("what lights and signs say to it", |vehicle| vehicle.rules.speed_limit_mps += 1.0),
+    ];
+
+    #[test]
+    fn worlds_that_go_on_otherwise_have_other_hashes() {
+        let text = roads::town::build("Town02_Opt").unwrap();
+        let map = Arc::new(roads::Map::parse("Town02_Opt", &text).unwrap());
+        let id = WorldId::new(1).unwrap();
+        let map = Arc::new(Town::new(map));
+        let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
+        let mut world = World::with_traffic(config).unwrap();
+        let spawn = TrafficCommand::Spawn { count: 1, behaviour: None };
+        world.apply(&Command::Traffic(spawn)).unwrap();
+        for (what, change) in CHANGES {
+            let mut other = world.fork(id);
+            assert_eq!(other.state_hash(), world.state_hash());
+            change(other.state.actors[0].vehicle_mut().unwrap());
+            assert_ne!(other.state_hash(), world.state_hash(), "{what}");
+        }
+    }
 }

@@ -6,14 +6,11 @@ use crate::place;
 use crate::town::Town;
 use crate::world::State;
 
-/// How far behind the beginning of a road a vehicle is put.
-const BEHIND_M: f32 = 6.0;
-/// Way between places on a map on which no road begins.
-const PLACES_M: f32 = 20.0;
 /// A place counts as free when nobody is nearer along its lane...
 const FREE_M: f32 = 14.0;
-/// ...and beside its middle.
+/// ...and beside its middle, and so far above or below it, as on a bridge.
 const BESIDE_M: f32 = 2.4;
+const STOREY_M: f32 = 4.0;
 
 impl State {
     /// Takes vehicles of the world's traffic that stand where their road ends to a free beginning
@@ -25,30 +22,30 @@ impl State {
             if !traffic.is_some_and(|traffic| traffic.of_world && traffic.driver.has_ended()) {
                 continue;
             }
-            if let Some(pose) = self.free_beginning(town) {
-                self.renew(index, town, &pose);
+            match self.free_beginning(town) {
+                Some(pose) => self.renew(index, town, &pose),
+                None => self.wait_on(index),
             }
         }
     }
 
     /// A free place where a road begins, from a random one on.
     fn free_beginning(&mut self, town: &Town) -> Option<Pose> {
-        let mut places = town.network().sources(BEHIND_M);
-        if places.is_empty() {
-            places = town.network().places(PLACES_M);
+        let places = town.beginnings();
+        let first = (self.rng.next_u64() % places.len().max(1) as u64) as usize;
+        let solid = || self.actors.iter().filter(|actor| actor.is_solid());
+        let bodies: Vec<Vec3> =
+            solid().map(|actor| self.pose_of(actor).translation.vector).collect();
+        let free = |pose: &&Pose| bodies.iter().all(|there_m| leaves_free(pose, there_m));
+        places.iter().cycle().skip(first).take(places.len()).find(free).copied()
+    }
+
+    /// Lets the driver of a vehicle stand for a while before it asks again.
+    fn wait_on(&mut self, index: usize) {
+        let vehicle = self.actors[index].vehicle_mut();
+        if let Some(traffic) = vehicle.and_then(|vehicle| vehicle.wheel.traffic_mut()) {
+            traffic.driver.wait_on();
         }
-        let count = places.len();
-        let first = (self.rng.next_u64() % count.max(1) as u64) as usize;
-        let around = places.iter().cycle().skip(first).take(count);
-        let free = |pose: &&Pose| {
-            let bodies = self.actors.iter().filter(|actor| actor.is_solid());
-            bodies.into_iter().all(|actor| {
-                let there = self.pose_of(actor).translation.vector;
-                let away_m = pose.inverse_transform_point(&there.into());
-                away_m.x.abs() > FREE_M || away_m.y.abs() > BESIDE_M
-            })
-        };
-        around.copied().collect::<Vec<_>>().iter().find(free).copied()
     }
 
     fn renew(&mut self, index: usize, town: &Town, pose: &Pose) {
@@ -59,10 +56,33 @@ impl State {
         let Some(vehicle) = actor.vehicle_mut() else { return };
         vehicle.state.set_rolling(vehicle.tuning.fit(), 0.0);
         vehicle.state.lift();
+        vehicle.rules.put();
         if let Some(traffic) = vehicle.wheel.traffic_mut() {
             *traffic.driver = traffic.driver.anew();
         }
         self.physics.set_pose(handle, &placed);
         self.physics.set_velocity(handle, Vec3::zeros(), Vec3::zeros());
+    }
+}
+
+/// Whether a body there is far enough from a place.
+fn leaves_free(place: &Pose, there_m: &Vec3) -> bool {
+    let away_m = place.inverse_transform_point(&(*there_m).into());
+    away_m.x.abs() > FREE_M || away_m.y.abs() > BESIDE_M || away_m.z.abs() > STOREY_M
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_near_on_the_same_storey_takes_a_place() {
+        let place = schemas::level_pose(Vec3::new(100.0, 50.0, 2.0), 0.0);
+        let is_free = |x_m: f32, y_m: f32, z_m: f32| {
+            leaves_free(&place, &(place.translation.vector + Vec3::new(x_m, y_m, z_m)))
+        };
+        assert!(!is_free(0.0, 0.0, 0.0) && !is_free(-13.0, 2.0, 1.0));
+        assert!(is_free(15.0, 0.0, 0.0) && is_free(0.0, -3.0, 0.0));
+        assert!(is_free(0.0, 0.0, -6.0), "below a bridge");
     }
 }

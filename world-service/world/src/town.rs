@@ -21,6 +21,7 @@ pub struct Town {
     pub(crate) traffic: TrafficPlan,
     pub(crate) rays: TownRays,
     network: OnceLock<Network>,
+    beginnings: OnceLock<Vec<Pose>>,
     nav: OnceLock<Option<NavMesh>>,
     map: MapRef,
 }
@@ -35,8 +36,8 @@ impl Town {
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
         let rays = TownRays::new(Arc::clone(&roads));
-        let (network, nav) = (OnceLock::new(), OnceLock::new());
-        Self { roads, ground, scenery, traffic, rays, network, nav, map }
+        let (network, beginnings, nav) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Self { roads, ground, scenery, traffic, rays, network, beginnings, nav, map }
     }
 
     /// Where people walk, made when the first of them asks; `None` on maps without sidewalks.
@@ -48,6 +49,19 @@ impl Town {
     /// The lanes for drivers inside the tick; made when the first of them asks.
     pub fn network(&self) -> &Network {
         self.network.get_or_init(|| Network::new(&self.roads))
+    }
+
+    /// Where traffic begins anew: where roads begin, or anywhere on a map on which none does.
+    pub(crate) fn beginnings(&self) -> &[Pose] {
+        /// How far behind the beginning of a road a vehicle is put.
+        const BEHIND_M: f32 = 6.0;
+        /// Way between places on a map on which no road begins.
+        const PLACES_M: f32 = 20.0;
+        let places = || {
+            let sources = self.network().sources(BEHIND_M);
+            if sources.is_empty() { self.network().places(PLACES_M) } else { sources }
+        };
+        self.beginnings.get_or_init(places)
     }
 
     /// The map that it was made of.

@@ -192,7 +192,7 @@ impl VehicleState {
                 fit.physics.anti_lock,
             );
             brake.torque_nm *= guard.brake_share(wheel);
-            brake.take(wheel, &self.stability.share(wheel));
+            brake.take(wheel, &self.stability.share(fit, wheel));
             if brake.anti_lock {
                 brake.low_n = brakes::low_n(fit, &footings, index, grip);
             }

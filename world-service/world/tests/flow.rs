@@ -279,6 +279,27 @@ fn a_parked_car_pulls_out_when_nobody_comes() {
     assert!(is_in_lane && speed_mps(&world, parked) > 5.0, "{at_m}");
 }
 
+/// One car stands half on the right lane, another behind it on that lane: both would wait for ever
+/// if each waited for the other.
+#[test]
+fn who_stands_beside_a_lane_does_not_wait_for_whoever_waits_behind_it() {
+    let mut world = world();
+    let cars = [(-880.0, -7.1), (-886.5, -5.25)].map(|(x_m, y_m)| {
+        let pose = level_pose(Vec3::new(x_m, y_m, 0.0), 0.0);
+        spawn_at(&mut world, "vehicle.lincoln.mkz", pose, 0.0)
+    });
+    run(&mut world, 40);
+    for actor in cars {
+        let behaviour = AgentBehaviour::Normal;
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour })).unwrap();
+    }
+    let hits = run(&mut world, 400);
+    assert!(hits.is_empty(), "{hits:?}");
+    for actor in cars {
+        assert!(position_m(&world, actor).x > -850.0, "{}", position_m(&world, actor));
+    }
+}
+
 #[test]
 fn nobody_drives_into_an_open_door() {
     for open in [false, true] {

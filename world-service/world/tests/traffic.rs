@@ -7,8 +7,9 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map, SignKind};
 use schemas::{
-    ActorId, ActorKind, BodyCommand, Command, ErrorCode, Frame, Pose, TrafficLightColour as Colour,
-    TrafficLightCommand, TrafficLightState, Vec3, VehicleCommand, WorldId,
+    ActorId, ActorKind, AgentCommand, AgentOptions, BodyCommand, Command, ErrorCode, Frame, Pose,
+    TrafficLightColour as Colour, TrafficLightCommand, TrafficLightState, Vec3, VehicleCommand,
+    WorldId,
 };
 use world::{Town, World, WorldConfig};
 
@@ -518,7 +519,7 @@ fn a_stop_sign_is_run_by_whoever_does_not_stand_at_it() {
 
 #[test]
 fn blue_lights_pass_a_red_light_and_others_do_not() {
-    for blue in [false, true] {
+    for (blue, by_agent) in [(false, false), (true, false), (false, true), (true, true)] {
         let mut world = world();
         let (_, start) = before_light(30.0);
         world.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true })).unwrap();
@@ -532,12 +533,45 @@ fn blue_lights_pass_a_red_light_and_others_do_not() {
         let lights = if blue { 0x200 } else { 0 };
         world.apply(&Command::Vehicle(VehicleCommand::Lights { actor, lights })).unwrap();
         let behaviour = schemas::AgentBehaviour::Normal;
-        let join = schemas::TrafficCommand::Join { actor, behaviour };
-        world.apply(&Command::Traffic(join)).unwrap();
+        if by_agent {
+            let options = AgentOptions { behaviour, ..AgentOptions::default() };
+            let keep_route = false;
+            let set = AgentCommand::Set { actor, options, keep_route };
+            world.apply(&Command::Agent(set)).unwrap();
+            world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
+        } else {
+            let join = schemas::TrafficCommand::Join { actor, behaviour };
+            world.apply(&Command::Traffic(join)).unwrap();
+        }
         run(&mut world, 400);
         let frame = world.frame();
         let place_m = frame.actor(actor).unwrap().world_from_actor.translation.vector;
         let driven_m = (place_m - start.translation.vector).norm();
-        assert_eq!(driven_m > 35.0, blue, "{driven_m}");
+        assert_eq!(driven_m > 35.0, blue, "{driven_m} m, by an agent: {by_agent}");
     }
+}
+
+#[test]
+fn who_is_put_elsewhere_before_a_red_light_or_stop_sign_has_run_neither() {
+    let mut world = world();
+    let (light, start) = before_light(1.0);
+    world.apply(&Command::TrafficLight(TrafficLightCommand::Freeze { frozen: true })).unwrap();
+    world.apply(&set_colour(light, Colour::Red)).unwrap();
+    let speed = start.rotation * Vec3::new(8.0, 0.0, 0.0);
+    let actor = world.apply(&Command::spawn("vehicle.lincoln.mkz", start, speed)).unwrap().unwrap();
+    run(&mut world, 2);
+    assert_eq!(world.frame().actor(actor).unwrap().traffic_light, Some(light));
+    let (_, world_from_actor) = before_light(30.0);
+    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
+    run(&mut world, 1);
+    assert_eq!(world.frame().actor(actor).unwrap().traffic_light, None);
+    let red_lights =
+        |world: &World| -> u32 { world.rules_broken().map(|(_, broken)| broken.red_lights).sum() };
+    assert_eq!(red_lights(&world), 0);
+    // From there it comes to the light again, and runs it.
+    let velocity_mps = Some(Vec3::new(8.0, 0.0, 0.0));
+    let push = BodyCommand::SetConstantVelocity { actor, velocity_mps };
+    world.apply(&Command::Body(push)).unwrap();
+    run(&mut world, 120);
+    assert_eq!(red_lights(&world), 1);
 }

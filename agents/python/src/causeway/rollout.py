@@ -35,6 +35,8 @@ Autoreset = Literal["next_step", "same_step", "disabled"]
 ACTION_WIDTH = 2
 #: The engine reads seeds of 64 bits.
 SEED_END = 2**64
+#: The engine tells so many frames in one reply.
+FRAMES = 1024
 #: A refusal would say the same, later.
 _NOTHING_STEPPED = "nothing was stepped"
 
@@ -314,7 +316,12 @@ class Batch:
         Raises:
             ValueError: there is no such world, or it is a kinematic one.
         """
-        told = self._reply({"frames": {"worlds": [int(world) for world in worlds]}})["frames"]
+        names = [int(world) for world in worlds]
+        parts = (names[first : first + FRAMES] for first in range(0, len(names), FRAMES))
+        return [frame for part in parts for frame in self._frames(part)]
+
+    def _frames(self, worlds: list[int]) -> list[WorldFrame]:
+        told = self._reply({"frames": {"worlds": worlds}})["frames"]
         return [
             WorldFrame(self._engine.read(count), cars)
             for count, cars in zip(told["bytes"], told["cars"], strict=True)

@@ -114,14 +114,7 @@ impl Case {
         bodies.extend_from_slice(&self.others);
         let scene = Scene::new(bodies, Vec::new());
         let heading_rad = self.at_m / RADIUS_M;
-        let view = VehicleView {
-            world_from_vehicle: level_pose(own.centre_m, heading_rad),
-            velocity_mps: own.velocity_mps,
-            wheelbase_m: 2.8,
-            full_lock_rad: 0.6,
-            half_track_m: 0.0,
-            understeer_rad_per_mps2: 0.0,
-        };
+        let view = VehicleView::of_car(level_pose(own.centre_m, heading_rad), own.velocity_mps);
         let senses =
             Senses { network: &network, scene: &scene, view: &view, body: &own, dt_secs: 0.05 };
         let place = network.along(&own.centre_m, heading_rad, 1.7).unwrap().place;

@@ -147,6 +147,7 @@ impl World {
         };
         if let Some(vehicle) = actor.vehicle_mut() {
             vehicle.state.lift();
+            vehicle.rules.put();
         }
         if let Some((_, walker)) = actor.walker_mut() {
             walker.place(physics.linear_mps(handle));

@@ -29,6 +29,8 @@ pub(crate) struct RoadRules {
     red_all_along: bool,
     /// The slowest that it was in its box.
     slowest_mps: f32,
+    /// Whether it was put where it is since it last looked around.
+    is_put: bool,
     broken: Broken,
 }
 
@@ -61,14 +63,22 @@ impl RoadRules {
         self.broken
     }
 
-    /// Counts the box that it left, and remembers what it did in the one that it is in.
+    /// It was put somewhere: what it did before counts for nothing.
+    pub(crate) fn put(&mut self) {
+        self.is_put = true;
+    }
+
+    /// Counts the box that it drove out of, and remembers what it did in the one that it is in.
     fn judge(&mut self, before: &Self, colour: Option<TrafficLightColour>, speed_mps: f32) {
         let is_red = colour == Some(TrafficLightColour::Red);
         let left = (before.light, before.stop) != (self.light, self.stop);
-        if left {
+        let was_put = std::mem::take(&mut self.is_put);
+        if left && !was_put {
             self.broken.red_lights += u32::from(before.light.is_some() && before.red_all_along);
             let passed = before.stop.is_some() && before.slowest_mps > STOPPED_MPS;
             self.broken.stop_signs += u32::from(passed);
+        }
+        if left || was_put {
             (self.red_all_along, self.slowest_mps) = (is_red, speed_mps);
         } else {
             self.red_all_along &= is_red;

@@ -111,12 +111,16 @@ impl Stability {
         Self { wanted_radps, moment_nm, against: over }
     }
 
-    /// What it does to one wheel's brake.
-    pub(super) fn share(&self, wheel: &WheelFit) -> Share {
+    /// What it does to one wheel's brake. Wheels of the same corner, as those of several rear axles,
+    /// bear it together.
+    pub(super) fn share(&self, fit: &Fit, wheel: &WheelFit) -> Share {
         if self.moment_nm == 0.0 || wheel.foot_m.y == 0.0 {
             return Share::default();
         }
-        let force_n = (self.moment_nm / wheel.foot_m.y).abs();
+        let together = fit.wheels.iter().filter(|other| {
+            other.is_front == wheel.is_front && other.foot_m.y * wheel.foot_m.y > 0.0
+        });
+        let force_n = (self.moment_nm / wheel.foot_m.y).abs() / together.count().max(1) as f32;
         let turns_to = self.moment_nm * wheel.foot_m.y > 0.0;
         let front = wheel.is_front == self.against;
         match (turns_to, front) {
@@ -135,4 +139,32 @@ fn friction(fit: &Fit, footings: &Footings) -> f32 {
     });
     let (sum, count) = met.fold((0.0, 0.0), |(sum, count), friction| (sum + friction, count + 1.0));
     if count > 0.0 { sum / count } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Tuning;
+    use super::*;
+
+    #[test]
+    fn the_brakes_of_one_corner_give_the_moment_together_on_however_many_axles() {
+        for (id, rear_wheels) in
+            [("vehicle.lincoln.mkz", 2), ("vehicle.carlamotors.european_hgv", 4)]
+        {
+            let index = crate::blueprint::index_of(id).unwrap();
+            let tuning = Tuning::standard(index).unwrap();
+            let fit = tuning.fit();
+            let rear = fit.wheels.iter().filter(|wheel| !wheel.is_front);
+            assert_eq!(rear.count(), rear_wheels, "{id}");
+            for (moment_nm, against) in [(5_000.0, true), (5_000.0, false), (-5_000.0, false)] {
+                let stability = Stability { wanted_radps: 0.0, moment_nm, against };
+                let given_nm: f32 = fit
+                    .wheels
+                    .iter()
+                    .map(|wheel| stability.share(fit, wheel).more_n * wheel.foot_m.y)
+                    .sum();
+                assert!((given_nm / moment_nm - 1.0).abs() < 1.0e-4, "{id}: {given_nm} N m");
+            }
+        }
+    }
 }
