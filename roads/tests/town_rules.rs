@@ -340,6 +340,7 @@ fn every_street_says_its_limit_after_every_junction_and_posts_stand_off_the_lane
                 assert!(from_start_m <= 12.001, "{town}: {from_start_m} m after the junction");
             }
             for signal in inside(road, "signal") {
+                assert_ne!(signal.attribute("unit"), Some(""), "{town}: {signal:?}");
                 let t = number(signal, "t");
                 let sign = if t < 0.0 { -1 } else { 1 };
                 #[allow(clippy::cast_precision_loss, reason = "roads have few lanes")]

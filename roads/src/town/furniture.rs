@@ -11,8 +11,8 @@ use super::street::extra_range;
 const SPACING_M: f64 = 16.0;
 /// Distance of the first from the street's end, in metres.
 const END_GAP_M: f64 = 8.0;
-/// Things between lamps and trees end this much before those, in metres, so that a hair's breadth
-/// of a street's length decides nothing.
+/// Things between lamps and trees keep this far away from the street's end, in metres. The
+/// centimetre decides where a street is a millimetre longer than a row of them.
 const LAST_GAP_M: f64 = 2.0 * END_GAP_M + 0.01;
 /// Distance of the middle of posts and trunks from the kerb, in metres.
 const KERB_GAP_M: f64 = 0.7;
