@@ -56,6 +56,7 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no checkout of git": lambda: not Path(".git").exists(),
     r"no recordings": lambda: "CAUSEWAY_RECORDINGS_DIR" not in os.environ,
     r"no scripts of CARLA": lambda: "CAUSEWAY_CARLA_SCRIPTS_DIR" not in os.environ,
+    r"no readers of maps": lambda: "CAUSEWAY_READERS_DIR" not in os.environ,
     r"no maps": lambda: "CAUSEWAY_MAPS_DIR" not in os.environ,
     r"no( Vulkan)? adapter": has_no_vulkan,
     r"no address but the loopback": has_no_other_address,

@@ -56,6 +56,22 @@ fn linked<'a>(road: Node<'a, 'a>, side: &str) -> Node<'a, 'a> {
     link.children().find(|node| node.has_tag_name(side)).expect("roads lead on at both ends")
 }
 
+/// The lane sections of a road, each with the place where it ends.
+fn sections<'a>(road: Node<'a, 'a>) -> Vec<(Node<'a, 'a>, f64)> {
+    let starts = inside(road, "laneSection").map(|section| number(section, "s"));
+    let ends = starts.skip(1).chain([number(road, "length")]);
+    inside(road, "laneSection").zip(ends).collect()
+}
+
+/// The width of a lane, `s` metres behind the start of its section.
+fn width_m(lane: Node<'_, '_>, s: f64) -> f64 {
+    let widths = inside(lane, "width").filter(|width| number(*width, "sOffset") <= s);
+    let width = widths.last().expect("every lane has a width from its start on");
+    let t = s - number(width, "sOffset");
+    let [a, b, c, d] = ["a", "b", "c", "d"].map(|k| number(width, k));
+    a + t * (b + t * (c + t * d))
+}
+
 /// Ids of the driving lanes with this sign in the first section.
 fn driving(road: Node<'_, '_>, sign: i64) -> Vec<i64> {
     let section = inside(road, "laneSection").next().expect("roads have sections");
@@ -118,7 +134,8 @@ fn reference_lines_are_lines_and_arcs_that_fill_their_road() {
             for section in inside(road, "laneSection") {
                 assert!(inside(section, "lane").any(|lane| id(lane, "id") == 0));
             }
-            assert_eq!(road.attribute("rule"), Some("RHT"), "{town}: {name}");
+            // The schema of version 1.4 has none.
+            assert_eq!(road.attribute("rule"), None, "{town}: {name}");
         }
     });
 }
@@ -205,6 +222,62 @@ fn lanes_change_width_only_in_short_sections_and_marks_say_both_or_none() {
     });
 }
 
+/// Scenic reads no road on which a lane begins or ends, and none with a section in which a lane has
+/// no area.
+#[test]
+fn no_lane_begins_or_ends_within_a_road_and_all_have_some_width_in_every_section() {
+    for_each_town(|town, document| {
+        for (road_id, road) in roads(document) {
+            let mut before: Option<BTreeMap<i64, (&str, f64)>> = None;
+            let sections = sections(road);
+            for (index, (section, end_s)) in sections.iter().enumerate() {
+                let length_m = end_s - number(*section, "s");
+                let mut now = BTreeMap::new();
+                for lane in inside(*section, "lane").filter(|lane| id(*lane, "id") != 0) {
+                    let lane_id = id(lane, "id");
+                    let what = format!("{town}: road {road_id} section {index} lane {lane_id}");
+                    let link = |side| inside(lane, side).next().map(|link| id(link, "id"));
+                    let goes_on = |is_there: bool| is_there.then_some(lane_id);
+                    if !is_connecting(road) {
+                        assert_eq!(link("predecessor"), goes_on(index > 0), "{what}");
+                        assert_eq!(
+                            link("successor"),
+                            goes_on(index + 1 < sections.len()),
+                            "{what}"
+                        );
+                    }
+                    let widest_m = (0..=20).map(|k| width_m(lane, length_m * f64::from(k) / 20.0));
+                    assert!(widest_m.fold(0.0, f64::max) > 0.2, "{what} has no area");
+                    let lane_type = lane.attribute("type").unwrap_or_default();
+                    if let Some(before) = &before {
+                        let (kind, end_m) = before.get(&lane_id).expect(&what);
+                        assert_eq!(*kind, lane_type, "{what}");
+                        assert!((end_m - width_m(lane, 0.0)).abs() < 1e-8, "{what} jumps");
+                        assert!(*end_m > 0.1, "{what} goes on from a lane without width");
+                    }
+                    now.insert(lane_id, (lane_type, width_m(lane, length_m)));
+                }
+                assert!(before.is_none_or(|before| before.len() == now.len()), "{town}: {road_id}");
+                before = Some(now);
+            }
+        }
+    });
+}
+
+/// CARLA's client raises in `next_until_lane_end` where steps end exactly at a road's end.
+#[test]
+fn no_number_of_half_metres_leads_from_a_lane_sections_start_to_the_end_of_its_road() {
+    for_each_town(|town, document| {
+        for (road_id, road) in roads(document) {
+            for (section, _) in sections(road) {
+                let steps = (number(road, "length") - number(section, "s")) / 0.5;
+                let off_m = (steps - steps.round()).abs() * 0.5;
+                assert!(off_m > 1e-4, "{town}: road {road_id} from {section:?}: {off_m}");
+            }
+        }
+    });
+}
+
 #[test]
 fn lights_hold_all_ways_from_their_approach_and_belong_to_one_phase() {
     for_each_town(|town, document| {
@@ -267,6 +340,7 @@ fn every_street_says_its_limit_after_every_junction_and_posts_stand_off_the_lane
                 assert!(from_start_m <= 12.001, "{town}: {from_start_m} m after the junction");
             }
             for signal in inside(road, "signal") {
+                assert_ne!(signal.attribute("unit"), Some(""), "{town}: {signal:?}");
                 let t = number(signal, "t");
                 let sign = if t < 0.0 { -1 } else { 1 };
                 #[allow(clippy::cast_precision_loss, reason = "roads have few lanes")]

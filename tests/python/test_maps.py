@@ -128,6 +128,61 @@ def test_the_client_reads_a_town_under_its_second_name(name, print_town, tmp_pat
     assert seen["dead_ends"] == []
 
 
+# Reads a map from standard input and goes along all its driving lanes, from where each begins and
+# from every 2 m, as route planners do; prints what raised.
+WALKER = """
+import json, sys, carla
+
+town = carla.Map("town", sys.stdin.read())
+# The client looks for the start of a lane behind it, on all ways that lead to it: from a kilometre
+# of road that takes minutes.
+BACK_MAX_M = 150.0
+starts = [place for pair in town.get_topology() for place in pair] + town.generate_waypoints(2.0)
+lengths_m = {}
+for place in starts:
+    lengths_m[place.road_id] = max(place.s, lengths_m.get(place.road_id, 0.0))
+raised, asked = [], 0
+
+def ask(place, name, *arguments):
+    global asked
+    try:
+        found = getattr(place, name)(*arguments)
+    except RuntimeError as error:
+        raised.append([place.road_id, place.section_id, place.lane_id, place.s, name, str(error)])
+        return None
+    asked += 1
+    return found
+
+for place in starts:
+    for step, to_the_end in [
+        ("next", "next_until_lane_end"), ("previous", "previous_until_lane_start")
+    ]:
+        reached = ask(place, step, 2.0)
+        # The client has no answer where not even the first step stays on the road.
+        if not reached or len(reached) > 1 or reached[0].road_id != place.road_id:
+            continue
+        if step == "next" or lengths_m[place.road_id] < BACK_MAX_M:
+            ask(place, to_the_end, 2.0)
+    ask(place, "get_left_lane"), ask(place, "get_right_lane")
+print(json.dumps({"asked": asked, "raised": raised}))
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_client_gets_to_the_end_of_every_lane_of_a_town(name, print_town):
+    finished = subprocess.run(
+        [sys.executable, "-c", WALKER],
+        input=print_town(name),
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert finished.returncode == 0, f"{name} ended the client: {finished.stderr}"
+    seen = json.loads(finished.stdout)
+    assert seen["asked"] > 5000
+    assert seen["raised"] == [], f"{name}: {len(seen['raised'])} raised"
+
+
 # Reads a map from standard input and asks what scripts ask; ends in words only when all went well.
 SURVIVOR = """
 import math, sys, carla

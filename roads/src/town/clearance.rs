@@ -94,7 +94,11 @@ fn width_m(plan: &Plan, road: &RoadDraft, sign: i32) -> f64 {
     street.map_or_else(
         || {
             let lanes = road.sections.iter().flat_map(|section| &section.lanes);
-            lanes.filter(|lane| lane.id.signum() == sign).map(|lane| lane.width_m[0]).sum()
+            lanes
+                .filter(|lane| lane.id.signum() == sign)
+                .filter_map(|lane| lane.widths.first())
+                .map(|width| width.abcd[0])
+                .sum()
         },
         |street| street.profile.width_m(sign),
     )

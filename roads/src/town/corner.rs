@@ -1,9 +1,9 @@
 //! Corners of junctions: where the sidewalk goes on from an arm to the next, counter-clockwise.
 
 use super::course::{Pose, join};
-use super::draft::{LaneDraft, LaneKind, LineKind, Piece};
+use super::draft::{Cubic, LaneDraft, LaneKind, LineKind, Piece, TownDraft};
 use super::plan::Arm;
-use super::profile::{Edge, Side};
+use super::profile::Side;
 
 /// The corner between the approach of an arm and the exit of the next arm to its right.
 #[derive(Clone, Copy, Debug)]
@@ -29,23 +29,21 @@ impl Corner {
     }
 
     /// Shoulder and sidewalk along the outer side of a way around this corner, or of the corner
-    /// itself: `first` is the number of the first of them, counted outward from 1.
-    pub(super) fn lanes(&self, first: i32) -> Vec<LaneDraft> {
+    /// itself, over the length of that way: `first` is the number of the first of them, counted
+    /// outward from 1.
+    pub(super) fn lanes(&self, first: i32, length_m: f64, town: &TownDraft) -> Vec<LaneDraft> {
         let sides = self.sides();
-        let signs = [self.from.inbound_sign(), -self.to.inbound_sign()];
-        // The lane of each arm that is so many places outside of its driving lanes.
-        let links = |outward: i32, is_there: fn(Edge) -> bool| {
-            [0, 1].map(|end| {
-                let side = sides[end].filter(|side| is_there(side.edge))?;
-                Some(signs[end] * (side.driving + outward))
-            })
+        let links = |kind: LaneKind| {
+            [(self.from, self.from.inbound_sign()), (self.to, -self.to.inbound_sign())]
+                .map(|(arm, sign)| town.road(arm.street)?.end_lane(arm.ends_here, sign, kind))
         };
+        let widths = |ends_m: [f64; 2]| vec![Cubic::smooth(0.0, length_m, ends_m)];
         let is_walked = self.has_sidewalk();
-        let [predecessor, successor] = links(1, |_| true);
+        let [predecessor, successor] = links(LaneKind::Shoulder);
         let mut lanes = vec![LaneDraft {
             id: -first,
             kind: LaneKind::Shoulder,
-            width_m: sides.map(|side| side.map_or(0.0, |side| side.edge.shoulder_m())),
+            widths: widths(sides.map(|side| side.map_or(0.0, |side| side.edge.shoulder_m()))),
             line: if is_walked { LineKind::Kerb } else { LineKind::None },
             predecessor,
             successor,
@@ -53,11 +51,13 @@ impl Corner {
         if is_walked {
             let widths_m = sides.map(|side| side.map_or(0.0, |side| side.edge.sidewalk_m()));
             let widest_m = widths_m[0].max(widths_m[1]);
-            let [predecessor, successor] = links(2, Edge::has_sidewalk);
+            let [predecessor, successor] = links(LaneKind::Sidewalk);
             lanes.push(LaneDraft {
                 id: -first - 1,
                 kind: LaneKind::Sidewalk,
-                width_m: widths_m.map(|width_m| if width_m > 0.0 { width_m } else { widest_m }),
+                widths: widths(
+                    widths_m.map(|width_m| if width_m > 0.0 { width_m } else { widest_m }),
+                ),
                 line: LineKind::None,
                 predecessor,
                 successor,

@@ -72,6 +72,10 @@ impl Piece {
     }
 }
 
+pub(super) fn length_m(pieces: &[Piece]) -> f64 {
+    pieces.iter().map(|piece| piece.length_m).sum()
+}
+
 /// From one pose to another past rounded corners.
 pub(super) fn course(start: Pose, bends: &[Bend], end: Pose) -> Vec<Piece> {
     let mut pieces = Vec::new();

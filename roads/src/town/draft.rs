@@ -1,5 +1,7 @@
 //! A town as it will be written: roads, junctions, signals and objects as plain numbers.
 
+use super::course::length_m;
+
 /// A piece of a reference line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
@@ -52,12 +54,12 @@ pub(super) enum LineKind {
     None,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct LaneDraft {
     pub(super) id: i32,
     pub(super) kind: LaneKind,
-    /// At the start and at the end of its section; smooth between them.
-    pub(super) width_m: [f64; 2],
+    /// Along its section, from whose start they count.
+    pub(super) widths: Vec<Cubic>,
     pub(super) line: LineKind,
     pub(super) predecessor: Option<i32>,
     pub(super) successor: Option<i32>,
@@ -66,16 +68,50 @@ pub(super) struct LaneDraft {
 #[derive(Clone, Debug)]
 pub(super) struct SectionDraft {
     pub(super) start_s: f64,
-    pub(super) length_m: f64,
     /// All lanes but the centre lane.
     pub(super) lanes: Vec<LaneDraft>,
 }
 
-/// Height along a road from `start_s` on: `a + b t + c t² + d t³`.
+/// A height or a width from `start_s` on: `a + b t + c t² + d t³`, `t` metres behind it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rise {
+pub(super) struct Cubic {
     pub(super) start_s: f64,
     pub(super) abcd: [f64; 4],
+}
+
+impl Cubic {
+    /// The same everywhere.
+    pub(super) fn flat(start_s: f64, value: f64) -> Self {
+        Self { start_s, abcd: [value, 0.0, 0.0, 0.0] }
+    }
+
+    /// From value to value over a length, level at both.
+    pub(super) fn smooth(start_s: f64, length_m: f64, [from, to]: [f64; 2]) -> Self {
+        let rise = to - from;
+        if rise == 0.0 {
+            return Self::flat(start_s, from);
+        }
+        let (c, d) = (3.0 * rise / length_m.powi(2), -2.0 * rise / length_m.powi(3));
+        Self { start_s, abcd: [from, 0.0, c, d] }
+    }
+
+    pub(super) fn value(&self, s: f64) -> f64 {
+        let [a, b, c, d] = self.abcd;
+        let t = s - self.start_s;
+        a + t * (b + t * (c + t * d))
+    }
+
+    pub(super) fn times(&self, factor: f64) -> Self {
+        Self { abcd: self.abcd.map(|k| k * factor), ..*self }
+    }
+
+    /// The same curve, told from another place on.
+    pub(super) fn told_from(&self, start_s: f64) -> Self {
+        let [_, b, c, d] = self.abcd;
+        let t = start_s - self.start_s;
+        let slope = b + t * (2.0 * c + t * 3.0 * d);
+        Self { start_s, abcd: [self.value(start_s), slope, c + 3.0 * d * t, d] }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -86,7 +122,7 @@ pub(super) struct RoadDraft {
     pub(super) predecessor: LinkTo,
     pub(super) successor: LinkTo,
     pub(super) pieces: Vec<Piece>,
-    pub(super) rises: Vec<Rise>,
+    pub(super) rises: Vec<Cubic>,
     /// Whether the middle line is painted.
     pub(super) centre_line: bool,
     pub(super) sections: Vec<SectionDraft>,
@@ -98,7 +134,7 @@ pub(super) struct RoadDraft {
 
 impl RoadDraft {
     pub(super) fn length_m(&self) -> f64 {
-        self.pieces.iter().map(|piece| piece.length_m).sum()
+        length_m(&self.pieces)
     }
 
     /// The point at road coordinate `s`, `t` metres left of the reference line.
@@ -116,11 +152,14 @@ impl RoadDraft {
 
     pub(super) fn height_m(&self, s: f64) -> f64 {
         let rise = self.rises.iter().rfind(|rise| rise.start_s <= s);
-        rise.map_or(0.0, |rise| {
-            let [a, b, c, d] = rise.abcd;
-            let t = s - rise.start_s;
-            a + t * (b + t * (c + t * d))
-        })
+        rise.map_or(0.0, |rise| rise.value(s))
+    }
+
+    /// The id of the lane of a kind with this sign, at the road's start or at its end.
+    pub(super) fn end_lane(&self, at_end: bool, sign: i32, kind: LaneKind) -> Option<i32> {
+        let section = if at_end { self.sections.last() } else { self.sections.first() }?;
+        let lane = |lane: &&LaneDraft| lane.id.signum() == sign && lane.kind == kind;
+        section.lanes.iter().find(lane).map(|lane| lane.id)
     }
 
     /// Driving lanes right of the reference line.
@@ -204,6 +243,10 @@ pub(super) struct TownDraft {
 }
 
 impl TownDraft {
+    pub(super) fn road(&self, id: u32) -> Option<&RoadDraft> {
+        self.roads.iter().find(|road| road.id == id)
+    }
+
     pub(super) fn road_mut(&mut self, id: u32) -> Option<&mut RoadDraft> {
         self.roads.iter_mut().find(|road| road.id == id)
     }

@@ -11,6 +11,9 @@ use super::street::extra_range;
 const SPACING_M: f64 = 16.0;
 /// Distance of the first from the street's end, in metres.
 const END_GAP_M: f64 = 8.0;
+/// Things between lamps and trees keep this far away from the street's end, in metres. The
+/// centimetre decides where a street is a millimetre longer than a row of them.
+const LAST_GAP_M: f64 = 2.0 * END_GAP_M + 0.01;
 /// Distance of the middle of posts and trunks from the kerb, in metres.
 const KERB_GAP_M: f64 = 0.7;
 /// Length of a piece of guard rail, in metres.
@@ -127,16 +130,16 @@ fn line_sidewalk(profile: Profile, sign: i32, length_m: f64, objects: &mut Vec<O
         let object = if lamp { lamp_post() } else { tree(7.0, 1.6) };
         put(object, s, across * (kerb_m(s) + KERB_GAP_M), objects);
         let between_s = s + SPACING_M / 2.0;
-        if index % BENCH_EVERY == 1 && between_s < length_m - 2.0 * END_GAP_M {
+        if index % BENCH_EVERY == 1 && between_s < length_m - LAST_GAP_M {
             let t = across * (kerb_m(between_s) + SIDEWALK_M - BENCH_EDGE_GAP_M);
             put(prop("Bench", [0.5, 1.6, 0.85]), between_s, t, objects);
             put(prop("Bin", [0.45, 0.45, 0.95]), between_s + 1.5, t, objects);
         }
-        if index % BUS_STOP_EVERY == 3 && between_s < length_m - 2.0 * END_GAP_M {
+        if index % BUS_STOP_EVERY == 3 && between_s < length_m - LAST_GAP_M {
             let t = across * (kerb_m(between_s) + SIDEWALK_M - BUS_STOP_M[0] / 2.0 - 0.1);
             put(prop("BusStop", BUS_STOP_M), between_s, t, objects);
         }
-        if index % HYDRANT_EVERY == 2 && between_s < length_m - 2.0 * END_GAP_M {
+        if index % HYDRANT_EVERY == 2 && between_s < length_m - LAST_GAP_M {
             let t = across * (kerb_m(between_s) + KERB_GAP_M);
             put(prop("Hydrant", [0.3, 0.3, 0.8]), between_s, t, objects);
         }

@@ -1,10 +1,10 @@
 //! Junctions: one connecting road per approach and exit, crosswalks and stop lines.
 
 use super::corner::Corner;
-use super::course::join;
+use super::course::{join, length_m};
 use super::draft::{
-    ConnectionDraft, JunctionDraft, LaneDraft, LaneKind, LineKind, LinkTo, ObjectDraft, Piece,
-    Rise, RoadDraft, SectionDraft, TownDraft,
+    ConnectionDraft, Cubic, JunctionDraft, LaneDraft, LaneKind, LineKind, LinkTo, ObjectDraft,
+    Piece, RoadDraft, SectionDraft, TownDraft,
 };
 use super::movement::{Movement, movements};
 use super::plan::{Arm, Control, Plan};
@@ -36,9 +36,11 @@ pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
         let movements = movements(&arms, index);
         let is_driven_around = movements.iter().any(|movement| movement.at_kerb);
         let mut ways: Vec<Way> =
-            movements.iter().map(|movement| driving_way(corner, movement)).collect();
+            movements.iter().map(|movement| driving_way(corner, movement, draft)).collect();
         if !is_driven_around && corner.has_sidewalk() {
-            ways.push(Way { to: corner.to, pieces: corner.pieces(), lanes: corner.lanes(1) });
+            let pieces = corner.pieces();
+            let lanes = corner.lanes(1, length_m(&pieces), draft);
+            ways.push(Way { to: corner.to, pieces, lanes });
         }
         for way in ways {
             connections.push(connect(plan, node, corner.from, way, draft));
@@ -72,21 +74,22 @@ struct Way {
 }
 
 /// Lanes of one movement, with shoulder and sidewalk where it leads around the corner.
-fn driving_way(corner: &Corner, movement: &Movement) -> Way {
+fn driving_way(corner: &Corner, movement: &Movement, town: &TownDraft) -> Way {
     let (from_sign, to_sign) = (movement.from.inbound_sign(), -movement.to.inbound_sign());
     let driving = (1..=movement.lanes).map(|number| LaneDraft {
         id: -number,
         kind: LaneKind::Driving,
-        width_m: [LANE_M; 2],
+        widths: vec![Cubic::flat(0.0, LANE_M)],
         line: LineKind::None,
         predecessor: Some(from_sign * (movement.from_lane + number - 1)),
         successor: Some(to_sign * (movement.to_lane + number - 1)),
     });
     let mut lanes: Vec<LaneDraft> = driving.collect();
+    let pieces = pieces(movement);
     if movement.at_kerb {
-        lanes.extend(corner.lanes(movement.lanes + 1));
+        lanes.extend(corner.lanes(movement.lanes + 1, length_m(&pieces), town));
     }
-    Way { to: movement.to, pieces: pieces(movement), lanes }
+    Way { to: movement.to, pieces, lanes }
 }
 
 /// Adds the connecting road of a way.
@@ -101,7 +104,6 @@ fn connect(
     let id = CONNECTING_ID_FIRST + connecting_before;
     let linked = |lane: &LaneDraft| lane.predecessor.map(|incoming| (incoming, lane.id));
     let lanes = way.lanes.iter().filter_map(linked).collect();
-    let length_m = way.pieces.iter().map(|piece| piece.length_m).sum();
     draft.roads.push(RoadDraft {
         id,
         junction: Some(junction_id(node)),
@@ -109,9 +111,9 @@ fn connect(
         predecessor: LinkTo::Road { id: from.street, at_end: from.ends_here },
         successor: LinkTo::Road { id: way.to.street, at_end: way.to.ends_here },
         pieces: way.pieces,
-        rises: vec![Rise { start_s: 0.0, abcd: [plan.height_m(node), 0.0, 0.0, 0.0] }],
+        rises: vec![Cubic::flat(0.0, plan.height_m(node))],
         centre_line: false,
-        sections: vec![SectionDraft { start_s: 0.0, length_m, lanes: way.lanes }],
+        sections: vec![SectionDraft { start_s: 0.0, lanes: way.lanes }],
         objects: Vec::new(),
         signals: Vec::new(),
         held_by: None,

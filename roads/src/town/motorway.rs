@@ -1,13 +1,13 @@
 //! Motorways: two carriageways side by side, and interchanges with the streets below them.
 
 use super::course::{Bend, Pose, direction, signed};
-use super::plan::{Beside, Control, End, Plan};
+use super::plan::{Beside, Control, End, Plan, UNEVEN_M};
 use super::profile::{Edge, LANE_M, Profile};
 
 /// From the middle between the carriageways to their left borders, in metres.
 const HALF_GAP_M: f64 = 2.5;
 /// Length of the junctions where ramps leave and join, in metres.
-const FORK_M: f64 = 50.0;
+const FORK_M: f64 = 50.0 - 2.0 * UNEVEN_M;
 /// How far a ramp has moved aside where it leaves such a junction, in metres.
 const ASIDE_M: f64 = 7.5;
 /// Distance of those junctions from the street below, in metres.

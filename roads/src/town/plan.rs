@@ -17,6 +17,10 @@ pub(super) const SAME_WAY_RAD: f64 = 0.88;
 /// Radius of kerbs at corners, in metres, so that cars can turn right from the outer lane.
 const KERB_RADIUS_M: f64 = 10.0;
 
+/// Junctions reach this much less far than whole metres, so that roads are no whole number of metres
+/// long: `next_until_lane_end` of CARLA's client raises where a step ends exactly at a road's end.
+pub(super) const UNEVEN_M: f64 = 0.001;
+
 /// Who may go first at a junction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Control {
@@ -324,7 +328,7 @@ impl Plan {
                 reach_m = reach_m.max(wider_m + rounding_m);
             }
         }
-        (reach_m - 1e-6).ceil().max(KERB_RADIUS_M)
+        (reach_m - 1e-6).ceil().max(KERB_RADIUS_M) - UNEVEN_M
     }
 
     pub(super) fn at(&self, node: usize) -> [f64; 2] {

@@ -3,7 +3,7 @@
 use std::fmt::{Display, Write};
 
 use super::draft::{
-    ControllerDraft, JunctionDraft, LaneDraft, LineKind, LinkTo, ObjectDraft, Piece, Rise,
+    ControllerDraft, Cubic, JunctionDraft, LaneDraft, LineKind, LinkTo, ObjectDraft, Piece,
     RoadDraft, SectionDraft, TownDraft,
 };
 
@@ -74,7 +74,7 @@ fn bounds(draft: &TownDraft) -> [f64; 4] {
 fn road(out: &mut Out, road: &RoadDraft, next_object_id: &mut u32) {
     let junction = road.junction.map_or(-1, i64::from);
     out.line(format_args!(
-        "<road name=\"Road {}\" length=\"{}\" id=\"{}\" junction=\"{junction}\" rule=\"RHT\">",
+        "<road name=\"Road {}\" length=\"{}\" id=\"{}\" junction=\"{junction}\">",
         road.id,
         Number(road.length_m()),
         road.id
@@ -143,7 +143,7 @@ fn geometry(out: &mut Out, s: f64, piece: &Piece) {
     }
 }
 
-fn elevation(out: &mut Out, rise: &Rise) {
+fn elevation(out: &mut Out, rise: &Cubic) {
     let [a, b, c, d] = rise.abcd;
     // Rounded cubic coefficients would move the end of a long slope, so every digit is written.
     out.line(format_args!(
@@ -166,7 +166,7 @@ fn lane_section(out: &mut Out, section: &SectionDraft, centre_line: bool) {
     let (left, right): (Vec<&LaneDraft>, Vec<&LaneDraft>) =
         lanes.into_iter().partition(|lane| lane.id > 0);
     out.line(format_args!("<laneSection s=\"{}\">", Number(section.start_s)));
-    side(out, "left", &left, section.length_m);
+    side(out, "left", &left);
     let centre = if centre_line {
         "type=\"solid\" weight=\"standard\" color=\"yellow\" width=\"0.15\""
     } else {
@@ -176,22 +176,22 @@ fn lane_section(out: &mut Out, section: &SectionDraft, centre_line: bool) {
         "<center><lane id=\"0\" type=\"none\" level=\"false\">\
          <roadMark sOffset=\"0\" {centre} laneChange=\"none\"/></lane></center>"
     ));
-    side(out, "right", &right, section.length_m);
+    side(out, "right", &right);
     out.line(format_args!("</laneSection>"));
 }
 
-fn side(out: &mut Out, name: &str, lanes: &[&LaneDraft], section_m: f64) {
+fn side(out: &mut Out, name: &str, lanes: &[&LaneDraft]) {
     if lanes.is_empty() {
         return;
     }
     out.line(format_args!("<{name}>"));
     for draft_lane in lanes {
-        lane(out, draft_lane, section_m);
+        lane(out, draft_lane);
     }
     out.line(format_args!("</{name}>"));
 }
 
-fn lane(out: &mut Out, lane: &LaneDraft, section_m: f64) {
+fn lane(out: &mut Out, lane: &LaneDraft) {
     out.line(format_args!(
         "<lane id=\"{}\" type=\"{}\" level=\"false\">",
         lane.id,
@@ -213,19 +213,17 @@ fn lane(out: &mut Out, lane: &LaneDraft, section_m: f64) {
         LineKind::Kerb => ("curb", "0.15", "none"),
         LineKind::None => ("none", "0", "none"),
     };
-    // From width to width with a slope of 0 at both ends.
-    let [from_m, to_m] = lane.width_m;
-    let (c, d) = if from_m == to_m {
-        (0.0, 0.0)
-    } else {
-        let wider_m = to_m - from_m;
-        (3.0 * wider_m / section_m.powi(2), -2.0 * wider_m / section_m.powi(3))
-    };
+    for width in &lane.widths {
+        let [a, b, c, d] = width.abcd;
+        out.line(format_args!(
+            "<width sOffset=\"{}\" a=\"{}\" b=\"{b}\" c=\"{c}\" d=\"{d}\"/>",
+            Number(width.start_s),
+            Number(a)
+        ));
+    }
     out.line(format_args!(
-        "<width sOffset=\"0\" a=\"{}\" b=\"0\" c=\"{c}\" d=\"{d}\"/>\
-         <roadMark sOffset=\"0\" type=\"{line}\" weight=\"standard\" color=\"white\" \
-         width=\"{width_m}\" laneChange=\"{change}\"/></lane>",
-        Number(from_m)
+        "<roadMark sOffset=\"0\" type=\"{line}\" weight=\"standard\" color=\"white\" \
+         width=\"{width_m}\" laneChange=\"{change}\"/></lane>"
     ));
 }
 

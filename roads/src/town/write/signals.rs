@@ -68,14 +68,14 @@ fn signal(out: &mut Out, signal: &SignalDraft) {
     let dialect = Dialect::of(signal.kind);
     let (orientation, turned_rad) = if signal.lane_sign < 0 { ("-", 0.0) } else { ("+", PI) };
     let (subtype, unit, text) = match dialect.value {
-        Some(kmh) => (kmh.to_string(), "km/h", kmh.to_string()),
+        Some(kmh) => (kmh.to_string(), "unit=\"km/h\" ", kmh.to_string()),
         None => ("-1".to_owned(), "", String::new()),
     };
     out.line(format_args!(
         "<signal id=\"{}\" name=\"{}\" s=\"{}\" t=\"{}\" zOffset=\"{}\" hOffset=\"{}\" \
          pitch=\"0\" roll=\"0\" orientation=\"{orientation}\" dynamic=\"{}\" \
          country=\"OpenDRIVE\" type=\"{}\" subtype=\"{subtype}\" value=\"{subtype}\" \
-         unit=\"{unit}\" text=\"{text}\" height=\"{}\" width=\"0.6\">",
+         {unit}text=\"{text}\" height=\"{}\" width=\"0.6\">",
         signal.id,
         dialect.name,
         Number(signal.s),
