@@ -73,7 +73,12 @@ fn leaves_free(place: &Pose, there_m: &Vec3) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use schemas::{Command, TrafficCommand, WorldId};
+
     use super::*;
+    use crate::{World, WorldConfig};
 
     #[test]
     fn who_is_near_on_the_same_storey_takes_a_place() {
@@ -84,5 +89,22 @@ mod tests {
         assert!(!is_free(0.0, 0.0, 0.0) && !is_free(-13.0, 2.0, 1.0));
         assert!(is_free(15.0, 0.0, 0.0) && is_free(0.0, -3.0, 0.0));
         assert!(is_free(0.0, 0.0, -6.0), "below a bridge");
+    }
+
+    #[test]
+    fn whoever_begins_anew_is_put_there_and_runs_no_sign_by_it() {
+        let text = roads::town::build("Town02_Opt").unwrap();
+        let roads = Arc::new(roads::Map::parse("Town02_Opt", &text).unwrap());
+        let (id, map) = (WorldId::new(1).unwrap(), Arc::new(Town::new(roads)));
+        let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: Arc::clone(&map) };
+        let mut world = World::with_traffic(config).unwrap();
+        let spawn = TrafficCommand::Spawn { count: 1, behaviour: None };
+        world.apply(&Command::Traffic(spawn)).unwrap();
+        let rules = |world: &World| world.state.actors[0].vehicle.as_deref().unwrap().rules;
+        let mut wanted = rules(&world);
+        wanted.put();
+        assert_ne!(rules(&world), wanted);
+        world.state.renew(0, &map, &map.beginnings()[0]);
+        assert_eq!(rules(&world), wanted);
     }
 }

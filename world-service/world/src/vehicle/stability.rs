@@ -111,8 +111,8 @@ impl Stability {
         Self { wanted_radps, moment_nm, against: over }
     }
 
-    /// What it does to one wheel's brake. Wheels of the same corner, as those of several rear axles,
-    /// bear it together.
+    /// What it does to one wheel's brake. Wheels of the same corner, as those of several rear
+    /// axles, bear it together.
     pub(super) fn share(&self, fit: &Fit, wheel: &WheelFit) -> Share {
         if self.moment_nm == 0.0 || wheel.foot_m.y == 0.0 {
             return Share::default();
