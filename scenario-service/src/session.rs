@@ -28,7 +28,7 @@ pub(crate) use contexts::Contexts;
 pub(crate) use error::SessionError;
 use origin::Origin;
 use saved::Operation;
-pub(crate) use saved::SavedStates;
+pub(crate) use saved::{Saved, SavedStates};
 use world::{EpisodeWorld, Told, Trouble, Work};
 
 /// What a reset asks for.
@@ -89,11 +89,11 @@ impl Session {
     /// # Errors
     /// [`SessionError`]; the episode that was running still is.
     pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
+        if let Some(id) = &request.snapshot_id {
+            return self.resume(id, &request).await;
+        }
         let begun = Instant::now();
-        let report = match &request.snapshot_id {
-            Some(id) => self.resume(id, &request).await?,
-            None => self.begin(request).await?,
-        };
+        let report = self.begin(request).await?;
         self.context.figures.reset_seconds.observe(begun.elapsed());
         Ok(report)
     }
