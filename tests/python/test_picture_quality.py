@@ -85,5 +85,5 @@ def test_a_camera_of_carlas_clients_says_how_its_pictures_are_drawn(drawing):
         assert is_coarser(drawn["low"], drawn["high"])
         # Between two of them time passes, and shadows move a little.
         assert np.abs(drawn["site"].astype(float) - drawn["high"]).mean() < 0.1
-        with pytest.raises(RuntimeError, match="best.*: wanted one of site, low, high"):
+        with pytest.raises(RuntimeError, match=r"best.*: wanted one of site, low, high"):
             camera("best")
