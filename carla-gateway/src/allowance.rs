@@ -1,6 +1,9 @@
 //! How much of a site the tenant of an endpoint may use.
 
+mod recordings;
+
 use std::fmt;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,6 +12,8 @@ use tenancy::{Door, PixelBudget, Quotas, Seldom};
 
 use crate::figures::QuotaFigures;
 use crate::rpc::Refusal;
+pub(crate) use recordings::Growing;
+use recordings::Recordings;
 
 /// What all endpoints of a tenant may use. Cheap to clone.
 #[derive(Clone)]
@@ -19,9 +24,10 @@ struct Shared {
     tenant: Tenant,
     /// What may still be drawn.
     pixels: PixelBudget,
+    recordings: Arc<Recordings>,
     figures: QuotaFigures,
-    /// As they are written down: clients ask again and again.
-    refusals: Seldom,
+    /// By quota, as they are written down: clients ask again and again.
+    refusals: Seldom<&'static str>,
 }
 
 /// What may still be spawned into a world.
@@ -42,8 +48,14 @@ impl fmt::Debug for Allowance {
 impl Allowance {
     /// What a door allows a tenant.
     pub(crate) fn new(door: Arc<Door>, tenant: Tenant, figures: QuotaFigures) -> Self {
-        let (pixels, refusals) = (PixelBudget::default(), Seldom::default());
-        Self(Arc::new(Shared { door, tenant, pixels, figures, refusals }))
+        Self(Arc::new(Shared {
+            door,
+            tenant,
+            pixels: PixelBudget::default(),
+            recordings: Arc::default(),
+            figures,
+            refusals: Seldom::default(),
+        }))
     }
 
     /// Everything.
@@ -70,37 +82,50 @@ impl Allowance {
         let Some(rate) = self.quotas().pixels_per_second else { return true };
         let pixels_of = |camera: &Camera| u64::from(camera.width_px) * u64::from(camera.height_px);
         let pixels = cameras.iter().map(pixels_of).sum();
-        let mut is_counted = false;
-        loop {
-            let Err(pause) = self.0.pixels.take(pixels, rate, Instant::now()) else { return true };
-            if !std::mem::replace(&mut is_counted, true) {
-                self.0.figures.pixels.inc();
-                self.tell("pixels_per_second");
-            }
-            if !waits {
-                return false;
-            }
+        let now = Instant::now();
+        let late = match waits {
+            true => Some(self.0.pixels.book(pixels, rate, now)).filter(|pause| !pause.is_zero()),
+            false => self.0.pixels.take(pixels, rate, now).err(),
+        };
+        let Some(pause) = late else { return true };
+        self.0.figures.pixels.inc();
+        self.tell("pixels_per_second");
+        if waits {
             tokio::time::sleep(pause).await;
         }
+        waits
     }
 
-    /// How long a new recording may be, beside so many bytes that are there.
+    /// Room for a recording in a folder of the tenant's recordings, beside those that are there and
+    /// those that grow at the same time.
     ///
     /// # Errors
     /// The quota is used up.
-    pub(crate) fn recording_bytes(&self, there: u64) -> Result<u64, Refusal> {
-        let Some(mib) = self.quotas().recordings_mib else { return Ok(u64::MAX) };
-        let left = (u64::from(mib) << 20).saturating_sub(there);
-        if left > 0 {
-            return Ok(left);
-        }
+    pub(crate) async fn recording(&self, folder: &Path, path: &Path) -> Result<Growing, Refusal> {
+        let quota = self.quotas().recordings_mib;
+        let bytes_max = quota.map(|mib| u64::from(mib) << 20);
+        let (recordings, tenant) = (Arc::clone(&self.0.recordings), self.clone());
+        let (folder, path) = (folder.to_owned(), path.to_owned());
+        // It may take a while to look at all files.
+        let beginning = tokio::task::spawn_blocking(move || {
+            recordings::begin(&recordings, tenant, bytes_max, &folder, &path)
+        });
+        let begun = beginning.await.map_err(|error| Refusal(format!("cannot record: {error}")))?;
+        begun.map_err(|there| {
+            self.refuse_recording();
+            Refusal(format!(
+                "wanted a new recording, found {there} bytes of recordings, and the quota \
+                 recordings_mib = {} of tenant {} allows no more: remove some",
+                quota.unwrap_or_default(),
+                self.0.tenant
+            ))
+        })
+    }
+
+    /// Counts and says that recordings may have no more bytes.
+    fn refuse_recording(&self) {
         self.0.figures.recordings.inc();
         self.tell("recordings_mib");
-        Err(Refusal(format!(
-            "wanted a new recording, found {there} bytes of recordings, and the quota \
-             recordings_mib = {mib} of tenant {} allows no more: remove some",
-            self.0.tenant
-        )))
     }
 
     /// Whose it is.
@@ -113,7 +138,7 @@ impl Allowance {
     }
 
     fn tell(&self, quota: &'static str) {
-        if self.0.refusals.may_tell(Instant::now()) {
+        if self.0.refusals.may_tell(quota, Instant::now()) {
             tracing::warn!(target: "audit", tenant = %self.0.tenant, quota, "quota refused");
         }
     }

@@ -15,13 +15,13 @@ use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::Instant;
-use worlds::{Worlds, until_sweep};
+use worlds::Worlds;
 
 use crate::allowance::Allowance;
 use crate::config::{Args, Config, ConfigError, EndpointConfig, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::Figures;
-use crate::guests::Guests;
+use crate::guests::{Entrance, Guests};
 use crate::keeper::Keeper;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
@@ -193,9 +193,7 @@ fn alive(config: &Config) -> Alive {
 
 /// What endpoints of a tenant share: worlds of which strays are freed for ever, and maps.
 fn site_of(worlds: Worlds, owner: &ServiceId) -> (Arc<dyn Site>, Arc<Maps>) {
-    let keeper = Arc::new(Keeper::new(Arc::new(worlds), owner.clone()));
-    tokio::spawn(sweep(Arc::clone(&keeper)));
-    let site: Arc<dyn Site> = keeper;
+    let site: Arc<dyn Site> = Keeper::start(Arc::new(worlds), owner.clone());
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     (site, maps)
 }
@@ -205,15 +203,6 @@ async fn follow(door: Arc<Door>) {
     loop {
         tokio::time::sleep(FOLLOW_EVERY).await;
         door.follow();
-    }
-}
-
-/// Frees worlds that no endpoint uses, for ever.
-async fn sweep(keeper: Arc<Keeper>) {
-    let mut changes = keeper.changes();
-    loop {
-        until_sweep(&mut changes).await;
-        keeper.sweep(std::time::Instant::now()).await;
     }
 }
 
@@ -251,8 +240,10 @@ async fn attend(
     let Doors { calls, streams, guests } = doors;
     let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
     let (events, told) = mpsc::channel(EVENTS_MAX);
-    tokio::spawn(stream::serve(streams, guests.clone(), Arc::clone(&endpoint.hub)));
-    tokio::spawn(rpc::serve(calls, guests, events));
+    let tenant = endpoint.config.allowance.tenant();
+    let entrance = |listener| Entrance::new(listener, guests.clone(), tenant.clone());
+    tokio::spawn(stream::serve(entrance(streams), Arc::clone(&endpoint.hub)));
+    tokio::spawn(rpc::serve(entrance(calls), events));
     let WorldConfig { period, sync_lease, .. } = endpoint.config;
     let lobby = Lobby::new(period, sync_lease, Instant::now());
     let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);

@@ -74,7 +74,11 @@ pub(crate) fn order(
             continue;
         }
         if !known.accepts(&value) {
-            return Err(invalid(format!("{} cannot be {:?}", given.id, given.value)));
+            let mut why = format!("{} cannot be {:?}", given.id, given.value);
+            if known.is_restricted {
+                why += &format!(": wanted one of {}", known.recommended.join(", "));
+            }
+            return Err(invalid(why));
         }
         attributes.push(Attribute { id: given.id.clone(), value });
     }
@@ -207,6 +211,12 @@ mod tests {
         let (_, attributes) = order(&with("sticky_control", "False")).unwrap();
         assert_eq!(attributes[0].value, "false");
         assert!(order(&with("sticky_control", "perhaps")).is_err());
+        let camera = ActorDescription {
+            type_id: "sensor.camera.rgb".to_owned(),
+            ..with("picture_quality", "best")
+        };
+        let refusal = order(&camera).unwrap_err().0;
+        assert!(refusal.ends_with("\"best\": wanted one of site, low, high"), "{refusal}");
         let unknown = ActorDescription { type_id: "vehicle.no".to_owned(), ..Default::default() };
         assert!(order(&unknown).unwrap_err().0.contains("invalid actor description"));
     }

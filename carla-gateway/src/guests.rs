@@ -5,17 +5,26 @@ use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use ipnetwork::IpNetwork;
+use schemas::Tenant;
+use tenancy::Seldom;
 use tokio::net::{TcpListener, TcpStream};
-
-/// Between two lines of the log about connections that were refused.
-const TELL_EVERY: Duration = Duration::from_secs(1);
 
 /// Networks of one endpoint; without any, everybody who reaches its ports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Guests(pub(crate) Vec<IpNetwork>);
+
+/// A port of an endpoint, by which its guests come in.
+pub(crate) struct Entrance {
+    listener: TcpListener,
+    guests: Guests,
+    /// Whose the port is.
+    pub(crate) tenant: Tenant,
+    /// As they are written down: whoever tries on and on fills no log.
+    refusals: Seldom<()>,
+}
 
 /// A network that an endpoint may be reached from, as typed: `PORT=ADDRESS/BITS`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,26 +59,27 @@ impl Guests {
         let address = address.to_canonical();
         self.0.is_empty() || self.0.iter().any(|network| network.contains(address))
     }
+}
+
+impl Entrance {
+    pub(crate) fn new(listener: TcpListener, guests: Guests, tenant: Tenant) -> Self {
+        Self { listener, guests, tenant, refusals: Seldom::default() }
+    }
 
     /// The next connection of a guest. Others are closed before they say anything.
     ///
     /// # Errors
     /// The system's.
-    pub(crate) async fn accept(
-        &self,
-        listener: &TcpListener,
-    ) -> io::Result<(TcpStream, SocketAddr)> {
-        let mut told: Option<Instant> = None;
+    pub(crate) async fn accept(&self) -> io::Result<(TcpStream, SocketAddr)> {
         loop {
-            let (socket, address) = listener.accept().await?;
-            if self.admits(address.ip()) {
+            let (socket, address) = self.listener.accept().await?;
+            if self.guests.admits(address.ip()) {
                 return Ok((socket, address));
             }
-            // Whoever tries on and on fills no log.
-            if told.is_none_or(|told| told.elapsed() > TELL_EVERY) {
-                told = Some(Instant::now());
-                let port = listener.local_addr().map_or(0, |here| here.port());
-                tracing::warn!(target: "audit", peer = %address, port, "connection refused: not in --allow");
+            if self.refusals.may_tell((), Instant::now()) {
+                let port = self.listener.local_addr().map_or(0, |here| here.port());
+                let (tenant, what) = (&self.tenant, "connection refused: not in --allow");
+                tracing::warn!(target: "audit", %tenant, peer = %address, port, "{what}");
             }
         }
     }
@@ -106,7 +116,8 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let nobody = Guests(vec!["10.0.3.0/24".parse().unwrap()]);
-        let refused = tokio::spawn(async move { nobody.accept(&listener).await.map(drop) });
+        let entrance = Entrance::new(listener, nobody, "alice".parse().unwrap());
+        let refused = tokio::spawn(async move { entrance.accept().await.map(drop) });
         let stranger = TcpStream::connect(address).await.unwrap();
         stranger.readable().await.unwrap();
         assert_eq!(stranger.try_read(&mut [0; 1]).unwrap_or(0), 0, "closed without a word");

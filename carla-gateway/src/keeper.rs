@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use schemas::{Camera, Error, Image, Reply, Request, ServiceId, SharedFrame, Staging, WorldId};
 use tokio::sync::watch;
-use worlds::Strays;
+use worlds::{Strays, until_sweep};
 
 use crate::site::{Later, PATIENCE, Site};
 
@@ -18,13 +18,26 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// No worlds yet.
-    pub(crate) fn new(site: Arc<dyn Site>, owner: ServiceId) -> Self {
+    /// No worlds yet; those that nobody uses are freed for ever.
+    pub(crate) fn start(site: Arc<dyn Site>, owner: ServiceId) -> Arc<Self> {
+        let keeper = Arc::new(Self::new(site, owner));
+        let sweeping = Arc::clone(&keeper);
+        tokio::spawn(async move {
+            let mut changes = sweeping.changes();
+            loop {
+                until_sweep(&mut changes).await;
+                sweeping.sweep(Instant::now()).await;
+            }
+        });
+        keeper
+    }
+
+    fn new(site: Arc<dyn Site>, owner: ServiceId) -> Self {
         Self { site, owner, strays: Mutex::new(Strays::new(PATIENCE)) }
     }
 
     /// Frees worlds that nobody uses, of those that there are now.
-    pub(crate) async fn sweep(&self, now: Instant) {
+    async fn sweep(&self, now: Instant) {
         let Ok(Reply::Worlds(worlds)) = self.site.ask(Request::ListWorlds).await else { return };
         let own = worlds.into_iter().filter(|info| info.owner.as_ref() == Some(&self.owner));
         let own: Vec<WorldId> = own.map(|info| info.world).collect();

@@ -4,25 +4,27 @@
 //! - `arrivals` knows who is new in a frame.
 //! - `content` is what a recording has of a frame, and `scribe` writes it, both on a thread of
 //!   their own: of a tick, recording takes little more than a reference to its frame.
+//! - `log_file` is the file itself, as far as a quota allows.
 //! - `companion` is what it says of the journal beside it.
 //! - `queries` answers what clients ask about recordings.
 
 mod arrivals;
 mod companion;
 mod content;
+mod log_file;
 mod queries;
 mod scribe;
 mod shelf;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use recording::{Header, PhysicsControl};
-use schemas::{ActorId, Frame};
+use schemas::{ActorId, Frame, Tenant};
 #[cfg(test)]
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::JoinHandle;
-use whole_file::WholeFile;
 
 use crate::allowance::Allowance;
 use crate::archive::{Known, Prepared};
@@ -30,8 +32,9 @@ use crate::dialect::{LightState as Lamp, WeatherParameters};
 use crate::episode::Episode;
 use crate::rpc::{Answer, Refusal};
 use arrivals::Arrivals;
-pub(crate) use companion::Companion;
+pub(crate) use companion::{Companion, JournalNames};
 use content::{Further, Notes, Shot};
+use log_file::LogFile;
 use queries::Desk;
 pub(crate) use queries::Question;
 pub use queries::local_date;
@@ -49,6 +52,7 @@ pub(crate) struct Recorder {
 
 struct Recording {
     path: PathBuf,
+    tenant: Tenant,
     scribe: Scribe<Shot>,
     arrivals: Arrivals,
     /// As they were told last.
@@ -56,8 +60,7 @@ struct Recording {
     has_additional: bool,
     began: Instant,
     companion: Option<Companion>,
-    /// Journals that its frames have told of.
-    companions: u32,
+    journals: Arc<JournalNames>,
 }
 
 /// What there is to record of the newest frame.
@@ -94,34 +97,38 @@ impl Recorder {
         self.stop();
         let path = self.shelf.path_of(name)?;
         self.settle(&path).await;
-        let bytes_max = allowance.recording_bytes(self.shelf.bytes_beside(&path).await)?;
+        let mut growing = allowance.recording(self.shelf.folder(), &path).await?;
         let file = self.shelf.create(&path)?;
+        growing.replace();
         let date = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_secs();
         let header = Header { version: Header::VERSION, date: date as i64, map: map.to_owned() };
         let mut notes = Notes::default();
-        let file = WholeFile::at_most(file, bytes_max);
+        let file = LogFile::new(file, growing);
         let scribe = Scribe::start(file, &path, &header, move |shot| notes.content(shot))
             .map_err(|error| Refusal(format!("cannot record to {path:?}: {error}")))?;
         let told = path.to_string_lossy().into_owned();
-        tracing::info!(target: "audit", path = told, has_additional, "a recording begins");
+        let tenant = allowance.tenant().clone();
+        tracing::info!(target: "audit", %tenant, path = told, has_additional, "a recording begins");
         let (arrivals, lamps, began) = (Arrivals::default(), Vec::new(), Instant::now());
+        let journals = Arc::new(JournalNames::new(self.shelf.clone(), path.clone()));
         self.running = Some(Recording {
             path,
+            tenant,
             scribe,
             arrivals,
             lamps,
             has_additional,
             began,
             companion: None,
-            companions: 0,
+            journals,
         });
         Ok(told)
     }
 
     /// Ends the recording; its last frames are still being written.
     pub(crate) fn stop(&mut self) {
-        let Some(Recording { path, scribe, .. }) = self.running.take() else { return };
-        tracing::info!(target: "audit", path = %path.display(), "a recording ends");
+        let Some(Recording { path, tenant, scribe, .. }) = self.running.take() else { return };
+        tracing::info!(target: "audit", %tenant, path = %path.display(), "a recording ends");
         self.ending.retain(|(_, written)| !written.is_over());
         self.ending.push((path, scribe.written()));
     }
@@ -175,14 +182,12 @@ impl Recorder {
     pub(crate) fn accompany(&mut self, companion: Companion) {
         if let Some(recording) = &mut self.running {
             recording.companion = Some(companion);
-            recording.companions += 1;
         }
     }
 
-    /// The name that the next journal beside the recording is to have.
-    pub(crate) fn companion_name(&self) -> Option<String> {
-        let recording = self.running.as_ref()?;
-        Some(self.shelf.companion_of(&recording.path, recording.companions + 1))
+    /// The names that journals beside the recording are to have.
+    pub(crate) fn journal_names(&self) -> Option<Arc<JournalNames>> {
+        self.running.as_ref().map(|recording| Arc::clone(&recording.journals))
     }
 
     /// Whether a recording is under way.

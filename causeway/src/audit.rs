@@ -44,8 +44,8 @@ struct Shared {
     service: &'static str,
     /// `None` at the end.
     lines: Mutex<Option<Giver<String>>>,
-    /// Lines that did not fit.
-    lost: AtomicU64,
+    /// Lines that did not fit or could not be written, and of which nobody has been told.
+    lost: Arc<AtomicU64>,
 }
 
 /// Writes the last lines when it is dropped.
@@ -73,10 +73,11 @@ pub(crate) fn begin(
 ) -> Result<(AuditLayer, AuditEnd), AuditError> {
     let wrong = |cause| AuditError { path: folder.to_owned(), cause };
     let pages = Pages::open(folder, service, FILE_BYTES_MAX).map_err(wrong)?;
-    let work = move |waiting| write_all(pages, &waiting);
+    let lost = Arc::new(AtomicU64::new(0));
+    let unwritten = Arc::clone(&lost);
+    let work = move |waiting| write_all(pages, &waiting, &unwritten);
     let (giver, thread) = batched_queue::spawn("audit", LINES_WAITING_MAX, work).map_err(wrong)?;
-    let (lines, lost) = (Mutex::new(Some(giver)), AtomicU64::new(0));
-    let shared = Arc::new(Shared { service, lines, lost });
+    let shared = Arc::new(Shared { service, lines: Mutex::new(Some(giver)), lost });
     Ok((AuditLayer(Arc::clone(&shared)), AuditEnd { shared, thread }))
 }
 
@@ -168,16 +169,20 @@ impl Visit for Line {
     }
 }
 
-fn write_all(mut pages: Pages, waiting: &Taker<String>) {
+/// Writes each line that can be written, whatever became of those before it.
+fn write_all(mut pages: Pages, waiting: &Taker<String>, lost: &AtomicU64) {
     let mut is_well = true;
-    while let Some(mut lines) = waiting.gather() {
-        let written = lines.try_for_each(|line| pages.write(&line));
-        if let Err(error) = &written
-            && is_well
-        {
-            tracing::error!(%error, path = ?pages.path, "who did what is not written down");
+    while let Some(lines) = waiting.gather() {
+        for line in lines {
+            let written = pages.write(&line);
+            if let Err(error) = &written {
+                lost.fetch_add(1, Ordering::Relaxed);
+                if is_well {
+                    tracing::error!(%error, path = ?pages.path, "who did what is not written down");
+                }
+            }
+            is_well = written.is_ok();
         }
-        is_well = written.is_ok();
     }
 }
 
@@ -194,12 +199,26 @@ impl Pages {
     fn write(&mut self, line: &str) -> io::Result<()> {
         let bytes = line.len() as u64 + 1;
         if self.bytes > 0 && self.bytes + bytes > self.bytes_max {
-            fs::rename(&self.path, &self.before)?;
-            self.file = opened(&self.path)?;
-            self.bytes = 0;
+            self.turn()?;
         }
-        self.file.write_all(format!("{line}\n").as_bytes())?;
+        if let Err(error) = self.file.write_all(format!("{line}\n").as_bytes()) {
+            // The next line does not follow half of this one.
+            self.file.set_len(self.bytes)?;
+            return Err(error);
+        }
         self.bytes += bytes;
+        Ok(())
+    }
+
+    /// The present file takes the place of the one before it, unless somebody has moved it away,
+    /// and a new one begins.
+    fn turn(&mut self) -> io::Result<()> {
+        match fs::rename(&self.path, &self.before) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            renamed => renamed?,
+        }
+        self.file = opened(&self.path)?;
+        self.bytes = self.file.metadata()?.len();
         Ok(())
     }
 }
@@ -279,6 +298,38 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_somebody_moved_away_is_followed_by_a_new_one() {
+        let folder = Folder::new("moved");
+        let mut pages = Pages::open(&folder.0, "gateway", 20).unwrap();
+        pages.write("line 0000").unwrap();
+        pages.write("line 0001").unwrap();
+        fs::rename(&pages.path, folder.0.join("archived")).unwrap();
+        pages.write("line 0002").unwrap();
+        assert_eq!(folder.read("gateway.jsonl"), "line 0002\n");
+        assert_eq!(folder.read("archived").lines().count(), 2);
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_written_is_counted_and_those_after_it_are_written() {
+        let folder = Folder::new("between");
+        let mut pages = Pages::open(&folder.0, "gateway", 20).unwrap();
+        pages.write("line 0000").unwrap();
+        // Where the file before it belongs, a folder stands, which no file replaces.
+        fs::create_dir(&pages.before).unwrap();
+        let lost = Arc::new(AtomicU64::new(0));
+        let counted = Arc::clone(&lost);
+        let work = move |taker: Taker<String>| write_all(pages, &taker, &counted);
+        let (giver, thread) = batched_queue::spawn("test", 8, work).unwrap();
+        for line in ["too long for what is left", "line 0001"] {
+            giver.give(line.to_owned()).unwrap();
+        }
+        drop(giver);
+        thread.join().unwrap();
+        assert_eq!(folder.read("gateway.jsonl"), "line 0000\nline 0001\n");
+        assert_eq!(lost.load(Ordering::Relaxed), 1);
+    }
+
+    #[test]
     fn two_processes_do_not_write_to_one_file() {
         let folder = Folder::new("two");
         let first = Pages::open(&folder.0, "gateway", 100).unwrap();
@@ -298,7 +349,7 @@ mod tests {
         })
         .unwrap();
         let lines = Mutex::new(Some(giver));
-        let shared = Shared { service: "scenario", lines, lost: AtomicU64::new(0) };
+        let shared = Shared { service: "scenario", lines, lost: Arc::default() };
         let begun = Instant::now();
         (0..1_000).for_each(|_| shared.give("line".to_owned()));
         assert!(begun.elapsed() < Duration::from_millis(150));

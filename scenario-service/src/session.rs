@@ -34,7 +34,7 @@ pub(crate) use error::SessionError;
 use home::Home;
 use origin::Origin;
 use saved::Operation;
-pub(crate) use saved::SavedStates;
+pub(crate) use saved::{Saved, SavedStates};
 pub(crate) use shared::SharedWorlds;
 use together::Begun;
 use world::{EpisodeWorld, Told, Trouble, Work};
@@ -101,12 +101,14 @@ impl Session {
     /// # Errors
     /// [`SessionError`]; the episode that was running still is.
     pub(crate) async fn reset(&mut self, request: ResetRequest) -> Result<Report, SessionError> {
+        if let Some(code) = &request.join {
+            return self.join(code, &request).await;
+        }
+        if let Some(id) = &request.snapshot_id {
+            return self.resume(id, &request).await;
+        }
         let begun = Instant::now();
-        let report = match (&request.join, &request.snapshot_id) {
-            (Some(code), _) => self.join(code, &request).await?,
-            (None, Some(id)) => self.resume(id, &request).await?,
-            (None, None) => self.begin(request).await?,
-        };
+        let report = self.begin(request).await?;
         self.context.figures.reset_seconds.observe(begun.elapsed());
         Ok(report)
     }

@@ -57,6 +57,8 @@ pub(crate) struct ToyWorlds {
     pub(crate) full: AtomicBool,
     /// A state is never told.
     pub(crate) is_slow_to_save: AtomicBool,
+    /// No world is made from a state.
+    pub(crate) is_slow_to_restore: AtomicBool,
     /// No picture can be drawn.
     pub(crate) blind: AtomicBool,
 }
@@ -273,7 +275,12 @@ impl WorldPort for ToyWorlds {
     }
 
     fn restore(&self, snapshot: Vec<u8>) -> Answer<'_, CreatedWorld> {
-        Box::pin(async move { self.load(&snapshot) })
+        Box::pin(async move {
+            if self.is_slow_to_restore.load(Ordering::Relaxed) {
+                std::future::pending::<()>().await;
+            }
+            self.load(&snapshot)
+        })
     }
 
     fn create(&self, new: NewWorld) -> Answer<'_, CreatedWorld> {

@@ -10,7 +10,8 @@ const BURST_SECS: f64 = 2.0;
 /// but at most a full bucket, so that no picture is too large for ever.
 #[derive(Default)]
 pub struct PixelBudget {
-    /// Level in pixels and when it was that; `None`: full.
+    /// Level in pixels and when it was that; `None`: full. Below 0: so much is booked that is not
+    /// there yet.
     level: Mutex<Option<(f64, Instant)>>,
 }
 
@@ -20,6 +21,23 @@ impl PixelBudget {
     /// # Errors
     /// How long it takes until there are enough; nothing is taken.
     pub fn take(&self, pixels: u64, per_second: u64, now: Instant) -> Result<(), Duration> {
+        self.draw(pixels, per_second, now, false)
+    }
+
+    /// Takes the pixels of a picture from what there is or will be: how long until they are there.
+    /// First come, first served: whoever asks later gets what comes later.
+    pub fn book(&self, pixels: u64, per_second: u64, now: Instant) -> Duration {
+        self.draw(pixels, per_second, now, true).err().unwrap_or_default()
+    }
+
+    /// How long until there are enough, if there are not; only who waits has taken them then.
+    fn draw(
+        &self,
+        pixels: u64,
+        per_second: u64,
+        now: Instant,
+        waits: bool,
+    ) -> Result<(), Duration> {
         let rate = per_second.max(1) as f64;
         let full = rate * BURST_SECS;
         // Nothing panics while it holds the lock.
@@ -28,12 +46,12 @@ impl PixelBudget {
         let grown = rate * now.saturating_duration_since(since).as_secs_f64();
         let there = (before + grown).min(full);
         let wanted = (pixels as f64).min(full);
-        if wanted > there {
-            *level = Some((there, now));
-            return Err(Duration::from_secs_f64((wanted - there) / rate));
+        let is_enough = wanted <= there;
+        *level = Some((if is_enough || waits { there - wanted } else { there }, now));
+        if is_enough {
+            return Ok(());
         }
-        *level = Some((there - wanted, now));
-        Ok(())
+        Err(Duration::from_secs_f64((wanted - there) / rate))
     }
 }
 
@@ -52,6 +70,18 @@ mod tests {
         assert_eq!(take(250, 250), Ok(()));
         assert_eq!(take(1_001, 1_250), Err(Duration::from_millis(1)));
         assert_eq!(take(1_000, 1_250), Ok(()));
+    }
+
+    #[test]
+    fn who_waits_for_a_large_picture_gets_it_before_all_who_come_later() {
+        let (budget, start) = (PixelBudget::default(), Instant::now());
+        let at = |millis| start + Duration::from_millis(millis);
+        assert_eq!(budget.book(2_000, 1_000, start), Duration::ZERO);
+        assert_eq!(budget.book(1_000, 1_000, start), Duration::from_secs(1));
+        assert_eq!(budget.take(100, 1_000, at(500)), Err(Duration::from_millis(600)));
+        assert_eq!(budget.book(100, 1_000, at(500)), Duration::from_millis(600));
+        assert_eq!(budget.take(100, 1_000, at(1_100)), Err(Duration::from_millis(100)));
+        assert_eq!(budget.take(100, 1_000, at(1_200)), Ok(()));
     }
 
     #[test]

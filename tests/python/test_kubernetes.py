@@ -147,14 +147,18 @@ def test_services_and_policies_name_pods_and_ports_that_are_there(objects):
 
 def test_the_shared_server_asks_for_tokens_and_a_gpu():
     by_name = {name_of(one): one for one in workloads(built(TREE / "overlays" / "gpu"))}
-    env = {one["name"]: one["value"] for one in container_of(by_name["scenario"])["env"]}
-    assert "CAUSEWAY_OPEN" not in env
-    (mount,) = (
-        mount
-        for mount in container_of(by_name["scenario"])["volumeMounts"]
-        if env["CAUSEWAY_TOKENS"].startswith(mount["mountPath"])
-    )
-    assert mount["readOnly"] is True
+    # The gateway knows quotas by it.
+    for face in ("scenario", "gateway"):
+        env = {one["name"]: one["value"] for one in container_of(by_name[face])["env"]}
+        assert "CAUSEWAY_OPEN" not in env
+        (mount,) = (
+            mount
+            for mount in container_of(by_name[face])["volumeMounts"]
+            if env["CAUSEWAY_TOKENS"].startswith(mount["mountPath"])
+        )
+        assert mount["readOnly"] is True
+        (volume,) = (one for one in pod_of(by_name[face])["volumes"] if one["name"] == "tokens")
+        assert volume["secret"]["secretName"] == "tokens"
     assert container_of(by_name["render"])["resources"]["limits"]["nvidia.com/gpu"] == "1"
     assert by_name["render"]["spec"]["strategy"]["rollingUpdate"]["maxSurge"] == 0
 

@@ -140,17 +140,22 @@ def test_who_did_what_is_written_down(bounded):
     wrong = "cw_alice-laptop_" + "x" * 43
     with pytest.raises(PermissionError):
         causeway.Session(bounded.site.base_url, token=wrong)
-    world = connect(bounded.site.carla_port).get_world()
-    with pytest.raises(RuntimeError):
-        for index in range(5):
-            spawn_car(world, 10 + index)
-    for car in world.get_actors().filter("vehicle.*"):
-        car.destroy()
+    client = connect(bounded.site.carla_port)
+    world = client.load_world("Town10HD_Opt")
+    boxes = [world.get_blueprint_library().find("static.prop.box01")] * 5
+    places = [carla.Transform(carla.Location(z=50.0 + 5.0 * index)) for index in range(5)]
+    spawns = [carla.command.SpawnActor(*one) for one in zip(boxes, places, strict=True)]
+    refused = [done.error for done in client.apply_batch_sync(spawns)]
+    assert not any(refused[:4]) and "actors_per_world = 4" in refused[4], refused
+    client.start_recorder("written.log")
+    client.stop_recorder()
     for service, members in [
         ("scenario", {**alice, "action": "open session"}),
         ("scenario", {**alice, "action": "close session"}),
         ("scenario", {"action": "enter refused"}),
-        ("gateway", {"action": "a CARLA client connects"}),
+        ("gateway", {"action": "a CARLA client connects", "tenant": "alice"}),
+        ("gateway", {"action": "a recording begins", "tenant": "alice"}),
+        ("gateway", {"action": "a recording ends", "tenant": "alice"}),
         ("gateway", {"action": "episode", "tenant": "alice"}),
         ("gateway", {"action": "quota refused", "quota": "actors_per_world", "tenant": "alice"}),
     ]:

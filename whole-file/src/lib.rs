@@ -11,18 +11,12 @@ use std::io::{self, Seek, SeekFrom, Write};
 pub struct WholeFile {
     file: File,
     bytes: u64,
-    bytes_max: u64,
 }
 
 impl WholeFile {
     /// An empty file, open for writing.
     pub fn new(file: File) -> Self {
-        Self::at_most(file, u64::MAX)
-    }
-
-    /// The same for so many bytes: a piece beyond them is refused.
-    pub fn at_most(file: File, bytes_max: u64) -> Self {
-        Self { file, bytes: 0, bytes_max }
+        Self { file, bytes: 0 }
     }
 
     /// Returns when all pieces are on the disk; flushing does not wait for that.
@@ -44,13 +38,8 @@ impl Write for WholeFile {
     /// Writes all of a piece or nothing.
     ///
     /// # Errors
-    /// What the system says; also when the piece could not be taken back, and
-    /// [`io::ErrorKind::QuotaExceeded`] for one beyond the bytes that are allowed.
+    /// What the system says; also when the piece could not be taken back.
     fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
-        if self.bytes.saturating_add(piece.len() as u64) > self.bytes_max {
-            let why = format!("wanted a file of at most {} bytes", self.bytes_max);
-            return Err(io::Error::new(io::ErrorKind::QuotaExceeded, why));
-        }
         if let Err(error) = self.file.write_all(piece) {
             self.take_back().map_err(|why| {
                 io::Error::new(error.kind(), format!("{error}; the file ends in a piece: {why}"))
@@ -92,18 +81,6 @@ mod tests {
         let mut second = Command::new("bash");
         second.args(["-c", limited]).arg(std::env::current_exe().unwrap()).env(FILE, &path);
         assert!(second.output().unwrap().status.success());
-        assert_eq!(std::fs::read(&path).unwrap(), [7; 1_010]);
-        std::fs::remove_file(path).unwrap();
-    }
-
-    #[test]
-    fn what_is_beyond_the_allowed_bytes_is_refused() {
-        let path = std::env::temp_dir().join(format!("causeway-at-most-{}", std::process::id()));
-        let mut file = WholeFile::at_most(File::create(&path).unwrap(), 1_010);
-        file.write_all(&PIECE).unwrap();
-        let refused = file.write_all(&PIECE).unwrap_err();
-        assert_eq!(refused.kind(), io::ErrorKind::QuotaExceeded);
-        file.write_all(&PIECE[..10]).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), [7; 1_010]);
         std::fs::remove_file(path).unwrap();
     }

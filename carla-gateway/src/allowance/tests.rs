@@ -71,7 +71,6 @@ fn an_open_door_allows_everything() {
     let allowance = Allowance::open("local".parse().unwrap());
     let mut room = allowance.room(&frame());
     assert!((0..100_000).all(|_| room.take("sensor.camera.rgb").is_ok()));
-    assert_eq!(allowance.recording_bytes(u64::MAX).unwrap(), u64::MAX);
 }
 
 #[tokio::test]
@@ -88,11 +87,87 @@ async fn who_waits_for_pictures_gets_them_later_and_who_does_not_goes_without() 
     assert!((Duration::from_millis(300)..Duration::from_secs(5)).contains(&waited), "{waited:?}");
 }
 
-#[test]
-fn recordings_may_fill_the_folder_and_no_more() {
-    let allowance = allowance("recordings_mib = 1");
-    assert_eq!(allowance.recording_bytes(0).unwrap(), 1 << 20);
-    assert_eq!(allowance.recording_bytes((1 << 20) - 1).unwrap(), 1);
-    let refusal = allowance.recording_bytes(1 << 20).unwrap_err().0;
+#[tokio::test]
+async fn a_large_picture_is_not_held_up_by_small_ones_that_come_later() {
+    let allowance = allowance("pixels_per_second = 2000");
+    let (large, small) = (camera(), Camera { height_px: 1, ..camera() });
+    for _ in 0..4 {
+        assert!(allowance.may_draw(std::slice::from_ref(&large), false).await);
+    }
+    let waiting = tokio::spawn({
+        let allowance = allowance.clone();
+        async move { allowance.may_draw(&[large], true).await }
+    });
+    let begun = Instant::now();
+    while !waiting.is_finished() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "it waits for ever");
+        allowance.may_draw(std::slice::from_ref(&small), false).await;
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+}
+
+/// A folder that goes away with the test.
+struct Folder(std::path::PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let name = format!("causeway-allowance-{name}-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(folder.join("runs/7")).unwrap();
+        Self(folder)
+    }
+
+    fn write(&self, name: &str, bytes: usize) {
+        std::fs::write(self.0.join(name), vec![0; bytes]).unwrap();
+    }
+
+    async fn begin(&self, allowance: &Allowance, name: &str) -> Result<Growing, String> {
+        let begun = allowance.recording(&self.0, &self.0.join(name)).await;
+        begun.map_err(|refusal| refusal.0)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+const MIB: usize = 1 << 20;
+
+#[tokio::test]
+async fn recordings_may_fill_the_folder_and_no_more() {
+    let (allowance, folder) = (allowance("recordings_mib = 1"), Folder::new("fill"));
+    folder.write("runs/7/old.log", MIB - 100);
+    let growing = folder.begin(&allowance, "new.log").await.unwrap();
+    assert!(growing.take(90) && !growing.take(11) && growing.take(10));
+    growing.give_back(10);
+    assert!(growing.take(10));
+    let refusal = folder.begin(&allowance, "other.log").await.err().unwrap();
     assert!(refusal.contains("recordings_mib = 1") && refusal.contains("remove some"), "{refusal}");
+    std::fs::remove_file(folder.0.join("runs/7/old.log")).unwrap();
+    assert!(folder.begin(&allowance, "other.log").await.is_ok());
+}
+
+#[tokio::test]
+async fn recordings_at_the_same_time_share_what_is_left() {
+    let (allowance, folder) = (allowance("recordings_mib = 1"), Folder::new("share"));
+    let first = folder.begin(&allowance, "first.log").await.unwrap();
+    // Bytes of files that are being written are known, and not looked up.
+    folder.write("first.log", 600);
+    assert!(first.take(600));
+    let second = folder.begin(&allowance, "second.log").await.unwrap();
+    assert!(second.take(MIB as u64 - 700) && first.take(100) && !second.take(1));
+    drop(first);
+    assert!(!second.take(1), "what has ended is there still");
+}
+
+#[tokio::test]
+async fn a_recording_has_the_room_of_the_one_that_it_replaces() {
+    let (allowance, folder) = (allowance("recordings_mib = 1"), Folder::new("replace"));
+    folder.write("a.log", MIB);
+    let mut again = folder.begin(&allowance, "a.log").await.unwrap();
+    assert!(!again.take(1), "it is there still");
+    again.replace();
+    assert!(again.take(MIB as u64));
 }

@@ -1,88 +1,30 @@
 //! Pictures of cameras that somebody listens to.
 
 mod attributes;
+mod order;
 
 pub(crate) use attributes::check_camera;
+pub(crate) use order::Darkroom;
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, LIMBS_MAX, PIXELS_PER_JOB_MAX};
-use schemas::{
-    ActorId, ActorKind, Camera, Frame, Image, ImageEncoding, ImageKind, Pose, SharedFrame, Staging,
-    TagId,
-};
+use schemas::{ActorId, ActorKind, Camera, Frame, ImageKind, Pose, Staging, TagId};
 use tokio::time::Instant;
 
 use super::Endpoint;
-use crate::allowance::Allowance;
 use crate::episode::Episode;
-use crate::pictures::{
-    Film, LightEvent, Memory, Movement, Optics, Photo, Picture, Reaction, Shape, Sheet,
-};
-use crate::pictures::{encode_events, encode_flow, encode_picture, flow_of, sketch};
+use crate::pictures::{Film, Movement, Optics, Reaction};
 use crate::rpc::Refusal;
-use crate::site::Site;
 use crate::skeleton;
-use crate::stream::{Hub, StreamId};
 use attributes::camera;
+use order::{Order, Ordered, Output};
 
 /// How long the spawn of a camera waits for a renderer.
 const RENDERER_WAIT: Duration = Duration::from_secs(3);
 /// Between two looks whether one is up.
 const RENDERER_POLL: Duration = Duration::from_millis(50);
-
-/// A camera of which pictures were asked for.
-struct Ordered {
-    world_from_camera: Pose,
-    /// In the frame before.
-    world_from_camera_before: Pose,
-    horizontal_fov_rad: f32,
-    /// Of the picture of each kind among those of the request.
-    images: Vec<(ImageKind, usize)>,
-    /// What is made of them, and where it goes.
-    outputs: Vec<Output>,
-    optics: Optics,
-}
-
-struct Output {
-    stream: StreamId,
-    film: Film,
-    /// Of a camera of events.
-    reaction: Option<Reaction>,
-}
-
-/// All pictures of one frame.
-struct Order {
-    hub: Arc<Hub>,
-    site: Arc<dyn Site>,
-    allowance: Allowance,
-    darkroom: Arc<Darkroom>,
-    cameras: Vec<Ordered>,
-    movement: Movement,
-    shapes: Arc<Vec<Shape>>,
-    frame_number: u64,
-    sim_secs: f64,
-    is_night: bool,
-    waits: bool,
-}
-
-/// In the place of a picture that is being finished.
-const NO_IMAGE: Image = Image {
-    camera: 0,
-    width_px: 0,
-    height_px: 0,
-    kind: ImageKind::Rgb,
-    encoding: ImageEncoding::Rgba8,
-    data: Vec::new(),
-};
-
-/// What cameras of events remember, by stream.
-#[derive(Default)]
-pub(crate) struct Darkroom {
-    memories: Mutex<BTreeMap<StreamId, Memory>>,
-}
 
 impl Endpoint {
     /// Waits a moment for a renderer that is still starting.
@@ -213,168 +155,6 @@ impl Endpoint {
 
 fn pixels([width_px, height_px]: [u32; 2]) -> usize {
     width_px as usize * height_px as usize
-}
-
-impl Ordered {
-    /// The place of the picture of a kind among those of the request.
-    fn place_of(&self, kind: ImageKind) -> Option<usize> {
-        self.images.iter().find(|(other, _)| *other == kind).map(|(_, at)| *at)
-    }
-
-    /// Whether something is made of how far everything moved.
-    fn needs_flow(&self) -> bool {
-        let is_flow = |output: &Output| output.film.kinds().len() > 1;
-        self.optics.needs_flow() || self.outputs.iter().any(is_flow)
-    }
-}
-
-impl Order {
-    async fn deliver(self, frame: SharedFrame, wanted: Vec<Camera>, staging: Staging) {
-        if !self.allowance.may_draw(&wanted, self.waits).await {
-            return;
-        }
-        let mut images = match self.site.draw(frame, wanted, staging).await {
-            Ok(images) => images,
-            Err(error) => return tracing::warn!(%error, "cameras stay without pictures"),
-        };
-        for camera in &self.cameras {
-            self.sketch(camera, &mut images);
-            self.finish(camera, &mut images);
-            for output in &camera.outputs {
-                match self.develop(camera, output, &images) {
-                    Developed::Payload(payload) => {
-                        self.hub.publish(output.stream, payload, self.waits).await;
-                    }
-                    Developed::Nothing => {}
-                    Developed::Damaged => {
-                        tracing::warn!(film = ?output.film, "a picture of another size");
-                    }
-                }
-            }
-        }
-    }
-
-    /// Draws the shapes of clients into the colour picture of a camera.
-    fn sketch(&self, camera: &Ordered, images: &mut [Image]) {
-        if self.shapes.is_empty() {
-            return;
-        }
-        let places = camera.place_of(ImageKind::Rgb).zip(camera.place_of(ImageKind::Depth));
-        let Some((colour, depth)) = places else { return };
-        let Ok([colour, depth]) = images.get_disjoint_mut([colour, depth]) else { return };
-        let half_width_px = colour.width_px as f32 / 2.0;
-        let mut sheet = Sheet {
-            pixels: &mut colour.data,
-            depths: &depth.data,
-            width_px: colour.width_px,
-            height_px: colour.height_px,
-            focal_px: half_width_px / (camera.horizontal_fov_rad / 2.0).tan(),
-        };
-        sketch(&mut sheet, &camera.world_from_camera, &self.shapes);
-    }
-
-    /// Does to the pictures of a camera what its attributes ask for.
-    fn finish(&self, camera: &Ordered, images: &mut [Image]) {
-        let place = |kind| camera.place_of(kind);
-        if let Some(colour) = place(ImageKind::Rgb) {
-            let geometry = place(ImageKind::Depth).zip(place(ImageKind::Instance));
-            let flow = geometry.filter(|_| camera.optics.needs_flow()).and_then(|(depth, ids)| {
-                let pair = [images.get(depth)?, images.get(ids)?];
-                let before = &camera.world_from_camera_before;
-                Some(flow_of(&self.picture(camera), pair, before, &self.movement))
-            });
-            // The colours leave their place for a moment, so that the depth may be read.
-            let taken = images.get_mut(colour).map(|image| std::mem::replace(image, NO_IMAGE));
-            if let Some(mut image) = taken {
-                let depths = place(ImageKind::Depth).and_then(|at| images.get(at));
-                camera.optics.finish(&mut Photo {
-                    image: &mut image,
-                    depths,
-                    flow: flow.as_deref(),
-                    horizontal_fov_rad: camera.horizontal_fov_rad,
-                    is_night: self.is_night,
-                });
-                images[colour] = image;
-            }
-        }
-        // What moved is told of a picture that is not bent.
-        let single = |output: &Output| match output.film.kinds() {
-            [kind] => Some(*kind),
-            _ => None,
-        };
-        let mut kinds: Vec<ImageKind> = camera.outputs.iter().filter_map(single).collect();
-        kinds.sort_by_key(|kind| *kind as u8);
-        kinds.dedup();
-        for at in kinds.into_iter().filter_map(place) {
-            if let Some(image) = images.get_mut(at) {
-                camera.optics.bend(image);
-            }
-        }
-    }
-
-    fn picture<'a>(&self, camera: &'a Ordered) -> Picture<'a> {
-        Picture {
-            frame_number: self.frame_number,
-            sim_secs: self.sim_secs,
-            world_from_camera: &camera.world_from_camera,
-            horizontal_fov_rad: camera.horizontal_fov_rad,
-        }
-    }
-
-    fn develop(&self, camera: &Ordered, output: &Output, images: &[Image]) -> Developed {
-        let picture = self.picture(camera);
-        let image = |kind: &ImageKind| images.get(camera.place_of(*kind)?);
-        let payload = match output.film.kinds() {
-            [depth, ids] => image(depth).zip(image(ids)).and_then(|(depth, ids)| {
-                let before = &camera.world_from_camera_before;
-                encode_flow(&picture, output.film, [depth, ids], before, &self.movement)
-            }),
-            [kind, ..] if output.film == Film::Events => {
-                let Some((image, reaction)) = image(kind).zip(output.reaction) else {
-                    return Developed::Damaged;
-                };
-                let events = self.darkroom.look(output.stream, reaction, image, self.sim_secs);
-                if events.is_empty() {
-                    return Developed::Nothing;
-                }
-                Some(encode_events(&picture, image, &events))
-            }
-            [kind, ..] => {
-                image(kind).and_then(|image| encode_picture(&picture, output.film, image))
-            }
-            [] => None,
-        };
-        payload.map_or(Developed::Damaged, Developed::Payload)
-    }
-}
-
-/// What came of one output of a camera.
-enum Developed {
-    Payload(Vec<u8>),
-    /// Nothing happened that it could tell.
-    Nothing,
-    /// The renderer sent something else than was asked for.
-    Damaged,
-}
-
-impl Darkroom {
-    fn look(
-        &self,
-        stream: StreamId,
-        reaction: Reaction,
-        image: &Image,
-        sim_secs: f64,
-    ) -> Vec<LightEvent> {
-        // Nothing panics while it holds the lock.
-        let mut memories = self.memories.lock().unwrap_or_else(PoisonError::into_inner);
-        let memory = memories.entry(stream).or_default();
-        memory.look(reaction, image.width_px, &image.data, sim_secs)
-    }
-
-    /// Forgets what a camera saw.
-    pub(super) fn forget(&self, stream: StreamId) {
-        self.memories.lock().unwrap_or_else(PoisonError::into_inner).remove(&stream);
-    }
 }
 
 fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {

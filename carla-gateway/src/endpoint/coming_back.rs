@@ -13,6 +13,7 @@ use worlds::{Budget, Maker, NewWorld, RECOVERY_TICKS, Recovery, Remade, State, i
 
 use super::worlds::{first_result, unexpected_answer};
 use super::{Endpoint, journal};
+use crate::recorder::JournalNames;
 use crate::site::Site;
 
 /// Before a world is moved again that could not be.
@@ -109,8 +110,8 @@ impl Keep {
 struct Fresh<'a> {
     site: &'a Arc<dyn Site>,
     lease: Lease,
-    /// That of the journal that goes on beside a recording.
-    journal: Option<String>,
+    /// Those of the journals that go on beside a recording, one for each attempt.
+    journals: Option<Arc<JournalNames>>,
 }
 
 /// A world that nobody uses yet: it is destroyed when this is dropped.
@@ -157,7 +158,7 @@ impl Maker for Fresh<'_> {
             State::New(new) => new.request(lease),
             State::Snapshot(snapshot) => Request::RestoreWorld { snapshot, lease: Some(lease) },
         };
-        let (site, name) = (Arc::clone(self.site), self.journal.clone());
+        let (site, name) = (Arc::clone(self.site), self.journals.as_ref().map(|it| it.next()));
         let made = tokio::spawn(async move {
             let Reply::WorldCreated { world, frame, .. } = site.ask(request).await? else {
                 return Err(unexpected_answer());
@@ -222,7 +223,7 @@ impl Endpoint {
     }
 
     fn fresh(&self) -> Fresh<'_> {
-        Fresh { site: &self.site, lease: self.config.lease(), journal: self.next_journal() }
+        Fresh { site: &self.site, lease: self.config.lease(), journals: self.next_journals() }
     }
 
     /// Moves the world to another service if the one that has it ends and another is there.

@@ -1,10 +1,12 @@
 //! The journal beside a recording: what CARLA's format cannot say, for replays to the bit.
 
+use std::sync::Arc;
+
 use recording::JournalLink;
 use schemas::{ErrorCode, Reply, Request, WorldId};
 
 use super::Endpoint;
-use crate::recorder::Companion;
+use crate::recorder::{Companion, JournalNames};
 use crate::site::Site;
 
 /// Has a world keep a journal of this name from its present state on. `None` where none can be
@@ -27,16 +29,16 @@ pub(super) async fn begin(site: &dyn Site, world: WorldId, name: String) -> Opti
 impl Endpoint {
     /// Has the world keep a journal beside the recording that has just begun.
     pub(crate) async fn begin_journal(&mut self) {
-        let (Some(name), Some(episode)) = (self.recorder.companion_name(), &self.episode) else {
+        let (Some(names), Some(episode)) = (self.recorder.journal_names(), &self.episode) else {
             return;
         };
-        let link = begin(&*self.site, episode.world, name).await;
+        let link = begin(&*self.site, episode.world, names.next()).await;
         self.note_journal(link);
     }
 
-    /// The name of the journal that goes on beside a recording in another world service.
-    pub(super) fn next_journal(&self) -> Option<String> {
-        self.recorder.companion_name().filter(|_| self.has_journal)
+    /// The names of journals that go on beside a recording in other worlds.
+    pub(super) fn next_journals(&self) -> Option<Arc<JournalNames>> {
+        self.recorder.journal_names().filter(|_| self.has_journal)
     }
 
     /// Names the journal beside the recording from now on.

@@ -12,6 +12,8 @@ struct Lossy {
     worlds: Mutex<Vec<(WorldId, ServiceId)>>,
     loses_answers: AtomicBool,
     loses_questions: AtomicBool,
+    /// Services come and go.
+    changes: watch::Sender<u64>,
 }
 
 fn id(name: &str) -> ServiceId {
@@ -97,11 +99,11 @@ impl Site for Lossy {
     }
 
     fn changes(&self) -> watch::Receiver<u64> {
-        watch::Sender::new(0).subscribe()
+        self.changes.subscribe()
     }
 }
 
-async fn made(keeper: &Keeper) -> WorldId {
+async fn made(keeper: &dyn Site) -> WorldId {
     let Reply::WorldCreated { world, .. } = keeper.ask(create()).await.unwrap() else {
         panic!("a world")
     };
@@ -140,4 +142,21 @@ async fn a_world_that_could_not_be_destroyed_is_freed_as_soon_as_its_service_is_
     assert_eq!(service.there(), [left, used]);
     keeper.sweep(Instant::now()).await;
     assert_eq!(service.there(), [used]);
+}
+
+#[tokio::test]
+async fn a_site_that_endpoints_share_frees_what_they_left_behind_when_services_come() {
+    let service = Arc::new(Lossy::default());
+    let site: Arc<dyn Site> = Keeper::start(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
+    let (left, used) = (made(&*site).await, made(&*site).await);
+    service.loses_questions.store(true, Ordering::Relaxed);
+    assert!(site.ask(Request::DestroyWorld { world: left }).await.is_err());
+    service.loses_questions.store(false, Ordering::Relaxed);
+    let begun = Instant::now();
+    while service.there() != [used] {
+        // Long before worlds are looked for without any reason.
+        assert!(begun.elapsed() < Duration::from_secs(5), "nobody frees {left}");
+        service.changes.send_modify(|version| *version += 1);
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
 }

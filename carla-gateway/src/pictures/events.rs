@@ -14,6 +14,9 @@ const TOLERANCE: f32 = 1.0e-6;
 const EVENTS_PER_PIXEL_MAX: usize = 1_024;
 /// Events of one frame; what would be more is left out.
 const EVENTS_MAX: usize = 4_194_304;
+/// Thresholds that pixels cross in one frame, also without an event while they are blind; those of
+/// further pixels are left out.
+const CROSSINGS_MAX: usize = 4 * EVENTS_MAX;
 const NANOS_PER_SEC: f64 = 1.0e9;
 
 /// How a camera of events reacts.
@@ -49,6 +52,12 @@ pub(crate) struct Memory {
     /// At the last event of each pixel.
     reference: Vec<f32>,
     last_ns: Vec<i64>,
+}
+
+/// What happened in one frame so far.
+struct Seen {
+    events: Vec<Event>,
+    crossings_left: usize,
 }
 
 impl Reaction {
@@ -101,30 +110,23 @@ impl Memory {
             };
             return Vec::new();
         }
-        let mut events = Vec::new();
+        let mut seen = Seen { events: Vec::new(), crossings_left: CROSSINGS_MAX };
         for (at, after) in now.iter().enumerate() {
             if (after - self.brightness[at]).abs() > TOLERANCE {
-                self.cross(reaction, at, *after, sim_secs, &mut events);
+                self.cross(reaction, at, *after, sim_secs, &mut seen);
             }
         }
         (self.brightness, self.sim_secs) = (now, sim_secs);
-        events.sort_by_key(|event| event.at_ns);
-        events
+        seen.events.sort_by_key(|event| event.at_ns);
+        seen.events
     }
 
     /// The thresholds that one pixel crosses on its way to a new brightness.
-    fn cross(
-        &mut self,
-        reaction: Reaction,
-        at: usize,
-        after: f32,
-        sim_secs: f64,
-        events: &mut Vec<Event>,
-    ) {
+    fn cross(&mut self, reaction: Reaction, at: usize, after: f32, sim_secs: f64, seen: &mut Seen) {
         let before = self.brightness[at];
         let brighter = after > before;
         let step = if brighter { reaction.rise } else { -reaction.fall };
-        for _ in 0..EVENTS_PER_PIXEL_MAX {
+        for _ in 0..EVENTS_PER_PIXEL_MAX.min(seen.crossings_left) {
             let next = self.reference[at] + step;
             let passed = if brighter {
                 before < next && next <= after
@@ -135,6 +137,7 @@ impl Memory {
                 return;
             }
             self.reference[at] = next;
+            seen.crossings_left -= 1;
             let share = f64::from((next - before) / (after - before));
             let at_secs = self.sim_secs + share * (sim_secs - self.sim_secs);
             let at_ns = (at_secs * NANOS_PER_SEC) as i64;
@@ -144,8 +147,8 @@ impl Memory {
             self.last_ns[at] = at_ns;
             let column = (at as u32 % self.width_px) as u16;
             let row = (at as u32 / self.width_px) as u16;
-            if events.len() < EVENTS_MAX {
-                events.push(Event { column, row, at_ns, brighter });
+            if seen.events.len() < EVENTS_MAX {
+                seen.events.push(Event { column, row, at_ns, brighter });
             }
         }
         // The rest is left out; the next change counts from where the brightness is.
@@ -211,6 +214,16 @@ mod tests {
         assert_eq!(memory.look(fine, 1, &grey(&[200]), 2.0).len(), EVENTS_PER_PIXEL_MAX);
         let next = memory.look(fine, 1, &grey(&[201]), 3.0).len();
         assert!((90..=110).contains(&next), "{next}");
+    }
+
+    #[test]
+    fn a_picture_in_which_too_much_happens_costs_no_more_than_that() {
+        let pixels = 20_000;
+        let tired = Reaction { rise: 0.01, refractory_ns: i64::MAX, ..REACTION };
+        let mut memory = Memory::default();
+        memory.look(tired, 200, &grey(&vec![0; pixels]), 1.0);
+        let seen = memory.look(tired, 200, &grey(&vec![255; pixels]), 2.0);
+        assert_eq!(seen.len(), CROSSINGS_MAX / EVENTS_PER_PIXEL_MAX);
     }
 
     #[test]

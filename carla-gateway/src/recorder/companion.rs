@@ -1,7 +1,31 @@
 //! What a recording says of the journal beside it.
 
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use recording::{JournalLink, Packet, WorldState};
 use schemas::Frame;
+
+use super::Shelf;
+
+/// The names of the journals beside one recording: no two are alike.
+pub(crate) struct JournalNames {
+    shelf: Shelf,
+    path: PathBuf,
+    given: AtomicU32,
+}
+
+impl JournalNames {
+    pub(super) fn new(shelf: Shelf, path: PathBuf) -> Self {
+        Self { shelf, path, given: AtomicU32::new(0) }
+    }
+
+    /// That of one more journal, which nobody else was given.
+    pub(crate) fn next(&self) -> String {
+        let number = 1 + self.given.fetch_add(1, Ordering::Relaxed);
+        self.shelf.companion_of(&self.path, number)
+    }
+}
 
 /// The journal beside one recording.
 pub(crate) struct Companion {

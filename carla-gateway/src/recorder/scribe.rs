@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use batched_queue::{Giver, Taker};
 use recording::{FrameContent, Header, Writer};
 use tokio::sync::watch;
-use whole_file::WholeFile;
+
+use super::log_file::LogFile;
 
 /// Frames that may wait for the disk: several seconds, and at most some dozens of megabytes.
 const FRAMES_WAITING_MAX: usize = 256;
@@ -59,7 +60,7 @@ impl Written {
 impl<T: Send + 'static> Scribe<T> {
     /// Writes the head. What a file has of each thing that is given later, its thread finds out.
     pub(super) fn start(
-        file: WholeFile,
+        file: LogFile,
         path: &Path,
         header: &Header,
         content: impl FnMut(T) -> FrameContent + Send + 'static,
@@ -92,7 +93,7 @@ impl<T: Send + 'static> Scribe<T> {
 }
 
 fn write_all<T>(
-    mut writer: Writer<WholeFile>,
+    mut writer: Writer<LogFile>,
     waiting: &Taker<T>,
     mut content: impl FnMut(T) -> FrameContent,
 ) -> Result<(), Ended> {
@@ -117,6 +118,14 @@ mod tests {
     use std::fs::{self, File};
 
     use super::*;
+    use crate::allowance::Allowance;
+
+    /// A file as if it were a recording of somebody without quotas.
+    async fn log_file(file: File) -> LogFile {
+        let allowance = Allowance::open("local".parse().unwrap());
+        let folder = std::env::temp_dir();
+        LogFile::new(file, allowance.recording(&folder, &folder.join("none.log")).await.unwrap())
+    }
 
     fn frame(number: u32) -> FrameContent {
         FrameContent { elapsed_secs: f64::from(number), ..FrameContent::default() }
@@ -129,7 +138,7 @@ mod tests {
     #[tokio::test]
     async fn all_frames_are_in_the_file_when_it_is_finished() {
         let path = std::env::temp_dir().join(format!("causeway-scribe-{}", std::process::id()));
-        let file = WholeFile::new(File::create(&path).unwrap());
+        let file = log_file(File::create(&path).unwrap()).await;
         let scribe = Scribe::start(file, &path, &header(), |frame| frame).unwrap();
         for number in 0..100 {
             scribe.write(frame(number)).unwrap();
@@ -147,13 +156,13 @@ mod tests {
 
     #[tokio::test]
     async fn a_full_disk_ends_the_recording_and_the_giver_learns_of_it() {
-        let full = WholeFile::new(File::options().write(true).open("/dev/full").unwrap());
+        let full = log_file(File::options().write(true).open("/dev/full").unwrap()).await;
         let same = |frame: FrameContent| frame;
         let begun = Scribe::start(full, Path::new("/dev/full"), &header(), same);
         // The head is the first that does not fit.
         assert_eq!(begun.err().unwrap().kind(), io::ErrorKind::StorageFull);
         // A file that was not opened for writing refuses what a full disk would.
-        let read_only = WholeFile::new(File::open("/dev/null").unwrap());
+        let read_only = log_file(File::open("/dev/null").unwrap()).await;
         let writer = Writer::after_head(read_only);
         let (writing, written) = watch::channel(());
         let (told, hears) = std::sync::mpsc::channel();

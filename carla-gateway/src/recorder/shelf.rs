@@ -64,11 +64,9 @@ impl Shelf {
         format!("elsewhere/{name}-{:016x}.{end}", place.finish())
     }
 
-    /// Bytes of all files in the folder but one; it may take a while to look at them all.
-    pub(crate) async fn bytes_beside(&self, path: &Path) -> u64 {
-        let (folder, path) = (self.folder.clone(), path.to_owned());
-        let adding = tokio::task::spawn_blocking(move || bytes_in(folder, &path));
-        adding.await.unwrap_or_default()
+    /// Where recordings lie.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// A new file for a recording; one that is a recording already is begun anew.
@@ -102,21 +100,6 @@ impl Shelf {
         file.set_len(0).map_err(refused)?;
         Ok(file)
     }
-}
-
-/// Of files in a folder and the folders in it, but for one; what cannot be read counts nothing.
-fn bytes_in(folder: PathBuf, but: &Path) -> u64 {
-    let (mut bytes, mut folders) = (0, vec![folder]);
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-            match entry.metadata() {
-                Ok(about) if about.is_dir() => folders.push(entry.path()),
-                Ok(about) if entry.path() != but => bytes += about.len(),
-                _ => {}
-            }
-        }
-    }
-    bytes
 }
 
 /// Without `.` and `..`, by the words alone; `None` for what leads above the root.
@@ -194,21 +177,6 @@ mod tests {
         let (one, other) = (name("/home/a/run.log"), name("/home/b/run.log"));
         assert!(one.starts_with("elsewhere/run.log-") && one != other, "{one} {other}");
         assert_eq!(one, name("/home/a/run.log"));
-    }
-
-    #[tokio::test]
-    async fn what_lies_in_the_folder_counts_but_for_what_is_replaced() {
-        let name = format!("causeway-shelf-bytes-{}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        let shelf = Shelf::new(folder.clone(), false);
-        let path = |name: &str| shelf.path_of(name).unwrap();
-        assert_eq!(shelf.bytes_beside(&path("a.log")).await, 0);
-        fs::create_dir_all(folder.join("runs/7")).unwrap();
-        fs::write(path("a.log"), [0; 100]).unwrap();
-        fs::write(path("runs/7/b.log"), [0; 20]).unwrap();
-        assert_eq!(shelf.bytes_beside(&path("new.log")).await, 120);
-        assert_eq!(shelf.bytes_beside(&path("a.log")).await, 20);
-        fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]

@@ -4,14 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use schemas::Tenant;
 use tokio::io::{AsyncWrite, AsyncWriteExt};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::sync::{Notify, Semaphore, mpsc};
 
 use super::backlog::{Backlog, Counted, Share};
 use super::intake::{Room, read};
 use super::message::{Answer, ConnectionId, Payload, Request, Ticket, encode_reply};
-use crate::guests::Guests;
+use crate::guests::Entrance;
 use crate::whereabouts::Whereabouts;
 
 /// Connections of one endpoint at once.
@@ -79,13 +80,13 @@ impl Outbox {
 }
 
 /// Accepts clients for ever, and tells of their calls in the order of arrival.
-pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::Sender<Event>) {
+pub(crate) async fn serve(entrance: Entrance, events: mpsc::Sender<Event>) {
     let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let ids = AtomicU64::new(1);
     let (room, backlog) = (Room::new(), Backlog::default());
     loop {
         let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let (socket, _) = match guests.accept(&listener).await {
+        let (socket, _) = match entrance.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!(%error, "a client could not connect");
@@ -95,8 +96,9 @@ pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::S
         };
         let id = ConnectionId(ids.fetch_add(1, Ordering::Relaxed));
         let (room, share, events) = (room.clone(), backlog.share(), events.clone());
+        let tenant = entrance.tenant.clone();
         tokio::spawn(async move {
-            converse(socket, id, share, &room, events).await;
+            converse(socket, (id, tenant), share, &room, events).await;
             drop(seat);
         });
     }
@@ -104,7 +106,7 @@ pub(crate) async fn serve(listener: TcpListener, guests: Guests, events: mpsc::S
 
 async fn converse(
     socket: TcpStream,
-    id: ConnectionId,
+    (id, tenant): (ConnectionId, Tenant),
     share: Share,
     room: &Room,
     events: mpsc::Sender<Event>,
@@ -113,7 +115,7 @@ async fn converse(
     let whereabouts = Whereabouts { here, there };
     let tell = |what: &str| {
         let (port, connection) = (here.port(), id.0);
-        tracing::debug!(target: "audit", peer = %there, port, connection, "{what}");
+        tracing::debug!(target: "audit", %tenant, peer = %there, port, connection, "{what}");
     };
     tell("a CARLA client connects");
     if let Err(error) = socket.set_nodelay(true) {
@@ -165,15 +167,18 @@ mod tests {
     use std::net::Ipv4Addr;
 
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::net::TcpListener;
 
     use super::*;
+    use crate::guests::Guests;
 
     /// A client that has asked for something, and the way back to it.
     async fn connected() -> (TcpStream, Outbox, mpsc::Receiver<Event>) {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
         let (events, mut told) = mpsc::channel(8);
-        tokio::spawn(serve(listener, Guests::default(), events));
+        let tenant = "alice".parse().unwrap();
+        tokio::spawn(serve(Entrance::new(listener, Guests::default(), tenant), events));
         let client = TcpStream::connect(address).await.unwrap();
         let Some(Event::Connected(_, whereabouts, outbox)) = told.recv().await else {
             panic!("nobody connected");

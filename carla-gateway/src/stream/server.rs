@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use bytes::Buf;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::sync::Semaphore;
 
 use super::StreamId;
 use super::hub::{Hub, Listener};
-use crate::guests::Guests;
+use crate::guests::Entrance;
 
 /// Listeners of one endpoint at once.
 const LISTENERS_MAX: usize = 2_048;
@@ -23,11 +23,11 @@ const MESSAGE_WAIT: Duration = Duration::from_secs(30);
 const REST_WAIT: Duration = Duration::from_secs(2);
 
 /// Accepts listeners for ever.
-pub(crate) async fn serve(listener: TcpListener, guests: Guests, hub: Arc<Hub>) {
+pub(crate) async fn serve(entrance: Entrance, hub: Arc<Hub>) {
     let seats = Arc::new(Semaphore::new(LISTENERS_MAX));
     loop {
         let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let Ok((socket, _)) = guests.accept(&listener).await else {
+        let Ok((socket, _)) = entrance.accept().await else {
             tokio::task::yield_now().await;
             continue;
         };
@@ -88,6 +88,8 @@ async fn deliver(socket: TcpStream, mut listener: Listener, message_wait: Durati
 #[cfg(test)]
 mod tests {
     use std::net::Ipv4Addr;
+
+    use tokio::net::TcpListener;
 
     use super::*;
 

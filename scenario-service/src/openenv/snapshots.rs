@@ -19,7 +19,7 @@ use super::coerce::{FieldError, Reader};
 use super::http::{get_only, in_body, object};
 use super::{Face, http_errors};
 use crate::limits::{FORKS_MAX, ID_CHARS_MAX};
-use crate::session::ResetRequest;
+use crate::session::Saved;
 use crate::session::table::{InUse, Life, TenantSessions};
 
 pub(super) fn router() -> Router<Arc<Face>> {
@@ -64,23 +64,27 @@ async fn keep(
     body: Bytes,
 ) -> Result<Response, Response> {
     let asked = Asked::read(&headers, &body)?;
-    let sessions = face.sessions.of(visitor);
-    Ok(Json(kept(&sessions, &asked.session_id).await?).into_response())
+    let session = found(&face.sessions.of(visitor), &asked.session_id)?;
+    let mut running = session.session.lock().await;
+    let saved = running.saved().await.map_err(IntoResponse::into_response)?;
+    let mut told = told(&saved);
+    told.insert("snapshot_id".to_owned(), json!(running.keep(saved).id));
+    Ok(Json(told).into_response())
 }
 
-/// Keeps the state of a session, and says what it is.
-async fn kept(sessions: &TenantSessions, session_id: &str) -> Result<Map<String, Value>, Response> {
-    let session = sessions.find(session_id).map_err(IntoResponse::into_response)?;
-    let mut running = session.session.lock().await;
-    let (saved, tick, state_hash) =
-        running.snapshot().await.map_err(IntoResponse::into_response)?;
+fn found(sessions: &TenantSessions, session_id: &str) -> Result<InUse, Response> {
+    sessions.find(session_id).map_err(IntoResponse::into_response)
+}
+
+/// What a client hears of a state.
+fn told(saved: &Saved) -> Map<String, Value> {
+    let (tick, state_hash) = saved.state();
     let told = [
-        ("snapshot_id", json!(saved.id)),
-        ("bytes", json!(saved.bytes)),
+        ("bytes", json!(saved.bytes())),
         ("tick", json!(tick.0)),
         ("state_hash", json!(format!("{state_hash:016x}"))),
     ];
-    Ok(told.map(|(name, value)| (name.to_owned(), value)).into_iter().collect())
+    told.map(|(name, value)| (name.to_owned(), value)).into_iter().collect()
 }
 
 async fn list(
@@ -117,45 +121,42 @@ async fn fork(
         return Err(http_errors::elsewhere());
     }
     let sessions = face.sessions.of(visitor);
-    let mut told = kept(&sessions, &asked.session_id).await?;
-    let id = told.remove("snapshot_id");
-    let id = id.as_ref().and_then(Value::as_str).unwrap_or_default();
-    let mut branches: Vec<InUse> = Vec::with_capacity(asked.count);
-    let mut trouble = None;
+    let session = found(&sessions, &asked.session_id)?;
+    let saved = session.session.lock().await.saved().await.map_err(IntoResponse::into_response)?;
+    let mut branches = Branches { sessions: &sessions, ids: Vec::with_capacity(asked.count) };
     for _ in 0..asked.count {
-        match branch(&sessions, id).await {
-            Ok(branch) => branches.push(branch),
-            Err(why) => {
-                trouble = Some(why);
-                break;
-            }
-        }
+        branches.add(saved.clone()).await?;
     }
-    sessions.forget(id, Instant::now());
-    let ids: Vec<String> = branches.iter().map(|branch| branch.id.clone()).collect();
-    drop(branches);
-    if let Some(why) = trouble {
-        for id in &ids {
-            sessions.close(id);
-        }
-        return Err(why);
-    }
-    told.insert("session_ids".to_owned(), json!(ids));
+    let mut told = told(&saved);
+    told.insert("session_ids".to_owned(), json!(branches.keep()));
     Ok(Json(told).into_response())
 }
 
-async fn branch(sessions: &TenantSessions, snapshot_id: &str) -> Result<InUse, Response> {
-    let branch = sessions.open(Life::Detached).map_err(IntoResponse::into_response)?;
-    let from =
-        ResetRequest { snapshot_id: Some(snapshot_id.to_owned()), ..ResetRequest::default() };
-    let begun = branch.session.lock().await.reset(from).await;
-    match begun {
-        Ok(_) => Ok(branch),
-        Err(error) => {
-            let id = branch.id.clone();
-            drop(branch);
-            sessions.close(&id);
-            Err(error.into_response())
+/// Sessions of a fork that is not done: they are closed when this is dropped, also when the client
+/// has gone.
+struct Branches<'a> {
+    sessions: &'a TenantSessions,
+    ids: Vec<String>,
+}
+
+impl Branches<'_> {
+    async fn add(&mut self, saved: Saved) -> Result<(), Response> {
+        let branch = self.sessions.open(Life::Detached).map_err(IntoResponse::into_response)?;
+        self.ids.push(branch.id.clone());
+        let begun = branch.session.lock().await.go_on_from(saved, None).await;
+        begun.map(drop).map_err(IntoResponse::into_response)
+    }
+
+    /// They live on.
+    fn keep(mut self) -> Vec<String> {
+        std::mem::take(&mut self.ids)
+    }
+}
+
+impl Drop for Branches<'_> {
+    fn drop(&mut self) {
+        for id in &self.ids {
+            self.sessions.close(id);
         }
     }
 }

@@ -44,26 +44,38 @@ impl<'a> Operation<'a> {
 pub(crate) struct SavedStates(Mutex<Vec<Kept>>);
 
 struct Kept {
-    id: String,
     saved: Saved,
     used: Instant,
 }
 
 /// An episode with its world, and the settings of its session.
 #[derive(Clone)]
-struct Saved {
+pub(crate) struct Saved {
+    id: String,
     episode: Episode,
     world: Vec<u8>,
     scenario: Box<dyn Scenario>,
     built_from: String,
 }
 
+impl Saved {
+    /// The tick and hash of its world.
+    pub(crate) fn state(&self) -> (Tick, u64) {
+        (self.episode.frame().tick, self.episode.frame().state_hash)
+    }
+
+    /// What it takes up.
+    pub(crate) fn bytes(&self) -> usize {
+        self.world.len()
+    }
+}
+
 impl SavedStates {
     /// Keeps a state; the oldest go where there is no room.
     fn keep(&self, saved: Saved, now: Instant) -> SavedState {
-        let told = SavedState { id: random_id(), bytes: saved.world.len() };
+        let told = SavedState { id: saved.id.clone(), bytes: saved.bytes() };
         let mut kept = self.lock(now);
-        kept.push(Kept { id: told.id.clone(), saved, used: now });
+        kept.push(Kept { saved, used: now });
         while kept.len() > SAVED_MAX || bytes(&kept) > SAVED_BYTES_MAX && kept.len() > 1 {
             kept.remove(0);
         }
@@ -72,7 +84,7 @@ impl SavedStates {
 
     fn copy(&self, id: &str, now: Instant) -> Option<Saved> {
         let mut kept = self.lock(now);
-        let found = kept.iter_mut().find(|kept| kept.id == id)?;
+        let found = kept.iter_mut().find(|kept| kept.saved.id == id)?;
         found.used = now;
         Some(found.saved.clone())
     }
@@ -81,7 +93,7 @@ impl SavedStates {
     pub(crate) fn list(&self, now: Instant) -> Vec<(String, usize, Duration)> {
         let told = |kept: &Kept| {
             let idle = now.saturating_duration_since(kept.used);
-            (kept.id.clone(), kept.saved.world.len(), idle)
+            (kept.saved.id.clone(), kept.saved.bytes(), idle)
         };
         self.lock(now).iter().map(told).collect()
     }
@@ -90,7 +102,7 @@ impl SavedStates {
     pub(crate) fn forget(&self, id: &str, now: Instant) -> bool {
         let mut kept = self.lock(now);
         let before = kept.len();
-        kept.retain(|kept| kept.id != id);
+        kept.retain(|kept| kept.saved.id != id);
         kept.len() < before
     }
 
@@ -103,7 +115,7 @@ impl SavedStates {
 }
 
 fn bytes(kept: &[Kept]) -> usize {
-    kept.iter().map(|kept| kept.saved.world.len()).sum()
+    kept.iter().map(|kept| kept.saved.bytes()).sum()
 }
 
 impl Session {
@@ -123,15 +135,16 @@ impl Session {
                 false => Err(SessionError::Refused(unknown(id))),
             };
         }
-        let (told, ..) = self.snapshot().await?;
+        let saved = self.saved().await?;
+        let told = self.keep(saved);
         Ok(Report { reward: Some(0.0), saved: Some(told), ..Report::default() })
     }
 
-    /// Keeps the present state, and tells its tick and hash. No time passes.
+    /// The present state. No time passes.
     ///
     /// # Errors
     /// [`SessionError`]; nothing has changed.
-    pub(crate) async fn snapshot(&mut self) -> Result<(SavedState, Tick, u64), SessionError> {
+    pub(crate) async fn saved(&mut self) -> Result<Saved, SessionError> {
         self.unless_sealed()?;
         if matches!(self.running, Running::Nothing) {
             let error = Error::new(ErrorCode::InvalidArgument, "the session has no episode yet");
@@ -139,17 +152,21 @@ impl Session {
         }
         let (episode, world) = self.running.episode()?;
         let world = world.snapshot(&self.context).await.map_err(SessionError::World)?;
-        let (tick, state_hash) = (episode.frame().tick, episode.frame().state_hash);
-        let saved = Saved {
+        Ok(Saved {
+            id: random_id(),
             episode: episode.clone(),
             world,
             scenario: self.scenario.clone_box(),
             built_from: self.built_from.clone(),
-        };
-        Ok((self.context.saved.keep(saved, Instant::now()), tick, state_hash))
+        })
     }
 
-    /// Goes on from a state that was kept, in a world of its own.
+    /// Keeps a state for whoever of the tenant knows its id.
+    pub(crate) fn keep(&self, saved: Saved) -> SavedState {
+        self.context.saved.keep(saved, Instant::now())
+    }
+
+    /// Goes on from a state that was kept.
     ///
     /// # Errors
     /// [`SessionError`]; the episode that was running still is.
@@ -158,7 +175,6 @@ impl Session {
         id: &str,
         request: &ResetRequest,
     ) -> Result<Report, SessionError> {
-        self.unless_sealed()?;
         let other = request.scenario_name.is_some() || !request.scenario_config.is_empty();
         if other || request.seed.is_some() {
             let error = "an episode from a snapshot has that one's scenario, settings and seed";
@@ -166,8 +182,22 @@ impl Session {
             return Err(SessionError::Refused(error.wanted("snapshot_id, and no other of these")));
         }
         let saved = self.context.saved.copy(id, Instant::now());
-        let Saved { mut episode, world, scenario, built_from } =
-            saved.ok_or_else(|| SessionError::Refused(unknown(id)))?;
+        let saved = saved.ok_or_else(|| SessionError::Refused(unknown(id)))?;
+        self.go_on_from(saved, request.episode_id.clone()).await
+    }
+
+    /// Goes on from a state, in a world of its own.
+    ///
+    /// # Errors
+    /// [`SessionError`]; the episode that was running still is.
+    pub(crate) async fn go_on_from(
+        &mut self,
+        saved: Saved,
+        episode_id: Option<String>,
+    ) -> Result<Report, SessionError> {
+        self.unless_sealed()?;
+        let begun = Instant::now();
+        let Saved { id, mut episode, world, scenario, built_from } = saved;
         let base = State::Snapshot(world);
         let (frame, world) =
             FreshWorlds(&self.context).make(&base).await.map_err(SessionError::World)?;
@@ -176,11 +206,12 @@ impl Session {
         if (frame.tick, frame.state_hash) != (seen.tick, seen.state_hash) {
             return Err(invalid("the world of a snapshot is not as it was"));
         }
-        episode.resume(frame, id.to_owned(), request.episode_id.clone().unwrap_or_else(random_id));
+        episode.resume(frame, id, episode_id.unwrap_or_else(random_id));
         let world = EpisodeWorld::new(world, Some(base), &self.context).await;
         self.scenario = scenario;
         self.built_from = built_from;
         self.go_on(episode, Home::Own(world));
+        self.context.figures.reset_seconds.observe(begun.elapsed());
         Ok(Report::default())
     }
 

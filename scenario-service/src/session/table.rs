@@ -115,8 +115,8 @@ pub(crate) struct Sessions {
     /// How long sessions may be idle.
     pub(crate) idle: IdleTimes,
     slots: Mutex<BTreeMap<String, Arc<Slot>>>,
-    /// Of sessions beyond a quota, as they are written down.
-    refusals: Seldom,
+    /// Of sessions beyond the quota of a tenant, as they are written down.
+    refusals: Seldom<Tenant>,
 }
 
 /// The sessions of one tenant.
@@ -260,7 +260,7 @@ impl TenantSessions {
             let active = of_tenant(&slots, tenant);
             if active >= max {
                 figures.quota.inc();
-                if self.all.refusals.may_tell(Instant::now()) {
+                if self.all.refusals.may_tell(tenant.clone(), Instant::now()) {
                     let (quota, token) =
                         ("sessions_max", token.as_ref().map(tracing::field::display));
                     tracing::warn!(target: "audit", %tenant, token, quota, max, "quota refused");

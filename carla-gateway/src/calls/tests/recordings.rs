@@ -87,6 +87,27 @@ fn a_question_does_not_hold_the_endpoint() {
     });
 }
 
+#[test]
+fn no_two_journals_beside_a_recording_have_one_name() {
+    runtime().block_on(async {
+        let (mut endpoint, toy) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        let name = format!("journals-{}.log", std::process::id());
+        answer(&mut endpoint, &call("start_recorder", ((false,), &name, false))).await.unwrap();
+        endpoint.tick().await.unwrap();
+        toy.crash();
+        // The first new world is lost on its way to where the old one was.
+        toy.busy.store(1, Ordering::Relaxed);
+        endpoint.tick().await.unwrap();
+        let ends = ["journal", "2.journal", "3.journal"];
+        assert_eq!(*toy.journals.lock().unwrap(), ends.map(|end| format!("{name}.{end}")));
+        answer(&mut endpoint, &call("stop_recorder", ((false,),))).await.unwrap();
+        let path = endpoint.recorder.shelf().path_of(&name).unwrap();
+        endpoint.recorder.settle(&path).await;
+        std::fs::remove_file(path).unwrap();
+    });
+}
+
 /// Actors of every class, told everything, in the map of the toy.
 fn eventful() -> Vec<u8> {
     let header = Header { version: Header::VERSION, date: 0, map: "Town10HD".to_owned() };

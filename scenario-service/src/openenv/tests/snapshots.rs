@@ -1,5 +1,7 @@
 //! States of episodes over HTTP.
 
+use std::sync::atomic::Ordering;
+
 use super::*;
 
 async fn post(address: SocketAddr, path: &str, body: Value) -> (u16, Value) {
@@ -58,6 +60,46 @@ async fn a_fork_is_sessions_that_go_on_alike_or_none() {
     assert_eq!(load["active_sessions"], 3, "those of a fork that failed are closed");
     let (_, told) = json_of(address, "GET", "/snapshots", None).await;
     assert_eq!(told["snapshots"], json!([]));
+}
+
+#[tokio::test]
+async fn a_fork_whose_client_leaves_leaves_nothing_behind() {
+    let (port, address) = serve(8, Mode::Simulation).await;
+    let id = begun(address, json!({})).await;
+    let active =
+        || async { json_of(address, "GET", "/metrics", None).await.1["active_sessions"].clone() };
+    port.is_slow_to_restore.store(true, Ordering::Relaxed);
+    let mut client = TcpStream::connect(address).await.unwrap();
+    let body = json!({ "session_id": id, "count": 2 }).to_string();
+    let request = format!(
+        "POST /fork HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n\
+         content-length: {}\r\n\r\n{body}",
+        body.len()
+    );
+    client.write_all(request.as_bytes()).await.unwrap();
+    for (wanted, what) in [(2, "the first branch begins"), (1, "it is closed")] {
+        let until = std::time::Instant::now() + DEADLINE;
+        while active().await != wanted {
+            assert!(std::time::Instant::now() < until, "{what}");
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        client.shutdown().await.unwrap();
+    }
+}
+
+#[tokio::test]
+async fn a_fork_pushes_no_state_out() {
+    let (_, address) = serve(4, Mode::Simulation).await;
+    let id = begun(address, json!({})).await;
+    let session = json!({ "session_id": id });
+    let (_, first) = post(address, "/snapshots", session.clone()).await;
+    for _ in 1..crate::limits::SAVED_MAX {
+        assert_eq!(post(address, "/snapshots", session.clone()).await.0, 200);
+    }
+    assert_eq!(post(address, "/fork", session).await.0, 200);
+    let (_, told) = json_of(address, "GET", "/snapshots", None).await;
+    assert_eq!(told["snapshots"].as_array().unwrap().len(), crate::limits::SAVED_MAX);
+    assert_eq!(told["snapshots"][0]["snapshot_id"], first["snapshot_id"]);
 }
 
 #[tokio::test]
