@@ -188,6 +188,15 @@ fn every_town_has_as_many_spawn_points_as_that_of_carla_and_room_for_a_car_at_ea
     }
 }
 
+/// Whoever names a spawn point by its index finds it where it was.
+#[test]
+fn towns_keep_as_many_spawn_points_as_they_had() {
+    let counts = [255, 101, 584, 1428, 864, 1400, 208, 376];
+    for ((name, _), count) in CARLA.into_iter().zip(counts) {
+        assert_eq!(town(name).spawn_points().len(), count, "{name}");
+    }
+}
+
 #[test]
 fn a_town_under_both_of_its_names_has_the_same_spawn_points() {
     let text = roads::town::build("Town02").unwrap();

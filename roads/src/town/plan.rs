@@ -17,8 +17,8 @@ pub(super) const SAME_WAY_RAD: f64 = 0.88;
 /// Radius of kerbs at corners, in metres, so that cars can turn right from the outer lane.
 const KERB_RADIUS_M: f64 = 10.0;
 
-/// Junctions reach this much less far than whole metres, so that roads are no whole number of
-/// metres long: `next_until_lane_end` of CARLA's client raises where a step ends exactly at a road's end.
+/// Junctions reach this much less far than whole metres, so that no road is a whole number of them
+/// long: `next_until_lane_end` of CARLA's client raises where a step ends exactly at a road's end.
 pub(super) const UNEVEN_M: f64 = 0.001;
 
 /// Who may go first at a junction.

@@ -6,13 +6,14 @@ use super::junction::junction_id;
 use super::plan::{Plan, Street, UNEVEN_M};
 use super::profile::Profile;
 
-/// Distances from junctions between which parking and bicycle lanes open and close, in metres. The
-/// second begins a lane section and is no whole number, see [`UNEVEN_M`].
-const EXTRA_OPENS_M: [f64; 2] = [15.0, 30.0 - UNEVEN_M];
+/// Distances from junctions between which parking and bicycle lanes open and close, in metres. A
+/// lane section begins at the second; no whole number of metres leads from it to the street's end,
+/// see [`UNEVEN_M`].
+const EXTRA_OPENS_M: [f64; 2] = [15.0, 30.0 + UNEVEN_M / 2.0];
 /// Distance from junctions at which a lane section begins while they open, in metres: each section
 /// has some of their area, which Scenic asks for, and where one meets the next they have a width,
 /// without which OpenDRIVE 1.7 forbids a link.
-const EXTRA_SECTION_M: f64 = 20.0 - UNEVEN_M;
+const EXTRA_SECTION_M: f64 = 20.0 + UNEVEN_M / 2.0;
 /// Shorter streets have none, in metres.
 const EXTRA_STREET_MIN_M: f64 = 90.0;
 /// Heights that differ by less are the same, in metres.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use schemas::{Error, ErrorCode, Frame};
 
-use super::SessionContext;
 use super::shared::Participant;
 use super::world::{EpisodeWorld, Told, Trouble, Work};
+use super::{SessionContext, SessionError};
 
 pub(super) enum Home {
     Own(EpisodeWorld),
@@ -67,13 +67,14 @@ impl Home {
     /// The state of the world.
     ///
     /// # Errors
-    /// Those of the port, or that others are in it.
-    pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, Error> {
+    /// [`SessionError`]: those of the port, or that others are in it.
+    pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, SessionError> {
         match self {
-            Self::Own(world) => world.snapshot(context).await,
+            Self::Own(world) => world.snapshot(context).await.map_err(SessionError::World),
             Self::Shared(_) => {
                 let text = "no state of a world with several egos is kept";
-                Err(Error::new(ErrorCode::Unsupported, text).wanted("num_egos 1 at its reset"))
+                let error = Error::new(ErrorCode::Unsupported, text);
+                Err(SessionError::Refused(error.wanted("num_egos 1 at its reset")))
             }
         }
     }

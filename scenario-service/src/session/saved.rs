@@ -151,7 +151,7 @@ impl Session {
             return Err(SessionError::Refused(error.wanted("a reset before a snapshot")));
         }
         let (episode, world) = self.running.episode()?;
-        let world = world.snapshot(&self.context).await.map_err(SessionError::World)?;
+        let world = world.snapshot(&self.context).await?;
         Ok(Saved {
             id: random_id(),
             episode: episode.clone(),

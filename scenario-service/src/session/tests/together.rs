@@ -189,8 +189,11 @@ async fn what_cannot_be_joined_says_why_and_changes_nothing() {
         metadata: json!({ "op": "snapshot" }).as_object().unwrap().clone(),
         ..Action::of(ActionKind::Observe)
     };
-    let refused = guest.step(&keep).await.unwrap_err().to_string();
-    assert!(refused.contains("several egos"), "{refused}");
+    let refused = guest.step(&keep).await.unwrap_err();
+    assert!(
+        refused.is_callers_fault() && refused.to_string().contains("several egos"),
+        "{refused}"
+    );
     drop(host);
 }
 
