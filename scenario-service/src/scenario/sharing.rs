@@ -93,8 +93,8 @@ impl Sharing {
     }
 }
 
-/// Puts the egos after the first one into the world, each drawn as if it were alone, at a place that
-/// is free. Gives their scenarios; the commands that spawn them follow that of the first one.
+/// Puts the egos after the first one into the world, each drawn as if it were alone, at a place
+/// that is free. Gives their scenarios; the commands that spawn them follow that of the first one.
 ///
 /// # Errors
 /// [`ScenarioError`] when this scenario has one ego only, or the map no more free places.

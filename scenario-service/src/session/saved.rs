@@ -175,6 +175,7 @@ impl Session {
         id: &str,
         request: &ResetRequest,
     ) -> Result<Report, SessionError> {
+        self.unless_sealed()?;
         let other = request.scenario_name.is_some() || !request.scenario_config.is_empty();
         if other || request.seed.is_some() {
             let error = "an episode from a snapshot has that one's scenario, settings and seed";
@@ -195,7 +196,6 @@ impl Session {
         saved: Saved,
         episode_id: Option<String>,
     ) -> Result<Report, SessionError> {
-        self.unless_sealed()?;
         let begun = Instant::now();
         let Saved { id, mut episode, world, scenario, built_from } = saved;
         let base = State::Snapshot(world);

@@ -2,6 +2,7 @@
 
 use schemas::{ActorId, ActorState, Frame, HiddenScenery, TrafficLightState, Weather};
 
+use crate::actor::Vehicle;
 use crate::blueprint;
 use crate::hash::Hasher;
 use crate::world::World;
@@ -114,24 +115,28 @@ impl World {
                 }
             }
             if let Some(vehicle) = actor.vehicle.as_deref() {
-                hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
-                hasher.value(&vehicle.wheel.pilot());
-                if let Some(agent) = &vehicle.agent {
-                    hasher.value(&(vehicle.wheel.is_agent(), agent));
-                }
-                if let Some(traffic) = vehicle.wheel.traffic() {
-                    hasher.value(traffic);
-                }
-                hasher.value(&vehicle.rules);
-                vehicle.ackermann.hash(vehicle.wheel.ackermann(), &mut hasher);
-                hasher.value(&vehicle.tuning);
-                hasher.value(&vehicle.hold());
-                hasher.value(&vehicle.altered);
+                hash_vehicle(vehicle, &mut hasher);
             }
         }
         state.sensors.hash(&mut hasher);
         hasher.finish()
     }
+}
+
+fn hash_vehicle(vehicle: &Vehicle, hasher: &mut Hasher) {
+    hasher.floats(vehicle.state.values().chain([vehicle.tipped_secs]));
+    hasher.value(&vehicle.wheel.pilot());
+    if let Some(agent) = &vehicle.agent {
+        hasher.value(&(vehicle.wheel.is_agent(), agent));
+    }
+    if let Some(traffic) = vehicle.wheel.traffic() {
+        hasher.value(traffic);
+    }
+    hasher.value(&vehicle.rules);
+    vehicle.ackermann.hash(vehicle.wheel.ackermann(), hasher);
+    hasher.value(&vehicle.tuning);
+    hasher.value(&vehicle.hold());
+    hasher.value(&vehicle.altered);
 }
 
 fn weather_values(weather: &Weather) -> [f32; 14] {
