@@ -4,6 +4,7 @@ mod candidate;
 mod context;
 mod contexts;
 mod error;
+mod furnished;
 mod home;
 mod origin;
 mod recovery;
@@ -17,22 +18,18 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use monitoring::Drain;
-use schemas::{ActorId, CommandReply, EncodedFrame, Error, ErrorCode, Image, SharedFrame};
+use schemas::{EncodedFrame, Error, ErrorCode, Image, SharedFrame};
 use serde_json::{Map, Value};
 use tenancy::Quotas;
-use worlds::NewWorld;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
 use crate::scenario::{DoneReason, Scenario, ScenarioError, registry, sharing};
-use crate::world_port::keeper::OwnedWorld;
-use crate::world_port::{CreatedWorld, DT_SECS};
 use candidate::Candidate;
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 pub(crate) use error::SessionError;
 use home::Home;
-use origin::Origin;
 use saved::Operation;
 pub(crate) use saved::{Saved, SavedStates};
 pub(crate) use shared::SharedWorlds;
@@ -139,19 +136,7 @@ impl Session {
         }
         let ((frame, replies, world), base) = match branched {
             Some(branched) => (branched, None),
-            None => {
-                let new = NewWorld {
-                    map: map_name,
-                    seed,
-                    dt_secs: DT_SECS,
-                    commands: spec.commands(),
-                    traffic: spec.signals,
-                    first_actor: ActorId::FIRST,
-                };
-                self.context.may_spawn(self.quotas, &new.commands)?;
-                let (created, world) = self.create(new.clone()).await?;
-                ((decode(created.frame)?, created.replies, world), Some(worlds::State::New(new)))
-            }
+            None => self.furnished(map_name, seed, &spec).await?,
         };
         if frame.map.digest != map.digest() {
             context.maps.forget_names();
@@ -310,25 +295,6 @@ impl Session {
         Ok(episode.captured(picture))
     }
 
-    async fn branched(&self, origin: &Origin) -> Result<Branched, SessionError> {
-        let (created, world) = origin.branch(&self.context).await?;
-        let frame = decode(created.frame)?;
-        let replies = origin.replies(&frame)?;
-        Ok((frame, replies, world))
-    }
-
-    /// Runs to its end even if the caller is cancelled, so that no world is made that nobody owns.
-    async fn create(&self, new: NewWorld) -> Result<(CreatedWorld, OwnedWorld), SessionError> {
-        let context = Arc::clone(&self.context);
-        let created = tokio::spawn(async move {
-            let created = context.port.create(new).await?;
-            let world = context.keeper.keep(created.world);
-            Ok((created, world))
-        });
-        let created = created.await.map_err(|_| invalid("making a world was interrupted"))?;
-        created.map_err(SessionError::World)
-    }
-
     fn lost_or(&mut self, error: Error) -> SessionError {
         if !ends_the_episode(error.code) {
             return SessionError::World(error);
@@ -344,9 +310,6 @@ impl Session {
         SessionError::WorldLost(error.to_string())
     }
 }
-
-/// A world with its first frame, and the replies to what furnished it.
-type Branched = (SharedFrame, Vec<CommandReply>, OwnedWorld);
 
 impl Running {
     fn episode(&mut self) -> Result<(&mut Episode, &mut Home), SessionError> {

@@ -165,11 +165,12 @@ mod tests {
     use schemas::{Command, TrafficCommand, WorldId};
 
     use super::*;
-    use crate::actor::Vehicle;
     use crate::{Town, WorldConfig};
 
+    type Change = fn(&mut Vehicle);
+
     /// Ways to change a vehicle of traffic so that it goes on otherwise.
-    const CHANGES: [(&str, fn(&mut Vehicle)); 3] = [
+    const CHANGES: [(&str, Change); 3] = [
         ("whose it is", |vehicle| {
             let traffic = vehicle.wheel.traffic_mut().unwrap();
             traffic.of_world = !traffic.of_world;
