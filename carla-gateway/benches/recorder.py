@@ -166,9 +166,10 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--keep", type=Path, help="a folder for the recordings")
     asked = parser.parse_args()
-    site = Site(asked.causeway, asked.port)
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as temporary:
+        # Where journals go beside logs of other folders.
+        site = Site(asked.causeway, asked.port, "--recordings", f"{temporary}/site")
         folder = asked.keep or Path(temporary)
         try:
             client = connect(site)

@@ -26,7 +26,7 @@ TOWNS = [f"Town0{number}" for number in range(1, 8)] + ["Town10HD"]
 class Site:
     """`causeway up` with an endpoint for CARLA."""
 
-    def __init__(self, program: str, port: int):
+    def __init__(self, program: str, port: int, *more: str):
         flags = [
             "--http",
             "127.0.0.1:0",
@@ -34,6 +34,7 @@ class Site:
             "tcp/127.0.0.1:0",
             "--carla",
             str(port),
+            *more,
         ]
         self.process = subprocess.Popen(
             [program, "up", *flags],
