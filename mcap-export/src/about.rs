@@ -50,7 +50,8 @@ impl Origin {
         ]
     }
 
-    /// From the metadata and the attachment of a file; `None` for others than [`Exporter`] writes.
+    /// From the metadata and the attachment of a file; `None` for others than
+    /// [`crate::Exporter`] writes.
     pub fn of(told: &BTreeMap<String, String>, snapshot: Vec<u8>) -> Option<Self> {
         Some(Self {
             tick: told.get("tick")?.parse().ok()?,
