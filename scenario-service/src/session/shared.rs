@@ -113,7 +113,7 @@ pub(super) struct Participant {
 
 impl Participant {
     /// Has something done in the world together with what the others want. Cancelled it is done all
-    /// the same.
+    /// the same, unless another step takes its place before its round.
     ///
     /// # Errors
     /// [`Trouble`].

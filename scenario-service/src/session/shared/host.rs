@@ -215,8 +215,8 @@ impl Host {
     }
 
     /// All commands of a round, and whose reply each one's is.
-    fn joined(&mut self, round: Round) -> (Vec<Command>, Vec<Option<usize>>) {
-        let mut commands = std::mem::take(&mut self.opening);
+    fn joined(&self, round: Round) -> (Vec<Command>, Vec<Option<usize>>) {
+        let mut commands = self.opening.clone();
         let egos = round.absent.iter().map(|seat| self.egos[*seat].0);
         commands.extend(egos.filter_map(|ego| self.sharing.absent.commands(ego)));
         let mut owners = vec![None; commands.len()];
@@ -232,6 +232,7 @@ impl Host {
     fn tell(&mut self, told: Told, owners: &[Option<usize>], ticks: u32) {
         let Told { frame, replies, collisions, .. } = told;
         self.frame = frame;
+        self.opening.clear();
         for (reply, owner) in replies.into_iter().zip(owners) {
             if let Some(waiting) = owner.and_then(|seat| self.waiting[seat].as_mut()) {
                 waiting.replies.push(reply);
