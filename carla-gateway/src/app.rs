@@ -18,7 +18,7 @@ use tokio::time::Instant;
 use worlds::Worlds;
 
 use crate::allowance::Allowance;
-use crate::config::{Args, Config, ConfigError, EndpointConfig, WorldConfig};
+use crate::config::{Args, Config, ConfigError, EndpointConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::Figures;
 use crate::guests::{Entrance, Guests};
@@ -244,8 +244,7 @@ async fn attend(
     let entrance = |listener| Entrance::new(listener, guests.clone(), tenant.clone());
     tokio::spawn(stream::serve(entrance(streams), Arc::clone(&endpoint.hub)));
     tokio::spawn(rpc::serve(entrance(calls), events));
-    let WorldConfig { period, sync_lease, .. } = endpoint.config;
-    let lobby = Lobby::new(period, sync_lease, Instant::now());
+    let lobby = Lobby::new(endpoint.config.pacing, Instant::now());
     let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);
     server.run(endpoint).await;
     Ok(())

@@ -61,6 +61,10 @@ pub struct Args {
     /// Leaves synchronous mode when nobody ticked for so long [default: never, as CARLA]
     #[arg(long, value_name = "SECS")]
     pub sync_lease: Option<f64>,
+    /// Clients in synchronous mode tick together: the world advances when each that ticks has
+    /// asked, and waits so long for one that does not [default: each tick counts, as in CARLA]
+    #[arg(long, value_name = "SECS")]
+    pub share_clock: Option<f64>,
     /// Tyres and steering of cars: CARLA's, which its programs and the corners of its maps are made
     /// for, or those of real ones
     #[arg(long, value_enum, default_value_t)]
@@ -145,9 +149,7 @@ pub(crate) struct WorldConfig {
     pub(crate) map: String,
     pub(crate) seed: u64,
     pub(crate) tyres: Tyres,
-    /// Between two ticks in asynchronous mode.
-    pub(crate) period: Duration,
-    pub(crate) sync_lease: Option<Duration>,
+    pub(crate) pacing: Pacing,
     pub(crate) after_replays: AfterReplays,
     /// Where recordings lie.
     pub(crate) shelf: Shelf,
@@ -157,6 +159,17 @@ pub(crate) struct WorldConfig {
     pub(crate) recovery: Arc<Budget>,
     /// How much of the site their tenant may use.
     pub(crate) allowance: Allowance,
+}
+
+/// How the clock of an endpoint runs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pacing {
+    /// Between two ticks in asynchronous mode.
+    pub(crate) period: Duration,
+    /// Leaves synchronous mode when nobody ticked for so long.
+    pub(crate) sync_lease: Option<Duration>,
+    /// Clients tick together, and wait so long for each other.
+    pub(crate) clock_lease: Option<Duration>,
 }
 
 /// How long worlds outlive the gateway.
@@ -189,8 +202,15 @@ impl Config {
         if !(args.fps.is_finite() && args.fps > 0.0 && args.fps <= FPS_MAX) {
             return Err(wrong("fps", format!("wanted 0 to {FPS_MAX}, found {}", args.fps)));
         }
-        let lease = args.sync_lease.map(Duration::try_from_secs_f64).transpose();
-        let sync_lease = lease.map_err(|why| wrong("sync-lease", why.to_string()))?;
+        let lease = |setting, secs: Option<f64>| {
+            let lease = secs.map(Duration::try_from_secs_f64).transpose();
+            lease.map_err(|why| wrong(setting, why.to_string()))
+        };
+        let pacing = Pacing {
+            period: Duration::from_secs_f64(1.0 / args.fps),
+            sync_lease: lease("sync-lease", args.sync_lease)?,
+            clock_lease: lease("share-clock", args.share_clock)?,
+        };
         let recordings = std::path::absolute(&args.recordings);
         let recordings = recordings.map_err(|why| wrong("recordings", why.to_string()))?;
         let endpoints =
@@ -207,8 +227,7 @@ impl Config {
                 map: args.map.clone(),
                 seed: args.seed,
                 tyres: args.tyres,
-                period: Duration::from_secs_f64(1.0 / args.fps),
-                sync_lease,
+                pacing,
                 after_replays: args.after_replays,
                 shelf: Shelf::new(recordings.clone(), false),
                 owner: args.id.clone(),

@@ -56,6 +56,7 @@ struct Present {
     brief: Brief,
     timing: Timing,
     expects_step: bool,
+    asks_for_frame: bool,
     later: Option<JoinHandle<Answer>>,
     /// Was made ready for the call.
     prepared: Option<Prepared>,
@@ -64,8 +65,15 @@ struct Present {
 
 impl Present {
     fn new(brief: Brief) -> Self {
-        let (timing, expects_step) = (Timing::Now, false);
-        Self { brief, timing, expects_step, later: None, prepared: None, again: None }
+        Self {
+            brief,
+            timing: Timing::Now,
+            expects_step: false,
+            asks_for_frame: false,
+            later: None,
+            prepared: None,
+            again: None,
+        }
     }
 }
 
@@ -160,6 +168,7 @@ impl Endpoint {
                 caller: None,
                 finds_new_world: false,
                 ticks_by_itself: false,
+                shares_clock: false,
             }),
             newest_stream: WORLD_OBSERVER,
             given: GivenIds::default(),
@@ -247,6 +256,7 @@ impl Endpoint {
             again: None,
             timing: self.present.timing,
             expects_step: self.present.expects_step,
+            asks_for_frame: self.present.asks_for_frame,
             settings: self.settings.clone(),
             frame_number: self.frame_number,
             episodes_begun: self.episodes_begun,

@@ -16,12 +16,14 @@ mod late;
 mod managers;
 mod messages;
 mod pace;
+mod participants;
+mod turn;
 
 use std::collections::{BTreeMap, VecDeque};
-use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::config::Pacing;
 use crate::dialect::EpisodeSettings;
 use crate::rpc::{Answer, ConnectionId, Payload, Ticket};
 use crate::whereabouts::Whereabouts;
@@ -31,6 +33,8 @@ use late::LateAnswers;
 use managers::TrafficManagers;
 pub(crate) use messages::{Again, Brief, Call, Do, Event, Job, Report, Task, Timing, WorldState};
 use pace::{Pace, QUIET_AFTER_LOAD};
+use participants::Participants;
+use turn::{Purpose, UnderWay, Waiting};
 
 /// The client whose protocol this is.
 const VERSION: &str = "0.9.16";
@@ -38,31 +42,6 @@ const VERSION: &str = "0.9.16";
 const LOAD: &str = "load_new_episode";
 /// Calls, and late answers, that may wait; clients that send more are read more slowly.
 pub(crate) const CALLS_MAX: usize = 1_024;
-
-/// Whose turn comes, in the order of arrival.
-#[derive(Debug)]
-enum Waiting {
-    Call(Call),
-    /// A client is gone; its calls come before.
-    Gone(ConnectionId),
-}
-
-/// What the report of the present job is about.
-#[derive(Debug)]
-struct UnderWay {
-    purpose: Purpose,
-    /// The newest client when it began.
-    newest_client: Option<ConnectionId>,
-}
-
-#[derive(Debug)]
-enum Purpose {
-    Call { ticket: Ticket, is_load: bool },
-    Prepare(Ticket),
-    Advance(ConnectionId),
-    TickByItself,
-    ShowEpisode,
-}
 
 /// Clients of one endpoint, and what they wait for.
 #[derive(Debug)]
@@ -74,6 +53,7 @@ pub(crate) struct Lobby {
     held: HeldLoads,
     late: LateAnswers,
     pace: Pace,
+    participants: Participants,
     waiting: VecDeque<Waiting>,
     under_way: Option<UnderWay>,
     settings: EpisodeSettings,
@@ -86,7 +66,8 @@ pub(crate) struct Lobby {
 
 impl Lobby {
     /// Nobody is here.
-    pub(crate) fn new(period: Duration, sync_lease: Option<Duration>, now: Instant) -> Self {
+    pub(crate) fn new(pacing: Pacing, now: Instant) -> Self {
+        let Pacing { period, sync_lease, clock_lease } = pacing;
         Self {
             clients: BTreeMap::new(),
             newest_client: None,
@@ -95,6 +76,7 @@ impl Lobby {
             held: HeldLoads::default(),
             late: LateAnswers::default(),
             pace: Pace::new(period, sync_lease, now),
+            participants: Participants::new(clock_lease),
             waiting: VecDeque::new(),
             under_way: None,
             settings: EpisodeSettings::default(),
@@ -122,7 +104,8 @@ impl Lobby {
             return late.min();
         }
         let idle = self.managers.due().into_iter().chain(self.held.due(&self.phase));
-        late.chain(idle).chain(self.next_tick_at()).min()
+        let ticks = self.next_tick_at().into_iter().chain(self.participants.due());
+        late.chain(idle).chain(ticks).min()
     }
 
     /// Takes in what happened, and says what is to be done about it.
@@ -170,6 +153,12 @@ impl Lobby {
 
     /// Begins the next job, or does what needs none; whether there was anything.
     fn go_on(&mut self, now: Instant, acts: &mut Vec<Do>) -> bool {
+        if let Some(round) = self.participants.take_round(now) {
+            acts.extend((round.missed > 0).then_some(Do::TellMissing(round.missed)));
+            let first = round.asked.first().copied();
+            self.begin(Task::Advance, Purpose::Advance(round.asked), first, acts);
+            return true;
+        }
         if let Some(load) = self.held.take_ready(&self.phase, &self.managers, now) {
             self.begin_call(load, acts);
             return true;
@@ -243,7 +232,8 @@ impl Lobby {
             && caller.is_some_and(|caller| Some(caller) > self.newest_witness);
         let last_tick = self.pace.last_tick();
         let ticks_by_itself = self.ticks_by_itself();
-        let brief = Brief { last_tick, caller, finds_new_world, ticks_by_itself };
+        let shares_clock = self.participants.share_clock();
+        let brief = Brief { last_tick, caller, finds_new_world, ticks_by_itself, shares_clock };
         acts.push(Do::Begin(Job { task, brief }));
     }
 
@@ -251,7 +241,7 @@ impl Lobby {
     fn finish(&mut self, report: Report, now: Instant, acts: &mut Vec<Do>) {
         let Some(UnderWay { purpose, newest_client }) = self.under_way.take() else { return };
         self.learn(&report, newest_client, now);
-        let Report { answer, later, again, timing, expects_step, .. } = report;
+        let Report { answer, later, again, timing, expects_step, asks_for_frame, .. } = report;
         match purpose {
             Purpose::Call { ticket, is_load } => {
                 if let Some(later) = later {
@@ -259,6 +249,9 @@ impl Lobby {
                 }
                 if let Some(again) = again {
                     return acts.push(Do::CallAgain(ticket, again));
+                }
+                if asks_for_frame {
+                    self.participants.note_ask(ticket.client, now);
                 }
                 if expects_step {
                     self.managers.note_frame(ticket.client, now);
@@ -275,10 +268,12 @@ impl Lobby {
                 let (client, is_ready) = (ticket.client, answer.is_ok());
                 acts.push(Do::Answer(ticket, answer));
                 if is_ready {
-                    self.begin(Task::Advance, Purpose::Advance(client), Some(client), acts);
+                    self.participants.note_ask(client, now);
                 }
             }
-            Purpose::Advance(client) => self.managers.note_frame(client, now),
+            Purpose::Advance(clients) => {
+                clients.into_iter().for_each(|client| self.managers.note_frame(client, now));
+            }
             Purpose::TickByItself => {
                 self.pace.note_end(self.waiting.len(), answer.is_ok(), now);
             }
@@ -299,8 +294,12 @@ impl Lobby {
             self.pace.forget_loss(now);
         }
         self.pace.count_from(report.last_tick);
-        if report.episodes_begun != self.episodes_begun {
+        let is_new_episode = report.episodes_begun != self.episodes_begun;
+        if is_new_episode {
             self.pace.count_from(now + QUIET_AFTER_LOAD);
+        }
+        if is_new_episode || !report.settings.synchronous_mode {
+            self.participants.forget_round();
         }
         self.frame_number = report.frame_number;
         self.episodes_begun = report.episodes_begun;
@@ -374,6 +373,7 @@ impl Lobby {
         self.held.forget(client);
         self.late.forget(client);
         self.phase.forget(client);
+        self.participants.forget(client);
     }
 
     /// When the world ticks by itself: never while nobody is connected, while clients tick, or

@@ -147,6 +147,9 @@ impl Server {
                 Do::BorrowPort(port, client) => {
                     drop(tokio::spawn(client.borrow_port(port, self.stream_port)));
                 }
+                Do::TellMissing(clients) => {
+                    tracing::warn!(clients, "clients that share the clock have not ticked in time");
+                }
                 Do::TellLoss(loss) => {
                     let (lost_secs, of_secs) = (loss.lost.as_secs_f32(), loss.of.as_secs_f32());
                     tracing::warn!(

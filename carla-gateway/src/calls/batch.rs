@@ -34,7 +34,7 @@ pub(super) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
     let (commands, tick) = request.batch()?;
     let responses = run(endpoint, commands, 0).await?;
     if tick && endpoint.settings().synchronous_mode {
-        endpoint.tick().await?;
+        endpoint.tick_for_caller().await?;
     }
     Payload::bare(&responses)
 }

@@ -44,6 +44,19 @@ impl Endpoint {
         }
     }
 
+    /// Advances the world by one frame for the caller; where clients share the clock, as soon as
+    /// all of them have asked.
+    ///
+    /// # Errors
+    /// Those of the world.
+    pub(crate) async fn tick_for_caller(&mut self) -> Result<(), Refusal> {
+        if self.present.brief.shares_clock {
+            self.present.asks_for_frame = true;
+            return self.get_ready().await;
+        }
+        self.tick().await.map(drop)
+    }
+
     /// Advances the world by one frame and shows it.
     ///
     /// # Errors

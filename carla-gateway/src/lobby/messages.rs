@@ -58,6 +58,8 @@ pub(crate) enum Do {
     /// Has whoever holds a port of this machine lend it to a client's Traffic Manager, which is
     /// about to start.
     BorrowPort(u16, Whereabouts),
+    /// Says that so many clients who share the clock were waited for in vain.
+    TellMissing(usize),
     /// Says that ticks take longer than their period, and how much time was lost lately.
     TellLoss(Loss),
 }
@@ -95,6 +97,8 @@ pub(crate) struct Brief {
     pub(crate) finds_new_world: bool,
     /// Frames come without anybody's tick.
     pub(crate) ticks_by_itself: bool,
+    /// A client's tick waits for those of others.
+    pub(crate) shares_clock: bool,
 }
 
 /// What came of a job, and how the endpoint is after it.
@@ -108,6 +112,8 @@ pub(crate) struct Report {
     pub(crate) timing: Timing,
     /// The client's Traffic Managers take a step before its call returns.
     pub(crate) expects_step: bool,
+    /// The caller has asked for the frame to come, as with a tick.
+    pub(crate) asks_for_frame: bool,
     pub(crate) settings: EpisodeSettings,
     pub(crate) frame_number: u64,
     pub(crate) episodes_begun: u64,

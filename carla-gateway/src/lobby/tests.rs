@@ -4,12 +4,15 @@ mod late_answers;
 mod loads;
 mod losses;
 mod managers;
+mod participants;
 mod simulation;
 mod stage;
 mod turns;
 
+use std::time::Duration;
+
 use super::*;
-use stage::{PERIOD, Stage};
+use stage::{PACING, PERIOD, Stage};
 
 const MOMENT: Duration = Duration::from_millis(1);
 
@@ -138,7 +141,8 @@ fn the_world_goes_on_where_it_stood_when_somebody_comes_back() {
 #[test]
 fn a_lease_ends_synchronous_mode_when_nobody_ticks() {
     let mut stage = Stage::new();
-    stage.lobby = Lobby::new(PERIOD, Some(Duration::from_secs(2)), stage.now);
+    let pacing = Pacing { sync_lease: Some(Duration::from_secs(2)), ..PACING };
+    stage.lobby = Lobby::new(pacing, stage.now);
     stage.connect(1);
     stage.settings.synchronous_mode = true;
     stage.call_and_finish(1, "load_new_episode", (true,));

@@ -75,6 +75,10 @@ pub(crate) struct Args {
     /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
     #[arg(long, value_name = "N")]
     fps: Option<f64>,
+    /// Clients of a CARLA endpoint in synchronous mode tick together: its world advances when each
+    /// that ticks has asked, and waits so long for one that does not [default: each tick counts]
+    #[arg(long, value_name = "SECS")]
+    share_clock: Option<f64>,
     /// Tyres and steering of the cars that clients of CARLA endpoints spawn: CARLA's, which its
     /// programs and the corners of its maps are made for, or those of real ones.
     #[arg(long, value_enum, default_value_t)]
@@ -273,6 +277,9 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     arguments.extend(flag("--map", args.carla_map.clone()));
     if let Some(fps) = args.fps {
         arguments.extend(flag("--fps", fps.to_string()));
+    }
+    if let Some(secs) = args.share_clock {
+        arguments.extend(flag("--share-clock", secs.to_string()));
     }
     if let Some(path) = &args.recordings {
         arguments.extend([OsString::from("--recordings"), path.clone().into_os_string()]);

@@ -12,7 +12,7 @@ use schemas::{
 };
 
 use crate::allowance::Allowance;
-use crate::config::{AfterReplays, Ports, Tyres, WorldConfig};
+use crate::config::{AfterReplays, Pacing, Ports, Tyres, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
 use crate::maps::Maps;
@@ -74,8 +74,11 @@ impl Toy {
             map: "Town10HD".to_owned(),
             seed: 0,
             tyres: Tyres::Real,
-            period: std::time::Duration::from_secs(1),
-            sync_lease: None,
+            pacing: Pacing {
+                period: std::time::Duration::from_secs(1),
+                sync_lease: None,
+                clock_lease: None,
+            },
             after_replays: AfterReplays::Stand,
             shelf: Shelf::new(std::env::temp_dir().join("causeway-toy"), false),
             owner: "toy".parse().unwrap(),

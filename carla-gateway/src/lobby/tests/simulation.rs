@@ -5,11 +5,12 @@
 
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::time::Duration;
 
 use schemas::SplitMix64;
 
 use super::super::*;
-use super::stage::Stage;
+use super::stage::{PACING, Stage};
 
 const STEPS: usize = 200;
 const CLIENTS_MAX: usize = 6;
@@ -54,7 +55,14 @@ struct Simulation {
 impl Simulation {
     fn new(seed: u64) -> Self {
         let (clients, calls) = (Vec::new(), BTreeSet::new());
-        Self { dice: Dice(SplitMix64::new(seed)), stage: Stage::new(), clients, came: 0, calls }
+        let mut stage = Stage::new();
+        // In half of them clients share the clock.
+        if seed % 2 == 1 {
+            let pacing = Pacing { clock_lease: Some(Duration::from_secs(2)), ..PACING };
+            stage.lobby = Lobby::new(pacing, stage.now);
+            stage.batches_tick = true;
+        }
+        Self { dice: Dice(SplitMix64::new(seed)), stage, clients, came: 0, calls }
     }
 
     fn step(&mut self) {
@@ -172,6 +180,7 @@ impl Simulation {
         self.stage.finish();
         let lobby = &self.stage.lobby;
         let left = lobby.clients.len() + lobby.managers.len() + lobby.held.len();
+        assert_eq!(lobby.participants.len(), 0);
         assert_eq!(left + lobby.late.len() + lobby.phase.len() + lobby.waiting.len(), 0);
         assert_eq!(lobby.due(), None, "nobody is here, and it does not rest");
     }

@@ -1,6 +1,7 @@
 //! A lobby on a virtual clock, with an endpoint that does at once what it is told to finish.
 
 use std::net::Ipv4Addr;
+use std::time::Duration;
 
 use serde::Serialize;
 use tokio::task::JoinHandle;
@@ -12,6 +13,7 @@ use crate::rpc::{Refusal, Request};
 
 /// Between two ticks.
 pub(super) const PERIOD: Duration = Duration::from_millis(40);
+pub(super) const PACING: Pacing = Pacing { period: PERIOD, sync_lease: None, clock_lease: None };
 
 /// A lobby, its clock, and what became of calls.
 pub(super) struct Stage {
@@ -32,6 +34,10 @@ pub(super) struct Stage {
     pub(super) woken: Vec<u16>,
     pub(super) borrowed: Vec<u16>,
     pub(super) losses: Vec<Loss>,
+    /// Clients that were waited for in vain, in all.
+    pub(super) missed: usize,
+    /// Batches have a tick at their end.
+    pub(super) batches_tick: bool,
     /// What the present job is answered with, some day.
     pub(super) later: Option<JoinHandle<Answer>>,
     /// Whose answers are somebody else's business.
@@ -46,7 +52,7 @@ impl Stage {
     pub(super) fn new() -> Self {
         let now = Instant::now();
         Self {
-            lobby: Lobby::new(PERIOD, None, now),
+            lobby: Lobby::new(PACING, now),
             now,
             begun_at: now,
             job: None,
@@ -60,6 +66,8 @@ impl Stage {
             woken: Vec::new(),
             borrowed: Vec::new(),
             losses: Vec::new(),
+            missed: 0,
+            batches_tick: false,
             later: None,
             answered_later: Vec::new(),
             opening: None,
@@ -134,6 +142,7 @@ impl Stage {
         let Job { task, brief } = self.job.take().unwrap();
         let mut last_tick = brief.last_tick;
         let mut expects_step = false;
+        let mut asks_for_frame = false;
         match &task {
             Task::Call(request, _) if request.method == "load_new_episode" && succeeds => {
                 self.episodes_begun += 1;
@@ -142,6 +151,9 @@ impl Stage {
             }
             Task::Call(request, _) => {
                 expects_step = request.method == "set_episode_settings";
+                let ticks = request.method == "apply_batch" && self.batches_tick && succeeds;
+                asks_for_frame = ticks && brief.shares_clock;
+                self.frame_number += u64::from(ticks && !asks_for_frame);
                 if brief.finds_new_world {
                     self.episodes_begun += 1;
                     self.world = WorldState::Alive;
@@ -168,6 +180,7 @@ impl Stage {
             again,
             timing,
             expects_step,
+            asks_for_frame,
             settings: self.settings.clone(),
             frame_number: self.frame_number,
             episodes_begun: self.episodes_begun,
@@ -239,6 +252,7 @@ impl Stage {
                 Do::Wake(_, port) => self.woken.push(port),
                 Do::BorrowPort(port, _) => self.borrowed.push(port),
                 Do::TellLoss(loss) => self.losses.push(loss),
+                Do::TellMissing(clients) => self.missed += clients,
             }
         }
     }
