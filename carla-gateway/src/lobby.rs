@@ -159,6 +159,7 @@ impl Lobby {
         match request.method.as_str() {
             "version" => acts.push(Do::Answer(ticket, Payload::value(VERSION))),
             "get_episode_settings" => {
+                self.managers.note_read(client);
                 for read in self.phase.note_read(ticket, now) {
                     acts.push(Do::Answer(read, Payload::value(&self.settings)));
                 }
@@ -278,7 +279,10 @@ impl Lobby {
                     self.begin(Task::Advance, Purpose::Advance(client), Some(client), acts);
                 }
             }
-            Purpose::Advance(client) => self.managers.note_frame(client, now),
+            Purpose::Advance(client) => {
+                self.managers.note_frame(client, now);
+                acts.extend(self.managers.take_restless(client).into_iter().map(Do::TellRestless));
+            }
             Purpose::TickByItself => {
                 self.pace.note_end(self.waiting.len(), answer.is_ok(), now);
             }

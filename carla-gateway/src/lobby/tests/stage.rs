@@ -32,6 +32,7 @@ pub(super) struct Stage {
     pub(super) woken: Vec<u16>,
     pub(super) borrowed: Vec<u16>,
     pub(super) losses: Vec<Loss>,
+    pub(super) restless: Vec<u16>,
     /// What the present job is answered with, some day.
     pub(super) later: Option<JoinHandle<Answer>>,
     /// Whose answers are somebody else's business.
@@ -60,6 +61,7 @@ impl Stage {
             woken: Vec::new(),
             borrowed: Vec::new(),
             losses: Vec::new(),
+            restless: Vec::new(),
             later: None,
             answered_later: Vec::new(),
             opening: None,
@@ -239,6 +241,7 @@ impl Stage {
                 Do::Wake(_, port) => self.woken.push(port),
                 Do::BorrowPort(port, _) => self.borrowed.push(port),
                 Do::TellLoss(loss) => self.losses.push(loss),
+                Do::TellRestless(port) => self.restless.push(port),
             }
         }
     }
