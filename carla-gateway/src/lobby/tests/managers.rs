@@ -89,7 +89,7 @@ fn arguments_that_do_not_fit_are_refused() {
 
 #[test]
 fn one_in_asynchronous_mode_is_told_once_when_its_client_ticks() {
-    for (reads, told) in [(1, &[][..]), (15, &[]), (400, &[8_000])] {
+    for (reads, told) in [(1, 0), (15, 0), (400, 1)] {
         let mut stage = Stage::with(1, true);
         stage.start_manager(1, 8_000);
         for _ in 0..50 {
@@ -99,7 +99,7 @@ fn one_in_asynchronous_mode_is_told_once_when_its_client_ticks() {
             stage.call_and_finish(1, "apply_batch", ((), false));
             stage.call_and_finish(1, "tick_cue", ());
         }
-        assert_eq!(stage.restless, told, "{reads} reads between two ticks");
+        assert_eq!(stage.restless, vec![8_000; told], "{reads} reads between two ticks");
     }
 }
 
