@@ -55,6 +55,7 @@ def has_no_engine() -> bool:
 EXCUSES: dict[str, Callable[[], bool]] = {
     r"no checkout of git": lambda: not Path(".git").exists(),
     r"no recordings": lambda: "CAUSEWAY_RECORDINGS_DIR" not in os.environ,
+    r"no tests of OpenEnv": lambda: "CAUSEWAY_OPENENV_DIR" not in os.environ,
     r"no scripts of CARLA": lambda: "CAUSEWAY_CARLA_SCRIPTS_DIR" not in os.environ,
     r"no readers of maps": lambda: "CAUSEWAY_READERS_DIR" not in os.environ,
     r"no maps": lambda: "CAUSEWAY_MAPS_DIR" not in os.environ,

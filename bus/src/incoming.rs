@@ -1,5 +1,6 @@
 //! The answering side: keys that a service serves, and the requests that come in on them.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use schemas::wire;
@@ -109,11 +110,13 @@ impl Origin {
         }
     }
 
-    fn payload(&self) -> Vec<u8> {
+    /// Aligned for decoding, as what a `Vec` begins with is: what Zenoh has may lie anywhere within
+    /// a larger message, and is copied.
+    fn payload(&self) -> Cow<'_, [u8]> {
         let owned = |payload: &ZBytes| payload.to_bytes().into_owned();
         match self {
-            Self::Query(query, _) => query.payload().map(owned).unwrap_or_default(),
-            Self::Shortcut { question, .. } => question.clone(),
+            Self::Query(query, _) => Cow::Owned(query.payload().map(owned).unwrap_or_default()),
+            Self::Shortcut { question, .. } => Cow::Borrowed(question),
         }
     }
 }
@@ -136,8 +139,7 @@ impl Incoming {
         self.origin.as_ref().map_or("", Origin::key)
     }
 
-    /// The bytes that came with it; a copy, aligned for decoding.
-    pub fn payload(&self) -> Vec<u8> {
+    fn payload(&self) -> Cow<'_, [u8]> {
         self.origin.as_ref().map(Origin::payload).unwrap_or_default()
     }
 

@@ -18,11 +18,11 @@ use tokio::time::Instant;
 use worlds::Worlds;
 
 use crate::allowance::Allowance;
+use crate::collecting_site::CollectingSite;
 use crate::config::{Args, Config, ConfigError, EndpointConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::Figures;
 use crate::guests::{Entrance, Guests};
-use crate::keeper::Keeper;
 use crate::lobby::Lobby;
 use crate::maps::Maps;
 use crate::server::{EVENTS_MAX, LateComers, Server};
@@ -193,7 +193,7 @@ fn alive(config: &Config) -> Alive {
 
 /// What endpoints of a tenant share: worlds of which strays are freed for ever, and maps.
 fn site_of(worlds: Worlds, owner: &ServiceId) -> (Arc<dyn Site>, Arc<Maps>) {
-    let site: Arc<dyn Site> = Keeper::start(Arc::new(worlds), owner.clone());
+    let site: Arc<dyn Site> = CollectingSite::start(Arc::new(worlds), owner.clone());
     let maps = Arc::new(Maps::new(Arc::clone(&site)));
     (site, maps)
 }

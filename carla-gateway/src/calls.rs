@@ -30,5 +30,13 @@ pub(crate) async fn answer(endpoint: &mut Endpoint, request: &Request) -> Answer
     }
 }
 
+/// Names of the calls that never come here, as the [lobby](crate::lobby) answers them.
+#[cfg(test)]
+pub(crate) fn left_to_the_lobby() -> impl Iterator<Item = &'static str> {
+    table::all()
+        .filter(|method| matches!(method.service, method::Service::ByLobby))
+        .map(|method| method.name)
+}
+
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ use worlds::Budget;
 
 use crate::allowance::Allowance;
 use crate::guests::Allowed;
-use crate::recorder::Shelf;
+use crate::recorder::RecordingFolder;
 pub use endpoints::PortOfTenant;
 pub(crate) use endpoints::{EndpointConfig, Ports};
 
@@ -152,7 +152,7 @@ pub(crate) struct WorldConfig {
     pub(crate) pacing: Pacing,
     pub(crate) after_replays: AfterReplays,
     /// Where recordings lie.
-    pub(crate) shelf: Shelf,
+    pub(crate) recordings: RecordingFolder,
     /// Keeps the worlds while it lives.
     pub(crate) owner: ServiceId,
     /// What may be kept to make worlds again, by all endpoints.
@@ -229,7 +229,7 @@ impl Config {
                 tyres: args.tyres,
                 pacing,
                 after_replays: args.after_replays,
-                shelf: Shelf::new(recordings.clone(), false),
+                recordings: RecordingFolder::new(recordings.clone(), false),
                 owner: args.id.clone(),
                 recovery: Budget::new(args.recovery_mib.saturating_mul(1 << 20)),
                 allowance: Allowance::open(args.tenant.clone()),
@@ -247,7 +247,8 @@ impl Config {
 
     /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.
     pub(crate) fn world_of(&self, tenant: &Tenant, allowance: Allowance) -> WorldConfig {
-        let shelf = Shelf::new(self.recordings.join(tenant.as_str()), self.takes_paths);
-        WorldConfig { shelf, allowance, ..self.world.clone() }
+        let recordings =
+            RecordingFolder::new(self.recordings.join(tenant.as_str()), self.takes_paths);
+        WorldConfig { recordings, allowance, ..self.world.clone() }
     }
 }

@@ -35,12 +35,12 @@ use crate::figures::{StreamFigures, WorldFigures};
 use crate::lobby::{Brief, Report, Timing, WorldState};
 use crate::maps::Maps;
 use crate::pictures::Shape;
-use crate::recorder::{Recorder, Shelf};
+use crate::recorder::{Recorder, RecordingFolder};
 use crate::replayer::Replayer;
 use crate::rpc::{Answer, Refusal};
 use crate::site::Site;
 use crate::stream::{Hub, StreamId, WORLD_OBSERVER};
-use cameras::Darkroom;
+use cameras::EventMemories;
 use coming_back::Keep;
 use ids::GivenIds;
 use listeners::Expected;
@@ -119,7 +119,7 @@ pub(crate) struct Endpoint {
     pictures: Option<JoinHandle<()>>,
     /// The newest frame that clients have seen.
     shown: Option<SharedFrame>,
-    darkroom: Arc<Darkroom>,
+    event_memories: Arc<EventMemories>,
     /// Where pictures are made ready, away from the calls.
     workers: runtime::Handle,
     figures: WorldFigures,
@@ -141,7 +141,7 @@ impl Endpoint {
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
         let keep = Keep::new(Arc::clone(&config.recovery));
-        let recorder = Recorder::new(Shelf::clone(&config.shelf));
+        let recorder = Recorder::new(RecordingFolder::clone(&config.recordings));
         Self {
             site,
             maps,
@@ -175,7 +175,7 @@ impl Endpoint {
             expected: Expected::default(),
             pictures: None,
             shown: None,
-            darkroom: Arc::default(),
+            event_memories: Arc::default(),
             workers,
             figures,
             started: now,

@@ -142,6 +142,7 @@ impl Lobby {
         match request.method.as_str() {
             "version" => acts.push(Do::Answer(ticket, Payload::value(VERSION))),
             "get_episode_settings" => {
+                self.managers.note_read(client);
                 for read in self.phase.note_read(ticket, now) {
                     acts.push(Do::Answer(read, Payload::value(&self.settings)));
                 }
@@ -272,7 +273,11 @@ impl Lobby {
                 }
             }
             Purpose::Advance(clients) => {
-                clients.into_iter().for_each(|client| self.managers.note_frame(client, now));
+                for client in clients {
+                    self.managers.note_frame(client, now);
+                    let restless = self.managers.take_restless(client);
+                    acts.extend(restless.into_iter().map(Do::TellRestless));
+                }
             }
             Purpose::TickByItself => {
                 self.pace.note_end(self.waiting.len(), answer.is_ok(), now);

@@ -1,6 +1,6 @@
 //! Recordings in CARLA's format: which frames go where.
 //!
-//! - `shelf` knows which names of recordings lead to which files.
+//! - `folder` knows which names of recordings lead to which files.
 //! - `arrivals` knows who is new in a frame.
 //! - `content` is what a recording has of a frame, and `scribe` writes it, both on a thread of
 //!   their own: of a tick, recording takes little more than a reference to its frame.
@@ -11,10 +11,10 @@
 mod arrivals;
 mod companion;
 mod content;
+mod folder;
 mod log_file;
 mod queries;
 mod scribe;
-mod shelf;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,20 +34,20 @@ use crate::rpc::{Answer, Refusal};
 use arrivals::Arrivals;
 pub(crate) use companion::{Companion, JournalNames};
 use content::{Further, Notes, Shot};
+pub(crate) use folder::RecordingFolder;
 use log_file::LogFile;
-use queries::Desk;
 pub(crate) use queries::Question;
+use queries::RecordingReader;
 pub use queries::local_date;
 use scribe::{Scribe, Written};
-pub(crate) use shelf::Shelf;
 
 /// The recording of one endpoint, if there is one.
 pub(crate) struct Recorder {
-    shelf: Shelf,
+    recordings: RecordingFolder,
     running: Option<Recording>,
     /// Recordings that have ended and are perhaps still being written.
     ending: Vec<(PathBuf, Written)>,
-    desk: Desk,
+    reader: RecordingReader,
 }
 
 struct Recording {
@@ -74,13 +74,13 @@ pub(crate) struct Scene<'a> {
 
 impl Recorder {
     /// Without a recording.
-    pub(crate) fn new(shelf: Shelf) -> Self {
-        Self { shelf, running: None, ending: Vec::new(), desk: Desk::default() }
+    pub(crate) fn new(recordings: RecordingFolder) -> Self {
+        Self { recordings, running: None, ending: Vec::new(), reader: RecordingReader::default() }
     }
 
     /// Where recordings lie.
-    pub(crate) fn shelf(&self) -> &Shelf {
-        &self.shelf
+    pub(crate) fn recordings(&self) -> &RecordingFolder {
+        &self.recordings
     }
 
     /// Begins a recording, in place of one that is under way; its first frame is the next one.
@@ -95,10 +95,10 @@ impl Recorder {
         allowance: &Allowance,
     ) -> Result<String, Refusal> {
         self.stop();
-        let path = self.shelf.path_of(name)?;
+        let path = self.recordings.path_of(name)?;
         self.settle(&path).await;
-        let mut growing = allowance.recording(self.shelf.folder(), &path).await?;
-        let file = self.shelf.create(&path)?;
+        let mut growing = allowance.recording(self.recordings.folder(), &path).await?;
+        let file = self.recordings.create(&path)?;
         growing.replace();
         let date = std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_secs();
         let header = Header { version: Header::VERSION, date: date as i64, map: map.to_owned() };
@@ -110,7 +110,7 @@ impl Recorder {
         let tenant = allowance.tenant().clone();
         tracing::info!(target: "audit", %tenant, path = told, has_additional, "a recording begins");
         let (arrivals, lamps, began) = (Arrivals::default(), Vec::new(), Instant::now());
-        let journals = Arc::new(JournalNames::new(self.shelf.clone(), path.clone()));
+        let journals = Arc::new(JournalNames::new(self.recordings.clone(), path.clone()));
         self.running = Some(Recording {
             path,
             tenant,
@@ -154,9 +154,9 @@ impl Recorder {
         name: &str,
         question: Question,
     ) -> Result<JoinHandle<Answer>, Refusal> {
-        let path = self.shelf.path_of(name)?;
+        let path = self.recordings.path_of(name)?;
         let endings = self.endings(&path);
-        self.desk.ask(path, endings, question)
+        self.reader.ask(path, endings, question)
     }
 
     /// Opens a recording to be replayed, as soon as it is written; nobody is held up by that.
@@ -169,13 +169,13 @@ impl Recorder {
         known: Option<Known>,
     ) -> Result<JoinHandle<Prepared>, Refusal> {
         let endings = self.endings(&path);
-        self.desk.open(path, endings, known)
+        self.reader.open(path, endings, known)
     }
 
     /// Nothing is read until this is dropped.
     #[cfg(test)]
     pub(crate) async fn hold_answers(&self) -> OwnedSemaphorePermit {
-        self.desk.hold().await
+        self.reader.hold().await
     }
 
     /// Names the journal beside the recording, of which its frames tell from now on.

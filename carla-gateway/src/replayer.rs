@@ -134,7 +134,7 @@ impl Endpoint {
     pub(crate) async fn replay(&mut self, order: Order) -> Result<String, Refusal> {
         self.end_recording().await;
         self.stop_replay(false).await?;
-        let path = self.recorder.shelf().path_of(&order.name)?;
+        let path = self.recorder.recordings().path_of(&order.name)?;
         let Some(prepared) = self.take_prepared() else {
             let opening = self.recorder.open(path, self.replayer.known.clone())?;
             self.come_again(opening);
@@ -271,7 +271,10 @@ impl Endpoint {
         };
         if let Some(actor) = episode.spectator {
             let world_from_actor = carrier * follow.actor_from_spectator.ours();
-            self.pending.push(Command::Body(BodyCommand::SetPose { actor, world_from_actor }));
+            self.pending.push(Command::Body(BodyCommand::SetPose {
+                actor,
+                reference_from_actor: world_from_actor,
+            }));
         }
         Ok(())
     }

@@ -158,6 +158,11 @@ impl Server {
                         "ticks take longer than their period: the world is slower than time"
                     );
                 }
+                Do::TellRestless(port) => tracing::warn!(
+                    port,
+                    "a Traffic Manager is in asynchronous mode while its client ticks, so that cars \
+                     are steered at any moment: set_synchronous_mode(True) has it step with each tick"
+                ),
             }
         }
         job

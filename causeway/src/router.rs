@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bus::{Bus, BusAddress, BusConfig, BusError, IdentityArgs};
 use schemas::Tenant;
-use tokio::signal::unix::{SignalKind, signal};
+use signals::Termination;
 
 use crate::failure::Failure;
 use crate::watched::{self, AdminArgs};
@@ -39,8 +39,7 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::of(&error))?;
     runtime.block_on(async {
-        let mut interrupt = signal(SignalKind::interrupt()).map_err(|error| Failure::of(&error))?;
-        let mut terminate = signal(SignalKind::terminate()).map_err(|error| Failure::of(&error))?;
+        let mut termination = Termination::follow().map_err(|error| Failure::of(&error))?;
         tokio::spawn(monitor.pulse("runtime").beat_for_ever());
         // A router that is to be joined may hang.
         let routing = async {
@@ -50,8 +49,7 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         };
         tokio::select! {
             routed = routing => routed.map_err(|error| Failure::of(&error)),
-            _ = interrupt.recv() => Ok(()),
-            _ = terminate.recv() => Ok(()),
+            () = termination.requested() => Ok(()),
         }
     })
 }

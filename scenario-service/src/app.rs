@@ -180,7 +180,7 @@ async fn sweep(sessions: Arc<Sessions>, mut changes: watch::Receiver<u64>) {
     loop {
         until_sweep(&mut changes).await;
         for context in sessions.contexts().all() {
-            context.keeper.sweep(Instant::now()).await;
+            context.collector.sweep(Instant::now()).await;
         }
     }
 }

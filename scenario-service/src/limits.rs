@@ -64,7 +64,7 @@ pub(crate) const MOVE_AGAIN: Duration = Duration::from_secs(1);
 /// States of episodes that a tenant's sessions keep to go on from.
 pub(crate) const SAVED_MAX: usize = 256;
 /// Sessions that go on from one with a single request.
-pub(crate) const FORKS_MAX: u64 = 1_024;
+pub(crate) const FORKS_MAX: u64 = schemas::limits::FORKS_PER_REQUEST_MAX as u64;
 /// Bytes of their worlds.
 pub(crate) const SAVED_BYTES_MAX: usize = 64 << 20;
 /// One that nobody asks for goes after this.

@@ -14,7 +14,7 @@ use axum::serve::Listener;
 use port_lending::{Offer, Wish, listens};
 use rustix::process::Pid;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
 
 /// Between two attempts to listen again.
@@ -29,6 +29,8 @@ pub(crate) struct FaceListener {
     /// At `[::1]`, for a face at 127.0.0.1.
     beside: Option<TcpListener>,
     wishes: mpsc::Receiver<Wish>,
+    /// Whether this face offers the port, and no other one of this machine.
+    offers: watch::Receiver<bool>,
     lent: Option<Loan>,
 }
 
@@ -57,8 +59,8 @@ impl FaceListener {
             Some(listener) => listener.local_addr()?,
             None => address,
         };
-        let wishes = follow_wishes(address.port());
-        let mut face = Self { address, listener, beside: None, wishes, lent: None };
+        let (wishes, offers) = follow_wishes(address.port());
+        let mut face = Self { address, listener, beside: None, wishes, offers, lent: None };
         face.listen_beside().await;
         if face.listener.is_some() {
             tracing::info!(%address, "OpenEnv face listens");
@@ -79,6 +81,10 @@ impl FaceListener {
 
     /// Listens again as soon as nobody has the port or is to have it.
     async fn try_again(&mut self) {
+        // What another face offers may be free only because it is being lent.
+        if !*self.offers.borrow() {
+            return;
+        }
         if let Some(loan) = &self.lent {
             if listens(loan.process, self.address.port()) {
                 self.lent = None;
@@ -104,16 +110,32 @@ impl FaceListener {
     }
 }
 
-/// Wishes of those who ask for the port, as long as they are received.
-fn follow_wishes(port: u16) -> mpsc::Receiver<Wish> {
+/// Wishes of those who ask for the port, as long as they are received, and whether they come here:
+/// one face of a machine offers a port, and when it is gone another one does.
+fn follow_wishes(port: u16) -> (mpsc::Receiver<Wish>, watch::Receiver<bool>) {
     let (sender, wishes) = mpsc::channel(1);
-    match Offer::new(port) {
-        Ok(offer) => {
-            tokio::spawn(async move { while sender.send(offer.wish().await).await.is_ok() {} });
+    let mut offer = Offer::new(port);
+    let (is_ours, offers) = watch::channel(offer.is_ok());
+    tokio::spawn(async move {
+        let offer = loop {
+            match offer {
+                Ok(offer) => break offer,
+                Err(cause) => tracing::trace!(port, %cause, "another face offers the port"),
+            }
+            tokio::select! {
+                () = tokio::time::sleep(RETRY_PAUSE) => offer = Offer::new(port),
+                () = sender.closed() => return,
+            }
+        };
+        is_ours.send_replace(true);
+        loop {
+            tokio::select! {
+                wish = offer.wish() => if sender.send(wish).await.is_err() { return },
+                () = sender.closed() => return,
+            }
         }
-        Err(cause) => tracing::debug!(port, %cause, "the port is not lent to Traffic Managers"),
-    }
-    wishes
+    });
+    (wishes, offers)
 }
 
 fn is_alive(process: Pid) -> bool {
@@ -212,6 +234,35 @@ mod tests {
         assert_eq!(face.local_addr().unwrap(), address);
         keep_accepting(face);
         drop(other);
+        until_it_listens(address).await;
+    }
+
+    #[tokio::test]
+    async fn a_face_that_takes_the_port_after_another_one_lends_it_too() {
+        let first = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
+        let address = first.address;
+        keep_accepting(FaceListener::open(address).await.unwrap());
+        tokio::time::sleep(RETRY_PAUSE * 2).await;
+        drop(first);
+        until_it_listens(address).await;
+        port_lending::ask_for(address.port(), rustix::process::getpid()).await.unwrap();
+        TcpListener::bind((Ipv4Addr::UNSPECIFIED, address.port())).await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn a_port_that_one_face_lends_is_not_taken_by_another_one() {
+        // Before the listener, which it would hold for the moment that it takes to begin.
+        let mut borrower = std::process::Command::new("sleep").arg("600").spawn().unwrap();
+        let first = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
+        let address = first.address;
+        keep_accepting(first);
+        keep_accepting(FaceListener::open(address).await.unwrap());
+        let pid = Pid::from_raw(borrower.id() as i32).unwrap();
+        port_lending::ask_for(address.port(), pid).await.unwrap();
+        tokio::time::sleep(RETRY_PAUSE * 3).await;
+        assert!(TcpStream::connect(address).await.is_err(), "it is the borrower's");
+        borrower.kill().unwrap();
+        borrower.wait().unwrap();
         until_it_listens(address).await;
     }
 }

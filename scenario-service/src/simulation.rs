@@ -290,11 +290,11 @@ impl Simulation {
         let start = Instant::now();
         // What is carried out late is listed late, and freed when no answer can come any more.
         for count in 1..=4 {
-            let keeper = Arc::clone(&self.context.keeper);
+            let collector = Arc::clone(&self.context.collector);
             let clock = self.clock.clone();
             let sweeping = tokio::spawn(async move {
                 clock.sleep(LATE_MILLIS).await;
-                keeper.sweep(start + count * Duration::from_millis(LATE_MILLIS)).await;
+                collector.sweep(start + count * Duration::from_millis(LATE_MILLIS)).await;
             });
             while !sweeping.is_finished() {
                 self.clock.go_on();

@@ -180,7 +180,12 @@ impl Toy {
 
     fn apply(&mut self, command: &Command) -> CommandReply {
         match command {
-            Command::SpawnActor { blueprint, world_from_actor, linear_velocity_mps, .. } => {
+            Command::SpawnActor {
+                blueprint,
+                reference_from_actor: world_from_actor,
+                linear_velocity_mps,
+                ..
+            } => {
                 return Ok(Some(self.spawn(blueprint, *world_from_actor, *linear_velocity_mps)));
             }
             Command::Vehicle(VehicleCommand::Control { actor, control }) => {

@@ -8,7 +8,7 @@ use schemas::{Camera, CommandReply, EncodedFrame, Error, ErrorCode, Image, MapRe
 use schemas::{SharedFrame, Tick, TickItem, TickResult, WorldId};
 use worlds::NewWorld;
 
-pub(crate) mod keeper;
+pub(crate) mod collector;
 pub(crate) mod on_bus;
 
 /// An answer of the world side, some time later.

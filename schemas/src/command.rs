@@ -51,9 +51,8 @@ pub enum Command {
     SpawnActor {
         /// CARLA blueprint id, e.g. `vehicle.lincoln.mkz`.
         blueprint: String,
-        /// Where; see [`ActorState::world_from_actor`](crate::ActorState::world_from_actor). In the
-        /// parent's frame when attached.
-        world_from_actor: Pose,
+        /// Where its point of reference is: in the parent when attached, else in the world.
+        reference_from_actor: Pose,
         /// Speed it starts with, world frame.
         linear_velocity_mps: Vec3,
         /// Those that differ from the blueprint's defaults.
@@ -110,7 +109,7 @@ impl Command {
     ) -> Self {
         Self::SpawnActor {
             blueprint: blueprint.into(),
-            world_from_actor,
+            reference_from_actor: world_from_actor,
             linear_velocity_mps,
             attributes: Vec::new(),
             attachment: None,

@@ -3,8 +3,8 @@
 mod sample;
 
 use proptest::prelude::*;
-use schemas::limits::REQUEST_BYTES_MAX;
-use schemas::{ErrorCode, Load, wire};
+use schemas::limits::{FORKS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, TICKS_PER_REQUEST_MAX};
+use schemas::{ErrorCode, Load, Request, TickItem, WorldId, wire};
 
 #[test]
 fn a_frame_comes_back_bit_for_bit() {
@@ -117,5 +117,21 @@ proptest! {
             let _ = wire::decode_reply(&bytes);
             let _ = wire::decode_render_job(&bytes);
         }
+    }
+}
+
+#[test]
+fn what_would_keep_a_service_busy_without_end_is_refused_with_the_limit() {
+    let world = WorldId::new(7).unwrap();
+    let ticks = |count| Request::TickWorlds(vec![TickItem::new(world, count)]);
+    let copies = |count| Request::ForkWorld { world, count, lease: None };
+    let most = (TICKS_PER_REQUEST_MAX, FORKS_PER_REQUEST_MAX);
+    for request in [ticks(most.0), copies(most.1)] {
+        assert_eq!(wire::decode_request(&wire::encode_request(&request)).unwrap(), request);
+    }
+    for (request, most) in [(ticks(most.0 + 1), "10000"), (copies(u32::MAX), "1024")] {
+        let refusal = wire::decode_request(&wire::encode_request(&request)).unwrap_err();
+        assert_eq!(refusal.code, ErrorCode::TooLarge);
+        assert!(refusal.to_string().contains(&format!("at most {most}")), "{refusal}");
     }
 }

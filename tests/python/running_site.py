@@ -50,7 +50,9 @@ class Site:
 
 def start(log: Path, *flags: str, **environment: str) -> Site:
     """Starts a site and waits until it is healthy."""
-    ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0"]
+    says_http = any(flag.split("=")[0] == "--http" for flag in flags)
+    http = [] if says_http else ["--http", "127.0.0.1:0"]
+    ports = [*http, "--bus", "tcp/127.0.0.1:0"]
     says_port = any(flag.split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
     # A port of the system's choice may be somebody's by the time that a service binds it.
     carla = [] if says_port else ["--carla", str(two_free_ports())]

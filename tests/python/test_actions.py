@@ -84,6 +84,32 @@ def test_who_is_more_aggressive_drives_faster_on_the_same_way(env):
     assert simple < cautious - 1.0 < cautious < normal - 1.0 < normal < aggressive - 1.0
 
 
+def closest(env, behaviour: str) -> float:
+    """How near it comes to who drives ahead in its lane, middle to middle, in metres."""
+    settings = {"max_steps": 3000, "route_distance_max": 400}
+    env.reset(scenario_name="free_roam_Town10HD_Opt_v60_p0", scenario_config=settings, seed=1)
+    act(env, "init_navigation_agent", navigation_behavior=behaviour)
+    gaps = []
+    for _ in range(150):
+        seen = act(env, "follow_route", route_steps=5).observation
+        gaps += [
+            other["longitudinal"]
+            for other in seen.nearby_actors
+            if other["type"].startswith("vehicle.")
+            and other["longitudinal"] > 0.0
+            and abs(other["lateral"]) < 1.0
+            and seen.speed_kmh > 10.0
+        ]
+    return min(gaps)
+
+
+def test_who_is_more_aggressive_keeps_less_distance_behind_the_same_cars(env):
+    cautious, normal, aggressive = (
+        closest(env, behaviour) for behaviour in ("cautious", "normal", "aggressive")
+    )
+    assert cautious > normal + 0.3 > normal > aggressive + 0.3, (cautious, normal, aggressive)
+
+
 def test_an_agent_drives_to_the_destination_that_it_is_given(env):
     settings = {"max_steps": 5000, "success_radius": 1}
     env.reset(scenario_name="free_roam_Town10HD_Opt_v0_p0", scenario_config=settings, seed=3)

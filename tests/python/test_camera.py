@@ -127,3 +127,28 @@ def test_without_a_renderer_everything_else_works_and_the_answer_says_why(start_
         assert "render" in result.observation.metadata["camera_error"]
         assert result.reward == 0.0
         assert act(env).observation.step_number == 1
+
+
+def bright(env) -> tuple[int, int]:
+    """How many pixels of the present view are as red as a lamp that is lit, and as green."""
+    red, green, blue = pixels(capture(env)).transpose(2, 0, 1)
+    reds = (red > 180) & (green < 110) & (blue < 110)
+    greens = (green > 180) & (red < 130) & (blue < 190)
+    return int(reds.sum()), int(greens.sum())
+
+
+def test_who_waits_at_a_light_sees_it_red_and_then_green(env):
+    settings = {"max_steps": 3000, "camera_width": 960, "camera_height": 540}
+    env.reset(scenario_name="free_roam_Town10HD_Opt_v0_p0", scenario_config=settings, seed=1)
+    act(env, "init_navigation_agent", navigation_behavior="normal")
+    seen = {}
+    for _ in range(800):
+        now = act(env, "follow_route", route_steps=2).observation
+        light = now.metadata.get("traffic_light") or {"state": None}
+        if now.speed_kmh < 1.0 and light["state"] in ("red", "green") and light["distance"] < 8.0:
+            seen.setdefault(light["state"], bright(env))
+        if "red" in seen and "green" in seen:
+            break
+    (reds, green_beside_red), (red_beside_green, greens) = seen["red"], seen["green"]
+    assert reds > 50 > green_beside_red, seen
+    assert greens > 50 > red_beside_green, seen

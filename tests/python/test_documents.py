@@ -215,3 +215,28 @@ def test_python_programs_exist_and_take_their_flags(page):
         assert program.exists(), f"{page}: {command}"
         for flag in flags(found[2].split()):
             assert takes(help_of(sys.executable, str(program)), flag), f"{page}: {command}"
+
+
+def test_every_table_of_figures_has_the_command_that_finds_them():
+    sections = re.split(r"^(?=##+ )", BY_NAME["docs/benchmarks.md"].text, flags=re.MULTILINE)
+    tables = [part for part in sections if re.search(r"^\|---", part, flags=re.MULTILINE)]
+    assert len(tables) > 10
+    for part in tables:
+        assert Page("", part).blocks("sh"), f"no command finds: {part.splitlines()[0]}"
+
+
+def test_figures_of_a_shared_site_name_a_test_or_a_command():
+    """A word that stands in the code may still be no test."""
+    (part,) = re.findall(
+        r"^## Many machines and people$.*?(?=^## )",
+        BY_NAME["docs/benchmarks.md"].text,
+        flags=re.MULTILINE | re.DOTALL,
+    )
+    sources = [ROOT / name for name in tracked() if Path(name).suffix in (".rs", ".py")]
+    tests = "".join(path.read_text() for path in sources if "test" in path.read_text())
+    rows = [line for line in part.splitlines() if line.startswith("| ")][1:]
+    assert rows
+    for row in rows:
+        named = re.findall(r"`([^`]+)`", row)
+        is_found = any(" " in name or re.search(rf"(fn|def) {name}\(", tests) for name in named)
+        assert is_found, f"which test or command finds it? {row}"

@@ -1,7 +1,9 @@
 """CARLA's own Traffic Manager drives fifty cars, each run in a process of its own."""
 
+import contextlib
 import json
 import os
+import socket
 import subprocess
 import sys
 import time
@@ -10,7 +12,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from running_site import healthy, two_free_ports, wait_for
+from running_site import healthy, stop, two_free_ports, wait_for
 
 pytest.importorskip("carla", reason="the client is not installed")
 
@@ -156,3 +158,35 @@ def test_a_traffic_manager_may_have_the_port_of_the_openenv_face(start_site):
     # Who was connected before stays so, and the door opens again.
     assert connected.get("/health").json() == {"status": "healthy"}
     wait_for(site, time.monotonic() + 60.0, lambda: healthy(site.base_url))
+
+
+def test_sites_with_the_same_port_lend_it_one_after_the_other(start_site):
+    """The second one waits for the port, and lends it as soon as it has it, without a restart."""
+    port = usual_port()
+    flags = ("--no-render", "--http", f"127.0.0.1:{port}")
+    first, second = start_site(*flags), start_site(*flags)
+    assert "another program has the port" in second.said()
+    drive(second, "Town10HD", vehicles=2, ticks=5, tm_port=port)
+    wait_for(first, time.monotonic() + 60.0, lambda: healthy(first.base_url))
+    stop(first)
+    wait_for(second, time.monotonic() + 60.0, lambda: healthy(second.base_url))
+    drive(second, "Town10HD", vehicles=2, ticks=5, tm_port=port)
+    wait_for(second, time.monotonic() + 60.0, lambda: healthy(second.base_url))
+
+
+def usual_port() -> int:
+    """The one that the wheel's Traffic Manager has when nobody says another one, if it is free."""
+    with socket.socket() as probe, contextlib.suppress(OSError):
+        probe.bind(("0.0.0.0", 8000))
+        return 8000
+    return two_free_ports()
+
+
+def test_who_forgets_to_tell_the_traffic_manager_of_synchronous_mode_is_told_of_it(start_site):
+    """Nothing stands still meanwhile."""
+    site = start_site("--no-render")
+    warning = "a Traffic Manager is in asynchronous mode while its client ticks"
+    drive(site, "Town10HD", vehicles=20, ticks=100)
+    assert warning not in site.log.read_text(errors="replace")
+    drive(site, "Town10HD", vehicles=20, ticks=100, mode="forgotten")
+    assert warning in site.log.read_text(errors="replace")

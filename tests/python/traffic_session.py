@@ -22,8 +22,9 @@ RED = carla.TrafficLightState.Red
 LANES = carla.LaneType.Driving | carla.LaneType.Bidirectional
 
 
-#: Everything simulated; only what is near the first car; at the world's own pace.
-MODES = ("synchronous", "hybrid", "asynchronous")
+#: Everything simulated; only what is near the first car; at the world's own pace; with a Traffic
+#: Manager that nobody has told of the synchronous mode.
+MODES = ("synchronous", "hybrid", "asynchronous", "forgotten")
 #: Around the first car, in hybrid mode.
 NEAR_M = 50.0
 
@@ -101,7 +102,7 @@ class Watch:
 def start_manager(client: carla.Client, tm_port: int, mode: str) -> None:
     manager = client.get_trafficmanager(tm_port)
     manager.set_random_device_seed(SEED)
-    if mode != "asynchronous":
+    if mode not in ("asynchronous", "forgotten"):
         manager.set_synchronous_mode(True)
     if mode == "hybrid":
         manager.set_hybrid_physics_mode(True)

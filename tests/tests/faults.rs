@@ -169,9 +169,12 @@ fn text_of_the_wrong_shape_is_refused_and_the_session_goes_on() {
         assert_eq!(refusal["type"], "error", "{text}: {refusal}");
         assert_eq!(refusal["data"]["code"], code, "{text}: {refusal}");
     }
-    let deep = "[".repeat(100_000);
-    assert_eq!(session.ask_text(&deep)["type"], "error");
-    assert_eq!(session.ask_bytes(vec![0xff, 0xfe, 0x00])["type"], "error");
+    let deep = session.ask_text(&"[".repeat(100_000));
+    let binary = session.ask_bytes(vec![0xff, 0xfe, 0x00]);
+    for (refusal, words) in [(deep, "recursion limit"), (binary, "not UTF-8")] {
+        assert_eq!(refusal["data"]["code"], "INVALID_JSON", "{refusal}");
+        assert!(refusal["data"]["message"].as_str().unwrap().contains(words), "{refusal}");
+    }
     assert_eq!(session.step(observe())["observation"]["step_number"], 2);
 }
 
@@ -182,7 +185,9 @@ fn a_message_of_ten_megabytes_is_refused_and_harms_nobody() {
     let mut session = driving(&site);
     let huge = json!({"type": "step", "data": {"lane_direction": "x".repeat(10_000_000)}});
     let refusal = session.ask(&huge);
-    assert_eq!(refusal["type"], "error", "{refusal}");
+    assert_eq!(refusal["data"]["code"], "INVALID_JSON", "{refusal}");
+    let told = refusal["data"]["message"].as_str().unwrap();
+    assert!(told.contains("at most 2097152 bytes, not 10000"), "{told}");
     assert!(refusal.to_string().len() < 10_000, "the text came back");
     assert_eq!(session.step(observe())["observation"]["step_number"], 2);
     assert_eq!(neighbour.step(observe())["observation"]["step_number"], 2);

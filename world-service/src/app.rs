@@ -23,7 +23,7 @@ use crate::args::{Args, Config, ConfigError};
 use crate::maps::Maps;
 use crate::service::{Dispatcher, Ids, JOBS_MAX, Job, Seats, Simulation};
 use figures::RequestFigures;
-use journals::Desk;
+use journals::JournalFolder;
 use maker::Maker;
 use shard_worker::{Mailboxes, ShardOutlet, ShardWorker};
 
@@ -56,7 +56,7 @@ pub struct WorldService {
     bus: Bus,
     jobs: Vec<SyncSender<Job<world::World>>>,
     threads: Vec<JoinHandle<()>>,
-    journals: Arc<Desk>,
+    journals: Arc<JournalFolder>,
     seats: Seats,
     tasks: [AbortHandle; 3],
     _announcement: Announcement,
@@ -107,7 +107,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
         (0..shard_count).map(|_| sync_channel(JOBS_MAX)).unzip();
     let mailboxes = Arc::new(Mailboxes::new(jobs.clone()));
     let journal_bytes = figures::journal_bytes(monitor.metrics());
-    let journals = Arc::new(Desk::new(config.journals.clone(), journal_bytes));
+    let journals = Arc::new(JournalFolder::new(config.journals.clone(), journal_bytes));
     let listeners = bus.frame_listeners().await?;
     let figures = figures::export(monitor.metrics(), &seats, &bus);
     let outlet = |index| ShardOutlet {
@@ -132,13 +132,13 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     };
     let (maker, maker_thread) = maker.spawn()?;
     threads.push(maker_thread);
-    let desk = keys::FrontDesk {
+    let router = keys::RequestRouter {
         dispatcher,
         maker,
         monitor: monitor.clone(),
         figures: RequestFigures::new(monitor.metrics()),
     };
-    let servings = keys::serve(&bus, (&config.id, number), desk, workers.into()).await?;
+    let servings = keys::serve(&bus, (&config.id, number), router, workers.into()).await?;
     let presence = follow_presence(&bus, jobs.clone()).await?;
     let load = load::tell(&bus, &config.id, &seats, (figures.tick_time, shard_count));
     let tasks = [presence, tell_draining(&bus, &config.id, monitor), load];

@@ -22,12 +22,12 @@ const FORMER_TEXTS_MAX: usize = 64;
 pub(crate) struct Maps<T> {
     folder: Option<PathBuf>,
     build_town: fn(Arc<roads::Map>) -> T,
-    shelf: Mutex<Shelf<T>>,
+    known: Mutex<KnownMaps<T>>,
     uploads: Uploads<T>,
 }
 
 /// What is known now, and what was.
-struct Shelf<T> {
+struct KnownMaps<T> {
     entries: BTreeMap<String, Arc<Entry<T>>>,
     /// Oldest first.
     former: VecDeque<Arc<Text>>,
@@ -66,10 +66,10 @@ impl<T> Maps<T> {
         folder: Option<&Path>,
         build_town: fn(Arc<roads::Map>) -> T,
     ) -> Result<Self, Error> {
-        let shelf = Mutex::new(Shelf { entries: BTreeMap::new(), former: VecDeque::new() });
+        let known = Mutex::new(KnownMaps { entries: BTreeMap::new(), former: VecDeque::new() });
         let folder_path = folder.map(Path::to_owned);
-        let maps = Self { folder: folder_path, build_town, shelf, uploads: Uploads::new() };
-        maps.shelf().arrange(sources(folder)?);
+        let maps = Self { folder: folder_path, build_town, known, uploads: Uploads::new() };
+        maps.known().arrange(sources(folder)?);
         Ok(maps)
     }
 
@@ -137,7 +137,7 @@ impl<T> Maps<T> {
     /// # Errors
     /// [`ErrorCode::UnknownAsset`].
     pub(crate) fn asset(&self, digest: &str) -> Result<Vec<u8>, Error> {
-        let former = self.shelf().former.clone();
+        let former = self.known().former.clone();
         let entries = self.entries();
         let texts = entries.iter().filter_map(|(name, entry)| entry.text(name).ok());
         let uploaded = || self.uploads.with_digest(digest)?.text(digest).ok();
@@ -155,27 +155,27 @@ impl<T> Maps<T> {
     /// Looks into the folder. One that cannot be listed now changes nothing.
     fn look_again(&self) {
         match sources(self.folder.as_deref()) {
-            Ok(sources) => self.shelf().arrange(sources),
+            Ok(sources) => self.known().arrange(sources),
             Err(error) => tracing::warn!(%error, "the maps stay as they were"),
         }
     }
 
-    fn shelf(&self) -> MutexGuard<'_, Shelf<T>> {
+    fn known(&self) -> MutexGuard<'_, KnownMaps<T>> {
         // A panic while it was held left every entry whole.
-        self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn entry(&self, name: &str) -> Option<Arc<Entry<T>>> {
-        self.shelf().entries.get(name).map(Arc::clone)
+        self.known().entries.get(name).map(Arc::clone)
     }
 
     fn entries(&self) -> Vec<(String, Arc<Entry<T>>)> {
-        let shelf = self.shelf();
-        shelf.entries.iter().map(|(name, entry)| (name.clone(), Arc::clone(entry))).collect()
+        let known = self.known();
+        known.entries.iter().map(|(name, entry)| (name.clone(), Arc::clone(entry))).collect()
     }
 
     fn unknown(&self, name: &str) -> Error {
-        let known: Vec<String> = self.shelf().entries.keys().cloned().collect();
+        let known: Vec<String> = self.known().entries.keys().cloned().collect();
         Error::new(ErrorCode::UnknownMap, "no such map")
             .wanted(format_args!("one of {}", known.join(", ")))
             .found(format_args!("{name:?}"))
@@ -212,7 +212,7 @@ fn twin_of(name: &str) -> String {
     name.strip_suffix("_Opt").map_or_else(|| format!("{name}_Opt"), str::to_owned)
 }
 
-impl<T> Shelf<T> {
+impl<T> KnownMaps<T> {
     /// Keeps the entries whose source is as before, and puts new ones where it is not.
     fn arrange(&mut self, sources: BTreeMap<String, Source>) {
         let mut before = std::mem::take(&mut self.entries);

@@ -75,7 +75,7 @@ pub(super) fn spawn_command(
     }
     let command = Command::SpawnActor {
         blueprint: blueprint.id.clone(),
-        world_from_actor: transform.ours(),
+        reference_from_actor: transform.ours(),
         linear_velocity_mps: Vec3::zeros(),
         attributes,
         attachment,

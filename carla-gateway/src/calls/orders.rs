@@ -97,7 +97,7 @@ fn place(endpoint: &mut Endpoint, id: ActorRef, pose: Pose) -> Result<Command, R
     if let Some((state, carrier)) = episode.state_mut(actor).zip(carrier) {
         state.world_from_actor = carrier * pose;
     }
-    Ok(Command::Body(Body::SetPose { actor, world_from_actor: pose }))
+    Ok(Command::Body(Body::SetPose { actor, reference_from_actor: pose }))
 }
 
 /// Puts an actor elsewhere, in the frame of what carries it, as it is turned.

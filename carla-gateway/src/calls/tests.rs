@@ -214,6 +214,21 @@ fn served() -> impl Iterator<Item = &'static str> {
         .map(|method| method.name)
 }
 
+/// What clients and the world could notice of a call.
+fn everything(endpoint: &Endpoint, toy: &Toy) -> String {
+    let known = |id: u32| endpoint.episode.as_ref()?.state(schemas::ActorId::new(id)?);
+    let states: Vec<_> = (1..64).map(known).collect();
+    format!(
+        "{:?}",
+        (
+            (endpoint.settings(), &endpoint.weather, endpoint.imui_gravity_mps2),
+            (endpoint.episodes_begun, endpoint.frame_number, &endpoint.lost),
+            (&endpoint.pending, endpoint.shapes.len(), states),
+            (toy.count_done(), toy.newest_actor.load(Ordering::Relaxed)),
+        )
+    )
+}
+
 /// Draws of the arguments of each call.
 const ROUNDS: u64 = 64;
 /// The name of a file that is there is never drawn.
@@ -228,7 +243,11 @@ fn calls_with_arguments_of_their_types_are_mostly_carried_out() {
         // Those that a call before has destroyed are there again.
         runtime.block_on(endpoint.learn(Vec::new())).unwrap();
         let request = Request::drawn(name, Draw { seed, ..Draw::default() });
+        let before = everything(&endpoint, &toy);
         let answer = runtime.block_on(answer(&mut endpoint, &request));
+        if answer.is_err() {
+            assert_eq!(everything(&endpoint, &toy), before, "{name}, draw {seed}, is refused");
+        }
         *accepted.entry(name).or_default() += u64::from(answer.is_ok());
         if let Some(later) = endpoint.report(answer).later {
             let _ = runtime.block_on(later).unwrap();
@@ -247,6 +266,7 @@ fn calls_with_arguments_of_their_types_are_mostly_carried_out() {
 fn no_call_takes_a_number_that_is_not_finite_in_any_of_its_fields() {
     const DRAWS: u64 = 6;
     let (runtime, (mut endpoint, toy)) = (runtime(), Toy::endpoint());
+    runtime.block_on(endpoint.ensure_episode()).unwrap();
     let mut spoilt_calls: BTreeSet<&str> = BTreeSet::new();
     let drawn = served().flat_map(|name| (0..DRAWS).map(move |seed| (name, seed)));
     for (name, seed) in drawn {
@@ -256,7 +276,12 @@ fn no_call_takes_a_number_that_is_not_finite_in_any_of_its_fields() {
         for at in 0..float_count.load(Ordering::Relaxed) {
             for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 let draw = Draw { seed, spoilt: Some((at, number)), ..Draw::default() };
+                let before = everything(&endpoint, &toy);
                 let answer = runtime.block_on(answer(&mut endpoint, &Request::drawn(name, draw)));
+                if answer.is_err() {
+                    let after = everything(&endpoint, &toy);
+                    assert_eq!(after, before, "{name}, float {at} of draw {seed}: {number}");
+                }
                 assert!(is_refused(&answer), "{name}, float {at} of draw {seed}: {number}");
                 spoilt_calls.insert(name);
             }

@@ -4,7 +4,7 @@ mod attributes;
 mod order;
 
 pub(crate) use attributes::check_camera;
-pub(crate) use order::Darkroom;
+pub(crate) use order::EventMemories;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -76,7 +76,7 @@ impl Endpoint {
             hub: Arc::clone(&self.hub),
             site: Arc::clone(&self.site),
             allowance: self.config.allowance.clone(),
-            darkroom: Arc::clone(&self.darkroom),
+            event_memories: Arc::clone(&self.event_memories),
             cameras,
             movement: movement(before, episode, moves_limbs),
             shapes: Arc::clone(&self.shapes),

@@ -143,7 +143,7 @@ impl Endpoint {
         let Some(old) = self.episode.take() else { return };
         for stream in old.streams() {
             self.hub.close(stream);
-            self.darkroom.forget(stream);
+            self.event_memories.forget(stream);
         }
         self.hub.wait_for_leaving(Instant::now() + REST_WAIT).await;
         if let Err(error) = self.site.ask(Request::DestroyWorld { world: old.world }).await {

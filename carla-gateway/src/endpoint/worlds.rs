@@ -223,7 +223,7 @@ impl Endpoint {
         for stream in streams.into_iter().flatten() {
             self.expected.forget(stream);
             self.hub.close(stream);
-            self.darkroom.forget(stream);
+            self.event_memories.forget(stream);
         }
     }
 

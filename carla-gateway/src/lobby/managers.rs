@@ -20,6 +20,10 @@ const MANAGERS_MAX: usize = 1_024;
 const HOST_BYTES_MAX: usize = 255;
 /// How long a client may be silent while its step is awaited; real steps are full of calls.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+/// Reads of the settings between two ticks of its client that one in synchronous mode never makes.
+const READS_OF_RESTLESS: u32 = 16;
+/// Ticks with so many reads after which it is told.
+const RESTLESS_TICKS: u32 = 10;
 
 /// All Traffic Managers of an endpoint, by their ports.
 #[derive(Debug, Default)]
@@ -35,6 +39,16 @@ struct Manager {
     steps: bool,
     /// Until when the batch of the newest frame, or another sign of life, is awaited.
     due: Option<Instant>,
+    /// Reads of the settings since the last tick of its client.
+    reads: u32,
+    /// Ticks of its client before which it read more than one in synchronous mode does.
+    restless_ticks: u32,
+}
+
+impl Manager {
+    fn new(host: String, owner: ConnectionId) -> Self {
+        Self { host, owner, steps: false, due: None, reads: 0, restless_ticks: 0 }
+    }
 }
 
 impl TrafficManagers {
@@ -49,7 +63,7 @@ impl TrafficManagers {
             && self.running.len() < MANAGERS_MAX
             && host.len() <= HOST_BYTES_MAX;
         if is_free {
-            self.running.insert(port, Manager { host, owner, steps: false, due: None });
+            self.running.insert(port, Manager::new(host, owner));
         }
         is_free
     }
@@ -88,6 +102,28 @@ impl TrafficManagers {
         for manager in self.of(client).filter(|manager| manager.due.is_some()) {
             manager.due = Some(now + PATIENCE);
         }
+    }
+
+    /// A client reads the settings, which a Traffic Manager in synchronous mode does once in a step.
+    pub(super) fn note_read(&mut self, client: ConnectionId) {
+        for manager in self.of(client) {
+            manager.reads = manager.reads.saturating_add(1);
+        }
+    }
+
+    /// A client has ticked: ports of its Traffic Managers that do not wait for that, each once.
+    pub(super) fn take_restless(&mut self, client: ConnectionId) -> Vec<u16> {
+        let mut restless = Vec::new();
+        let own = self.running.iter_mut().filter(|(_, manager)| manager.owner == client);
+        for (port, manager) in own {
+            if std::mem::take(&mut manager.reads) >= READS_OF_RESTLESS {
+                manager.restless_ticks = manager.restless_ticks.saturating_add(1);
+                if manager.restless_ticks == RESTLESS_TICKS {
+                    restless.push(*port);
+                }
+            }
+        }
+        restless
     }
 
     /// A client waits for the steps of its Traffic Managers.

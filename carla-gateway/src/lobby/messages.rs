@@ -62,6 +62,8 @@ pub(crate) enum Do {
     TellMissing(usize),
     /// Says that ticks take longer than their period, and how much time was lost lately.
     TellLoss(Loss),
+    /// Says that the Traffic Manager at a port is in asynchronous mode while its client ticks.
+    TellRestless(u16),
 }
 
 /// One job of the endpoint.

@@ -30,6 +30,23 @@ fn calls_are_answered_one_after_the_other_in_the_order_of_arrival() {
 }
 
 #[test]
+fn every_call_that_the_table_leaves_to_the_lobby_is_answered_here() {
+    let mut stage = Stage::with(1, true);
+    let mut count = 0;
+    for name in crate::calls::left_to_the_lobby() {
+        let id = match name {
+            "version" | "get_episode_settings" => stage.call(1, name, ()),
+            "add_traffic_manager_running" => stage.call(1, name, (("localhost", 8_000),)),
+            _ => stage.call(1, name, (8_000,)),
+        };
+        assert!(stage.job.is_none(), "{name} has come to the endpoint");
+        assert!(stage.is_answered(1, id), "{name}");
+        count += 1;
+    }
+    assert_eq!((count, stage.refusals), (6, 0));
+}
+
+#[test]
 fn version_and_settings_are_told_while_a_call_is_under_way() {
     let mut stage = Stage::with(2, true);
     let slow = stage.call(1, "load_new_episode", (true,));

@@ -6,24 +6,24 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use recording::{JournalLink, Packet, WorldState};
 use schemas::Frame;
 
-use super::Shelf;
+use super::RecordingFolder;
 
 /// The names of the journals beside one recording: no two are alike.
 pub(crate) struct JournalNames {
-    shelf: Shelf,
+    recordings: RecordingFolder,
     path: PathBuf,
     given: AtomicU32,
 }
 
 impl JournalNames {
-    pub(super) fn new(shelf: Shelf, path: PathBuf) -> Self {
-        Self { shelf, path, given: AtomicU32::new(0) }
+    pub(super) fn new(recordings: RecordingFolder, path: PathBuf) -> Self {
+        Self { recordings, path, given: AtomicU32::new(0) }
     }
 
     /// That of one more journal, which nobody else was given.
     pub(crate) fn next(&self) -> String {
         let number = 1 + self.given.fetch_add(1, Ordering::Relaxed);
-        self.shelf.companion_of(&self.path, number)
+        self.recordings.companion_of(&self.path, number)
     }
 }
 

@@ -46,13 +46,13 @@ pub(crate) enum Question {
 
 /// Where recordings are read, away from the calls.
 #[derive(Clone, Debug)]
-pub(super) struct Desk {
+pub(super) struct RecordingReader {
     seats: Arc<Semaphore>,
     openings: Arc<Semaphore>,
     readers: Arc<Semaphore>,
 }
 
-impl Default for Desk {
+impl Default for RecordingReader {
     fn default() -> Self {
         let limits = [QUESTIONS_MAX, OPENINGS_MAX, READERS_MAX];
         let [seats, openings, readers] = limits.map(|count| Arc::new(Semaphore::new(count)));
@@ -60,7 +60,7 @@ impl Default for Desk {
     }
 }
 
-impl Desk {
+impl RecordingReader {
     /// Answers in CARLA's words, also for files that are missing or no recordings, when what is
     /// still being written is written. A file that cannot be read, and an answer that is too long,
     /// are refused.

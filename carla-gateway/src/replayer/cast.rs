@@ -231,8 +231,8 @@ impl Endpoint {
                     new.push(id);
                     self.hold_still(id, class)?;
                     if !is_attached {
-                        let world_from_actor = pose_at(add.location, add.rotation);
-                        let order = BodyCommand::SetPose { actor: id, world_from_actor };
+                        let reference_from_actor = pose_at(add.location, add.rotation);
+                        let order = BodyCommand::SetPose { actor: id, reference_from_actor };
                         self.pending.push(Command::Body(order));
                     }
                 }
@@ -295,7 +295,7 @@ fn spawn(
     let (blueprint, attributes) = catalogue::order(&described(&attributes)).ok()?;
     Some(Command::SpawnActor {
         blueprint: blueprint.id.clone(),
-        world_from_actor: place,
+        reference_from_actor: place,
         linear_velocity_mps: Vec3::zeros(),
         attributes,
         attachment,

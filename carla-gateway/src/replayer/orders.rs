@@ -83,7 +83,8 @@ pub(super) fn placed(
         let speed_mps = walker_speed_mps;
         return vec![Command::Walker(WalkerCommand::State { actor, world_from_actor, speed_mps })];
     }
-    let mut commands = vec![Command::Body(BodyCommand::SetPose { actor, world_from_actor })];
+    let mut commands =
+        vec![Command::Body(BodyCommand::SetPose { actor, reference_from_actor: world_from_actor })];
     if let Some(kinematics) = kinematics.filter(|_| member.class == Class::VEHICLE) {
         commands.extend(moving(actor, kinematics));
     }

@@ -15,14 +15,14 @@ use crate::maps::Maps;
 use crate::scenario::{Profile, registry};
 use crate::ticker::Ticker;
 use crate::world_port::WorldPort;
-use crate::world_port::keeper::Keeper;
+use crate::world_port::collector::WorldCollector;
 
 /// What all sessions of one tenant share.
 pub(crate) struct SessionContext {
     /// Worlds.
     pub(crate) port: Arc<dyn WorldPort>,
     /// Those that sessions use.
-    pub(crate) keeper: Arc<Keeper>,
+    pub(crate) collector: Arc<WorldCollector>,
     /// Their ticks.
     pub(crate) ticker: Ticker,
     /// Their maps.
@@ -55,7 +55,7 @@ impl SessionContext {
         Self {
             ticker: Ticker::new(Arc::clone(&port)),
             maps: Maps::new(Arc::clone(&port)),
-            keeper: Keeper::new(Arc::clone(&port)),
+            collector: WorldCollector::new(Arc::clone(&port)),
             port,
             default_scenario,
             profile,

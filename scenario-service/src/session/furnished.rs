@@ -8,7 +8,7 @@ use worlds::{NewWorld, State};
 use super::origin::Origin;
 use super::{Session, SessionError, decode, invalid};
 use crate::scenario::WorldSpec;
-use crate::world_port::keeper::OwnedWorld;
+use crate::world_port::collector::OwnedWorld;
 use crate::world_port::{CreatedWorld, DT_SECS};
 
 /// A world with its first frame, and the replies to what furnished it.
@@ -47,7 +47,7 @@ impl Session {
         let context = Arc::clone(&self.context);
         let created = tokio::spawn(async move {
             let created = context.port.create(new).await?;
-            let world = context.keeper.keep(created.world);
+            let world = context.collector.keep(created.world);
             Ok((created, world))
         });
         let created = created.await.map_err(|_| invalid("making a world was interrupted"))?;

@@ -7,7 +7,7 @@ use schemas::{ActorId, ActorKind, CommandReply, Error, ErrorCode, Frame, Tick};
 use super::{SessionContext, SessionError};
 use crate::scenario::{Overrides, ScenarioError, WorldSpec};
 use crate::world_port::CreatedWorld;
-use crate::world_port::keeper::OwnedWorld;
+use crate::world_port::collector::OwnedWorld;
 
 /// Of the frame in which an episode of one begins, for its replies.
 const REPLIES: usize = WorldSpec::EGO_COMMAND + 1;
@@ -47,7 +47,7 @@ impl Origin {
         let (context, origin) = (Arc::clone(context), self.clone());
         let made = tokio::spawn(async move {
             let created = context.port.branch(origin.journal, origin.tick).await?;
-            let world = context.keeper.keep(created.world);
+            let world = context.collector.keep(created.world);
             Ok((created, world))
         });
         let made = made.await.map_err(|_| super::invalid("making a world was interrupted"))?;

@@ -7,7 +7,7 @@ use worlds::{Maker, State};
 
 use super::SessionContext;
 use crate::world_port::CreatedWorld;
-use crate::world_port::keeper::OwnedWorld;
+use crate::world_port::collector::OwnedWorld;
 
 /// Makes worlds for the sessions of one tenant.
 pub(super) struct FreshWorlds<'a>(pub(super) &'a Arc<SessionContext>);
@@ -23,7 +23,7 @@ impl Maker for FreshWorlds<'_> {
                 State::New(new) => context.port.create(new).await?,
                 State::Snapshot(bytes) => context.port.restore(bytes).await?,
             };
-            Ok((frame, context.keeper.keep(world)))
+            Ok((frame, context.collector.keep(world)))
         });
         let interrupted =
             |_| Err(Error::new(ErrorCode::Internal, "making a world again was interrupted"));

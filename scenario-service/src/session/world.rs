@@ -12,7 +12,7 @@ use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 use super::recovery::FreshWorlds;
 use super::{SessionContext, ends_the_episode};
 use crate::episode::Company;
-use crate::world_port::keeper::OwnedWorld;
+use crate::world_port::collector::OwnedWorld;
 
 /// What is to be done in a world.
 pub(super) struct Work {
@@ -292,7 +292,7 @@ async fn try_out(
     world: WorldId,
     commands: &[Command],
 ) -> Result<Option<Error>, Error> {
-    let copy = context.keeper.keep(context.port.fork(world).await?);
+    let copy = context.collector.keep(context.port.fork(world).await?);
     let item = TickItem { commands: commands.to_vec(), ..TickItem::new(copy.id(), 0) };
     let outcome = context.ticker.tick(item).await?;
     Ok(outcome.replies.into_iter().find_map(Result::err))

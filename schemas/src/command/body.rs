@@ -34,8 +34,8 @@ pub enum BodyCommand {
     SetPose {
         /// Which actor.
         actor: ActorId,
-        /// Where.
-        world_from_actor: Pose,
+        /// Where: in the parent when attached, else in the world.
+        reference_from_actor: Pose,
     },
     /// Turns a property of a body on or off.
     SetSwitch {

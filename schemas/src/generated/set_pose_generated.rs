@@ -12,6 +12,7 @@ use super::*;
 pub enum SetPoseOffset {}
 #[derive(Copy, Clone, PartialEq)]
 
+/// In the parent when there is one, else in the world.
 pub struct SetPose<'a> {
   pub _tab: flatbuffers::Table<'a>,
 }
@@ -26,7 +27,7 @@ impl<'a> flatbuffers::Follow<'a> for SetPose<'a> {
 
 impl<'a> SetPose<'a> {
   pub const VT_ACTOR: flatbuffers::VOffsetT = 4;
-  pub const VT_WORLD_FROM_ACTOR: flatbuffers::VOffsetT = 6;
+  pub const VT_REFERENCE_FROM_ACTOR: flatbuffers::VOffsetT = 6;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -38,7 +39,7 @@ impl<'a> SetPose<'a> {
     args: &'args SetPoseArgs<'args>
   ) -> flatbuffers::WIPOffset<SetPose<'bldr>> {
     let mut builder = SetPoseBuilder::new(_fbb);
-    if let Some(x) = args.world_from_actor { builder.add_world_from_actor(x); }
+    if let Some(x) = args.reference_from_actor { builder.add_reference_from_actor(x); }
     builder.add_actor(args.actor);
     builder.finish()
   }
@@ -52,11 +53,11 @@ impl<'a> SetPose<'a> {
     unsafe { self._tab.get::<u32>(SetPose::VT_ACTOR, Some(0)).unwrap()}
   }
   #[inline]
-  pub fn world_from_actor(&self) -> &'a Pose {
+  pub fn reference_from_actor(&self) -> &'a Pose {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<Pose>(SetPose::VT_WORLD_FROM_ACTOR, None).unwrap()}
+    unsafe { self._tab.get::<Pose>(SetPose::VT_REFERENCE_FROM_ACTOR, None).unwrap()}
   }
 }
 
@@ -68,21 +69,21 @@ impl flatbuffers::Verifiable for SetPose<'_> {
     use self::flatbuffers::Verifiable;
     v.visit_table(pos)?
      .visit_field::<u32>("actor", Self::VT_ACTOR, false)?
-     .visit_field::<Pose>("world_from_actor", Self::VT_WORLD_FROM_ACTOR, true)?
+     .visit_field::<Pose>("reference_from_actor", Self::VT_REFERENCE_FROM_ACTOR, true)?
      .finish();
     Ok(())
   }
 }
 pub struct SetPoseArgs<'a> {
     pub actor: u32,
-    pub world_from_actor: Option<&'a Pose>,
+    pub reference_from_actor: Option<&'a Pose>,
 }
 impl<'a> Default for SetPoseArgs<'a> {
   #[inline]
   fn default() -> Self {
     SetPoseArgs {
       actor: 0,
-      world_from_actor: None, // required field
+      reference_from_actor: None, // required field
     }
   }
 }
@@ -97,8 +98,8 @@ impl<'a: 'b, 'b> SetPoseBuilder<'a, 'b> {
     self.fbb_.push_slot::<u32>(SetPose::VT_ACTOR, actor, 0);
   }
   #[inline]
-  pub fn add_world_from_actor(&mut self, world_from_actor: &Pose) {
-    self.fbb_.push_slot_always::<&Pose>(SetPose::VT_WORLD_FROM_ACTOR, world_from_actor);
+  pub fn add_reference_from_actor(&mut self, reference_from_actor: &Pose) {
+    self.fbb_.push_slot_always::<&Pose>(SetPose::VT_REFERENCE_FROM_ACTOR, reference_from_actor);
   }
   #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> SetPoseBuilder<'a, 'b> {
@@ -111,7 +112,7 @@ impl<'a: 'b, 'b> SetPoseBuilder<'a, 'b> {
   #[inline]
   pub fn finish(self) -> flatbuffers::WIPOffset<SetPose<'a>> {
     let o = self.fbb_.end_table(self.start_);
-    self.fbb_.required(o, SetPose::VT_WORLD_FROM_ACTOR,"world_from_actor");
+    self.fbb_.required(o, SetPose::VT_REFERENCE_FROM_ACTOR,"reference_from_actor");
     flatbuffers::WIPOffset::new(o.value())
   }
 }
@@ -120,7 +121,7 @@ impl core::fmt::Debug for SetPose<'_> {
   fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
     let mut ds = f.debug_struct("SetPose");
       ds.field("actor", &self.actor());
-      ds.field("world_from_actor", &self.world_from_actor());
+      ds.field("reference_from_actor", &self.reference_from_actor());
       ds.finish()
   }
 }

@@ -27,7 +27,7 @@ impl<'a> flatbuffers::Follow<'a> for SpawnActor<'a> {
 
 impl<'a> SpawnActor<'a> {
   pub const VT_BLUEPRINT: flatbuffers::VOffsetT = 4;
-  pub const VT_WORLD_FROM_ACTOR: flatbuffers::VOffsetT = 6;
+  pub const VT_REFERENCE_FROM_ACTOR: flatbuffers::VOffsetT = 6;
   pub const VT_LINEAR_VELOCITY_IN_WORLD_MPS: flatbuffers::VOffsetT = 8;
   pub const VT_ATTRIBUTES: flatbuffers::VOffsetT = 10;
   pub const VT_PARENT: flatbuffers::VOffsetT = 12;
@@ -48,7 +48,7 @@ impl<'a> SpawnActor<'a> {
     builder.add_parent(args.parent);
     if let Some(x) = args.attributes { builder.add_attributes(x); }
     if let Some(x) = args.linear_velocity_in_world_mps { builder.add_linear_velocity_in_world_mps(x); }
-    if let Some(x) = args.world_from_actor { builder.add_world_from_actor(x); }
+    if let Some(x) = args.reference_from_actor { builder.add_reference_from_actor(x); }
     if let Some(x) = args.blueprint { builder.add_blueprint(x); }
     builder.add_attachment(args.attachment);
     builder.finish()
@@ -62,13 +62,13 @@ impl<'a> SpawnActor<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(SpawnActor::VT_BLUEPRINT, None).unwrap()}
   }
-  /// In the parent's frame when there is a parent.
+  /// Where its point of reference is: in the parent when there is one, else in the world.
   #[inline]
-  pub fn world_from_actor(&self) -> &'a Pose {
+  pub fn reference_from_actor(&self) -> &'a Pose {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<Pose>(SpawnActor::VT_WORLD_FROM_ACTOR, None).unwrap()}
+    unsafe { self._tab.get::<Pose>(SpawnActor::VT_REFERENCE_FROM_ACTOR, None).unwrap()}
   }
   #[inline]
   pub fn linear_velocity_in_world_mps(&self) -> Option<&'a Vec3> {
@@ -118,7 +118,7 @@ impl flatbuffers::Verifiable for SpawnActor<'_> {
     use self::flatbuffers::Verifiable;
     v.visit_table(pos)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("blueprint", Self::VT_BLUEPRINT, true)?
-     .visit_field::<Pose>("world_from_actor", Self::VT_WORLD_FROM_ACTOR, true)?
+     .visit_field::<Pose>("reference_from_actor", Self::VT_REFERENCE_FROM_ACTOR, true)?
      .visit_field::<Vec3>("linear_velocity_in_world_mps", Self::VT_LINEAR_VELOCITY_IN_WORLD_MPS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Attribute>>>>("attributes", Self::VT_ATTRIBUTES, false)?
      .visit_field::<u32>("parent", Self::VT_PARENT, false)?
@@ -130,7 +130,7 @@ impl flatbuffers::Verifiable for SpawnActor<'_> {
 }
 pub struct SpawnActorArgs<'a> {
     pub blueprint: Option<flatbuffers::WIPOffset<&'a str>>,
-    pub world_from_actor: Option<&'a Pose>,
+    pub reference_from_actor: Option<&'a Pose>,
     pub linear_velocity_in_world_mps: Option<&'a Vec3>,
     pub attributes: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Attribute<'a>>>>>,
     pub parent: u32,
@@ -142,7 +142,7 @@ impl<'a> Default for SpawnActorArgs<'a> {
   fn default() -> Self {
     SpawnActorArgs {
       blueprint: None, // required field
-      world_from_actor: None, // required field
+      reference_from_actor: None, // required field
       linear_velocity_in_world_mps: None,
       attributes: None,
       parent: 0,
@@ -162,8 +162,8 @@ impl<'a: 'b, 'b> SpawnActorBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(SpawnActor::VT_BLUEPRINT, blueprint);
   }
   #[inline]
-  pub fn add_world_from_actor(&mut self, world_from_actor: &Pose) {
-    self.fbb_.push_slot_always::<&Pose>(SpawnActor::VT_WORLD_FROM_ACTOR, world_from_actor);
+  pub fn add_reference_from_actor(&mut self, reference_from_actor: &Pose) {
+    self.fbb_.push_slot_always::<&Pose>(SpawnActor::VT_REFERENCE_FROM_ACTOR, reference_from_actor);
   }
   #[inline]
   pub fn add_linear_velocity_in_world_mps(&mut self, linear_velocity_in_world_mps: &Vec3) {
@@ -197,7 +197,7 @@ impl<'a: 'b, 'b> SpawnActorBuilder<'a, 'b> {
   pub fn finish(self) -> flatbuffers::WIPOffset<SpawnActor<'a>> {
     let o = self.fbb_.end_table(self.start_);
     self.fbb_.required(o, SpawnActor::VT_BLUEPRINT,"blueprint");
-    self.fbb_.required(o, SpawnActor::VT_WORLD_FROM_ACTOR,"world_from_actor");
+    self.fbb_.required(o, SpawnActor::VT_REFERENCE_FROM_ACTOR,"reference_from_actor");
     flatbuffers::WIPOffset::new(o.value())
   }
 }
@@ -206,7 +206,7 @@ impl core::fmt::Debug for SpawnActor<'_> {
   fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
     let mut ds = f.debug_struct("SpawnActor");
       ds.field("blueprint", &self.blueprint());
-      ds.field("world_from_actor", &self.world_from_actor());
+      ds.field("reference_from_actor", &self.reference_from_actor());
       ds.field("linear_velocity_in_world_mps", &self.linear_velocity_in_world_mps());
       ds.field("attributes", &self.attributes());
       ds.field("parent", &self.parent());

@@ -50,7 +50,7 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
     match command {
         Command::SpawnActor {
             blueprint,
-            world_from_actor,
+            reference_from_actor,
             linear_velocity_mps,
             attributes,
             attachment,
@@ -60,7 +60,7 @@ fn command_out(b: &mut FlatBufferBuilder<'_>, command: &Command) -> Body {
                 if attributes.is_empty() { None } else { Some(attributes_out(b, attributes)) };
             let args = fb::SpawnActorArgs {
                 blueprint: Some(b.create_string(blueprint)),
-                world_from_actor: Some(&pose_out(world_from_actor)),
+                reference_from_actor: Some(&pose_out(reference_from_actor)),
                 linear_velocity_in_world_mps: Some(&vec3_out(linear_velocity_mps)),
                 attributes,
                 parent: attachment.map_or(0, |attachment| attachment.parent.get()),
@@ -140,7 +140,7 @@ fn spawn_in(spawn: &fb::SpawnActor<'_>) -> Result<Command, Error> {
     let kind = attachment_in(spawn.attachment())?;
     Ok(Command::SpawnActor {
         blueprint: spawn.blueprint().to_owned(),
-        world_from_actor: pose_in(spawn.world_from_actor(), "world_from_actor")?,
+        reference_from_actor: pose_in(spawn.reference_from_actor(), "reference_from_actor")?,
         linear_velocity_mps: velocity
             .map_or(Ok(Vec3::zeros()), |raw| vec3_in(raw, "linear velocity"))?,
         attributes: attributes_in(spawn.attributes())?,

@@ -8,8 +8,8 @@ use super::{Kind, check_count, root};
 use crate::generated as fb;
 use crate::generated::RequestBody as Table;
 use crate::limits::{
-    ACTORS_PER_WORLD_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, VEHICLES_PER_REQUEST_MAX,
-    WORLDS_PER_BATCH_MAX,
+    ACTORS_PER_WORLD_MAX, FORKS_PER_REQUEST_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX,
+    TICKS_PER_REQUEST_MAX, VEHICLES_PER_REQUEST_MAX, WORLDS_PER_BATCH_MAX,
 };
 use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem, Vec3, WorldId};
 
@@ -164,6 +164,7 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
         });
     }
     if let Some(fork) = raw.body_as_fork_world() {
+        check_count("copies", fork.count() as usize, FORKS_PER_REQUEST_MAX as usize)?;
         return Ok(Request::ForkWorld {
             world: world_in(fork.world())?,
             count: fork.count(),
@@ -316,6 +317,7 @@ fn tick_in(raw: &fb::TickItem<'_>) -> Result<TickItem, Error> {
         return Err(Error::new(ErrorCode::InvalidMessage, "dt_secs is not finite")
             .wanted("a finite number of seconds"));
     }
+    check_count("ticks of a world", raw.tick_count() as usize, TICKS_PER_REQUEST_MAX as usize)?;
     Ok(TickItem {
         world: world_in(raw.world())?,
         tick_count: raw.tick_count(),

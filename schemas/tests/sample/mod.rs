@@ -145,7 +145,7 @@ fn commands() -> Vec<Command> {
     vec![
         Command::SpawnActor {
             blueprint: "vehicle.lincoln.mkz".into(),
-            world_from_actor: pose,
+            reference_from_actor: pose,
             linear_velocity_mps: Vec3::new(11.0, 0.0, 0.0),
             attributes: attributes(),
             attachment: attachment(),
@@ -168,7 +168,7 @@ fn commands() -> Vec<Command> {
             linear_mps: Some(Vec3::x()),
             angular_radps: None,
         }),
-        Command::Body(BodyCommand::SetPose { actor: actor(1), world_from_actor: pose }),
+        Command::Body(BodyCommand::SetPose { actor: actor(1), reference_from_actor: pose }),
         Command::SetWeather { weather: Weather::CLEAR_NOON },
     ]
     .into_iter()

@@ -25,14 +25,14 @@ const JOURNALS_PER_WORLD_MAX: u32 = 1_000;
 const SETTLE_WAIT: Duration = Duration::from_secs(10);
 
 /// The journals of one service.
-pub(super) struct Desk {
+pub(super) struct JournalFolder {
     journals: Option<Journals>,
     threads: Mutex<Vec<JoinHandle<()>>>,
     /// Of entries, before they are packed.
     bytes: Counter,
 }
 
-impl Desk {
+impl JournalFolder {
     /// Where no folder is named, none are kept. Bytes of their entries are counted.
     pub(super) fn new(journals: Option<Journals>, bytes: Counter) -> Self {
         Self { journals, threads: Mutex::default(), bytes }
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn what_is_no_journal_is_never_replaced() {
-        let folder = std::env::temp_dir().join(format!("causeway-desk-{}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("causeway-journals-{}", std::process::id()));
         let path = folder.join("runs/a.journal");
         replaced(&path).unwrap().write_all(b"CWJL\x02").unwrap();
         drop(replaced(&path).unwrap());
@@ -191,10 +191,10 @@ mod tests {
 
     #[test]
     fn a_full_disk_ends_the_journal_and_the_giver_learns_of_it() {
-        let desk = Desk::new(None, Counter::default());
+        let folder = JournalFolder::new(None, Counter::default());
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let mut queue = desk.spawn(full, "full", 1 << 30, Head::default()).unwrap();
-        desk.settle();
+        let mut queue = folder.spawn(full, "full", 1 << 30, Head::default()).unwrap();
+        folder.settle();
         assert!(queue.put(Entry::Commands(Vec::new())).is_err());
     }
 }

@@ -17,7 +17,7 @@ use crate::service::{Answer, Dispatcher, Simulation};
 type ShardWorkers<S> = Arc<[Arc<ShardWorker<S>>]>;
 
 /// Who takes requests in.
-pub(super) struct FrontDesk<S: Simulation> {
+pub(super) struct RequestRouter<S: Simulation> {
     pub(super) dispatcher: Arc<Dispatcher<S>>,
     pub(super) maker: SyncSender<MakerJob>,
     pub(super) monitor: Monitor,
@@ -28,24 +28,24 @@ pub(super) struct FrontDesk<S: Simulation> {
 pub(super) async fn serve<S: Simulation>(
     bus: &Bus,
     (id, number): (&ServiceId, u32),
-    desk: FrontDesk<S>,
+    router: RequestRouter<S>,
     workers: ShardWorkers<S>,
 ) -> Result<Vec<Serving>, BusError> {
-    let desk = Arc::new(desk);
+    let router = Arc::new(router);
     let worlds = || {
-        let desk = Arc::clone(&desk);
+        let router = Arc::clone(&router);
         move |incoming: Incoming| match keys::parse_worlds(incoming.key()) {
-            Some(tenant) => desk.route(tenant, None, incoming),
+            Some(tenant) => router.route(tenant, None, incoming),
             None => incoming.refuse(unknown_key()),
         }
     };
-    let for_world = Arc::clone(&desk);
+    let for_world = Arc::clone(&router);
     let world = move |incoming: Incoming| match keys::parse_world(incoming.key()) {
         Some((tenant, world)) => for_world.route(tenant, Some(world), incoming),
         None => incoming.refuse(unknown_key()),
     };
     let batch = |workers: Option<ShardWorkers<S>>| {
-        let dispatcher = Arc::clone(&desk.dispatcher);
+        let dispatcher = Arc::clone(&router.dispatcher);
         move |incoming: Incoming| match incoming.request() {
             Ok(Request::TickWorlds(items)) => {
                 let here = |shard: usize, job| match &workers {
@@ -58,7 +58,7 @@ pub(super) async fn serve<S: Simulation>(
             Err(error) => incoming.refuse(error),
         }
     };
-    let for_maps = Arc::clone(&desk);
+    let for_maps = Arc::clone(&router);
     let asset = move |incoming: Incoming| match keys::parse_asset(incoming.key()) {
         Some(digest) => for_maps.send(MakerJob::Asset { digest: digest.to_owned(), incoming }),
         None => incoming.refuse(unknown_key()),
@@ -73,7 +73,7 @@ pub(super) async fn serve<S: Simulation>(
     ])
 }
 
-impl<S: Simulation> FrontDesk<S> {
+impl<S: Simulation> RequestRouter<S> {
     fn route(&self, tenant: Tenant, world: Option<WorldId>, incoming: Incoming) {
         let request = match incoming.request() {
             Ok(request) => request,

@@ -12,7 +12,7 @@ use schemas::wire::encode_frame;
 use schemas::{Error, ErrorCode, Lease, MapRef, Reply, Request, Tenant, Tick};
 
 use super::ServiceError;
-use super::journals::Desk;
+use super::journals::JournalFolder;
 use super::shard_worker::Mailboxes;
 use crate::journal::{JournalError, Reader, Step, Way};
 use crate::maps::Maps;
@@ -53,7 +53,7 @@ pub(super) struct Maker<S: Simulation> {
     pub(super) epoch: u64,
     pub(super) dispatcher: Arc<Dispatcher<S>>,
     pub(super) mailboxes: Arc<Mailboxes<S>>,
-    pub(super) journals: Arc<Desk>,
+    pub(super) journals: Arc<JournalFolder>,
     /// Holds once the first map is built, or known not to be there.
     pub(super) first_map: Condition,
 }

@@ -12,7 +12,7 @@ use schemas::{EncodedFrame, Error, Tenant, WorldId};
 
 use super::ServiceError;
 use super::figures::ShardFigures;
-use super::journals::Desk;
+use super::journals::JournalFolder;
 use crate::journal::Scribe;
 use crate::service::{Hosted, Ids, Job, NewJournal, Outlet, Seats, Shard, Simulation};
 
@@ -37,7 +37,7 @@ pub(super) struct ShardOutlet<S: Simulation> {
     pub(super) bus: Bus,
     pub(super) listeners: FrameListeners,
     pub(super) mailboxes: Arc<Mailboxes<S>>,
-    pub(super) journals: Arc<Desk>,
+    pub(super) journals: Arc<JournalFolder>,
     pub(super) figures: ShardFigures,
 }
 

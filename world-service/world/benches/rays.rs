@@ -50,7 +50,7 @@ fn with_lidar(world: &World, car: ActorId, range_m: &str) -> World {
         [("channels", "64"), ("points_per_second", points.as_str()), ("range", range_m)];
     let sensor = world.apply(&Command::SpawnActor {
         blueprint: "sensor.lidar.ray_cast_semantic".to_owned(),
-        world_from_actor: Pose::translation(0.0, 0.0, 2.4),
+        reference_from_actor: Pose::translation(0.0, 0.0, 2.4),
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes
             .map(|(id, value)| Attribute { id: id.to_owned(), value: value.to_owned() })

@@ -26,7 +26,7 @@ impl World {
         let done = match command {
             Command::SpawnActor {
                 blueprint,
-                world_from_actor: pose,
+                reference_from_actor: pose,
                 linear_velocity_mps,
                 attributes,
                 attachment,

@@ -26,7 +26,7 @@ fn prop(world: &mut World, name: &str, at_m: Vec3) -> ActorId {
 fn attached(blueprint: &str, pose: Pose, parent: ActorId, kind: AttachmentKind) -> Command {
     Command::SpawnActor {
         blueprint: blueprint.to_owned(),
-        world_from_actor: pose,
+        reference_from_actor: pose,
         linear_velocity_mps: Vec3::zeros(),
         attributes: Vec::new(),
         attachment: Some(Attachment { parent, kind }),
@@ -96,7 +96,7 @@ fn what_waits_deep_under_the_road_stays_there_until_it_is_put_on_it() {
     let [(car, _), ..] = waiting;
     let road = level_pose(Vec3::new(0.0, LANE_Y_M, 0.5), 0.0);
     world
-        .apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor: road }))
+        .apply(&Command::Body(BodyCommand::SetPose { actor: car, reference_from_actor: road }))
         .unwrap();
     control(&mut world, car, VehicleControl { throttle: 0.7, ..Default::default() });
     run(&mut world, 60);
@@ -126,7 +126,7 @@ fn without_physics_a_body_stays_where_it_is_put_and_still_stops_others() {
     switch(&mut world, parked, BodySwitch::Physics, false);
     let up = level_pose(Vec3::new(20.0, LANE_Y_M, 0.1), 0.0);
     world
-        .apply(&Command::Body(BodyCommand::SetPose { actor: parked, world_from_actor: up }))
+        .apply(&Command::Body(BodyCommand::SetPose { actor: parked, reference_from_actor: up }))
         .unwrap();
     let rear = car(&mut world, 0.0, 15.0);
     run(&mut world, 60);
@@ -249,7 +249,7 @@ fn attributes_given_at_the_spawn_are_described_and_a_bad_one_is_refused() {
     let attribute = |id: &str, value: &str| Attribute { id: id.into(), value: value.into() };
     let spawn = |attributes: Vec<Attribute>| Command::SpawnActor {
         blueprint: "vehicle.audi.tt".to_owned(),
-        world_from_actor: level_pose(Vec3::new(0.0, LANE_Y_M, 0.0), 0.0),
+        reference_from_actor: level_pose(Vec3::new(0.0, LANE_Y_M, 0.0), 0.0),
         linear_velocity_mps: Vec3::zeros(),
         attributes,
         attachment: None,
@@ -301,7 +301,12 @@ fn a_car_on_its_roof_has_failed_after_a_second() {
     let car = car(&mut world, 0.0, 0.0);
     let roll = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), 3.0);
     let world_from_actor = Pose::from_parts(Vec3::new(0.0, LANE_Y_M, 1.6).into(), roll);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor: car,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
     run(&mut world, 10);
     assert_eq!(state(&world, car).failure, VehicleFailure::None);
     run(&mut world, 40);
@@ -352,7 +357,7 @@ fn given(world: &mut World, blueprint: &str, at_m: Vec3, attributes: &[(&str, &s
         |&(id, value): &(&str, &str)| Attribute { id: id.to_owned(), value: value.to_owned() };
     let command = Command::SpawnActor {
         blueprint: blueprint.to_owned(),
-        world_from_actor: level_pose(at_m, 0.0),
+        reference_from_actor: level_pose(at_m, 0.0),
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.iter().map(attribute).collect(),
         attachment: None,
@@ -388,7 +393,7 @@ fn a_trigger_needs_numbers() {
     let wrong = Attribute { id: "friction".to_owned(), value: "slippery".to_owned() };
     let command = Command::SpawnActor {
         blueprint: "static.trigger.friction".to_owned(),
-        world_from_actor: Pose::identity(),
+        reference_from_actor: Pose::identity(),
         linear_velocity_mps: Vec3::zeros(),
         attributes: vec![wrong],
         attachment: None,

@@ -110,7 +110,10 @@ fn numbers_outside_of_their_domain_are_refused() {
         .collect();
     for x_m in [f32::NAN, 2.0e5] {
         let world_from_actor = level_pose(Vec3::new(x_m, 0.0, 0.0), 0.0);
-        commands.push(Command::Body(BodyCommand::SetPose { actor, world_from_actor }));
+        commands.push(Command::Body(BodyCommand::SetPose {
+            actor,
+            reference_from_actor: world_from_actor,
+        }));
         let linear_mps = Some(Vec3::new(x_m, 0.0, 0.0));
         commands.push(Command::Body(BodyCommand::SetVelocity {
             actor,
@@ -150,13 +153,20 @@ fn velocities_and_poses_can_be_set() {
     run(&mut world, 20);
     assert!((speed_mps(&world, actor) - 10.0).abs() < 0.6, "the wheels roll along");
     let world_from_actor = level_pose(Vec3::new(100.0, -5.25, 0.4), 0.0);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
     assert_eq!(state(&world, actor).world_from_actor, world_from_actor, "exactly there");
     run(&mut world, 1);
     let place = position_m(&world, actor);
     assert!((place - Vec3::new(100.5, -5.25, 0.39)).norm() < 0.1, "it moves on: {place}");
     let sunk = level_pose(Vec3::new(100.0, -5.25, -0.6), 0.0);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor: sunk })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose { actor, reference_from_actor: sunk }))
+        .unwrap();
     assert!(position_m(&world, actor).z.abs() < 1.0e-3, "out of the ground");
 }
 

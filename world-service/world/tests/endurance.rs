@@ -33,7 +33,12 @@ fn endure(minutes: u16) {
         for (index, &actor) in (0..).zip(&driving) {
             let x_m = -900.0 + 30.0 * f32::from(index as u8);
             let world_from_actor = level_pose(Vec3::new(x_m, LANE_Y_M, 0.0), 0.0);
-            world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
+            world
+                .apply(&Command::Body(BodyCommand::SetPose {
+                    actor,
+                    reference_from_actor: world_from_actor,
+                }))
+                .unwrap();
             let target_speed_mps = Some(8.0);
             let mode = PilotMode::KeepLane;
             world

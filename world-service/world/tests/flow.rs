@@ -195,7 +195,10 @@ fn far_traffic_moves_without_dynamics_and_gets_them_back_when_somebody_is_near()
             100 => {
                 let beside = last_m + Vec3::new(0.0, 7.0, 0.3);
                 let world_from_actor = schemas::level_pose(beside, 0.0);
-                let near = Command::Body(BodyCommand::SetPose { actor: witness, world_from_actor });
+                let near = Command::Body(BodyCommand::SetPose {
+                    actor: witness,
+                    reference_from_actor: world_from_actor,
+                });
                 world.apply(&near).unwrap();
                 copy.as_mut().unwrap().apply(&near).unwrap();
             }

@@ -118,7 +118,7 @@ fn any_motion() -> impl Strategy<Value = Command> {
         |(actor, x_m, y_m, z_m, yaw_rad)| {
             Command::Body(BodyCommand::SetPose {
                 actor,
-                world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), yaw_rad),
+                reference_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), yaw_rad),
             })
         },
     );
@@ -154,7 +154,7 @@ fn any_handling() -> impl Strategy<Value = Command> {
     let hang = (any_actor(), one_of(&[0.5, 30.0, 99_999.0])).prop_map(|(parent, arm_m)| {
         Command::SpawnActor {
             blueprint: "static.prop.constructioncone".to_owned(),
-            world_from_actor: level_pose(Vec3::new(arm_m, 0.0, 0.0), 0.0),
+            reference_from_actor: level_pose(Vec3::new(arm_m, 0.0, 0.0), 0.0),
             linear_velocity_mps: Vec3::zeros(),
             attributes: Vec::new(),
             attachment: Some(Attachment { parent, kind: AttachmentKind::Rigid }),

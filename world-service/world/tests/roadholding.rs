@@ -16,7 +16,7 @@ fn spawn_with(world: &mut World, blueprint: &str, pose: Pose, given: &[(&str, &s
         .map(|(id, value)| Attribute { id: (*id).to_owned(), value: (*value).to_owned() });
     let command = Command::SpawnActor {
         blueprint: blueprint.to_owned(),
-        world_from_actor: pose,
+        reference_from_actor: pose,
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.collect(),
         attachment: None,
@@ -126,7 +126,7 @@ fn a_zone_with_unusable_attributes_is_refused() {
         let attributes = vec![Attribute { id: id.to_owned(), value: value.to_owned() }];
         let command = Command::SpawnActor {
             blueprint: "static.trigger.friction".to_owned(),
-            world_from_actor: Pose::identity(),
+            reference_from_actor: Pose::identity(),
             linear_velocity_mps: Vec3::zeros(),
             attributes,
             attachment: None,

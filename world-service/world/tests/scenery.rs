@@ -89,7 +89,7 @@ fn the_obstacle_sensor_sees_no_wall_that_is_away() {
     let carrier = car(&mut world, 590.0, 0.0);
     let spawn = Command::SpawnActor {
         blueprint: "sensor.other.obstacle".to_owned(),
-        world_from_actor: Pose::translation(0.0, 0.0, 1.0),
+        reference_from_actor: Pose::translation(0.0, 0.0, 1.0),
         linear_velocity_mps: Vec3::zeros(),
         attributes: vec![schemas::Attribute { id: "distance".into(), value: "20".into() }],
         attachment: Some(Attachment { parent: carrier, kind: AttachmentKind::Rigid }),

@@ -416,7 +416,7 @@ fn a_world_whose_ids_begin_later_goes_on_as_any_other() {
         let car = world.apply(&car).unwrap().unwrap();
         let imu = Command::SpawnActor {
             blueprint: "sensor.other.imu".to_owned(),
-            world_from_actor: Pose::identity(),
+            reference_from_actor: Pose::identity(),
             linear_velocity_mps: Vec3::zeros(),
             attributes: vec![schemas::Attribute {
                 id: "noise_accel_stddev_x".to_owned(),
@@ -562,7 +562,12 @@ fn who_is_put_elsewhere_before_a_red_light_or_stop_sign_has_run_neither() {
     run(&mut world, 2);
     assert_eq!(world.frame().actor(actor).unwrap().traffic_light, Some(light));
     let (_, world_from_actor) = before_light(30.0);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
     run(&mut world, 1);
     assert_eq!(world.frame().actor(actor).unwrap().traffic_light, None);
     let red_lights =

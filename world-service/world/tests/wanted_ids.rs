@@ -34,7 +34,7 @@ fn actor(id: u32) -> ActorId {
 fn spawn(world: &mut World, id: Option<u32>, parent: Option<ActorId>) -> Result<u32, Error> {
     let command = Command::SpawnActor {
         blueprint: "static.prop.constructioncone".to_owned(),
-        world_from_actor: Pose::translation(0.0, 0.0, 500.0),
+        reference_from_actor: Pose::translation(0.0, 0.0, 500.0),
         linear_velocity_mps: Vec3::zeros(),
         attributes: Vec::new(),
         attachment: parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid }),

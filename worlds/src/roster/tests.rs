@@ -1,5 +1,7 @@
 //! Every event in every state, without a bus.
 
+mod simulation;
+
 use super::*;
 
 const NEAR: bool = true;

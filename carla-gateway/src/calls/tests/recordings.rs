@@ -102,7 +102,7 @@ fn no_two_journals_beside_a_recording_have_one_name() {
         let ends = ["journal", "2.journal", "3.journal"];
         assert_eq!(*toy.journals.lock().unwrap(), ends.map(|end| format!("{name}.{end}")));
         answer(&mut endpoint, &call("stop_recorder", ((false,),))).await.unwrap();
-        let path = endpoint.recorder.shelf().path_of(&name).unwrap();
+        let path = endpoint.recorder.recordings().path_of(&name).unwrap();
         endpoint.recorder.settle(&path).await;
         std::fs::remove_file(path).unwrap();
     });

@@ -16,7 +16,7 @@ use crate::config::{AfterReplays, Pacing, Ports, Tyres, WorldConfig};
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
 use crate::maps::Maps;
-use crate::recorder::Shelf;
+use crate::recorder::RecordingFolder;
 use crate::site::{Later, Site};
 
 /// Built once for all tests.
@@ -80,7 +80,7 @@ impl Toy {
                 clock_lease: None,
             },
             after_replays: AfterReplays::Stand,
-            shelf: Shelf::new(std::env::temp_dir().join("causeway-toy"), false),
+            recordings: RecordingFolder::new(std::env::temp_dir().join("causeway-toy"), false),
             owner: "toy".parse().unwrap(),
             recovery: worlds::Budget::new(1 << 20),
             allowance: Allowance::open("local".parse().unwrap()),
@@ -109,6 +109,13 @@ impl Toy {
     pub(super) fn done(&self) -> (Vec<Command>, u32) {
         let done = self.done.lock().unwrap();
         let commands = done.iter().flat_map(|(commands, _)| commands.clone()).collect();
+        (commands, done.iter().map(|(_, ticks)| ticks).sum())
+    }
+
+    /// How many commands and ticks that was.
+    pub(super) fn count_done(&self) -> (usize, u32) {
+        let done = self.done.lock().unwrap();
+        let commands = done.iter().map(|(commands, _)| commands.len()).sum();
         (commands, done.iter().map(|(_, ticks)| ticks).sum())
     }
 

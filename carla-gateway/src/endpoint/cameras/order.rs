@@ -38,7 +38,7 @@ pub(super) struct Order {
     pub(super) hub: Arc<Hub>,
     pub(super) site: Arc<dyn Site>,
     pub(super) allowance: Allowance,
-    pub(super) darkroom: Arc<Darkroom>,
+    pub(super) event_memories: Arc<EventMemories>,
     pub(super) cameras: Vec<Ordered>,
     pub(super) movement: Movement,
     pub(super) shapes: Arc<Vec<Shape>>,
@@ -60,7 +60,7 @@ const NO_IMAGE: Image = Image {
 
 /// What cameras of events remember, by stream.
 #[derive(Default)]
-pub(crate) struct Darkroom {
+pub(crate) struct EventMemories {
     memories: Mutex<BTreeMap<StreamId, Memory>>,
 }
 
@@ -203,7 +203,8 @@ impl Order {
                 let Some((image, reaction)) = image(kind).zip(output.reaction) else {
                     return Developed::Damaged;
                 };
-                let events = self.darkroom.look(output.stream, reaction, image, self.sim_secs);
+                let events =
+                    self.event_memories.look(output.stream, reaction, image, self.sim_secs);
                 if events.is_empty() {
                     return Developed::Nothing;
                 }
@@ -227,7 +228,7 @@ enum Developed {
     Damaged,
 }
 
-impl Darkroom {
+impl EventMemories {
     fn look(
         &self,
         stream: StreamId,

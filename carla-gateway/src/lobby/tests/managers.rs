@@ -86,3 +86,30 @@ fn arguments_that_do_not_fit_are_refused() {
     }
     assert_eq!(stage.refusals, 4);
 }
+
+#[test]
+fn one_in_asynchronous_mode_is_told_once_when_its_client_ticks() {
+    for (reads, told) in [(1, 0), (15, 0), (400, 1)] {
+        let mut stage = Stage::with(1, true);
+        stage.start_manager(1, 8_000);
+        for _ in 0..50 {
+            for _ in 0..reads {
+                stage.call(1, "get_episode_settings", ());
+            }
+            stage.call_and_finish(1, "apply_batch", ((), false));
+            stage.call_and_finish(1, "tick_cue", ());
+        }
+        assert_eq!(stage.restless, vec![8_000; told], "{reads} reads between two ticks");
+    }
+}
+
+#[test]
+fn one_whose_world_ticks_by_itself_may_read_as_it_likes() {
+    let mut stage = Stage::with(1, false);
+    stage.start_manager(1, 8_000);
+    for _ in 0..5_000 {
+        stage.call(1, "get_episode_settings", ());
+        stage.pass(MOMENT);
+    }
+    assert_eq!(stage.restless, [0; 0]);
+}

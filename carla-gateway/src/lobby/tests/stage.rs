@@ -38,6 +38,7 @@ pub(super) struct Stage {
     pub(super) missed: usize,
     /// Batches have a tick at their end.
     pub(super) batches_tick: bool,
+    pub(super) restless: Vec<u16>,
     /// What the present job is answered with, some day.
     pub(super) later: Option<JoinHandle<Answer>>,
     /// Whose answers are somebody else's business.
@@ -68,6 +69,7 @@ impl Stage {
             losses: Vec::new(),
             missed: 0,
             batches_tick: false,
+            restless: Vec::new(),
             later: None,
             answered_later: Vec::new(),
             opening: None,
@@ -253,6 +255,7 @@ impl Stage {
                 Do::BorrowPort(port, _) => self.borrowed.push(port),
                 Do::TellLoss(loss) => self.losses.push(loss),
                 Do::TellMissing(clients) => self.missed += clients,
+                Do::TellRestless(port) => self.restless.push(port),
             }
         }
     }

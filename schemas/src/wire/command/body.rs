@@ -39,9 +39,9 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &BodyCommand) 
             };
             table!(b, Push, args)
         }
-        BodyCommand::SetPose { actor, world_from_actor } => {
-            let pose = pose_out(world_from_actor);
-            let args = fb::SetPoseArgs { actor: actor.get(), world_from_actor: Some(&pose) };
+        BodyCommand::SetPose { actor, reference_from_actor } => {
+            let pose = pose_out(reference_from_actor);
+            let args = fb::SetPoseArgs { actor: actor.get(), reference_from_actor: Some(&pose) };
             table!(b, SetPose, args)
         }
         BodyCommand::SetSwitch { actor, switch, on } => {
@@ -75,10 +75,9 @@ pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         }));
     }
     if let Some(set) = raw.body_as_set_pose() {
-        let world_from_actor = pose_in(set.world_from_actor(), "world_from_actor")?;
         return Ok(Command::Body(BodyCommand::SetPose {
             actor: actor_in(set.actor())?,
-            world_from_actor,
+            reference_from_actor: pose_in(set.reference_from_actor(), "reference_from_actor")?,
         }));
     }
     let set = needed(raw.body_as_set_switch(), "a known command")?;

@@ -20,8 +20,8 @@ impl World {
                 self.set_constant_velocity(*actor, *velocity_mps)
             }
             BodyCommand::Push { actor, kind, amount } => self.push(*actor, *kind, *amount),
-            BodyCommand::SetPose { actor, world_from_actor } => {
-                self.set_pose(*actor, world_from_actor)
+            BodyCommand::SetPose { actor, reference_from_actor } => {
+                self.set_pose(*actor, reference_from_actor)
             }
             BodyCommand::SetSwitch { actor, switch, on } => self.set_switch(*actor, *switch, *on),
         }
@@ -121,9 +121,9 @@ impl World {
         Ok(())
     }
 
-    /// In the parent's frame for what is attached, as at its spawn. A walker stands up.
-    fn set_pose(&mut self, id: ActorId, world_from_actor: &Pose) -> Result<(), Error> {
-        check::pose(world_from_actor)?;
+    /// A walker stands up.
+    fn set_pose(&mut self, id: ActorId, reference_from_actor: &Pose) -> Result<(), Error> {
+        check::pose(reference_from_actor)?;
         let index = self.state.index_of(id)?;
         let physics = &mut self.state.physics;
         let actor = &mut self.state.actors[index];
@@ -132,18 +132,18 @@ impl World {
         let handle = match &mut actor.body {
             Body::Rigid(handle) => *handle,
             Body::Fixed(pose) => {
-                *pose = *world_from_actor;
+                *pose = *reference_from_actor;
                 return Ok(());
             }
             Body::Attached(attached) => {
-                attached.parent_from_actor = *world_from_actor;
+                attached.parent_from_actor = *reference_from_actor;
                 return Ok(());
             }
         };
         let pose = if at_will {
-            place::exactly(blueprint, world_from_actor, &self.town.ground).world_from_actor
+            place::exactly(blueprint, reference_from_actor, &self.town.ground).world_from_actor
         } else {
-            *world_from_actor
+            *reference_from_actor
         };
         if let Some(vehicle) = actor.vehicle_mut() {
             vehicle.state.lift();

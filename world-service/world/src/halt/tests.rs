@@ -121,7 +121,12 @@ fn who_breaks_is_put_to_rest_where_it_was_and_nobody_else_notices() {
 fn who_touches_the_broken_one_is_not_broken() {
     let (mut world, [first, second, _]) = world();
     let world_from_actor = level_pose(Vec3::new(-3.0, -5.0, 0.0), 0.0);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor: second, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor: second,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
     let touching = |world: &World| {
         world.collisions().iter().any(|hit| (hit.actor, hit.other) == (first, Some(second)))
     };
@@ -181,7 +186,12 @@ fn whoever_leaves_the_coordinates_stops_at_their_edge() {
     let (mut world, [car, other, _]) = world();
     let edge_m = limits::COORDINATE_M_MAX;
     let world_from_actor = level_pose(Vec3::new(edge_m - 2.0, 0.0, 0.0), 0.0);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor: car,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
     let linear_mps = Some(Vec3::x() * 100.0);
     world
         .apply(&Command::Body(BodyCommand::SetVelocity {

@@ -38,7 +38,7 @@ fn any_thing() -> impl Strategy<Value = Command> {
     (blueprint, attachment, colour, id, 0.0f32..30.0, -6.0f32..6.0).prop_map(
         |(blueprint, attachment, colour, id, x_m, y_m)| Command::SpawnActor {
             blueprint: blueprint.to_owned(),
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, 0.4), 0.3),
+            reference_from_actor: level_pose(Vec3::new(x_m, y_m, 0.4), 0.3),
             linear_velocity_mps: Vec3::zeros(),
             attributes: colour
                 .map(|value| Attribute { id: "color".to_owned(), value: value.to_owned() })
@@ -176,7 +176,7 @@ fn any_pose() -> impl Strategy<Value = Command> {
     (any_actor(), 0.0f32..40.0, -9.0f32..6.0, 0.0f32..3.0).prop_map(|(actor, x_m, y_m, z_m)| {
         Command::Body(BodyCommand::SetPose {
             actor,
-            world_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), 1.0),
+            reference_from_actor: level_pose(Vec3::new(x_m, y_m, z_m), 1.0),
         })
     })
 }

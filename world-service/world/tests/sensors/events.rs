@@ -146,7 +146,10 @@ fn a_lane_invasion_names_the_lines_between_the_lanes_of_the_corners() {
         (-6.5, vec!["solid"]),
     ] {
         world
-            .apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor: pose(y_m) }))
+            .apply(&Command::Body(BodyCommand::SetPose {
+                actor: car,
+                reference_from_actor: pose(y_m),
+            }))
             .unwrap();
         run(&mut world, 1);
         let marks = data_of(&world, lines).into_iter().next().map(|datum| datum.measurement);

@@ -15,7 +15,7 @@ pub(crate) fn try_sensor(
         |(id, value): &(&str, &str)| Attribute { id: (*id).into(), value: (*value).into() };
     let spawned = world.apply(&Command::SpawnActor {
         blueprint: blueprint.to_owned(),
-        world_from_actor: pose,
+        reference_from_actor: pose,
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes.iter().map(attribute).collect(),
         attachment: parent.map(|parent| Attachment { parent, kind: AttachmentKind::Rigid }),

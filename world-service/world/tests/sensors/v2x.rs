@@ -118,7 +118,12 @@ fn sent(ticks: u16, mut act: impl FnMut(&mut World, ActorId, u16)) -> Vec<u16> {
 fn turn_to(world: &mut World, car: ActorId, heading_rad: f32) {
     let place_m = position_m(world, car);
     let world_from_actor = level_pose(place_m, heading_rad);
-    world.apply(&Command::Body(BodyCommand::SetPose { actor: car, world_from_actor })).unwrap();
+    world
+        .apply(&Command::Body(BodyCommand::SetPose {
+            actor: car,
+            reference_from_actor: world_from_actor,
+        }))
+        .unwrap();
 }
 
 #[test]

@@ -6,6 +6,7 @@ import flatbuffers
 from flatbuffers.compat import import_numpy
 np = import_numpy()
 
+# In the parent when there is one, else in the world.
 class SetPose(object):
     __slots__ = ['_tab']
 
@@ -36,7 +37,7 @@ class SetPose(object):
         return 0
 
     # SetPose
-    def WorldFromActor(self):
+    def ReferenceFromActor(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(6))
         if o != 0:
             x = o + self._tab.Pos
@@ -58,11 +59,11 @@ def SetPoseAddActor(builder, actor):
 def AddActor(builder, actor):
     SetPoseAddActor(builder, actor)
 
-def SetPoseAddWorldFromActor(builder, worldFromActor):
-    builder.PrependStructSlot(1, flatbuffers.number_types.UOffsetTFlags.py_type(worldFromActor), 0)
+def SetPoseAddReferenceFromActor(builder, referenceFromActor):
+    builder.PrependStructSlot(1, flatbuffers.number_types.UOffsetTFlags.py_type(referenceFromActor), 0)
 
-def AddWorldFromActor(builder, worldFromActor):
-    SetPoseAddWorldFromActor(builder, worldFromActor)
+def AddReferenceFromActor(builder, referenceFromActor):
+    SetPoseAddReferenceFromActor(builder, referenceFromActor)
 
 def SetPoseEnd(builder):
     return builder.EndObject()

@@ -36,9 +36,9 @@ class SpawnActor(object):
             return self._tab.String(o + self._tab.Pos)
         return None
 
-    # In the parent's frame when there is a parent.
+    # Where its point of reference is: in the parent when there is one, else in the world.
     # SpawnActor
-    def WorldFromActor(self):
+    def ReferenceFromActor(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(6))
         if o != 0:
             x = o + self._tab.Pos
@@ -120,11 +120,11 @@ def SpawnActorAddBlueprint(builder, blueprint):
 def AddBlueprint(builder, blueprint):
     SpawnActorAddBlueprint(builder, blueprint)
 
-def SpawnActorAddWorldFromActor(builder, worldFromActor):
-    builder.PrependStructSlot(1, flatbuffers.number_types.UOffsetTFlags.py_type(worldFromActor), 0)
+def SpawnActorAddReferenceFromActor(builder, referenceFromActor):
+    builder.PrependStructSlot(1, flatbuffers.number_types.UOffsetTFlags.py_type(referenceFromActor), 0)
 
-def AddWorldFromActor(builder, worldFromActor):
-    SpawnActorAddWorldFromActor(builder, worldFromActor)
+def AddReferenceFromActor(builder, referenceFromActor):
+    SpawnActorAddReferenceFromActor(builder, referenceFromActor)
 
 def SpawnActorAddLinearVelocityInWorldMps(builder, linearVelocityInWorldMps):
     builder.PrependStructSlot(2, flatbuffers.number_types.UOffsetTFlags.py_type(linearVelocityInWorldMps), 0)

@@ -77,7 +77,7 @@ fn order(hub: &Arc<Hub>) -> (Order, Camera) {
         hub: Arc::clone(hub),
         site: Arc::new(White),
         allowance: Allowance::open("local".parse().unwrap()),
-        darkroom: Arc::default(),
+        event_memories: Arc::default(),
         cameras: vec![ordered],
         movement: Movement::default(),
         shapes: Arc::default(),

@@ -10,18 +10,18 @@ use worlds::{Strays, until_sweep};
 use crate::site::{Later, PATIENCE, Site};
 
 /// A site that knows which worlds were made for who asks through it, and has the others freed.
-pub(crate) struct Keeper {
+pub(crate) struct CollectingSite {
     site: Arc<dyn Site>,
     /// Who makes worlds.
     owner: ServiceId,
     strays: Mutex<Strays>,
 }
 
-impl Keeper {
+impl CollectingSite {
     /// No worlds yet; those that nobody uses are freed for ever.
     pub(crate) fn start(site: Arc<dyn Site>, owner: ServiceId) -> Arc<Self> {
-        let keeper = Arc::new(Self::new(site, owner));
-        let sweeping = Arc::clone(&keeper);
+        let collecting = Arc::new(Self::new(site, owner));
+        let sweeping = Arc::clone(&collecting);
         tokio::spawn(async move {
             let mut changes = sweeping.changes();
             loop {
@@ -29,7 +29,7 @@ impl Keeper {
                 sweeping.sweep(Instant::now()).await;
             }
         });
-        keeper
+        collecting
     }
 
     fn new(site: Arc<dyn Site>, owner: ServiceId) -> Self {
@@ -69,7 +69,7 @@ impl Keeper {
     }
 }
 
-impl Site for Keeper {
+impl Site for CollectingSite {
     fn ask(&self, request: Request) -> Later<'_, Reply> {
         use Request::{BranchJournal, CreateWorld, DestroyWorld, ForkWorld, RestoreWorld};
         match request {

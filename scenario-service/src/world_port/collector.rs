@@ -10,18 +10,18 @@ use super::WorldPort;
 use super::on_bus::PATIENCE;
 
 /// Knows the worlds that sessions use, and has the others freed.
-pub(crate) struct Keeper {
+pub(crate) struct WorldCollector {
     port: Arc<dyn WorldPort>,
     strays: Mutex<Strays>,
 }
 
 /// A world that is destroyed when its owner lets go of it, however that happens.
 pub(crate) struct OwnedWorld {
-    keeper: Arc<Keeper>,
+    collector: Arc<WorldCollector>,
     world: WorldId,
 }
 
-impl Keeper {
+impl WorldCollector {
     /// No worlds yet.
     pub(crate) fn new(port: Arc<dyn WorldPort>) -> Arc<Self> {
         Arc::new(Self { port, strays: Mutex::new(Strays::new(PATIENCE)) })
@@ -30,7 +30,7 @@ impl Keeper {
     /// Takes charge of a world. What comes of it must be dropped inside a tokio runtime.
     pub(crate) fn keep(self: &Arc<Self>, world: WorldId) -> OwnedWorld {
         self.lock().note_used(world);
-        OwnedWorld { keeper: Arc::clone(self), world }
+        OwnedWorld { collector: Arc::clone(self), world }
     }
 
     /// Frees worlds that nobody uses, of those that there are now.
@@ -64,10 +64,10 @@ impl OwnedWorld {
 
 impl Drop for OwnedWorld {
     fn drop(&mut self) {
-        let (keeper, world) = (Arc::clone(&self.keeper), self.world);
-        keeper.lock().note_left(world);
+        let (collector, world) = (Arc::clone(&self.collector), self.world);
+        collector.lock().note_left(world);
         // Without a runtime the process is ending, and the worlds end with its lease.
         let Ok(runtime) = tokio::runtime::Handle::try_current() else { return };
-        runtime.spawn(async move { keeper.free(world).await });
+        runtime.spawn(async move { collector.free(world).await });
     }
 }

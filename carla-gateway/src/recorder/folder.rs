@@ -11,13 +11,13 @@ use crate::rpc::Refusal;
 
 /// The folder of the recordings of one tenant.
 #[derive(Clone, Debug)]
-pub(crate) struct Shelf {
+pub(crate) struct RecordingFolder {
     folder: PathBuf,
     /// Whether names may lead elsewhere, as in CARLA; only for users of this machine.
     is_private: bool,
 }
 
-impl Shelf {
+impl RecordingFolder {
     pub(crate) fn new(folder: PathBuf, is_private: bool) -> Self {
         Self { folder, is_private }
     }
@@ -120,8 +120,8 @@ fn resolved(path: &Path) -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    fn shelf(is_private: bool) -> Shelf {
-        Shelf::new(PathBuf::from("/srv/recordings/local"), is_private)
+    fn folder(is_private: bool) -> RecordingFolder {
+        RecordingFolder::new(PathBuf::from("/srv/recordings/local"), is_private)
     }
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
             ("runs/../a.log", "/srv/recordings/local/a.log"),
             ("/srv/recordings/local/b.log", "/srv/recordings/local/b.log"),
         ] {
-            assert_eq!(shelf(false).path_of(name).unwrap(), Path::new(path));
+            assert_eq!(folder(false).path_of(name).unwrap(), Path::new(path));
         }
     }
 
@@ -142,37 +142,37 @@ mod tests {
         let elsewhere = ["../other/a.log", "runs/../../other/a.log", "/srv/recordings/other/a.log"];
         let nowhere = ["", "runs/", "c:\\records\\r.log", "a:b", "..", ".", "a\0b"];
         for name in elsewhere.into_iter().chain(nowhere) {
-            assert!(shelf(false).path_of(name).is_err(), "{name:?}");
+            assert!(folder(false).path_of(name).is_err(), "{name:?}");
         }
     }
 
     #[test]
     fn whole_paths_lead_anywhere_on_a_private_server_only() {
         let path = "/home/carla/recording01.log";
-        assert_eq!(shelf(true).path_of(path).unwrap(), Path::new(path));
-        assert!(shelf(false).path_of(path).is_err());
-        assert!(shelf(true).path_of("../../etc/a.log").is_err());
+        assert_eq!(folder(true).path_of(path).unwrap(), Path::new(path));
+        assert!(folder(false).path_of(path).is_err());
+        assert!(folder(true).path_of("../../etc/a.log").is_err());
     }
 
     #[test]
     fn nobody_records_to_a_file_that_another_records_to() {
-        let name = format!("causeway-shelf-twice-{}", std::process::id());
+        let name = format!("causeway-recordings-twice-{}", std::process::id());
         let folder = std::env::temp_dir().join(name);
-        let shelf = Shelf::new(folder.clone(), false);
-        let path = shelf.path_of("a.log").unwrap();
-        let first = shelf.create(&path).unwrap();
-        let refusal = shelf.create(&path).unwrap_err();
+        let recordings = RecordingFolder::new(folder.clone(), false);
+        let path = recordings.path_of("a.log").unwrap();
+        let first = recordings.create(&path).unwrap();
+        let refusal = recordings.create(&path).unwrap_err();
         assert!(refusal.0.contains("nobody records to"), "{refusal}");
         drop(first);
-        shelf.create(&path).unwrap();
+        recordings.create(&path).unwrap();
         fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn journals_are_named_after_their_recordings() {
-        let name = |path: &str| shelf(true).companion_of(Path::new(path), 1);
+        let name = |path: &str| folder(true).companion_of(Path::new(path), 1);
         assert_eq!(name("/srv/recordings/local/runs/a.log"), "runs/a.log.journal");
-        let third = shelf(true).companion_of(Path::new("/srv/recordings/local/a.log"), 3);
+        let third = folder(true).companion_of(Path::new("/srv/recordings/local/a.log"), 3);
         assert_eq!(third, "a.log.3.journal");
         let (one, other) = (name("/home/a/run.log"), name("/home/b/run.log"));
         assert!(one.starts_with("elsewhere/run.log-") && one != other, "{one} {other}");
@@ -181,13 +181,14 @@ mod tests {
 
     #[test]
     fn what_is_no_recording_is_never_replaced() {
-        let folder = std::env::temp_dir().join(format!("causeway-shelf-{}", std::process::id()));
-        let shelf = Shelf::new(folder.clone(), false);
-        let path = shelf.path_of("runs/a.log").unwrap();
-        drop(shelf.create(&path).unwrap());
-        drop(shelf.create(&path).unwrap());
+        let folder =
+            std::env::temp_dir().join(format!("causeway-recordings-{}", std::process::id()));
+        let recordings = RecordingFolder::new(folder.clone(), false);
+        let path = recordings.path_of("runs/a.log").unwrap();
+        drop(recordings.create(&path).unwrap());
+        drop(recordings.create(&path).unwrap());
         fs::write(&path, "notes of somebody").unwrap();
-        assert!(shelf.create(&path).is_err());
+        assert!(recordings.create(&path).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"notes of somebody");
         fs::remove_dir_all(folder).unwrap();
     }

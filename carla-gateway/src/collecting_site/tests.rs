@@ -103,8 +103,8 @@ impl Site for Lossy {
     }
 }
 
-async fn made(keeper: &dyn Site) -> WorldId {
-    let Reply::WorldCreated { world, .. } = keeper.ask(create()).await.unwrap() else {
+async fn made(site: &dyn Site) -> WorldId {
+    let Reply::WorldCreated { world, .. } = site.ask(create()).await.unwrap() else {
         panic!("a world")
     };
     world
@@ -113,41 +113,42 @@ async fn made(keeper: &dyn Site) -> WorldId {
 #[tokio::test]
 async fn a_world_of_which_no_answer_told_is_freed_when_none_can_come_any_more() {
     let service = Arc::new(Lossy::default());
-    let keeper = Keeper::new(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
-    let used = made(&keeper).await;
+    let site = CollectingSite::new(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
+    let used = made(&site).await;
     let foreign = service.add("scenario");
     service.loses_answers.store(true, Ordering::Relaxed);
-    assert!(keeper.ask(create()).await.is_err());
+    assert!(site.ask(create()).await.is_err());
     service.loses_answers.store(false, Ordering::Relaxed);
     assert_eq!(service.there().len(), 3);
 
     let start = Instant::now();
-    keeper.sweep(start).await;
+    site.sweep(start).await;
     assert_eq!(service.there().len(), 3, "its answer may be on its way");
-    keeper.sweep(start + PATIENCE.ask + Duration::from_secs(1)).await;
+    site.sweep(start + PATIENCE.ask + Duration::from_secs(1)).await;
     assert_eq!(service.there(), [used, foreign]);
-    keeper.sweep(start + 10 * PATIENCE.ask).await;
+    site.sweep(start + 10 * PATIENCE.ask).await;
     assert_eq!(service.there(), [used, foreign]);
 }
 
 #[tokio::test]
 async fn a_world_that_could_not_be_destroyed_is_freed_as_soon_as_its_service_is_back() {
     let service = Arc::new(Lossy::default());
-    let keeper = Keeper::new(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
-    let (left, used) = (made(&keeper).await, made(&keeper).await);
+    let site = CollectingSite::new(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
+    let (left, used) = (made(&site).await, made(&site).await);
     service.loses_questions.store(true, Ordering::Relaxed);
-    assert!(keeper.ask(Request::DestroyWorld { world: left }).await.is_err());
-    keeper.sweep(Instant::now()).await;
+    assert!(site.ask(Request::DestroyWorld { world: left }).await.is_err());
+    site.sweep(Instant::now()).await;
     service.loses_questions.store(false, Ordering::Relaxed);
     assert_eq!(service.there(), [left, used]);
-    keeper.sweep(Instant::now()).await;
+    site.sweep(Instant::now()).await;
     assert_eq!(service.there(), [used]);
 }
 
 #[tokio::test]
 async fn a_site_that_endpoints_share_frees_what_they_left_behind_when_services_come() {
     let service = Arc::new(Lossy::default());
-    let site: Arc<dyn Site> = Keeper::start(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
+    let site: Arc<dyn Site> =
+        CollectingSite::start(Arc::clone(&service) as Arc<dyn Site>, id("gateway"));
     let (left, used) = (made(&*site).await, made(&*site).await);
     service.loses_questions.store(true, Ordering::Relaxed);
     assert!(site.ask(Request::DestroyWorld { world: left }).await.is_err());
