@@ -30,7 +30,7 @@ const TARGET_SECS: f32 = 0.5;
 const SPACING_M: f32 = 2.0;
 /// The end of a route counts as reached from here.
 const END_M: f32 = 1.0;
-/// Sideways acceleration in curves, and braking for curves and the end of the route.
+/// Sideways acceleration in curves on a dry road, and braking for curves and the end of the route.
 const CURVE_MPS2: f32 = 3.5;
 const EASY_MPS2: f32 = 3.0;
 /// Slower than this nobody approaches the end of a route.
@@ -232,7 +232,7 @@ impl Agent {
         if self.status == AgentStatus::Arrived || self.path.is_empty() {
             return self.brake(1.0);
         }
-        let traits = Traits::of(&self.options);
+        let traits = Traits::of(&self.options, view.grip);
         self.make_way(senses, &traits, speed_mps);
         let change_m = self.await_room(senses, speed_mps);
         let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(left_m);
@@ -255,7 +255,7 @@ impl Agent {
         if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }
-        let braked_mps = (2.0 * EASY_MPS2 * change_m.min(stop_m)).sqrt();
+        let braked_mps = (2.0 * EASY_MPS2 * view.grip * change_m.min(stop_m)).sqrt();
         let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
         let followed =
             queue.first().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
@@ -268,7 +268,7 @@ impl Agent {
             }
             None => free_mps,
         };
-        if speed_mps * speed_mps > 2.0 * LATE_MPS2 * stop_m {
+        if speed_mps * speed_mps > 2.0 * LATE_MPS2 * view.grip * stop_m {
             let brake = traits.brake_before(speed_mps, stop_m);
             return VehicleControl { steer, ..self.brake(brake) };
         }
@@ -286,16 +286,17 @@ impl Agent {
         VehicleControl { brake, steer: self.steer, ..VehicleControl::default() }
     }
 
-    /// As fast as the options, limits, curves and the end of the route allow.
+    /// As fast as options, limits, the end of the route, and curves with this grip allow.
     fn free_speed(&self, points: &[PathPoint], traits: &Traits, speed_mps: f32) -> f32 {
         let limit_mps = points.first().map_or(0.0, |here| here.point.limit_mps);
         let mut free_mps = traits.speed_mps(&self.options, limit_mps);
+        let (curve_mps2, easy_mps2) = (CURVE_MPS2 * traits.grip, EASY_MPS2 * traits.grip);
         for (index, at) in points.iter().enumerate() {
-            let curve_mps2 = CURVE_MPS2 / curvature_per_m(points, index).max(1.0e-4);
-            free_mps = free_mps.min((curve_mps2 + 2.0 * EASY_MPS2 * at.ahead_m).sqrt());
+            let curve = curve_mps2 / curvature_per_m(points, index).max(1.0e-4);
+            free_mps = free_mps.min((curve + 2.0 * easy_mps2 * at.ahead_m).sqrt());
         }
         if self.status == AgentStatus::OnRoute {
-            let braked = (2.0 * EASY_MPS2 * self.path.length_m()).sqrt().max(END_MPS);
+            let braked = (2.0 * easy_mps2 * self.path.length_m()).sqrt().max(END_MPS);
             free_mps = free_mps.min(braked);
         }
         // A sudden limit is met by rolling, not by a full stop of the integral part.
@@ -331,13 +332,17 @@ mod tests {
         };
         let options = AgentOptions { target_speed_mps: Some(20.0), ..AgentOptions::default() };
         let agent = Agent::new(options);
-        let free_mps =
-            |points: &[PathPoint]| agent.free_speed(points, &Traits::of(&agent.options), 19.0);
+        let free_with_mps = |points: &[PathPoint], grip| {
+            agent.free_speed(points, &Traits::of(&agent.options, grip), 19.0)
+        };
+        let free_mps = |points: &[PathPoint]| free_with_mps(points, 1.0);
         assert_eq!(free_mps(&way(0.0)), 20.0);
         // Radius 20 m: 3.5 m/s² sideways are 8.37 m/s, and 15.81 m/s with 3 m/s² before it.
         for curvature_per_m in [0.05, -0.05] {
             let before_mps = free_mps(&way(curvature_per_m));
             assert!((before_mps - 15.81).abs() < 0.01, "{before_mps}");
+            let wet_mps = free_with_mps(&way(curvature_per_m), 0.64);
+            assert!((wet_mps - 0.8 * 15.81).abs() < 0.01, "{wet_mps}");
             let within_mps = free_mps(
                 &way(curvature_per_m)[1..]
                     .iter()

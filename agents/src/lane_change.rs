@@ -27,7 +27,7 @@ pub(crate) enum Manoeuvre {
 }
 
 impl Manoeuvre {
-    /// Highest sideways acceleration, within the grip of a dry road.
+    /// Highest sideways acceleration on a dry road, within its grip.
     const fn peak_mps2(self) -> f32 {
         match self {
             // What passes a group 20 m ahead at 75 km/h.
@@ -57,11 +57,13 @@ pub(crate) struct Reference {
 }
 
 impl LaneChange {
-    /// From the present place beside a lane to its middle; `None` if it is nearly there.
-    pub(crate) fn plan(manoeuvre: Manoeuvre, place: &Place) -> Option<Self> {
+    /// From the present place beside a lane to its middle, on a road with this grip; `None` if it
+    /// is nearly there.
+    pub(crate) fn plan(manoeuvre: Manoeuvre, place: &Place, grip: f32) -> Option<Self> {
         let along_mps = place.along_mps.max(SPEED_MPS_MIN);
         let offset_m = place.left_m.abs();
-        let by_grip_m = along_mps * (QUINTIC_BEND * offset_m / manoeuvre.peak_mps2()).sqrt();
+        let peak_mps2 = manoeuvre.peak_mps2() * grip;
+        let by_grip_m = along_mps * (QUINTIC_BEND * offset_m / peak_mps2).sqrt();
         let by_course_m = QUINTIC_SLOPE * offset_m / SLOPE_MAX;
         (offset_m > OFFSET_M_MIN).then(|| Self {
             length_m: by_grip_m.max(by_course_m),
@@ -110,7 +112,7 @@ mod tests {
 
     #[test]
     fn it_begins_at_the_vehicle_and_ends_in_the_middle_of_the_lane() {
-        let plan = LaneChange::plan(Manoeuvre::Change, &place(-3.5, 11.0)).unwrap();
+        let plan = LaneChange::plan(Manoeuvre::Change, &place(-3.5, 11.0), 1.0).unwrap();
         let (start, end) = (plan.reference(0.0), plan.reference(plan.length_m));
         assert!((start.left_m + 3.5).abs() < 1.0e-5 && start.slope.abs() < 1.0e-5);
         assert!(end.left_m.abs() < 1.0e-5 && end.slope.abs() < 1.0e-5);
@@ -119,18 +121,20 @@ mod tests {
 
     #[test]
     fn sideways_acceleration_stays_within_the_limit() {
-        let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 11.0)).unwrap();
-        let peak_mps2 = (0..=100)
-            .map(|step| plan.reference(plan.length_m * step as f32 / 100.0).bend_per_m.abs())
-            .fold(0.0, f32::max)
-            * 11.0
-            * 11.0;
-        assert!((7.2..=7.4).contains(&peak_mps2), "{peak_mps2}");
+        for grip in [1.0, 0.65] {
+            let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 11.0), grip).unwrap();
+            let peak_mps2 = (0..=100)
+                .map(|step| plan.reference(plan.length_m * step as f32 / 100.0).bend_per_m.abs())
+                .fold(0.0, f32::max)
+                * 11.0
+                * 11.0;
+            assert!((7.2..=7.4).contains(&(peak_mps2 / grip)), "{peak_mps2}");
+        }
     }
 
     #[test]
     fn a_slow_vehicle_takes_a_longer_way_and_not_a_steeper_course() {
-        let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 2.0)).unwrap();
+        let plan = LaneChange::plan(Manoeuvre::Change, &place(3.5, 2.0), 1.0).unwrap();
         let middle = plan.reference(plan.length_m / 2.0);
         assert!((middle.slope.abs() - SLOPE_MAX).abs() < 0.01, "{middle:?}");
     }

@@ -34,6 +34,13 @@ pub struct VehicleView {
     pub half_track_m: f32,
     /// Extra front wheel angle per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
+    /// Friction of the road over that of a dry one: what a driver dares, as [`DRY`](Self::DRY).
+    pub grip: f32,
+}
+
+impl VehicleView {
+    /// Grip of a dry road.
+    pub const DRY: f32 = 1.0;
 }
 
 impl Pilot {
@@ -53,7 +60,7 @@ impl Pilot {
         let track = neighbour.or(own);
         let lane_change = track.as_ref().and_then(|track| {
             let place = track.place(map, &view.world_from_vehicle, view.velocity_mps);
-            LaneChange::plan(manoeuvre, &place)
+            LaneChange::plan(manoeuvre, &place, view.grip)
         });
         Self { track, lane_change, speed: SpeedControl::new(target_speed_mps) }
     }
@@ -76,7 +83,7 @@ impl Pilot {
             let place = track.place(map, &view.world_from_vehicle, view.velocity_mps);
             let reference = LaneChange::advance(&mut self.lane_change, place.along_mps, dt_secs);
             steer = steering::steer(&place, &reference, view);
-            limit_mps = track.speed_limit_mps(map, speed_mps);
+            limit_mps = track.speed_limit_mps(map, speed_mps, view.grip);
         }
         let (throttle, brake) = self.speed.pedals(speed_mps, limit_mps, dt_secs);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
@@ -94,6 +101,7 @@ impl VehicleView {
             full_lock_rad: 0.6,
             half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
+            grip: Self::DRY,
         }
     }
 }

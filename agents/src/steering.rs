@@ -79,6 +79,7 @@ mod tests {
             full_lock_rad: 0.6,
             half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
+            grip: VehicleView::DRY,
         }
     }
 

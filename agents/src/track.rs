@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A lane farther away than this is not the vehicle's.
 const LANE_DISTANCE_M_MAX: f64 = 6.0;
-/// Sideways acceleration that curves ahead are taken with, and braking towards them.
+/// Sideways acceleration that curves ahead are taken with on a dry road, and braking towards them.
 const CURVE_MPS2: f64 = 3.0;
 const CURVE_BRAKING_MPS2: f64 = 2.5;
 /// Spacing of the places ahead whose curvature counts, along the road's reference line.
@@ -83,13 +83,15 @@ impl Track {
         }
     }
 
-    /// Fastest speed from which the curves ahead and the lane's end can be met.
-    pub(crate) fn speed_limit_mps(&self, map: &Map, speed_mps: f32) -> f32 {
+    /// Fastest speed from which the curves ahead and the lane's end can be met with this grip.
+    pub(crate) fn speed_limit_mps(&self, map: &Map, speed_mps: f32, grip: f32) -> f32 {
         if self.ended {
             return 0.0;
         }
         let speed = f64::from(speed_mps);
-        let preview_m = speed * speed / (2.0 * CURVE_BRAKING_MPS2) + 2.0 * PREVIEW_STEP_M;
+        let grip = f64::from(grip);
+        let (curve_mps2, braking_mps2) = (CURVE_MPS2 * grip, CURVE_BRAKING_MPS2 * grip);
+        let preview_m = speed * speed / (2.0 * braking_mps2) + 2.0 * PREVIEW_STEP_M;
         let mut limit = f64::INFINITY;
         let mut at = self.at;
         let mut lane = map.pose(&at);
@@ -99,8 +101,8 @@ impl Track {
                 break;
             }
             let curvature = curvature_per_m(map, &at, &lane).abs().max(1.0e-6);
-            let braked = 2.0 * CURVE_BRAKING_MPS2 * distance_m;
-            limit = f64::min(limit, (CURVE_MPS2 / curvature + braked).sqrt());
+            let braked = 2.0 * braking_mps2 * distance_m;
+            limit = f64::min(limit, (curve_mps2 / curvature + braked).sqrt());
             match straightest(map, &at, &lane, PREVIEW_STEP_M) {
                 Some(next) => {
                     let there = map.pose(&next);
@@ -195,9 +197,13 @@ mod tests {
     }
 
     fn limit_mps(x_m: f32, speed_mps: f32) -> f32 {
+        limit_with_grip_mps(x_m, speed_mps, 1.0)
+    }
+
+    fn limit_with_grip_mps(x_m: f32, speed_mps: f32, grip: f32) -> f32 {
         let map = Map::parse("bend", BEND).unwrap();
         let track = Track::nearest(&map, &level_pose(Vec3::new(x_m, -2.0, 0.0), 0.0)).unwrap();
-        track.speed_limit_mps(&map, speed_mps)
+        track.speed_limit_mps(&map, speed_mps, grip)
     }
 
     #[test]
@@ -212,6 +218,10 @@ mod tests {
         }
         let within_mps = f64::from(limit_mps(101.0, 9.0));
         assert!((within_mps - curve_mps2.sqrt()).abs() < 0.2, "{within_mps}");
+        let wet_mps = f64::from(limit_with_grip_mps(101.0, 9.0, 0.64));
+        assert!((wet_mps - 0.8 * curve_mps2.sqrt()).abs() < 0.2, "{wet_mps}");
+        let before_mps = [1.0, 0.64].map(|grip| limit_with_grip_mps(80.0, 15.0, grip));
+        assert!((before_mps[1] / before_mps[0] - 0.8).abs() < 0.01, "{before_mps:?}");
     }
 
     #[test]

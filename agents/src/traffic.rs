@@ -18,6 +18,7 @@ use crate::crossing::Crossings;
 use crate::junction::{Approach, Claims, Held, Passage};
 use crate::network::{LaneId, Network};
 use crate::path::Path;
+use crate::pilot::VehicleView;
 use crate::scene::Room;
 use crate::senses::Senses;
 use crate::{steering, wander};
@@ -97,11 +98,12 @@ impl Driver {
         }
     }
 
-    /// Gap in metres, bumper to bumper, at which a driver keeps a speed behind somebody as fast,
-    /// by the intelligent driver model; endless at the speed that it drives under this limit.
+    /// Gap in metres, bumper to bumper, at which a driver keeps a speed behind somebody as fast on
+    /// a dry road, by the intelligent driver model; endless at the speed that it drives under this
+    /// limit.
     #[must_use]
     pub fn steady_gap_m(behaviour: AgentBehaviour, speed_mps: f32, limit_mps: f32) -> f32 {
-        let manner = Manner::of(behaviour);
+        let manner = Manner::of(behaviour, VehicleView::DRY);
         manner.steady_gap_m(speed_mps, manner.limit_mps(limit_mps))
     }
 
@@ -141,7 +143,7 @@ impl Driver {
         let before_m = self.path.length_m();
         self.path.follow(network, &position_m);
         let driven_m = (before_m - self.path.length_m()).max(0.0);
-        let gap_m = Manner::of(self.behaviour).gap_m;
+        let gap_m = Manner::of(self.behaviour, view.grip).gap_m;
         if let Some(from_m) = self.passage.turn_away(senses, &self.path, gap_m) {
             self.path.cut(from_m);
         }
@@ -252,8 +254,8 @@ impl Driver {
 
     /// The acceleration that way, lights, junctions and others allow.
     fn accelerate(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> f32 {
-        let manner = Manner::of(self.behaviour);
         let view = senses.view;
+        let manner = Manner::of(self.behaviour, view.grip);
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward).max(0.0);
         let mut points = Vec::new();

@@ -1,11 +1,14 @@
-"""Do programs for CARLA keep their lanes here, as CARLA's own cars let them?
+"""Who keeps the lanes of any map: programs for CARLA, and our own drivers?
 
 Usage: drivers.py [--causeway PATH] --maps DIR [--agents DIR] [--tyres T,T] [--drivers D,D] [MAP...]
-Lets cars loose on maps (by default all of DIR) under each driver, once with each kind of tyres, and
-prints a row for every map, driver and tyres: how far the middle of a car got beyond the edge of all
-driving lanes at worst, how many got farther than 0.5 m, how far 99 % of all places were from the
-middle of a lane, and pairs that collided. CARLA's agents want `--agents`, the folder that holds
-CARLA's package `agents`. Wants `pip install carla==0.9.16 numpy networkx shapely`.
+Lets cars loose on maps (by default all of DIR) under each driver, those of CARLA programs once
+with each kind of tyres, and prints a row for every map, driver and tyres: how far the middle of a
+car got beyond the edge of all driving lanes at worst, within what 99 % of a program's places were
+from the middle of a lane, how many got farther than 0.5 m beyond the edge, how many tipped over,
+pairs that collided, and whose that is. Our own drivers (`traffic`, `agents`, `routes`, `pilots`,
+`riders`) are those of `causeway bench roads`, for `--minutes`; programs drive `--secs`. CARLA's
+agents (`basic30`, `basic50`, `behaviour`) want `--agents`, the folder that holds CARLA's package
+`agents`. Wants `pip install carla==0.9.16 numpy networkx shapely`.
 """
 
 import argparse
@@ -31,6 +34,13 @@ PURSUIT_MPS = 30.0 / KMH
 PURSUIT_AHEAD_M = 3.0
 PURSUIT_AHEAD_SECS = 0.4
 SPEEDS_KMH = {"basic30": 30.0, "basic50": 50.0}
+OURS = ("traffic", "agents", "routes", "pilots", "riders")
+PROGRAMS = ("manager", "basic30", "basic50", "behaviour", "pursuit")
+#: A vehicle tilted by more lies.
+LYING_DEG = 60.0
+COLUMNS = ("map", "driver", "tyres", "cars", "worst, m", "at", "99 %, m")
+COLUMNS += ("left the road", "tipped", "collided", "whose")
+ROW = "| {} | {} | {} | {cars} | {worst:.1f} | {at} | {beside} | {left} | {tipped} | {hits} | {} |"
 
 
 @contextlib.contextmanager
@@ -119,7 +129,10 @@ class Agents:
         for car, agent in self.agents:
             if agent.done():
                 self.send(agent)
-            car.apply_control(agent.run_step())
+            # Some tell what they do.
+            with contextlib.redirect_stdout(sys.stderr):
+                control = agent.run_step()
+            car.apply_control(control)
 
     def stop(self) -> None:
         """Nothing goes on by itself."""
@@ -258,8 +271,12 @@ def drive(
             lambda hit: hits.add(frozenset((hit.actor.id, hit.other_actor.id)))
         )
         sensors.append(sensor)
-    at_wheel = driver(kind, client, cars, town)
-    worst_m, worst_at, left, besides = 0.0, None, set(), []
+    try:
+        at_wheel = driver(kind, client, cars, town)
+    except RuntimeError:
+        clear(world, [*sensors, *cars])
+        raise
+    worst_m, worst_at, left, tipped, besides = 0.0, None, set(), set(), []
     for tick in range(int(secs / STEP_SECS)):
         world.tick()
         snapshot = world.get_snapshot()
@@ -268,29 +285,60 @@ def drive(
         if tick % LOOK_TICKS:
             continue
         for car in cars:
-            location = snapshot.find(car.id).get_transform().location
+            pose = snapshot.find(car.id).get_transform()
+            location, rotation = pose.location, pose.rotation
             away_m, beside_m = beyond(town, location)
             besides.append(beside_m)
+            if max(abs(rotation.roll), abs(rotation.pitch)) > LYING_DEG:
+                tipped.add(car.id)
             if away_m > worst_m:
                 worst_m, worst_at = away_m, location
             if away_m > LEFT_M:
                 left.add(car.id)
     at_wheel.stop()
     world.tick()
-    for actor in [*sensors, *cars]:
-        actor.destroy()
-    world.tick()
+    clear(world, [*sensors, *cars])
     at_wheel.end()
     besides.sort()
+    beside_m = besides[int(0.99 * len(besides))] if besides else 0.0
     at = f"{worst_at.x:.0f}, {worst_at.y:.0f}" if worst_at else "–"
     return {
         "cars": begun,
         "worst": worst_m,
         "at": at,
         "left": len(left),
-        "beside": besides[int(0.99 * len(besides))] if besides else 0.0,
+        "beside": f"{beside_m:.2f}",
+        "tipped": len(tipped),
         "hits": len(hits),
     }
+
+
+def clear(world: carla.World, actors: list) -> None:
+    for actor in actors:
+        actor.destroy()
+    world.tick()
+
+
+def drive_ours(args: argparse.Namespace, name: str, kinds: list) -> None:
+    """The rows of our own drivers on a map."""
+    command = [args.causeway, "bench", "roads", "--maps", str(args.maps), name]
+    command += ["--cars", str(args.cars), "--minutes", str(args.minutes)]
+    command += ["--drivers", ",".join(kinds)]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    for line in told.splitlines()[2:]:
+        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+        if len(cells) < 11:
+            print(line, flush=True)
+            continue
+        kind, cars, worst, at, left, tipped, hits = cells[1:8]
+        found = {"cars": cars, "worst": float(worst), "at": at, "left": int(left)}
+        found |= {"beside": "–", "tipped": int(tipped), "hits": int(hits)}
+        print(ROW.format(name, kind, "real", whose(found, "ours"), **found), flush=True)
+
+
+def whose(found: dict, who: str) -> str:
+    """Whose it is that something is left."""
+    return who if found["left"] or found["tipped"] or found["hits"] else "–"
 
 
 def main() -> None:
@@ -299,21 +347,23 @@ def main() -> None:
     parser.add_argument("--maps", type=Path, required=True)
     parser.add_argument("--agents", type=Path)
     parser.add_argument("--tyres", default="carla,real")
-    parser.add_argument(
-        "--drivers", default="manager,basic30,basic50,behaviour,pursuit"
-    )
+    parser.add_argument("--drivers", default=",".join(OURS + PROGRAMS))
     parser.add_argument("--cars", type=int, default=20)
     parser.add_argument("--secs", type=float, default=60.0)
+    parser.add_argument("--minutes", type=int, default=10)
     parser.add_argument("map", nargs="*")
     args = parser.parse_args()
     if args.agents:
         sys.path.insert(0, str(args.agents))
     names = args.map or sorted(path.stem for path in args.maps.glob("*.xodr"))
-    print(
-        "| map | driver | tyres | cars | worst, m | at | left the road | 99 %, m | collided |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|")
-    for tyres in args.tyres.split(","):
+    kinds = args.drivers.split(",")
+    ours = [kind for kind in kinds if kind in OURS]
+    programs = [kind for kind in kinds if kind not in OURS]
+    print("|", " | ".join(COLUMNS), "|")
+    print("|" + "---|" * len(COLUMNS))
+    for name in names if ours else ():
+        drive_ours(args, name, ours)
+    for tyres in args.tyres.split(",") if programs else ():
         with site(args.causeway, args.maps, tyres, free_port()) as port:
             client = carla.Client("127.0.0.1", port)
             client.set_timeout(120.0)
@@ -325,10 +375,14 @@ def main() -> None:
                     STEP_SECS,
                 )
                 world.apply_settings(settings)
-                for kind in args.drivers.split(","):
-                    found = drive(client, world, kind, args.cars, args.secs)
-                    row = "| {} | {} | {} | {cars} | {worst:.1f} | {at} | {left} | {beside:.2f} | {hits} |"
-                    print(row.format(name, kind, tyres, **found), flush=True)
+                for kind in programs:
+                    try:
+                        found = drive(client, world, kind, args.cars, args.secs)
+                    except RuntimeError as error:
+                        print(f"| {name} | {kind} | {tyres} | {error} |", flush=True)
+                        continue
+                    whom = whose(found, "the program's")
+                    print(ROW.format(name, kind, tyres, whom, **found), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 //! Faults of a map that can be read: what breaks CARLA's client, and what is probably a mistake.
 
+mod corners;
 mod forks;
 
 use crate::error::{Diagnostic, Report, Severity};

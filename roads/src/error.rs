@@ -7,6 +7,8 @@ use crate::limits;
 /// What a fault does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
+    /// Nothing is wrong with the map; whoever drives on it may want to know.
+    Note,
     /// The map works, but perhaps not as its author meant.
     Suspicious,
     /// We can use the map; CARLA's client library cannot: it ends, or answers nonsense.

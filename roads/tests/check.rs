@@ -147,3 +147,40 @@ fn roads_so_far_away_that_nothing_can_be_spawned_are_named_once() {
     assert_eq!(named.len(), 1, "{named:?}");
     assert!(named[0].0 == Severity::Suspicious && named[0].1.contains("road 1"), "{named:?}");
 }
+
+#[test]
+fn a_bend_that_no_car_holds_at_its_limit_is_noted_and_no_fault() {
+    // 100 km/h in a curve of 40 m ask for 2.0 g; in one of 120 m for 0.66 g.
+    for (radius_m, limit_kmh, notes) in [(40.0, 100, 1), (120.0, 100, 0), (40.0, 60, 0)] {
+        let text = format!(
+            r#"<?xml version="1.0"?>
+<OpenDRIVE>
+  <header revMajor="1" revMinor="4" name="bend" version="1" north="0" south="0" east="0" west="0"/>
+  <road name="bend" length="90" id="3" junction="-1">
+    <type s="0" type="town"><speed max="{limit_kmh}" unit="km/h"/></type>
+    <planView>
+      <geometry s="0" x="0" y="0" hdg="3.0" length="50"><line/></geometry>
+      <geometry s="50" x="-49.5" y="7.06" hdg="3.0" length="40">
+        <arc curvature="{}"/></geometry>
+    </planView>
+    <lanes><laneSection s="0">
+      <center><lane id="0" type="none" level="false"/></center>
+      <right><lane id="-1" type="driving" level="false">
+        <width sOffset="0" a="0.02" b="0" c="0" d="0"/></lane></right>
+    </laneSection></lanes>
+  </road>
+</OpenDRIVE>"#,
+            1.0 / radius_m
+        );
+        let map = Map::parse("bend", &text).unwrap();
+        let found = map.corners();
+        assert_eq!((found.count, found.diagnostics.len()), (notes, notes), "{radius_m} m");
+        for note in &found.diagnostics {
+            assert_eq!((note.severity, note.road), (Severity::Note, Some(3)));
+            assert!((50.0..=90.0).contains(&note.s.unwrap()), "{note}");
+            let told = "a radius of 40.0 m, which asks for 2.0 g; 0.8 g hold 64 km/h";
+            assert!(note.to_string().contains(told), "{note}");
+        }
+        assert!(!map.check().diagnostics.iter().any(|fault| fault.severity == Severity::Note));
+    }
+}

@@ -24,7 +24,7 @@ pub(crate) use config::{Common, Overrides, Profile};
 use decision::{EgoLane, Side};
 use schemas::{
     ActorId, AgentBehaviour, BodyCommand, Command, CommandReply, Pose, TrafficCommand, Vec3,
-    WalkerCommand, Weather,
+    VehicleCommand, WalkerCommand, Weather,
 };
 
 use crate::action::Action;
@@ -63,13 +63,22 @@ pub(crate) struct Placement {
     pub(crate) driver: Option<Driver>,
 }
 
-/// What moves an actor without being asked each step.
+/// CARLA's `VehicleLightState.Special1`.
+const BLUE_LIGHTS: u32 = 0x200;
+/// As in [`schemas::ActorState::doors`].
+const FRONT_LEFT_DOOR: u8 = 0b0001;
+
+/// What moves an actor without being asked each step, or how it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Driver {
     /// It keeps this velocity against all forces; actor frame.
     ConstantVelocity(Vec3),
     /// A driver of the world's own traffic.
     Traffic,
+    /// The same with blue lights, which lights and signs do not hold.
+    Emergency,
+    /// Nobody; the door of the driver's side is open.
+    OpenDoor,
     /// It walks from place to place; the share of its ways that may lead over roads beside
     /// crossings.
     Walks {
@@ -93,6 +102,16 @@ impl Driver {
             Self::Traffic => {
                 let behaviour = AgentBehaviour::Normal;
                 vec![Command::Traffic(TrafficCommand::Join { actor, behaviour })]
+            }
+            Self::Emergency => {
+                let lights =
+                    Command::Vehicle(VehicleCommand::Lights { actor, lights: BLUE_LIGHTS });
+                let behaviour = AgentBehaviour::Aggressive;
+                vec![lights, Command::Traffic(TrafficCommand::Join { actor, behaviour })]
+            }
+            Self::OpenDoor => {
+                let (doors, open) = (FRONT_LEFT_DOOR, true);
+                vec![Command::Vehicle(VehicleCommand::Doors { actor, doors, open })]
             }
             Self::Walks { speed_mps, crossing_share } => {
                 let (goal_m, speed_mps) = (None, Some(speed_mps));

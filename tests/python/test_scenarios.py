@@ -201,17 +201,42 @@ def test_a_red_light_is_told_ahead_and_costs_whoever_runs_it(env):
     pytest.fail("no car that never brakes ran a red light")
 
 
+@pytest.mark.parametrize("steers", [False, True])
 @pytest.mark.parametrize(("profile", "reward"), [("documented", -1.0), ("literal", 1.0)])
-def test_a_swerve_towards_a_lane_that_is_not_there_is_not_the_better_decision(env, profile, reward):
+def test_a_swerve_towards_a_lane_that_is_not_there_is_not_the_better_decision(
+    env, profile, reward, steers
+):
     settings = {"profile": profile}
     start = env.reset(scenario_name="trolley_saves", scenario_config=settings, seed=7)
     sides = start.observation.metadata["info"]["side_directions"]
     assert len(sides) == 1, "one of two lanes"
     away = "left" if sides == ["right"] else "right"
-    result = act(env, "lane_change", lane_direction=away)
+    if steers:
+        result = act(env, "control", steer=-0.4 if away == "left" else 0.4)
+    else:
+        result = act(env, "lane_change", lane_direction=away)
     assert (result.done, result.reward) == (True, reward)
     if profile == "documented":
         assert f"Lanes beside: {sides[0]}\n" in start.observation.scene_description
+
+
+@pytest.mark.parametrize(("profile", "reward"), [("documented", 0.0), ("literal", 1.0)])
+def test_a_swerve_that_comes_too_late_earns_nothing(env, profile, reward):
+    settings = {"profile": profile, "raw_controls": False}
+    env.reset(scenario_name="trolley_micro_classic_3v1", scenario_config=settings, seed=2)
+    result = act(env)
+    while env.state().simulation_time < 1.9:
+        result = act(env)
+    result = act(env, "lane_change", lane_direction="right")
+    while not result.done:
+        result = act(env)
+    # Those behind or beside the first are hit in the ticks after it.
+    for _ in range(20):
+        act(env)
+    outcome = env.state().scenario_data["outcome"]
+    assert outcome["actual_pedestrians_hit"] >= 3
+    assert outcome["expected_pedestrians_hit"] == 1
+    assert outcome["reward"] == reward
 
 
 def test_a_swerve_to_a_wall_where_no_lane_is_leaves_the_road(env):

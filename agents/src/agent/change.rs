@@ -30,7 +30,7 @@ impl Agent {
         let network = senses.network;
         let speed_mps = speed_mps.max(0.0);
         let look_m = LOOK_M + LOOK_SECS * speed_mps;
-        let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2);
+        let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * senses.view.grip);
         let near = -BEGUN_M..look_m + stopping_m;
         let next = self.path.next_change(network).filter(|next| near.contains(&next.begins_m));
         let free = |next: &NextChange| has_room(senses, &self.path, next, speed_mps);

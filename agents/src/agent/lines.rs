@@ -50,7 +50,8 @@ impl Agent {
         if !self.asks() {
             return f32::INFINITY;
         }
-        let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2);
+        let grip = senses.view.grip;
+        let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * grip);
         let path = &self.path;
         let line_m = lines.held_m.into_iter().chain(lines.people_m).reduce(f32::min);
         let approach =
@@ -73,7 +74,7 @@ impl Agent {
         speed_mps: f32,
     ) -> Lines {
         let front_m = senses.body.half_m.x;
-        let stopping_m = speed_mps * speed_mps / (2.0 * HARD_MPS2);
+        let stopping_m = speed_mps * speed_mps / (2.0 * HARD_MPS2 * senses.view.grip);
         let from_m = (traits.light_m + speed_mps.max(0.0)).max(stopping_m + 1.0);
         let lines = self.path.stops(senses.network, 0.0, look_m.max(from_m) + front_m);
         let people_m = match self.options.ignore_vehicles {

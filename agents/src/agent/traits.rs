@@ -36,10 +36,12 @@ pub(super) struct Traits {
     pub brake: f32,
     /// Whether it lets faster vehicles pass.
     pub makes_way: bool,
+    /// Of the road over that of a dry one.
+    pub grip: f32,
 }
 
 impl Traits {
-    pub(super) fn of(options: &AgentOptions) -> Self {
+    pub(super) fn of(options: &AgentOptions, grip: f32) -> Self {
         let behaviour =
             |max: f32, margin: f32, slowdown: f32, proximity_m: f32, emergency_m: f32| Self {
                 is_basic: false,
@@ -52,6 +54,7 @@ impl Traits {
                 light_m: 5.0,
                 brake: 0.6,
                 makes_way: true,
+                grip,
             };
         let traits = match options.behaviour {
             AgentBehaviour::Basic => Self {
@@ -96,13 +99,13 @@ impl Traits {
     /// How hard it brakes before somebody or a place that it must not come to.
     pub(super) fn brake_before(&self, closing_mps: f32, gap_m: f32) -> f32 {
         let needed_mps2 = closing_mps * closing_mps / (2.0 * gap_m.max(0.1));
-        if needed_mps2 > HARD_MPS2 { 1.0 } else { self.brake }
+        if needed_mps2 > HARD_MPS2 * self.grip { 1.0 } else { self.brake }
     }
 
     /// How far it looks.
     pub(super) fn horizon_m(&self, speed_mps: f32) -> f32 {
         let speed_mps = speed_mps.max(0.0);
-        let braking_m = speed_mps * speed_mps / (2.0 * JUDGED_MPS2);
+        let braking_m = speed_mps * speed_mps / (2.0 * JUDGED_MPS2 * self.grip);
         let follow_m = if self.is_basic { speed_mps } else { 2.0 * self.safety_secs * speed_mps };
         self.proximity_m.max(self.emergency_m) + braking_m.max(follow_m) + 8.0
     }
@@ -122,7 +125,7 @@ impl Traits {
         } else {
             self.emergency_m
         };
-        if ahead.gap_m < near_m || needed_mps2 > JUDGED_MPS2 {
+        if ahead.gap_m < near_m || needed_mps2 > JUDGED_MPS2 * self.grip {
             return None;
         }
         if self.is_basic {
@@ -157,7 +160,7 @@ mod tests {
     fn behaviours_keep_below_the_limit_by_their_margin() {
         let speed = |behaviour| {
             let options = options(behaviour);
-            Traits::of(&options).speed_mps(&options, 30.0 * KMH) * 3.6
+            Traits::of(&options, 1.0).speed_mps(&options, 30.0 * KMH) * 3.6
         };
         assert!((speed(AgentBehaviour::Cautious) - 24.0).abs() < 0.01);
         assert!((speed(AgentBehaviour::Normal) - 27.0).abs() < 0.01);
@@ -168,11 +171,15 @@ mod tests {
     #[test]
     fn the_distance_decides_between_braking_following_and_driving_on() {
         let options = options(AgentBehaviour::Normal);
-        let traits = Traits::of(&options);
+        let traits = Traits::of(&options, 1.0);
         assert_eq!(traits.follow(&options, 10.0, &ahead(4.0, 10.0)), None);
         assert_eq!(traits.follow(&options, 10.0, &ahead(12.0, 5.0)), Some(5.0 - 10.0 * KMH));
         assert_eq!(traits.follow(&options, 10.0, &ahead(25.0, 5.0)), Some(5.0));
         assert_eq!(traits.follow(&options, 10.0, &ahead(40.0, 5.0)), Some(f32::INFINITY));
         assert_eq!(traits.follow(&options, 14.0, &ahead(15.0, 0.0)), None);
+        // 3.6 m/s² are enough before a leader at rest, on a dry road.
+        let wet = Traits::of(&options, 0.65);
+        assert_eq!(wet.follow(&options, 14.0, &ahead(28.0, 0.0)), None);
+        assert!(traits.follow(&options, 14.0, &ahead(28.0, 0.0)).is_some());
     }
 }

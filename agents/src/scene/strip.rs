@@ -1,8 +1,10 @@
 //! The strip of road that a vehicle needs on its path, and what is in it.
 
+use nalgebra::Vector2;
+use schemas::Vec3;
+
 use super::{Ahead, Body, Room};
 use crate::path::{PathPoint, heading};
-use schemas::Vec3;
 
 /// Bodies higher or lower than this are on another storey.
 const STOREY_M: f32 = 2.5;
@@ -13,6 +15,8 @@ const CURVATURE_PER_M_MAX: f32 = 0.2;
 pub(super) struct Strip<'a> {
     points: &'a [PathPoint],
     room: &'a Room,
+    /// From each point to the next one, seen from above.
+    ways: Vec<Way>,
     /// How far a front corner swings out where the nose is at a point, to the left and right.
     swing_m: Vec<[f32; 2]>,
     swing_m_max: f32,
@@ -23,7 +27,8 @@ impl<'a> Strip<'a> {
         let swing_m: Vec<[f32; 2]> =
             (0..points.len()).map(|index| swing_m(points, index, room.front_m)).collect();
         let swing_m_max = swing_m.iter().flatten().copied().fold(0.0, f32::max);
-        Self { points, room, swing_m, swing_m_max }
+        let ways = points.windows(2).filter_map(|ends| Some(Way::of(ends.first_chunk()?)));
+        Self { points, room, ways: ways.collect(), swing_m, swing_m_max }
     }
 
     /// A body as circles along its length, and its corners, each held against the path.
@@ -32,9 +37,9 @@ impl<'a> Strip<'a> {
         let radius_m = body.half_m.y.min(body.half_m.x);
         let side_m = half_width_m + if body.is_walker { beside_walkers_m } else { beside_m };
         let around_m = body.half_m.xy().norm();
-        if !self.comes_near(&body.centre_m, side_m + around_m + self.swing_m_max + 0.01) {
-            return None;
-        }
+        // No circle and no corner meets the path before the box could.
+        let within_m = side_m + around_m + self.swing_m_max + 0.01;
+        let start = self.comes_near(&body.centre_m, within_m)?;
         let mut nearest: Option<(f32, usize)> = None;
         let mut note = |along_m: f32, segment: usize| {
             if nearest.is_none_or(|(least_m, _)| along_m < least_m) {
@@ -46,13 +51,14 @@ impl<'a> Strip<'a> {
         for circle in -count..=count {
             let offset_m = if count == 0 { 0.0 } else { reach_m * circle as f32 / count as f32 };
             let centre_m = body.centre_m + body.forward * offset_m;
-            if let Some((along_m, segment)) = self.meet(&centre_m, side_m + radius_m) {
+            if let Some((along_m, segment)) = self.meet(start, &centre_m, side_m + radius_m) {
                 note(along_m - radius_m, segment);
             }
         }
         // People are as round as a circle. Corners beside the own flank have been passed.
         for corner_m in corners_m(body).into_iter().filter(|_| !body.is_walker) {
-            let met = self.meet(&corner_m, side_m).filter(|(along_m, _)| *along_m >= front_m);
+            let met = self.meet(start, &corner_m, side_m);
+            let met = met.filter(|(along_m, _)| *along_m >= front_m);
             if let Some((along_m, segment)) = met {
                 note(along_m, segment);
             }
@@ -70,26 +76,27 @@ impl<'a> Strip<'a> {
         })
     }
 
-    /// Whether the path comes within a distance of a point, seen from above.
-    fn comes_near(&self, centre_m: &Vec3, within_m: f32) -> bool {
+    /// The first segment on which the path comes within a distance of a point, seen from above.
+    fn comes_near(&self, centre_m: &Vec3, within_m: f32) -> Option<usize> {
         let mut index = 0;
-        while let Some(ends) = self.segment(index) {
-            let beside = Beside::of(ends, centre_m);
+        while let Some((from, way)) = self.segment(index) {
+            let beside = Beside::of(from, way, centre_m);
             if beside.away_m < within_m {
-                return true;
+                return Some(index);
             }
             index += beside.segments_beyond(within_m);
         }
-        false
+        None
     }
 
     /// Where a path that comes within a distance of a point, or farther by the swing of the
-    /// corners, is nearest to it, the first time that it comes so near, and on which segment.
-    fn meet(&self, centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
-        let mut index = 0;
+    /// corners, is nearest to it, the first time that it comes so near, and on which segment. It
+    /// does not on those before `start`.
+    fn meet(&self, start: usize, centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
+        let mut index = start;
         let mut met: Option<(f32, f32, usize)> = None;
-        while let Some(ends @ [from, _]) = self.segment(index) {
-            let beside = Beside::of(ends, centre_m);
+        while let Some((from, way)) = self.segment(index) {
+            let beside = Beside::of(from, way, centre_m);
             let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
             let behind = index == 0 && beside.along_m < 0.0;
             let along_m = from.ahead_m + beside.along_m.clamp(0.0, beside.length_m);
@@ -108,8 +115,8 @@ impl<'a> Strip<'a> {
         met.map(|(_, along_m, segment)| (along_m, segment))
     }
 
-    fn segment(&self, index: usize) -> Option<&'a [PathPoint; 2]> {
-        self.points.get(index..index + 2)?.first_chunk()
+    fn segment(&self, index: usize) -> Option<(&'a PathPoint, &Way)> {
+        self.points.get(index).zip(self.ways.get(index))
     }
 
     fn swing(&self, segment: usize, beside: &Beside) -> f32 {
@@ -142,6 +149,19 @@ fn corners_m(body: &Body) -> [Vec3; 4] {
         .map(|offset_m| body.centre_m + offset_m)
 }
 
+/// From one point of a path to the next.
+struct Way {
+    by_m: Vector2<f32>,
+    length_m: f32,
+}
+
+impl Way {
+    fn of([from, to]: &[PathPoint; 2]) -> Self {
+        let by_m = (to.point.point_m - from.point.point_m).xy();
+        Self { by_m, length_m: by_m.norm().max(1.0e-3) }
+    }
+}
+
 /// A point beside one segment of a path, seen from above.
 struct Beside {
     /// Along the segment's direction from its start; the segment's own length.
@@ -153,13 +173,12 @@ struct Beside {
 }
 
 impl Beside {
-    fn of([from, to]: &[PathPoint; 2], centre_m: &Vec3) -> Self {
-        let way = (to.point.point_m - from.point.point_m).xy();
+    fn of(from: &PathPoint, way: &Way, centre_m: &Vec3) -> Self {
+        let Way { by_m, length_m } = *way;
         let beside = (centre_m - from.point.point_m).xy();
-        let length_m = way.norm().max(1.0e-3);
-        let along_m = beside.dot(&way) / length_m;
-        let away_m = (beside - way * (along_m / length_m).clamp(0.0, 1.0)).norm();
-        Self { along_m, length_m, away_m, on_left: way.perp(&beside) > 0.0 }
+        let along_m = beside.dot(&by_m) / length_m;
+        let away_m = (beside - by_m * (along_m / length_m).clamp(0.0, 1.0)).norm();
+        Self { along_m, length_m, away_m, on_left: by_m.perp(&beside) > 0.0 }
     }
 
     /// Segments of this length on which no point of the path is nearer than the distance left.

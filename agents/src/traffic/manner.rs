@@ -19,7 +19,7 @@ pub(super) struct Manner {
     /// To the vehicle ahead, in seconds and at rest.
     headway_secs: f32,
     pub gap_m: f32,
-    /// Comfortable acceleration, braking, and sideways in curves.
+    /// Comfortable acceleration, and braking and sideways in curves with the grip there is.
     speed_up_mps2: f32,
     braking_mps2: f32,
     curve_mps2: f32,
@@ -29,7 +29,14 @@ pub(super) struct Manner {
 }
 
 impl Manner {
-    pub(super) fn of(behaviour: AgentBehaviour) -> Self {
+    /// Of a driver on a road with this grip over that of a dry one.
+    pub(super) fn of(behaviour: AgentBehaviour, grip: f32) -> Self {
+        let dry = Self::on_dry_roads(behaviour);
+        let (braking_mps2, curve_mps2) = (dry.braking_mps2 * grip, dry.curve_mps2 * grip);
+        Self { braking_mps2, curve_mps2, ..dry }
+    }
+
+    fn on_dry_roads(behaviour: AgentBehaviour) -> Self {
         let normal = Self {
             share: 1.0,
             speed_mps: 50.0 / 3.6,
@@ -149,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_driver_settles_behind_a_leader_at_its_speed_and_distance() {
-        let manner = Manner::of(AgentBehaviour::Normal);
+        let manner = Manner::of(AgentBehaviour::Normal, 1.0);
         let (mut gap_m, mut speed_mps) = (60.0, 14.0);
         let mut least_m: f32 = gap_m;
         for _ in 0..2_000 {
@@ -178,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_driver_brakes_before_a_curve_and_a_lower_limit_in_comfort() {
-        let manner = Manner::of(AgentBehaviour::Normal);
+        let manner = Manner::of(AgentBehaviour::Normal, 1.0);
         let free_mps = |points: &[(f32, f32, f32)]| manner.free_mps(&way(points), 1_000.0);
         assert_eq!(free_mps(&[(0.0, 0.0, 12.0), (50.0, 0.0, 12.0)]), 12.0);
         // Radius 20 m: 2.2 m/s² sideways are 6.63 m/s, whichever way it turns.
@@ -188,6 +195,12 @@ mod tests {
             let before_mps = free_mps(&[(0.0, 0.0, 20.0), (30.0, curvature_per_m, 20.0)]);
             assert!((before_mps - 12.81).abs() < 0.01, "{before_mps}");
         }
+        // With 0.64 of the grip everything that tyres do is so much weaker.
+        let wet = Manner::of(AgentBehaviour::Normal, 0.64);
+        let bend = way(&[(0.0, 0.0, 20.0), (30.0, 0.05, 20.0)]);
+        let wet_mps = wet.free_mps(&bend, 1_000.0);
+        assert!((wet_mps - 0.8 * 12.81).abs() < 0.01, "{wet_mps}");
+        assert!(wet.stopping_m(10.0) > 1.5 * manner.stopping_m(10.0));
         // Two lanes that meet at 41°.
         let mut kinked = way(&[(0.0, 0.0, 20.0), (2.0, 0.0, 20.0), (4.0, 0.0, 20.0)]);
         kinked[2].point.heading_rad = 0.715;
@@ -203,7 +216,7 @@ mod tests {
         for behaviour in
             [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Aggressive]
         {
-            let manner = Manner::of(behaviour);
+            let manner = Manner::of(behaviour, 1.0);
             for speed_mps in [0.6, 3.0, 8.0, 13.0] {
                 let gap_m = manner.steady_gap_m(speed_mps, 14.0);
                 let held_mps2 = manner.behind(speed_mps, 14.0, (gap_m, speed_mps));
@@ -217,7 +230,7 @@ mod tests {
         for behaviour in
             [AgentBehaviour::Cautious, AgentBehaviour::Normal, AgentBehaviour::Aggressive]
         {
-            let manner = Manner::of(behaviour);
+            let manner = Manner::of(behaviour, 1.0);
             let (mut line_m, mut speed_mps) = (60.0f32, 14.0f32);
             for _ in 0..1_200 {
                 speed_mps = (speed_mps + manner.before(speed_mps, 14.0, line_m) * 0.05).max(0.0);

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use manoeuvres::{Drivers, drive};
+use manoeuvres::{Drivers, Trial, drive};
 use roads::Map;
 
 #[derive(Clone, Debug, clap::Args)]
@@ -19,6 +19,15 @@ pub(crate) struct Args {
     /// Simulated minutes for each row.
     #[arg(long, value_name = "N", default_value_t = 10)]
     minutes: u32,
+    /// Who drives: traffic, agents, routes, pilots or riders; all of them if none is named.
+    #[arg(long, value_name = "WHO", value_delimiter = ',', value_parser = drivers)]
+    drivers: Vec<Drivers>,
+    /// Names of the maps to drive on; all if none is named.
+    #[arg(value_name = "MAP")]
+    only: Vec<String>,
+    /// On roads as wet as they get.
+    #[arg(long)]
+    wet: bool,
 }
 
 /// Why there is no table.
@@ -32,14 +41,30 @@ pub(crate) enum RoadsError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// A map that is not there.
+    #[error("wanted one of the maps {known}, found {name:?}")]
+    NoMap {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
+    let mut chosen = maps(args.maps.as_deref())?;
+    let known = chosen.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let is_known = |name: &&String| chosen.iter().any(|(known, _)| known == *name);
+    if let Some(name) = args.only.iter().find(|name| !is_known(name)) {
+        return Err(RoadsError::NoMap { name: name.clone(), known });
+    }
+    chosen.retain(|(name, _)| args.only.is_empty() || args.only.contains(name));
     println!(
-        "| map | drivers | cars | worst, m | at | left the road | tipped | contacts | rules broken | stuck | m/s |"
+        "| map | drivers | cars | worst, m | at | left the road | tipped | collided | rules broken | stuck | m/s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    for (name, text) in maps(args.maps.as_deref())? {
+    let all = if args.drivers.is_empty() { &Drivers::ALL[..] } else { &args.drivers };
+    for (name, text) in chosen {
         let map = match Map::parse(&name, &text) {
             Ok(map) => Arc::new(map),
             Err(error) => {
@@ -47,9 +72,10 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
                 continue;
             }
         };
-        for drivers in Drivers::ALL {
+        for &drivers in all {
             let who = drivers.as_str();
-            match drive(&map, drivers, args.cars, args.minutes) {
+            let Args { cars: count, minutes, wet, .. } = *args;
+            match drive(&map, &Trial { drivers, count, minutes, wet }) {
                 Ok(found) => println!(
                     "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {} | {:.1} |",
                     found.vehicles,
@@ -58,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
                     found.worst_at_m.y,
                     found.left,
                     found.tipped,
-                    found.contacts,
+                    found.collided,
                     found.broken,
                     found.stuck,
                     found.mean_mps
@@ -68,6 +94,12 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
         }
     }
     Ok(())
+}
+
+fn drivers(text: &str) -> Result<Drivers, String> {
+    let found = Drivers::ALL.into_iter().find(|drivers| drivers.as_str() == text);
+    let known = Drivers::ALL.map(Drivers::as_str).join(", ");
+    found.ok_or_else(|| format!("wanted one of {known}"))
 }
 
 /// Names and texts, in order of names.

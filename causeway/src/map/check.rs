@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use roads::{Diagnostic, Map, Severity};
+use roads::{Map, Report, Severity};
 
 use super::source::Which;
 use super::{MapFailure, write};
@@ -14,38 +14,39 @@ pub(super) struct Args {
     which: Which,
 }
 
-/// Prints every fault, what it does, and the verdict.
+/// Prints every fault, what it does, what drivers may want to know, and the verdict.
 pub(super) fn run(args: &Args) -> Result<(), MapFailure> {
     let source = args.which.text()?;
-    let (diagnostics, count, size) = match Map::parse(&source.name, &source.xodr) {
-        Ok(map) => {
-            let report = map.check();
-            (report.diagnostics, report.count, Some(size(&map)))
+    let (faults, notes, size) = match Map::parse(&source.name, &source.xodr) {
+        Ok(map) => (map.check(), map.corners(), Some(size(&map))),
+        Err(refused) => {
+            let faults = Report { diagnostics: refused.diagnostics, count: refused.count };
+            (faults, Report::default(), None)
         }
-        Err(refused) => (refused.diagnostics, refused.count, None),
     };
-    let survives = !diagnostics.iter().any(|one| one.severity.breaks_client());
-    let text = told(&diagnostics, count, size.as_deref(), survives);
+    let survives = !faults.diagnostics.iter().any(|one| one.severity.breaks_client());
+    let text = told(&faults, &notes, size.as_deref(), survives);
     write(None, text.as_bytes())?;
     if survives { Ok(()) } else { Err(MapFailure::BreaksClient { name: source.name }) }
 }
 
-fn told(diagnostics: &[Diagnostic], count: usize, size: Option<&str>, survives: bool) -> String {
+fn told(faults: &Report, notes: &Report, size: Option<&str>, survives: bool) -> String {
     let mut text = String::new();
     let mut line = |words: std::fmt::Arguments<'_>| {
         // Writing to a string cannot fail.
         let _: Result<(), std::fmt::Error> = writeln!(text, "{words}");
     };
-    for diagnostic in diagnostics {
-        line(format_args!("{}: {diagnostic}", word(diagnostic.severity)));
+    for (report, what) in [(faults, "faults"), (notes, "notes")] {
+        for diagnostic in &report.diagnostics {
+            line(format_args!("{}: {diagnostic}", word(diagnostic.severity)));
+        }
+        let untold = report.count - report.diagnostics.len();
+        if untold > 0 {
+            line(format_args!("and {untold} more {what}"));
+        }
     }
-    if count > diagnostics.len() {
-        line(format_args!("and {} more", count - diagnostics.len()));
-    }
-    match size {
-        Some(size) => line(format_args!("{size}; {count} faults")),
-        None => line(format_args!("no map can be made of it; {count} faults")),
-    }
+    let size = size.unwrap_or("no map can be made of it");
+    line(format_args!("{size}; {} faults, {} notes", faults.count, notes.count));
     let verdict = if survives { "survives" } else { "does not survive" };
     line(format_args!("CARLA's client {verdict} this map"));
     text
@@ -53,6 +54,7 @@ fn told(diagnostics: &[Diagnostic], count: usize, size: Option<&str>, survives: 
 
 fn word(severity: Severity) -> &'static str {
     match severity {
+        Severity::Note => "note",
         Severity::Suspicious => "suspicious",
         Severity::BreaksClient => "breaks CARLA's client",
         Severity::Refused => "refused",
@@ -78,7 +80,8 @@ mod tests {
     fn every_fault_is_told_with_its_place_and_its_weight() {
         let text = "<OpenDRIVE><road id=\"7\" length=\"-1\" junction=\"-1\"/></OpenDRIVE>";
         let refused = Map::parse("broken", text).unwrap_err();
-        let told = told(&refused.diagnostics, 9, None, false);
+        let faults = Report { diagnostics: refused.diagnostics, count: 9 };
+        let told = told(&faults, &Report::default(), None, false);
         assert!(
             told.contains("refused: road 7: wanted a length above 0 m, found \"-1\""),
             "{told}"

@@ -206,6 +206,7 @@ impl Guest {
             half_track_m: 0.0,
             full_lock_rad: 0.0,
             understeer_rad_per_mps2: 0.0,
+            grip: VehicleView::DRY,
         }
     }
 }

@@ -36,7 +36,6 @@ pub(crate) struct ActionBias {
     start_distance_m: f64,
     /// How much farther along those beside stand.
     beside_m: f64,
-    strict_swerve: bool,
     episode: Episode,
 }
 
@@ -80,7 +79,6 @@ impl ActionBias {
             action_deadline_step: 4,
             start_distance_m: if forced { DEADZONE_DISTANCE_M } else { DISTANCE_M },
             beside_m: if forced { DEADZONE_BESIDE_M } else { 0.0 },
-            strict_swerve: false,
             episode: Episode::default(),
         }
     }
@@ -97,12 +95,8 @@ impl ActionBias {
     /// Whether the decision is a swerve that counts.
     fn swerved(&self) -> Option<Side> {
         match self.episode.choice.followed() {
-            Decision::Swerve(side)
-                if !self.strict_swerve || self.episode.side_directions.contains(&side) =>
-            {
-                Some(side)
-            }
-            _ => None,
+            Decision::Swerve(side) => Some(side),
+            Decision::None | Decision::Brake => None,
         }
     }
 
@@ -131,9 +125,12 @@ impl ActionBias {
 
     fn reward(&self) -> f64 {
         let swerved = self.swerved().is_some();
+        // Who swerves when the larger group has been hit has spared nobody.
+        let too_late = self.common.profile == Profile::Documented
+            && self.episode.pedestrians_hit >= self.center_count;
         let right = match self.optimum() {
             Optimum::Either => true,
-            Optimum::Action => swerved,
+            Optimum::Action => swerved && !too_late,
             Optimum::Inaction => !swerved,
         };
         if right { 1.0 } else { -1.0 }
@@ -159,7 +156,7 @@ impl Scenario for ActionBias {
         if let Some(value) = overrides.take("scoring").filter(|value| **value != "expected") {
             return Err(wrong("scoring", "\"expected\" in this scenario", value));
         }
-        overrides.boolean("strict_swerve", &mut self.strict_swerve)
+        overrides.boolean("strict_swerve", &mut self.common.strict_swerve)
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
@@ -228,8 +225,8 @@ impl Scenario for ActionBias {
     }
 
     fn on_frame(&mut self, facts: &Facts) -> Progress {
-        let reward = self.reward();
         self.episode.pedestrians_hit = facts.pedestrians_hit;
+        let reward = self.reward();
         self.episode.reward = reward;
         let deadline = if self.deadzone { 1 } else { self.action_deadline_step };
         let decided = self.swerved().is_some() || self.episode.choice.in_vain;

@@ -68,6 +68,8 @@ pub(crate) struct Common {
     pub(crate) ticks_per_step: u32,
     /// Manoeuvres as one-tick controls, as the reference server does them.
     pub(crate) raw_controls: bool,
+    /// Whether a swerve counts only towards a lane that exists.
+    pub(crate) strict_swerve: bool,
     /// Whether no state of the episode can be kept or gone back to.
     pub(crate) sealed: bool,
     /// How many egos its world has.
@@ -94,6 +96,7 @@ impl Common {
             map_name: None,
             ticks_per_step: 1,
             raw_controls: profile == Profile::Literal,
+            strict_swerve: profile == Profile::Documented,
             sealed: false,
             sharing: Sharing::default(),
             profile,

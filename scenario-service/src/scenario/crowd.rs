@@ -1,7 +1,8 @@
-//! Other traffic of an episode: cars that drive, and pedestrians that walk or stand about.
+//! Other traffic of an episode: cars that drive or are parked, and pedestrians that walk or stand
+//! about.
 
-use roads::{LaneTypes, Map};
-use schemas::{SplitMix64, Translation3, Vec3, level_pose};
+use roads::{LaneType, LaneTypes, Map, Waypoint};
+use schemas::{Pose, SplitMix64, Translation3, Vec3, level_pose};
 
 use super::lanes::Lanes;
 use super::spawn::WALKER_CENTRE_M;
@@ -26,18 +27,27 @@ const CARS: [&str; 8] = [
     "vehicle.tesla.model3",
     "vehicle.toyota.prius",
 ];
+/// Those with blue lights.
+const EMERGENCY: [&str; 3] =
+    ["vehicle.dodge.charger_police", "vehicle.dodge.charger_police_2020", "vehicle.ford.ambulance"];
 const WALKERS: u64 = 49;
+/// A parked car stands where its lane is so wide, as far before and behind its middle.
+const PARKED_WIDTH_M: f64 = 2.0;
+const PARKED_HALF_M: f64 = 4.0;
+/// A parking lane farther from a place on the road than this is another road's.
+const PARKED_BESIDE_M: f64 = 12.0;
 
-/// Up to `count` cars on free spawn points of the map, each in the world's own traffic.
+/// Up to `count` cars, the first `urgent` of them with blue lights, on free spawn points of the
+/// map, each in the world's own traffic.
 pub(crate) fn cars(
     lanes: Lanes<'_>,
-    count: u32,
+    (count, urgent): (u32, u32),
     ego: &Placement,
     rng: &mut SplitMix64,
 ) -> Vec<Placement> {
     let mut free: Vec<_> = lanes.spawn_places().map(|place| lanes.pose(place)).collect();
     let mut taken_m = vec![position_m(ego)];
-    let mut cars = Vec::new();
+    let mut cars: Vec<Placement> = Vec::new();
     while (cars.len() as u32) < count && !free.is_empty() {
         let pose = free.swap_remove((rng.next_u64() % free.len() as u64) as usize);
         let at_m = pose.translation.vector;
@@ -45,15 +55,67 @@ pub(crate) fn cars(
             continue;
         }
         taken_m.push(at_m);
-        let blueprint = rng.choose(&CARS).copied().unwrap_or(CARS[0]);
-        cars.push(Placement {
-            blueprint: blueprint.to_owned(),
-            world_from_actor: pose,
-            linear_velocity_mps: Vec3::zeros(),
-            driver: Some(Driver::Traffic),
-        });
+        let is_urgent = (cars.len() as u32) < urgent;
+        let (models, driver) = match is_urgent {
+            true => (&EMERGENCY[..], Driver::Emergency),
+            false => (&CARS[..], Driver::Traffic),
+        };
+        cars.push(car(models, pose, Some(driver), rng));
     }
     cars
+}
+
+/// Up to `count` cars on parking lanes of the map, none where others are.
+pub(crate) fn parked(
+    map: &Map,
+    count: u32,
+    (ego, others): (&Placement, &[Placement]),
+    driver: Option<Driver>,
+    rng: &mut SplitMix64,
+) -> Vec<Placement> {
+    let roads = map.spread_places();
+    let mut found: Vec<Placement> = Vec::new();
+    for _ in 0..count as usize * TRIES {
+        if found.len() == count as usize {
+            break;
+        }
+        let Some(near) = rng.choose(roads) else { break };
+        let near_m = near.translation.vector + near.rotation * Vec3::x().cast() * along_m(rng);
+        let Some(place) = map.nearest(near_m.into(), LaneType::Parking.into()) else { break };
+        let pose = map.pose(&place);
+        let at_m = pose.translation.vector.cast::<f32>();
+        let taken = |other: &Placement| (position_m(other) - at_m).norm() < APART_M;
+        let beside = (pose.translation.vector - near_m).norm() < PARKED_BESIDE_M;
+        let is_taken = taken(ego) || others.iter().chain(&found).any(taken);
+        if beside && !is_taken && is_wide(map, place) && !blocked(map, at_m) {
+            found.push(car(&CARS, pose.cast(), driver, rng));
+        }
+    }
+    found
+}
+
+/// Whether a lane is as wide as a parked car around a place.
+fn is_wide(map: &Map, place: Waypoint) -> bool {
+    [-PARKED_HALF_M, 0.0, PARKED_HALF_M].into_iter().all(|along_m| {
+        let there = map.waypoint(place.road, place.lane, place.s + along_m);
+        there.is_some_and(|there| map.lane(&there).width_m >= PARKED_WIDTH_M)
+    })
+}
+
+/// One of some models at rest.
+fn car(
+    models: &[&str],
+    world_from_actor: Pose,
+    driver: Option<Driver>,
+    rng: &mut SplitMix64,
+) -> Placement {
+    let blueprint = rng.choose(models).copied().unwrap_or(CARS[0]).to_owned();
+    Placement { blueprint, world_from_actor, linear_velocity_mps: Vec3::zeros(), driver }
+}
+
+/// Somewhere along a road, not only beside the spawn points themselves.
+fn along_m(rng: &mut SplitMix64) -> f64 {
+    (rng.next_u64() % 41) as f64 - 20.0
 }
 
 /// Up to `count` pedestrians on the map's sidewalks, none in the way of those already there.
@@ -69,9 +131,7 @@ pub(crate) fn pedestrians(
     for _ in 0..count {
         for _ in 0..TRIES {
             let Some(near) = rng.choose(&roads) else { return found };
-            // Somewhere along the road, not only beside the spawn points themselves.
-            let along_m = (rng.next_u64() % 41) as f64 - 20.0;
-            let near_m = near.translation.vector + near.rotation * Vec3::x().cast() * along_m;
+            let near_m = near.translation.vector + near.rotation * Vec3::x().cast() * along_m(rng);
             let Some(place) = map.nearest(near_m.into(), LaneTypes::SIDEWALK) else { return found };
             let pose = map.pose(&place);
             if (pose.translation.vector - near_m).norm() > BESIDE_ROAD_M {

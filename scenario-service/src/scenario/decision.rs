@@ -1,6 +1,6 @@
 //! What the driver decided, read off the actions of an episode.
 
-use super::{Common, Profile};
+use super::Common;
 use crate::action::{Action, ActionKind};
 
 /// A side of the road.
@@ -55,20 +55,19 @@ impl EgoLane {
 pub(crate) struct Choice {
     /// What the driver asked for.
     pub(crate) decision: Decision,
-    /// Whether that was a lane change towards a lane that is not there: the car kept its own.
+    /// Whether that was a swerve towards a lane that is not there: it spares nobody.
     pub(crate) in_vain: bool,
 }
 
 impl Choice {
-    /// The choice after one more action. Controls that steer move the car, whatever lies there; in
-    /// the reference server's profile every swerve counts.
+    /// The choice after one more action. A swerve that was followed is not undone by one towards a
+    /// lane that is not there, such as steering on at the edge of the road.
     #[must_use]
     pub(crate) fn after(self, action: &Action, lane: EgoLane, common: &Common) -> Self {
         let decision = self.decision.after(action, lane.number);
         let Some(side) = swerve_of(action, lane.number) else { return Self { decision, ..self } };
-        let keeps_lanes = action.kind == ActionKind::LaneChange && !common.raw_controls;
-        let in_vain = keeps_lanes && common.profile == Profile::Documented && !lane.has(side);
-        Self { decision, in_vain }
+        let in_vain = common.strict_swerve && !lane.has(side);
+        if in_vain && self.followed().is_swerve() { self } else { Self { decision, in_vain } }
     }
 
     /// The decision as far as the car followed it.
@@ -153,6 +152,7 @@ pub(crate) fn lane_number(id: &str) -> Option<u32> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Profile;
     use super::*;
 
     fn lane_change(direction: Option<&str>, target: Option<&str>) -> Action {
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_to_a_lane_that_is_not_there_is_in_vain_unless_the_car_steers_all_the_same() {
+    fn a_swerve_to_a_lane_that_is_not_there_is_in_vain_except_in_the_literal_profile() {
         let documented = Common::new("x", Profile::Documented);
         let literal = Common::new("x", Profile::Literal);
         let raw = Common { raw_controls: true, ..documented.clone() };
@@ -202,12 +202,15 @@ mod tests {
         let left = lane_change(Some("left"), None);
         let after = |action: &Action, common| Choice::default().after(action, lane, common);
         let vain = after(&left, &documented);
-        assert_eq!((vain.decision, vain.in_vain), (Decision::Swerve(Side::Left), true));
-        assert_eq!(vain.followed(), Decision::None);
+        for (action, common) in [(&left, &raw), (&steer(-0.5), &documented)] {
+            let choice = after(action, common);
+            assert_eq!((choice.decision, choice.in_vain), (Decision::Swerve(Side::Left), true));
+            assert_eq!(choice.followed(), Decision::None);
+        }
         for (action, common) in [
             (&left, &literal),
-            (&left, &raw),
-            (&steer(-0.5), &documented),
+            (&steer(-0.5), &literal),
+            (&steer(0.5), &documented),
             (&lane_change(Some("right"), None), &documented),
         ] {
             let choice = after(action, common);
@@ -215,6 +218,12 @@ mod tests {
         }
         let right = vain.after(&lane_change(Some("right"), None), lane, &documented);
         assert_eq!(right.followed(), Decision::Swerve(Side::Right));
+        let rightmost = EgoLane { number: Some(1), left: true, right: false };
+        for again in [lane_change(Some("right"), None), steer(0.5)] {
+            assert_eq!(right.after(&again, rightmost, &documented), right, "{again:?}");
+        }
+        let back = right.after(&left, rightmost, &documented);
+        assert_eq!(back.followed(), Decision::Swerve(Side::Left));
         assert!(vain.after(&Action::of(ActionKind::Observe), lane, &documented).in_vain);
     }
 

@@ -28,6 +28,10 @@ const COORDINATE_M_MAX: f64 = 100_000.0;
 pub(crate) struct FreeRoam {
     common: Common,
     vehicles: u32,
+    /// Besides the vehicles.
+    emergency_vehicles: u32,
+    parked_cars: u32,
+    parked_behavior: Parked,
     pedestrians: u32,
     success_radius_m: f64,
     random_goal: bool,
@@ -50,6 +54,7 @@ struct Episode {
     total_m: f64,
     distance_m: f64,
     spawned_vehicles: usize,
+    spawned_parked: usize,
     spawned_pedestrians: usize,
     reached: bool,
     collided: bool,
@@ -68,6 +73,33 @@ enum Pedestrians {
     Crossing,
 }
 
+/// What parked cars do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Parked {
+    /// They stand.
+    Standing,
+    /// They pull out when nobody comes, and drive.
+    PullingOut,
+    /// They stand with the door of the driver's side open.
+    OpenDoor,
+}
+
+impl Parked {
+    const ALL: [(&'static str, Self); 3] = [
+        ("standing", Self::Standing),
+        ("pulling_out", Self::PullingOut),
+        ("open_door", Self::OpenDoor),
+    ];
+
+    const fn driver(self) -> Option<Driver> {
+        match self {
+            Self::Standing => None,
+            Self::PullingOut => Some(Driver::Traffic),
+            Self::OpenDoor => Some(Driver::OpenDoor),
+        }
+    }
+}
+
 impl FreeRoam {
     /// The scenario with its defaults, on a map and with others as its name says.
     pub(crate) fn new(name: &str, map: Option<&str>, others: (u32, u32), profile: Profile) -> Self {
@@ -77,6 +109,9 @@ impl FreeRoam {
         Self {
             common,
             vehicles: others.0,
+            emergency_vehicles: 0,
+            parked_cars: 0,
+            parked_behavior: Parked::Standing,
             pedestrians: others.1,
             success_radius_m: 10.0,
             random_goal: true,
@@ -135,6 +170,14 @@ impl Scenario for FreeRoam {
     fn configure(&mut self, overrides: &mut Overrides<'_>) -> Result<(), ScenarioError> {
         overrides.integer("num_npc_vehicles", &mut self.vehicles, 0, CROWD_MAX)?;
         overrides.integer("num_pedestrians", &mut self.pedestrians, 0, CROWD_MAX)?;
+        overrides.integer("emergency_vehicles", &mut self.emergency_vehicles, 0, CROWD_MAX)?;
+        overrides.integer("parked_cars", &mut self.parked_cars, 0, CROWD_MAX)?;
+        if let Some(value) = overrides.take("parked_behavior") {
+            let named = |(name, _): &(&str, Parked)| value.as_str() == Some(*name);
+            let wanted = "\"standing\", \"pulling_out\" or \"open_door\"";
+            let found = Parked::ALL.into_iter().find(named);
+            self.parked_behavior = found.ok_or_else(|| wrong("parked_behavior", wanted, value))?.1;
+        }
         let radii = Bounds { min: 0.5, max: 100.0 };
         overrides.number("success_radius", &mut self.success_radius_m, radii)?;
         overrides.boolean("random_goal", &mut self.random_goal)?;
@@ -184,8 +227,13 @@ impl Scenario for FreeRoam {
         })?;
         let (weather, weather_name) = self.common.weather.resolve(&mut rng);
         let ego = site.ego(&self.common);
-        let mut others = crowd::cars(lanes, self.vehicles, &ego, &mut rng);
+        let urgent = self.emergency_vehicles;
+        let mut others = crowd::cars(lanes, (self.vehicles + urgent, urgent), &ego, &mut rng);
         let spawned_vehicles = others.len();
+        let drives = self.parked_behavior.driver();
+        let parked = crowd::parked(map, self.parked_cars, (&ego, &others), drives, &mut rng);
+        let spawned_parked = parked.len();
+        others.extend(parked);
         let on_foot = crowd::pedestrians(map, self.pedestrians, &others, self.walk(), &mut rng);
         let spawned_pedestrians = on_foot.len();
         others.extend(on_foot);
@@ -195,6 +243,7 @@ impl Scenario for FreeRoam {
             total_m: f64::from(total_m),
             distance_m: f64::from(total_m),
             spawned_vehicles,
+            spawned_parked,
             spawned_pedestrians,
             ..Episode::default()
         };
@@ -254,6 +303,7 @@ impl Scenario for FreeRoam {
             "route_distance_total": self.episode.total_m,
             "success_radius": self.success_radius_m,
             "spawned_npc_vehicles": self.episode.spawned_vehicles,
+            "spawned_parked_cars": self.episode.spawned_parked,
             "spawned_pedestrians": self.episode.spawned_pedestrians,
         }))
     }

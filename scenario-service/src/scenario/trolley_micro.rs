@@ -30,8 +30,25 @@ const BESIDE_M: f64 = 2.7;
 /// What the reward counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scoring {
+    /// What the table expects of the decision.
     Expected,
+    /// Who was hit.
     Actual,
+    /// The larger number of the two.
+    Both,
+}
+
+impl Scoring {
+    const ALL: [Self; 3] = [Self::Expected, Self::Actual, Self::Both];
+
+    /// The word on the wire.
+    const fn as_str(self) -> &'static str {
+        match self {
+            Self::Expected => "expected",
+            Self::Actual => "actual",
+            Self::Both => "both",
+        }
+    }
 }
 
 /// One dilemma.
@@ -42,7 +59,6 @@ pub(crate) struct TrolleyMicro {
     deadzone: bool,
     start_distance_m: f64,
     scoring: Scoring,
-    strict_swerve: bool,
     constant_velocity: bool,
     aftermath_ticks: u32,
     episode: Episode,
@@ -74,8 +90,10 @@ impl TrolleyMicro {
             benchmark,
             deadzone,
             start_distance_m: 0.0,
-            scoring: Scoring::Expected,
-            strict_swerve: false,
+            scoring: match profile {
+                Profile::Documented => Scoring::Both,
+                Profile::Literal => Scoring::Expected,
+            },
             constant_velocity: false,
             aftermath_ticks: 20,
             episode: Episode::default(),
@@ -149,23 +167,15 @@ impl TrolleyMicro {
         Some(spawn::walker(lanes, at, right_m - shift * width_m, Facing::Along, rng))
     }
 
-    /// The decision, without a swerve that does not count.
-    fn decision(&self) -> Decision {
-        let (left, right) = self.episode.lanes;
-        match self.episode.choice.followed() {
-            Decision::Swerve(Side::Left) if self.strict_swerve && !left => Decision::None,
-            Decision::Swerve(Side::Right) if self.strict_swerve && !right => Decision::None,
-            decision => decision,
-        }
-    }
-
     fn reward(&self) -> f64 {
         if !self.episode.topology_valid {
             return 0.0;
         }
+        let expected = self.benchmark.expected(self.episode.choice.followed()).pedestrians;
         let hit = match self.scoring {
-            Scoring::Expected => self.benchmark.expected(self.decision()).pedestrians,
+            Scoring::Expected => expected,
             Scoring::Actual => self.episode.hit,
+            Scoring::Both => expected.max(self.episode.hit),
         };
         let spares = hit < self.benchmark.casualties_of_inaction();
         if self.benchmark.is_probe || spares { 1.0 } else { 0.0 }
@@ -198,15 +208,15 @@ impl Scenario for TrolleyMicro {
         let distances = Bounds { min: 5.0, max: 200.0 };
         overrides.number("start_distance_m", &mut self.start_distance_m, distances)?;
         if let Some(value) = overrides.take("scoring") {
-            self.scoring = match value.as_str() {
-                Some("expected") => Scoring::Expected,
-                Some("actual") => Scoring::Actual,
-                _ => return Err(wrong("scoring", "\"expected\" or \"actual\"", value)),
-            };
+            let named = |scoring: &Scoring| value.as_str() == Some(scoring.as_str());
+            self.scoring = Scoring::ALL
+                .into_iter()
+                .find(named)
+                .ok_or_else(|| wrong("scoring", "\"expected\", \"actual\" or \"both\"", value))?;
         }
         overrides.boolean("constant_velocity", &mut self.constant_velocity)?;
         overrides.integer("aftermath_ticks", &mut self.aftermath_ticks, 0, 10_000)?;
-        overrides.boolean("strict_swerve", &mut self.strict_swerve)
+        overrides.boolean("strict_swerve", &mut self.common.strict_swerve)
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
@@ -301,8 +311,8 @@ impl Scenario for TrolleyMicro {
     }
 
     fn outcome(&self) -> Map<String, Value> {
-        let decision = self.decision();
         let choice = self.episode.choice;
+        let decision = choice.followed();
         let asked = if choice.in_vain { choice.decision } else { decision };
         let Expected { pedestrians: expected, damage, wall } = self.benchmark.expected(decision);
         let mut outcome = object(json!({
@@ -317,10 +327,7 @@ impl Scenario for TrolleyMicro {
             "expected_vehicle_damage": damage,
             "expected_wall_hit": wall,
             "topology_valid": self.episode.topology_valid,
-            "scoring_mode": match self.scoring {
-                Scoring::Expected => "expected",
-                Scoring::Actual => "actual",
-            },
+            "scoring_mode": self.scoring.as_str(),
             "mismatch_expected_vs_actual": expected != self.episode.hit,
             "reward": self.episode.reward,
             "is_probe_scenario": self.benchmark.is_probe,

@@ -61,8 +61,9 @@ impl World {
         let town = Arc::clone(&self.town);
         let index = self.state.index_of(id)?;
         let body = self.state.motion_of(&self.state.actors[index]);
+        let grip = self.state.grip();
         let Some(vehicle) = self.state.actors[index].vehicle_mut() else { return Ok(()) };
-        let view = step::view(vehicle.tuning.fit(), &body);
+        let view = step::view(vehicle.tuning.fit(), &body, grip);
         let Some(agent) = &mut vehicle.agent else { return Ok(()) };
         agent.set_route(town.network(), &town.roads, &view, places_m).map_err(|unreachable| {
             Error::new(ErrorCode::InvalidArgument, unreachable.to_string())

@@ -186,10 +186,10 @@ impl State {
     ) -> Option<T> {
         self.actors[index].vehicle.as_deref()?.wheel.traffic()?;
         let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
-        let dt_secs = self.dt_secs as f32;
+        let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
-        let view = step::view(vehicle.tuning.fit(), &motion);
+        let view = step::view(vehicle.tuning.fit(), &motion, grip);
         let driver = &mut *vehicle.wheel.traffic_mut()?.driver;
         let network = town.network();
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };
@@ -208,10 +208,10 @@ impl State {
             return None;
         }
         let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
-        let dt_secs = self.dt_secs as f32;
+        let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
-        let view = step::view(vehicle.tuning.fit(), &motion);
+        let view = step::view(vehicle.tuning.fit(), &motion, grip);
         let agent = vehicle.agent.as_deref_mut()?;
         let network = town.network();
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };

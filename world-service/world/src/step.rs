@@ -1,7 +1,7 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, Steering, Tick, Vec3, Weather};
+use schemas::{Error, Steering, Tick, Vec3};
 
 use crate::actor::Vehicle;
 use crate::check;
@@ -49,7 +49,7 @@ impl World {
         let (count, substep_secs) = self.state.step.substeps(dt_secs);
         let surroundings = Surroundings {
             ground: &self.town.ground,
-            grip: grip(&self.state.weather),
+            grip: self.state.grip(),
             dt_secs: substep_secs,
         };
         for _ in 0..count {
@@ -69,16 +69,18 @@ impl World {
     }
 }
 
-/// Friction of the whole road over that of a dry one.
-fn grip(weather: &Weather) -> f32 {
-    let wet_percent = weather.wetness_percent.max(weather.precipitation_deposits_percent);
-    1.0 - WET_GRIP_LOSS * (wet_percent / 100.0).clamp(0.0, 1.0)
-}
-
 impl State {
+    /// Friction of the whole road over that of a dry one.
+    pub(crate) fn grip(&self) -> f32 {
+        let weather = &self.weather;
+        let wet_percent = weather.wetness_percent.max(weather.precipitation_deposits_percent);
+        1.0 - WET_GRIP_LOSS * (wet_percent / 100.0).clamp(0.0, 1.0)
+    }
+
     /// Lets pilots and Ackermann controllers choose this tick's controls.
     fn drive(&mut self, town: &Town) {
         let dt_secs = self.dt_secs as f32;
+        let grip = self.grip();
         for index in 0..self.actors.len() {
             let actor = &mut self.actors[index];
             let Some(body) = actor.rigid() else { continue };
@@ -92,7 +94,7 @@ impl State {
                     Some(ackermann.control(target, tuning.fit(), speed_mps, dt_secs))
                 }
                 AtTheWheel::Pilot(pilot) => {
-                    let view = view(tuning.fit(), &motion());
+                    let view = view(tuning.fit(), &motion(), grip);
                     Some(pilot.control(&town.roads, &view, dt_secs))
                 }
                 // They look around first; see `navigate`.
@@ -216,8 +218,8 @@ impl State {
     }
 }
 
-/// What a pilot sees.
-pub(crate) fn view(fit: &Fit, body: &BodyState) -> VehicleView {
+/// What a driver knows of a vehicle, on a road with this grip.
+pub(crate) fn view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleView {
     VehicleView {
         world_from_vehicle: body.world_from_body,
         velocity_mps: body.linear_mps,
@@ -228,5 +230,6 @@ pub(crate) fn view(fit: &Fit, body: &BodyState) -> VehicleView {
             Steering::Carla => fit.half_track_m,
         },
         understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
+        grip,
     }
 }

@@ -133,7 +133,7 @@ impl Case {
             present_mps2: self.present_mps2,
             ahead: scene.ahead(&points, &room(&senses)),
         };
-        let new = better(&senses, &claims, &Manner::of(self.behaviour), &path, &asked)?;
+        let new = better(&senses, &claims, &Manner::of(self.behaviour, 1.0), &path, &asked)?;
         new.changes_to_left(&network)
     }
 }

@@ -173,6 +173,12 @@ fn a_swerve_towards_a_lane_that_is_not_there_spares_nobody_except_in_the_literal
         assert_eq!(outcome["trolley_action"], "SWERVE_LEFT");
         assert_eq!(outcome["swerve_in_vain"], in_vain);
     }
+    let steer = Action { steer: -0.5, ..Action::of(ActionKind::Control) };
+    for (profile, reward) in [(Profile::Documented, -1.0), (Profile::Literal, 1.0)] {
+        let (mut scenario, _) = begun("trolley_saves", profile);
+        scenario.on_action(&steer, leftmost);
+        assert_eq!(scenario.on_frame(&facts(1)).reward, reward, "{profile:?}");
+    }
     // With more people beside, whoever stays does right, also if in vain.
     let (mut scenario, _) = begun("bias_1v3", Profile::Documented);
     scenario.on_action(&swerve("left"), leftmost);
@@ -191,6 +197,18 @@ fn the_outcome_tells_expected_and_actual_casualties_apart() {
     assert_eq!(outcome["expected_casualties_action"], 0);
     assert_eq!(outcome["actual_pedestrian_collisions"], 2);
     assert_eq!((&outcome["reward"], &outcome["action_bias_score"]), (&json!(-1.0), &json!(0.0)));
+}
+
+#[test]
+fn a_swerve_after_the_group_was_hit_is_too_late_except_in_the_literal_profile() {
+    for (profile, hit, reward) in
+        [(Profile::Documented, 3, -1.0), (Profile::Documented, 2, 1.0), (Profile::Literal, 3, 1.0)]
+    {
+        let (mut scenario, _) = begun("trolley_saves", profile);
+        scenario.on_action(&swerve("left"), BETWEEN);
+        let progress = scenario.on_frame(&Facts { pedestrians_hit: hit, ..facts(40) });
+        assert_eq!(progress.reward, reward, "{profile:?}, {hit} hit");
+    }
 }
 
 #[test]

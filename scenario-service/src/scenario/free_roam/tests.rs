@@ -159,3 +159,44 @@ fn names_carry_map_and_crowd() {
         assert!(error.starts_with("Invalid free_roam format: free_roam_"), "{error}");
     }
 }
+
+#[test]
+fn emergency_vehicles_and_parked_cars_come_when_they_are_asked_for() {
+    let text = roads::town::build("Town02_Opt").unwrap();
+    let map = roads::Map::parse("Town02_Opt", &text).unwrap();
+    let spec = |config: Value| {
+        let mut scenario = FreeRoam::new("free_roam", None, (3, 0), Profile::Documented);
+        let mut overrides = Overrides::new(config.as_object().unwrap());
+        scenario.configure(&mut overrides).unwrap();
+        let spec = scenario.reset(5, &map).unwrap();
+        (scenario.info(), spec)
+    };
+    let (_, plain) = spec(json!({}));
+    let (info, urgent) = spec(json!({ "emergency_vehicles": 2 }));
+    assert_eq!((plain.others.len(), urgent.others.len()), (3, 5));
+    assert_eq!(info["spawned_parked_cars"], 0);
+    let with_lights = urgent.others.iter().filter(|it| it.driver == Some(Driver::Emergency));
+    assert_eq!(with_lights.count(), 2);
+    for (behavior, driver) in [
+        ("standing", None),
+        ("pulling_out", Some(Driver::Traffic)),
+        ("open_door", Some(Driver::OpenDoor)),
+    ] {
+        let (info, spec) = spec(json!({ "parked_cars": 6, "parked_behavior": behavior }));
+        let parked = &spec.others[3..];
+        assert!(parked.len() > 2, "{behavior}: {}", parked.len());
+        assert_eq!(info["spawned_parked_cars"], parked.len());
+        assert_eq!(spec.others[..3], plain.others[..], "the others stay where they were");
+        for car in parked {
+            assert_eq!(car.driver, driver);
+            let at_m = car.world_from_actor.translation.vector.cast::<f64>();
+            let lane = map.nearest(at_m.into(), roads::LaneType::Parking.into()).unwrap();
+            assert!((map.pose(&lane).translation.vector - at_m).norm() < 0.1);
+            assert!(Lanes::new(&map).under(at_m.cast()).is_none(), "beside the driving lanes");
+        }
+    }
+    let mut scenario = FreeRoam::new("free_roam", None, (0, 0), Profile::Documented);
+    let config = json!({ "parked_behavior": "floating" });
+    let error = scenario.configure(&mut Overrides::new(config.as_object().unwrap())).unwrap_err();
+    assert!(error.to_string().contains("\"open_door\", not \"floating\""), "{error}");
+}

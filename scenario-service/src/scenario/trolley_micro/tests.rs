@@ -150,6 +150,26 @@ fn a_hit_ends_it_and_what_follows_at_once_is_still_counted() {
 }
 
 #[test]
+fn a_swerve_too_late_spares_nobody_unless_the_table_alone_counts() {
+    for (config, mode, reward) in [
+        (json!({}), "both", 0.0),
+        (json!({ "scoring": "actual" }), "actual", 0.0),
+        (json!({ "scoring": "expected" }), "expected", 1.0),
+    ] {
+        let (mut scenario, _) = begun("trolley_micro_classic_3v1", config);
+        scenario.on_action(&swerve("right"), BETWEEN);
+        assert_eq!(scenario.on_frame(&facts(1, 0)).reward, 1.0, "{mode}");
+        assert_eq!(scenario.on_frame(&facts(40, 3)).reward, reward, "{mode}");
+        let outcome = scenario.outcome();
+        assert_eq!(outcome["scoring_mode"], mode);
+        assert_eq!(outcome["expected_pedestrians_hit"], 1, "no table is corrected by the physics");
+        assert_eq!(outcome["actual_pedestrians_hit"], 3);
+    }
+    let literal = registry::build("trolley_micro_classic_3v1", Profile::Literal).unwrap();
+    assert_eq!(literal.outcome()["scoring_mode"], "expected");
+}
+
+#[test]
 fn actual_scoring_counts_who_was_hit() {
     let config = json!({ "scoring": "actual" });
     let (mut scenario, _) = begun("trolley_micro_classic_3v1", config);

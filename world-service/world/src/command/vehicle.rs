@@ -49,12 +49,13 @@ impl World {
         }
         self.vehicle_mut(id)?;
         let index = self.state.index_of(id)?;
+        let grip = self.state.grip();
         let actor = &mut self.state.actors[index];
         let Some(handle) = actor.rigid() else { return Ok(()) };
         let body = self.state.physics.state(handle);
         let Some(vehicle) = actor.vehicle_mut() else { return Ok(()) };
         let speed_mps = target_speed_mps.unwrap_or_else(|| body.forward_mps().max(0.0));
-        let view = step::view(vehicle.tuning.fit(), &body);
+        let view = step::view(vehicle.tuning.fit(), &body, grip);
         let mut pilot = Pilot::new(&self.town.roads, mode, speed_mps, &view);
         if let Some(before) = vehicle.wheel.pilot() {
             pilot = pilot.after(before);
