@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use schemas::limits::CAMERAS_PER_WORLD_MAX;
 use schemas::{ActorKind, Camera, Frame, Tenant};
 use tenancy::{Door, PixelBudget, Quotas, Seldom};
 
@@ -78,10 +79,14 @@ impl Allowance {
 
     /// Counts pictures against what may be drawn. Who waits for pictures gets them later; without,
     /// `false`: they are left out.
-    pub(crate) async fn may_draw(&self, cameras: &[Camera], waits: bool) -> bool {
+    pub(crate) async fn may_draw(
+        &self,
+        cameras: impl Iterator<Item = &Camera>,
+        waits: bool,
+    ) -> bool {
         let Some(rate) = self.quotas().pixels_per_second else { return true };
         let pixels_of = |camera: &Camera| u64::from(camera.width_px) * u64::from(camera.height_px);
-        let pixels = cameras.iter().map(pixels_of).sum();
+        let pixels = cameras.map(pixels_of).sum();
         let now = Instant::now();
         let late = match waits {
             true => Some(self.0.pixels.book(pixels, rate, now)).filter(|pause| !pause.is_zero()),
@@ -159,6 +164,13 @@ impl Room {
         if let Some(max) = cameras_per_world.filter(|max| is_camera && self.cameras >= *max) {
             self.allowance.0.figures.cameras.inc();
             return Err(self.refusal("cameras_per_world", "cameras", self.cameras, max));
+        }
+        if is_camera && self.cameras >= CAMERAS_PER_WORLD_MAX {
+            return Err(Refusal(format!(
+                "wanted one more, found {} cameras in this world, and a server draws at most \
+                 {CAMERAS_PER_WORLD_MAX}: destroy some",
+                self.cameras
+            )));
         }
         self.actors += 1;
         self.cameras += u32::from(is_camera);

@@ -56,6 +56,8 @@ pub const SUBSTEPS_MAX: u32 = 100;
 pub const STREET_LIGHTS_MAX: usize = 16_384;
 /// Limbs of walkers of one job that do not simply walk.
 pub const LIMBS_MAX: usize = 10_240;
+/// Cameras of one world of CARLA's clients: a tick may be a picture of each.
+pub const CAMERAS_PER_WORLD_MAX: u32 = 1_024;
 /// Cameras of one job.
 pub const CAMERAS_PER_JOB_MAX: usize = 64;
 /// Width or height of one image, in pixels.

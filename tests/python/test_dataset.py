@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from causeway.dataset import export_lerobot, export_parquet, play, read, write
 from causeway.frames import decode
-from causeway.pictures import Camera, Renderer
+from causeway.pictures import Camera, Renderer, RendererError
 from causeway.policy import Follow, Random
 from causeway.rollout import Batch
 from mcap.reader import make_reader
@@ -265,6 +265,29 @@ def test_pictures_of_branches_come_together_and_are_alike_until_they_differ(site
         assert decoded.state_hash == batch.hashes[2]
         with pytest.raises(ValueError, match="no such world"):
             batch.frames([6])
+
+
+def test_pixels_are_those_of_the_pictures_and_what_cannot_be_drawn_says_why(site):
+    camera = Camera(width=96, height=54, quality=100)
+    with Batch("lane-keep", **settings(worlds=70)) as batch, Renderer(site.endpoint) as renderer:
+        batch.reset(3)
+        frames = batch.frames(range(70))
+        # More than renderers let wait.
+        pictures, pixels = renderer.draw(frames, camera), renderer.pixels(frames, camera)
+        assert len(pictures) == 70 and pixels.shape == (70, 54, 96, 3)
+        for picture, raw in zip(pictures[::23], pixels[::23], strict=True):
+            shown = np.asarray(Image.open(io.BytesIO(picture)), np.float32)
+            assert np.abs(shown - raw).mean() < 4.0
+        assert len(set(pictures)) > 20, "each of its own world"
+        low = renderer.pixels(frames[:1], Camera(width=96, height=54, tier="low"))
+        assert 0.0 < np.abs(low[0].astype(float) - pixels[0]).mean() < 20.0
+        for wrong, said in (
+            (Camera(width=4_096, height=4_096), r"too many pixels.*16773120.*16777216"),
+            (Camera(width=5_000, height=4), r"picture size.*1 to 4096.*5000 × 4"),
+            (Camera(tier="best"), "low, high or None"),
+        ):
+            with pytest.raises(RendererError, match=said):
+                renderer.draw(frames[:2], wrong)
 
 
 def test_more_frames_are_told_than_fit_one_reply():

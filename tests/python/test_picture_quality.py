@@ -33,16 +33,30 @@ def is_coarser(low: np.ndarray, high: np.ndarray) -> bool:
     return 0.0 < off.mean() < 20.0 and (off > 0.0).mean() > 0.01
 
 
+def drawn(env, **settings) -> bytes:
+    """The first picture of an episode, the same one in every session."""
+    env.reset(scenario_name="trolley_saves", scenario_config=settings, seed=1)
+    result = act(env, "capture_image")
+    return base64.b64decode(result.observation.camera_image, validate=True)
+
+
+def pixels(jpeg: bytes) -> np.ndarray:
+    with Image.open(io.BytesIO(jpeg)) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+@pytest.mark.parametrize("flags", [("-quality-level=Low",), ("--quality", "low")])
+def test_a_site_says_how_its_pictures_are_drawn(drawing, start_site, flags):
+    coarse = start_site(*flags, CAUSEWAY_ADAPTER="cpu")
+    with session(drawing.base_url) as fine, session(coarse.base_url) as env:
+        high = drawn(fine)
+        low = drawn(env)
+        assert is_coarser(pixels(low), pixels(high))
+        assert low == drawn(fine, camera_quality="low")
+        assert drawn(env, camera_quality="high") == high
+
+
 def test_a_session_says_how_its_pictures_are_drawn(drawing):
-    def drawn(env, **settings) -> bytes:
-        env.reset(scenario_name="trolley_saves", scenario_config=settings, seed=1)
-        result = act(env, "capture_image")
-        return base64.b64decode(result.observation.camera_image, validate=True)
-
-    def pixels(jpeg: bytes) -> np.ndarray:
-        with Image.open(io.BytesIO(jpeg)) as image:
-            return np.asarray(image.convert("RGB"))
-
     with session(drawing.base_url) as env:
         as_the_site = drawn(env)
         low, high = drawn(env, camera_quality="low"), drawn(env, camera_quality="high")

@@ -67,10 +67,18 @@ fn cameras_are_counted_apart() {
 }
 
 #[test]
-fn an_open_door_allows_everything() {
+fn an_open_door_allows_everything_that_a_server_can_draw() {
     let allowance = Allowance::open("local".parse().unwrap());
     let mut room = allowance.room(&frame());
-    assert!((0..100_000).all(|_| room.take("sensor.camera.rgb").is_ok()));
+    assert!((0..100_000).all(|_| room.take("vehicle.tesla.model3").is_ok()));
+    // One is there.
+    assert!((1..1_024).all(|_| room.take("sensor.camera.rgb").is_ok()));
+    let refusal = room.take("sensor.camera.rgb").unwrap_err().0;
+    assert!(
+        refusal.contains("found 1024 cameras") && refusal.contains("destroy some"),
+        "{refusal}"
+    );
+    assert!(room.take("sensor.lidar.ray_cast").is_ok());
 }
 
 #[tokio::test]
@@ -78,11 +86,11 @@ async fn who_waits_for_pictures_gets_them_later_and_who_does_not_goes_without() 
     // Two seconds of it come at once: four pictures.
     let allowance = allowance("pixels_per_second = 2000");
     for _ in 0..4 {
-        assert!(allowance.may_draw(&[camera()], false).await);
+        assert!(allowance.may_draw([&camera()].into_iter(), false).await);
     }
-    assert!(!allowance.may_draw(&[camera()], false).await);
+    assert!(!allowance.may_draw([&camera()].into_iter(), false).await);
     let begun = Instant::now();
-    assert!(allowance.may_draw(&[camera()], true).await);
+    assert!(allowance.may_draw([&camera()].into_iter(), true).await);
     let waited = begun.elapsed();
     assert!((Duration::from_millis(300)..Duration::from_secs(5)).contains(&waited), "{waited:?}");
 }
@@ -92,16 +100,16 @@ async fn a_large_picture_is_not_held_up_by_small_ones_that_come_later() {
     let allowance = allowance("pixels_per_second = 2000");
     let (large, small) = (camera(), Camera { height_px: 1, ..camera() });
     for _ in 0..4 {
-        assert!(allowance.may_draw(std::slice::from_ref(&large), false).await);
+        assert!(allowance.may_draw([&large].into_iter(), false).await);
     }
     let waiting = tokio::spawn({
         let allowance = allowance.clone();
-        async move { allowance.may_draw(&[large], true).await }
+        async move { allowance.may_draw([&large].into_iter(), true).await }
     });
     let begun = Instant::now();
     while !waiting.is_finished() {
         assert!(begun.elapsed() < Duration::from_secs(10), "it waits for ever");
-        allowance.may_draw(std::slice::from_ref(&small), false).await;
+        allowance.may_draw([&small].into_iter(), false).await;
         tokio::time::sleep(Duration::from_millis(2)).await;
     }
 }

@@ -9,7 +9,7 @@ pub(crate) use order::EventMemories;
 use std::sync::Arc;
 use std::time::Duration;
 
-use schemas::limits::{CAMERAS_PER_JOB_MAX, LIMBS_MAX, PIXELS_PER_JOB_MAX};
+use schemas::limits::LIMBS_MAX;
 use schemas::{ActorId, ActorKind, Camera, Frame, ImageKind, Pose, Staging, TagId};
 use tokio::time::Instant;
 
@@ -65,12 +65,8 @@ impl Endpoint {
             return;
         }
         let Some(episode) = &self.episode else { return };
-        let (mut cameras, mut wanted) = (Vec::new(), Vec::new());
-        for id in due {
-            if let Some(camera) = self.order_of(episode, id, before, &mut wanted) {
-                cameras.push(camera);
-            }
-        }
+        let cameras: Vec<Ordered> =
+            due.into_iter().filter_map(|id| self.order_of(episode, id, before)).collect();
         let moves_limbs = cameras.iter().any(Ordered::needs_flow);
         let order = Order {
             hub: Arc::clone(&self.hub),
@@ -85,19 +81,12 @@ impl Endpoint {
             is_night: episode.frame.weather.sun_altitude_rad <= 0.0,
             waits: self.settings.synchronous_mode,
         };
-        let drawing = order.deliver(episode.frame.clone(), wanted, self.staging(episode));
+        let drawing = order.deliver(episode.frame.clone(), self.staging(episode));
         self.pictures = Some(self.workers.spawn(drawing));
     }
 
-    /// What one camera has to take, appended to what is wanted already; `None` for what is no
-    /// camera, and when no more fit into one request.
-    fn order_of(
-        &self,
-        episode: &Episode,
-        id: ActorId,
-        before: Option<&Frame>,
-        wanted: &mut Vec<Camera>,
-    ) -> Option<Ordered> {
+    /// What one camera has to take; `None` for what is no camera.
+    fn order_of(&self, episode: &Episode, id: ActorId, before: Option<&Frame>) -> Option<Ordered> {
         let (actor, state) = (episode.actor(id)?, episode.state(id)?);
         let own = (episode.stream(id)?, Film::of(&actor.description.type_id)?);
         let textures =
@@ -110,32 +99,20 @@ impl Endpoint {
         let optics = Optics::of(actor).ok()?;
         if kinds.contains(&ImageKind::Rgb) {
             kinds.extend((!self.shapes.is_empty()).then_some(ImageKind::Depth));
-            // Blur is left out before the pictures of a tick are too many for one request.
-            let Camera { width_px, height_px, .. } =
-                camera(actor, ImageKind::Rgb, 0, &state.world_from_actor).ok()?;
-            let own_px = pixels([width_px, height_px]) * (kinds.len() + optics.needs().len());
-            let all_px: usize =
-                wanted.iter().map(|other| pixels([other.width_px, other.height_px])).sum();
-            if all_px + own_px <= PIXELS_PER_JOB_MAX / 2 {
-                kinds.extend(optics.needs());
-            }
+            kinds.extend(optics.needs());
         }
         kinds.sort_by_key(|kind| *kind as u8);
         kinds.dedup();
-        if wanted.len() + kinds.len() > CAMERAS_PER_JOB_MAX {
-            return None;
-        }
-        let mut images = Vec::with_capacity(kinds.len());
+        let mut wanted = Vec::with_capacity(kinds.len());
         for kind in kinds {
-            images.push((kind, wanted.len()));
-            let camera = camera(actor, kind, wanted.len() as u32, &state.world_from_actor).ok()?;
+            let camera = camera(actor, kind, 0, &state.world_from_actor).ok()?;
             wanted.push(Camera { ignored: episode.ignored(id).to_vec(), ..camera });
         }
         Some(Ordered {
             world_from_camera: state.world_from_actor,
             world_from_camera_before: pose_in(before, id).unwrap_or(state.world_from_actor),
-            horizontal_fov_rad: wanted.last()?.horizontal_fov_rad,
-            images,
+            horizontal_fov_rad: wanted.first()?.horizontal_fov_rad,
+            wanted,
             outputs,
             optics,
         })
@@ -151,10 +128,6 @@ impl Endpoint {
             limbs: limbs.flatten().take(LIMBS_MAX).collect(),
         }
     }
-}
-
-fn pixels([width_px, height_px]: [u32; 2]) -> usize {
-    width_px as usize * height_px as usize
 }
 
 fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {

@@ -1,6 +1,6 @@
 //! Cameras as their attributes ask for them.
 
-use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
+use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{Camera, ImageKind, PictureQuality, Pose};
 
 use crate::dialect::Actor;
@@ -33,12 +33,19 @@ pub(crate) fn camera(
             "fov must be above 0, at most {FIELD_OF_VIEW_DEG_MAX}, not {fov_deg}"
         )));
     }
+    let (width_px, height_px) = (side("image_size_x", 800.0)?, side("image_size_y", 600.0)?);
+    if width_px as usize * height_px as usize > PIXELS_PER_JOB_MAX {
+        return Err(Refusal(format!(
+            "wanted image_size_x times image_size_y of at most {PIXELS_PER_JOB_MAX} pixels, \
+             found {width_px} times {height_px}: ask for a smaller picture"
+        )));
+    }
     Ok(Camera {
         id,
         carrier: None,
         carrier_from_camera: *world_from_camera,
-        width_px: side("image_size_x", 800.0)?,
-        height_px: side("image_size_y", 600.0)?,
+        width_px,
+        height_px,
         horizontal_fov_rad: fov_deg.to_radians(),
         kind,
         encoding: encoding_of(kind),

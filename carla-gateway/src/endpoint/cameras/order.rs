@@ -1,6 +1,9 @@
 //! Pictures on their way from a renderer to the streams of cameras.
 
+mod parts;
+
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use schemas::{Camera, Image, ImageEncoding, ImageKind, Pose, SharedFrame, Staging};
@@ -19,8 +22,8 @@ pub(super) struct Ordered {
     /// In the frame before.
     pub(super) world_from_camera_before: Pose,
     pub(super) horizontal_fov_rad: f32,
-    /// Of the picture of each kind among those of the request.
-    pub(super) images: Vec<(ImageKind, usize)>,
+    /// The pictures that it needs, each of another kind.
+    pub(super) wanted: Vec<Camera>,
     /// What is made of them, and where it goes.
     pub(super) outputs: Vec<Output>,
     pub(super) optics: Optics,
@@ -48,6 +51,12 @@ pub(super) struct Order {
     pub(super) waits: bool,
 }
 
+/// Pictures of some of the cameras; `None` for those that cannot have all of theirs.
+struct Drawn {
+    part: Range<usize>,
+    images: Vec<Option<Vec<Image>>>,
+}
+
 /// In the place of a picture that is being finished.
 const NO_IMAGE: Image = Image {
     camera: 0,
@@ -65,9 +74,9 @@ pub(crate) struct EventMemories {
 }
 
 impl Ordered {
-    /// The place of the picture of a kind among those of the request.
+    /// The place of the picture of a kind among those that it needs.
     fn place_of(&self, kind: ImageKind) -> Option<usize> {
-        self.images.iter().find(|(other, _)| *other == kind).map(|(_, at)| *at)
+        self.wanted.iter().position(|camera| camera.kind == kind)
     }
 
     /// Whether something is made of how far everything moved.
@@ -78,31 +87,87 @@ impl Ordered {
 }
 
 impl Order {
-    /// Has the pictures drawn and sends what cameras make of them. An endpoint has one order at a
-    /// time, so as many threads at most as endpoints are busy with that.
-    pub(super) async fn deliver(self, frame: SharedFrame, wanted: Vec<Camera>, staging: Staging) {
-        if !self.allowance.may_draw(&wanted, self.waits).await {
+    /// Has the pictures drawn and sends what cameras make of them: a job's worth at a time, of which
+    /// the next is drawn while the last is developed. An endpoint has one order at a time, so as
+    /// many threads at most as endpoints are busy with that.
+    pub(super) async fn deliver(self, frame: SharedFrame, staging: Staging) {
+        let wanted = self.cameras.iter().flat_map(|camera| &camera.wanted);
+        if !self.allowance.may_draw(wanted, self.waits).await {
             return;
         }
-        let mut images = match self.site.draw(frame, wanted, staging).await {
-            Ok(images) => images,
-            Err(error) => return tracing::warn!(%error, "cameras stay without pictures"),
-        };
         let order = Arc::new(self);
-        for index in 0..order.cameras.len() {
+        let mut drawn: Option<Drawn> = None;
+        for part in parts::parts_of(&order.cameras) {
+            let drawing = order.draw(part, &frame, &staging);
+            let (next, ()) = tokio::join!(drawing, Arc::clone(&order).develop_all(drawn.take()));
+            if next.is_none() {
+                return;
+            }
+            drawn = next;
+        }
+        order.develop_all(drawn).await;
+    }
+
+    /// Has the pictures of some cameras drawn; `None` if nobody can draw.
+    async fn draw(
+        &self,
+        part: Range<usize>,
+        frame: &SharedFrame,
+        staging: &Staging,
+    ) -> Option<Drawn> {
+        let cameras = &self.cameras[part.clone()];
+        let mut left = parts::jobs_of(cameras);
+        let mut images = Vec::new();
+        while let Some(mut job) = left.pop() {
+            let cameras = job.clone();
+            match self.site.draw(frame.clone(), cameras, staging.clone()).await {
+                Ok(drawn) if drawn.len() == job.len() => images.extend(drawn.into_iter().map(Some)),
+                Ok(drawn) => {
+                    let (found, wanted) = (drawn.len(), job.len());
+                    tracing::warn!(found, wanted, "the renderer sent another count of pictures");
+                    images.extend(job.iter().map(|_| None));
+                }
+                Err(error) if parts::is_for_all(&error) => {
+                    tracing::warn!(%error, "cameras stay without pictures");
+                    return None;
+                }
+                // One that cannot be drawn must not keep the others from coming.
+                Err(_) if job.len() > 1 => {
+                    let second = job.split_off(job.len() / 2);
+                    left.extend([second, job]);
+                }
+                Err(error) => {
+                    tracing::warn!(%error, "a camera stays without its picture");
+                    images.push(None);
+                }
+            }
+        }
+        let mut images = images.into_iter();
+        let mut of_camera = |camera: &Ordered| {
+            let own: Vec<Option<Image>> = images.by_ref().take(camera.wanted.len()).collect();
+            own.into_iter().collect()
+        };
+        Some(Drawn { images: cameras.iter().map(&mut of_camera).collect(), part })
+    }
+
+    /// Sends what cameras make of their pictures, one after the other.
+    async fn develop_all(self: Arc<Self>, drawn: Option<Drawn>) {
+        let Some(Drawn { part, images }) = drawn else { return };
+        for (index, images) in part.zip(images) {
+            let Some(mut images) = images else { continue };
             // What is done to a large picture may take seconds, which no other client waits for.
-            let own = Arc::clone(&order);
-            let developing = tokio::task::spawn_blocking(move || {
-                let payloads = own.payloads(&own.cameras[index], &mut images);
-                (images, payloads)
-            });
-            let payloads;
-            (images, payloads) = match developing.await {
-                Ok(developed) => developed,
-                Err(error) => return tracing::error!(%error, "pictures were not sent"),
+            let own = Arc::clone(&self);
+            let developing =
+                tokio::task::spawn_blocking(move || own.payloads(&own.cameras[index], &mut images));
+            let payloads = match developing.await {
+                Ok(payloads) => payloads,
+                Err(error) => {
+                    tracing::error!(%error, "pictures of one camera were not sent");
+                    continue;
+                }
             };
             for (stream, payload) in payloads {
-                order.hub.publish(stream, payload, order.waits).await;
+                self.hub.publish(stream, payload, self.waits).await;
             }
         }
     }

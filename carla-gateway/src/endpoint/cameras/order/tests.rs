@@ -1,3 +1,4 @@
+use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{Error, ErrorCode, Exposure, Frame, MapRef, Reply, Request, WorldId};
 
 use super::*;
@@ -7,7 +8,10 @@ use crate::site::Later;
 const SIDE_PX: u32 = 512;
 const STREAM: StreamId = StreamId(7);
 
-/// A site that draws white.
+/// A width that is refused.
+const NEVER_PX: u32 = 13;
+
+/// A site that draws white, as much at a time as a renderer does, but not all widths.
 struct White;
 
 impl Site for White {
@@ -24,7 +28,20 @@ impl Site for White {
             encoding: camera.encoding,
             data: vec![255; 4 * (camera.width_px * camera.height_px) as usize],
         };
-        Box::pin(std::future::ready(Ok(cameras.into_iter().map(image).collect())))
+        let pixels: u32 = cameras.iter().map(|camera| camera.width_px * camera.height_px).sum();
+        let refusal = if cameras.len() > CAMERAS_PER_JOB_MAX || pixels as usize > PIXELS_PER_JOB_MAX
+        {
+            Some(ErrorCode::TooLarge)
+        } else if cameras.iter().any(|camera| camera.width_px == NEVER_PX) {
+            Some(ErrorCode::InvalidArgument)
+        } else {
+            None
+        };
+        let drawn = match refusal {
+            Some(code) => Err(Error::new(code, "cannot be drawn")),
+            None => Ok(cameras.into_iter().map(image).collect()),
+        };
+        Box::pin(std::future::ready(drawn))
     }
 
     fn map_text(&self, _: String) -> Later<'_, Vec<u8>> {
@@ -44,8 +61,8 @@ impl Site for White {
     }
 }
 
-/// One colour picture with much to do to it.
-fn order(hub: &Arc<Hub>) -> (Order, Camera) {
+/// A colour picture with much to do to it.
+fn ordered(stream: StreamId, [width_px, height_px]: [u32; 2]) -> Ordered {
     let mut actor = Actor::default();
     let asked = [("exposure_mode", "histogram"), ("bloom_intensity", "5"), ("gamma", "1")];
     actor.description.attributes = asked
@@ -55,8 +72,8 @@ fn order(hub: &Arc<Hub>) -> (Order, Camera) {
         id: 0,
         carrier: None,
         carrier_from_camera: Pose::identity(),
-        width_px: SIDE_PX,
-        height_px: SIDE_PX,
+        width_px,
+        height_px,
         horizontal_fov_rad: 1.0,
         kind: ImageKind::Rgb,
         encoding: ImageEncoding::Rgba8,
@@ -65,28 +82,36 @@ fn order(hub: &Arc<Hub>) -> (Order, Camera) {
         ignored: Vec::new(),
         exposure: Exposure::PLAIN,
     };
-    let ordered = Ordered {
+    Ordered {
         world_from_camera: Pose::identity(),
         world_from_camera_before: Pose::identity(),
         horizontal_fov_rad: 1.0,
-        images: vec![(ImageKind::Rgb, 0)],
-        outputs: vec![Output { stream: STREAM, film: Film::Plain(ImageKind::Rgb), reaction: None }],
+        wanted: vec![camera],
+        outputs: vec![Output { stream, film: Film::Plain(ImageKind::Rgb), reaction: None }],
         optics: Optics::of(&actor).unwrap(),
-    };
-    let order = Order {
+    }
+}
+
+fn order(hub: &Arc<Hub>, cameras: Vec<Ordered>) -> Order {
+    Order {
         hub: Arc::clone(hub),
         site: Arc::new(White),
         allowance: Allowance::open("local".parse().unwrap()),
         event_memories: Arc::default(),
-        cameras: vec![ordered],
+        cameras,
         movement: Movement::default(),
         shapes: Arc::default(),
         frame_number: 1,
         sim_secs: 0.0,
         is_night: false,
         waits: true,
-    };
-    (order, camera)
+    }
+}
+
+fn frame() -> SharedFrame {
+    let map = MapRef { name: "Town".to_owned(), digest: "0".repeat(64) };
+    let frame = schemas::wire::encode_frame(&Frame::empty(WorldId::new(1).unwrap(), map));
+    SharedFrame::decode(frame).unwrap()
 }
 
 /// Everything else of this thread goes on, e.g. other clients.
@@ -95,11 +120,8 @@ async fn a_picture_that_takes_long_to_finish_holds_nobody_up() {
     let hub = Arc::new(Hub::new());
     hub.open(STREAM, false);
     let mut listener = hub.listen(STREAM).unwrap();
-    let (order, camera) = order(&hub);
-    let map = MapRef { name: "Town".to_owned(), digest: "0".repeat(64) };
-    let frame = schemas::wire::encode_frame(&Frame::empty(WorldId::new(1).unwrap(), map));
-    let frame = SharedFrame::decode(frame).unwrap();
-    let delivering = tokio::spawn(order.deliver(frame, vec![camera], Staging::default()));
+    let order = order(&hub, vec![ordered(STREAM, [SIDE_PX; 2])]);
+    let delivering = tokio::spawn(order.deliver(frame(), Staging::default()));
     let mut turns = 0;
     while !delivering.is_finished() {
         tokio::task::yield_now().await;
@@ -109,4 +131,36 @@ async fn a_picture_that_takes_long_to_finish_holds_nobody_up() {
     let sent = listener.letters.recv().await.unwrap().message;
     assert!(sent.len() > 4 * (SIDE_PX * SIDE_PX) as usize);
     assert!(turns > 10, "others had {turns} turns");
+}
+
+/// More cameras, and more pixels, than one job may have; some cannot be drawn.
+#[tokio::test]
+async fn all_pictures_that_can_be_drawn_come_however_many_they_are() {
+    let hub = Arc::new(Hub::new());
+    let tiny = (0..150).map(|at| if at % 60 == 7 { [NEVER_PX, 4] } else { [4, 4] });
+    let sizes: Vec<[u32; 2]> = tiny.chain([[1_920, 1_080]; 9]).chain([[3_840, 2_160]; 3]).collect();
+    let streams = (1..).map(StreamId);
+    let mut listeners = Vec::new();
+    for (stream, _) in streams.clone().zip(&sizes) {
+        hub.open(stream, false);
+        listeners.push(hub.listen(stream).unwrap());
+    }
+    let mut cameras: Vec<Ordered> =
+        streams.zip(&sizes).map(|(stream, size)| ordered(stream, *size)).collect();
+    let plain = Optics::of(&Actor::default()).unwrap();
+    cameras.iter_mut().for_each(|camera| camera.optics = plain.clone());
+    // One needs more pictures than fit into one job.
+    let last = cameras.last_mut().unwrap();
+    let depth = Camera { kind: ImageKind::Depth, ..last.wanted[0].clone() };
+    last.wanted.extend([depth.clone(), Camera { kind: ImageKind::Semantic, ..depth }]);
+    let delivering = tokio::spawn(order(&hub, cameras).deliver(frame(), Staging::default()));
+    for (listener, [width_px, height_px]) in listeners.iter_mut().zip(sizes) {
+        if width_px != NEVER_PX {
+            let sent = listener.letters.recv().await.unwrap().message;
+            let bytes = 4 * (width_px * height_px) as usize;
+            assert!((bytes..bytes + 200).contains(&sent.len()), "{}", sent.len());
+        }
+    }
+    delivering.await.unwrap();
+    assert!(listeners.iter_mut().all(|listener| listener.letters.try_recv().is_err()));
 }
