@@ -55,11 +55,13 @@ def test_the_five_scripts_of_the_recorder_run_as_they_are(script, tmp_path):
     )
     # It is on the server, and nothing is where the client is.
     assert {one.name for one in tmp_path.iterdir() if one.suffix == ".log"} <= {"up.log"}
-    log = carla_log.read(path)
     client = connect(site.carla_port)
+    # A question waits until the file is written, which `stop_recorder` does not.
+    info = client.show_recorder_file_info("test1.log", False)
+    log = carla_log.read(path)
 
     told = run("show_recorder_file_info", "-f", "test1.log")
-    assert told == client.show_recorder_file_info("test1.log", False) + "\n\ndone.\n"
+    assert told == info + "\n\ndone.\n"
     everything = run("show_recorder_file_info", "-f", "test1.log", "-a")
     for section in ("Positions", "State traffic lights", "Vehicle animations"):
         assert everything.count(f"\n {section}: ") == len(log.frames)
