@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::watched::Watched;
-use crate::{bench, health, lifeline, logging, map, record, router, token, up};
+use crate::{bench, health, lifeline, logging, map, open_files, record, router, token, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -68,6 +68,7 @@ impl Cli {
     pub(crate) fn run(self) -> Result<(), Failure> {
         let begun = logging::init(self.command.name(), self.command.audit());
         let _audit_end = begun.map_err(|error| Failure::usage(&error))?;
+        open_files::allow_all();
         if self.exit_with_parent {
             lifeline::end_with_stdin().map_err(|error| Failure::of(&error))?;
         }

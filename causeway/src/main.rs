@@ -14,6 +14,7 @@ mod health;
 mod lifeline;
 mod logging;
 mod map;
+mod open_files;
 mod outlet;
 mod record;
 mod router;

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
-use std::process::{Command, Output};
+use std::io::{BufRead as _, BufReader};
+use std::process::{Command, Output, Stdio};
 
 fn causeway(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_causeway")).args(arguments).output().unwrap()
@@ -39,4 +40,23 @@ fn a_variable_that_is_set_but_empty_is_not_set() {
     // Whether anybody is there is another question.
     let (code, said) = with_empty("CAUSEWAY_ADMIN", &["health"]);
     assert_ne!(code, Some(2), "{said}");
+}
+
+/// A router stands for all services, as the limit is raised before any of them begins.
+#[test]
+fn a_service_may_open_as_many_files_as_the_machine_lets_it() {
+    let binary = env!("CARGO_BIN_EXE_causeway");
+    let few = format!(
+        "ulimit -Hn 200 && ulimit -Sn 100 && exec {binary} router --listen tcp/127.0.0.1:0"
+    );
+    let mut command = Command::new("sh");
+    command.args(["-c", &few]).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut service = command.spawn().unwrap();
+    let said = BufReader::new(service.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+    let limits = std::fs::read_to_string(format!("/proc/{}/limits", service.id())).unwrap();
+    service.kill().unwrap();
+    service.wait().unwrap();
+    let files = limits.lines().find(|line| line.starts_with("Max open files")).unwrap();
+    let numbers: Vec<&str> = files.split_whitespace().skip(3).take(2).collect();
+    assert_eq!(numbers, ["200", "200"], "{limits}{said}");
 }

@@ -82,13 +82,14 @@ def addressed(text: str, site: Site) -> str:
 
 @pytest.fixture
 def environment(tmp_path):
-    """Where a reader's shell finds what the pages name."""
-    commands = tmp_path / "bin"
-    commands.mkdir()
-    (commands / "causeway").symlink_to(binary())
+    """That of a reader who has done what the README begins with, and no more."""
+    built = tmp_path / "cache" / "causeway" / "target" / "release"
+    built.mkdir(parents=True)
+    (built / "causeway").symlink_to(binary())
+    ours = ("CAUSEWAY_BIN", "CAUSEWAY_TARGET_DIR", "CAUSEWAY_CACHE_DIR")
     return {
-        **os.environ,
-        "PATH": f"{commands}:{os.environ['PATH']}",
+        **{name: value for name, value in os.environ.items() if name not in ours},
+        "XDG_CACHE_HOME": str(tmp_path / "cache"),
         "PYTHONPATH": os.pathsep.join([str(PACKAGE / "src"), str(ROOT / "deploy" / "space")]),
     }
 
@@ -130,9 +131,20 @@ def test_python_prints_what_the_page_says(page, block, site, environment, tmp_pa
 
 @pytest.fixture
 def shell(tmp_path, environment):
-    shell = Shell(tmp_path, environment)
+    # The line of the README, in a cache that is this test's.
+    (line,) = [line for line in page_of("README.md").commands() if line.startswith("export PATH")]
+    folder = line.partition('"')[2].partition(":$PATH")[0]
+    folder = folder.replace("$HOME/.cache", environment["XDG_CACHE_HOME"])
+    # What the package installer keeps is everybody's.
+    shared = {name: value for name, value in environment.items() if name != "XDG_CACHE_HOME"}
+    shell = Shell(tmp_path, {**shared, "PATH": f"{folder}:{environment['PATH']}"})
     with shell.servers:
         yield shell
+
+
+def page_of(name: str) -> Page:
+    (page,) = [page for page in pages() if page.name == name]
+    return page
 
 
 def lines(block: Block) -> list[str]:
@@ -173,6 +185,7 @@ TAKEN = (
     "causeway.evaluate",
     "train_driver.py --out",
     "train_driver.py --seed",
+    "export PATH",
 )
 
 
@@ -417,7 +430,8 @@ def test_a_driver_learns_and_drives_over_the_client(shell, site):
     few = "--steps 700000 --physics-steps 0 --towns Town01 --episodes 5"
     (again,) = take("train_driver.py --seed")
     learn, drive = (
-        line.replace("python ", f"{sys.executable} ", 1) for line in take("train_driver.py --out")
+        line.replace("python ", f"{sys.executable} ", 1)
+        for line in take("drive_policy.py --policy")
     )
     assert shlex.split(again)[:2] == ["python", "agents/python/examples/train_driver.py"]
     assert "in Town02, which it has not seen" in shell.run(f"{learn} {few}")
@@ -425,6 +439,26 @@ def test_a_driver_learns_and_drives_over_the_client(shell, site):
     assert made == {"policy.npz", "curve.csv", "results.json", "report.html"}
     printed = shell.run(f"{drive} --port {site.carla_port} --episodes 1")
     assert "of 1 arrived" in printed and (shell.folder / "turn.jpg").stat().st_size > 10_000
+
+
+def test_a_stranger_trains_a_driver_with_what_the_readme_says(environment, tmp_path):
+    """Nothing is on the PATH, as the package finds what `./run` has built."""
+    (tmp_path / "agents").symlink_to(ROOT / "agents")
+    (learn,) = take(".venv/bin/python agents/python/examples/train_driver.py")
+    few = "--steps 20000 --physics-steps 0 --worlds 8 --towns Town01 --episodes 2"
+    printed = Shell(tmp_path, environment).run(
+        f"{learn.replace('.venv/bin/python', sys.executable)} {few}"
+    )
+    assert "in Town02, which it has not seen" in printed
+    assert (tmp_path / "driver" / "report.html").exists()
+
+
+def test_the_program_is_where_the_readme_says(environment, tmp_path):
+    """Its line for the shell, for a user whose cache is this test's."""
+    (export,) = take("export PATH")
+    (tmp_path / ".cache").symlink_to(tmp_path / "cache")
+    shell = Shell(tmp_path, {**environment, "HOME": str(tmp_path)})
+    assert shell.run(f"{export}; command -v causeway").startswith(str(tmp_path))
 
 
 def test_drivers_are_evaluated(shell):

@@ -10,7 +10,6 @@ import json
 import mmap
 import os
 import select
-import shutil
 import socket
 import struct
 import subprocess
@@ -22,6 +21,8 @@ from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from causeway.program import find
 
 Array = NDArray[Any]
 
@@ -51,7 +52,7 @@ class Engine:
         Args:
             request: what to open, as the engine reads it.
             address: socket of a running `causeway rollout --listen`; else one is started.
-            program: the command `causeway`, found as a shell does.
+            program: the command `causeway`, found as :func:`causeway.program.find` does.
             folders: by flag, e.g. `maps`, of an engine that is started.
 
         Raises:
@@ -85,11 +86,7 @@ class Engine:
         return sock
 
     def _start(self, program: str, folders: Mapping[str, str | Path | None]) -> socket.socket:
-        path = shutil.which(program)
-        if path is None:
-            raise FileNotFoundError(
-                f"no program {program!r}: put `causeway` on the PATH, or pass program=..."
-            )
+        path = find(program)
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         self._log = tempfile.TemporaryFile()
         given = {flag: Path(path) for flag, path in folders.items() if path is not None}

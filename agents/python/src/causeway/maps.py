@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from causeway.program import find
 
 #: Bits of CARLA's ``LaneType``, for `lanes`.
 DRIVING = 2
@@ -93,17 +94,13 @@ class Map:
         Args:
             name: of a map that `causeway map list` names, or the path of an ``.xodr`` file.
             maps: folder of OpenDRIVE files that win over maps of the same name.
-            program: the command `causeway`, found as a shell does.
+            program: the command `causeway`, found as :func:`causeway.program.find` does.
 
         Raises:
             FileNotFoundError: there is no such program.
             ValueError: there is no such map, or it cannot be read.
         """
-        path = shutil.which(program)
-        if path is None:
-            raise FileNotFoundError(
-                f"no program {program!r}: put `causeway` on the PATH, or pass program=..."
-            )
+        path = find(program)
         folder = [] if maps is None else ["--maps", str(maps)]
         self._process = subprocess.Popen(
             [path, "map", "query", *folder, "--", str(name)],

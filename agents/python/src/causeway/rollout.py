@@ -140,7 +140,7 @@ class Batch:
             address: socket of a running `causeway rollout --listen`; else one is started.
             maps: folder of OpenDRIVE files for an engine that is started.
             tasks: folder of tasks, `NAME.toml`, for an engine that is started.
-            program: the command `causeway`, found as a shell does.
+            program: the command `causeway`, found as :func:`causeway.program.find` does.
             timeout_secs: how long a step may take.
 
         Raises:
