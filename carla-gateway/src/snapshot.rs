@@ -168,9 +168,8 @@ fn put_light(
     replayed: Option<ReplayedLight>,
     pole_index: u32,
 ) {
-    let (elapsed_secs, is_frozen) = replayed.map_or((light.elapsed_secs, light.frozen), |light| {
-        (light.elapsed_secs, light.is_frozen)
-    });
+    let (elapsed_secs, is_frozen) = replayed
+        .map_or((light.elapsed_secs, light.frozen), |light| (light.elapsed_secs, light.is_frozen));
     for secs in [light.green_secs, light.yellow_secs, light.red_secs, elapsed_secs] {
         out.extend_from_slice(&secs.to_le_bytes());
     }

@@ -73,25 +73,25 @@ impl Virtual {
 
 impl Read for Virtual {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = if let Some(rest) = self.head.get(self.at as usize..).filter(|it| !it.is_empty())
-        {
-            copy(rest, buffer)
-        } else {
-            let (number, behind) = self.frame_at(self.at);
-            if number == FRAMES {
-                return Ok(0);
-            }
-            let (before, after) = Self::frame(number);
-            match behind.checked_sub(before.len()) {
-                None => copy(&before[behind..], buffer),
-                Some(filled) if filled < FILLING => {
-                    let count = buffer.len().min(FILLING - filled);
-                    buffer[..count].fill(0);
-                    count
+        let count =
+            if let Some(rest) = self.head.get(self.at as usize..).filter(|it| !it.is_empty()) {
+                copy(rest, buffer)
+            } else {
+                let (number, behind) = self.frame_at(self.at);
+                if number == FRAMES {
+                    return Ok(0);
                 }
-                Some(filled) => copy(&after[filled - FILLING..], buffer),
-            }
-        };
+                let (before, after) = Self::frame(number);
+                match behind.checked_sub(before.len()) {
+                    None => copy(&before[behind..], buffer),
+                    Some(filled) if filled < FILLING => {
+                        let count = buffer.len().min(FILLING - filled);
+                        buffer[..count].fill(0);
+                        count
+                    }
+                    Some(filled) => copy(&after[filled - FILLING..], buffer),
+                }
+            };
         self.at += count as u64;
         Ok(count)
     }
