@@ -1,20 +1,24 @@
 """What recording and replaying cost, through CARLA's own client.
 
 Usage: recorder.py [--causeway PATH] [--port PORT] [--keep FOLDER]. Starts a site of its own and
-prints one line per figure. Wants `pip install carla==0.9.16`, and gzip and zstd on the path.
+prints one line per figure. Wants `pip install carla==0.9.16 msgpack`, and gzip and zstd on the
+path.
 """
 
 import argparse
 import contextlib
 import math
 import os
+import socket
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import carla
+import msgpack
 from wheel import (
     CIRCLES_TOWN,
     STEP_SECS,
@@ -124,7 +128,7 @@ def replays(
     for _ in range(count - 1):
         world.tick()
     took = time.perf_counter() - begun
-    tell("replay", 60.0 / took, "times real time")
+    tell("replay, a client listening", 60.0 / took, "times real time")
     client.replay_file(str(path), 0.0, 0.0, 0)
     apart, turned = 0.0, 0.0
     for number in range(1, 200):
@@ -142,6 +146,52 @@ def replays(
     tell("replayed poses are off by at most", 1_000.0 * apart, "mm")
     tell("", 1_000.0 * turned, "thousandths of a degree")
     client.stop_replayer(True)
+
+
+class Calls:
+    """Calls of CARLA's protocol without its library, which listens to every frame."""
+
+    def __init__(self, port: int):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60.0)
+        self.answers = msgpack.Unpacker()
+
+    def ask(self, method: str, *arguments: object) -> object:
+        call = [0, 1, method, [[False], *arguments]]
+        self.socket.sendall(msgpack.packb(call))
+        while True:
+            for _, _, error, result in self.answers:
+                assert not error, error
+                return result
+            self.answers.feed(self.socket.recv(65_536))
+
+
+def unheard_replay(program: str, path: Path) -> float:
+    """How much faster than real time a replay is to which nobody listens."""
+    site = Site(program, 0, "--recordings", str(path.parent / "unheard"))
+    try:
+        # The client that makes it synchronous goes before the replay.
+        prepare = [sys.executable, __file__, "--prepare", "--port", str(site.port)]
+        subprocess.run(prepare, check=True)
+        calls = Calls(site.port)
+        count = round(60 / STEP_SECS) - 1
+        offset = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+        said = calls.ask("replay_file", str(path), 0.0, 0.0, 0, False, offset)
+        assert "Replaying from" in str(said), said
+        begun = time.perf_counter()
+        for _ in range(count):
+            calls.ask("tick_cue")
+        # Answered when the last tick is done.
+        calls.ask("get_actors_by_id", [])
+        return count * STEP_SECS / (time.perf_counter() - begun)
+    finally:
+        site.stop()
+
+
+def prepare(port: int) -> None:
+    """A synchronous world for `unheard_replay`."""
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(60.0)
+    synchronous(client.load_world(CIRCLES_TOWN)).tick()
 
 
 def poses(text: str) -> list[dict]:
@@ -165,7 +215,11 @@ def main() -> None:
     )
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--keep", type=Path, help="a folder for the recordings")
+    parser.add_argument("--prepare", action="store_true", help=argparse.SUPPRESS)
     asked = parser.parse_args()
+    if asked.prepare:
+        prepare(asked.port)
+        os._exit(0)
     print(f"load of the machine: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as temporary:
         # Where journals go beside logs of other folders.
@@ -180,6 +234,8 @@ def main() -> None:
             cost(site, client, world, folder)
             path = sizes(client, world, folder)
             replays(client, world, path, cars)
+            factor = unheard_replay(asked.causeway, path)
+            tell("replay, nobody listening", factor, "times real time")
         finally:
             site.stop()
     # The client library may end the process when it is taken down in order.

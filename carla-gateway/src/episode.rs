@@ -49,6 +49,15 @@ pub(crate) struct Episode {
     unsimulated: BTreeSet<ActorId>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
     wheel_angles: BTreeMap<(ActorId, u8), WheelAngles>,
+    /// What a replay says of traffic lights.
+    replayed_lights: BTreeMap<ActorId, ReplayedLight>,
+}
+
+/// What a replay says of a traffic light, which stands still in the world meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReplayedLight {
+    pub(crate) elapsed_secs: f32,
+    pub(crate) is_frozen: bool,
 }
 
 /// Angles at which a client holds a wheel, in degrees.
@@ -85,6 +94,7 @@ impl Episode {
             custom_poses: BTreeMap::new(),
             unsimulated: BTreeSet::new(),
             wheel_angles: BTreeMap::new(),
+            replayed_lights: BTreeMap::new(),
         }
     }
 
@@ -264,6 +274,22 @@ impl Episode {
     /// The OpenDRIVE signal that a light or sign stands for.
     pub(crate) fn signal(&self, id: ActorId) -> Option<&str> {
         self.signals.get(&id).map(String::as_str)
+    }
+
+    /// What a replay says of a light.
+    pub(crate) fn replayed_light(&self, id: ActorId) -> Option<ReplayedLight> {
+        self.replayed_lights.get(&id).copied()
+    }
+
+    /// Tells clients of a light what a replay says, until
+    /// [`release_lights`](Self::release_lights).
+    pub(crate) fn replay_light(&mut self, id: ActorId, light: ReplayedLight) {
+        self.replayed_lights.insert(id, light);
+    }
+
+    /// Clients see the lights of the world again.
+    pub(crate) fn release_lights(&mut self) {
+        self.replayed_lights.clear();
     }
 
     /// Where an actor's measurements go.

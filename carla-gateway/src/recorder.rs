@@ -220,8 +220,7 @@ impl Recorder {
         let Some(recording) = &mut self.running else { return };
         let shot = recording.shot(scene);
         if let Err(error) = recording.scribe.write(shot) {
-            let path = recording.path.display();
-            tracing::error!(%path, %error, "a recording ends before it should");
+            tracing::error!(path = %recording.path.display(), "{error}");
             self.stop();
         }
     }

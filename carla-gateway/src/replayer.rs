@@ -13,7 +13,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-use recording::{Event, Player, Span, Step};
+use recording::{Event, Player, Position, Span, Step};
 use roads::MapLayer;
 use schemas::{BodyCommand, Command, TrafficLightCommand};
 
@@ -22,7 +22,7 @@ use crate::config::AfterReplays;
 use crate::dialect::Transform;
 use crate::endpoint::Endpoint;
 use crate::rpc::Refusal;
-use cast::Cast;
+use cast::{Cast, Member};
 use exact::Exact;
 use orders::Said;
 
@@ -220,6 +220,7 @@ impl Endpoint {
     pub(crate) async fn stop_replay(&mut self, keeps_actors: bool) -> Result<(), Refusal> {
         let Some(mut replay) = self.replayer.running.take() else { return Ok(()) };
         if keeps_actors && self.take_over(&replay).await {
+            self.episode()?.release_lights();
             return Ok(());
         }
         if !keeps_actors {
@@ -248,6 +249,9 @@ impl Endpoint {
             let Some(member) = cast.member(pose.id).filter(|member| !member.is_attached) else {
                 continue;
             };
+            if self.stands_there(member, pose) {
+                continue;
+            }
             let velocity = step.velocity(pose.id);
             let speed = replay.said.walker_speed(pose.id);
             self.pending.extend(orders::placed(member, pose, velocity, speed));
@@ -256,6 +260,13 @@ impl Endpoint {
             self.follow(cast, &step, follow)?;
         }
         Ok(())
+    }
+
+    /// Whether something that does not move by itself is where the recording has it already.
+    fn stands_there(&self, member: &Member, recorded: &Position) -> bool {
+        let state = self.episode.as_ref().and_then(|episode| episode.state(member.id));
+        !member.has_physics()
+            && state.is_some_and(|state| state.world_from_actor == orders::pose_of(recorded))
     }
 
     /// Puts the spectator beside whom it follows.
@@ -283,6 +294,7 @@ impl Endpoint {
     /// take their turns.
     async fn end_replay(&mut self, replay: Replay) -> Result<(), Refusal> {
         tracing::info!("a replay ends");
+        self.episode()?.release_lights();
         if !replay.lights_were_frozen {
             self.pending.push(Command::TrafficLight(TrafficLightCommand::Freeze { frozen: false }));
         }

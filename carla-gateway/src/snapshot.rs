@@ -6,6 +6,7 @@ use schemas::{
 };
 
 use crate::dialect::{Transform, Vector3D, spin_deg};
+use crate::episode::ReplayedLight;
 
 /// Type of the world observer in the header.
 const WORLD_OBSERVER_TYPE: u64 = 17;
@@ -34,6 +35,14 @@ pub(crate) struct Moment {
     pub(crate) flags: u32,
 }
 
+/// What a frame does not say of a light or sign.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Signal<'a> {
+    /// In the OpenDRIVE text.
+    pub(crate) id: Option<&'a str>,
+    pub(crate) replayed: Option<ReplayedLight>,
+}
+
 /// The 48 bytes in front of every payload.
 pub(crate) fn header(
     sensor_type: u64,
@@ -49,11 +58,11 @@ pub(crate) fn header(
     out
 }
 
-/// The whole payload. `signal_of` knows the OpenDRIVE signal of a light or sign.
+/// The whole payload.
 pub(crate) fn encode<'a>(
     frame: &Frame,
     moment: &Moment,
-    signal_of: impl Fn(ActorId) -> Option<&'a str>,
+    signal_of: impl Fn(ActorId) -> Signal<'a>,
 ) -> Vec<u8> {
     let mut out =
         header(WORLD_OBSERVER_TYPE, moment.frame_number, frame.sim_secs, &Transform::default());
@@ -65,12 +74,17 @@ pub(crate) fn encode<'a>(
     out.extend_from_slice(&[0; 12]);
     out.extend_from_slice(&moment.flags.to_le_bytes());
     for actor in &frame.actors {
-        put_actor(&mut out, frame, actor, signal_of(actor.id));
+        put_actor(&mut out, frame, actor, &signal_of);
     }
     out
 }
 
-fn put_actor(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState, signal: Option<&str>) {
+fn put_actor<'a>(
+    out: &mut Vec<u8>,
+    frame: &Frame,
+    actor: &ActorState,
+    signal_of: &impl Fn(ActorId) -> Signal<'a>,
+) {
     out.extend_from_slice(&actor.id.get().to_le_bytes());
     out.push(ACTIVE);
     put_transform(out, &Transform::of(&actor.world_from_actor));
@@ -86,12 +100,13 @@ fn put_actor(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState, signal: Optio
             out.push(u8::from(actor.walker.jump));
         }
         ActorKind::TrafficLight => {
-            put_signal(out, signal);
+            let signal = signal_of(actor.id);
+            put_signal(out, signal.id);
             if let Some(light) = light_of(frame, actor) {
-                put_light(out, light, pole_index(frame, light));
+                put_light(out, light, signal.replayed, pole_index(frame, light));
             }
         }
-        ActorKind::TrafficSign => put_signal(out, signal),
+        ActorKind::TrafficSign => put_signal(out, signal_of(actor.id).id),
         ActorKind::Prop | ActorKind::Sensor | ActorKind::Marker => {}
     }
     out.resize(end, 0);
@@ -147,12 +162,19 @@ fn put_signal(out: &mut Vec<u8>, signal: Option<&str>) {
     out.extend_from_slice(&id);
 }
 
-fn put_light(out: &mut Vec<u8>, light: &TrafficLightState, pole_index: u32) {
-    for secs in [light.green_secs, light.yellow_secs, light.red_secs, light.elapsed_secs] {
+fn put_light(
+    out: &mut Vec<u8>,
+    light: &TrafficLightState,
+    replayed: Option<ReplayedLight>,
+    pole_index: u32,
+) {
+    let (elapsed_secs, is_frozen) = replayed
+        .map_or((light.elapsed_secs, light.frozen), |light| (light.elapsed_secs, light.is_frozen));
+    for secs in [light.green_secs, light.yellow_secs, light.red_secs, elapsed_secs] {
         out.extend_from_slice(&secs.to_le_bytes());
     }
     out.extend_from_slice(&pole_index.to_le_bytes());
-    out.push(u8::from(light.frozen));
+    out.push(u8::from(is_frozen));
     out.push(colour_index(light.colour));
 }
 
@@ -227,7 +249,7 @@ mod tests {
             platform_secs: 9.0,
             flags: MAP_CHANGED,
         };
-        let bytes = encode(&frame(vec![car]), &moment, |_| None);
+        let bytes = encode(&frame(vec![car]), &moment, |_| Signal::default());
         assert_eq!(bytes.len(), 48 + 36 + RECORD_BYTES);
         assert_eq!(bytes[..16], [17, 0, 0, 0, 0, 0, 0, 0, 77, 0, 0, 0, 0, 0, 0, 0]);
         assert_eq!(bytes[48], 5);
@@ -258,7 +280,7 @@ mod tests {
             platform_secs: 0.0,
             flags: 0,
         };
-        let bytes = encode(&frame(vec![sign, car]), &moment, |_| None);
+        let bytes = encode(&frame(vec![sign, car]), &moment, |_| Signal::default());
         let state = &bytes[84 + RECORD_BYTES + 65..];
         assert_eq!(state[23..29], [0, 0, 0, 0, 0, 0]);
     }

@@ -71,22 +71,26 @@ impl Dialect {
     }
 }
 
-/// Reads one packet.
+/// Reads one packet, and tells how many bytes of it follow the last record.
 ///
 /// Physics of UE5 has another content and is passed on unread.
-pub(crate) fn decode(kind: Kind, body: &[u8], layout: Layout) -> Result<Packet, Malformed> {
+pub(crate) fn decode(
+    kind: Kind,
+    body: &[u8],
+    layout: Layout,
+) -> Result<(Packet, usize), Malformed> {
     match kind {
-        Kind::Physics if layout.wide_vectors => Ok(Packet::Foreign(kind.id(), body.to_vec())),
+        Kind::Physics if layout.wide_vectors => Ok((Packet::Foreign(kind.id(), body.to_vec()), 0)),
         Kind::Physics => match Packet::decode(kind, body, layout) {
-            Ok((packet, 0)) => Ok(packet),
+            Ok((packet, 0)) => Ok((packet, 0)),
             long => {
                 let short = Layout { short_wheels: true, ..layout };
                 match Packet::decode(kind, body, short) {
-                    Ok((packet, 0)) => Ok(packet),
-                    _ => long.map(|(packet, _)| packet),
+                    Ok((packet, 0)) => Ok((packet, 0)),
+                    _ => long,
                 }
             }
         },
-        _ => Packet::decode(kind, body, layout).map(|(packet, _)| packet),
+        _ => Packet::decode(kind, body, layout),
     }
 }

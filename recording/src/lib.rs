@@ -4,6 +4,7 @@
 //!   whatever happens to the one who writes it.
 //! - [`Reader`] gives the frames of a log one after the other, also of logs that older servers and
 //!   that of UE5 wrote; memory is bounded by one frame.
+//! - [`check`] tells where a log is damaged.
 //! - [`query`] answers what CARLA's clients ask about a log, in CARLA's words.
 //! - [`Player`] replays a log: time goes in, what is to be done with actors comes out. [`Index`]
 //!   lets it begin anywhere.
@@ -14,6 +15,7 @@
 //! **Source:** the recorder of CARLA 0.9.16 and genuine logs of 0.9.13.
 
 mod bytes;
+mod check;
 mod cut;
 mod dialect;
 mod header;
@@ -28,6 +30,7 @@ mod record;
 mod writer;
 
 pub use bytes::{Long, Malformed};
+pub use check::check;
 pub use cut::cut;
 pub use header::{Header, NotARecording};
 pub use index::{Event, Index, Span};

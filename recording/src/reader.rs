@@ -1,5 +1,6 @@
 //! Reading a log frame by frame.
 
+use std::fmt::Display;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use crate::bytes::{Field, Layout, Malformed};
@@ -17,7 +18,7 @@ const HEAD_BYTES: u64 = 5;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the recording ends at byte {offset}: {why}")]
 pub struct Cut {
-    /// Where the last whole frame ends.
+    /// Where the last whole frame ends, or the packet lies that is damaged.
     pub offset: u64,
     /// What comes there.
     pub why: String,
@@ -62,7 +63,18 @@ pub struct RawPacket<'a> {
     pub kind: Kind,
     /// Its bytes, without id and size.
     pub body: &'a [u8],
+    /// Where it begins in the log.
+    pub offset: u64,
     layout: Layout,
+}
+
+/// Why a packet is not what it promises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum Damage {
+    #[error(transparent)]
+    Short(#[from] Malformed),
+    #[error("wanted the packet to end with its last record, found {0} bytes more")]
+    Long(usize),
 }
 
 impl<R: Read> Reader<R> {
@@ -114,7 +126,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// Ends the log at the present place; for those who find a packet that says nothing sensible.
-    pub(crate) fn end_at(&mut self, offset: u64, why: &Malformed) {
+    pub(crate) fn end_at(&mut self, offset: u64, why: &impl Display) {
         self.offset = offset;
         self.end_here(why.to_string());
     }
@@ -224,10 +236,11 @@ fn read_up_to(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
 impl<'a> Frame<'a> {
     /// Its packets, in the order of the log.
     pub fn packets(&self) -> impl Iterator<Item = RawPacket<'a>> + use<'a> {
-        let (bytes, layout) = (self.bytes, self.layout);
-        self.packets.iter().map(move |place| RawPacket {
+        let (bytes, layout, first) = (self.bytes, self.layout, self.offset);
+        (0..).zip(self.packets).map(move |(before, place)| RawPacket {
             kind: place.kind,
             body: &bytes[place.begin..place.end],
+            offset: first + HEAD_BYTES * before + place.begin as u64,
             layout,
         })
     }
@@ -239,6 +252,14 @@ impl RawPacket<'_> {
     /// # Errors
     /// It is shorter than its records.
     pub fn decode(&self) -> Result<Packet, Malformed> {
-        dialect::decode(self.kind, self.body, self.layout)
+        dialect::decode(self.kind, self.body, self.layout).map(|(packet, _)| packet)
+    }
+
+    /// Whether its records take all of it.
+    pub(crate) fn check(&self) -> Result<(), Damage> {
+        match dialect::decode(self.kind, self.body, self.layout)? {
+            (_, 0) => Ok(()),
+            (_, left) => Err(Damage::Long(left)),
+        }
     }
 }

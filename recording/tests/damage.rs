@@ -7,7 +7,7 @@ mod common;
 use std::io::Cursor;
 
 use recording::query::{Letter, actors_blocked, collisions, file_info};
-use recording::{Add, FrameContent, Index, NotARecording, Player, Reader, SceneLight};
+use recording::{Add, FrameContent, Index, Kind, NotARecording, Player, Reader, SceneLight, check};
 
 use common::{date, everything, genuine, header, log_of};
 
@@ -87,6 +87,64 @@ fn a_log_that_is_cut_anywhere_is_told_up_to_the_last_whole_frame() {
 
 fn first_frame_at(log: &[u8]) -> usize {
     Reader::open(log).unwrap().next_frame().unwrap().unwrap().offset as usize
+}
+
+/// Where a log is damaged, as its check says.
+fn damage_at(log: &[u8]) -> Option<u64> {
+    let mut reader = Reader::open(log).unwrap();
+    check(&mut reader).unwrap();
+    reader.cut().map(|cut| cut.offset)
+}
+
+#[test]
+fn a_check_finds_every_count_size_and_number_that_is_changed() {
+    let log = log_of(everything());
+    assert_eq!(damage_at(&log), None);
+    let mut reader = Reader::open(&log[..]).unwrap();
+    let mut changed = 0;
+    while let Some(frame) = reader.next_frame().unwrap() {
+        for packet in frame.packets() {
+            let at = packet.offset as usize;
+            assert_eq!(log[at], packet.kind.id());
+            let has_count = !matches!(packet.kind, Kind::VisualTime | Kind::PlatformTime);
+            let counts = if has_count && !packet.body.is_empty() { &[5, 6][..] } else { &[] };
+            // The frame's number and times lie where a count does elsewhere.
+            for (byte, bit) in counts.iter().flat_map(|byte| (0..8).map(move |bit| (byte, bit))) {
+                let mut other = log.clone();
+                other[at + byte] ^= 1 << bit;
+                assert_eq!(damage_at(&other), Some(packet.offset), "{:?}", packet.kind);
+                changed += 1;
+            }
+            // A packet that is longer or shorter takes from the next one, or leaves it a rest.
+            for bit in 0..32 {
+                let mut other = log.clone();
+                other[at + 1 + bit / 8] ^= 1 << (bit % 8);
+                assert!(damage_at(&other).is_some(), "{:?}: size, bit {bit}", packet.kind);
+            }
+        }
+    }
+    assert!(changed > 500, "{changed}");
+    // The first character of the first blueprint has its length before it.
+    let name = log.windows(9).position(|bytes| bytes == b"spectator").unwrap();
+    let mut other = log.clone();
+    other[name - 2] ^= 4;
+    assert!(damage_at(&other).is_some());
+}
+
+#[test]
+fn a_check_finds_every_place_where_a_log_is_cut_within_a_frame() {
+    let log = log_of(everything());
+    for length in first_frame_at(&log)..log.len() {
+        let (_, is_cut) = frames_of(&log[..length]);
+        assert_eq!(damage_at(&log[..length]).is_some(), is_cut, "{length}");
+    }
+}
+
+#[test]
+fn genuine_logs_are_not_damaged() {
+    for (name, log) in genuine() {
+        assert_eq!(damage_at(&log), None, "{name}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::{Endpoint, GRAVITY_MPS2};
 use crate::catalogue;
 use crate::dialect::Actor;
 use crate::rpc::Refusal;
-use crate::snapshot::{self, LIGHTS_CHANGED, MAP_CHANGED, Moment};
+use crate::snapshot::{self, LIGHTS_CHANGED, MAP_CHANGED, Moment, Signal};
 use crate::stream::WORLD_OBSERVER;
 
 impl Endpoint {
@@ -43,7 +43,10 @@ impl Endpoint {
             flags: self.flags(),
         };
         let episode = self.known_episode()?;
-        Ok(snapshot::encode(&episode.frame, &moment, |id| episode.signal(id)))
+        Ok(snapshot::encode(&episode.frame, &moment, |id| Signal {
+            id: episode.signal(id),
+            replayed: episode.replayed_light(id),
+        }))
     }
 
     /// What clients have to ask for again.

@@ -1,6 +1,6 @@
 //! The thread that writes one recording.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::mpsc::TrySendError;
 use std::time::{Duration, Instant};
@@ -16,13 +16,34 @@ const FRAMES_WAITING_MAX: usize = 256;
 /// How much a machine that dies may lose.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
 
+/// What a recording is written to.
+pub(super) trait Sink: Write + Send + 'static {
+    /// Returns when all that was written is on the disk.
+    fn sync(&self) -> io::Result<()>;
+}
+
+impl Sink for LogFile {
+    fn sync(&self) -> io::Result<()> {
+        LogFile::sync(self)
+    }
+}
+
 /// Why a frame was not recorded.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum WriteError {
-    #[error("the disk is too slow: {FRAMES_WAITING_MAX} frames wait already")]
-    TooSlow,
-    #[error("writing has ended")]
-    Ended,
+    #[error(
+        "a recording ends before frame {frame}: the disk is too slow, {FRAMES_WAITING_MAX} frames \
+         wait already"
+    )]
+    TooSlow {
+        /// The first that is missing, from 1.
+        frame: u64,
+    },
+    #[error("a recording has ended before frame {frame}, as its thread says")]
+    Ended {
+        /// The first that nobody takes.
+        frame: u64,
+    },
 }
 
 /// Why a recording has fewer frames than it was given.
@@ -38,6 +59,8 @@ struct Ended {
 /// are to come.
 pub(super) struct Scribe<T> {
     frames: Giver<T>,
+    /// How many it was given.
+    given: u64,
     written: Written,
 }
 
@@ -60,7 +83,7 @@ impl Written {
 impl<T: Send + 'static> Scribe<T> {
     /// Writes the head. What a file has of each thing that is given later, its thread finds out.
     pub(super) fn start(
-        file: LogFile,
+        file: impl Sink,
         path: &Path,
         header: &Header,
         content: impl FnMut(T) -> FrameContent + Send + 'static,
@@ -76,14 +99,17 @@ impl<T: Send + 'static> Scribe<T> {
             drop(writing);
         };
         let (frames, _) = batched_queue::spawn("recording", FRAMES_WAITING_MAX, work)?;
-        Ok(Self { frames, written: Written(written) })
+        Ok(Self { frames, given: 0, written: Written(written) })
     }
 
-    pub(super) fn write(&self, frame: T) -> Result<(), WriteError> {
-        self.frames.give(frame).map_err(|error| match error {
-            TrySendError::Full(_) => WriteError::TooSlow,
-            TrySendError::Disconnected(_) => WriteError::Ended,
-        })
+    pub(super) fn write(&mut self, content: T) -> Result<(), WriteError> {
+        let frame = self.given + 1;
+        self.frames.give(content).map_err(|error| match error {
+            TrySendError::Full(_) => WriteError::TooSlow { frame },
+            TrySendError::Disconnected(_) => WriteError::Ended { frame },
+        })?;
+        self.given = frame;
+        Ok(())
     }
 
     /// When all that it was given is written.
@@ -93,7 +119,7 @@ impl<T: Send + 'static> Scribe<T> {
 }
 
 fn write_all<T>(
-    mut writer: Writer<LogFile>,
+    mut writer: Writer<impl Sink>,
     waiting: &Taker<T>,
     mut content: impl FnMut(T) -> FrameContent,
 ) -> Result<(), Ended> {
@@ -116,6 +142,8 @@ fn write_all<T>(
 #[cfg(test)]
 mod tests {
     use std::fs::{self, File};
+    use std::sync::mpsc::{Receiver, channel};
+    use std::sync::{Arc, Mutex};
 
     use super::*;
     use crate::allowance::Allowance;
@@ -135,11 +163,63 @@ mod tests {
         Header { version: Header::VERSION, date: 0, map: "Town01".to_owned() }
     }
 
+    /// The last whole frame of a log, and its duration.
+    fn last_of(log: &[u8]) -> (u64, f64) {
+        let mut reader = recording::Reader::open(log).unwrap();
+        let last = recording::query::last_frame(&mut reader).unwrap().unwrap();
+        assert_eq!(reader.cut(), None);
+        (last.number, last.duration_secs)
+    }
+
+    /// A disk in memory.
+    #[derive(Clone, Default)]
+    struct Disk {
+        bytes: Arc<Mutex<Vec<u8>>>,
+        /// Bytes that it has room for.
+        room: Option<usize>,
+        /// It takes frames only once this is dropped at the other end.
+        stuck: Option<Arc<Mutex<Receiver<()>>>>,
+    }
+
+    impl Write for Disk {
+        fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
+            let mut bytes = self.bytes.lock().unwrap();
+            // The head is written by who begins the recording, not by its thread.
+            if let Some(stuck) = self.stuck.as_ref().filter(|_| !bytes.is_empty()) {
+                stuck.lock().unwrap().recv().unwrap_err();
+            }
+            if self.room.is_some_and(|room| bytes.len() + piece.len() > room) {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            bytes.extend_from_slice(piece);
+            Ok(piece.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Sink for Disk {
+        fn sync(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Bytes of the head and of one frame without content.
+    fn sizes() -> (usize, usize) {
+        let writer = Writer::begin(Vec::new(), &header()).unwrap();
+        let head = writer.sink().len();
+        let mut writer = writer;
+        writer.frame(frame(0)).unwrap();
+        (head, writer.finish().unwrap().len() - head)
+    }
+
     #[tokio::test]
     async fn all_frames_are_in_the_file_when_it_is_finished() {
         let path = std::env::temp_dir().join(format!("causeway-scribe-{}", std::process::id()));
         let file = log_file(File::create(&path).unwrap()).await;
-        let scribe = Scribe::start(file, &path, &header(), |frame| frame).unwrap();
+        let mut scribe = Scribe::start(file, &path, &header(), |frame| frame).unwrap();
         for number in 0..100 {
             scribe.write(frame(number)).unwrap();
         }
@@ -147,38 +227,76 @@ mod tests {
         assert!(!written.is_over());
         drop(scribe);
         written.wait().await;
-        let log = fs::read(&path).unwrap();
-        let mut reader = recording::Reader::open(&log[..]).unwrap();
-        let last = recording::query::last_frame(&mut reader).unwrap().unwrap();
-        assert_eq!((last.number, last.duration_secs), (100, -1.0));
+        assert_eq!(last_of(&fs::read(&path).unwrap()), (100, -1.0));
         fs::remove_file(path).unwrap();
     }
 
     #[tokio::test]
-    async fn a_full_disk_ends_the_recording_and_the_giver_learns_of_it() {
+    async fn a_disk_that_has_no_room_for_the_head_begins_no_recording() {
         let full = log_file(File::options().write(true).open("/dev/full").unwrap()).await;
-        let same = |frame: FrameContent| frame;
-        let begun = Scribe::start(full, Path::new("/dev/full"), &header(), same);
-        // The head is the first that does not fit.
+        let begun = Scribe::start(full, Path::new("/dev/full"), &header(), |frame| frame);
         assert_eq!(begun.err().unwrap().kind(), io::ErrorKind::StorageFull);
-        // A file that was not opened for writing refuses what a full disk would.
-        let read_only = log_file(File::open("/dev/null").unwrap()).await;
-        let writer = Writer::after_head(read_only);
+    }
+
+    #[tokio::test]
+    async fn a_disk_that_is_too_slow_ends_the_recording_before_the_frame_that_is_named() {
+        let (free, stuck) = channel();
+        let stuck = Some(Arc::new(Mutex::new(stuck)));
+        let disk = Disk { stuck, ..Disk::default() };
+        let path = Path::new("stuck.log");
+        let mut scribe = Scribe::start(disk.clone(), path, &header(), |frame| frame).unwrap();
+        let mut taken = 0;
+        let refused = loop {
+            match scribe.write(frame(taken)) {
+                Ok(()) => taken += 1,
+                Err(refused) => break refused,
+            }
+            assert!(taken < 1_000, "nobody says that the disk is too slow");
+        };
+        let first_missing = u64::from(taken) + 1;
+        assert_eq!(refused, WriteError::TooSlow { frame: first_missing });
+        assert!(refused.to_string().contains(&format!("before frame {first_missing}: ")));
+        assert!(taken as usize >= FRAMES_WAITING_MAX);
+        let written = scribe.written();
+        drop((scribe, free));
+        written.wait().await;
+        // All that were taken are there.
+        assert_eq!(last_of(&disk.bytes.lock().unwrap()), (u64::from(taken), -1.0));
+    }
+
+    #[tokio::test]
+    async fn a_disk_that_fills_up_ends_the_recording_before_the_frame_that_is_named() {
+        const WHOLE: usize = 5;
+        let (head, one) = sizes();
+        let disk = Disk { room: Some(head + WHOLE * one + one / 2), ..Disk::default() };
+        let writer = Writer::begin(disk.clone(), &header()).unwrap();
         let (writing, written) = watch::channel(());
-        let (told, hears) = std::sync::mpsc::channel();
+        let (told, hears) = channel();
         let work = move |waiting| {
-            told.send(write_all(writer, &waiting, same)).unwrap();
+            told.send(write_all(writer, &waiting, |frame| frame)).unwrap();
             drop(writing);
         };
         let (frames, _) = batched_queue::spawn("recording", FRAMES_WAITING_MAX, work).unwrap();
-        let scribe = Scribe { frames, written: Written(written) };
+        let mut scribe = Scribe { frames, given: 0, written: Written(written) };
         let until = Instant::now() + Duration::from_secs(20);
-        while scribe.write(frame(1)).is_ok() {
+        let mut number = 0;
+        let refused = loop {
+            // At the pace of its thread: a queue that is full is not what is asked here.
+            std::thread::sleep(Duration::from_millis(1));
+            match scribe.write(frame(number)) {
+                Ok(()) => number += 1,
+                Err(refused) => break refused,
+            }
             assert!(Instant::now() < until, "nobody says that writing has ended");
-            std::thread::yield_now();
-        }
+        };
+        assert!(matches!(refused, WriteError::Ended { .. }), "{refused}");
         scribe.written().wait().await;
-        let ended = hears.recv().unwrap().unwrap_err().to_string();
-        assert!(ended.starts_with("a recording ends before frame 1: "), "{ended}");
+        let ended = hears.recv().unwrap().unwrap_err();
+        assert_eq!(ended.frame, WHOLE as u64 + 1);
+        assert_eq!(ended.cause.kind(), io::ErrorKind::StorageFull);
+        let told = ended.to_string();
+        assert!(told.starts_with("a recording ends before frame 6: "), "{told}");
+        let (last, _) = last_of(&disk.bytes.lock().unwrap());
+        assert_eq!(last, WHOLE as u64);
     }
 }

@@ -13,6 +13,7 @@ use schemas::{
 use super::cast::{Cast, Member};
 use crate::dialect::{Transform, Vector3D, WeatherParameters, spin_from_deg};
 use crate::endpoint::Endpoint;
+use crate::episode::ReplayedLight;
 use crate::rpc::Refusal;
 use crate::snapshot::{colour_index, colour_of};
 
@@ -208,24 +209,33 @@ impl Endpoint {
         cast: &Cast,
         states: &[recording::LightState],
     ) -> Result<(), Refusal> {
-        let frame = &self.episode()?.frame;
-        let shown = |actor: ActorId| {
-            let at = frame.traffic_lights.binary_search_by_key(&actor, |light| light.actor).ok()?;
-            Some(colour_index(frame.traffic_lights.get(at)?.colour))
-        };
-        let changed = states.iter().filter_map(|state| {
-            let actor = cast.member(state.id)?.id;
-            let differs = shown(actor).is_some_and(|colour| colour != state.state);
-            differs.then_some(TrafficLightCommand::Set {
-                actor,
-                colour: Some(colour_of(state.state)),
-                green_secs: None,
-                yellow_secs: None,
-                red_secs: None,
-            })
-        });
-        let commands: Vec<Command> = changed.map(Command::TrafficLight).collect();
-        self.pending.extend(commands);
+        let episode = self.episode()?;
+        let mut changed = Vec::new();
+        for state in states {
+            let Some(actor) = cast.member(state.id).map(|member| member.id) else { continue };
+            let lights = &episode.frame.traffic_lights;
+            let Some(light) = lights
+                .binary_search_by_key(&actor, |light| light.actor)
+                .ok()
+                .and_then(|at| lights.get(at))
+            else {
+                continue;
+            };
+            if colour_index(light.colour) != state.state {
+                changed.push(Command::TrafficLight(TrafficLightCommand::Set {
+                    actor,
+                    colour: Some(colour_of(state.state)),
+                    green_secs: None,
+                    yellow_secs: None,
+                    red_secs: None,
+                }));
+            }
+            let recording::LightState { elapsed_secs, is_frozen, .. } = *state;
+            if elapsed_secs.is_finite() {
+                episode.replay_light(actor, ReplayedLight { elapsed_secs, is_frozen });
+            }
+        }
+        self.pending.extend(changed);
         Ok(())
     }
 
@@ -236,6 +246,7 @@ impl Endpoint {
             for wheel in one.wheels.iter() {
                 if let Some(angles) = episode.wheel_angles_mut(member.id, wheel.wheel) {
                     angles.steer = Some(wheel.steer_deg);
+                    angles.pitch = wheel.rotation_deg;
                 }
             }
         }

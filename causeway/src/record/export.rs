@@ -149,6 +149,8 @@ fn of_journal(
         let steps = reader.steps_to(Tick(tick)).map_err(of(&order.file))?;
         let Some(Step::Tick(entry)) = steps.last() else { continue };
         let frame = SharedFrame::decode(entry.frame.clone()).map_err(RecordError::Refused)?;
+        // Also where nobody has the role: then it is the first vehicle.
+        let ego = out.file.ego(&frame);
         if replay.is_none() && frame.agents.iter().any(|agent| Some(agent.actor) == ego) {
             // Frames do not tell its way.
             replay = Some(replay_at(&order.file, &mut reader, Tick(tick - 1))?);

@@ -157,9 +157,9 @@ fn finish<R: Read>(
     }
 }
 
-/// Prints how much a recording has.
+/// Reads every packet of a recording and prints how much it has, up to where it is damaged.
 pub(super) fn verify<R: Read>(file: &Path, mut reader: Reader<R>) -> Result<(), LogError> {
-    let last = query::last_frame(&mut reader).map_err(QueryError::from)?;
+    let last = recording::check(&mut reader).map_err(QueryError::from)?;
     let (number, secs) = last.map_or((0, 0.0), |last| (last.number, last.elapsed_secs));
     let (version, map) = (reader.header().version, &reader.header().map);
     println!("{}: {number} frames, {secs:.3} s on {map}, version {version}", file.display());

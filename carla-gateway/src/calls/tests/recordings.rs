@@ -159,6 +159,54 @@ fn eventful() -> Vec<u8> {
     writer.finish().unwrap()
 }
 
+/// Whether a replay puts somebody somewhere when it goes on by a frame.
+fn is_put(endpoint: &Endpoint, id: u32) -> bool {
+    endpoint.pending.iter().any(|command| match command {
+        Command::Body(BodyCommand::SetPose { actor, .. }) => actor.get() == id,
+        _ => false,
+    })
+}
+
+#[test]
+fn what_stands_where_the_recording_has_it_is_not_put_there_again() {
+    let folder = std::env::temp_dir().join("causeway-toy");
+    std::fs::create_dir_all(&folder).unwrap();
+    let name = format!("standing-{}.log", std::process::id());
+    let path: PathBuf = folder.join(&name);
+    let header = Header { version: Header::VERSION, date: 0, map: "Town10HD".to_owned() };
+    let mut writer = Writer::begin(Vec::new(), &header).unwrap();
+    let spectator = || Add { id: 2, blueprint: "spectator".to_owned(), ..Add::default() };
+    // The toy's spectator is at the origin, where this one stays for three frames.
+    for number in 0..6 {
+        let x = if number < 4 { 0.0 } else { 100.0 };
+        let location = Vector { x, ..Vector::default() };
+        let rotation = Rotation::default();
+        let content = FrameContent {
+            elapsed_secs: 0.05 * f64::from(number),
+            adds: if number == 0 { vec![spectator()] } else { Vec::new() },
+            positions: vec![Position { id: 2, location, rotation }],
+            ..FrameContent::default()
+        };
+        writer.frame(content).unwrap();
+    }
+    std::fs::write(&path, writer.finish().unwrap()).unwrap();
+    runtime().block_on(async {
+        let (mut endpoint, _) = Toy::endpoint();
+        endpoint.ensure_episode().await.unwrap();
+        let ignore = call("set_replayer_ignore_spectator", ((false,), false));
+        answer(&mut endpoint, &ignore).await.unwrap();
+        answer_in_the_end(&mut endpoint, &replay_of(&name)).await.unwrap();
+        let mut put = Vec::new();
+        for _ in 0..3 {
+            endpoint.play(0.05).await.unwrap();
+            put.push(is_put(&endpoint, 2));
+            endpoint.pending.clear();
+        }
+        assert_eq!(put, [false, true, true]);
+    });
+    std::fs::remove_file(path).unwrap();
+}
+
 /// Changes some bytes behind the head. Seeded, so that a failure can be repeated.
 fn damage(log: &mut [u8], seed: u64) {
     let mut dice = SplitMix64::new(seed);
