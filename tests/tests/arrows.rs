@@ -27,7 +27,7 @@ const MAY_NAME: [(&str, &[&str]); 27] = [
     ("recording", &[]),
     ("mcap-export", &["roads", "schemas"]),
     ("agents", &["roads", "schemas"]),
-    ("world", &["agents", "blueprints", "roads", "schemas"]),
+    ("world", &["agents", "blueprints", "bodies", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
     ("rollouts", &["world", "agents", "blueprints", "roads", "schemas"]),
     ("rollout-service", &["rollouts", "roads", "schemas", "signals"]),
