@@ -39,10 +39,11 @@ mod shaders;
 mod sliced;
 mod strip;
 
+pub use bodies::Material;
+
 pub use app::{RenderService, ServiceError, run, start};
 pub use config::{Args, Config, Quality};
 pub use error::RenderError;
 pub use pipeline::device::{AdapterChoice, NO_DISPLAY};
 pub use renderer::{Renderer, TownJob};
-pub use scene::material::Material;
 pub use scene::town::{Surface, TownScene, WallKind};

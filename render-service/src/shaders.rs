@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use bodies::Material;
 use schemas::DEPTH_MAX_M;
 
-use crate::scene::material::{Family, Material};
+use crate::scene::material::Family;
 
 const COMMON: &str = include_str!("shaders/common.wgsl");
 const SURFACE: &str = include_str!("shaders/surface.wgsl");

@@ -1,6 +1,8 @@
 //! How a walker's limbs swing; shared by pictures and by whoever asks for bones. Lengths are in
 //! heights of the person: x ahead, y left, z up from the ground.
 
+use nalgebra::ComplexField;
+
 use crate::ActorState;
 
 /// Height of the hip joints.
@@ -34,7 +36,8 @@ pub fn leg_rad(walker: &ActorState) -> f32 {
         return 0.0;
     }
     let reach_rad = 0.32 + 0.10 * (speed_mps - 1.0).clamp(0.0, 3.0);
-    reach_rad * walker.gait_rad.sin()
+    // Not the platform's: lidars see limbs, and measure the same on every machine.
+    reach_rad * ComplexField::sin(walker.gait_rad)
 }
 
 /// How far the left arm is ahead; the right one is as far behind.

@@ -9,10 +9,11 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 26] = [
+const MAY_NAME: [(&str, &[&str]); 27] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
+    ("bodies", &["schemas"]),
     ("bus", &["schemas"]),
     ("worlds", &["bus", "roads", "schemas"]),
     ("whole-file", &[]),
@@ -26,7 +27,7 @@ const MAY_NAME: [(&str, &[&str]); 26] = [
     ("recording", &[]),
     ("mcap-export", &["roads", "schemas"]),
     ("agents", &["roads", "schemas"]),
-    ("world", &["agents", "blueprints", "roads", "schemas"]),
+    ("world", &["agents", "blueprints", "bodies", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
     ("rollouts", &["world", "agents", "blueprints", "roads", "schemas"]),
     ("rollout-service", &["rollouts", "roads", "schemas", "signals"]),
@@ -45,7 +46,7 @@ const MAY_NAME: [(&str, &[&str]); 26] = [
         ],
     ),
     ("raster", &[]),
-    ("render-service", &["bus", "monitoring", "raster", "roads", "schemas", "signals"]),
+    ("render-service", &["bodies", "bus", "monitoring", "raster", "roads", "schemas", "signals"]),
     (
         "scenario-service",
         &[
@@ -111,12 +112,13 @@ const OWNED: [(&str, &str); 6] = [
 ];
 
 /// What must not come in through anybody else either.
-const NEVER_BELOW: [(&str, &[&str]); 11] = [
+const NEVER_BELOW: [(&str, &[&str]); 12] = [
     ("schemas", &["zenoh", "tokio", "rapier3d", "wgpu"]),
+    ("bodies", &["zenoh", "tokio", "rapier3d", "wgpu", "raster"]),
     ("roads", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("recording", &["zenoh", "tokio", "rapier3d", "wgpu"]),
     ("agents", &["zenoh", "tokio", "rapier3d", "wgpu"]),
-    ("world", &["bus", "zenoh", "tokio", "wgpu", "axum"]),
+    ("world", &["bus", "zenoh", "tokio", "wgpu", "axum", "raster"]),
     ("rollouts", &["bus", "zenoh", "tokio", "wgpu", "axum"]),
     ("rollout-service", &["bus", "zenoh", "wgpu", "axum"]),
     ("world-service", &["wgpu", "axum"]),

@@ -2,11 +2,9 @@
 
 use std::sync::LazyLock;
 
+use bodies::{Mesh, Shape, Vertex};
 use raster::{Corner, Model};
 use schemas::Vec3;
-
-use crate::scene::mesh::{Mesh, Vertex};
-use crate::scene::shape::Shape;
 
 /// Sides of the cells in which corners are drawn together, as parts of a shape's coarse cell.
 const CELLS: [f32; 4] = [0.5, 1.0, 2.0, 3.5];

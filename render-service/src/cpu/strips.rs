@@ -1,11 +1,12 @@
 //! A strip as the rasteriser reads it: models at their places, light, view.
 
+use bodies::{Instance, Material as SceneMaterial, Placed as Part};
 use raster::{Light, Material, Model, Placed, Quality, View};
 use schemas::{Camera, Vec3};
 
 use crate::scene::exposure::Tone;
-use crate::scene::instance::{Body, Instance, Placed as Part};
-use crate::scene::material::{Family, Material as SceneMaterial, table};
+use crate::scene::instance::Body;
+use crate::scene::material::{Family, table};
 use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
 use crate::strip::Strip;
@@ -124,7 +125,7 @@ pub(crate) fn materials() -> Vec<Material> {
         Material {
             colour: [r, g, b],
             gloss,
-            family: match material.family() {
+            family: match Family::of(material) {
                 Family::Ground => raster::Family::Ground,
                 Family::Facade => raster::Family::Facade,
                 Family::Body => raster::Family::Body,

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
+use bodies::{Detail, Instance, Shape};
 use schemas::{Camera, ImageKind, Vec3};
 
 use crate::lamps::lamps_of;
 use crate::scene::exposure::Tone;
-use crate::scene::instance::{Body, Instance};
+use crate::scene::instance::Body;
 use crate::scene::material::Family;
 use crate::scene::shadow::{ShadowView, shadow_side_px};
-use crate::scene::shape::{Detail, Shape};
 use crate::scene::town::Tile;
 use crate::strip::{Strip, row_pitch_bytes};
 

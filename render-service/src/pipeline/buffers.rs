@@ -1,8 +1,8 @@
 //! Buffers on the device: the library of shapes, and what is written anew for every submission.
 
-use crate::scene::instance::Instance;
+use bodies::{Detail, Instance, Shape};
+
 use crate::scene::material;
-use crate::scene::shape::{Detail, Shape};
 
 use super::device::Gpu;
 use super::uniform::ViewUniform;

@@ -1,8 +1,8 @@
 //! Shaders, layouts and fixed-function state.
 
-use crate::scene::instance::Instance;
+use bodies::{Instance, Vertex};
+
 use crate::scene::material::Family;
-use crate::scene::mesh::Vertex;
 use crate::shaders::{Pass, text_of};
 
 use super::device::Gpu;

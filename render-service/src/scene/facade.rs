@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use bodies::quantised;
 use schemas::Vec3;
 
-use super::mesh::quantised;
 use super::town::Surface;
 
 /// Width of one window and the wall around it, in metres; a facade holds a whole number of them.
@@ -134,7 +134,7 @@ impl Sets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::material::Material;
+    use bodies::Material;
 
     #[test]
     fn a_wall_holds_whole_bays_and_counts_height_from_its_foot() {

@@ -65,7 +65,8 @@ fn uneven(position: &Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::material::Material;
+    use bodies::Material;
+
     use crate::scene::town::WallKind;
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use bodies::Material;
 use roads::mesh::Material as RoadMaterial;
 use schemas::{TagId, Vec3};
 
 use super::foliage::rounded;
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
-use super::material::Material;
 use super::town::{Surface, TownScene, WallKind};
 
 impl TownScene {

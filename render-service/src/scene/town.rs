@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use bodies::{Material, Vertex, pack};
 use schemas::{HiddenScenery, TagId, Vec3};
 
 use super::facade::facade_coordinates;
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
-use super::material::{Family, Material};
-use super::mesh::{Vertex, pack};
+use super::material::Family;
 
 /// Side of a tile, in metres: small enough to skip most of a town, large enough for few draw calls.
 const TILE_M: f32 = 48.0;
@@ -102,7 +102,7 @@ impl TownScene {
         for surface in surfaces {
             let first = scene.vertices.len() as u32;
             scene.push_vertices(surface);
-            let family = surface.material.family();
+            let family = Family::of(surface.material);
             for triangle in &surface.triangles {
                 let Some(key) = tile_of(surface, triangle) else { continue };
                 let indices = of_tile.entry(key).or_default().entry(family).or_default();

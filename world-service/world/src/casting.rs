@@ -3,7 +3,7 @@
 use schemas::{ActorId, Error, ErrorCode, RayHit, Vec3, limits};
 
 use crate::check;
-use crate::rays::{Hit, Owner, Ray, RayScene, Solid, Solids, Stack, tag};
+use crate::rays::{Actors, Hit, Ray, RayScene, Stack};
 use crate::world::{State, World};
 
 /// Hits of one ray, so that a long ray through a city stays a short answer.
@@ -26,8 +26,8 @@ impl World {
             check::vector("start of a ray", *from_m, limits::COORDINATE_M_MAX, "m")?;
             check::vector("end of a ray", *to_m, limits::COORDINATE_M_MAX, "m")?;
         }
-        let bodies = self.state.solids_but(&[]);
-        let scene = self.ray_scene(&bodies);
+        let actors = self.state.actors_but(&[]);
+        let scene = self.ray_scene(&actors);
         let mut stack = Stack::new();
         let hits = rays.iter().zip(0..).flat_map(|(&(from_m, to_m), ray)| {
             let found = between(&scene, from_m, to_m, &mut stack);
@@ -41,8 +41,8 @@ impl World {
         Ok(hits.collect())
     }
 
-    fn ray_scene<'a>(&'a self, bodies: &'a Solids) -> RayScene<'a> {
-        RayScene { town: &self.town.rays, hidden: &self.state.hidden, bodies }
+    fn ray_scene<'a>(&'a self, actors: &'a Actors) -> RayScene<'a> {
+        RayScene { town: &self.town.rays, hidden: &self.state.hidden, actors }
     }
 
     /// What lies first in a direction within `reach_m`; the answer of a ray with one hit.
@@ -64,8 +64,8 @@ impl World {
                 .wanted("a vector longer than 0")
                 .found(direction)
         })?;
-        let bodies = self.state.solids_but(&[]);
-        let scene = self.ray_scene(&bodies);
+        let actors = self.state.actors_but(&[]);
+        let scene = self.ray_scene(&actors);
         let ray = Ray::new(from_m, direction);
         Ok(scene.nearest(&ray, reach_m, &mut Stack::new()).map(|hit| RayHit {
             ray: 0,
@@ -77,16 +77,14 @@ impl World {
 }
 
 impl State {
-    /// The shapes that also collide, at their present places, but those of some actors.
-    pub(crate) fn solids_but(&self, ignored: &[ActorId]) -> Solids {
+    /// Actors as rays meet them at their present places, but some.
+    pub(crate) fn actors_but(&self, ignored: &[ActorId]) -> Actors {
         let seen = self.actors.iter().filter(|actor| !ignored.contains(&actor.id));
-        let bodies = seen.filter_map(|actor| Some((actor, actor.rigid()?)));
-        let solids = bodies.flat_map(|(actor, body)| {
-            let tag = tag::of_actor(actor.blueprint());
-            let shapes = self.physics.shapes(body);
-            shapes.map(move |(shape, pose)| Solid::new(shape, &pose, tag, Owner::Actor(actor.id)))
+        let states = seen.map(|actor| {
+            let state = actor.state(&self.motion_of(actor), 0);
+            (state, actor.blueprint().id.as_str())
         });
-        Solids::new(solids.collect())
+        Actors::new(states, self.sim_secs)
     }
 }
 

@@ -47,7 +47,7 @@ impl Sensors {
     }
 
     fn measure(&mut self, state: &State, town: &Town) -> Readings {
-        let everybody = || state.solids_but(&[]);
+        let everybody = || state.actors_but(&[]);
         let sight = Sight::new(&town.rays, &state.hidden, &everybody);
         let velocity_mps = |id: ActorId, point_m: Vec3| state.velocity_at(id, point_m);
         let tag = |id: ActorId| state.actor(id).map_or(0, |actor| tag::of_actor(actor.blueprint()));
@@ -68,7 +68,7 @@ impl Sensors {
         for (&id, sensor) in &mut self.by_actor {
             let Some(mount) = state.mount_of(id) else { continue };
             let ignored = sensor.ignored.clone();
-            let others = || state.solids_but(&ignored);
+            let others = || state.actors_but(&ignored);
             let own_sight = Sight::new(&town.rays, &state.hidden, &others);
             let sight = if ignored.is_empty() { &sight } else { &own_sight };
             let around = Surroundings { sight, ..around };

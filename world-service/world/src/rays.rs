@@ -1,8 +1,10 @@
 //! Rays against the ground, the scenery and what moves.
 //!
 //! The static part of a town is built once per map and only when the first ray is cast on it; what
-//! moves is a small tree of its own, built for each tick in which somebody casts a ray.
+//! moves is a small tree of its own, built for each tick in which somebody casts a ray. Actors are
+//! met as pictures show them ([`bodies`]), not as they collide.
 
+mod actors;
 mod bounds;
 mod build;
 mod bvh;
@@ -14,12 +16,12 @@ mod solids;
 mod sweep;
 pub(crate) mod tag;
 mod town;
+mod triangle;
 
+pub(crate) use actors::Actors;
 pub(crate) use bvh::Stack;
 pub(crate) use ray::{Hit, Ray};
-pub(crate) use shape::Shape;
 pub(crate) use sight::Sight;
-pub(crate) use solids::{Owner, Solid, Solids};
 pub(crate) use sweep::Sweep;
 pub(crate) use town::TownRays;
 
@@ -31,7 +33,7 @@ pub(crate) struct RayScene<'a> {
     pub town: &'a TownRays,
     /// Of the town.
     pub hidden: &'a HiddenScenery,
-    pub bodies: &'a Solids,
+    pub actors: &'a Actors,
 }
 
 impl RayScene<'_> {
@@ -40,20 +42,18 @@ impl RayScene<'_> {
     /// - **Cost:** a few hundred nanoseconds in a town with 50 vehicles.
     pub(crate) fn nearest(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Option<Hit> {
         let mut nearest = self.town.ground().nearest(ray, reach_m, stack);
-        for solids in [self.town.scenery(), self.bodies] {
-            let reach_m = nearest.map_or(reach_m, |hit: Hit| hit.distance_m);
-            nearest = solids.nearest(ray, reach_m, self.hidden, stack).or(nearest);
-        }
-        nearest
+        let reach_of = |nearest: Option<Hit>| nearest.map_or(reach_m, |hit| hit.distance_m);
+        let scenery = self.town.scenery();
+        nearest = scenery.nearest(ray, reach_of(nearest), self.hidden, stack).or(nearest);
+        self.actors.nearest(ray, reach_of(nearest), stack).or(nearest)
     }
 
     /// Everything a ray enters within `reach_m`, from near to far.
     pub(crate) fn all(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Vec<Hit> {
         let mut hits = Vec::new();
         self.town.ground().all(ray, reach_m, stack, &mut hits);
-        for solids in [self.town.scenery(), self.bodies] {
-            solids.all(ray, reach_m, self.hidden, stack, &mut hits);
-        }
+        self.town.scenery().all(ray, reach_m, self.hidden, stack, &mut hits);
+        self.actors.all(ray, reach_m, stack, &mut hits);
         hits.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m).then(a.actor.cmp(&b.actor)));
         // Faces overlap in junctions, and the parts of one car touch: that is one thing.
         hits.dedup_by(|next, kept| next.is_part_of(kept));

@@ -11,7 +11,7 @@ const COMPONENTS: &str =
     "mesh, box and blinkers of vehicles; capsule and mesh of walkers; a root of others";
 const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
 const NO_RAYS: &str = "bones and pictures show the pose; rays meet the walk";
-const OPEN_DOORS: &str = "drawn; bodies and rays pass through open doors";
+const OPEN_DOORS: &str = "drawn, and met by rays; bodies pass through open doors";
 const NO_SENDER: &str = "no client of 0.9.16 sends it";
 
 const fn full(name: &'static str, run: Run) -> Method {

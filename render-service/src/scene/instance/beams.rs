@@ -4,16 +4,17 @@
 //! span more steps than a picture has. Shapes are those of UN Regulations 112 (low beams end 1 %
 //! below the level of the lamp) and 19 (fog lamps are wide and end lower).
 
-use nalgebra::{Point3, Vector3};
+use bodies::{Shine, Source};
+use nalgebra::Vector3;
 use raster::Lamp;
-use schemas::{ActorState, Vec3};
-
-use super::super::vehicle::LampPlaces;
-use super::Placer;
-use super::lamps::{AMBER, Lit, RED, WHITE, flag};
+use schemas::{Pose, Vec3};
 
 /// How far inside the body a lamp is, in metres, so that its own body turns away from it.
 const INSIDE_M: f32 = 0.35;
+
+const WHITE: [f32; 3] = [1.0, 0.98, 0.92];
+const AMBER: [f32; 3] = [1.0, 0.36, 0.02];
+const RED: [f32; 3] = [1.0, 0.010, 0.008];
 
 /// How one kind of lamp shines.
 struct Beam {
@@ -44,110 +45,36 @@ const BLINKER: Beam =
 const BEACON: f32 = 9.0;
 const BEACON_REACH_M: f32 = 28.0;
 
-/// Where a vehicle's lamps are, in its own frame: half of the distance between two of them, and
-/// the places in the middle.
-pub(super) struct Sources {
-    head_m: Vec3,
-    tail_m: Vec3,
-    /// Of head lamps, tail lamps, fog lamps; 0 for a single one.
-    aside_m: [f32; 3],
-    fog_m: Vec3,
-}
-
-impl Sources {
-    /// Of a body with lamps at its corners.
-    pub(super) fn of_body(actor: &ActorState, places: &LampPlaces) -> Self {
-        let ([front_x, rear_x], [front_z, rear_z]) = (places.end_x, places.top_z);
-        let half = actor.box_half_extent_m;
-        let at = |x: f32, z: f32| actor.box_centre_m + Vec3::new(x * half.x, 0.0, z * half.z);
-        Self {
-            head_m: at(front_x, front_z - 0.18),
-            tail_m: at(rear_x, rear_z - 0.12),
-            aside_m: [0.68, 0.74, 0.56].map(|part| part * half.y),
-            fog_m: at(1.0, -0.565),
+/// What a source at an actor throws into the world.
+pub(super) fn lamp(world_from_actor: &Pose, source: &Source) -> Lamp {
+    let beam = match source.shine {
+        Shine::LowBeam => &LOW,
+        Shine::HighBeam => &HIGH,
+        Shine::FrontFog => &FRONT_FOG,
+        Shine::Position => &POSITION,
+        Shine::Tail => &TAIL,
+        Shine::Brake => &BRAKE,
+        Shine::Reverse => &REVERSE,
+        Shine::Blinker => &BLINKER,
+        Shine::Beacon(colour) => {
+            let place = world_from_actor * nalgebra::Point3::from(source.at_m);
+            let colour = colour.map(|part| part * BEACON);
+            return Lamp::round(place.coords.into(), colour, BEACON_REACH_M);
         }
-    }
-
-    /// Of what has one lamp ahead and one behind.
-    pub(super) fn single(head_m: Vec3, tail_m: Vec3) -> Self {
-        Self { head_m, tail_m, aside_m: [0.0; 3], fog_m: head_m }
-    }
-}
-
-impl Lit {
-    /// Adds what the lamps of a vehicle throw.
-    pub(super) fn shine(self, placer: &mut Placer, sources: &Sources, blinks: bool) {
-        let [head_m, tail_m, fog_m] = sources.aside_m;
-        if self.has(flag::LOW_BEAM) {
-            placer.shine_twice(&LOW, sources.head_m, head_m, Vec3::x());
-        } else if self.has(flag::POSITION) && !self.has(flag::HIGH_BEAM) {
-            placer.shine(&POSITION, sources.head_m, Vec3::x());
-        }
-        if self.has(flag::HIGH_BEAM) {
-            placer.shine_twice(&HIGH, sources.head_m, head_m, Vec3::x());
-        }
-        if self.has(flag::FOG) {
-            placer.shine_twice(&FRONT_FOG, sources.fog_m, fog_m, Vec3::x());
-        }
-        if self.has(flag::BRAKE) {
-            placer.shine(&BRAKE, sources.tail_m, -Vec3::x());
-        } else if self.has(flag::POSITION) {
-            placer.shine(&TAIL, sources.tail_m, -Vec3::x());
-        }
-        if self.has(flag::REVERSE) {
-            placer.shine(&REVERSE, sources.tail_m, -Vec3::x());
-        }
-        for (side, blinker) in [(1.0, flag::LEFT_BLINKER), (-1.0, flag::RIGHT_BLINKER)] {
-            if blinks && self.has(blinker) {
-                let aside = |at: Vec3, by: f32| at + Vec3::y() * (side * by);
-                placer.shine(
-                    &BLINKER,
-                    aside(sources.head_m, head_m),
-                    Vec3::new(0.7, 0.7 * side, 0.0),
-                );
-                placer.shine(
-                    &BLINKER,
-                    aside(sources.tail_m, tail_m),
-                    Vec3::new(-0.7, 0.7 * side, 0.0),
-                );
-            }
-        }
-    }
-}
-
-impl Placer {
-    fn shine_twice(&mut self, beam: &Beam, middle_m: Vec3, aside_m: f32, ahead: Vec3) {
-        if aside_m == 0.0 {
-            return self.shine(beam, middle_m, ahead);
-        }
-        for side in [-aside_m, aside_m] {
-            self.shine(beam, middle_m + Vec3::y() * side, ahead);
-        }
-    }
-
-    fn shine(&mut self, beam: &Beam, at_m: Vec3, ahead: Vec3) {
-        let at_m = at_m - ahead * INSIDE_M;
-        let turned = |axis: Vec3| -> Vec3 { self.world_from_actor.transform_vector(&axis) };
-        let ahead = turned(ahead).normalize();
-        let left = Vector3::cross(&turned(Vec3::z()), &ahead).normalize();
-        let place: Vec3 = self.world_from_actor.transform_point(&Point3::from(at_m)).coords;
-        self.lamps.push(Lamp {
-            left: left.into(),
-            narrow: beam.narrow,
-            cut: beam.cut,
-            ..Lamp::beam(
-                place.into(),
-                ahead.into(),
-                beam.colour.map(|part| part * beam.brightness),
-                beam.reach_m,
-            )
-        });
-    }
-
-    /// A beacon that is lit, at a place of the actor's frame.
-    pub(super) fn shine_around(&mut self, at_m: Vec3, colour: [f32; 3]) {
-        let place: Vec3 = self.world_from_actor.transform_point(&Point3::from(at_m)).coords;
-        let colour = colour.map(|part| part * BEACON);
-        self.lamps.push(Lamp::round(place.into(), colour, BEACON_REACH_M));
+    };
+    let at_m = source.at_m - source.ahead * INSIDE_M;
+    let ahead = (world_from_actor * source.ahead).normalize();
+    let left = Vector3::cross(&(world_from_actor * Vec3::z()), &ahead).normalize();
+    let place = world_from_actor * nalgebra::Point3::from(at_m);
+    Lamp {
+        left: left.into(),
+        narrow: beam.narrow,
+        cut: beam.cut,
+        ..Lamp::beam(
+            place.coords.into(),
+            ahead.into(),
+            beam.colour.map(|part| part * beam.brightness),
+            beam.reach_m,
+        )
     }
 }

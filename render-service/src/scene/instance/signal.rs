@@ -1,12 +1,12 @@
 //! Traffic lights and signs of a map: posts with lamps or boards, placed once per map. Which lamp
 //! is lit is a colour of an instance, so that it changes without any geometry.
 
+use bodies::{Placer, Shape, glowing, linear, opaque};
 use nalgebra::Matrix4;
 use roads::{Carried, Post};
 use schemas::{Frame, SemanticTag, TagId, TrafficLightColour, Vec3};
 
-use super::super::shape::Shape;
-use super::{Body, Placer, glowing, linear, opaque};
+use super::Body;
 
 /// Stretch of the shape of a board across its thickness.
 const BOARD_STRETCH: f32 = 0.5;
@@ -78,7 +78,7 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
     let foot_m: Vec3 = post.foot.translation.vector.cast();
     let world_from_actor = post.foot.to_matrix().cast();
     let label = TagId::of_scenery(SemanticTag::Poles, place);
-    let mut placer = Placer { world_from_actor, label, parts: Vec::new(), lamps: Vec::new() };
+    let mut placer = Placer::new(world_from_actor, label);
     put_post(&mut placer, post);
     let head = match post.carried {
         Carried::Lamps => {

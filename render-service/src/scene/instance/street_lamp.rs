@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use bodies::{Placer, Shape, glowing, linear};
 use nalgebra::{Matrix4, Point3, Vector3};
 use raster::Lamp;
 use roads::MapLayer;
 use schemas::{HiddenScenery, SemanticTag, StreetLight, TagId, Vec3};
 
-use super::super::shape::Shape;
-use super::{Body, Placer, glowing, linear};
+use super::Body;
 
 /// From the top of the post's box to the lamp, which hangs over the road: ahead and down.
 const ARM_M: f32 = 1.4;
@@ -80,8 +80,7 @@ impl StreetLamp {
         let colour = linear(colour_rgb);
         let tag = SemanticTag::Poles;
         let label = self.place.map_or(u32::from(tag.number()), |at| TagId::of_scenery(tag, at));
-        let (parts, lamps) = (Vec::with_capacity(1), Vec::new());
-        let mut placer = Placer { world_from_actor: self.world_from_glass, label, parts, lamps };
+        let mut placer = Placer::new(self.world_from_glass, label);
         let glass = Matrix4::new_nonuniform_scaling(&Vec3::from(GLASS_M));
         placer.put(Shape::Block, glass, [glowing(colour, part.min(1.0)); 4]);
         let place: Vec3 = self.world_from_glass.transform_point(&Point3::origin()).coords;

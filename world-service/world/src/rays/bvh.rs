@@ -32,6 +32,7 @@ pub(crate) struct Bvh {
 }
 
 /// Nodes still to be visited and the distance to each; kept between rays to save allocations.
+/// Empty after a walk.
 pub(crate) type Stack = Vec<(f32, u32)>;
 
 impl Bvh {
@@ -45,7 +46,8 @@ impl Bvh {
     }
 
     /// Visits the leaves a ray may meet within `reach_m`, roughly from near to far. `visit` takes
-    /// the leaf and the reach and returns the reach from then on.
+    /// the leaf, the reach, and the stack for a walk within this one, and returns the reach from
+    /// then on.
     // Within its callers it takes a fifth more: there are too few registers for both.
     #[inline(never)]
     pub(crate) fn walk(
@@ -53,18 +55,19 @@ impl Bvh {
         ray: &Ray,
         reach_m: f32,
         stack: &mut Stack,
-        mut visit: impl FnMut(u32, f32) -> f32,
+        mut visit: impl FnMut(u32, f32, &mut Stack) -> f32,
     ) {
         let Some(root) = self.root else { return };
         let mut reach_m = reach_m;
-        stack.clear();
+        let base = stack.len();
         stack.push((0.0, root));
-        while let Some((entry_m, child)) = stack.pop() {
+        while stack.len() > base {
+            let Some((entry_m, child)) = stack.pop() else { return };
             if entry_m > reach_m {
                 continue;
             }
             if child & LEAF != 0 {
-                reach_m = visit(child & !LEAF, reach_m);
+                reach_m = visit(child & !LEAF, reach_m, stack);
                 continue;
             }
             let node = &self.nodes[child as usize];

@@ -12,14 +12,14 @@ const SAME_M: f32 = 1.0e-3;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     pub origin_m: Vec3,
-    /// Unit.
+    /// Unit in the world; in the frame of a shape of any length.
     pub direction: Vec3,
     /// One over each component of the direction.
     pub inverse: Vec3,
 }
 
 impl Ray {
-    /// - **Domain:** a `direction` of length 1.
+    /// - **Domain:** a `direction` of length 1 in the world.
     pub(crate) fn new(origin_m: Vec3, direction: Vec3) -> Self {
         let inverse = direction.map(|component| {
             let size = component.abs().max(COMPONENT_MIN);

@@ -1,7 +1,7 @@
-//! Solid shapes with places in the world: scenery, and what moves.
+//! Solid shapes with places in the world: the scenery.
 
 use nalgebra::Matrix3;
-use schemas::{ActorId, HiddenScenery, Pose, Vec3};
+use schemas::{HiddenScenery, Pose, Vec3};
 
 use super::bounds::Bounds;
 use super::bvh::{Bvh, Stack};
@@ -17,15 +17,8 @@ pub(crate) struct Solid {
     world_from_shape: Matrix3<f32>,
     /// CARLA's semantic tag.
     pub tag: u8,
-    pub owner: Owner,
-}
-
-/// What a shape is a part of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Owner {
-    Actor(ActorId),
-    /// The thing at this place of the scenery.
-    Map(u32),
+    /// The place in the scenery of the thing of which it is a part.
+    place: u32,
 }
 
 /// Shapes findable by rays and places.
@@ -36,26 +29,18 @@ pub(crate) struct Solids {
 }
 
 impl Solid {
-    pub(crate) fn new(shape: Shape, world_from_shape: &Pose, tag: u8, owner: Owner) -> Self {
+    pub(crate) fn new(shape: Shape, world_from_shape: &Pose, tag: u8, place: u32) -> Self {
         Self {
             shape,
             centre_m: world_from_shape.translation.vector,
             world_from_shape: world_from_shape.rotation.to_rotation_matrix().into_inner(),
             tag,
-            owner,
+            place,
         }
     }
 
-    /// `None` for scenery.
-    pub(crate) fn actor(&self) -> Option<ActorId> {
-        match self.owner {
-            Owner::Actor(id) => Some(id),
-            Owner::Map(_) => None,
-        }
-    }
-
-    pub(crate) fn is_hidden(&self, hidden: &HiddenScenery) -> bool {
-        matches!(self.owner, Owner::Map(place) if hidden.contains(place))
+    fn is_hidden(&self, hidden: &HiddenScenery) -> bool {
+        hidden.contains(self.place)
     }
 
     fn bounds(&self) -> Bounds {
@@ -68,7 +53,7 @@ impl Solid {
         let direction = self.world_from_shape.tr_mul(&ray.direction);
         let (distance_m, normal) = self.shape.cast(origin_m, direction)?;
         let normal = self.world_from_shape * normal;
-        Some(Hit { distance_m, normal, tag: self.tag, actor: self.actor() })
+        Some(Hit { distance_m, normal, tag: self.tag, actor: None })
     }
 
     /// The point of the shape nearest to a point, world frame.
@@ -95,7 +80,7 @@ impl Solids {
         stack: &mut Stack,
     ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
+        self.bvh.walk(ray, reach_m, stack, |solid, reach_m, _| {
             let hit = self.cast(solid, ray, hidden);
             match hit.filter(|hit| hit.distance_m < reach_m) {
                 Some(hit) => {
@@ -117,7 +102,7 @@ impl Solids {
         stack: &mut Stack,
         hits: &mut Vec<Hit>,
     ) {
-        self.bvh.walk(ray, reach_m, stack, |solid, reach_m| {
+        self.bvh.walk(ray, reach_m, stack, |solid, reach_m, _| {
             let hit = self.cast(solid, ray, hidden);
             hits.extend(hit.filter(|hit| hit.distance_m <= reach_m));
             reach_m

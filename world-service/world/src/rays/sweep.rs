@@ -5,7 +5,7 @@ use schemas::{ActorId, Vec3};
 use super::RayScene;
 use super::bounds::Bounds;
 use super::ray::Ray;
-use super::solids::Solid;
+use super::triangle;
 
 /// The ball counts as touching when its surface is this near.
 const TOUCH_M: f32 = 1.0e-4;
@@ -41,26 +41,29 @@ impl RayScene<'_> {
         except: Option<ActorId>,
     ) -> Option<Touch> {
         let mut nearest: Option<Touch> = None;
-        let mut consider = |solid: &Solid| {
-            let actor = solid.actor();
-            if actor.is_some() && actor == except {
-                return;
-            }
-            let reach_m = nearest.map_or(sweep.reach_m, |touch| touch.distance_m);
-            if let Some(distance_m) = sweep.touches(solid).filter(|&at_m| at_m <= reach_m) {
-                // Of things equally far the one with the smallest id, then scenery.
-                let first = nearest.is_none_or(|touch| {
-                    distance_m < touch.distance_m || order(actor) < order(touch.actor)
-                });
-                if first {
-                    nearest = Some(Touch { distance_m, tag: solid.tag, actor });
-                }
+        let mut consider = |touch: Touch| {
+            // Of things equally far the one with the smallest id, then scenery.
+            let key = |touch: &Touch| order(touch.actor);
+            let is_first = nearest.is_none_or(|nearest| {
+                let order = touch.distance_m.total_cmp(&nearest.distance_m);
+                order.then(key(&touch).cmp(&key(&nearest))).is_lt()
+            });
+            if touch.distance_m <= sweep.reach_m && is_first {
+                nearest = Some(touch);
             }
         };
         let bounds = sweep.bounds();
-        self.bodies.overlapping(&bounds, self.hidden, &mut consider);
+        self.actors.triangles_near(&bounds, except, |id, tag, corners| {
+            let distance_m = sweep.touches(|point_m| Some(triangle::closest_m(corners, point_m)));
+            let touch = |distance_m| Touch { distance_m, tag, actor: Some(id) };
+            distance_m.map(touch).into_iter().for_each(&mut consider);
+        });
         if with_scenery {
-            self.town.scenery().overlapping(&bounds, self.hidden, &mut consider);
+            self.town.scenery().overlapping(&bounds, self.hidden, |solid| {
+                let distance_m = sweep.touches(|point_m| solid.closest_m(point_m));
+                let touch = |distance_m| Touch { distance_m, tag: solid.tag, actor: None };
+                distance_m.map(touch).into_iter().for_each(&mut consider);
+            });
         }
         nearest
     }
@@ -75,16 +78,16 @@ impl Sweep {
         Bounds::around([self.ray.origin_m, self.ray.at(self.reach_m)]).grown(self.radius_m)
     }
 
-    /// How far the ball moves until it touches a convex shape.
+    /// How far the ball moves until it touches a convex shape, which tells its point closest to any.
     ///
     /// The distance from a point of a line to a convex shape is a convex function along the line,
     /// so Newton's method from the near end never steps beyond the touch, and once the distance
     /// does not fall any more there is none.
-    fn touches(&self, solid: &Solid) -> Option<f32> {
+    fn touches(&self, closest_m: impl Fn(Vec3) -> Option<Vec3>) -> Option<f32> {
         let mut moved_m = 0.0;
         for _ in 0..STEPS_MAX {
             let centre_m = self.ray.at(moved_m);
-            let out_m: Vec3 = centre_m - solid.closest_m(centre_m)?;
+            let out_m: Vec3 = centre_m - closest_m(centre_m)?;
             let distance_m = out_m.norm();
             let gap_m = distance_m - self.radius_m;
             if gap_m <= TOUCH_M {

@@ -9,7 +9,7 @@ use schemas::{HiddenScenery, Pose, SemanticTag, Vec3};
 use super::bounds::Bounds;
 use super::mesh::{Face, Mesh};
 use super::shape::Shape;
-use super::solids::{Owner, Solid, Solids};
+use super::solids::{Solid, Solids};
 use super::tag;
 
 /// Share of its height by which a tree's crown hangs over the upper end of the trunk.
@@ -30,7 +30,7 @@ impl TownRays {
 
     /// - **Cost:** the first time n log n in the triangles; some tenths of a second for a town.
     pub(crate) fn ground(&self) -> &Mesh {
-        self.ground.get_or_init(|| Mesh::new(&faces(&mesh::ground(&self.roads))))
+        self.ground.get_or_init(|| Mesh::met_from_both_sides(&faces(&mesh::ground(&self.roads))))
     }
 
     pub(crate) fn scenery(&self) -> &Solids {
@@ -80,7 +80,7 @@ fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> 
     let tag = item.label.number();
     let world_from_box: Pose = nalgebra::convert(item.pose);
     let half_m: Vec3 = nalgebra::convert(item.half_extent_m);
-    let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, Owner::Map(place));
+    let solid = Solid::new(Shape::Box { half_m }, &world_from_box, tag, place);
     let crown = (item.kind == SceneryKind::Tree && item.crown_radius_m > 0.0).then(|| {
         let (height_m, radius_m) = (item.height_m as f32, item.crown_radius_m as f32);
         let trunk_m = 2.0 * half_m.z;
@@ -88,7 +88,7 @@ fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> 
         let above_m = height_m - half_height_m - half_m.z;
         let radii_m = Vec3::new(radius_m, radius_m, half_height_m);
         let world_from_crown = world_from_box * Pose::translation(0.0, 0.0, above_m);
-        Solid::new(Shape::Ellipsoid { radii_m }, &world_from_crown, tag, Owner::Map(place))
+        Solid::new(Shape::Ellipsoid { radii_m }, &world_from_crown, tag, place)
     });
     std::iter::once(solid).chain(crown)
 }
@@ -97,7 +97,7 @@ fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> 
 fn parts(place: u32, post: &Post) -> [Solid; 2] {
     let solid = |shape, post_from_shape: Pose, tag: SemanticTag| {
         let world_from_shape = post.foot.cast() * post_from_shape;
-        Solid::new(shape, &world_from_shape, tag.number(), Owner::Map(place))
+        Solid::new(shape, &world_from_shape, tag.number(), place)
     };
     let (root_m, top_m, radius_m) = (post.root_m as f32, post.top_m as f32, post.radius_m as f32);
     let half_segment_m = (top_m + root_m) / 2.0 - radius_m;

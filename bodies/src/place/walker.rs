@@ -4,9 +4,9 @@ use nalgebra::Matrix4;
 use schemas::gait::{self, ARM_ASIDE_RAD, CHEST_Z, HEAD_Z, HIP_Y, HIP_Z, SHOULDER_Y, SHOULDER_Z};
 use schemas::{ActorState, Limb, PosedLimb, Vec3};
 
-use super::super::shape::Shape;
 use super::Placer;
 use super::clothes::Clothes;
+use crate::shape::Shape;
 
 pub(super) fn place(placer: &mut Placer, actor: &ActorState, limbs: &[PosedLimb]) {
     let mut own = limbs.iter().filter(|limb| limb.walker == actor.id).peekable();

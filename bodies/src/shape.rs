@@ -1,14 +1,18 @@
 //! The shapes that actors are put together from: a fixed library, uploaded once per device.
 
-use super::material::Material;
-use super::mesh::Mesh;
-use super::{prop, signpost, vehicle, walker};
+use crate::material::Material;
+use crate::mesh::Mesh;
+
+mod prop;
+mod signpost;
+pub(crate) mod vehicle;
+mod walker;
 
 /// One shape of the library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 #[allow(missing_docs, reason = "the names are the shapes")]
-pub(crate) enum Shape {
+pub enum Shape {
     Sedan,
     Coupe,
     Hatchback,
@@ -54,7 +58,7 @@ pub(crate) enum Shape {
 
 impl Shape {
     /// Every shape, at the place of its number.
-    pub(crate) const ALL: [Self; 41] = [
+    pub const ALL: [Self; 41] = [
         Self::Sedan,
         Self::Coupe,
         Self::Hatchback,
@@ -100,8 +104,8 @@ impl Shape {
 
     /// Its triangles in its own frame: vehicle bodies fill the box from -1 to 1, people's parts are
     /// in heights of the person from the joint, wheels have radius and half width 1; signs and
-    /// lights are as [`signpost`] says.
-    pub(crate) fn mesh(self) -> Mesh {
+    /// lights face -x.
+    pub fn mesh(self) -> Mesh {
         match self {
             Self::Sedan => vehicle::sedan(),
             Self::Coupe => vehicle::coupe(),
@@ -150,7 +154,7 @@ impl Shape {
 
 /// How finely a shape is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Detail {
+pub enum Detail {
     /// Every triangle.
     Fine,
     /// For far away and for shadows.
@@ -160,7 +164,7 @@ pub(crate) enum Detail {
 impl Shape {
     /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's
     /// own unit: thinner than its thinnest part that matters.
-    pub(crate) fn coarse_cell(self) -> f32 {
+    pub fn coarse_cell(self) -> f32 {
         match self {
             Self::Torso | Self::Head => 0.06,
             Self::LongHair | Self::Leg | Self::Arm | Self::Backpack | Self::Rider => 0.045,
@@ -192,7 +196,7 @@ impl Shape {
     }
 
     /// Its triangles at a detail.
-    pub(crate) fn mesh_at(self, detail: Detail) -> Mesh {
+    pub fn mesh_at(self, detail: Detail) -> Mesh {
         match detail {
             Detail::Fine => self.mesh(),
             Detail::Coarse => self.mesh().coarse(self.coarse_cell()),

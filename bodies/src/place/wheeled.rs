@@ -3,10 +3,10 @@
 use nalgebra::Matrix4;
 use schemas::{ActorState, SemanticTag, TagId, Vec3};
 
-use super::super::shape::Shape;
 use super::clothes::Clothes;
 use super::lamps::Lit;
 use super::{Placer, box_scale, doors};
+use crate::shape::Shape;
 
 /// Where the wheels of a class of vehicle are.
 struct Wheels {

@@ -6,8 +6,8 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use nalgebra::Matrix4;
 use schemas::{ActorState, Vec3};
 
-use super::super::shape::Shape;
 use super::{Placer, box_scale, opaque};
+use crate::shape::Shape;
 
 /// How far side doors open, in radians.
 const SIDE_OPEN_RAD: f32 = 1.1;

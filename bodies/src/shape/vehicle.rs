@@ -4,9 +4,10 @@
 
 use schemas::Vec3;
 
-use super::material::Material;
-use super::mesh::{Mesh, MeshBuilder, ellipse};
-use super::shape::Shape;
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder, ellipse, turned};
+use crate::shape::Shape;
+use crate::shape::walker::rod;
 
 mod cabin;
 mod heavy;
@@ -188,7 +189,7 @@ pub(crate) fn wheel() -> Mesh {
         builder.fan(&disc, Material::BlackPlastic);
         for spoke in 0..5 {
             let angle = std::f32::consts::TAU * spoke as f32 / 5.0;
-            let (along, across) = (turned(angle), turned(angle + std::f32::consts::FRAC_PI_2));
+            let (along, across) = (around(angle), around(angle + std::f32::consts::FRAC_PI_2));
             let lift = Vec3::new(0.0, y + 0.03 * side, 0.0);
             let corners = [(0.0, -0.15), (0.64, -0.10), (0.64, 0.10), (0.0, 0.15)]
                 .map(|(out, aside)| lift + along * out + across * aside);
@@ -206,10 +207,10 @@ pub(crate) fn thin_wheel() -> Mesh {
     tyre(&mut builder, 20, 0.88);
     let (inner, outer) = (around_y(-0.5, 0.86, 20, 1.0), around_y(0.5, 0.86, 20, 1.0));
     builder.band(&outer, &inner, Material::Rim);
-    let cross = |angle: f32| turned(angle) * 0.87;
+    let cross = |angle: f32| around(angle) * 0.87;
     for spoke in 0..6 {
         let angle = std::f32::consts::PI * spoke as f32 / 6.0;
-        super::walker::rod(&mut builder, cross(angle), -cross(angle), 0.012, Material::Rim);
+        rod(&mut builder, cross(angle), -cross(angle), 0.012, Material::Rim);
     }
     builder.finish()
 }
@@ -236,8 +237,9 @@ fn tyre(builder: &mut MeshBuilder, sides: usize, rim_radius: f32) {
 }
 
 /// A point at distance 1 from the y axis.
-fn turned(angle: f32) -> Vec3 {
-    Vec3::new(angle.cos(), 0.0, angle.sin())
+fn around(angle: f32) -> Vec3 {
+    let [cos, sin] = turned(angle);
+    Vec3::new(cos, 0.0, sin)
 }
 
 /// A circle around the y axis, counter-clockwise seen from +y for `facing` 1, from -y for -1.

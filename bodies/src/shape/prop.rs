@@ -2,8 +2,8 @@
 
 use schemas::Vec3;
 
-use super::material::Material;
-use super::mesh::{Mesh, MeshBuilder};
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder, turned};
 
 /// A plain block.
 pub(crate) fn block() -> Mesh {
@@ -113,7 +113,8 @@ fn circle(z: f32, radius: f32) -> Vec<Vec3> {
     (0..16)
         .map(|at| {
             let angle = std::f32::consts::TAU * at as f32 / 16.0;
-            Vec3::new(radius * angle.cos(), radius * angle.sin(), z)
+            let [cos, sin] = turned(angle);
+            Vec3::new(radius * cos, radius * sin, z)
         })
         .collect()
 }

@@ -2,10 +2,10 @@
 
 use schemas::Vec3;
 
-use super::super::material::Material;
-use super::super::mesh::MeshBuilder;
-use super::super::shape::Shape;
 use super::lamp_places;
+use crate::material::Material;
+use crate::mesh::MeshBuilder;
+use crate::shape::Shape;
 
 /// A cut through the body at one place of its length.
 #[derive(Clone, Copy, Debug)]

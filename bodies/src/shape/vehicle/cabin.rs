@@ -2,8 +2,8 @@
 
 use schemas::Vec3;
 
-use super::super::material::Material;
-use super::super::mesh::MeshBuilder;
+use crate::material::Material;
+use crate::mesh::MeshBuilder;
 
 /// Glass between the belt line and a painted roof, held by posts. Pairs are (rear, front), widths
 /// (foot, roof).

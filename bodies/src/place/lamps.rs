@@ -3,10 +3,10 @@
 use nalgebra::Matrix4;
 use schemas::{ActorState, Vec3};
 
-use super::super::shape::Shape;
-use super::super::vehicle::lamp_places;
-use super::beams::Sources;
+use super::source::{Lamps, Shine};
 use super::{Placer, box_scale, glowing, linear, opaque};
+use crate::shape::Shape;
+use crate::shape::vehicle::lamp_places;
 
 /// CARLA's `VehicleLightState`.
 pub(super) mod flag {
@@ -28,9 +28,9 @@ const BLINK_SECS: f64 = 0.7;
 /// Length of one flash of emergency lamps with the pause after it, in seconds.
 const FLASH_SECS: f64 = 0.4;
 
-pub(super) const WHITE: [f32; 3] = [1.0, 0.98, 0.92];
-pub(super) const AMBER: [f32; 3] = [1.0, 0.36, 0.02];
-pub(super) const RED: [f32; 3] = [1.0, 0.010, 0.008];
+const WHITE: [f32; 3] = [1.0, 0.98, 0.92];
+const AMBER: [f32; 3] = [1.0, 0.36, 0.02];
+const RED: [f32; 3] = [1.0, 0.010, 0.008];
 /// Windows of a dark cabin.
 const GLASS: [f32; 3] = [0.012, 0.015, 0.018];
 
@@ -88,7 +88,7 @@ impl Lit {
         let Some(places) = lamp_places(shape) else { return };
         let ([front_x, rear_x], [front, rear]) = (places.end_x, places.top_z);
         let blinks = self.flashes(BLINK_SECS);
-        self.shine(placer, &Sources::of_body(actor, &places), blinks);
+        self.shine(placer, &Lamps::of_body(actor, &places), blinks);
         let actor_from_box = box_scale(actor);
         let corner = [
             ((0.86, front_x + 0.007), (0.84, 0.945), (front - 0.25, front - 0.11)),
@@ -127,7 +127,7 @@ impl Lit {
         let at = |x: f32, z: f32| {
             actor_from_frame.transform_point(&nalgebra::Point3::new(x, 0.0, z)).coords
         };
-        self.shine(placer, &Sources::single(at(0.56, -0.02), at(-0.86, -0.17)), blinks);
+        self.shine(placer, &Lamps::single(at(0.56, -0.02), at(-0.86, -0.17)), blinks);
         for (side, blinker) in [(1.0, flag::LEFT_BLINKER), (-1.0, flag::RIGHT_BLINKER)] {
             if self.has(blinker) && blinks && !is_bicycle {
                 for block in FRAME_BLINKERS {
@@ -170,7 +170,8 @@ impl Lit {
     ) -> [[u8; 4]; 4] {
         let is_right = self.flashes(FLASH_SECS);
         if self.has(flag::SPECIAL) {
-            placer.shine_around(roof_m + Vec3::z() * 0.3, if is_right { right } else { left });
+            let colour = if is_right { right } else { left };
+            placer.shine(Shine::Beacon(colour), roof_m + Vec3::z() * 0.3, Vec3::x());
         }
         let lamp = |colour: [f32; 3], turn: bool| {
             if self.has(flag::SPECIAL) && turn { glowing(colour, 1.0) } else { opaque(colour) }

@@ -2,11 +2,11 @@
 
 use schemas::Vec3;
 
-use super::super::material::Material;
-use super::super::mesh::{Mesh, MeshBuilder};
-use super::super::shape::Shape;
 use super::cabin::window_band;
 use super::hull::{Station, hull, lamps};
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder};
+use crate::shape::Shape;
 
 /// A closed van.
 pub(crate) fn van() -> Mesh {

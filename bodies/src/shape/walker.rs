@@ -5,8 +5,8 @@
 
 use schemas::Vec3;
 
-use super::material::Material;
-use super::mesh::{Mesh, MeshBuilder};
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder, turned};
 
 /// (height, half depth, half width, middle's offset ahead)
 type Ring = (f32, f32, f32, f32);
@@ -253,7 +253,8 @@ pub(crate) fn rod(
         (0..6)
             .map(|at| {
                 let angle = std::f32::consts::TAU * at as f32 / 6.0;
-                centre + (u * angle.cos() + v * angle.sin()) * radius
+                let [cos, sin] = turned(angle);
+                centre + (u * cos + v * sin) * radius
             })
             .collect()
     };
@@ -268,7 +269,8 @@ fn rings(builder: &mut MeshBuilder, of: &[Ring], material: Material, closed: boo
             (0..10)
                 .map(|at| {
                     let angle = std::f32::consts::TAU * at as f32 / 10.0;
-                    Vec3::new(ahead + half_depth * angle.cos(), half_width * angle.sin(), *z)
+                    let [cos, sin] = turned(angle);
+                    Vec3::new(ahead + half_depth * cos, half_width * sin, *z)
                 })
                 .collect()
         })

@@ -2,9 +2,9 @@
 
 use schemas::Vec3;
 
-use super::super::material::Material;
-use super::super::mesh::{Mesh, MeshBuilder};
-use super::super::walker::rod;
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder};
+use crate::shape::walker::rod;
 
 /// Tank, seat, engine, fork, lamps. The box reaches up to the handlebar at z = 0.1; the rider above
 /// is a shape of its own.

@@ -3,8 +3,8 @@
 
 use schemas::ActorState;
 
-use super::super::shape::Shape;
 use super::{Placer, box_scale, linear, opaque};
+use crate::shape::Shape;
 
 /// Words of a blueprint id, and the shape and the colour that they mean.
 type Row = (&'static [&'static str], Shape, u32);

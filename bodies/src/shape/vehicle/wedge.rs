@@ -2,10 +2,10 @@
 
 use schemas::Vec3;
 
-use super::super::material::Material;
-use super::super::mesh::{Mesh, MeshBuilder};
-use super::super::shape::Shape;
 use super::hull::{Station, hull, lamps};
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder};
+use crate::shape::Shape;
 
 /// Highest place of the roof: along the body, and its height.
 const APEX: [f32; 2] = [0.05, 0.97];

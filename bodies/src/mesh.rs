@@ -3,14 +3,15 @@
 use std::collections::HashMap;
 
 use bytemuck::{Pod, Zeroable};
+use nalgebra::ComplexField;
 use schemas::Vec3;
 
-use super::material::Material;
+use crate::material::Material;
 
 /// One corner of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Vertex {
+pub struct Vertex {
     /// Metres in the world for a town, the shape's own frame for a shape.
     pub position: [f32; 3],
     /// Unit normal × 32767, then [`Material`] number + 256 × colour variant.
@@ -23,7 +24,7 @@ pub(crate) struct Vertex {
 
 /// Indexed triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Mesh {
+pub struct Mesh {
     /// Corners.
     pub vertices: Vec<Vertex>,
     /// Three per triangle.
@@ -33,7 +34,7 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// The same shape with all corners of one cell of a grid drawn together: for far away and for
     /// shadows, where small triangles cost the most and show the least.
-    pub(crate) fn coarse(&self, cell: f32) -> Self {
+    pub fn coarse(&self, cell: f32) -> Self {
         let mut coarse = Self::default();
         let mut known: HashMap<([i32; 3], [i16; 4]), u32> = HashMap::new();
         let centre_of = self.centres(cell);
@@ -64,7 +65,7 @@ impl Mesh {
 
     /// How far corners are moved along each axis, at most, when those of one cell are drawn
     /// together.
-    pub(crate) fn coarse_error(&self, cell: f32) -> Vec3 {
+    pub fn coarse_error(&self, cell: f32) -> Vec3 {
         let centre_of = self.centres(cell);
         self.vertices.iter().fold(Vec3::zeros(), |most, vertex| {
             let place = Vec3::from(vertex.position);
@@ -91,7 +92,7 @@ fn cell_of(vertex: &Vertex, cell: f32) -> [i32; 3] {
 }
 
 /// Packs a unit normal and a material into a vertex's four small integers.
-pub(crate) fn pack(normal: Vec3, material: Material, variant: u8) -> [i16; 4] {
+pub fn pack(normal: Vec3, material: Material, variant: u8) -> [i16; 4] {
     let scaled = normal.map(|part| (part.clamp(-1.0, 1.0) * 32_767.0).round() as i16);
     let number = i16::from(material as u8) + 256 * i16::from(variant & 0x7f);
     [scaled.x, scaled.y, scaled.z, number]
@@ -216,8 +217,14 @@ fn normal_area([a, b, c]: &[Vec3; 3]) -> (Vec3, f32) {
 }
 
 /// A position in tenths of a millimetre, or of a thousandth of a unit shape.
-pub(crate) fn quantised(position: &Vec3) -> [i32; 3] {
+pub fn quantised(position: &Vec3) -> [i32; 3] {
     [position.x, position.y, position.z].map(|part| (part * 1e4).round() as i32)
+}
+
+/// Cosine and sine, the same on every machine.
+pub(crate) fn turned(angle_rad: f32) -> [f32; 2] {
+    let (sin, cos) = ComplexField::sin_cos(angle_rad);
+    [cos, sin]
 }
 
 /// `count` points on an ellipse in the y-z plane at `x`, counter-clockwise seen from +x.
@@ -225,7 +232,8 @@ pub(crate) fn ellipse(centre: Vec3, radius_y: f32, radius_z: f32, count: usize) 
     (0..count)
         .map(|at| {
             let angle = std::f32::consts::TAU * (at as f32 + 0.5) / count as f32;
-            centre + Vec3::new(0.0, radius_y * angle.cos(), radius_z * angle.sin())
+            let [cos, sin] = turned(angle);
+            centre + Vec3::new(0.0, radius_y * cos, radius_z * sin)
         })
         .collect()
 }

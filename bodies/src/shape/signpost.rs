@@ -4,8 +4,8 @@
 
 use schemas::Vec3;
 
-use super::material::Material;
-use super::mesh::{Mesh, MeshBuilder};
+use crate::material::Material;
+use crate::mesh::{Mesh, MeshBuilder, turned};
 
 /// A round post of radius 1 from z = 0 to z = 1.
 pub(crate) fn post() -> Mesh {
@@ -98,8 +98,5 @@ fn front(
 
 /// Corners of a regular polygon of radius 1, counter-clockwise.
 fn corners(count: usize, phase: f32) -> impl Iterator<Item = [f32; 2]> {
-    (0..count).map(move |at| {
-        let angle = phase + std::f32::consts::TAU * at as f32 / count as f32;
-        [angle.cos(), angle.sin()]
-    })
+    (0..count).map(move |at| turned(phase + std::f32::consts::TAU * at as f32 / count as f32))
 }
