@@ -1,8 +1,9 @@
 //! What does a tick of 50 ms with driving traffic cost?
 //!
-//! `cargo bench -p world --bench flow`: vehicles in Town05, one of them with an agent of its own
-//! and always with full dynamics; the others are traffic, once with dynamics only near that one and
-//! once all with. Prints Markdown; times are those that the thread was on a processor.
+//! `cargo bench -p world --bench flow`: vehicles in Town05, all of them traffic without dynamics;
+//! then one of them with an agent of its own and always with full dynamics, the others traffic, once
+//! with dynamics only near that one and once all with. Prints Markdown; times are those that the
+//! thread was on a processor.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 use std::hint::black_box;
@@ -12,6 +13,7 @@ use roads::Map;
 use schemas::{ActorKind, AgentCommand, AgentOptions, Command, TrafficCommand, WorldId};
 use world::{Town, World, WorldConfig};
 
+const DT_SECS: f64 = 0.05;
 const TOWN: &str = "Town05_Opt";
 const VEHICLES: [u32; 5] = [1, 10, 50, 100, 200];
 /// Before and while ticks are timed.
@@ -24,27 +26,33 @@ fn main() {
     let text = roads::town::build(TOWN).unwrap();
     let town = Arc::new(Town::new(Arc::new(Map::parse(TOWN, &text).unwrap())));
     println!(
-        "| vehicles | hybrid, µs | steps/s | full dynamics, µs | steps/s |\n|---|---|---|---|---|"
+        "| vehicles | without dynamics, µs | hybrid, µs | full dynamics, µs | vehicle-seconds/s |\n\
+         |---|---|---|---|---|"
     );
     for count in VEHICLES {
-        let [hybrid, full] = [Some(HYBRID_RADIUS_M), None].map(|radius_m| {
-            let mut world = start(&town, count, radius_m);
-            1.0e6 * tick_secs(&mut world)
-        });
-        let (hybrid_hz, full_hz) = (1.0e6 / hybrid, 1.0e6 / full);
-        println!("| {count} | {hybrid:.0} | {hybrid_hz:.0} | {full:.0} | {full_hz:.0} |");
+        let hybrid = Some(HYBRID_RADIUS_M);
+        let [without, hybrid, full] =
+            [(hybrid, false), (hybrid, true), (None, true)].map(|(radius_m, has_agent)| {
+                let mut world = start(&town, count, radius_m, has_agent);
+                1.0e6 * tick_secs(&mut world)
+            });
+        let full_rate = f64::from(count) * DT_SECS / (full * 1.0e-6);
+        println!("| {count} | {without:.0} | {hybrid:.0} | {full:.0} | {full_rate:.0} |");
     }
 }
 
-fn start(town: &Arc<Town>, count: u32, radius_m: Option<f32>) -> World {
+fn start(town: &Arc<Town>, count: u32, radius_m: Option<f32>, has_agent: bool) -> World {
     let id = WorldId::new(1).unwrap();
-    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map: Arc::clone(town) };
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: DT_SECS, map: Arc::clone(town) };
     let mut world = World::with_traffic(config).unwrap();
     world.apply(&Command::Traffic(TrafficCommand::Spawn { count, behaviour: None })).unwrap();
-    let frame = world.frame();
-    let actor = frame.actors.iter().find(|actor| actor.kind == ActorKind::Vehicle).unwrap().id;
-    let options = AgentOptions::default();
-    world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route: false })).unwrap();
+    if has_agent {
+        let frame = world.frame();
+        let actor = frame.actors.iter().find(|actor| actor.kind == ActorKind::Vehicle).unwrap().id;
+        let (options, keep_route) = (AgentOptions::default(), false);
+        world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route })).unwrap();
+        world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
+    }
     world.apply(&Command::Traffic(TrafficCommand::SetHybrid { radius_m })).unwrap();
     world
 }
