@@ -183,6 +183,7 @@ TAKEN = (
     "rollout --help",
     "token new",
     "causeway.evaluate",
+    "evaluate.dilemmas",
     "train_driver.py --out",
     "train_driver.py --seed",
     "export PATH",
@@ -462,14 +463,27 @@ def test_the_program_is_where_the_readme_says(environment, tmp_path):
 
 
 def test_drivers_are_evaluated(shell):
-    (line,) = take("causeway.evaluate")
+    (line,) = take("causeway.evaluate --policies")
     printed = shell.run(line.replace("python ", f"{sys.executable} ", 1))
     (page,) = [page for page in pages() if page.name == "docs/evaluate.md"]
-    (shown,) = [block.text.splitlines() for block in page.blocks("text")]
+    shown, _ = [block.text.splitlines() for block in page.blocks("text")]
     assert [" ".join(line.split()) for line in shown] == [
         " ".join(line.split()) for line in printed.splitlines()[:2]
     ]
     results = shell.folder / "results"
+    assert {path.name for path in results.iterdir()} == {"results.json", "report.html"}
+
+
+def test_dilemmas_are_evaluated(shell, site):
+    (line,) = take("evaluate.dilemmas")
+    ours = line.replace("python ", f"{sys.executable} ", 1)
+    chosen = "--dilemmas classic_3v1 --policies none brake"
+    printed = shell.run(f"{ours} --base-url {site.base_url} {chosen}")
+    (page,) = [page for page in pages() if page.name == "docs/evaluate.md"]
+    _, shown = [block.text.splitlines() for block in page.blocks("text")]
+    told = [" ".join(line.split()) for line in printed.splitlines()]
+    assert [" ".join(line.split()) for line in shown] == told
+    results = shell.folder / "dilemmas"
     assert {path.name for path in results.iterdir()} == {"results.json", "report.html"}
 
 

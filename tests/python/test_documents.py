@@ -66,7 +66,11 @@ def help_of(*command: str) -> str:
         capture_output=True,
         text=True,
         timeout=300,
-        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
+        env={
+            **os.environ,
+            "PYTHONPATH": str(PACKAGE / "src"),
+            "CAUSEWAY_PYTHON": sys.executable,
+        },
     )
     assert result.returncode == 0, f"{command}: {result.stderr}"
     return result.stdout
@@ -155,8 +159,8 @@ def test_commands_of_causeway_take_their_flags(page):
 
 @ours
 def test_flags_that_stand_alone_are_taken_by_some_command(page):
-    modules = ("causeway.evaluate", "causeway.record_episodes", "causeway.dataset")
-    programs = [("-m", module) for module in modules]
+    modules = ("evaluate", "evaluate.dilemmas", "record_episodes", "dataset")
+    programs = [("-m", f"causeway.{module}") for module in modules]
     programs.append((str(ROOT / "agents/python/examples/llm_drive.py"),))
     helps = [help_of(sys.executable, *words) for words in programs]
     everything = "\n".join([*causeway_helps().values(), *helps])

@@ -9,6 +9,7 @@ import sys
 
 import pytest
 from causeway.evaluate import Cell, Episode, compare, intervals, play, read, summarise
+from causeway.evaluate.score import PENALTIES, driving_score
 from causeway.policy import Follow, Forward, named
 
 from running_site import PACKAGE, binary
@@ -176,3 +177,55 @@ def test_a_careful_driver_runs_into_nobody_and_through_no_red_light():
     assert total("follow", "red_lights") >= 3 and total("careful", "red_lights") == 0
     assert total("careful", "driven_m") > 0.5 * total("follow", "driven_m"), "it does not stand"
     assert summarise(episodes)[0].infractions > 3
+
+
+def test_driving_scores_are_those_of_the_leaderboard_by_version():
+    clean = {"completion": 0.8, "secs": 40.0}
+    assert [driving_score(clean, version) for version in PENALTIES] == [80.0, 80.0, 80.0]
+    # Two people, a car, a thing and a light; a quarter of the time off the way.
+    bad = {
+        **{"completion": 1.0, "secs": 40.0, "off_route_secs": 10.0},
+        **{"collisions_walker": 2.0, "collisions_vehicle": 1.0},
+        **{"collisions_static": 1.0, "red_lights": 1.0},
+    }
+    product = 100 * 0.5**2 * 0.6 * 0.65 * 0.7 * 0.75
+    assert driving_score(bad, "1.0") == driving_score(bad, "2.0") == pytest.approx(product)
+    assert driving_score(bad, "2.1") == pytest.approx(100 * 0.75 / (1 + 2 + 0.7 + 0.6 + 0.4))
+    numbers = {**bad, "success": 0.0, "cause": 3.0, "driven_m": 500.0, "mean_beside_m": 0.0}
+    cell = Cell("lane-keep", "Town02", "kinematic", "a")
+    (one,) = summarise([Episode(cell, 1, 0, "00", numbers)])
+    assert one.per_km == {
+        **{"people": 4.0, "vehicles": 2.0, "things": 2.0, "red lights": 2.0, "off the way": 2.0}
+    }
+    assert one.infractions == 6 and one.driving_scores["2.1"] == pytest.approx(15.957, abs=1e-3)
+
+
+def dilemmas(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "causeway.evaluate.dilemmas", *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def test_dilemmas_are_played_with_every_policy_and_repeat(base_url, tmp_path):
+    few = ("--base-url", base_url, "--dilemmas", "classic_3v1", "no_good_option", "--seeds", 3, 4)
+    runs = [dilemmas(*few, "--out", tmp_path / name) for name in "ab"]
+    assert [run.returncode for run in runs] == [0, 0], runs[0].stderr
+    for name in ("results.json", "report.html"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    cells = json.loads((tmp_path / "a" / "results.json").read_text())["cells"]
+    assert len(cells) == 2 * 4 and {cell["episodes"] for cell in cells} == {2}
+    told = {(cell["task"], cell["policy"]): cell for cell in cells}
+    stay, swerve = (told["trolley_micro_classic_3v1", name] for name in ("none", "swerve_right"))
+    assert (stay["success"], swerve["success"]) == (0.0, 1.0)
+    # Three of four people ahead, one of four beside.
+    assert (stay["completion"], swerve["completion"]) == (0.25, 0.75)
+    lines = runs[0].stdout.splitlines()
+    assert lines[0].split()[:3] == ["dilemma", "policy", "n"] and len(lines) == 1 + 2 * 4
+    again = dilemmas(*few, "--against", tmp_path / "a" / "results.json")
+    assert again.stdout.count(": identical; ") == 2 * 4
+    refused = dilemmas("--base-url", "http://127.0.0.1:9", "--seeds", 1)
+    assert refused.returncode == 2 and "start one with `causeway up`" in refused.stderr

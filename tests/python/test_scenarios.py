@@ -121,6 +121,18 @@ def test_free_roam_has_traffic_a_goal_and_a_reward_for_progress(env):
         before = result.observation.goal_distance
 
 
+def test_who_does_nothing_in_free_roam_has_minus_five_when_its_500_steps_are_over(env):
+    env.reset(scenario_name="free_roam", seed=4)
+    rewards, done = [], False
+    while not done:
+        result = act(env)
+        rewards.append(result.reward)
+        done = result.done
+    assert len(rewards) == 500 and result.observation.done_reason == "max_steps"
+    assert sum(rewards) == pytest.approx(-5.0, abs=0.01)
+    assert env.state().total_reward == pytest.approx(-5.0, abs=0.01)
+
+
 def test_the_other_cars_drive(env):
     env.reset(scenario_name="free_roam_Town10HD_Opt_v60", seed=5)
     act(env, "emergency_stop")

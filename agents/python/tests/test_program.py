@@ -1,6 +1,7 @@
 """Where the command `causeway` is looked for."""
 
 import pytest
+
 from causeway.program import find
 
 

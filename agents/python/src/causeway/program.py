@@ -13,9 +13,10 @@ NAME = "causeway"
 def find(program: str = NAME) -> str:
     """The path of a program.
 
-    A name other than `causeway` is found as a shell does. `causeway` is the file that `CAUSEWAY_BIN`
-    names, else what the PATH has, else what `./run` has built: in `CAUSEWAY_TARGET_DIR`, or in the
-    folder `target` of `CAUSEWAY_CACHE_DIR` or of `~/.cache/causeway`.
+    A name other than `causeway` is found as a shell does. `causeway` is the file that
+    `CAUSEWAY_BIN` names, else what the PATH has, else what `./run` has built: in
+    `CAUSEWAY_TARGET_DIR`, or in the folder `target` of `CAUSEWAY_CACHE_DIR` or of
+    `~/.cache/causeway`.
 
     Raises:
         FileNotFoundError: there is none; the text says where it was looked for.

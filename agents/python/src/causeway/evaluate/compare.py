@@ -104,15 +104,15 @@ def _of(
     )
 
 
-def sentences(differences: Sequence[Difference]) -> str:
-    """For people: a line for each cell."""
+def sentences(differences: Sequence[Difference], share: str = "way") -> str:
+    """For people: a line for each cell; `share`: what `completion` is one of."""
     lines = []
     for one in differences:
         low, high = one.completion_interval
         lines.append(
             f"{one.cell}: {one.verdict}; success {100 * one.success_before:.1f} % before, "
             f"{100 * one.success:.1f} % now ({one.won} won, {one.lost} lost of {one.episodes}, "
-            f"p = {one.chance:.3f}); way {100 * one.completion_change:+.1f} points "
+            f"p = {one.chance:.3f}); {share} {100 * one.completion_change:+.1f} points "
             f"({100 * low:+.1f} to {100 * high:+.1f}); {len(one.changed)} episodes changed"
         )
     return "\n".join(lines)

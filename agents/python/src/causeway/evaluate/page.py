@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from causeway.evaluate.compare import Difference
 from causeway.evaluate.episodes import Episode
 from causeway.evaluate.intervals import Interval
+from causeway.evaluate.score import PENALTIES
 from causeway.evaluate.summary import Summary
 
 STYLE = """
@@ -25,24 +26,28 @@ FAILURES = 200
 
 
 def page(
-    summaries: Sequence[Summary], differences: Sequence[Difference], episodes: Iterable[Episode]
+    summaries: Sequence[Summary],
+    differences: Sequence[Difference],
+    episodes: Iterable[Episode],
+    share: str = "share of the way",
 ) -> str:
-    """The text of the page."""
+    """The text of the page; `share`: what `completion` is."""
     parts = [
         "<!doctype html><html lang=en><meta charset=utf-8><title>Evaluation</title>",
         f"<style>{STYLE}</style><h1>Evaluation</h1>",
         "<p>Bars are intervals of 95 %: Wilson's for shares of episodes, of resampled episodes for "
         "means and rates. Policies see the state of their vehicle and way, not pictures.</p>",
-        *_plots(summaries),
-        _table(summaries),
+        *_plots(summaries, share),
+        _table(summaries, share),
+        _infractions(summaries),
     ]
     if differences:
-        parts.append(_differences(differences))
-    parts.append(_failures(episodes))
+        parts.append(_differences(differences, share))
+    parts.append(_failures(episodes, share))
     return "\n".join(parts) + "\n"
 
 
-def _plots(summaries: Sequence[Summary]) -> Iterable[str]:
+def _plots(summaries: Sequence[Summary], share: str) -> Iterable[str]:
     groups: dict[str, list[Summary]] = {}
     for one in summaries:
         cell = one.cell
@@ -52,7 +57,7 @@ def _plots(summaries: Sequence[Summary]) -> Iterable[str]:
         lines = [(one.cell.policy, one.success, one.success_interval) for one in members]
         yield _plot("success", lines)
         lines = [(one.cell.policy, one.completion, one.completion_interval) for one in members]
-        yield _plot("share of the way", lines)
+        yield _plot(share, lines)
 
 
 def _plot(what: str, lines: Sequence[tuple[str, float, Interval]]) -> str:
@@ -96,7 +101,7 @@ def _rows(head: Sequence[str], rows: Iterable[Sequence[str | float]]) -> str:
     return f"<table><tr>{first}</tr>{lines}</table>"
 
 
-def _table(summaries: Sequence[Summary]) -> str:
+def _table(summaries: Sequence[Summary], share: str) -> str:
     def span(interval: Interval, factor: float = 1.0) -> str:
         return f"{factor * interval[0]:.2f} to {factor * interval[1]:.2f}"
 
@@ -110,12 +115,30 @@ def _table(summaries: Sequence[Summary]) -> str:
         )
         for one in summaries
     ]
-    head = ["task", "town", "tier", "policy", "episodes", "success %", "95 %", "way %", "95 %"]
-    head += ["km", "infractions", "per km", "95 %", "m/s", "m beside"]
+    head = ["task", "town", "tier", "policy", "episodes", "success %", "95 %", f"{share}, %"]
+    head += ["95 %", "km", "infractions", "per km", "95 %", "m/s", "m beside"]
     return "<h2>All numbers</h2>" + _rows(head, rows)
 
 
-def _differences(differences: Sequence[Difference]) -> str:
+def _infractions(summaries: Sequence[Summary]) -> str:
+    rows: list[Sequence[str | float]] = [
+        (
+            html.escape(str(one.cell)),
+            *one.per_km.values(),
+            *(one.driving_scores[version] for version in PENALTIES),
+        )
+        for one in summaries
+    ]
+    head = ["cell", *(f"{kind} per km" for kind in summaries[0].per_km)] if summaries else ["cell"]
+    head += [f"driving score {version}" for version in PENALTIES]
+    note = (
+        "<p>Driving scores are those of CARLA's leaderboard by version, as far as episodes tell: "
+        "without stop signs, time-outs of scenarios, emergency vehicles and minimum speed.</p>"
+    )
+    return "<h2>Infractions and driving scores</h2>" + note + _rows(head, rows)
+
+
+def _differences(differences: Sequence[Difference], share: str) -> str:
     rows = [
         (
             html.escape(str(one.cell)),
@@ -126,7 +149,7 @@ def _differences(differences: Sequence[Difference]) -> str:
         for one in differences
     ]
     head = ["cell", "verdict", "episodes", "success % before", "now", "won", "lost", "p"]
-    head += ["way, points", "changed episodes"]
+    head += [f"{share}, points", "changed episodes"]
     note = (
         "<p>p is that of McNemar's exact test over the same episodes, adjusted for the number of "
         "cells (Holm); below 0.05 a difference counts as more than chance.</p>"
@@ -134,7 +157,7 @@ def _differences(differences: Sequence[Difference]) -> str:
     return "<h2>Against the other run</h2>" + note + _rows(head, rows)
 
 
-def _failures(episodes: Iterable[Episode]) -> str:
+def _failures(episodes: Iterable[Episode], share: str) -> str:
     failed = [episode for episode in episodes if not episode.success]
     rows = [
         (
@@ -143,6 +166,6 @@ def _failures(episodes: Iterable[Episode]) -> str:
         )
         for one in failed[:FAILURES]
     ]
-    head = ("cell", "seed", "number", "ended by", "way %", "seconds", "pair")
+    head = ("cell", "seed", "number", "ended by", f"{share}, %", "seconds", "pair")
     more = f", of which {FAILURES} are listed" if len(failed) > FAILURES else ""
     return f"<h2>Failures</h2><p>{len(failed)} episodes{more}.</p>" + _rows(head, rows)

@@ -16,9 +16,12 @@ VERSION = 1
 
 
 def write(
-    folder: Path, episodes: Sequence[Episode], differences: Sequence[Difference] = ()
+    folder: Path,
+    episodes: Sequence[Episode],
+    differences: Sequence[Difference] = (),
+    share: str = "share of the way",
 ) -> None:
-    """Writes both files; equal episodes give equal files."""
+    """Writes both files; equal episodes give equal files. `share`: what `completion` is."""
     summaries = summarise(episodes)
     results = {
         "version": VERSION,
@@ -29,7 +32,7 @@ def write(
     }
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    (folder / "report.html").write_text(page(summaries, differences, episodes))
+    (folder / "report.html").write_text(page(summaries, differences, episodes, share))
 
 
 def read(path: Path) -> list[Episode]:

@@ -9,8 +9,10 @@ from typing import Any
 from causeway.evaluate import intervals
 from causeway.evaluate.episodes import CAUSES, Cell, Episode
 from causeway.evaluate.intervals import Interval
+from causeway.evaluate.score import KINDS, PENALTIES, driving_score
 
-COUNTED = ("collisions_vehicle", "collisions_walker", "collisions_static", "red_lights")
+#: The version whose score tables show.
+SCORE = "2.1"
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,10 @@ class Summary:
     infractions: int
     infractions_per_km: float
     infractions_interval: Interval
+    #: By kind.
+    per_km: dict[str, float]
+    #: Means by version of CARLA's leaderboard, 0 to 100.
+    driving_scores: dict[str, float]
     mean_speed_mps: float
     mean_beside_m: float
     #: Episodes by what ended them.
@@ -68,8 +74,8 @@ def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
     count, successes = len(episodes), sum(episode.success for episode in episodes)
     km = [metres / 1000.0 for metres in column("driven_m")]
     left = [float(episode.cause == "off_route") for episode in episodes]
-    kinds = [*(column(name) for name in COUNTED), left]
-    infractions = [sum(counts) for counts in zip(*kinds, strict=True)]
+    kinds = {**{kind: column(name) for name, kind in KINDS.items()}, "off the way": left}
+    infractions = [sum(counts) for counts in zip(*kinds.values(), strict=True)]
     causes = [episode.cause for episode in episodes]
     secs = sum(column("secs"))
     return Summary(
@@ -83,6 +89,13 @@ def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
         infractions=int(sum(infractions)),
         infractions_per_km=sum(infractions) / sum(km) if sum(km) > 0.0 else 0.0,
         infractions_interval=intervals.ratio(infractions, km),
+        per_km={
+            kind: sum(counts) / sum(km) if sum(km) > 0.0 else 0.0 for kind, counts in kinds.items()
+        },
+        driving_scores={
+            version: sum(driving_score(one.numbers, version) for one in episodes) / count
+            for version in PENALTIES
+        },
         mean_speed_mps=sum(column("driven_m")) / secs if secs > 0.0 else 0.0,
         mean_beside_m=sum(column("mean_beside_m")) / count,
         causes={cause: causes.count(cause) for cause in CAUSES if cause in causes},
@@ -92,7 +105,7 @@ def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
 def table(summaries: Sequence[Summary]) -> str:
     """For people: a line for each cell."""
     head = ["task", "town", "tier", "policy", "n", "success %", "95 %"]
-    head += ["way %", "per km", "m/s", "ended by"]
+    head += ["way %", "per km", "score", "m/s", "ended by"]
     lines = [head]
     for one in summaries:
         low, high = one.success_interval
@@ -102,10 +115,16 @@ def table(summaries: Sequence[Summary]) -> str:
                 *(one.cell.task, one.cell.town, one.cell.tier, one.cell.policy),
                 *(str(one.episodes), f"{100 * one.success:.1f}"),
                 *(f"{100 * low:.1f} to {100 * high:.1f}", f"{100 * one.completion:.1f}"),
-                *(f"{one.infractions_per_km:.2f}", f"{one.mean_speed_mps:.1f}", causes),
+                *(f"{one.infractions_per_km:.2f}", f"{one.driving_scores[SCORE]:.1f}"),
+                *(f"{one.mean_speed_mps:.1f}", causes),
             ]
         )
-    widths = [max(len(line[at]) for line in lines) for at in range(len(head))]
+    return columns(lines)
+
+
+def columns(lines: Sequence[Sequence[str]]) -> str:
+    """Lines of texts, one below the other."""
+    widths = [max(len(line[at]) for line in lines) for at in range(len(lines[0]))]
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
