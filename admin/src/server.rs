@@ -3,7 +3,6 @@
 use std::convert::Infallible;
 use std::io;
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -15,21 +14,19 @@ use hyper::service::service_fn;
 use hyper::{Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use monitoring::Monitor;
+use seats::{Seat, Seats};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
 
 use crate::answer::{Answer, Question, answer};
 use crate::process;
 
-/// Connections at once; who comes beyond that waits.
+/// Connections at once; who is silent gives way to who comes.
 const CONNECTIONS_MAX: usize = 32;
 /// How long one may say nothing, and last.
 const HEAD_WAIT: Duration = Duration::from_secs(5);
 const CONNECTION_TIME: Duration = Duration::from_secs(60);
 /// Of a request's head.
 const HEAD_BYTES_MAX: usize = 16 * 1024;
-/// Before the next connection where the system had no room for one.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Answers at this address until the process ends, on a thread of its own; gives the address, with
 /// its port. The figures of the process itself join the monitor's.
@@ -44,36 +41,25 @@ pub fn serve(address: SocketAddr, monitor: &Monitor) -> io::Result<SocketAddr> {
     process::export(monitor.metrics());
     let monitor = monitor.clone();
     let serving = move || {
-        if let Err(cause) = runtime.block_on(accept_all(listener, monitor)) {
-            tracing::error!(%cause, "nobody can ask how this process is");
-        }
+        let Err(cause) = runtime.block_on(accept_all(listener, monitor));
+        tracing::error!(%cause, "nobody can ask how this process is");
     };
     std::thread::Builder::new().name("admin".to_owned()).spawn(serving)?;
     Ok(address)
 }
 
-async fn accept_all(listener: std::net::TcpListener, monitor: Monitor) -> io::Result<()> {
+async fn accept_all(listener: std::net::TcpListener, monitor: Monitor) -> io::Result<Infallible> {
     let listener = TcpListener::from_std(listener)?;
-    let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    let seats = Seats::new(CONNECTIONS_MAX);
     loop {
-        let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return Ok(()) };
-        match listener.accept().await {
-            Ok((stream, peer)) => {
-                let monitor = monitor.clone();
-                tokio::spawn(async move {
-                    converse(stream, peer, &monitor).await;
-                    drop(seat);
-                });
-            }
-            Err(cause) => {
-                tracing::debug!(%cause, "somebody who asks could not connect");
-                tokio::time::sleep(ACCEPT_PAUSE).await;
-            }
-        }
+        let (stream, peer) = seats.accept(&listener).await;
+        let seat = seats.take(peer.ip()).await;
+        let monitor = monitor.clone();
+        tokio::spawn(async move { converse(stream, peer, &seat, &monitor).await });
     }
 }
 
-async fn converse(stream: TcpStream, peer: SocketAddr, monitor: &Monitor) {
+async fn converse(stream: TcpStream, peer: SocketAddr, seat: &Seat, monitor: &Monitor) {
     let is_local = peer.ip().to_canonical().is_loopback();
     let service = service_fn(|request: Request<Incoming>| {
         let question = Question {
@@ -90,9 +76,15 @@ async fn converse(stream: TcpStream, peer: SocketAddr, monitor: &Monitor) {
         .header_read_timeout(HEAD_WAIT)
         .max_buf_size(HEAD_BYTES_MAX)
         .serve_connection(TokioIo::new(stream), service);
-    match tokio::time::timeout(CONNECTION_TIME, connection).await {
-        Ok(Ok(())) | Err(_) => {}
-        Ok(Err(cause)) => tracing::debug!(%peer, %cause, "a connection ended"),
+    // Answers are short, so that its connection is as good as silent whatever it does.
+    tokio::select! {
+        ended = connection => {
+            if let Err(cause) = ended {
+                tracing::debug!(%peer, %cause, "a connection ended");
+            }
+        }
+        () = tokio::time::sleep(CONNECTION_TIME) => {}
+        () = seat.wanted() => {}
     }
 }
 

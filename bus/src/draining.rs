@@ -12,6 +12,9 @@ use zenoh::sample::{Sample, SampleKind};
 
 use crate::{Bus, BusError};
 
+/// Services of a kind of which it is known that they drain.
+const DRAINING_MAX: usize = 4_096;
+
 /// The services of a kind that take no new work.
 pub struct Draining {
     services: watch::Receiver<BTreeSet<ServiceId>>,
@@ -52,14 +55,25 @@ impl Bus {
     pub async fn follow_draining(&self, kind: ServiceKind) -> Result<Draining, BusError> {
         let key = keys::any_draining(kind);
         let (told, services) = watch::channel(BTreeSet::new());
-        // Of several changes each sees the one before.
-        let told = Mutex::new(told);
+        // Of several changes each sees the one before; then whether it was said that there are too
+        // many.
+        let told = Mutex::new((told, false));
         let on_change = move |sample: Sample| {
             let Some((_, id)) = keys::parse_draining(sample.key_expr().as_str()) else { return };
-            let told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            let (told, is_full_told) = &mut *told;
             told.send_if_modified(|services| match sample.kind() {
-                SampleKind::Put => services.insert(id.clone()),
                 SampleKind::Delete => services.remove(&id),
+                SampleKind::Put if services.len() < DRAINING_MAX => services.insert(id.clone()),
+                SampleKind::Put => {
+                    if !std::mem::replace(is_full_told, true) {
+                        tracing::error!(
+                            max = DRAINING_MAX,
+                            "more services drain than can be followed"
+                        );
+                    }
+                    false
+                }
             });
         };
         let subscriber =

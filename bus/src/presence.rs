@@ -1,6 +1,6 @@
 //! Who is up: liveliness tokens, and what their owners say of themselves.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher, RandomState};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -21,6 +21,9 @@ use crate::{Bus, BusError, Serving};
 const DESCRIBE_DEADLINE: Duration = Duration::from_millis(500);
 /// Services that are asked at once what they are.
 const DESCRIBING_MAX: usize = 256;
+/// Services that are followed at once. One more takes the place of one that did not say what it is;
+/// where all did, it is not noticed.
+const SERVICES_MAX: usize = 4_096;
 /// How long one that answers waits for those before it by name.
 const ORDER_PATIENCE: Duration = Duration::from_millis(50);
 
@@ -44,7 +47,8 @@ pub enum Presence {
 
 /// Follows who is up.
 ///
-/// Holds states, not events: however late it is read, it never grows beyond the number of services.
+/// Holds states, not events: however late it is read, it never grows beyond the number of services,
+/// of which it follows 4,096.
 pub struct Watch {
     bus: Bus,
     seen: Arc<Seen>,
@@ -83,7 +87,33 @@ struct Seen {
 #[derive(Default)]
 struct Generations {
     of: BTreeMap<Key, u64>,
+    /// Those of them that did not say what they are.
+    mute: BTreeSet<Key>,
     next: u64,
+    /// Whether it was said that there are too many.
+    is_full_told: bool,
+}
+
+impl Generations {
+    /// Notes one that is up; whether there is room for it.
+    fn insert(&mut self, service: Key) -> bool {
+        // A second token of the same service, or a late echo of the first, changes nothing.
+        if self.of.contains_key(&service) {
+            return true;
+        }
+        if self.of.len() >= SERVICES_MAX {
+            let Some(mute) = self.mute.pop_first() else { return false };
+            self.of.remove(&mute);
+        }
+        self.next += 1;
+        self.of.insert(service, self.next);
+        true
+    }
+
+    fn remove(&mut self, service: &Key) {
+        self.of.remove(service);
+        self.mute.remove(service);
+    }
 }
 
 impl Bus {
@@ -195,31 +225,41 @@ impl Watch {
                 self.asked_at = Instant::now();
             }
             self.asked.insert(service.clone(), generation);
-            let session = self.bus.session.clone();
+            let (session, seen) = (self.bus.session.clone(), Arc::clone(&self.seen));
             self.describing.spawn(async move {
-                let alive = describe(&session, &service).await;
+                let alive = describe(&session, &service).await.unwrap_or_else(|| {
+                    seen.note_mute(&service, generation);
+                    nameless(&service)
+                });
                 (service, generation, alive)
             });
         }
     }
 }
 
-async fn describe(session: &zenoh::Session, (kind, id): &Key) -> Alive {
+async fn describe(session: &zenoh::Session, (kind, id): &Key) -> Option<Alive> {
     let key = keys::alive(*kind, id);
     let bytes_max = limits::REQUEST_BYTES_MAX;
     let described = ask(session, &key, Vec::new(), bytes_max, DESCRIBE_DEADLINE).await;
-    described.and_then(|bytes| wire::decode_alive(&bytes)).unwrap_or_else(|error| {
-        tracing::warn!(key, %error, "a service is up but does not say what it is");
-        Alive {
-            kind: *kind,
-            id: id.clone(),
-            version: String::new(),
-            pid: 0,
-            capacity: 0,
-            detail: String::new(),
-            number: 0,
-        }
-    })
+    let described = described.and_then(|bytes| wire::decode_alive(&bytes));
+    described
+        .inspect_err(|error| {
+            tracing::warn!(key, %error, "a service is up but does not say what it is");
+        })
+        .ok()
+}
+
+/// What is known of a service that does not say what it is.
+fn nameless((kind, id): &Key) -> Alive {
+    Alive {
+        kind: *kind,
+        id: id.clone(),
+        version: String::new(),
+        pid: 0,
+        capacity: 0,
+        detail: String::new(),
+        number: 0,
+    }
 }
 
 impl Seen {
@@ -230,18 +270,21 @@ impl Seen {
 
     fn note(&self, service: Key, up: bool) {
         let mut seen = self.lock();
-        let Generations { of, next } = &mut *seen;
-        if up {
-            // A second token of the same service, or a late echo of the first, changes nothing.
-            of.entry(service).or_insert_with(|| {
-                *next += 1;
-                *next
-            });
-        } else {
-            of.remove(&service);
+        if !up {
+            seen.remove(&service);
+        } else if !seen.insert(service) && !std::mem::replace(&mut seen.is_full_told, true) {
+            tracing::error!(max = SERVICES_MAX, "more services are announced than can be followed");
         }
         drop(seen);
         self.changed.notify_one();
+    }
+
+    /// Notes that a service did not say what it is.
+    fn note_mute(&self, service: &Key, generation: u64) {
+        let mut seen = self.lock();
+        if seen.of.get(service) == Some(&generation) {
+            seen.mute.insert(service.clone());
+        }
     }
 
     fn is_at(&self, service: &Key, generation: u64) -> bool {
@@ -267,5 +310,29 @@ mod tests {
             assert!(one.as_str().starts_with(kind.as_str()), "{one}");
             assert_ne!(one, other);
         }
+    }
+
+    #[test]
+    fn of_too_many_services_those_that_say_nothing_make_room_for_who_comes() {
+        let service = |count: usize| (ServiceKind::World, format!("w-{count}").parse().unwrap());
+        let seen = Seen::default();
+        for count in 0..SERVICES_MAX {
+            seen.note(service(count), true);
+        }
+        seen.note(service(SERVICES_MAX), true);
+        assert_eq!(seen.lock().of.len(), SERVICES_MAX);
+        assert!(!seen.lock().of.contains_key(&service(SERVICES_MAX)), "all may say what they are");
+        let generation = seen.lock().of[&service(7)];
+        seen.note_mute(&service(7), generation);
+        seen.note_mute(&service(8), generation);
+        seen.note(service(SERVICES_MAX), true);
+        assert!(seen.lock().of.contains_key(&service(SERVICES_MAX)));
+        assert!(!seen.is_at(&service(7), generation), "it is told to be gone");
+        seen.note(service(SERVICES_MAX + 1), true);
+        assert_eq!(seen.lock().of.len(), SERVICES_MAX);
+        assert!(seen.lock().mute.is_empty(), "one of another generation has spoken since");
+        seen.note(service(8), false);
+        seen.note(service(SERVICES_MAX + 1), true);
+        assert!(seen.lock().of.contains_key(&service(SERVICES_MAX + 1)));
     }
 }

@@ -44,7 +44,12 @@ pub(crate) async fn ask_all(
     put(session, (key, payload, payload_bytes_max), QueryTarget::All, deadline).await
 }
 
-/// All answers of all who serve `key` by the deadline.
+/// Answers that are taken of one question to all who serve a key.
+const ANSWERS_MAX: usize = 1_024;
+/// Bytes of them together.
+const ANSWER_BYTES_MAX: usize = 256 * 1024 * 1024;
+
+/// All answers of all who serve `key` by the deadline, up to a bound.
 ///
 /// # Errors
 /// [`ErrorCode::Unreachable`] when nobody answers; the first refusal.
@@ -57,11 +62,17 @@ pub(crate) async fn ask_every(
     let question = session.get(key).payload(payload).express(true).target(QueryTarget::All);
     let question = question.consolidation(ConsolidationMode::None).timeout(deadline);
     let replies = question.await.map_err(|cause| cannot_ask(key, &cause))?;
-    let mut answers = Vec::new();
+    let (mut answers, mut bytes) = (Vec::new(), 0);
     while let Ok(reply) = replies.recv_async().await {
+        if answers.len() >= ANSWERS_MAX || bytes > ANSWER_BYTES_MAX {
+            tracing::warn!(key, bytes, "more is answered than is taken");
+            break;
+        }
         let answer = reply.into_result();
         let answer = answer.map_err(|no| error_of(key, deadline, &no.payload().to_bytes()))?;
-        answers.push(answer.payload().to_bytes().into_owned());
+        let answer = answer.payload().to_bytes().into_owned();
+        bytes += answer.len();
+        answers.push(answer);
     }
     if answers.is_empty() { Err(nobody_answers(key)) } else { Ok(answers) }
 }

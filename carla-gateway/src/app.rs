@@ -241,9 +241,11 @@ async fn attend(
     let (calls, streams) = (TcpListener::from_std(calls)?, TcpListener::from_std(streams)?);
     let (events, told) = mpsc::channel(EVENTS_MAX);
     let tenant = endpoint.config.allowance.tenant();
-    let entrance = |listener| Entrance::new(listener, guests.clone(), tenant.clone());
-    tokio::spawn(stream::serve(entrance(streams), Arc::clone(&endpoint.hub)));
-    tokio::spawn(rpc::serve(entrance(calls), events));
+    let entrance = |listener, seats| Entrance::new(listener, guests.clone(), tenant.clone(), seats);
+    let (streams, calls) =
+        (entrance(streams, stream::LISTENERS_MAX), entrance(calls, rpc::CONNECTIONS_MAX));
+    tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub)));
+    tokio::spawn(rpc::serve(calls, events));
     let lobby = Lobby::new(endpoint.config.pacing, Instant::now());
     let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);
     server.run(endpoint).await;

@@ -2,13 +2,13 @@
 //! its tenant's, and who reaches it is decided by address.
 
 use std::fmt;
-use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::IpAddr;
 use std::str::FromStr;
 use std::time::Instant;
 
 use ipnetwork::IpNetwork;
 use schemas::Tenant;
+use seats::{Seat, Seats};
 use tenancy::Seldom;
 use tokio::net::{TcpListener, TcpStream};
 
@@ -22,6 +22,7 @@ pub(crate) struct Entrance {
     guests: Guests,
     /// Whose the port is.
     pub(crate) tenant: Tenant,
+    seats: Seats,
     /// As they are written down: whoever tries on and on fills no log.
     refusals: Seldom<()>,
 }
@@ -62,19 +63,17 @@ impl Guests {
 }
 
 impl Entrance {
-    pub(crate) fn new(listener: TcpListener, guests: Guests, tenant: Tenant) -> Self {
-        Self { listener, guests, tenant, refusals: Seldom::default() }
+    /// With so many seats.
+    pub(crate) fn new(listener: TcpListener, guests: Guests, tenant: Tenant, seats: usize) -> Self {
+        Self { listener, guests, tenant, seats: Seats::new(seats), refusals: Seldom::default() }
     }
 
-    /// The next connection of a guest. Others are closed before they say anything.
-    ///
-    /// # Errors
-    /// The system's.
-    pub(crate) async fn accept(&self) -> io::Result<(TcpStream, SocketAddr)> {
+    /// The next connection of a guest, and its seat. Others are closed before they say anything.
+    pub(crate) async fn accept(&self) -> (TcpStream, Seat) {
         loop {
-            let (socket, address) = self.listener.accept().await?;
+            let (socket, address) = self.seats.accept(&self.listener).await;
             if self.guests.admits(address.ip()) {
-                return Ok((socket, address));
+                return (socket, self.seats.take(address.ip()).await);
             }
             if self.refusals.may_tell((), Instant::now()) {
                 let port = self.listener.local_addr().map_or(0, |here| here.port());
@@ -116,8 +115,8 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let nobody = Guests(vec!["10.0.3.0/24".parse().unwrap()]);
-        let entrance = Entrance::new(listener, nobody, "alice".parse().unwrap());
-        let refused = tokio::spawn(async move { entrance.accept().await.map(drop) });
+        let entrance = Entrance::new(listener, nobody, "alice".parse().unwrap(), 1);
+        let refused = tokio::spawn(async move { entrance.accept().await });
         let stranger = TcpStream::connect(address).await.unwrap();
         stranger.readable().await.unwrap();
         assert_eq!(stranger.try_read(&mut [0; 1]).unwrap_or(0), 0, "closed without a word");

@@ -12,4 +12,4 @@ mod server;
 #[cfg(test)]
 pub(crate) use draw::Draw;
 pub(crate) use message::{Answer, ConnectionId, Meta, Payload, Refusal, Request, Ticket};
-pub(crate) use server::{Event, Outbox, serve};
+pub(crate) use server::{CONNECTIONS_MAX, Event, Outbox, serve};

@@ -4,7 +4,6 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::serve::Listener as _;
 use bus::{Bus, BusConfig};
 use monitoring::Monitor;
 use schemas::{Alive, ServiceKind};
@@ -73,7 +72,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let address = config.http;
     let listen_error = |cause| RunError::Listen { address, cause };
     let listener = FaceListener::open(address).await.map_err(listen_error)?;
-    let address = listener.local_addr().map_err(listen_error)?;
+    let address = listener.address();
 
     let (bus_sender, bus) = watch::channel(None);
     let (tenant, owner) = (config.tenant.clone(), config.id.clone());
@@ -91,6 +90,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     export(monitor, &sessions);
     let origins = OriginRule {
         is_loopback: address.ip().is_loopback(),
+        is_open: config.tokens.is_none(),
         allowed: config.allow_origin.clone(),
     };
     let face = Face {
@@ -99,7 +99,8 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
         door: Arc::clone(&door),
         origins,
     };
-    let face = openenv::service(Arc::new(face));
+    let bounds = openenv::Bounds::for_sessions(config.sessions_max);
+    let served = openenv::serve(listener, Arc::new(face), bounds);
     tokio::spawn(follow(door));
     tokio::spawn(reap(Arc::clone(&sessions)));
     tokio::spawn(sweep(Arc::clone(&sessions), changes.clone()));
@@ -109,7 +110,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let on_bus = join_bus(&config, address, bus_sender, monitor);
     let left = || sessions.load().0 as usize;
     tokio::select! {
-        served = axum::serve(listener, face).into_future() => served.map_err(RunError::System),
+        never = served => match never {},
         joined = on_bus => joined.map(|never| match never {}),
         () = termination.drained(monitor, "sessions", left) => Ok(()),
     }

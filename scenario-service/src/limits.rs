@@ -12,8 +12,23 @@ pub(crate) const TRANSPORT_BYTES_MAX: usize = 16 * 1024 * 1024;
 pub(crate) const READ_BUFFER_BYTES: usize = 8 * 1024;
 /// Bytes of a WebSocket message or HTTP body that are parsed. Larger ones get an error.
 pub(crate) const MESSAGE_BYTES_MAX: usize = 2 * 1024 * 1024;
+/// Connections at once beside those that have a session; who is silent gives way to who comes.
+pub(crate) const GUESTS_MAX: usize = 256;
+/// Bytes of the head of a request.
+pub(crate) const HEAD_BYTES_MAX: usize = 64 * 1024;
+/// Bytes of a message or body beyond which its client needs a place to send on: until it has one it
+/// is not read.
+pub(crate) const LARGE_BYTES: usize = 64 * 1024;
+/// Such places.
+pub(crate) const LARGE_MAX: usize = 4;
+/// How long a connection may be between two requests, or a head on its way.
+pub(crate) const HEAD_WAIT: Duration = Duration::from_secs(30);
+/// How long a body may take.
+pub(crate) const BODY_WAIT: Duration = Duration::from_secs(30);
+/// How long a message that has a place may take.
+pub(crate) const LARGE_WAIT: Duration = Duration::from_secs(30);
 /// How long a client may take no byte of what it is sent before its connection ends.
-pub(crate) const WRITE_DEADLINE: Duration = Duration::from_secs(30);
+pub(crate) const WRITE_WAIT: Duration = Duration::from_secs(30);
 /// Characters of an episode or request id.
 pub(crate) const ID_CHARS_MAX: usize = 255;
 /// Errors reported for one message.

@@ -10,9 +10,9 @@ use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::time::Duration;
 
-use axum::serve::Listener;
 use port_lending::{Offer, Wish, listens};
 use rustix::process::Pid;
+use seats::Seats;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
@@ -66,6 +66,24 @@ impl FaceListener {
             tracing::info!(%address, "OpenEnv face listens");
         }
         Ok(face)
+    }
+
+    /// Where it listens, or will.
+    pub(crate) fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The next connection, for which there may be no seat yet.
+    pub(crate) async fn accept(&mut self, seats: &Seats) -> (TcpStream, SocketAddr) {
+        loop {
+            let is_shut_out = self.listener.is_none();
+            tokio::select! {
+                accepted = accept(self.listener.as_ref(), seats) => return accepted,
+                accepted = accept(self.beside.as_ref(), seats) => return accepted,
+                Some(wish) = self.wishes.recv() => self.lend(wish).await,
+                () = tokio::time::sleep(RETRY_PAUSE), if is_shut_out => self.try_again().await,
+            }
+        }
     }
 
     /// Lets go of the port, so that another process can listen there.
@@ -142,34 +160,10 @@ fn is_alive(process: Pid) -> bool {
     rustix::process::test_kill_process(process).is_ok()
 }
 
-async fn accept(listener: &mut Option<TcpListener>) -> (TcpStream, SocketAddr) {
-    let Some(listener) = listener else { return std::future::pending().await };
-    let (stream, address) = Listener::accept(listener).await;
-    // Small answers must not wait for the acknowledgement of earlier ones.
-    if let Err(error) = stream.set_nodelay(true) {
-        tracing::debug!(%error, "a connection stays with delayed sending");
-    }
-    (stream, address)
-}
-
-impl Listener for FaceListener {
-    type Io = TcpStream;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (TcpStream, SocketAddr) {
-        loop {
-            let is_shut_out = self.listener.is_none();
-            tokio::select! {
-                accepted = accept(&mut self.listener) => return accepted,
-                accepted = accept(&mut self.beside) => return accepted,
-                Some(wish) = self.wishes.recv() => self.lend(wish).await,
-                () = tokio::time::sleep(RETRY_PAUSE), if is_shut_out => self.try_again().await,
-            }
-        }
-    }
-
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        Ok(self.address)
+async fn accept(listener: Option<&TcpListener>, seats: &Seats) -> (TcpStream, SocketAddr) {
+    match listener {
+        Some(listener) => seats.accept(listener).await,
+        None => std::future::pending().await,
     }
 }
 
@@ -180,9 +174,9 @@ mod tests {
     /// Accepts and keeps what comes, for ever.
     fn keep_accepting(mut face: FaceListener) {
         tokio::spawn(async move {
-            let mut kept = Vec::new();
+            let (seats, mut kept) = (Seats::new(1), Vec::new());
             loop {
-                kept.push(face.accept().await);
+                kept.push(face.accept(&seats).await);
             }
         });
     }
@@ -196,7 +190,7 @@ mod tests {
     #[tokio::test]
     async fn a_process_that_is_lent_the_port_gets_it_and_the_face_listens_again_after_it() {
         let face = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
-        let address = face.local_addr().unwrap();
+        let address = face.address();
         keep_accepting(face);
         TcpStream::connect(address).await.unwrap();
         let everywhere = SocketAddr::new([0, 0, 0, 0].into(), address.port());
@@ -216,7 +210,7 @@ mod tests {
         // Before the listener, which it would hold for the moment that it takes to begin.
         let mut asker = std::process::Command::new("sleep").arg("600").spawn().unwrap();
         let face = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
-        let address = face.local_addr().unwrap();
+        let address = face.address();
         keep_accepting(face);
         let pid = Pid::from_raw(asker.id() as i32).unwrap();
         port_lending::ask_for(address.port(), pid).await.unwrap();
@@ -231,7 +225,7 @@ mod tests {
         let other = TcpListener::bind("0.0.0.0:0").await.unwrap();
         let address = SocketAddr::new([127, 0, 0, 1].into(), other.local_addr().unwrap().port());
         let face = FaceListener::open(address).await.unwrap();
-        assert_eq!(face.local_addr().unwrap(), address);
+        assert_eq!(face.address(), address);
         keep_accepting(face);
         drop(other);
         until_it_listens(address).await;

@@ -1,29 +1,30 @@
 //! The OpenEnv face: HTTP and WebSocket on one port, a translation layer over sessions.
 
 mod access;
+mod body;
 pub(crate) mod coerce;
 mod docs;
 mod envelope;
 mod http;
 mod http_errors;
 mod json;
+mod line;
 mod mcp;
 mod openapi;
 mod origin;
 mod reply;
 mod schema;
+mod serving;
 mod snapshots;
 mod tasks;
 mod ws;
 
 use std::sync::Arc;
 
-use axum::Router;
-use axum::extract::connect_info::IntoMakeServiceWithConnectInfo;
 use tenancy::Door;
 
-use access::Peer;
 pub(crate) use origin::OriginRule;
+pub(crate) use serving::{Bounds, serve};
 
 use crate::session::table::Sessions;
 
@@ -58,11 +59,6 @@ pub(crate) struct Face {
     pub(crate) door: Arc<Door>,
     /// Whose web pages are served.
     pub(crate) origins: OriginRule,
-}
-
-/// Every route of the face.
-pub(crate) fn service(face: Arc<Face>) -> IntoMakeServiceWithConnectInfo<Router, Peer> {
-    http::router(face).into_make_service_with_connect_info()
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ from pathlib import Path
 import causeway
 import httpx
 import websockets.sync.client
+import zenoh
 from causeway import bus
 
 HERE = Path(__file__).parent
@@ -25,6 +26,24 @@ PAGES = ("/health", "/metrics", "/schema", "/web", "/nowhere")
 VISIT_SECS = 180.0
 #: A masked WebSocket ping of 125 bytes.
 PING = b"\x89\xfd\0\0\0\0" + b"\x07" * 125
+#: A request of HTTP, the head of a WebSocket's text of a megabyte, and a call of CARLA; parts of
+#: them are sent, and no more.
+POST = (
+    b"POST /step HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n"
+    b"content-length: 1000000\r\n\r\n{"
+)
+UPGRADE = (
+    b"GET /ws HTTP/1.1\r\nhost: localhost\r\nconnection: upgrade\r\nupgrade: websocket\r\n"
+    b"sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+HALF_TEXT = b"\x81\xff" + (1_000_000).to_bytes(8, "big") + bytes(4) + b"x" * 100_000
+HALVES = 20
+HALF_SECS = 2.0
+PHANTOMS = 60
+#: MessagePack: what is no number, and what is too large to be one.
+NOT_FINITE = (b"\xcb\x7f\xf8" + bytes(6), b"\xcb\x7f\xf0" + bytes(6), b"\xca\xff\x80\0\0")
+#: Of pages of others, and of names that were made to lead here.
+FOREIGN = ({"Origin": "https://evil.example"}, {"Host": "evil.example"})
 CALLS = ("get_sensor_token", "apply_batch", "is_traffic_manager_running", "spawn_actor", "no_such")
 
 
@@ -84,15 +103,71 @@ class Churn:
                 caller.sendall(request(self.dice.choice(CALLS), number))
                 caller.recv(65_536)
 
+    def halves(self) -> None:
+        """Connections that say nothing, or half of something, for a while."""
+        host, port = self.base_url.removeprefix("http://").split(":")
+        call = request("version", 1)
+        with contextlib.ExitStack() as stack:
+            for _ in range(HALVES):
+                for to, said in ((port, POST), (self.port, call), (self.port + 1, b"\0\0\0")):
+                    half = stack.enter_context(socket.create_connection((host, int(to)), 60.0))
+                    half.sendall(said[: self.dice.randrange(len(said))])
+            talk = stack.enter_context(socket.create_connection((host, int(port)), 60.0))
+            talk.sendall(UPGRADE)
+            talk.settimeout(HALF_SECS)
+            with contextlib.suppress(OSError):
+                talk.sendall(HALF_TEXT)
+            time.sleep(HALF_SECS)
 
-def request(method: str, number: int) -> bytes:
-    """`[0, number, method, [metadata, 1]]` as MessagePack-RPC."""
+    def nonsense(self) -> None:
+        """Numbers that are none, and pages of others: refused each time."""
+        number = self.dice.choice(("NaN", "1e999", "-Infinity"))
+        action = f'{{"action": {{"throttle": {number}}}}}'
+        answer = httpx.post(
+            f"{self.base_url}/step",
+            content=action,
+            headers={"content-type": "application/json"},
+            timeout=60.0,
+        )
+        assert answer.status_code == 422, answer.text
+        for headers in FOREIGN:
+            answer = httpx.get(self.base_url + "/metadata", headers=headers, timeout=60.0)
+            assert answer.status_code == 403, (headers, answer.text)
+        host = self.base_url.removeprefix("http://").split(":")[0]
+        with socket.create_connection((host, self.port), 60.0) as caller:
+            for number in range(20):
+                argument = self.dice.choice(NOT_FINITE)
+                caller.sendall(request("get_actors_by_id", number, argument))
+                assert caller.recv(65_536)
+        time.sleep(0.05)
+
+    def phantoms(self) -> None:
+        """Services that are announced, and are not there."""
+        config = zenoh.Config()
+        for name, value in {
+            "mode": '"client"',
+            "connect/endpoints": f'["{self.endpoint}"]',
+            "scouting/multicast/enabled": "false",
+        }.items():
+            config.insert_json5(name, value)
+        with zenoh.open(config) as session:
+            tokens = [
+                session.liveliness().declare_token(f"causeway/{what}/{kind}/phantom-{count}")
+                for count in range(PHANTOMS)
+                for kind in ("world", "render")
+                for what in ("alive", "draining")
+            ]
+            time.sleep(HALF_SECS)
+            for token in tokens:
+                token.undeclare()
+
+
+def request(method: str, number: int, argument: bytes = b"\x01") -> bytes:
+    """`[0, number, method, [metadata, argument]]` as MessagePack-RPC."""
     name = method.encode()
     head = b"\x94\x00\xce" + struct.pack(">I", number) + b"\xd9" + bytes([len(name)]) + name
-    return head + b"\x92\x91\xc2\x01"
+    return head + b"\x92\x91\xc2" + argument
 
-
-KINDS = ("sessions", "subscribers", "pages", "visits", "floods")
 
 if __name__ == "__main__":
     url, endpoint, port, kind, seed = sys.argv[1:]

@@ -17,6 +17,9 @@ CAMERAS = 8
 WIDE_PX, HIGH_PX = 1920, 1080
 #: A frame of CARLA of so long is ten of the world's longest ticks, each cut as finely as may be.
 FRAME_SECS = 1.0
+#: Lidars whose ticks take longer than a world at its own pace has for them.
+LIDARS = 6
+LIDAR_POINTS_PER_SECOND = 1_300_000
 SUBSTEP_SECS = 0.001
 #: CARLA takes no more.
 SUBSTEPS = 16
@@ -86,6 +89,28 @@ def film(_: str, port: int) -> None:
             taken.get(timeout=120.0)
 
 
+def overload(_: str, port: int) -> None:
+    """A world at its own pace that cannot keep it."""
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(120.0)
+    world = client.get_world()
+    blueprint = world.get_blueprint_library().find("sensor.lidar.ray_cast")
+    for name, value in {
+        "points_per_second": LIDAR_POINTS_PER_SECOND,
+        "channels": 64,
+        "rotation_frequency": 20,
+        "range": 100,
+    }.items():
+        blueprint.set_attribute(name, str(value))
+    measured, lidars = queue.Queue(), []
+    for place in world.get_map().get_spawn_points()[:LIDARS]:
+        place.location.z += 2.0
+        lidars.append(world.spawn_actor(blueprint, place))
+        lidars[-1].listen(lambda scan: measured.put(scan.frame))
+    for _ in go_on():
+        measured.get(timeout=120.0)
+
+
 def synchronous(port: int, frame_secs: float = FRAME_SECS) -> carla.World:
     client = carla.Client("127.0.0.1", port)
     client.set_timeout(120.0)
@@ -107,7 +132,7 @@ def go_on():
         yield
 
 
-KINDS = {kind.__name__: kind for kind in (crowd, pictures, carla_crowd, film)}
+KINDS = {kind.__name__: kind for kind in (crowd, pictures, carla_crowd, film, overload)}
 
 if __name__ == "__main__":
     KINDS[sys.argv[3]](sys.argv[1], int(sys.argv[2]))

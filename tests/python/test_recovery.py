@@ -15,9 +15,13 @@ import threading
 import time
 from pathlib import Path
 
+import carla
 import causeway
 import pytest
 from websockets.exceptions import WebSocketException
+
+import endurance
+from carla_site import connect, fresh, spawn_car, synchronous
 
 PROMISE_SECS = 2.0
 BUSY_SECS = 5 * PROMISE_SECS
@@ -25,6 +29,8 @@ STOP_SECS = float(os.environ.get("CAUSEWAY_STOP_SECS", "5"))
 #: A picture waits for five seconds for a renderer, which may take thirty.
 PICTURE_SECS = 40.0
 LOAD = 4
+#: Longer than worlds outlive the service that uses them, and than the bus hears who says nothing.
+LONG_STOP_SECS = 10.0
 # What a client meets while its service is away.
 LOST = (OSError, causeway.SessionError, WebSocketException)
 # MessagePack-RPC: [0, 1, "version", [[False]]].
@@ -55,6 +61,12 @@ def speaks_carla(site):
         assert b"0.9.16" in client.recv(256)
 
 
+def sees_a_world_of_carla(site):
+    client = connect(site.carla_port)
+    client.set_timeout(5.0)
+    assert client.get_world().get_snapshot().frame
+
+
 def takes_a_picture(site):
     with causeway.Session(site.base_url) as session:
         session.reset("trolley_saves", seed=1)
@@ -65,8 +77,24 @@ SERVED = {
     "world": drives,
     "scenario": drives,
     "gateway": speaks_carla,
+    "wheel": sees_a_world_of_carla,
     "render": takes_a_picture,
 }
+
+SERVICES = ("world", "scenario", "gateway", "render")
+
+
+@contextlib.contextmanager
+def standing_still(site, service, secs):
+    """Stops a service for so long, as a debugger or a full machine does."""
+    stopped = pid_of(site, service)
+    os.kill(stopped, signal.SIGSTOP)
+    begun = time.monotonic()
+    try:
+        yield
+        time.sleep(max(0.0, secs - (time.monotonic() - begun)))
+    finally:
+        os.kill(stopped, signal.SIGCONT)
 
 
 def start_for(service, start_site):
@@ -84,7 +112,7 @@ def secs_until_served(site, service, begun):
     while time.monotonic() - begun < 120.0:
         try:
             SERVED[service](site)
-        except (*LOST, AssertionError) as cause:
+        except (*LOST, AssertionError, RuntimeError) as cause:
             error = cause
             time.sleep(0.02)
             continue
@@ -133,7 +161,7 @@ def load(site, service):
         print(f"{len(waits_secs)} pictures, longest wait {max(waits_secs):.2f} s, {reasons}")
 
 
-@pytest.mark.parametrize("service", SERVED)
+@pytest.mark.parametrize("service", SERVICES)
 def test_who_comes_after_a_service_was_killed_is_served_soon(start_site, service):
     site, away_secs = start_for(service, start_site)
     with load(site, service):
@@ -147,7 +175,7 @@ def test_who_comes_after_a_service_was_killed_is_served_soon(start_site, service
     assert pid_of(site, service) != dead
 
 
-@pytest.mark.parametrize("service", SERVED)
+@pytest.mark.parametrize("service", SERVICES)
 def test_a_service_that_stood_still_goes_on_without_a_restart(start_site, service):
     site, away_secs = start_for(service, start_site)
     with load(site, service):
@@ -177,20 +205,85 @@ def test_episodes_outlive_a_world_service_that_stands_still(start_site):
             except LOST as error:
                 answers.append(error)
 
-        stopped = pid_of(site, "world")
-        os.kill(stopped, signal.SIGSTOP)
-        try:
+        with standing_still(site, "world", 4.5):
             steps = [threading.Thread(target=step, args=(session,)) for session in (early, late)]
             steps[0].start()
             # The bus gives up who is silent for two seconds.
             time.sleep(4.0)
             steps[1].start()
-            time.sleep(0.5)
-        finally:
-            os.kill(stopped, signal.SIGCONT)
         for thread in steps:
             thread.join(timeout=60.0)
         assert len(answers) == 2
         assert not [answer for answer in answers if isinstance(answer, Exception)], answers
         early.step()
         late.step()
+
+
+def test_sessions_go_on_when_their_scenario_service_stood_still(start_site):
+    site = start_site("--no-render")
+    with causeway.Session(site.base_url) as asking, causeway.Session(site.base_url) as thinking:
+        for session in (asking, thinking):
+            session.reset("trolley_saves", seed=1)
+            session.step()
+        answers = []
+        with standing_still(site, "scenario", LONG_STOP_SECS):
+            waits = threading.Thread(target=lambda: answers.append(asking.step()))
+            waits.start()
+        waits.join(timeout=60.0)
+        assert len(answers) == 1
+        for session in (asking, thinking):
+            before = session.step().observation["step_number"]
+            assert session.step().observation["step_number"] == before + 1
+
+
+def test_clients_of_carla_go_on_when_their_gateway_stood_still(start_site):
+    site = start_site("--no-render")
+    with synchronous(fresh(site.carla_port).get_world()) as world:
+        car = spawn_car(world)
+        frame = world.tick()
+        frames = []
+        with standing_still(site, "gateway", LONG_STOP_SECS):
+            waits = threading.Thread(target=lambda: frames.append(world.tick(60.0)))
+            waits.start()
+        waits.join(timeout=60.0)
+        assert frames and frames[0] > frame
+        assert world.tick() > frames[0]
+        assert world.get_actor(car.id) is not None and car.is_alive
+        car.apply_control(carla.VehicleControl(throttle=1.0))
+        for _ in range(20):
+            world.tick()
+        assert car.get_velocity().length() > 0.1
+    # At its own pace, too.
+    with standing_still(site, "gateway", LONG_STOP_SECS):
+        frame = world.get_snapshot().frame
+    deadline = time.monotonic() + 60.0
+    while world.wait_for_tick(60.0).frame < frame + 20:
+        assert time.monotonic() < deadline, "the world does not go on"
+
+
+def test_clients_of_carla_are_served_soon_after_their_gateway_was_killed_under_load(start_site):
+    """Three who load maps, spawn, measure and go, again and again, when it is killed."""
+    # Visits have cameras.
+    site, away_secs = start_for("render", start_site)
+    said = []
+    with contextlib.ExitStack() as visitors:
+        for seed in range(3):
+            where = (site.base_url, site.endpoint, site.carla_port)
+            visit = endurance.running("churn.py", *where, "visits", seed, noted=said.append)
+            visitors.enter_context(visit)
+        wait_until(lambda: "visits" in said, "a visit before")
+        os.kill(pid_of(site, "gateway"), signal.SIGKILL)
+        begun = time.monotonic()
+        taken_secs = secs_until_served(site, "gateway", begun)
+        wheel_secs = secs_until_served(site, "wheel", begun)
+        print(f"gateway under visits: answers after {taken_secs:.2f} s, a world {wheel_secs:.2f} s")
+        assert wheel_secs < away_secs
+        said.clear()
+        wait_until(lambda: "visits" in said, "a visit after")
+
+
+def wait_until(condition, wanted):
+    deadline = time.monotonic() + 180.0
+    while not condition():
+        assert time.monotonic() < deadline, f"never: {wanted}"
+        time.sleep(0.1)

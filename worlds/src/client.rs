@@ -147,9 +147,14 @@ impl Worlds {
         let until = Instant::now() + START_WAIT;
         let mut changes = self.hosts.changes();
         let mut refused = BTreeSet::new();
+        let mut unreached = BTreeSet::new();
         let mut refusal = None;
         loop {
-            let Some(host) = self.hosts.place(&refused) else {
+            let Some(host) = self.hosts.place(&(&refused | &unreached)) else {
+                if !std::mem::take(&mut unreached).is_empty() {
+                    tokio::time::sleep(RETRY_PAUSE).await;
+                    continue;
+                }
                 if let Some(refusal) = refusal {
                     return Err(refusal);
                 }
@@ -157,8 +162,9 @@ impl Worlds {
                 continue;
             };
             match self.ask_host(&host, request).await {
+                // Others first; then those that were not reached once more.
                 Err(error) if is_passing(&error) && Instant::now() < until => {
-                    tokio::time::sleep(RETRY_PAUSE).await;
+                    unreached.insert(host.id);
                 }
                 Err(error) if is_elsewhere(error.code) => {
                     if error.code == ErrorCode::Capacity {

@@ -22,6 +22,8 @@ pub(crate) struct Candidate {
     pub(crate) placed: u32,
     /// Whether it is on this machine.
     pub(crate) is_near: bool,
+    /// Whether it has said anything of itself.
+    pub(crate) is_known: bool,
 }
 
 impl Candidate {
@@ -36,14 +38,19 @@ impl Candidate {
     }
 }
 
-/// The place of the chosen one; `None` when there is none. The only one is chosen without dice.
+/// The place of the chosen one; `None` when there is none. The only one is chosen without dice. Who
+/// is only announced, and says nothing, comes after all others: anybody can announce anything.
 pub(crate) fn choose(candidates: &[Candidate], dice: &mut SplitMix64) -> Option<usize> {
-    let is_good = |index: &usize| {
-        candidates.get(*index).is_some_and(|host| host.is_near && host.score() < NEAR_SCORE_MAX)
+    let those = |are: fn(&Candidate) -> bool| -> Vec<usize> {
+        let all = candidates.iter().enumerate();
+        all.filter(|(_, host)| are(host)).map(|(index, _)| index).collect()
     };
-    let mut open: Vec<usize> = (0..candidates.len()).filter(is_good).collect();
+    let mut open = those(|host| host.is_near && host.is_known && host.score() < NEAR_SCORE_MAX);
     if open.is_empty() {
-        open = (0..candidates.len()).collect();
+        open = those(|host| host.is_known);
+    }
+    if open.is_empty() {
+        open = those(|_| true);
     }
     if open.len() < 2 {
         return open.pop();
@@ -70,7 +77,7 @@ mod tests {
 
     fn near(busy: f32) -> Candidate {
         let load = Load { worlds: 0, worlds_max: 100, busy };
-        Candidate { load: Some(load), placed: 0, is_near: true }
+        Candidate { load: Some(load), placed: 0, is_near: true, is_known: true }
     }
 
     #[test]
@@ -98,6 +105,17 @@ mod tests {
         assert!((0..100).all(|_| chosen(&mut dice) != Some(1)), "it has too much to do");
     }
 
+    #[test]
+    fn who_says_nothing_of_itself_comes_after_all_others() {
+        let mut dice = SplitMix64::new(1);
+        let silent = Candidate::default();
+        let far = Candidate { is_near: false, ..near(0.99) };
+        for _ in 0..100 {
+            assert_eq!(choose(&[silent, silent, far, silent], &mut dice), Some(2));
+        }
+        assert!(choose(&[silent, silent], &mut dice).is_some(), "better than nobody");
+    }
+
     /// Eight faces that hear loads once a second. The most loaded host over the mean, after it has
     /// settled.
     #[test]
@@ -110,6 +128,7 @@ mod tests {
             let worlds = ends.map(|host| host.iter().sum::<u32>());
             let told = worlds.map(|worlds| Candidate {
                 load: Some(Load { worlds, worlds_max: 4_096, busy: worlds as f32 / 4_096.0 }),
+                is_known: true,
                 ..Candidate::default()
             });
             let mut heard = [told; FACES];

@@ -232,7 +232,8 @@ impl<W> Known<W> {
 
     fn candidate(&self) -> Candidate {
         let is_near = self.way.as_ref().is_some_and(|way| way.is_near);
-        Candidate { load: self.load, placed: self.placed, is_near }
+        let is_known = self.number != 0 || self.load.is_some();
+        Candidate { load: self.load, placed: self.placed, is_near, is_known }
     }
 }
 

@@ -259,6 +259,32 @@ async fn new_worlds_go_past_a_host_that_drains_and_come_back_when_it_does_not() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn names_without_a_service_get_no_world_while_there_is_one() {
+    let site = Site::open().await;
+    let mut names = Vec::new();
+    for count in 0..60 {
+        names.push(announce(&site.service, &format!("phantom-{count}"), 0).await);
+    }
+    let toy = Toy::start(&site.service, "world-z").await;
+    let worlds = site.worlds();
+    until_up(&worlds, &["world-z"]).await;
+    until("all names", async || worlds.hosts().heard().len() == names.len() + 1).await;
+    for _ in 0..20 {
+        assert_eq!(worlds.hosts().place(&BTreeSet::new()).unwrap().id, id("world-z"));
+        worlds.ask(create()).await.unwrap();
+    }
+    assert_eq!(toy.made(), 20);
+    // A name that says a number, too, is found out when it is asked.
+    let liar = announce(&site.service, "world-y", number("world-y")).await;
+    until("the liar", async || worlds.hosts().of_world(world("world-y")).is_some()).await;
+    for _ in 0..20 {
+        worlds.ask(create()).await.unwrap();
+    }
+    assert_eq!(toy.made(), 40);
+    drop((names, liar));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn worlds_are_spread_by_load_and_ticked_where_they_are() {
     let site = Site::open().await;
     let names = ["world-a", "world-b", "world-c"];

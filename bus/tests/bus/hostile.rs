@@ -1,8 +1,9 @@
 //! Bytes that are no messages: refused with a reason, by the side that gets them.
 
-use crate::common::{Site, deadline, tenant};
+use crate::common::{Site, deadline, tenant, until};
 use bus::Incoming;
 use schemas::{ErrorCode, Reply, Request, WorldId, keys};
+use zenoh::Wait as _;
 
 /// Serves a key with what decoding says.
 async fn decoding_service(site: &Site) -> bus::Serving {
@@ -70,6 +71,24 @@ async fn a_message_over_the_transports_limit_harms_nobody_else() {
     assert!(answer.map_or(true, |reply| reply.result().is_err()), "200 MiB were answered");
     let honest = site.client.request(&key(), &Request::ListMaps, deadline()).await;
     assert_eq!(honest, Ok(Reply::Done));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_answers_without_end_only_so_many_are_taken() {
+    let site = Site::open().await;
+    let stranger = zenoh_stranger(&site).await;
+    let done = schemas::wire::encode_reply(&Reply::Done);
+    let answer = move |query: zenoh::query::Query| {
+        for _ in 0..5_000 {
+            // Who asked may have heard enough.
+            let _ = query.reply(query.key_expr().clone(), done.clone()).wait();
+        }
+    };
+    let _answering = stranger.declare_queryable(key()).callback(answer).await.unwrap();
+    let (key, list) = (key(), Request::ListWorlds);
+    let ask = || site.client.request_every(&key, &list, deadline());
+    until("an answer", || async { ask().await.is_ok() }).await;
+    assert_eq!(ask().await.unwrap().len(), 1_024);
 }
 
 /// Somebody who uses plain Zenoh with its defaults.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use seats::Seat;
 use tokio::io::{AsyncRead, AsyncReadExt};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio::time::Instant;
@@ -56,7 +57,7 @@ struct Place {
 /// Reads until the client closes, or sends what cannot be understood: then says what.
 pub(super) async fn read(
     mut reader: impl AsyncRead + Unpin,
-    id: ConnectionId,
+    (id, seat): (ConnectionId, &Seat),
     outbox: &Outbox,
     room: &Room,
     events: &mpsc::Sender<Event>,
@@ -87,6 +88,7 @@ pub(super) async fn read(
                     let Some(mut request) = Request::parse(&bytes) else {
                         return Some("an object that is no request".to_owned());
                     };
+                    seat.begin();
                     request.take_room(room.of(bytes.len()).await?);
                     if request.asynchronous {
                         outbox.acknowledge(request.id);
@@ -104,6 +106,9 @@ pub(super) async fn read(
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
+    use seats::Seats;
     use tokio::io::AsyncWriteExt;
 
     use super::*;
@@ -130,7 +135,8 @@ mod tests {
         let room = room.clone();
         tokio::spawn(async move {
             let outbox = Outbox::for_test();
-            read(far, ConnectionId(1), &outbox, &room, &events).await
+            let seat = Seats::new(1).take(Ipv4Addr::LOCALHOST.into()).await;
+            read(far, (ConnectionId(1), &seat), &outbox, &room, &events).await
         });
         (near, told)
     }

@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use schemas::Tenant;
+use seats::Seat;
 use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::sync::{Notify, Semaphore, mpsc};
+use tokio::sync::{Notify, mpsc};
 
 use super::backlog::{Backlog, Counted, Share};
 use super::intake::{Room, read};
@@ -16,7 +17,7 @@ use crate::guests::Entrance;
 use crate::whereabouts::Whereabouts;
 
 /// Connections of one endpoint at once.
-const CONNECTIONS_MAX: usize = 256;
+pub(crate) const CONNECTIONS_MAX: usize = 256;
 /// Replies that may wait for a client that does not read.
 const REPLIES_MAX: usize = 4_096;
 /// How long a client may take none of the bytes of a reply.
@@ -81,31 +82,23 @@ impl Outbox {
 
 /// Accepts clients for ever, and tells of their calls in the order of arrival.
 pub(crate) async fn serve(entrance: Entrance, events: mpsc::Sender<Event>) {
-    let seats = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     let ids = AtomicU64::new(1);
     let (room, backlog) = (Room::new(), Backlog::default());
     loop {
-        let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let (socket, _) = match entrance.accept().await {
-            Ok(accepted) => accepted,
-            Err(error) => {
-                tracing::warn!(%error, "a client could not connect");
-                tokio::task::yield_now().await;
-                continue;
-            }
-        };
+        let (socket, seat) = entrance.accept().await;
         let id = ConnectionId(ids.fetch_add(1, Ordering::Relaxed));
         let (room, share, events) = (room.clone(), backlog.share(), events.clone());
         let tenant = entrance.tenant.clone();
         tokio::spawn(async move {
-            converse(socket, (id, tenant), share, &room, events).await;
-            drop(seat);
+            converse((socket, &seat), (id, tenant), share, &room, events).await;
         });
     }
 }
 
+/// Serves a client until it is gone. One that has never called gives way to who comes when seats are
+/// rare.
 async fn converse(
-    socket: TcpStream,
+    (socket, seat): (TcpStream, &Seat),
     (id, tenant): (ConnectionId, Tenant),
     share: Share,
     room: &Room,
@@ -118,9 +111,6 @@ async fn converse(
         tracing::debug!(target: "audit", %tenant, peer = %there, port, connection, "{what}");
     };
     tell("a CARLA client connects");
-    if let Err(error) = socket.set_nodelay(true) {
-        tracing::debug!(%error, "a connection stays with Nagle's algorithm");
-    }
     let (reader, writer) = socket.into_split();
     let (replies, outgoing) = mpsc::channel(REPLIES_MAX);
     let outbox = Outbox { replies, share, overrun: Arc::new(Notify::new()) };
@@ -128,10 +118,13 @@ async fn converse(
     if events.send(Event::Connected(id, whereabouts, outbox.clone())).await.is_ok() {
         let overrun = Arc::clone(&outbox.overrun);
         tokio::select! {
-            reason = read(reader, id, &outbox, room, &events) => {
+            reason = read(reader, (id, seat), &outbox, room, &events) => {
                 if let Some(reason) = reason {
                     tracing::warn!(connection = id.0, reason, "a client is disconnected");
                 }
+            }
+            () = seat.wanted() => {
+                tracing::warn!(connection = id.0, "a client that never called gives way to another");
             }
             () = overrun.notified() => {
                 tracing::warn!(connection = id.0, "a client that does not read is disconnected");
@@ -178,7 +171,8 @@ mod tests {
         let address = listener.local_addr().unwrap();
         let (events, mut told) = mpsc::channel(8);
         let tenant = "alice".parse().unwrap();
-        tokio::spawn(serve(Entrance::new(listener, Guests::default(), tenant), events));
+        let entrance = Entrance::new(listener, Guests::default(), tenant, CONNECTIONS_MAX);
+        tokio::spawn(serve(entrance, events));
         let client = TcpStream::connect(address).await.unwrap();
         let Some(Event::Connected(_, whereabouts, outbox)) = told.recv().await else {
             panic!("nobody connected");
@@ -213,6 +207,39 @@ mod tests {
         outbox.send(vec![0; 4_096]);
         write(near, outgoing, Arc::clone(&overrun), Duration::from_millis(20)).await;
         overrun.notified().await;
+    }
+
+    #[tokio::test]
+    async fn who_never_calls_keeps_nobody_out_and_who_did_is_kept() {
+        let call = rmp_serde::to_vec(&(0, 7, "version", ((false,),))).unwrap();
+        let (mut first, _, mut told) = connected().await;
+        let address = first.peer_addr().unwrap();
+        first.write_all(&call).await.unwrap();
+        let Some(Event::Called(..)) = told.recv().await else { panic!("no call") };
+        let ids = tokio::spawn(async move {
+            let mut called = Vec::new();
+            while called.len() < 2 {
+                if let Some(Event::Called(ticket, _)) = told.recv().await {
+                    called.push(ticket.client);
+                }
+            }
+            called
+        });
+        let mut silent = Vec::new();
+        for _ in 0..CONNECTIONS_MAX + 40 {
+            let mut stream = TcpStream::connect(address).await.unwrap();
+            // Half a call is none.
+            stream.write_all(&call[..5]).await.unwrap();
+            silent.push(stream);
+        }
+        let mut last = TcpStream::connect(address).await.unwrap();
+        last.write_all(&call).await.unwrap();
+        first.write_all(&call).await.unwrap();
+        let called = tokio::time::timeout(Duration::from_secs(20), ids).await;
+        assert!(called.expect("nobody is served").unwrap().contains(&ConnectionId(1)));
+        let mut end = Vec::new();
+        // What it sent was not read, or was: its end looks different.
+        let _ = silent[0].read_to_end(&mut end).await;
     }
 
     #[tokio::test]

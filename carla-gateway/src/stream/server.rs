@@ -4,16 +4,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Buf;
+use seats::Seat;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::sync::Semaphore;
 
 use super::StreamId;
 use super::hub::{Hub, Listener};
 use crate::guests::Entrance;
 
 /// Listeners of one endpoint at once.
-const LISTENERS_MAX: usize = 2_048;
+pub(crate) const LISTENERS_MAX: usize = 2_048;
 /// How long a client may take to say which stream it wants.
 const NAME_WAIT: Duration = Duration::from_secs(5);
 
@@ -24,28 +24,22 @@ const REST_WAIT: Duration = Duration::from_secs(2);
 
 /// Accepts listeners for ever.
 pub(crate) async fn serve(entrance: Entrance, hub: Arc<Hub>) {
-    let seats = Arc::new(Semaphore::new(LISTENERS_MAX));
     loop {
-        let Ok(seat) = Arc::clone(&seats).acquire_owned().await else { return };
-        let Ok((socket, _)) = entrance.accept().await else {
-            tokio::task::yield_now().await;
-            continue;
-        };
+        let (socket, seat) = entrance.accept().await;
         let hub = Arc::clone(&hub);
-        tokio::spawn(async move {
-            attend(socket, &hub).await;
-            drop(seat);
-        });
+        tokio::spawn(async move { attend(socket, &seat, &hub).await });
     }
 }
 
-async fn attend(mut socket: TcpStream, hub: &Hub) {
-    if let Err(error) = socket.set_nodelay(true) {
-        tracing::debug!(%error, "a stream stays with Nagle's algorithm");
-    }
+/// Delivers a stream once it is named. Who names none gives way to who comes when seats are rare.
+async fn attend(mut socket: TcpStream, seat: &Seat, hub: &Hub) {
     let mut name = [0; 4];
-    let named = tokio::time::timeout(NAME_WAIT, socket.read_exact(&mut name)).await;
+    let named = tokio::select! {
+        named = tokio::time::timeout(NAME_WAIT, socket.read_exact(&mut name)) => named,
+        () = seat.wanted() => return,
+    };
     let Ok(Ok(_)) = named else { return };
+    seat.begin();
     let stream = StreamId(u32::from_le_bytes(name));
     let Some(listener) = hub.listen(stream) else {
         tracing::debug!(stream = stream.0, "a client wants a stream that does not exist");

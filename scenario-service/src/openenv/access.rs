@@ -3,19 +3,16 @@
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use axum::extract::connect_info::Connected;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
-use axum::serve::IncomingStream;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use tenancy::{Door, Refusal};
 
 use super::http_errors;
 use crate::limits::ECHO_CHARS_MAX;
-use crate::listener::FaceListener;
 
 /// What says nothing of any world: probes, hubs and validators ask for it without a token.
 const PUBLIC: [&str; 7] =
@@ -30,13 +27,7 @@ const TOKEN: &str = "cw_";
 
 /// Where a connection comes from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Peer(SocketAddr);
-
-impl Connected<IncomingStream<'_, FaceListener>> for Peer {
-    fn connect_info(stream: IncomingStream<'_, FaceListener>) -> Self {
-        Self(*stream.remote_addr())
-    }
-}
+pub(super) struct Peer(pub(super) SocketAddr);
 
 /// Lets in who may come in, and says to everything behind it who it is.
 pub(super) async fn check(

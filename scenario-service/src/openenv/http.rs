@@ -3,7 +3,7 @@
 #![allow(clippy::result_large_err, reason = "a refusal is as large as the answer it stands for")]
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Query, State};
@@ -17,7 +17,7 @@ use tenancy::Visitor;
 
 use super::coerce::{self, FieldError, Reader};
 use super::{
-    Face, Mode, access, docs, envelope, http_errors, json as lenient, mcp, openapi, reply,
+    Face, Mode, access, body, docs, envelope, http_errors, json as lenient, mcp, openapi, reply,
 };
 use super::{origin, schema, snapshots, tasks, ws};
 use crate::action::Action;
@@ -27,8 +27,8 @@ use crate::session::table::{InUse, Life};
 /// Which session a request means and is answered with.
 const SESSION_HEADER: &str = "x-session-id";
 
-/// Every route.
-pub(super) fn router(face: Arc<Face>) -> Router {
+/// Every route; a body may take so long.
+pub(super) fn router(face: Arc<Face>, body_wait: Duration) -> Router {
     let mut router = Router::new()
         .route("/", page(docs::INDEX))
         .route("/web", page(docs::INDEX))
@@ -53,6 +53,7 @@ pub(super) fn router(face: Arc<Face>) -> Router {
     router
         .fallback(|| async { http_errors::not_found() })
         .method_not_allowed_fallback(http_errors::method_not_allowed)
+        .layer(from_fn_with_state(body_wait, body::read))
         .layer(DefaultBodyLimit::max(MESSAGE_BYTES_MAX))
         .layer(from_fn_with_state(Arc::clone(&face.door), access::check))
         .layer(from_fn_with_state(Arc::new(face.origins.clone()), origin::check))

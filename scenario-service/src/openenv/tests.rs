@@ -4,7 +4,6 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::serve::Listener as _;
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
@@ -14,6 +13,7 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 
 use super::*;
 use crate::listener::FaceListener;
+use crate::openenv;
 use crate::session::table::IdleTimes;
 use crate::testing::{self, ToyWorlds};
 
@@ -30,14 +30,23 @@ async fn serve(max: u32, mode: Mode) -> (Arc<ToyWorlds>, SocketAddr) {
 }
 
 async fn serve_behind(door: Door, max: u32, mode: Mode) -> (Arc<ToyWorlds>, SocketAddr) {
+    serve_within(Bounds::for_sessions(max), door, max, mode).await
+}
+
+async fn serve_within(
+    bounds: Bounds,
+    door: Door,
+    max: u32,
+    mode: Mode,
+) -> (Arc<ToyWorlds>, SocketAddr) {
     let (port, context) = testing::context();
     let idle = IdleTimes { connected: DEADLINE, detached: DEADLINE };
     let sessions = testing::sessions(&context, max, idle);
     let listener = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
-    let address = listener.local_addr().unwrap();
-    let origins = OriginRule { is_loopback: true, allowed: Vec::new() };
-    let face = service(Arc::new(Face { sessions, mode, door: Arc::new(door), origins }));
-    tokio::spawn(async move { axum::serve(listener, face).await.unwrap() });
+    let address = listener.address();
+    let origins = OriginRule { is_loopback: true, is_open: true, allowed: Vec::new() };
+    let face = Arc::new(Face { sessions, mode, door: Arc::new(door), origins });
+    tokio::spawn(async move { openenv::serve(listener, face, bounds).await });
     (port, address)
 }
 
@@ -72,7 +81,8 @@ async fn http(
         }
         None => "\r\n".to_owned(),
     };
-    let request = format!("{method} {path} HTTP/1.1\r\nhost: x\r\nconnection: close\r\n{body}");
+    let request =
+        format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n{body}");
     stream.write_all(request.as_bytes()).await.unwrap();
     let mut answer = String::new();
     tokio::time::timeout(DEADLINE, stream.read_to_string(&mut answer)).await.unwrap().unwrap();

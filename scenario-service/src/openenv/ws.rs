@@ -15,16 +15,25 @@ use tenancy::Visitor;
 use tokio::sync::watch;
 
 use super::envelope::{self, Message, Refusal};
+use super::line::Meter;
 use super::{Face, access, http_errors, mcp, reply};
-use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX, WRITE_DEADLINE};
+use crate::limits::{MESSAGE_BYTES_MAX, READ_BUFFER_BYTES, TRANSPORT_BYTES_MAX};
 use crate::session::table::{InUse, Life, OpenError, TenantSessions};
 
 /// How long a client may take to answer a close.
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
+/// Of a client's ping or pong, beside what it says, RFC 6455 §5.2.
+const CONTROL_HEAD_BYTES: usize = 6;
 /// Normal closure, RFC 6455 §7.4.1.
 const CLOSE_NORMAL: u16 = 1000;
 /// The service restarts: whoever connects again finds another one. Registered by IANA for RFC 6455.
 const CLOSE_RESTART: u16 = 1012;
+
+/// A WebSocket, and what of its messages is unfinished.
+struct Talk {
+    socket: WebSocket,
+    meter: Arc<Meter>,
+}
 
 #[derive(serde::Deserialize)]
 pub(super) struct Params {
@@ -35,6 +44,7 @@ pub(super) struct Params {
 pub(super) async fn upgrade(
     State(face): State<Arc<Face>>,
     Extension(visitor): Extension<Visitor>,
+    Extension(meter): Extension<Arc<Meter>>,
     Query(params): Query<Params>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -44,7 +54,7 @@ pub(super) async fn upgrade(
     }
     with_limits(upgrade, move |socket| async move {
         let sessions = face.sessions.of(visitor);
-        serve(socket, &face, &sessions, params.session_id).await;
+        serve(Talk { socket, meter }, &face, &sessions, params.session_id).await;
     })
 }
 
@@ -52,11 +62,12 @@ pub(super) async fn upgrade(
 pub(super) async fn upgrade_mcp(
     State(face): State<Arc<Face>>,
     Extension(visitor): Extension<Visitor>,
+    Extension(meter): Extension<Arc<Meter>>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     with_limits(upgrade, move |socket| async move {
         let sessions = face.sessions.of(visitor);
-        serve_mcp(socket, &face, &sessions).await;
+        serve_mcp(Talk { socket, meter }, &face, &sessions).await;
     })
 }
 
@@ -78,12 +89,7 @@ where
     }
 }
 
-async fn serve(
-    mut socket: WebSocket,
-    face: &Face,
-    sessions: &TenantSessions,
-    session_id: Option<String>,
-) {
+async fn serve(mut talk: Talk, face: &Face, sessions: &TenantSessions, session_id: Option<String>) {
     let opened = match &session_id {
         Some(id) => sessions
             .attach(id)
@@ -92,19 +98,14 @@ async fn serve(
     };
     let in_use = match opened {
         Ok(in_use) => in_use,
-        Err(text) => {
-            if socket.send(Frame::Text(text.into())).await.is_ok() {
-                close(socket).await;
-            }
-            return;
-        }
+        Err(text) => return talk.part(text).await,
     };
     let idle = face.sessions.idle.connected;
     let mut drain = face.sessions.follow_drain();
     let mut code = CLOSE_NORMAL;
     loop {
         let text = tokio::select! {
-            text = next_text(&mut socket, idle) => text,
+            text = talk.next_text(idle) => text,
             () = until_it_leaves(&mut drain, &in_use) => {
                 code = CLOSE_RESTART;
                 break;
@@ -120,18 +121,18 @@ async fn serve(
             Ok(Message::Reset(_)) if face.sessions.drain().is_late(Instant::now()) => {
                 code = CLOSE_RESTART;
                 let refused = open_error(&OpenError::Draining);
-                send(&mut socket, refused).await;
+                talk.send(refused).await;
                 break;
             }
             Ok(message) => answer(sessions, &in_use, message).await,
             Err(refusal) => reply::refusal(&refusal),
         };
-        if !send(&mut socket, answer).await || in_use.is_closing() {
+        if !talk.send(answer).await || in_use.is_closing() {
             break;
         }
     }
     drop(in_use);
-    close_as(socket, code).await;
+    talk.close_as(code).await;
 }
 
 /// Returns when there is nothing left for a session to do before the service ends.
@@ -159,43 +160,70 @@ async fn until_it_leaves(drain: &mut watch::Receiver<Drain>, in_use: &InUse) {
     }
 }
 
-/// Whether a client has taken an answer, as far as the system's buffers can tell.
-async fn send(socket: &mut WebSocket, answer: String) -> bool {
-    let sending = socket.send(Frame::Text(answer.into()));
-    matches!(tokio::time::timeout(WRITE_DEADLINE, sending).await, Ok(Ok(())))
-}
+impl Talk {
+    /// Whether a client has taken the answer to its message, as far as the system's buffers can
+    /// tell.
+    async fn send(&mut self, answer: String) -> bool {
+        self.meter.finish();
+        self.socket.send(Frame::Text(answer.into())).await.is_ok()
+    }
 
-/// The next message of a client; `None` when the connection is over.
-async fn next_text(socket: &mut WebSocket, idle: Duration) -> Option<Result<Utf8Bytes, Refusal>> {
-    loop {
-        // Missing pongs close nothing: a client may think for minutes.
-        let frame = tokio::time::timeout(idle, socket.recv()).await.ok()??;
-        let text = match frame.ok()? {
-            Frame::Text(text) => text,
-            Frame::Binary(bytes) => match Utf8Bytes::try_from(bytes) {
-                Ok(text) => text,
-                Err(_) => {
-                    return Some(Err(Refusal::InvalidJson(
-                        "a binary frame that is not UTF-8".into(),
-                    )));
+    /// The next message of a client; `None` when the connection is over.
+    async fn next_text(&mut self, idle: Duration) -> Option<Result<Utf8Bytes, Refusal>> {
+        loop {
+            // Missing pongs close nothing: a client may think for minutes.
+            let frame = tokio::time::timeout(idle, self.socket.recv()).await.ok()??;
+            let text = match frame.ok()? {
+                Frame::Text(text) => text,
+                Frame::Binary(bytes) => match Utf8Bytes::try_from(bytes) {
+                    Ok(text) => text,
+                    Err(_) => {
+                        return Some(Err(Refusal::InvalidJson(
+                            "a binary frame that is not UTF-8".into(),
+                        )));
+                    }
+                },
+                // The answer is out before the next frame is read: a client that asks on without
+                // reading finds nobody who listens.
+                Frame::Ping(bytes) => {
+                    self.meter.discount(CONTROL_HEAD_BYTES + bytes.len());
+                    self.socket.flush().await.ok()?;
+                    continue;
                 }
-            },
-            // The answer is out before the next frame is read: a client that asks on without
-            // reading finds nobody who listens.
-            Frame::Ping(_) => match tokio::time::timeout(WRITE_DEADLINE, socket.flush()).await {
-                Ok(Ok(())) => continue,
-                _ => return None,
-            },
-            Frame::Pong(_) => continue,
-            Frame::Close(_) => return None,
-        };
-        if text.len() > MESSAGE_BYTES_MAX {
-            let found = text.len();
-            return Some(Err(Refusal::InvalidJson(format!(
-                "a message has at most {MESSAGE_BYTES_MAX} bytes, not {found}"
-            ))));
+                Frame::Pong(bytes) => {
+                    self.meter.discount(CONTROL_HEAD_BYTES + bytes.len());
+                    continue;
+                }
+                Frame::Close(_) => return None,
+            };
+            if text.len() > MESSAGE_BYTES_MAX {
+                let found = text.len();
+                return Some(Err(Refusal::InvalidJson(format!(
+                    "a message has at most {MESSAGE_BYTES_MAX} bytes, not {found}"
+                ))));
+            }
+            return Some(Ok(text));
         }
-        return Some(Ok(text));
+    }
+
+    /// Says the last word.
+    async fn part(mut self, text: String) {
+        if self.send(text).await {
+            self.close_as(CLOSE_NORMAL).await;
+        }
+    }
+
+    /// Says goodbye and lets the client say it too, so that nothing sent before is lost.
+    async fn close_as(mut self, code: u16) {
+        let reason = if code == CLOSE_RESTART { "the service restarts; connect again" } else { "" };
+        let frame = CloseFrame { code, reason: reason.into() };
+        let farewell = async {
+            if self.socket.send(Frame::Close(Some(frame))).await.is_ok() {
+                while let Some(Ok(_)) = self.socket.recv().await {}
+            }
+        };
+        // A client that does not answer is cut off.
+        let _ = tokio::time::timeout(CLOSE_WAIT, farewell).await;
     }
 }
 
@@ -244,22 +272,16 @@ fn open_error(error: &OpenError) -> String {
     }
 }
 
-async fn serve_mcp(mut socket: WebSocket, face: &Face, sessions: &TenantSessions) {
+async fn serve_mcp(mut talk: Talk, face: &Face, sessions: &TenantSessions) {
     let in_use = match sessions.open(Life::Connection) {
         Ok(in_use) => in_use,
-        Err(error) => {
-            let text = mcp::refused(&error).to_string();
-            if socket.send(Frame::Text(text.into())).await.is_ok() {
-                close(socket).await;
-            }
-            return;
-        }
+        Err(error) => return talk.part(mcp::refused(&error).to_string()).await,
     };
     let idle = face.sessions.idle.connected;
     let mut drain = face.sessions.follow_drain();
     loop {
         let text = tokio::select! {
-            text = next_text(&mut socket, idle) => text,
+            text = talk.next_text(idle) => text,
             () = until_it_leaves(&mut drain, &in_use) => None,
         };
         let Some(text) = text else { break };
@@ -270,27 +292,10 @@ async fn serve_mcp(mut socket: WebSocket, face: &Face, sessions: &TenantSessions
             },
             Err(_) => mcp::parse_error(Some("not a text of legal size")),
         };
-        if !send(&mut socket, response.to_string()).await {
+        if !talk.send(response.to_string()).await {
             break;
         }
     }
     drop(in_use);
-    close(socket).await;
-}
-
-async fn close(socket: WebSocket) {
-    close_as(socket, CLOSE_NORMAL).await;
-}
-
-/// Says goodbye and lets the client say it too, so that nothing sent before is lost.
-async fn close_as(mut socket: WebSocket, code: u16) {
-    let reason = if code == CLOSE_RESTART { "the service restarts; connect again" } else { "" };
-    let frame = CloseFrame { code, reason: reason.into() };
-    let farewell = async {
-        if socket.send(Frame::Close(Some(frame))).await.is_ok() {
-            while let Some(Ok(_)) = socket.recv().await {}
-        }
-    };
-    // A client that does not answer is cut off.
-    let _ = tokio::time::timeout(CLOSE_WAIT, farewell).await;
+    talk.close_as(CLOSE_NORMAL).await;
 }

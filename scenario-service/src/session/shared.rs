@@ -18,7 +18,7 @@ use crate::episode::{Company, Episode};
 use crate::scenario::sharing::Sharing;
 use host::Host;
 
-/// What a session asks of the task that owns the world. Every participant has one step under way at
+/// What a session asks of the task that owns the world. Every participant waits for one step at
 /// most, so that few of them ever wait.
 enum Message {
     Join {
@@ -113,7 +113,7 @@ pub(super) struct Participant {
 
 impl Participant {
     /// Has something done in the world together with what the others want. Cancelled it is done all
-    /// the same, unless another step takes its place before its round.
+    /// the same, and before whatever is asked for next.
     ///
     /// # Errors
     /// [`Trouble`].

@@ -72,7 +72,7 @@ async fn a_fork_whose_client_leaves_leaves_nothing_behind() {
     let mut client = TcpStream::connect(address).await.unwrap();
     let body = json!({ "session_id": id, "count": 2 }).to_string();
     let request = format!(
-        "POST /fork HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n\
+        "POST /fork HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
          content-length: {}\r\n\r\n{body}",
         body.len()
     );

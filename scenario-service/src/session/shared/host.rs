@@ -1,5 +1,6 @@
 //! The task that owns a shared world.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -14,6 +15,10 @@ use crate::scenario::sharing::Sharing;
 use crate::session::SessionContext;
 use crate::session::world::{EpisodeWorld, Told, Trouble, Work};
 
+/// Steps of one session that wait for the one before: whoever asked for that has given up, and it is
+/// done all the same.
+const LATER_MAX: usize = 8;
+
 pub(super) struct Host {
     context: Arc<SessionContext>,
     code: String,
@@ -26,15 +31,19 @@ pub(super) struct Host {
     rounds: Rounds,
     /// By seat.
     waiting: Vec<Option<Waiting>>,
+    /// By seat, what comes after that.
+    later: Vec<VecDeque<(Work, Answer)>>,
     /// When the first of the present round began to wait.
     since: Option<Instant>,
     /// Why nothing is done any more.
     ended: Option<Trouble>,
 }
 
+type Answer = oneshot::Sender<Result<Told, Trouble>>;
+
 /// Whose step is not done yet, and what came of it so far.
 struct Waiting {
-    answer: oneshot::Sender<Result<Told, Trouble>>,
+    answer: Answer,
     since: Instant,
     replies: Vec<CommandReply>,
     collisions: Vec<Collision>,
@@ -51,6 +60,7 @@ impl Host {
         let Opened { world, frame, egos, opening, sharing } = opened;
         let rounds = Rounds::new(egos.len());
         let waiting = egos.iter().map(|_| None).collect();
+        let later = egos.iter().map(|_| VecDeque::new()).collect();
         let (since, ended) = (None, None);
         Self {
             context,
@@ -63,6 +73,7 @@ impl Host {
             sharing,
             rounds,
             waiting,
+            later,
             since,
             ended,
         }
@@ -109,18 +120,17 @@ impl Host {
             Message::Step { seat, work, answer } => {
                 if let Some(trouble) = &self.ended {
                     let _ = answer.send(Err(trouble.clone()));
-                } else if let Err(refused) = self.ask(seat, work).await {
-                    let _ = answer.send(refused);
+                } else if self.waiting[seat].is_none() {
+                    self.step(seat, work, answer).await;
+                } else if self.later[seat].len() < LATER_MAX {
+                    self.later[seat].push_back((work, answer));
                 } else {
-                    let since = Instant::now();
-                    self.since.get_or_insert(since);
-                    let (replies, collisions, events) = Default::default();
-                    self.waiting[seat] =
-                        Some(Waiting { answer, since, replies, collisions, events });
+                    let _ = answer.send(Err(Trouble::Refused(too_many())));
                 }
             }
             Message::Leave { seat, is_over } => {
                 self.waiting[seat] = None;
+                self.later[seat].clear();
                 self.rounds.leave(seat, is_over);
             }
             Message::End => self.end(Trouble::Ended),
@@ -157,6 +167,30 @@ impl Host {
         let episode = self.egos[seat].1.at(self.frame.clone());
         let participant = Participant { seat, mailbox, has_left: false };
         Ok(Joined { participant, episode, company: self.company(seat, None) })
+    }
+
+    /// Has a step wait for its round, if it can be one.
+    async fn step(&mut self, seat: usize, work: Work, answer: Answer) {
+        if let Err(refused) = self.ask(seat, work).await {
+            // Who has gone is told nothing.
+            let _ = answer.send(refused);
+            return;
+        }
+        let since = Instant::now();
+        self.since.get_or_insert(since);
+        let (replies, collisions, events) = Default::default();
+        self.waiting[seat] = Some(Waiting { answer, since, replies, collisions, events });
+    }
+
+    /// Goes on with the steps of those whose step before is done.
+    async fn step_on(&mut self) {
+        for seat in 0..self.later.len() {
+            while self.waiting[seat].is_none()
+                && let Some((work, answer)) = self.later[seat].pop_front()
+            {
+                self.step(seat, work, answer).await;
+            }
+        }
     }
 
     /// Notes a step for the next round; one that takes no time is done at once.
@@ -211,6 +245,9 @@ impl Host {
                 Err(trouble) => self.fail(&trouble),
             }
             self.since = self.rounds.is_waiting().then(Instant::now);
+            if self.ended.is_none() {
+                self.step_on().await;
+            }
         }
     }
 
@@ -262,8 +299,16 @@ impl Host {
 
     fn end(&mut self, trouble: Trouble) {
         self.fail(&trouble);
+        for (_, answer) in self.later.iter_mut().flat_map(|later| later.drain(..)) {
+            let _ = answer.send(Err(trouble.clone()));
+        }
         self.ended = Some(trouble);
     }
+}
+
+fn too_many() -> Error {
+    Error::new(ErrorCode::Capacity, "steps that were given up wait for the other egos")
+        .wanted(format_args!("at most {LATER_MAX} after the one under way; ask again later"))
 }
 
 /// What an ego is called.

@@ -7,6 +7,8 @@ pub(super) struct Rounds {
     seats: Vec<Seat>,
     /// Whether empty seats are waited for no more.
     has_begun: bool,
+    /// Those whose absence the world is being told.
+    telling: Vec<usize>,
 }
 
 #[derive(Default)]
@@ -63,7 +65,7 @@ impl Rounds {
     pub(super) fn new(count: usize) -> Self {
         let mut seats: Vec<Seat> = (0..count).map(|_| Seat::default()).collect();
         seats[0].who = Who::Here;
-        Self { seats, has_begun: false }
+        Self { seats, has_begun: false, telling: Vec::new() }
     }
 
     pub(super) fn count(&self) -> usize {
@@ -149,7 +151,8 @@ impl Rounds {
         let absent = self.seats.iter_mut().enumerate();
         let absent = absent
             .filter_map(|(index, seat)| std::mem::take(&mut seat.is_newly_absent).then_some(index));
-        let absent = absent.collect();
+        let absent: Vec<usize> = absent.collect();
+        self.telling.clone_from(&absent);
         let ticks = self.asked().map(|(_, asked)| asked.ticks).min().unwrap_or_default();
         let asked = self.seats.iter_mut().enumerate();
         let asked = asked.filter_map(|(index, seat)| Some((index, seat.asked.as_mut()?)));
@@ -159,6 +162,7 @@ impl Rounds {
 
     /// Notes that so many ticks are done. Gives the seats whose steps are.
     pub(super) fn done(&mut self, ticks: u32) -> Vec<usize> {
+        self.telling.clear();
         let mut done = Vec::new();
         for (index, seat) in self.seats.iter_mut().enumerate() {
             let Some(asked) = &mut seat.asked else { continue };
@@ -171,8 +175,12 @@ impl Rounds {
         done
     }
 
-    /// Nothing of what was asked for will be done. Gives the seats that had asked.
+    /// Nothing of what was asked for will be done, and the world was told nothing. Gives the seats
+    /// that had asked.
     pub(super) fn give_up(&mut self) -> Vec<usize> {
+        for seat in std::mem::take(&mut self.telling) {
+            self.seats[seat].is_newly_absent = true;
+        }
         let seats = self.seats.iter_mut().enumerate();
         seats.filter_map(|(index, seat)| seat.asked.take().map(|_| index)).collect()
     }
@@ -284,6 +292,26 @@ mod tests {
         rounds.done(1);
         rounds.leave(0, false);
         assert_eq!(rounds.join(None), Ok(0));
+    }
+
+    #[test]
+    fn a_world_that_could_not_be_told_of_an_absence_is_told_it_again() {
+        let mut rounds = Rounds::new(2);
+        rounds.join(None).unwrap();
+        rounds.ask(0, Vec::new(), 1);
+        rounds.expire();
+        for _ in 0..2 {
+            assert_eq!(rounds.begin().absent, [1]);
+            assert_eq!(rounds.give_up(), [0]);
+            rounds.ask(0, Vec::new(), 1);
+        }
+        assert_eq!(rounds.begin().absent, [1]);
+        rounds.done(1);
+        rounds.ask(0, Vec::new(), 1);
+        assert_eq!(rounds.begin().absent, [] as [usize; 0]);
+        assert_eq!(rounds.give_up(), [0]);
+        rounds.ask(0, Vec::new(), 1);
+        assert_eq!(rounds.begin().absent, [] as [usize; 0], "the round before told it");
     }
 
     #[test]

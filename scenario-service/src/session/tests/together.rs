@@ -150,6 +150,30 @@ async fn steps_of_different_lengths_and_steps_without_time_go_together() {
 }
 
 #[tokio::test]
+async fn a_step_that_was_given_up_is_done_before_the_next_one() {
+    let (_, context) = testing::context();
+    let (mut host, code) = host(&context, json!({})).await;
+    let (mut guest, _) = guest(&context, &code).await;
+    let forward = throttle(1.0);
+    for _ in 0..2 {
+        let waited = guest.step(&forward);
+        assert!(tokio::time::timeout(Duration::from_millis(50), waited).await.is_err());
+    }
+    let both = async {
+        for _ in 0..2 {
+            step(&mut host, throttle(0.0)).await;
+        }
+        step(&mut host, throttle(0.0)).await
+    };
+    let (left, right) = tokio::join!(both, step(&mut guest, throttle(0.0)));
+    assert_eq!((tick_of(&left), tick_of(&right)), (3, 3));
+}
+
+fn tick_of(seen: &Value) -> u64 {
+    seen["metadata"]["sim"]["tick"].as_u64().unwrap()
+}
+
+#[tokio::test]
 async fn a_new_episode_of_who_made_the_world_ends_that_of_all() {
     let (port, context) = testing::context();
     let (mut host, code) = host(&context, json!({})).await;
