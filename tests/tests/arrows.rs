@@ -13,7 +13,7 @@ const MAY_NAME: [(&str, &[&str]); 26] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
-    ("bus", &["schemas"]),
+    ("bus", &["monitoring", "schemas"]),
     ("worlds", &["bus", "roads", "schemas"]),
     ("whole-file", &[]),
     ("batched-queue", &[]),

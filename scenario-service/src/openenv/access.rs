@@ -11,9 +11,9 @@ use axum::response::{IntoResponse as _, Response};
 use axum::serve::IncomingStream;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use tenancy::{Door, Refusal};
+use tenancy::Refusal;
 
-use super::http_errors;
+use super::{Face, http_errors};
 use crate::limits::ECHO_CHARS_MAX;
 use crate::listener::FaceListener;
 
@@ -40,7 +40,7 @@ impl Connected<IncomingStream<'_, FaceListener>> for Peer {
 
 /// Lets in who may come in, and says to everything behind it who it is.
 pub(super) async fn check(
-    State(door): State<Arc<Door>>,
+    State(face): State<Arc<Face>>,
     ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
     mut request: Request,
     next: Next,
@@ -49,12 +49,13 @@ pub(super) async fn check(
         return next.run(request).await;
     }
     let presented = token(request.headers());
-    match door.admit(presented.as_deref(), peer.ip()) {
+    match face.door.admit(presented.as_deref(), peer.ip()) {
         Ok(visitor) => {
             request.extensions_mut().insert(visitor);
             next.run(request).await
         }
         Err(refusal) => {
+            face.sessions.contexts().first().figures.note_refusal(refusal);
             if refusal == Refusal::WrongToken {
                 let path = without_secrets(request.uri().path());
                 tracing::warn!(target: "audit", %peer, path, why = %refusal, "enter refused");

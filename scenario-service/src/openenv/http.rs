@@ -54,7 +54,7 @@ pub(super) fn router(face: Arc<Face>) -> Router {
         .fallback(|| async { http_errors::not_found() })
         .method_not_allowed_fallback(http_errors::method_not_allowed)
         .layer(DefaultBodyLimit::max(MESSAGE_BYTES_MAX))
-        .layer(from_fn_with_state(Arc::clone(&face.door), access::check))
+        .layer(from_fn_with_state(Arc::clone(&face), access::check))
         .layer(from_fn_with_state(Arc::new(face.origins.clone()), origin::check))
         .with_state(face)
 }
