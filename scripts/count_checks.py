@@ -67,6 +67,11 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,
     r"only root can become another user": lambda: os.geteuid() != 0,
+    r"no network namespaces": lambda: bool(
+        subprocess.run(["unshare", "--net", "true"], capture_output=True, check=False).returncode
+    ),
+    r"no systemd in a container": Path("/sys/fs/cgroup/cgroup.controllers").exists,
+    r"no promtool": lambda: shutil.which("promtool") is None,
     r"no systemd": lambda: shutil.which("systemd-analyze") is None,
 }
 

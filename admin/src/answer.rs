@@ -54,9 +54,13 @@ pub(crate) fn answer(monitor: &Monitor, question: Question<'_>) -> Answer {
         }
         "/drain" => {
             monitor.drain();
+            tracing::info!(target: "audit", "drain");
             status(monitor, 200, "draining", None)
         }
-        _ if monitor.undrain() => status(monitor, 200, "not draining", None),
+        _ if monitor.undrain() => {
+            tracing::info!(target: "audit", "undrain");
+            status(monitor, 200, "not draining", None)
+        }
         _ => status(monitor, 409, "draining", Some("it was told to end")),
     }
 }

@@ -37,7 +37,12 @@ pub fn serve(address: SocketAddr, monitor: &Monitor) -> io::Result<SocketAddr> {
     let listener = std::net::TcpListener::bind(address)?;
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    // With threads: what is read for figures may block, as the transport does.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name("admin")
+        .enable_all()
+        .build()?;
     process::export(monitor.metrics());
     let monitor = monitor.clone();
     let serving = move || {

@@ -13,30 +13,36 @@
 use schemas::{ServiceKind, Tenant, keys};
 use serde_json::{Value, json};
 
-/// What world services answer.
-const WORLD_KEYS: [&str; 6] = [
-    keys::ANY_WORLDS,
-    "causeway/*/host/*/worlds",
-    "causeway/*/world/*/*/request",
-    "causeway/batch/*/tick",
-    "causeway/batch/*/shortcut",
-    keys::ANY_ASSET,
-];
-/// What renderers answer.
-const RENDER_KEYS: [&str; 2] = ["causeway/render/*/job", "causeway/render/*/shortcut"];
 /// Who is up, and how it is.
-const PRESENCE_KEYS: [&str; 2] = [keys::ANY_ALIVE, "causeway/draining/*/*"];
+const PRESENCE_KEYS: [&str; 2] = [keys::ANY_ALIVE, keys::ANY_DRAINING];
 /// Messages of somebody who answers, as they come in.
 const ANSWERS: [&str; 2] = ["declare_queryable", "reply"];
+
+/// What world services answer.
+fn world_keys() -> [String; 6] {
+    [
+        keys::ANY_WORLDS.to_owned(),
+        keys::ANY_WORLDS_OF_ANY.to_owned(),
+        keys::ANY_WORLD.to_owned(),
+        keys::ANY_BATCH_TICK.to_owned(),
+        keys::shortcut_to(keys::ANY_BATCH_TICK),
+        keys::ANY_ASSET.to_owned(),
+    ]
+}
+
+/// What renderers answer.
+fn render_keys() -> [String; 2] {
+    [keys::ANY_RENDER_JOB.to_owned(), keys::shortcut_to(keys::ANY_RENDER_JOB)]
+}
 
 /// The access list, for the tenants that may watch their worlds from outside.
 pub(crate) fn list(watchers: &[Tenant]) -> Value {
     let mut list = List::default();
     list.role("causeway-router", |role| {
-        role.may("both", &EVERYTHING, &["causeway/**".to_owned()]);
+        role.may("both", &EVERYTHING, &[keys::EVERYTHING]);
     });
     list.role("causeway-world", |role| {
-        role.answers(&WORLD_KEYS);
+        role.answers(&world_keys());
         role.may("in", &["put"], &[keys::ANY_WORLD_FRAME]);
         role.may("out", &["declare_subscriber"], &[keys::ANY_WORLD_FRAME]);
         role.may("in", &["put"], &[keys::any_load(ServiceKind::World)]);
@@ -44,13 +50,13 @@ pub(crate) fn list(watchers: &[Tenant]) -> Value {
         role.is_present(&[ServiceKind::World]);
     });
     list.role("causeway-render", |role| {
-        role.answers(&RENDER_KEYS);
+        role.answers(&render_keys());
         role.asks(&[keys::ANY_ASSET]);
         role.is_present(&[ServiceKind::Render]);
     });
     list.role("causeway-face", |role| {
-        role.asks(&WORLD_KEYS);
-        role.asks(&RENDER_KEYS);
+        role.asks(&world_keys());
+        role.asks(&render_keys());
         role.may("in", &["declare_subscriber"], &[keys::any_load(ServiceKind::World)]);
         role.may("out", &["put"], &[keys::any_load(ServiceKind::World)]);
         role.is_present(&[ServiceKind::Scenario, ServiceKind::Gateway]);
@@ -59,8 +65,8 @@ pub(crate) fn list(watchers: &[Tenant]) -> Value {
         list.role(&format!("tenant-{tenant}"), |role| {
             role.asks(&[
                 keys::worlds(tenant),
-                format!("causeway/{tenant}/host/*/worlds"),
-                format!("causeway/{tenant}/world/*/*/request"),
+                keys::worlds_of_any(tenant),
+                keys::any_world_of(tenant),
             ]);
             role.may("in", &["declare_subscriber"], &[keys::any_world_frame(tenant)]);
             role.may("out", &["put"], &[keys::any_world_frame(tenant)]);
@@ -153,5 +159,25 @@ impl Role<'_> {
         let see = ["declare_liveliness_subscriber", "liveliness_query", "query"];
         self.may("in", &see, &PRESENCE_KEYS);
         self.may("out", &["liveliness_token", "reply", "declare_queryable"], &PRESENCE_KEYS);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every right of every role, for whoever reads what changes. Write it anew with
+    /// `UPDATE_GOLDEN=1 cargo nextest run --release -p bus the_list_of_rights`.
+    #[test]
+    fn the_list_of_rights_is_the_one_that_was_read() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/access.json");
+        let found = list(&["alice".parse().unwrap()]);
+        let rules: Vec<String> =
+            found["rules"].as_array().unwrap().iter().map(ToString::to_string).collect();
+        let found = format!("[\n{}\n]\n", rules.join(",\n"));
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(path, &found).unwrap();
+        }
+        assert_eq!(found, std::fs::read_to_string(path).unwrap());
     }
 }

@@ -41,6 +41,7 @@ mod presence;
 mod publishing;
 mod query;
 mod renderers;
+mod routers;
 mod session;
 mod shortcut;
 mod tuning;

@@ -47,6 +47,11 @@ impl Publishing {
         Self { session, queue: Arc::default(), begun: Once::new() }
     }
 
+    /// By which it publishes.
+    pub(crate) fn session(&self) -> &zenoh::Session {
+        &self.session
+    }
+
     /// How many publications were given up before they were sent.
     pub(crate) fn dropped(&self) -> impl Fn() -> u64 + Send + Sync + use<> {
         let queue = Arc::clone(&self.queue);

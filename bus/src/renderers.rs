@@ -1,7 +1,7 @@
 //! Who can draw, and the way of one job to whoever does.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -19,6 +19,8 @@ use crate::{Bus, Draining, Presence};
 const RENDERER_WAIT: Duration = Duration::from_secs(5);
 /// How long one renderer may take for one job.
 const DRAW_DEADLINE: Duration = Duration::from_secs(30);
+/// What a picture costs beside its pixels, in pixels: about 1 ms of software.
+const PICTURE_PIXELS: u64 = 32_000;
 
 /// The renderers that are up. Whoever has frames to be drawn keeps one.
 #[derive(Default)]
@@ -36,6 +38,24 @@ struct Live {
     coming: usize,
     /// Past whoever routes, which large pictures are worth.
     shortcut: Option<Arc<Shortcut>>,
+    /// Pixels that this process waits for from it.
+    waiting: Arc<AtomicU64>,
+}
+
+/// Pixels that are waited for as long as this lives.
+struct Waiting(Arc<AtomicU64>, u64);
+
+impl Waiting {
+    fn new(of: &Arc<AtomicU64>, pixels: u64) -> Self {
+        of.fetch_add(pixels, Ordering::Relaxed);
+        Self(Arc::clone(of), pixels)
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.0.fetch_sub(self.1, Ordering::Relaxed);
+    }
 }
 
 impl Renderers {
@@ -65,7 +85,8 @@ impl Renderers {
                 Presence::Up(Alive { id, .. }) => {
                     let shortcut = bus.shortcut(&keys::render_job(&id)).await.map(Arc::new);
                     tracing::debug!(renderer = %id, found = shortcut.is_some(), "shortcut");
-                    let renderer = Live { bus: bus.clone(), coming, shortcut };
+                    let waiting = Arc::default();
+                    let renderer = Live { bus: bus.clone(), coming, shortcut, waiting };
                     self.live.send_modify(|live| drop(live.insert(id, renderer)));
                 }
                 Presence::Down(_, id) => self.live.send_modify(|live| drop(live.remove(&id))),
@@ -78,8 +99,8 @@ impl Renderers {
         !self.live.borrow().is_empty()
     }
 
-    /// Has one job drawn: by the next renderer in turn, or by another if that one is lost
-    /// meanwhile.
+    /// Has one job drawn: by the renderer from which this process waits for least, in turn among
+    /// equals, or by another if that one is lost meanwhile.
     ///
     /// # Errors
     /// [`ErrorCode::RendererUnavailable`] when none is there or comes in time, when all that are
@@ -89,7 +110,11 @@ impl Renderers {
     where
         F: FrameBytes + Sync,
     {
-        match wire::decode_reply(&self.drawn(&wire::encode_render_job(job)).await?)? {
+        let pixels = job.cameras.iter().map(|camera| {
+            PICTURE_PIXELS + u64::from(camera.width_px) * u64::from(camera.height_px)
+        });
+        let (pixels, job) = (pixels.sum(), wire::encode_render_job(job));
+        match wire::decode_reply(&self.drawn(&job, pixels).await?)? {
             Reply::Images(images) => Ok(images),
             Reply::Error(error) => Err(error),
             _ => Err(Error::new(ErrorCode::InvalidMessage, "the renderer sent no pictures")),
@@ -97,7 +122,7 @@ impl Renderers {
     }
 
     /// The renderer's reply as it came.
-    async fn drawn(&self, job: &[u8]) -> Result<Vec<u8>, Error> {
+    async fn drawn(&self, job: &[u8], pixels: u64) -> Result<Vec<u8>, Error> {
         let mut changes = self.live.subscribe();
         let mut tried = BTreeSet::new();
         let mut refusal = None;
@@ -115,7 +140,10 @@ impl Renderers {
                 }
                 continue;
             };
-            match self.ask(&id, &renderer, job).await {
+            let waiting = Waiting::new(&renderer.waiting, pixels);
+            let asked = self.ask(&id, &renderer, job).await;
+            drop(waiting);
+            match asked {
                 Err(lost) if lost.code == ErrorCode::Unreachable => {
                     tracing::warn!(renderer = %id, "a renderer was lost with a job; trying another");
                 }
@@ -165,10 +193,18 @@ impl Renderers {
         if untried.iter().any(|(id, _)| !ends(id)) {
             untried.retain(|(id, _)| !ends(id));
         }
+        let waiting: Vec<u64> =
+            untried.iter().map(|(_, live)| live.waiting.load(Ordering::Relaxed)).collect();
         let turn = self.turn.fetch_add(1, Ordering::Relaxed);
-        let (id, renderer) = untried.get(turn.checked_rem(untried.len())?)?;
+        let (id, renderer) = untried.get(least(&waiting, turn)?)?;
         Some(((*id).clone(), (*renderer).clone()))
     }
+}
+
+/// The place of the least, in turn among equals.
+fn least(waiting: &[u64], turn: usize) -> Option<usize> {
+    let first = turn.checked_rem(waiting.len())?;
+    (first..waiting.len()).chain(0..first).min_by_key(|place| waiting.get(*place))
 }
 
 fn none_came(tried: &BTreeSet<(ServiceId, usize)>) -> Error {
@@ -176,4 +212,55 @@ fn none_came(tried: &BTreeSet<(ServiceId, usize)>) -> Error {
     Error::new(ErrorCode::RendererUnavailable, "nobody can draw this picture; the world goes on")
         .wanted(format_args!("a render service within {} s", RENDERER_WAIT.as_secs()))
         .found(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equals_take_turns_and_others_wait_until_they_have_least() {
+        assert_eq!(least(&[], 3), None);
+        assert_eq!([0, 1, 2, 3].map(|turn| least(&[5, 5, 5], turn)), [0, 1, 2, 0].map(Some));
+        assert_eq!([0, 1, 2].map(|turn| least(&[9, 5, 5], turn)), [1, 1, 2].map(Some));
+    }
+
+    /// Pictures in a second of two renderers, one four times as fast as the other, for eight who
+    /// each ask again as soon as they have theirs.
+    fn drawn_in_a_second(choose: impl Fn(&[u64], usize) -> usize) -> u32 {
+        let cost_micros = [2_000_u64, 8_000];
+        let (mut waiting, mut free_at) = ([0_u64; 2], [0_u64; 2]);
+        let mut asking: Vec<u64> = vec![0; 8];
+        let mut ends: Vec<(u64, usize)> = Vec::new();
+        let (mut drawn, mut turn) = (0, 0);
+        for now in 0..1_000_000 {
+            ends.retain(|(end, renderer)| {
+                let is_over = *end <= now;
+                if is_over {
+                    waiting[*renderer] -= 1;
+                    asking.push(now);
+                    drawn += 1;
+                }
+                !is_over
+            });
+            while asking.pop().is_some() {
+                let renderer = choose(&waiting, turn);
+                turn += 1;
+                waiting[renderer] += 1;
+                free_at[renderer] = free_at[renderer].max(now) + cost_micros[renderer];
+                ends.push((free_at[renderer], renderer));
+            }
+        }
+        drawn
+    }
+
+    #[test]
+    fn a_slow_renderer_holds_up_only_what_it_is_given() {
+        let (fast_alone, both) = (500, 625);
+        let in_turn = drawn_in_a_second(|waiting, turn| turn % waiting.len());
+        let by_waiting = drawn_in_a_second(|waiting, turn| least(waiting, turn).unwrap());
+        println!("of {both}: {in_turn} in turn, {by_waiting} by what is waited for");
+        assert!(in_turn < fast_alone, "{in_turn}: in turn two are slower than the fast one alone");
+        assert!(by_waiting > both * 95 / 100, "{by_waiting}");
+    }
 }

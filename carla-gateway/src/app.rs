@@ -132,6 +132,7 @@ async fn gateway(
     );
     let (connect, identity) = (config.connect.clone(), config.identity.clone());
     let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
+    bus.export(monitor.metrics());
     let _announcement = bus.announce(alive(&config)).await?;
     let connected = watch::Sender::new(Some(bus)).subscribe();
     let (tenant, owner) = (config.tenant.clone(), config.id.clone());

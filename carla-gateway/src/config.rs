@@ -77,7 +77,7 @@ pub struct Args {
         hide_default_value = true)]
     pub id: ServiceId,
     /// Folder for CARLA's recordings, in it one for each tenant
-    #[arg(long, value_name = "DIR", default_value = "recordings")]
+    #[arg(long, env = "CAUSEWAY_RECORDINGS", value_name = "DIR", default_value = "recordings")]
     pub recordings: PathBuf,
     /// What replayed vehicles do when a replay is over
     #[arg(long, value_enum, default_value_t)]

@@ -308,7 +308,9 @@ impl Endpoint {
     /// Notes that the world of the episode is gone.
     pub(crate) fn note_loss(&mut self, why: impl std::fmt::Display) {
         let why = format!("the world is gone: {why}");
-        tracing::warn!(port = self.port, why, "episode ended");
+        let tenant = self.config.allowance.tenant();
+        tracing::warn!(target: "audit", %tenant, port = self.port, why, "lose world");
+        self.figures.lost.inc();
         self.lost = Some(why);
         self.keep.end();
     }

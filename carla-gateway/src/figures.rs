@@ -42,6 +42,8 @@ pub(crate) struct QuotaFigures {
 pub(crate) struct WorldFigures {
     /// Those that were lost and made again.
     pub(crate) recovered: Counter,
+    /// Those that were lost for good.
+    pub(crate) lost: Counter,
     /// How long clients waited while theirs moved.
     pub(crate) move_seconds: Histogram,
 }
@@ -90,6 +92,7 @@ impl WorldFigures {
                 "causeway_gateway_worlds_recovered",
                 "Worlds that were lost and made again",
             ),
+            lost: metrics.counter("causeway_gateway_worlds_lost", "Worlds that were lost for good"),
             move_seconds: metrics.histogram(
                 "causeway_gateway_move_seconds",
                 "Time in which a world moved to another service",

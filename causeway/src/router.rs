@@ -43,7 +43,8 @@ pub(crate) fn run(args: Args) -> Result<(), Failure> {
         tokio::spawn(monitor.pulse("runtime").beat_for_ever());
         // A router that is to be joined may hang.
         let routing = async {
-            let _bus = open(args).await?;
+            let bus = open(args).await?;
+            bus.export(monitor.metrics());
             monitor.set_started();
             std::future::pending::<Result<(), BusError>>().await
         };

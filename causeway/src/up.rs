@@ -12,6 +12,7 @@ mod restart;
 mod stop;
 mod supervisor;
 
+use bus::BusConfig;
 use monitoring::Monitor;
 use tokio::sync::watch;
 
@@ -47,7 +48,9 @@ async fn run_site(plan: Plan, monitor: &Monitor) -> Result<(), Failure> {
     tokio::spawn(monitor.pulse("runtime").beat_for_ever());
     monitor.set_started();
     banner::print_addresses(&plan);
-    let announcing = tokio::spawn(banner::print_arrivals(plan.bus.clone(), stop.subscribe()));
+    let bus = BusConfig::connecting(plan.bus.clone());
+    let bus = BusConfig { identity: plan.identity.clone(), ..bus };
+    let announcing = tokio::spawn(banner::print_arrivals(bus, stop.subscribe()));
     let outcome = tokio::select! {
         outcome = supervisor::supervise(plan.services, &stop, monitor) => {
             outcome.map_err(|error| Failure::of(&error))

@@ -85,6 +85,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<RenderService, S
     let opening = tokio::task::spawn_blocking(move || open(choice, quality));
     let (connect, identity) = (config.connect, config.identity);
     let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
+    bus.export(monitor.metrics());
     let renderer = opening.await.map_err(|_| ServiceError::Panicked)?;
     let adapter = match &renderer {
         Ok(renderer) => renderer.adapter_name().to_owned(),

@@ -81,7 +81,8 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     tokio::spawn(async move { hosts.tell_open(|is_open| worlds.set(is_open, NO_WORLDS)).await });
     let changes = port.hosts().changes();
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
-    let context = SessionContext::new(shared, config.default_scenario.clone(), config.profile);
+    let (tenant, scenario) = (config.tenant.clone(), config.default_scenario.clone());
+    let context = SessionContext::new(tenant, shared, scenario, config.profile);
     let context = Arc::new(context.watched(monitor).recovering(config.recovery_bytes));
     let contexts = Contexts::new(config.tenant.clone(), Arc::clone(&context), move |tenant| {
         Arc::new(port.for_tenant(tenant.clone()))
@@ -154,6 +155,7 @@ async fn join_bus(
 ) -> Result<std::convert::Infallible, RunError> {
     let (connect, identity) = (config.connect.clone(), config.identity.clone());
     let bus = Bus::open(BusConfig { connect, identity, ..BusConfig::default() }).await?;
+    bus.export(monitor.metrics());
     let alive = Alive {
         kind: ServiceKind::Scenario,
         id: config.id.clone(),

@@ -1,6 +1,7 @@
 //! What the service counts. Relaxed atomics: no step waits for any of it.
 
 use monitoring::{Counter, Histogram, Metrics, Monitor};
+use tenancy::Refusal;
 
 /// What the service counts.
 pub(crate) struct Figures {
@@ -18,6 +19,12 @@ pub(crate) struct Figures {
     pub(crate) quota: Counter,
     /// Sessions that came while no new ones are taken.
     pub(crate) draining: Counter,
+    /// Requests without a token.
+    pub(crate) no_token: Counter,
+    /// Requests with a token that is not valid.
+    pub(crate) wrong_token: Counter,
+    /// Requests with such a token, after too many of them.
+    pub(crate) shut_out: Counter,
     /// Pictures that were beyond a tenant's quota.
     pub(crate) pixels_refused: Counter,
     /// Resets whose world would have had more actors than a tenant's quota.
@@ -37,6 +44,10 @@ impl Figures {
         let outcomes = ("outcome", ["opened", "capacity", "quota", "draining"]);
         let [opened, full, quota, draining] =
             metrics.counters("causeway_scenario_sessions_asked", asked, outcomes);
+        let refused = "Requests that were let in by no token, by why";
+        let reasons = ("why", ["no_token", "wrong_token", "too_many"]);
+        let [no_token, wrong_token, shut_out] =
+            metrics.counters("causeway_scenario_entries_refused", refused, reasons);
         Self {
             reset_seconds: metrics.histogram("causeway_scenario_reset_seconds", "Time of a reset"),
             step_seconds: metrics
@@ -47,6 +58,9 @@ impl Figures {
             full,
             quota,
             draining,
+            no_token,
+            wrong_token,
+            shut_out,
             pixels_refused: metrics.counter(
                 "causeway_scenario_pictures_refused",
                 "Pictures that were beyond a tenant's quota",
@@ -66,6 +80,18 @@ impl Figures {
             lost: metrics
                 .counter("causeway_scenario_episodes_lost", "Episodes whose world was lost"),
         }
+    }
+}
+
+impl Figures {
+    /// Somebody was not let in.
+    pub(crate) fn note_refusal(&self, why: Refusal) {
+        let counter = match why {
+            Refusal::NoToken => &self.no_token,
+            Refusal::WrongToken => &self.wrong_token,
+            Refusal::TooMany => &self.shut_out,
+        };
+        counter.inc();
     }
 }
 

@@ -303,7 +303,7 @@ impl Session {
     }
 
     fn lose(&mut self, error: &Error) -> SessionError {
-        tracing::warn!(%error, "an episode lost its world");
+        tracing::warn!(target: "audit", tenant = %self.context.tenant, %error, "lose world");
         self.context.figures.lost.inc();
         self.context.maps.forget_names();
         self.running = Running::Lost(error.to_string());

@@ -242,7 +242,12 @@ impl Simulation {
         let clock = Clock::default();
         let worlds = Arc::new(UnreliableWorlds::new(seed, clock.clone()));
         let port = Arc::clone(&worlds) as Arc<dyn WorldPort>;
-        let context = SessionContext::new(port, "trolley_saves".to_owned(), Profile::Documented);
+        let context = SessionContext::new(
+            testing::visitor().tenant,
+            port,
+            "trolley_saves".to_owned(),
+            Profile::Documented,
+        );
         context.maps.learn(testing::map());
         let context = Arc::new(context);
         let idle = IdleTimes { connected: Duration::MAX, detached: Duration::ZERO };

@@ -30,7 +30,12 @@ pub(crate) fn map() -> Arc<roads::Map> {
 pub(crate) fn context() -> (Arc<ToyWorlds>, Arc<SessionContext>) {
     let port = Arc::new(ToyWorlds::default());
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
-    let context = SessionContext::new(shared, "trolley_saves".to_owned(), Profile::Documented);
+    let context = SessionContext::new(
+        testing::visitor().tenant,
+        shared,
+        "trolley_saves".to_owned(),
+        Profile::Documented,
+    );
     (port, Arc::new(context))
 }
 

@@ -32,6 +32,14 @@ pub fn worlds_of(tenant: &Tenant, host: &ServiceId) -> String {
     format!("causeway/{tenant}/host/{host}/worlds")
 }
 
+/// [`worlds_of`] every world service.
+pub fn worlds_of_any(tenant: &Tenant) -> String {
+    format!("causeway/{tenant}/host/*/worlds")
+}
+
+/// [`worlds_of_any`] of every tenant.
+pub const ANY_WORLDS_OF_ANY: &str = "causeway/*/host/*/worlds";
+
 /// [`worlds_of`] of every tenant, for the service that answers.
 pub fn any_worlds_of(host: &ServiceId) -> String {
     format!("causeway/*/host/{host}/worlds")
@@ -49,6 +57,14 @@ pub fn world(tenant: &Tenant, world: WorldId) -> String {
 pub fn any_world(host: u32) -> String {
     format!("causeway/*/world/{host}/*/request")
 }
+
+/// [`world`] of every world of a tenant.
+pub fn any_world_of(tenant: &Tenant) -> String {
+    format!("causeway/{tenant}/world/*/*/request")
+}
+
+/// [`world`] of every tenant, host and world.
+pub const ANY_WORLD: &str = "causeway/*/world/*/*/request";
 
 /// The frame of one world, published after every tick.
 pub fn world_frame(tenant: &Tenant, world: WorldId) -> String {
@@ -68,10 +84,16 @@ pub fn batch_tick(host: &ServiceId) -> String {
     format!("causeway/batch/{host}/tick")
 }
 
+/// [`batch_tick`] of every world service.
+pub const ANY_BATCH_TICK: &str = "causeway/batch/*/tick";
+
 /// Jobs for one renderer.
 pub fn render_job(worker: &ServiceId) -> String {
     format!("causeway/render/{worker}/job")
 }
+
+/// [`render_job`] of every renderer.
+pub const ANY_RENDER_JOB: &str = "causeway/render/*/job";
 
 /// Where a service takes past the bus what is asked under [`render_job`] or [`batch_tick`].
 pub fn shortcut_to(key: &str) -> String {
@@ -101,6 +123,9 @@ pub fn any_draining(kind: ServiceKind) -> String {
     format!("causeway/draining/{}/*", kind.as_str())
 }
 
+/// [`draining`] of every service.
+pub const ANY_DRAINING: &str = "causeway/draining/*/*";
+
 /// How much a service has to do.
 pub fn load(kind: ServiceKind, id: &ServiceId) -> String {
     format!("causeway/load/{}/{id}", kind.as_str())
@@ -118,6 +143,9 @@ pub fn asset(digest: &str) -> String {
 
 /// [`asset`] of every digest, for the service that answers.
 pub const ANY_ASSET: &str = "causeway/asset/*";
+
+/// All of them.
+pub const EVERYTHING: &str = "causeway/**";
 
 /// The inverse of [`worlds`] and [`worlds_of`]; `None` for any other key.
 pub fn parse_worlds(key: &str) -> Option<Tenant> {
@@ -250,6 +278,37 @@ mod tests {
                     assert!(!matches(expression, &key), "{expression} matches {key}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn what_stands_for_all_of_a_kind_matches_one_of_it() {
+        let (tenant, host) = ("alice".parse().unwrap(), "world-2".parse().unwrap());
+        let id = WorldId::new(7).unwrap();
+        let kind = ServiceKind::World;
+        let shortcut = shortcut_to(&batch_tick(&host));
+        for (expression, key) in [
+            (ANY_WORLDS, worlds(&tenant)),
+            (ANY_WORLDS_OF_ANY, worlds_of(&tenant, &host)),
+            (&worlds_of_any(&tenant), worlds_of(&tenant, &host)),
+            (ANY_WORLD, world(&tenant, id)),
+            (&any_world_of(&tenant), world(&tenant, id)),
+            (&any_world(id.host()), world(&tenant, id)),
+            (ANY_WORLD_FRAME, world_frame(&tenant, id)),
+            (&any_world_frame(&tenant), world_frame(&tenant, id)),
+            (ANY_BATCH_TICK, batch_tick(&host)),
+            (&shortcut_to(ANY_BATCH_TICK), shortcut),
+            (ANY_RENDER_JOB, render_job(&host)),
+            (&shortcut_to(ANY_RENDER_JOB), shortcut_to(&render_job(&host))),
+            (ANY_ALIVE, alive(kind, &host)),
+            (&any_alive(kind), alive(kind, &host)),
+            (ANY_DRAINING, draining(kind, &host)),
+            (&any_draining(kind), draining(kind, &host)),
+            (&any_load(kind), load(kind, &host)),
+            (ANY_ASSET, asset("0a")),
+        ] {
+            assert!(matches(expression, &key), "{expression} does not match {key}");
+            assert!(!matches(expression, "causeway/bob/anything"), "{expression}");
         }
     }
 

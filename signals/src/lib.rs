@@ -44,7 +44,7 @@ impl Termination {
         }
         monitor.begin_end();
         let begun = Instant::now();
-        tracing::info!(left = left(), secs = window.as_secs(), "no new {what}; ending");
+        tracing::info!(target: "audit", what, left = left(), secs = window.as_secs(), "drain to end");
         let mut told = begun;
         while left() > 0 && begun.elapsed() < window {
             if told.elapsed() >= TELL_EVERY {

@@ -97,4 +97,4 @@ def names_of_project():
     """A name for containers of one test, which are removed after it."""
     name = f"causeway-test-{os.getpid()}"
     yield name
-    subprocess.run(["docker", "rm", "--force", name], capture_output=True)
+    subprocess.run(["docker", "rm", "--force", "--volumes", name], capture_output=True)

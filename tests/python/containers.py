@@ -124,16 +124,21 @@ def wait_until_healthy(url: str) -> None:
 
 
 def drive(url: str, carla_port: int) -> None:
-    """An OpenEnv episode with a picture, and a car through CARLA's client."""
+    """An OpenEnv episode with a picture, and a car through CARLA's client, recorded."""
     wait_until_healthy(url)
     with Session(url) as session:
         session.reset("trolley_saves", seed=1)
         assert session.capture().startswith(b"\xff\xd8"), "no JPEG"
         session.step("observe")
-    with synchronous(connect(carla_port).get_world()) as world:
+    client = connect(carla_port)
+    with synchronous(client.get_world()) as world:
+        client.start_recorder("drive.log")
         car = spawn_car(world)
         car.apply_control(carla.VehicleControl(throttle=1.0))
         for _ in range(40):
             world.tick()
         assert car.get_velocity().length() > 1.0
         car.destroy()
+        client.stop_recorder()
+        said = client.show_recorder_file_info("drive.log", False)
+        assert "Frames: 4" in said, said

@@ -7,6 +7,7 @@ and ask them as probes and Prometheus do.
 import functools
 import json
 import re
+import shutil
 import socket
 import subprocess
 
@@ -175,6 +176,15 @@ def test_rules_and_dashboard_name_figures_that_there_are(watched_site):
     names = {name for expr in asked for name in re.findall(r"\b(?:causeway|process)_\w+", expr)}
     assert len(names) > 10
     assert names <= exported(parts)
+
+
+def test_prometheus_reads_the_rules():
+    promtool = shutil.which("promtool")
+    if promtool is None:
+        pytest.skip("no promtool")
+    command = [promtool, "check", "rules", ROOT / "deploy/prometheus/rules.yaml"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_a_site_is_ready_without_a_renderer_and_counts_its_restart(watched_site):

@@ -43,7 +43,7 @@ def eventually(act) -> None:
 def test_flags_of_carlas_launcher_are_taken(start_site):
     port = two_free_ports()
     flags = ["-RenderOffScreen", "-quality-level=Low", "-nosound", "-fps=20", "-something-else"]
-    site = start_site(f"-carla-rpc-port={port}", *flags, "Town02")
+    site = start_site(f"-carla-rpc-port={port}", *flags, "Town02", CARLA_MODE="mock")
     assert site.carla_port == port
     world = connect(port).get_world()
     assert world.get_map().name.endswith("Town02")

@@ -10,7 +10,7 @@ import carla
 import numpy as np
 import pytest
 
-from carla_site import connect, spawn_car, synchronous, ticks
+from carla_site import attach, connect, spawn_car, synchronous, ticks
 from running_site import child
 
 WAIT_SECS = 60.0
@@ -241,3 +241,16 @@ def test_the_picture_that_loses_its_renderer_is_drawn_by_the_next_one(start_site
             world.tick()
             time.sleep(0.1)
         camera.stop()
+
+
+def test_a_camera_without_any_renderer_is_refused_and_the_world_goes_on(start_site):
+    world = connect(start_site("--no-render").carla_port).get_world()
+    with synchronous(world):
+        car = spawn_car(world)
+        with pytest.raises(RuntimeError, match="no renderer is up"):
+            attach(world, car, "sensor.camera.rgb")
+        imu, measured = attach(world, car, "sensor.other.imu")
+        for _ in range(20):
+            frame = world.tick()
+            assert measured.get(timeout=WAIT_SECS).frame == frame
+        imu.stop()

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+import yaml
 from causeway import Session
 from openenv.cli.commands import push
 
@@ -33,7 +34,7 @@ from containers import (
 from running_site import two_free_ports
 from tenants import new_token
 
-FULL_BYTES_MAX, CORE_BYTES_MAX = 300_000_000, 60_000_000
+FULL_BYTES_MAX, CORE_BYTES_MAX = 65_000_000, 60_000_000
 #: A world service with a certificate is heard within a second.
 STRANGER_SECS = 5.0
 
@@ -61,7 +62,7 @@ def test_one_container_serves_openenv_and_carlas_client(names_of_project):
     flags = ["--http", "0.0.0.0:8000", "--open", "--carla", str(port), "--carla-host", "0.0.0.0"]
     docker(
         "run", "--detach", "--read-only", "--tmpfs", "/tmp", "--cap-drop", "ALL",
-        "--name", names_of_project, *published, FULL, "up", *flags,
+        "--volume", "/recordings", "--name", names_of_project, *published, FULL, "up", *flags,
     )  # fmt: skip
     drive(f"http://127.0.0.1:{http}", port)
     wait_until_containers_are_healthy(names_of_project)
@@ -86,6 +87,9 @@ def test_a_container_for_each_service_is_a_site(names_of_project):
         wait_until_containers_are_healthy(*running)
         states = docker("inspect", "--format", "{{.RestartCount}}", *running).split()
         assert states == ["0"] * 6, run("logs")
+        volume = f"{names_of_project}_recordings:/recordings"
+        kept = docker("run", "--rm", "--volume", volume, CORE, "record", "list")
+        assert "drive.log  log" in kept and "drive.log.journal  journal" in kept, kept
 
 
 @pytest.mark.usefixtures("images")
@@ -196,6 +200,18 @@ def test_four_openenv_servers_share_one_site_that_carla_host_names(names_of_proj
         assert len(set(speeds)) == 4
 
 
+def test_composed_renderers_ask_for_a_gpu_and_draw_with_nothing_else():
+    compose = shutil.which("docker-compose")
+    if compose is None:
+        pytest.skip("no docker-compose")
+    files = [word for kind in ("", ".gpu") for word in ("-f", f"deploy/compose{kind}.yaml")]
+    done = subprocess.run([compose, *files, "config"], cwd=ROOT, capture_output=True, check=True)
+    render = yaml.safe_load(done.stdout)["services"]["render"]
+    (device,) = render["deploy"]["resources"]["reservations"]["devices"]
+    assert (device["driver"], device["capabilities"]) == ("nvidia", ["gpu"])
+    assert render["command"][-2:] == ["--adapter", "nvidia"]
+
+
 @contextlib.contextmanager
 def composed(project: str, files: list[str], settings: dict[str, str]):
     """Runs words of docker-compose; takes everything down at the end."""
@@ -218,7 +234,7 @@ def composed(project: str, files: list[str], settings: dict[str, str]):
     try:
         yield run
     finally:
-        run("down", "--timeout", "5")
+        run("down", "--volumes", "--timeout", "5")
 
 
 @pytest.mark.usefixtures("images")

@@ -36,10 +36,11 @@ NOT_RUN = {
     "causeway bench": "it takes minutes; that it exists is tested",
     "pytest": "it is one of the tests",
     "vector_rates": "it takes minutes; fewer agents are tested",
+    "measure_site": "it takes minutes; what its lines measure is tested with less of it",
     "benches/": "it needs other simulators, or takes minutes",
-    "docker": "images are built and driven by the tests of deploy/",
+    "docker": "it wants an engine; test_deploy_blocks.py runs it",
     "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",
-    "systemctl": "it changes the machine",
+    "systemctl": "it changes the machine; test_deploy_blocks.py runs it in a container",
     "cargo run": "it needs maps that are not part of this repository",
 }
 
@@ -171,7 +172,8 @@ TAKEN = (
     "record collisions",
     "incident.py",
     "causeway router --listen tcp",
-    "certificates.sh",
+    "causeway router --listen tls",
+    "--bus-pki",
     "record_episodes",
     "gateway --connect tcp/127.0.0.1",
     "causeway world --listen",
@@ -338,7 +340,8 @@ def test_services_of_one_bus_are_started_one_by_one(shell):
 def test_services_show_certificates(shell):
     (shell.folder / "deploy").symlink_to(ROOT / "deploy")
     address = f"tls/127.0.0.1:{two_free_ports()}"
-    made, *services = "\n".join(take("certificates.sh")).replace("\\\n", " ").splitlines()
+    block = "\n".join(take("causeway router --listen tls"))
+    made, *services = block.replace("\\\n", " ").splitlines()
     shell.run(made.replace("10.0.3.7", "127.0.0.1"))
     for line in services:
         shell.serve(re.sub(r"tls/[\w.]+:7460", address, line))
@@ -351,6 +354,15 @@ def test_services_show_certificates(shell):
             break
         assert time.monotonic() < deadline, f"no world service is seen at {address}"
         time.sleep(0.1)
+
+
+def test_a_bus_of_one_machine_is_closed_to_its_other_users(shell):
+    (shell.folder / "deploy").symlink_to(ROOT / "deploy")
+    made, up = take("--bus-pki")
+    shell.run(made)
+    http, bus = two_free_ports(), two_free_ports()
+    shell.serve(f"{up} --http 127.0.0.1:{http} --bus tls/127.0.0.1:{bus} --no-render --no-carla")
+    play_at(f"http://127.0.0.1:{http}")
 
 
 def test_episodes_become_tables(shell):

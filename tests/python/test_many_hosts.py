@@ -5,11 +5,14 @@ compared with the same episodes that are left alone.
 """
 
 import contextlib
+import json
 import os
 import signal
 import threading
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import causeway
 import pytest
@@ -33,8 +36,13 @@ def address_of(face: Service) -> str:
     return "http://" + face.find(r"OpenEnv face listens address=(\S+)")
 
 
-def start_face(start) -> tuple[Service, str]:
-    face = start("scenario", "--http", "127.0.0.1:0")
+def actions(lines: Path) -> Counter:
+    """How often what was done, as written down."""
+    return Counter(json.loads(line)["action"] for line in lines.read_text().splitlines())
+
+
+def start_face(start, *flags) -> tuple[Service, str]:
+    face = start("scenario", "--http", "127.0.0.1:0", *flags)
     face.until("/readyz", 200)
     return face, address_of(face)
 
@@ -149,10 +157,14 @@ def test_nobody_waits_for_a_host_that_stands_still_but_who_has_a_world_there(tmp
 
 def test_a_host_that_ends_gives_its_worlds_to_others_and_nobody_waits_long(tmp_path):
     with bus(tmp_path) as start:
-        hosts = [start("world", "--id", f"world-{name}", "--drain-secs", "120") for name in "ab"]
+        audits = {name: tmp_path / f"audit-{name}" for name in ("a", "b", "face")}
+        hosts = [
+            start("world", "--id", f"world-{name}", "--drain-secs", "120", "--audit", audits[name])
+            for name in "ab"
+        ]
         for host in hosts:
             host.until("/readyz", 200)
-        face, url = start_face(start)
+        face, url = start_face(start, "--audit", audits["face"])
         wanted = [play(url, number) for number in range(4)]
         gate = threading.Barrier(SESSIONS + 1, timeout=300)
         with ThreadPoolExecutor(SESSIONS) as pool:
@@ -173,6 +185,10 @@ def test_a_host_that_ends_gives_its_worlds_to_others_and_nobody_waits_long(tmp_p
         assert (moved, counted["causeway_scenario_worlds_recovered_total"]) == (there, 0)
         pause = counted["causeway_scenario_move_seconds_sum"] / moved
         print(f"{there} worlds moved; {1e3 * pause:.1f} ms each on average")
+        assert actions(audits["face"] / "scenario.jsonl")["move world"] == there
+        did = actions(audits["a"] / "world.jsonl")
+        assert min(did["make world"], did["destroy world"]) >= there
+        assert did["drain to end"] == 1
 
 
 def test_the_world_of_an_idle_carla_client_moves(tmp_path):

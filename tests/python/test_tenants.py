@@ -14,6 +14,7 @@ from openenv.core.generic_client import GenericEnvClient
 from carla_site import connect, spawn_car, synchronous
 from running_site import Site, binary, two_free_ports
 from tenants import command, new_token
+from watched import figures
 
 # A changed file is read within two seconds; a busy machine gets much longer.
 RELOAD_SECS = 60.0
@@ -28,6 +29,7 @@ class Shared:
     alice: str
     bob: str
     ports: dict[str, int]
+    admin: str
 
     def at(self, token: str) -> str:
         return self.site.base_url.replace("http://", f"http://anybody:{token}@")
@@ -42,9 +44,11 @@ def shared(tmp_path_factory):
     alice, bob = (new_token(path, name, f"{name}-laptop") for name in ("alice", "bob"))
     ports = {"alice": two_free_ports(), "bob": two_free_ports()}
     endpoints = ",".join(f"{port}={name}" for name, port in ports.items())
-    flags = ["--tokens", str(path), f"--carla={endpoints}"]
+    admin = two_free_ports()
+    flags = ["--tokens", str(path), f"--carla={endpoints}", "--admin", f"127.0.0.1:{admin}"]
     site = start(folder / "log", "--no-render", *flags)
-    yield Shared(site, path, alice, bob, ports)
+    # The site itself and the world service are before it.
+    yield Shared(site, path, alice, bob, ports, f"127.0.0.1:{admin + 2}")
     stop(site)
 
 
@@ -71,6 +75,17 @@ def test_the_package_takes_a_token_in_three_ways(shared, monkeypatch):
     with pytest.raises(PermissionError) as refused:
         causeway.Session(url.replace("//", "//anybody:cw_bob-laptop_wrong@"))
     assert "wrong" not in str(refused.value)
+
+
+def test_who_is_not_let_in_is_counted_by_why(shared):
+    url, refused = shared.site.base_url, "causeway_scenario_entries_refused_total"
+    before = figures(shared.admin)
+    for headers in ({}, {}, {"Authorization": "Bearer cw_bob-laptop_wrong"}):
+        assert httpx.post(f"{url}/reset", json={}, headers=headers).status_code == 401
+    after = figures(shared.admin)
+    for why, count in (("no_token", 2), ("wrong_token", 1), ("too_many", 0)):
+        name = f"{refused}{{why={why}}}"
+        assert after[name] - before[name] == count, why
 
 
 def test_without_a_token_only_probes_are_answered(shared):

@@ -94,14 +94,16 @@ class Service:
 
 @contextlib.contextmanager
 def services(folder: Path):
-    """Starts services, e.g. `start("router", "--listen", "tcp/127.0.0.1:0")`, and ends them all."""
+    """Starts services, e.g. `start("router", "--listen", "tcp/127.0.0.1:0")`, and ends them all.
+
+    `by` runs them, e.g. as another user; `program` is what it runs; `at` is where it is asked."""
     running: list[Service] = []
 
-    def start(*command: str) -> Service:
+    def start(*command: str, by: tuple = (), program=None, at: str = "127.0.0.1") -> Service:
         log = folder / f"{command[0]}-{len(running)}.log"
         with log.open("wb") as output:
             process = subprocess.Popen(
-                [binary(), *command, "--admin", "127.0.0.1:0"],
+                [*by, program or binary(), *command, "--admin", f"{at}:0"],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,

@@ -100,6 +100,7 @@ pub async fn start(config: Config, monitor: &Monitor) -> Result<WorldService, Se
     let maps =
         Arc::new(Maps::new(config.maps.as_deref(), world::Town::new).map_err(ServiceError::Maps)?);
     let bus = Bus::open(place(&config)).await?;
+    bus.export(monitor.metrics());
     let epoch = RandomState::new().build_hasher().finish();
     let (ids, seats) = (Arc::new(Ids::new(epoch)), Seats::new(config.worlds_max));
     let (number, shard_count) = (ids.host(), config.shard_count.get());

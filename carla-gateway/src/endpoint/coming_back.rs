@@ -186,6 +186,10 @@ fn has_no_room<W>(remade: &Remade<W>) -> bool {
     matches!(remade, Remade::Later(error) if error.code == ErrorCode::Capacity)
 }
 
+fn millis_since(begun: Instant) -> u64 {
+    begun.elapsed().as_millis() as u64
+}
+
 impl Endpoint {
     /// Makes the world of the episode again, as clients saw it last; whether it could be.
     pub(super) async fn come_back(&mut self, why: &Error) -> bool {
@@ -195,6 +199,7 @@ impl Endpoint {
             return false;
         };
         tracing::warn!(port = self.port, %why, "a world is made again");
+        let begun = Instant::now();
         let fresh = self.fresh();
         let until = Instant::now() + ROOM_WAIT;
         let mut remade = recovery.remake(&fresh, &seen).await;
@@ -213,6 +218,8 @@ impl Endpoint {
                 self.keep.recovery = Some(recovery);
                 self.note_journal(journal);
                 self.figures.recovered.inc();
+                let (tenant, millis) = (self.config.allowance.tenant(), millis_since(begun));
+                tracing::info!(target: "audit", %tenant, port = self.port, millis, "recover world");
                 true
             }
             Remade::Later(error) | Remade::Never(error) => {
@@ -246,7 +253,8 @@ impl Endpoint {
                 self.keep.go_on_from(state);
                 self.note_journal(journal);
                 self.figures.move_seconds.observe(begun.elapsed());
-                tracing::info!(port = self.port, "a world has moved");
+                let (tenant, millis) = (self.config.allowance.tenant(), millis_since(begun));
+                tracing::info!(target: "audit", %tenant, port = self.port, millis, "move world");
             }
             Err(error) => {
                 tracing::warn!(port = self.port, %error, "a world could not be moved");

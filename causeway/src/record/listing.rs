@@ -16,7 +16,7 @@ const MIB: f64 = 1_048_576.0;
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Folder {
     /// The folder
-    #[arg(default_value = "recordings")]
+    #[arg(env = "CAUSEWAY_RECORDINGS", default_value = "recordings")]
     folder: PathBuf,
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use bus::{Bus, BusAddress, BusConfig, BusError, Presence};
+use bus::{Bus, BusConfig, BusError, Presence};
 use carla_gateway::PortOfTenant;
 use schemas::ServiceKind;
 use tokio::sync::watch;
@@ -31,16 +31,16 @@ pub(crate) fn print_addresses(plan: &Plan) {
 }
 
 /// Prints every service that comes up or goes away until the site is to end.
-pub(crate) async fn print_arrivals(bus: BusAddress, mut stop: watch::Receiver<Stop>) {
+pub(crate) async fn print_arrivals(bus: BusConfig, mut stop: watch::Receiver<Stop>) {
     tokio::select! {
         Err(error) = follow(bus) => tracing::warn!("cannot tell what comes up: {error}"),
         () = Stop::requested(&mut stop) => {}
     }
 }
 
-async fn follow(address: BusAddress) -> Result<std::convert::Infallible, BusError> {
+async fn follow(bus: BusConfig) -> Result<std::convert::Infallible, BusError> {
     let started = Instant::now();
-    let bus = Bus::open(BusConfig::connecting(address)).await?;
+    let bus = Bus::open(bus).await?;
     let mut watch = bus.watch(None).await?;
     loop {
         match watch.next().await {

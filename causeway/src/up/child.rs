@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{ExitStatus, Stdio};
 use std::time::Duration;
 
+use bus::Identity;
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::process::{ChildStdin, Command};
 use tokio::sync::watch;
@@ -36,6 +37,15 @@ pub(crate) struct Service {
     pub(crate) grace: Duration,
 }
 
+/// By what a role is known on the bus, in a folder of certificates.
+pub(crate) fn identity_in(folder: &Path, role: &str) -> Identity {
+    Identity {
+        authority: folder.join("ca.crt"),
+        certificate: folder.join(format!("causeway-{role}.crt")),
+        key: folder.join(format!("causeway-{role}.key")),
+    }
+}
+
 impl Service {
     /// Without settings.
     pub(crate) fn new(name: &'static str) -> Self {
@@ -60,6 +70,15 @@ impl Service {
     pub(crate) fn write_down_in(&mut self, folder: &Path) {
         if self.is_face {
             self.arguments.extend([OsString::from("--audit"), folder.into()]);
+        }
+    }
+
+    /// Has it show the certificate of its role on the bus.
+    pub(crate) fn show_certificate_of(&mut self, folder: &Path) {
+        let Identity { authority, certificate, key } =
+            identity_in(folder, if self.is_face { "face" } else { self.name });
+        for (flag, file) in [("--bus-ca", authority), ("--bus-cert", certificate), ("--bus-key", key)] {
+            self.arguments.extend([OsString::from(flag), file.into_os_string()]);
         }
     }
 

@@ -5,12 +5,13 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bus::BusAddress;
+use bus::{BusAddress, Identity};
 use carla_gateway::{Allowed, PortOfTenant, Tyres};
+use clap::builder::ArgPredicate;
 use render_service::Quality;
 use tenancy::Door;
 
-use super::child::Service;
+use super::child::{Service, identity_in};
 use super::ports::{self, PortTaken};
 use crate::watched::{AdminArgs, AuditArgs, DrainArgs};
 
@@ -30,8 +31,17 @@ pub(crate) struct Args {
     #[arg(long, env = "CAUSEWAY_OPEN", value_parser = clap::builder::FalseyValueParser::new())]
     open: bool,
     /// Where the services and other clients of the bus meet; port 0 takes any free one.
-    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/127.0.0.1:7460")]
+    #[arg(
+        long,
+        value_name = "(tcp|tls)/HOST:PORT",
+        default_value = "tcp/127.0.0.1:7460",
+        default_value_if("bus_pki", ArgPredicate::IsPresent, "tls/127.0.0.1:7460")
+    )]
     bus: BusAddress,
+    /// Folder of certificates, as deploy/bus/certificates.sh makes it, with which the services meet;
+    /// without it every user of this machine can use every world.
+    #[arg(long, value_name = "DIR")]
+    bus_pki: Option<PathBuf>,
     /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
     #[arg(long, value_name = "DIR")]
     maps: Option<PathBuf>,
@@ -40,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     journals: Option<PathBuf>,
     /// Folder for recordings of CARLA's format [default: recordings].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, env = "CAUSEWAY_RECORDINGS", value_name = "DIR")]
     recordings: Option<PathBuf>,
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
@@ -140,6 +150,9 @@ pub(crate) enum PlanError {
         /// What the operating system says.
         cause: std::io::Error,
     },
+    /// Certificates that nobody would show.
+    #[error("--bus-pki wants --bus tls/HOST:PORT, found {0}: over tcp/ nobody shows certificates")]
+    InTheOpen(BusAddress),
     /// No folder, or one that may not be read.
     #[error("--maps needs a folder that can be read: {cause}: {path:?}")]
     Maps {
@@ -157,6 +170,8 @@ pub(crate) struct Plan {
     pub(crate) http: SocketAddr,
     /// The bus, with its port.
     pub(crate) bus: BusAddress,
+    /// By what this process looks at the bus, where that asks.
+    pub(crate) identity: Option<Identity>,
     /// The CARLA endpoints' ports.
     pub(crate) carla: Vec<PortOfTenant>,
     /// In the order in which they are started.
@@ -184,6 +199,9 @@ impl Plan {
             let wrong = |cause| PlanError::Audit { path: path.clone(), cause };
             std::fs::create_dir_all(path).map_err(wrong)?;
         }
+        if args.bus_pki.is_some() && !args.bus.is_tls() {
+            return Err(PlanError::InTheOpen(args.bus));
+        }
         let http = ports::usable_http(args.http)?;
         let bus = ports::free_bus(&args.bus)?;
         let wanted: &[PortOfTenant] = if args.no_carla { &[] } else { &args.carla };
@@ -208,9 +226,13 @@ impl Plan {
         if let Some(folder) = &args.audit.audit {
             services.iter_mut().for_each(|service| service.write_down_in(folder));
         }
+        if let Some(folder) = &args.bus_pki {
+            services.iter_mut().for_each(|service| service.show_certificate_of(folder));
+        }
         let window = Duration::from_secs(args.drain.drain_secs);
         services.iter_mut().for_each(|service| service.drain_within(args.drain.drain_secs));
-        Ok(Self { http, bus, carla, services, admin, window })
+        let identity = args.bus_pki.as_deref().map(|folder| identity_in(folder, "face"));
+        Ok(Self { http, bus, identity, carla, services, admin, window })
     }
 }
 

@@ -104,10 +104,10 @@ pub(crate) fn free_bus(address: &BusAddress) -> Result<BusAddress, PortTaken> {
 
 fn bind_bus(address: &BusAddress) -> io::Result<BusAddress> {
     let text = address.to_string();
-    let address = text.trim_start_matches("tcp/");
+    let (protocol, address) = text.split_once('/').unwrap_or(("tcp", &text));
     let port = TcpListener::bind(address)?.local_addr()?.port();
     let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    format!("tcp/{host}:{port}").parse().map_err(io::Error::other)
+    format!("{protocol}/{host}:{port}").parse().map_err(io::Error::other)
 }
 
 #[cfg(test)]
@@ -137,5 +137,7 @@ mod tests {
     fn port_zero_becomes_a_free_one() {
         assert_ne!(usable_http(([127, 0, 0, 1], 0).into()).unwrap().port(), 0);
         assert_ne!(free_bus(&BusAddress::loopback(0)).unwrap().port(), 0);
+        let secured = free_bus(&"tls/127.0.0.1:0".parse().unwrap()).unwrap();
+        assert!(secured.is_tls() && secured.port() != 0, "{secured}");
     }
 }

@@ -9,9 +9,9 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse as _, Response};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use tenancy::{Door, Refusal};
+use tenancy::Refusal;
 
-use super::http_errors;
+use super::{Face, http_errors};
 use crate::limits::ECHO_CHARS_MAX;
 
 /// What says nothing of any world: probes, hubs and validators ask for it without a token.
@@ -31,7 +31,7 @@ pub(super) struct Peer(pub(super) SocketAddr);
 
 /// Lets in who may come in, and says to everything behind it who it is.
 pub(super) async fn check(
-    State(door): State<Arc<Door>>,
+    State(face): State<Arc<Face>>,
     ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
     mut request: Request,
     next: Next,
@@ -40,12 +40,13 @@ pub(super) async fn check(
         return next.run(request).await;
     }
     let presented = token(request.headers());
-    match door.admit(presented.as_deref(), peer.ip()) {
+    match face.door.admit(presented.as_deref(), peer.ip()) {
         Ok(visitor) => {
             request.extensions_mut().insert(visitor);
             next.run(request).await
         }
         Err(refusal) => {
+            face.sessions.contexts().first().figures.note_refusal(refusal);
             if refusal == Refusal::WrongToken {
                 let path = without_secrets(request.uri().path());
                 tracing::warn!(target: "audit", %peer, path, why = %refusal, "enter refused");

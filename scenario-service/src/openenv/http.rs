@@ -55,7 +55,7 @@ pub(super) fn router(face: Arc<Face>, body_wait: Duration) -> Router {
         .method_not_allowed_fallback(http_errors::method_not_allowed)
         .layer(from_fn_with_state(body_wait, body::read))
         .layer(DefaultBodyLimit::max(MESSAGE_BYTES_MAX))
-        .layer(from_fn_with_state(Arc::clone(&face.door), access::check))
+        .layer(from_fn_with_state(Arc::clone(&face), access::check))
         .layer(from_fn_with_state(Arc::new(face.origins.clone()), origin::check))
         .with_state(face)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use monitoring::Monitor;
-use schemas::{Camera, Command, Error, ErrorCode};
+use schemas::{Camera, Command, Error, ErrorCode, Tenant};
 use tenancy::{PixelBudget, Quotas};
 use worlds::Budget;
 
@@ -19,6 +19,8 @@ use crate::world_port::collector::WorldCollector;
 
 /// What all sessions of one tenant share.
 pub(crate) struct SessionContext {
+    /// Whose worlds they are.
+    pub(crate) tenant: Tenant,
     /// Worlds.
     pub(crate) port: Arc<dyn WorldPort>,
     /// Those that sessions use.
@@ -48,11 +50,13 @@ pub(crate) struct SessionContext {
 impl SessionContext {
     /// Everything behind the sessions, over one port.
     pub(crate) fn new(
+        tenant: Tenant,
         port: Arc<dyn WorldPort>,
         default_scenario: String,
         profile: Profile,
     ) -> Self {
         Self {
+            tenant,
             ticker: Ticker::new(Arc::clone(&port)),
             maps: Maps::new(Arc::clone(&port)),
             collector: WorldCollector::new(Arc::clone(&port)),
@@ -80,8 +84,8 @@ impl SessionContext {
     }
 
     /// The same for another tenant, whose worlds are reached by a port of its own.
-    pub(crate) fn beside(&self, port: Arc<dyn WorldPort>) -> Self {
-        let new = Self::new(port, self.default_scenario.clone(), self.profile);
+    pub(crate) fn beside(&self, tenant: Tenant, port: Arc<dyn WorldPort>) -> Self {
+        let new = Self::new(tenant, port, self.default_scenario.clone(), self.profile);
         Self {
             monitor: self.monitor.clone(),
             figures: Arc::clone(&self.figures),

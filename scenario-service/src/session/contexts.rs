@@ -40,7 +40,7 @@ impl Contexts {
         if let Some(context) = contexts.get(tenant) {
             return Arc::clone(context);
         }
-        let context = Arc::new(self.first.beside((self.port_of)(tenant)));
+        let context = Arc::new(self.first.beside(tenant.clone(), (self.port_of)(tenant)));
         contexts.insert(tenant.clone(), Arc::clone(&context));
         context
     }

@@ -153,7 +153,8 @@ impl EpisodeWorld {
         }
         let begun = Instant::now();
         let (world, state) = moved(context, old, seen).await?;
-        tracing::debug!(%old, new = %world.id(), "a world has moved");
+        let (tenant, new) = (&context.tenant, world.id().get());
+        tracing::debug!(target: "audit", %tenant, old = old.get(), new, "move world");
         // The old one is destroyed.
         self.owned = Some(world);
         // Its room first, which the new state may need.
@@ -183,6 +184,8 @@ impl EpisodeWorld {
         match recovery.remake(&FreshWorlds(context), seen).await {
             Remade::Whole(owned) => {
                 context.figures.recovered.inc();
+                let (tenant, new) = (&context.tenant, owned.id().get());
+                tracing::debug!(target: "audit", %tenant, new, "recover world");
                 Ok(self.owned.insert(owned).id())
             }
             Remade::Later(error) => Err(Trouble::Absent(error)),

@@ -86,7 +86,8 @@ impl<S: Simulation> RequestRouter<S> {
         if makes_a_world(&request) && self.monitor.is_draining() {
             return self.refuse(Outcome::Draining, incoming, draining());
         }
-        let left = self.dispatcher.dispatch(tenant, request, self.answer(incoming));
+        let deed = Deed::of(&tenant, &request);
+        let left = self.dispatcher.dispatch(tenant, request, self.answer(incoming, deed));
         if let Some((tenant, request, answer)) = left {
             self.send(MakerJob::Request { tenant, request, answer });
         }
@@ -97,9 +98,12 @@ impl<S: Simulation> RequestRouter<S> {
         incoming.refuse(error);
     }
 
-    fn answer(&self, incoming: Incoming) -> Answer {
+    fn answer(&self, incoming: Incoming, deed: Option<Deed>) -> Answer {
         let figures = self.figures.clone();
         Box::new(move |reply| {
+            if let Some(deed) = deed {
+                deed.write_down(&reply);
+            }
             figures.note(match &reply {
                 Reply::Error(error) if error.code == ErrorCode::Capacity => Outcome::Capacity,
                 Reply::Error(_) => Outcome::Refused,
@@ -120,6 +124,37 @@ impl<S: Simulation> RequestRouter<S> {
                 MakerJob::Asset { incoming, .. } => incoming.refuse(busy),
             }
         }
+    }
+}
+
+/// What a request does that is written down.
+struct Deed {
+    tenant: Tenant,
+    action: &'static str,
+    /// The world that is destroyed or forked.
+    world: Option<WorldId>,
+}
+
+impl Deed {
+    fn of(tenant: &Tenant, request: &Request) -> Option<Self> {
+        let (action, world) = match request {
+            Request::DestroyWorld { world } => ("destroy world", Some(*world)),
+            Request::ForkWorld { world, .. } => ("fork world", Some(*world)),
+            request if makes_a_world(request) => ("make world", None),
+            _ => return None,
+        };
+        Some(Self { tenant: tenant.clone(), action, world })
+    }
+
+    fn write_down(self, reply: &Reply) {
+        let Self { tenant, action, world } = self;
+        let world = match reply {
+            Reply::Error(_) => return,
+            Reply::WorldCreated { world, .. } => Some(*world),
+            _ => world,
+        };
+        let world = world.map(WorldId::get);
+        tracing::debug!(target: "audit", %tenant, world, "{action}");
     }
 }
 

@@ -93,9 +93,9 @@ impl<S: Simulation> Shard<S> {
         self.worlds.retain(|id, world| {
             let is_over = world.ends_at().is_some_and(|end| end <= now);
             if is_over {
-                tracing::info!(world = id.get(), "a world ends with its lease: its owner is gone");
-            }
-            if is_over {
+                let (tenant, world_id) = (&world.tenant, id.get());
+                let what = "a world ends with its lease: its owner is gone";
+                tracing::info!(target: "audit", %tenant, world = world_id, "{what}");
                 world.dismiss();
             }
             !is_over

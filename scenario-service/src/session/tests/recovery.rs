@@ -8,7 +8,12 @@ use crate::world_port::WorldPort;
 async fn a_lost_world_is_told_until_a_reset_begins_anew() {
     let port = Arc::new(ToyWorlds::default());
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
-    let context = SessionContext::new(shared, "trolley_saves".to_owned(), Profile::Documented);
+    let context = SessionContext::new(
+        testing::visitor().tenant,
+        shared,
+        "trolley_saves".to_owned(),
+        Profile::Documented,
+    );
     let context = Arc::new(context.recovering(0));
     let mut session = Session::new(context, Quotas::default()).unwrap();
     session.reset(ResetRequest::default()).await.unwrap();
@@ -92,7 +97,12 @@ async fn a_world_that_found_no_room_to_be_made_again_has_it_when_there_is_some()
     const ROOM: usize = 1 << 20;
     let port = Arc::new(ToyWorlds::default());
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
-    let context = SessionContext::new(shared, "free_roam".to_owned(), Profile::Documented);
+    let context = SessionContext::new(
+        testing::visitor().tenant,
+        shared,
+        "free_roam".to_owned(),
+        Profile::Documented,
+    );
     let context = Arc::new(context.recovering(ROOM));
     // All but less than any state needs.
     let taken = worlds::State::Snapshot(vec![0; ROOM - 2 * size_of::<worlds::State>() + 1]);
