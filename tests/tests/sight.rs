@@ -231,6 +231,44 @@ fn rays_go_through_open_doors_where_pictures_do() {
     }
 }
 
+/// Doors and lamps all closed and dark or all open and lit, wheels and limbs at their ends: nothing
+/// is outside of the box that rays try first.
+#[test]
+fn nothing_of_an_actor_is_outside_of_its_bounds() {
+    for blueprint in blueprints::all() {
+        if !matches!(blueprint.class, Class::Vehicle(_) | Class::Walker(_) | Class::Prop(_)) {
+            continue;
+        }
+        let mut world = world();
+        let pose = level_pose(Vec3::new(0.0, -3.0, 1.0), 0.0);
+        let spawn = Command::spawn(&blueprint.id, pose, Vec3::zeros());
+        let actor = world.apply(&spawn).unwrap().unwrap();
+        for (doors, lights, turn) in [(0, 0, 1.2_f32), (0x3f, 0xfff, -1.2)] {
+            let state = ActorState {
+                world_from_actor: Pose::identity(),
+                doors,
+                lights,
+                road_wheel_rad: turn,
+                gait_rad: std::f32::consts::FRAC_PI_2 * turn.signum(),
+                linear_velocity_mps: Vec3::x() * 10.0,
+                ..world.actor(actor).unwrap()
+            };
+            let [low_m, high_m] = bodies::bounds(&state);
+            let parts = bodies::place(&state, &blueprint.id, 0.0, &[]).parts;
+            assert!(!parts.is_empty(), "{}", blueprint.id);
+            for part in parts {
+                for vertex in part.shape.mesh().vertices {
+                    let [x, y, z] = vertex.position;
+                    let row = |[a, b, c, d]: [f32; 4]| a * x + b * y + c * z + d;
+                    let at_m = Vec3::from(part.instance.world_from_shape.map(row));
+                    let is_within = at_m >= low_m && at_m <= high_m;
+                    assert!(is_within, "{}: {:?} at {at_m}", blueprint.id, part.shape);
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn points_of_lidars_are_where_single_rays_meet() {
     let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
