@@ -7,7 +7,7 @@ use recording::{
     Rotation, SceneLight, Vector, VehicleControl, VehicleLights, WalkerSpeed, Weather, Writer,
     attribute,
 };
-use schemas::SplitMix64;
+use schemas::{BodyCommand, Command, SplitMix64};
 
 use super::toy::{Toy, runtime};
 use super::*;
