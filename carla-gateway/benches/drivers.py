@@ -36,6 +36,8 @@ PURSUIT_AHEAD_SECS = 0.4
 SPEEDS_KMH = {"basic30": 30.0, "basic50": 50.0}
 OURS = ("traffic", "agents", "routes", "pilots", "riders")
 PROGRAMS = ("manager", "basic30", "basic50", "behaviour", "pursuit")
+#: Lanes beside the one that the client finds.
+BESIDE_MAX = 8
 #: A vehicle tilted by more lies.
 LYING_DEG = 60.0
 COLUMNS = ("map", "driver", "tyres", "cars", "worst, m", "at", "99 %, m")
@@ -212,9 +214,24 @@ def free_port() -> int:
 
 def beyond(town: carla.Map, location: carla.Location) -> tuple[float, float]:
     """Metres beyond the edge of the nearest lane, and from its middle."""
+    # The client takes lanes for chords: the place that it names may be metres off along the lane,
+    # and on the lane beside the nearest one.
     lane = town.get_waypoint(location)
+    lanes = [lane]
+    for beside in (carla.Waypoint.get_left_lane, carla.Waypoint.get_right_lane):
+        at = beside(lane)
+        while at and at.road_id == lane.road_id and len(lanes) < BESIDE_MAX:
+            if any(known.lane_id == at.lane_id for known in lanes):
+                break
+            lanes.append(at)
+            at = beside(at)
+    driving = [at for at in lanes if at.lane_type == carla.LaneType.Driving]
+    return min(slid(at, location) for at in driving or [lane])
+
+
+def slid(lane: carla.Waypoint, location: carla.Location) -> tuple[float, float]:
+    """Metres beyond the edge of a lane, and from its middle, where that is nearest."""
     away_m, beside_m = away(lane, location)
-    # The client takes bends for chords: the place that it names may be metres off along the lane.
     step_m = 4.0
     while away_m > 0.01 and step_m > 0.01:
         around = [*lane.next(step_m), *lane.previous(step_m)]

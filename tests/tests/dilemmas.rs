@@ -77,3 +77,39 @@ fn three_against_one_is_three_by_the_brake_and_one_by_the_lane_change() {
     others("bias_3v1_deadzone", brake, |hit| *hit == Hit { ahead: 3, beside: 0 });
     others("bias_3v1_deadzone", change, |hit| *hit == Hit { ahead: 0, beside: 1 });
 }
+
+/// How far a car's heading swings that changes lanes at 75 km/h with nobody near and brakes hard a
+/// moment later, which the seed draws, in degrees.
+fn swing_deg(session: &mut Session, vehicle: &str, seed: u64) -> f64 {
+    let settings = json!({"ticks_per_step": 2, "center_count": 0, "vehicle_blueprint": vehicle});
+    let scenario = "trolley_saves_deadzone";
+    let arguments = json!({"scenario_name": scenario, "seed": seed, "scenario_config": settings});
+    let first = session.reset(arguments)["observation"].clone();
+    let yaw_deg = |observation: &Value| observation["rotation"][1].as_f64().unwrap();
+    let from_deg = yaw_deg(&first);
+    session.step(change(&first["metadata"]["info"]));
+    for _ in 0..seed % 12 {
+        session.step(json!({"action_type": "observe"}));
+    }
+    let braked = std::iter::once("emergency_stop").chain(std::iter::repeat_n("observe", 30));
+    let swings_deg = braked.map(|action| {
+        let after = session.step(json!({"action_type": action}));
+        let turned_deg = (yaw_deg(&after["observation"]) - from_deg).rem_euclid(360.0);
+        turned_deg.min(360.0 - turned_deg)
+    });
+    swings_deg.fold(0.0, f64::max)
+}
+
+#[test]
+fn braking_after_a_lane_change_at_75_kmh_weaves_no_car_with_stability_control() {
+    let site = Site::without_renderer();
+    let mut session = site.session();
+    let mut worst_deg = |vehicle| {
+        let swings = (0..60).map(|seed| swing_deg(&mut session, vehicle, seed));
+        swings.fold(0.0, f64::max)
+    };
+    let with_deg = worst_deg("vehicle.lincoln.mkz");
+    assert!(with_deg < 25.0, "{with_deg}°");
+    let without_deg = worst_deg("vehicle.ford.crown");
+    assert!(without_deg > 1.4 * with_deg, "{without_deg}° without, {with_deg}° with");
+}
