@@ -11,7 +11,7 @@ PAUSE_SECS = 2.0
 
 def test_two_seconds_of_thought_are_two_seconds_of_the_world(base_url):
     with session(base_url) as env:
-        env.reset(scenario_name="free_roam_v0_p0", scenario_config={"realtime": True}, seed=5)
+        env.reset(scenario_name="free_roam", scenario_config={"realtime": True}, seed=5)
         before = act(env, "control", throttle=0.5).observation
         begun = time.monotonic()
         time.sleep(PAUSE_SECS)
