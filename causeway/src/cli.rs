@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::watched::Watched;
-use crate::{bench, health, lifeline, logging, map, open_files, record, router, token, up};
+use crate::{bench, health, lifeline, logging, map, open_files, python, record, router, token, up};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -55,6 +55,12 @@ enum Command {
     /// What happened: list, ask, replay, cut and export logs of CARLA's format and journals.
     #[command(after_help = EXIT_CODES)]
     Record(record::Args),
+    /// Say how well policies drive, by tasks and seeds: `python -m causeway.evaluate`.
+    Evaluate(python::Args),
+    /// Play the nine micro-benchmarks of a running site: `python -m causeway.evaluate.dilemmas`.
+    EvaluateDilemmas(python::Args),
+    /// Drive episodes and write them down: `python -m causeway.record_episodes`.
+    RecordEpisodes(python::Args),
     /// List, check, draw, export, ask and build maps.
     #[command(after_help = EXIT_CODES)]
     Map(map::Args),
@@ -107,6 +113,9 @@ impl Cli {
             Command::Token(command) => token::run(&command),
             Command::Bench(command) => bench::run(&command),
             Command::Record(args) => record::run(args).map_err(|error| Failure::of(&error)),
+            Command::Evaluate(args) => python::run("causeway.evaluate", args),
+            Command::EvaluateDilemmas(args) => python::run("causeway.evaluate.dilemmas", args),
+            Command::RecordEpisodes(args) => python::run("causeway.record_episodes", args),
             Command::Map(args) => map::run(args).map_err(|error| Failure::of(&error)),
         }
     }
@@ -139,6 +148,9 @@ impl Command {
             Self::Token(_) => "token",
             Self::Bench(_) => "bench",
             Self::Record(_) => "record",
+            Self::Evaluate(_) => "evaluate",
+            Self::EvaluateDilemmas(_) => "evaluate-dilemmas",
+            Self::RecordEpisodes(_) => "record-episodes",
             Self::Map(_) => "map",
         }
     }

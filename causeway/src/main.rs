@@ -16,6 +16,7 @@ mod logging;
 mod map;
 mod open_files;
 mod outlet;
+mod python;
 mod record;
 mod router;
 mod token;

@@ -29,6 +29,24 @@ fn what_cannot_be_understood_is_exit_code_2() {
 }
 
 #[test]
+fn commands_of_the_package_are_those_of_the_python_that_is_named() {
+    let told = |python: &str, words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
+        let output = command.args(words).env("CAUSEWAY_PYTHON", python).output().unwrap();
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        (output.status.code(), said.concat())
+    };
+    // `echo` says what it was to run.
+    let (code, said) = told("echo", &["evaluate", "--help", "--seeds", "1", "2"]);
+    assert_eq!((code, &*said), (Some(0), "-m causeway.evaluate --help --seeds 1 2\n"));
+    let (_, said) = told("echo", &["record-episodes", "lane-keep", "--", "-x"]);
+    assert!(said.starts_with("-m causeway.record_episodes lane-keep "), "{said}");
+    let (code, said) = told("/python/of/nobody", &["evaluate"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("CAUSEWAY_PYTHON"), "{said}");
+}
+
+#[test]
 fn a_variable_that_is_set_but_empty_is_not_set() {
     let with_empty = |variable: &str, arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));

@@ -16,6 +16,7 @@ mod args;
 mod block;
 mod crew;
 mod folders;
+mod kept;
 mod limits;
 mod listener;
 mod memory;

@@ -12,6 +12,8 @@ pub(crate) const THREADS_MAX: usize = 256;
 pub(crate) const WORLDS_PER_THREAD: usize = 64;
 /// Snapshots that a client keeps.
 pub(crate) const SNAPSHOTS_MAX: usize = 4_096;
+/// What they may take in all.
+pub(crate) const SNAPSHOT_BYTES_MAX: usize = 1024 * 1024 * 1024;
 /// Frames of one reply.
 pub(crate) const FRAMES_MAX: usize = 1_024;
 /// Clients at a time.

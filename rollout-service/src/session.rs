@@ -1,6 +1,5 @@
 //! One client and its batch.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
@@ -14,8 +13,10 @@ use schemas::{ActorId, Error, ErrorCode};
 use crate::block::{self, Layout};
 use crate::crew::{self, Crew};
 use crate::folders::Folders;
+use crate::kept::Kept;
 use crate::limits::{
-    BLOCK_BYTES_MAX, FRAMES_MAX, SLOTS_MAX, SNAPSHOTS_MAX, THREADS_MAX, WORLDS_PER_THREAD,
+    BLOCK_BYTES_MAX, FRAMES_MAX, SLOTS_MAX, SNAPSHOT_BYTES_MAX, SNAPSHOTS_MAX, THREADS_MAX,
+    WORLDS_PER_THREAD,
 };
 use crate::memory::{Header, Memory};
 use crate::message::{self, Opened, Reply, Request};
@@ -61,8 +62,7 @@ struct Batch {
     /// The slot that was written last.
     slot: usize,
     sequence: u64,
-    snapshots: BTreeMap<u64, SharedSnapshot>,
-    next_snapshot: u64,
+    snapshots: Kept<SharedSnapshot>,
 }
 
 /// # Errors
@@ -97,8 +97,7 @@ fn open(
         worlds: spec.worlds,
         slot: 0,
         sequence: 0,
-        snapshots: BTreeMap::new(),
-        next_snapshot: 1,
+        snapshots: Kept::new(SNAPSHOTS_MAX, SNAPSHOT_BYTES_MAX),
     };
     batch.sign();
     let slot = batch.slot;
@@ -238,7 +237,7 @@ impl Batch {
             }
             Request::Forget { snapshots } => {
                 for name in snapshots {
-                    self.snapshots.remove(&name);
+                    self.snapshots.forget(name);
                 }
                 Ok(Reply::Done { slot: self.slot })
             }
@@ -304,20 +303,19 @@ impl Batch {
     }
 
     fn snapshot(&mut self, worlds: &[usize]) -> Result<Reply, Error> {
-        if self.snapshots.len() + worlds.len() > SNAPSHOTS_MAX {
-            return Err(Error::new(ErrorCode::Capacity, "too many snapshots are kept")
-                .wanted(format!("at most {SNAPSHOTS_MAX}: forget some"))
-                .found(self.snapshots.len() + worlds.len()));
+        self.snapshots.check_room(worlds.len(), 0)?;
+        let (mut taken, mut bytes) = (Vec::with_capacity(worlds.len()), 0);
+        for world in worlds {
+            let snapshot = self.take(*world)?;
+            bytes += snapshot.bytes();
+            self.snapshots.check_room(worlds.len(), bytes)?;
+            taken.push(snapshot);
         }
-        let taken: Vec<_> =
-            worlds.iter().map(|world| self.take(*world)).collect::<Result<_, _>>()?;
-        let mut names = Vec::with_capacity(taken.len());
-        for snapshot in taken {
-            self.snapshots.insert(self.next_snapshot, Arc::new(snapshot));
-            names.push(self.next_snapshot);
-            self.next_snapshot += 1;
-        }
-        Ok(Reply::Snapshots { snapshots: names })
+        let keep = |snapshot: rollouts::Snapshot| {
+            let bytes = snapshot.bytes();
+            self.snapshots.keep(Arc::new(snapshot), bytes)
+        };
+        Ok(Reply::Snapshots { snapshots: taken.into_iter().map(keep).collect() })
     }
 
     fn restore(&mut self, names: &[u64], worlds: &[usize], reseed: bool) -> Result<Reply, Error> {
@@ -330,7 +328,7 @@ impl Batch {
             .found(worlds.len()));
         }
         let found = names.iter().zip(worlds).map(|(name, world)| {
-            let snapshot = self.snapshots.get(name).ok_or_else(|| {
+            let snapshot = self.snapshots.get(*name).ok_or_else(|| {
                 Error::new(ErrorCode::InvalidArgument, "there is no such snapshot")
                     .wanted("one that was taken and not forgotten")
                     .found(name)

@@ -124,6 +124,11 @@ impl Course {
         !self.lines.is_empty()
     }
 
+    /// Agents, cars and people of one world.
+    pub(crate) fn body_count(&self) -> usize {
+        self.agents + self.others.count()
+    }
+
     /// Whether there is anybody but agents.
     pub(crate) fn has_others(&self) -> bool {
         self.others.count() > 0

@@ -60,6 +60,11 @@ impl<T: Tier> Shared<T> {
         })
     }
 
+    /// About what a world takes.
+    pub(crate) fn world_bytes(&self) -> usize {
+        T::WORLD_BYTES + self.course.body_count() * T::BODY_BYTES
+    }
+
     /// A world and its agents at the start that a seed picks.
     ///
     /// # Errors

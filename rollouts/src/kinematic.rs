@@ -78,6 +78,9 @@ struct Car {
 
 impl Tier for KinematicWorld {
     type Kit = KinematicKit;
+    // Measured: 27 kB with 220 others.
+    const WORLD_BYTES: usize = 1024;
+    const BODY_BYTES: usize = 128;
 
     fn kit(course: &Course) -> Result<KinematicKit, Error> {
         let shared = Shared { plant: Plant::measured()?, obstacles: Obstacles::of(&course.map) };

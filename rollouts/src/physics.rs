@@ -48,6 +48,9 @@ impl Clone for PhysicsWorld {
 
 impl Tier for PhysicsWorld {
     type Kit = Starts;
+    // Measured: 10 kB of a car, 134 kB with 65 others, 372 kB with 220.
+    const WORLD_BYTES: usize = 8 * 1024;
+    const BODY_BYTES: usize = 2 * 1024;
 
     fn kit(course: &Course) -> Result<Starts, Error> {
         model()?;

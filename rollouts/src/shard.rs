@@ -34,7 +34,18 @@ pub struct Shard {
 }
 
 /// One world as it is, to be [restored](Shard::restore) in any shard of the same spec.
-pub struct Snapshot(Box<dyn std::any::Any + Send + Sync>);
+pub struct Snapshot {
+    world: Box<dyn std::any::Any + Send + Sync>,
+    bytes: usize,
+}
+
+impl Snapshot {
+    /// About as much as it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
 
 impl Shard {
     /// Worlds `worlds` of the spec's, each in the first episode of its seed.
@@ -247,7 +258,8 @@ impl<T: Tier + Sync + 'static> Worlds for Of<T> {
     }
 
     fn snapshot(&self, world: usize) -> Option<Snapshot> {
-        Some(Snapshot(Box::new(self.envs.get(world)?.clone())))
+        let world = Box::new(self.envs.get(world)?.clone());
+        Some(Snapshot { world, bytes: self.shared.world_bytes() })
     }
 
     fn frame(&self, world: usize) -> Option<(Frame, Vec<ActorId>)> {
@@ -255,7 +267,7 @@ impl<T: Tier + Sync + 'static> Worlds for Of<T> {
     }
 
     fn restore(&mut self, world: usize, snapshot: &Snapshot, stream: Option<u64>) -> bool {
-        let Some(from) = snapshot.0.downcast_ref::<Env<T>>() else { return false };
+        let Some(from) = snapshot.world.downcast_ref::<Env<T>>() else { return false };
         let Some(env) = self.envs.get_mut(world) else { return false };
         env.clone_from(from);
         if let Some(stream) = stream {

@@ -16,6 +16,10 @@ pub(crate) trait Tier: Clone + Send + Sized {
     /// What all worlds share.
     type Kit: Send + Sync;
 
+    /// About what a world takes, and each agent, car or person in it.
+    const WORLD_BYTES: usize;
+    const BODY_BYTES: usize;
+
     /// # Errors
     /// What the course lacks.
     fn kit(course: &Course) -> Result<Self::Kit, schemas::Error>;

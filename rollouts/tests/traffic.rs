@@ -107,6 +107,7 @@ fn a_fork_among_others_goes_on_as_its_origin() {
         }
         assert_ne!(buffers.hashes[0], buffers.hashes[1]);
         let origin = shard.snapshot(0).unwrap();
+        assert!(origin.bytes() > 65 * 128, "others take memory: {} bytes", origin.bytes());
         shard.restore(1, &origin, None).unwrap();
         for _ in 0..60 {
             shard.step(&[0.0, 0.2].repeat(2), &mut buffers.rows()).unwrap();

@@ -10,6 +10,7 @@ mod counters;
 mod lights;
 mod navigation;
 mod observation;
+mod passing;
 mod plan;
 
 use std::sync::Arc;
@@ -102,6 +103,8 @@ pub(crate) struct Episode {
     last_reward: f64,
     last_rubric: f64,
     step_rewards: Vec<f64>,
+    /// It hit something while nobody drove.
+    is_too_late: bool,
     /// The state that it went on from last, and how often it did.
     resumed_from: Option<String>,
     resumptions: u32,
@@ -140,6 +143,7 @@ impl Episode {
             last_reward: 0.0,
             last_rubric: 0.0,
             step_rewards: Vec::new(),
+            is_too_late: false,
             resumed_from: None,
             resumptions: 0,
         };
@@ -186,6 +190,11 @@ impl Episode {
         self.done.get_or_insert(reason);
         self.counters.is_truncated |= just_done;
         Report { reward: Some(0.0), just_done, ..Report::default() }
+    }
+
+    /// Whether time goes on while no step is asked for.
+    pub(crate) fn is_realtime(&self) -> bool {
+        self.common().realtime
     }
 
     /// The present state of the world.
@@ -237,22 +246,12 @@ impl Episode {
             events.push(format!("the world refused the action: {refusal}"));
         }
         let was_done = self.is_done();
-        if !was_done {
+        if !was_done && !self.is_too_late {
             self.start.scenario.on_action(action, self.ego_lane());
         }
-        let before_m = self.ego_position_m();
         self.counters.count_step(action.kind);
-        for halt in frame.halted_since(self.frame.tick) {
-            let who = frame.actor(halt.actor).map_or("", |actor| frame.type_of(actor));
-            events.push(format!("{who} was put to rest: {}", halt.reason));
-        }
-        let before = std::mem::replace(&mut self.frame, frame);
-        self.note_lights((&before, before_m), &mut events);
-        let collisions = if plan.tick_count > 1 { collisions } else { &self.frame.collisions };
-        self.hits.note(self.ego, &self.frame, collisions, self.counters.num_turns, &mut events);
-        let distance_m = (self.ego_position_m() - before_m).norm();
-        self.counters.note_motion(distance_m, self.speed_kmh());
-        self.find_lane();
+        self.take_in(frame, plan.tick_count, collisions, &mut events);
+        self.counters.note_speed(self.speed_kmh());
         self.judge(was_done);
         Report {
             reward: Some(self.last_reward),

@@ -7,6 +7,7 @@ mod error;
 mod furnished;
 mod home;
 mod origin;
+mod realtime;
 mod recovery;
 mod saved;
 mod shared;
@@ -30,6 +31,7 @@ pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
 pub(crate) use error::SessionError;
 use home::Home;
+use realtime::WallClock;
 use saved::Operation;
 pub(crate) use saved::{Saved, SavedStates};
 pub(crate) use shared::SharedWorlds;
@@ -64,6 +66,7 @@ pub(crate) struct Session {
     built_from: String,
     quotas: Quotas,
     running: Running,
+    clock: WallClock,
 }
 
 /// How far a session is with its episode.
@@ -90,7 +93,8 @@ impl Session {
     pub(crate) fn new(context: Arc<SessionContext>, quotas: Quotas) -> Result<Self, ScenarioError> {
         let built_from = context.default_scenario.clone();
         let scenario = registry::build(&built_from, context.profile)?;
-        Ok(Self { context, scenario, built_from, quotas, running: Running::Nothing })
+        let clock = WallClock::start(Instant::now());
+        Ok(Self { context, scenario, built_from, quotas, running: Running::Nothing, clock })
     }
 
     /// Begins an episode. All or nothing: only when the new world stands does the old one go.
@@ -175,6 +179,7 @@ impl Session {
             before.end();
         }
         self.running = Running::Episode(Box::new(episode), home);
+        self.clock = WallClock::start(Instant::now());
     }
 
     /// One action, after an automatic reset if there is no episode yet.
@@ -194,7 +199,9 @@ impl Session {
             self.context.figures.picture_seconds.observe(begun.elapsed());
             return captured;
         }
-        let report = self.advance(action).await?;
+        let report = self.advance(action).await;
+        self.clock.answer(Instant::now());
+        let report = report?;
         self.context.figures.step_seconds.observe(begun.elapsed());
         Ok(report)
     }
@@ -258,7 +265,17 @@ impl Session {
         if home.is_shared() && episode.is_done() {
             return Ok(Report { reward: Some(0.0), ..Report::default() });
         }
+        let mut passed = Vec::new();
+        if episode.is_realtime() {
+            let own = episode.plan(action).tick_count;
+            let ticks = self.clock.ticks_before(own, Instant::now());
+            match realtime::pass(ticks, episode, home, &self.context).await {
+                Ok(events) => passed = events,
+                Err(trouble) => return Err(self.troubled(trouble)),
+            }
+        }
         let mut plan = episode.plan(action);
+        plan.events.splice(0..0, passed);
         let work = Work {
             commands: std::mem::take(&mut plan.commands),
             tick_count: plan.tick_count,
@@ -275,10 +292,18 @@ impl Session {
                 Ok(Report { company, ..report })
             }
             Err(Trouble::Ended) => Ok(episode.end(DoneReason::WorldReset)),
-            Err(Trouble::Refused(refusal)) => Err(SessionError::Refused(refusal)),
-            Err(Trouble::Absent(error)) => Err(SessionError::World(error)),
-            Err(Trouble::Gone(error)) => Err(self.lose(&error)),
-            Err(Trouble::World(error)) => Err(self.lost_or(error)),
+            Err(trouble) => Err(self.troubled(trouble)),
+        }
+    }
+
+    fn troubled(&mut self, trouble: Trouble) -> SessionError {
+        match trouble {
+            Trouble::Refused(refusal) => SessionError::Refused(refusal),
+            Trouble::Absent(error) => SessionError::World(error),
+            Trouble::World(error) if !ends_the_episode(error.code) => SessionError::World(error),
+            Trouble::World(error) | Trouble::Gone(error) => self.lose(&error),
+            // Of shared worlds, whose episodes end without an error.
+            Trouble::Ended => SessionError::WorldLost("its world has begun anew".to_owned()),
         }
     }
 
@@ -293,13 +318,6 @@ impl Session {
             Err(why) => Err(why),
         };
         Ok(episode.captured(picture))
-    }
-
-    fn lost_or(&mut self, error: Error) -> SessionError {
-        if !ends_the_episode(error.code) {
-            return SessionError::World(error);
-        }
-        self.lose(&error)
     }
 
     fn lose(&mut self, error: &Error) -> SessionError {

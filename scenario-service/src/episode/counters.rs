@@ -41,8 +41,12 @@ impl Counters {
         self.step_count += 1;
     }
 
-    pub(super) fn note_motion(&mut self, distance_m: f32, speed_kmh: f32) {
+    pub(super) fn note_distance(&mut self, distance_m: f32) {
         self.total_distance_m += distance_m;
+    }
+
+    /// At the end of a step.
+    pub(super) fn note_speed(&mut self, speed_kmh: f32) {
         self.speed_sum_kmh += f64::from(speed_kmh);
         self.max_speed_kmh = self.max_speed_kmh.max(speed_kmh);
     }

@@ -66,6 +66,8 @@ pub(crate) struct Common {
     pub(crate) map_name: Option<String>,
     /// Ticks that one step takes.
     pub(crate) ticks_per_step: u32,
+    /// Whether time goes on while no step is asked for.
+    pub(crate) realtime: bool,
     /// Manoeuvres as one-tick controls, as the reference server does them.
     pub(crate) raw_controls: bool,
     /// Whether a swerve counts only towards a lane that exists.
@@ -95,6 +97,7 @@ impl Common {
             camera_quality: None,
             map_name: None,
             ticks_per_step: 1,
+            realtime: false,
             raw_controls: profile == Profile::Literal,
             strict_swerve: profile == Profile::Documented,
             sealed: false,
@@ -155,6 +158,7 @@ impl Common {
             };
         }
         overrides.integer("ticks_per_step", &mut self.ticks_per_step, 1, TICKS_PER_STEP_MAX)?;
+        overrides.boolean("realtime", &mut self.realtime)?;
         overrides.boolean("sealed", &mut self.sealed)?;
         self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)

@@ -105,10 +105,16 @@ pub(crate) fn add_egos(
     map: &roads::Map,
 ) -> Result<Vec<Box<dyn Scenario>>, ScenarioError> {
     let more = settings.common().sharing.egos as usize - 1;
-    if more > 0 && !settings.takes_several_egos() {
+    let only_one = match (settings.takes_several_egos(), settings.common().realtime) {
+        (false, _) => Some("1 in this scenario; free_roam and maze_navigation take more"),
+        // Whose time would it be?
+        (true, true) => Some("1 where realtime is true"),
+        (true, false) => None,
+    };
+    if let Some(wanted) = only_one.filter(|_| more > 0) {
         return Err(ScenarioError::Config {
             key: "num_egos".to_owned(),
-            wanted: "1 in this scenario; free_roam and maze_navigation take more".to_owned(),
+            wanted: wanted.to_owned(),
             found: settings.common().sharing.egos.to_string(),
         });
     }
@@ -179,6 +185,11 @@ mod tests {
         let mut spec = trolley.reset(1, &map).unwrap();
         let refused = add_egos(&mut spec, settings.as_ref(), 1, &map).err().unwrap().to_string();
         assert!(refused.contains("num_egos") && refused.contains("free_roam"), "{refused}");
+        let mut free = configured("free_roam", json!({ "num_egos": 2, "realtime": true })).unwrap();
+        let settings = free.clone_box();
+        let mut spec = free.reset(1, &map).unwrap();
+        let refused = add_egos(&mut spec, settings.as_ref(), 1, &map).err().unwrap().to_string();
+        assert!(refused.contains("num_egos must be 1 where realtime is true"), "{refused}");
         for wrong in
             [json!({ "num_egos": 0 }), json!({ "absent": "fly" }), json!({ "num_egos": 65 })]
         {

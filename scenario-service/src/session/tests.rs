@@ -6,6 +6,7 @@ use super::*;
 use crate::testing::{self, ToyWorlds};
 
 mod quotas;
+mod realtime;
 mod recovery;
 mod saved;
 mod together;

@@ -65,6 +65,18 @@ fn a_clean_run_earns_its_progress_and_the_arrival() {
 }
 
 #[test]
+fn who_does_nothing_pays_a_hundredth_a_step_and_five_by_the_last() {
+    let (mut scenario, _) = begun(json!({}), 3);
+    let total_m = scenario.episode.total_m;
+    let steps = (1..=500).map(|step| scenario.on_frame(&facts(step, 0, total_m)));
+    let told: Vec<Progress> = steps.collect();
+    let sum: f64 = told.iter().map(|step| step.reward).sum();
+    assert!((sum + 5.0).abs() < 1.0e-6, "{sum}");
+    assert!(told[..499].iter().all(|step| step.done.is_none()));
+    assert_eq!(told[499].done, Some(DoneReason::MaxSteps));
+}
+
+#[test]
 fn cars_and_pedestrians_stand_apart_and_the_cars_drive() {
     let config = json!({ "num_npc_vehicles": 8, "num_pedestrians": 12 });
     let (scenario, spec) = begun(config, 5);

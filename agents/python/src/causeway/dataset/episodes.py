@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,8 @@ from causeway.rollout import Batch
 
 #: Worlds that are driven side by side.
 WORLDS = 64
+#: Steps that are driven while the pictures of earlier ones are drawn.
+AHEAD = 4
 
 
 @dataclass(frozen=True)
@@ -104,36 +108,63 @@ Seen = tuple[Renderer, Camera] | None
 
 
 def _episodes(batch: Batch, policy: Policy, seeds: list[int], seen: Seen) -> Iterator[Recorded]:
-    with batch:
+    with batch, ThreadPoolExecutor(1) as pool:
         policy.begin(batch, seeds[0])
         for first in range(0, len(seeds), batch.worlds):
-            yield from _drive(batch, policy, seeds[first : first + batch.worlds], seen)
+            drawing = Drawing(pool, seen, batch.worlds)
+            yield from _drive(batch, policy, seeds[first : first + batch.worlds], drawing)
 
 
-def _drive(batch: Batch, policy: Policy, seeds: list[int], seen: Seen) -> Iterator[Recorded]:
+class Drawing:
+    """Pictures of steps, drawn while the next ones are driven."""
+
+    def __init__(self, pool: ThreadPoolExecutor, seen: Seen, worlds: int) -> None:
+        self._pool, self._seen = pool, seen
+        self._asked: deque[tuple[list[int], Future[list[bytes]]]] = deque()
+        #: By row, those that are there.
+        self.pictures: list[list[bytes]] = [[] for _ in range(worlds)]
+
+    def ask(self, batch: Batch, rows: list[int]) -> None:
+        """For pictures of worlds as they are now."""
+        if self._seen is not None:
+            renderer, camera = self._seen
+            asked = self._pool.submit(renderer.draw, batch.frames(rows), camera)
+            self._asked.append((rows, asked))
+
+    def take(self, left: int) -> None:
+        """Waits until no more steps than `left` are without their pictures.
+
+        Raises:
+            RendererError: nobody draws.
+        """
+        while len(self._asked) > left:
+            rows, asked = self._asked.popleft()
+            for row, picture in zip(rows, asked.result(), strict=True):
+                self.pictures[row].append(picture)
+
+
+def _drive(batch: Batch, policy: Policy, seeds: list[int], drawing: Drawing) -> Iterator[Recorded]:
     # Worlds beyond the last seeds go on with whatever comes.
     mask = np.arange(batch.worlds) < len(seeds)
     observations = batch.reset([*seeds, *[None] * (batch.worlds - len(seeds))], mask=mask)
     steps: list[list[tuple[Any, ...]]] = [[] for _ in seeds]
-    pictures: list[list[bytes]] = [[] for _ in seeds]
     done: dict[int, Recorded] = {}
     told = 0
     while told < len(seeds):
         rows = [row for row in range(len(seeds)) if row not in done and row >= told]
-        drawn = (
-            dict(zip(rows, seen[0].draw(batch.frames(rows), seen[1]), strict=True)) if seen else {}
-        )
+        drawing.ask(batch, rows)
         before, actions = observations.copy(), policy.act(observations)
         observations, rewards, terminated, truncated = batch.step(actions)
+        over = terminated | truncated
+        drawing.take(0 if over[rows].any() else AHEAD)
         for row in rows:
-            pictures[row] += [drawn[row]] if drawn else []
             ends = (terminated[row], truncated[row], batch.ticks[row], batch.hashes[row])
             steps[row].append((before[row], actions[row].copy(), rewards[row], *ends))
-            if terminated[row] or truncated[row]:
+            if over[row]:
                 values = (float(value) for value in batch.episodes[row])
                 numbers = dict(zip(batch.episode_columns, values, strict=True))
-                done[row] = _recorded(seeds[row], steps[row], numbers, pictures[row])
-                steps[row], pictures[row] = [], []
+                done[row] = _recorded(seeds[row], steps[row], numbers, drawing.pictures[row])
+                steps[row], drawing.pictures[row] = [], []
         while told in done:
             yield done.pop(told)
             told += 1
