@@ -11,6 +11,7 @@ mod beams;
 mod clothes;
 mod doors;
 mod lamps;
+mod numerals;
 mod prop;
 pub(crate) mod signal;
 pub(crate) mod street_lamp;

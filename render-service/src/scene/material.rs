@@ -126,16 +126,16 @@ impl Material {
 
     fn looks(self) -> Looks {
         match self {
-            Self::Asphalt => Looks::ground([0.070, 0.071, 0.075], Pattern::Asphalt),
-            Self::MarkingWhite => Looks::ground([0.62, 0.62, 0.60], Pattern::Marking),
-            Self::MarkingYellow => Looks::ground([0.66, 0.40, 0.05], Pattern::Marking),
-            Self::Kerb => Looks::ground([0.34, 0.335, 0.32], Pattern::Kerb),
-            Self::Sidewalk => Looks::ground([0.30, 0.285, 0.265], Pattern::Paving),
-            Self::Grass => Looks::ground([0.075, 0.145, 0.032], Pattern::Grass),
-            Self::Roof => Looks::ground([0.20, 0.185, 0.175], Pattern::Asphalt),
-            Self::Concrete => Looks::ground([0.36, 0.35, 0.33], Pattern::Asphalt),
+            Self::Asphalt => Looks::patterned([0.070, 0.071, 0.075], Pattern::Asphalt),
+            Self::MarkingWhite => Looks::patterned([0.62, 0.62, 0.60], Pattern::Marking),
+            Self::MarkingYellow => Looks::patterned([0.66, 0.40, 0.05], Pattern::Marking),
+            Self::Kerb => Looks::patterned([0.34, 0.335, 0.32], Pattern::Kerb),
+            Self::Sidewalk => Looks::patterned([0.30, 0.285, 0.265], Pattern::Paving),
+            Self::Grass => Looks::patterned([0.075, 0.145, 0.032], Pattern::Grass),
+            Self::Roof => Looks::patterned([0.20, 0.185, 0.175], Pattern::Asphalt),
+            Self::Concrete => Looks::patterned([0.36, 0.35, 0.33], Pattern::Asphalt),
             Self::Wall => Looks::plain([0.50, 0.44, 0.37]),
-            Self::Foliage => Looks::plain([0.060, 0.130, 0.030]),
+            Self::Foliage => Looks::patterned([0.066, 0.140, 0.030], Pattern::Leaves),
             Self::Bark => Looks::plain([0.10, 0.065, 0.04]),
             Self::Metal => Looks { gloss: 0.2, ..Looks::plain([0.20, 0.21, 0.22]) },
             Self::Paint => Looks::tinted(Tint::First, 0.75),
@@ -160,7 +160,7 @@ impl Material {
     }
 }
 
-/// How the ground shader varies a colour; the numbers are the shader's.
+/// How the shaders vary a colour; the numbers are theirs.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)]
 enum Pattern {
@@ -169,6 +169,7 @@ enum Pattern {
     Kerb = 2,
     Paving = 3,
     Grass = 4,
+    Leaves = 5,
 }
 
 /// Which of an instance's four colours multiplies the material's own. The alpha of that colour is
@@ -202,7 +203,7 @@ impl Looks {
         Self { colour, gloss: 0.0, pattern: Pattern::Asphalt, tint: Tint::None }
     }
 
-    fn ground(colour: [f32; 3], pattern: Pattern) -> Self {
+    fn patterned(colour: [f32; 3], pattern: Pattern) -> Self {
         Self { pattern, ..Self::plain(colour) }
     }
 
