@@ -1,7 +1,7 @@
 //! Draws one street by hours and weathers into a JPEG, side by side:
 //! `cargo run --release -p render-service --example pictures_sheet -- FILE ADAPTER`. Columns are
-//! noon, sunset, night and a rainy night, then fog; rows are a driver's view, one from above, a row
-//! of vehicles, and another town.
+//! noon, sunset, night and a rainy night, then fog; rows are a driver's view and one from above, each
+//! at high and at low quality, a row of vehicles, and another town.
 
 mod street;
 
@@ -9,17 +9,19 @@ use std::error::Error;
 use std::sync::Arc;
 
 use render_service::{AdapterChoice, Renderer, TownScene};
-use schemas::{Camera, Image, ImageEncoding, ImageKind, RenderJob, Staging};
+use schemas::{Camera, Image, ImageEncoding, ImageKind, PictureQuality, RenderJob, Staging};
 use street::{camera, street, weather_of};
 use turbojpeg::{PixelFormat, Subsamp};
 
 const WEATHERS: [&str; 5] = ["noon", "sunset", "night", "rainy night", "fog"];
-/// Town, spawn point, view.
-const ROWS: [(&str, usize, &str); 4] = [
-    ("Town10HD_Opt", 0, ""),
-    ("Town10HD_Opt", 0, "above"),
-    ("Town10HD_Opt", 0, "parade"),
-    ("Town02", 4, ""),
+/// Town, spawn point, view, quality.
+const ROWS: [(&str, usize, &str, PictureQuality); 6] = [
+    ("Town10HD_Opt", 0, "", PictureQuality::High),
+    ("Town10HD_Opt", 0, "", PictureQuality::Low),
+    ("Town10HD_Opt", 0, "above", PictureQuality::High),
+    ("Town10HD_Opt", 0, "above", PictureQuality::Low),
+    ("Town10HD_Opt", 0, "parade", PictureQuality::High),
+    ("Town02", 4, "", PictureQuality::High),
 ];
 const TILE_PX: (u32, u32) = (400, 225);
 const GAP_PX: usize = 4;
@@ -31,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut renderer = Renderer::new(AdapterChoice::parse(&args.next().unwrap_or_default()))?;
     println!("drawn by {}", renderer.adapter_name());
     let mut sheet = Sheet::new(WEATHERS.len(), ROWS.len());
-    for (row, (name, spawn_point, view)) in ROWS.into_iter().enumerate() {
+    for (row, (name, spawn_point, view, quality)) in ROWS.into_iter().enumerate() {
         let map = roads::Map::parse(name, &roads::town::build(name).ok_or("no such town")?)?;
         let town = Arc::new(TownScene::of_map(&map));
         let start = map.spawn_points().get(spawn_point).ok_or("no such spawn point")?.cast();
@@ -40,6 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 width_px: TILE_PX.0,
                 height_px: TILE_PX.1,
                 encoding: ImageEncoding::Rgba8,
+                quality: Some(quality),
                 ..camera(view, ImageKind::Rgb)
             };
             let job = RenderJob {

@@ -5,12 +5,30 @@ use fearless_simd::prelude::*;
 
 use super::Sight;
 use crate::light::Lit;
+use crate::noise::noise;
+use crate::quality::Quality;
 use crate::surface::Looks;
-use crate::vector::{V8, scale, smoothstep, splat};
+use crate::vector::{V8, clamp01, scale, smoothstep, splat};
+
+/// Of what leaves are drawn as: the number of the shaders'.
+const LEAVES: f32 = 5.0;
 
 #[inline(always)]
 pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
+    let is_leaf = looks.pattern.simd_eq(splat(simd, LEAVES));
+    let leafy;
+    let looks = if is_leaf.any_true() {
+        let leaves = leaves(simd, lit, sight, looks);
+        leafy = Looks {
+            normal: leaves.normal.or(is_leaf, looks.normal),
+            colour: leaves.colour.or(is_leaf, looks.colour),
+            ..*looks
+        };
+        &leafy
+    } else {
+        looks
+    };
     let normal = looks.normal;
     let arriving = lit.arriving(simd, sight.place_m, normal);
     let glowing = looks.colour.scaled(looks.glow * 1.6);
@@ -37,4 +55,32 @@ pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Lo
         .plus(around.scaled(shine))
         .plus(arriving.sun.scaled(spark))
         .plus(glowing)
+}
+
+/// Clumps of leaves, lighter and darker, that face all ways. Two sections through the air, so that
+/// neither shows its grain on all sides of a crown.
+#[inline(always)]
+fn leaves<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> Looks<S> {
+    let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
+    let footprint = sight.distance_m * sight.pixel;
+    let V8 { x, y, z } = sight.place_m;
+    let [(a, b), (c, d)] = [(x + z * 0.5, y + z * 0.3), (z + y * 0.4, x - y * 0.6)];
+    let clump_fade = clamp01(simd, one - footprint * 1.2);
+    let clump = (noise(simd, a * 1.9, b * 1.9) + noise(simd, c * 2.3, d * 2.3) - 1.0) * clump_fade;
+    let leaf_fade = clamp01(simd, one - footprint * 6.0);
+    let (mut leaf, mut other) = (zero, zero);
+    if lit.quality == Quality::High && leaf_fade.simd_gt(zero).any_true() {
+        leaf = (noise(simd, a * 9.0, b * 9.0) - 0.5) * leaf_fade;
+        other = (noise(simd, c * 10.0, d * 10.0) - 0.5) * leaf_fade;
+    }
+    let vary = (clump * 0.8 + (leaf + other) * 0.9 + 1.0).max(splat(simd, 0.25));
+    let colour = looks.colour.scaled(vary);
+    let yellowed = colour.times(V8::splat(simd, [1.35, 1.1, 0.8]));
+    let bend =
+        V8 { x: leaf + clump * 0.5, y: other - clump * 0.4, z: (leaf - other) * 0.6 + clump * 0.4 };
+    Looks {
+        normal: looks.normal.plus(bend.scaled(splat(simd, 0.9))).unit(simd),
+        colour: colour.mixed(yellowed, clamp01(simd, clump + 0.3)),
+        ..*looks
+    }
 }

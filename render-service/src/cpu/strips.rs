@@ -95,7 +95,7 @@ fn place_part(part: &Part, error_m: f32) -> Option<Placed<'static>> {
 /// Light as the rasteriser reads it.
 pub(crate) fn light_of(strip: &Strip<'_>) -> Light {
     let light = strip.light;
-    let tone = Tone::of(&strip.camera().exposure, light.night);
+    let tone = Tone::of(&strip.camera().exposure, light.dim);
     Light {
         to_light: light.to_light.into(),
         direct: light.direct.into(),

@@ -93,7 +93,7 @@ impl<'a> Batch<'a> {
             town: shading_town(strip, &shadow),
             bodies: self.place_shading(strip, &shadow),
         });
-        let tone = Tone::of(&strip.camera().exposure, strip.light.night);
+        let tone = Tone::of(&strip.camera().exposure, strip.light.dim);
         let lamps = lamps_of(strip);
         let light = (strip.light, &tone, lamps.as_slice());
         self.views.push(ViewUniform::new(strip.view, width_px, light, (&shadow, side_px)));

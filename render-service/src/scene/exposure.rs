@@ -28,10 +28,10 @@ pub(crate) struct Tone {
 }
 
 impl Tone {
-    /// At an hour from 0 by day to 1 by night. The light of the scene is what the weather says, not
-    /// what the picture shows, so that it is the same for all rows; it follows at once.
-    pub(crate) fn of(exposure: &Exposure, night: f32) -> Self {
-        let plain = NOON_GAIN + (NIGHT_GAIN - NOON_GAIN) * night;
+    /// At an hour from 0 under a high sun to 1 by night. The light of the scene is what the weather
+    /// says, not what the picture shows, so that it is the same for all rows; it follows at once.
+    pub(crate) fn of(exposure: &Exposure, dim: f32) -> Self {
+        let plain = NOON_GAIN + (NIGHT_GAIN - NOON_GAIN) * dim;
         let white = (exposure.temperature_k != Exposure::PLAIN.temperature_k
             || exposure.tint != Exposure::PLAIN.tint)
             .then(|| white_balance(exposure.temperature_k, exposure.tint));
@@ -39,7 +39,7 @@ impl Tone {
             Some(ev100) => NOON_FIXED_EV100 - ev100,
             None => {
                 let [least, most] = exposure.range_ev100;
-                let wanted = NOON_EV100 - NIGHT_EV * night;
+                let wanted = NOON_EV100 - NIGHT_EV * dim;
                 wanted - wanted.max(least).min(most.max(least))
             }
         };
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn defaults_change_nothing_by_day_and_by_night() {
-        let of = |night| Tone::of(&Exposure::PLAIN, night);
+        let of = |dim| Tone::of(&Exposure::PLAIN, dim);
         assert_eq!(of(0.0), Tone { gain: NOON_GAIN, white: None });
         assert_eq!(of(1.0).gain, NIGHT_GAIN);
     }
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_fixed_exposure_does_not_follow_the_light_and_a_range_bounds_it() {
         let fixed = Exposure { fixed_ev100: Some(NOON_FIXED_EV100 + 1.0), ..Exposure::PLAIN };
-        let gains = [0.0, 1.0].map(|night| Tone::of(&fixed, night).gain);
+        let gains = [0.0, 1.0].map(|dim| Tone::of(&fixed, dim).gain);
         assert_eq!(gains, [0.5 * NOON_GAIN; 2]);
         let dark = Exposure { range_ev100: [14.0, 15.0], ..Exposure::PLAIN };
         assert_eq!(Tone::of(&dark, 0.0).gain, 0.25 * NOON_GAIN);

@@ -5,6 +5,7 @@ use raster::Lamp;
 use schemas::{ActorId, ActorState, Frame, PosedLimb, Vec3};
 
 mod beams;
+mod numerals;
 pub(crate) mod signal;
 pub(crate) mod street_lamp;
 

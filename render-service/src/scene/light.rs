@@ -34,6 +34,8 @@ pub(crate) struct Light {
     pub wet: f32,
     /// 0 by day to 1 by night: lamps and windows are lit.
     pub night: f32,
+    /// 0 under a high sun to 1 once it is down: how far a camera opens.
+    pub dim: f32,
 }
 
 /// Below this altitude the moon takes over.
@@ -103,6 +105,7 @@ impl Light {
                 .max(share(weather.precipitation_deposits_percent))
                 .max(0.7 * rain),
             night,
+            dim: 1.0 - day,
         }
     }
 }

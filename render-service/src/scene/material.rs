@@ -36,7 +36,7 @@ impl Family {
     }
 }
 
-/// How the ground shader varies a colour; the numbers are the shader's.
+/// How the shaders vary a colour; the numbers are theirs.
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)]
 enum Pattern {
@@ -45,6 +45,7 @@ enum Pattern {
     Kerb = 2,
     Paving = 3,
     Grass = 4,
+    Leaves = 5,
 }
 
 /// Which of an instance's four colours multiplies the material's own. The alpha of that colour is
@@ -113,7 +114,7 @@ impl Looks {
         Self { colour, gloss: 0.0, pattern: Pattern::Asphalt, tint: Tint::None }
     }
 
-    fn ground(colour: [f32; 3], pattern: Pattern) -> Self {
+    fn patterned(colour: [f32; 3], pattern: Pattern) -> Self {
         Self { pattern, ..Self::plain(colour) }
     }
 

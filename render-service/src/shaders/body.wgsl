@@ -2,12 +2,38 @@
 //
 // In: Surface. Out: display colour, linear, to an sRGB target.
 
+// Clumps of leaves, lighter and darker, that face all ways: what bends the normal, then what the
+// colour is multiplied by. As `raster`'s.
+struct Leaves {
+    bend: vec3<f32>,
+    tint: vec3<f32>,
+};
+
+fn leaves(world: vec3<f32>, footprint: f32) -> Leaves {
+    let one = world.xy + world.z * vec2<f32>(0.5, 0.3);
+    let two = vec2<f32>(world.z + world.y * 0.4, world.x - world.y * 0.6);
+    let clump = (noise(one * 1.9) + noise(two * 2.3) - 1.0) * clamp(1.0 - footprint * 1.2, 0.0, 1.0);
+    let fade = clamp(1.0 - footprint * 6.0, 0.0, 1.0);
+    let leaf = (noise(one * 9.0) - 0.5) * fade;
+    let other = (noise(two * 10.0) - 0.5) * fade;
+    let vary = max(1.0 + 0.8 * clump + 0.9 * (leaf + other), 0.25);
+    let yellowed = mix(vec3<f32>(1.0), vec3<f32>(1.35, 1.1, 0.8), clamp(clump + 0.3, 0.0, 1.0));
+    let bend = vec3<f32>(leaf + clump * 0.5, other - clump * 0.4, (leaf - other) * 0.6 + clump * 0.4);
+    return Leaves(bend * 0.9, vary * yellowed);
+}
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let to_eye = view.eye.xyz - in.world;
     let distance = length(to_eye);
     let direction = -to_eye / distance;
-    let normal = normalize(in.normal);
+    var normal = normalize(in.normal);
+    var albedo = in.colour.rgb;
+    if in.look.y == 5.0 {
+        let leafy = leaves(in.world, distance * view.left.w);
+        normal = normalize(normal + leafy.bend);
+        albedo *= leafy.tint;
+    }
     let light = arriving(in.world, normal);
 
     // Clear coat or glass over the colour: sky above, dark ground below the horizon.
@@ -24,6 +50,6 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let spark = gloss * spark8 * spark8 * spark8 * 0.9;
 
     let glow = in.colour.rgb * (in.colour.a * 1.6);
-    let colour = in.colour.rgb * light.diffuse * (1.0 - 0.5 * shine) + around * shine + light.sun * spark + glow;
+    let colour = albedo * light.diffuse * (1.0 - 0.5 * shine) + around * shine + light.sun * spark + glow;
     return displayed(hazed(colour, distance, direction));
 }

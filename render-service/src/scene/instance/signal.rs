@@ -3,13 +3,17 @@
 
 use bodies::{Placer, Shape, glowing, linear, opaque};
 use nalgebra::Matrix4;
-use roads::{Carried, Post};
+use roads::{Carried, Landmark, Post};
 use schemas::{Frame, SemanticTag, TagId, TrafficLightColour, Vec3};
 
 use super::Body;
+use super::numerals::{Stroke, strokes};
 
 /// Stretch of the shape of a board across its thickness.
 const BOARD_STRETCH: f32 = 0.5;
+/// Where the strokes of a number are, just before the face of a board, and half as thick as they.
+const NUMBER_X_M: f32 = -0.028;
+const NUMBER_HALF_THICK_M: f32 = 0.004;
 
 /// A lamp of a traffic light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,9 +93,12 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
         }
         Carried::Board => {
             placer.label = TagId::of_scenery(SemanticTag::TrafficSigns, place);
-            let signal_type =
-                map.landmarks().get(post.landmark).map_or("", |landmark| &landmark.signal_type);
+            let landmark = map.landmarks().get(post.landmark);
+            let signal_type = landmark.map_or("", |landmark| &landmark.signal_type);
             put_board(&mut placer, post, signal_type);
+            if let Some(limit) = landmark.and_then(limit) {
+                put_number(&mut placer, post, limit);
+            }
             None
         }
     };
@@ -128,6 +135,26 @@ fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {
     let size = Vec3::new(BOARD_STRETCH, half_m.y, half_m.z);
     let board = Matrix4::new_translation(&middle_m) * Matrix4::new_nonuniform_scaling(&size);
     placer.put(shape, board, [opaque(linear(colour)); 4]);
+}
+
+/// What a speed limit allows, in its own unit.
+fn limit(landmark: &Landmark) -> Option<u32> {
+    let told = [landmark.value, landmark.subtype.parse().unwrap_or_default()];
+    let limit = told.into_iter().find(|limit| *limit >= 1.0)?;
+    (landmark.signal_type == "274").then_some(limit.round() as u32)
+}
+
+/// Writes a number on a board.
+fn put_number(placer: &mut Placer, post: &Post, number: u32) {
+    let half_m: Vec3 = post.carried_half_m.cast();
+    let middle_m: Vec3 = post.post_from_carried.vector.cast();
+    for Stroke { middle: [right, up], half: [wide, tall] } in strokes(number) {
+        // Left is y; whoever reads it looks along x.
+        let at = middle_m + Vec3::new(NUMBER_X_M, -right * half_m.y, up * half_m.z);
+        let size = Vec3::new(NUMBER_HALF_THICK_M, wide * half_m.y, tall * half_m.z);
+        let stroke = Matrix4::new_translation(&at) * Matrix4::new_nonuniform_scaling(&size);
+        placer.put(Shape::Block, stroke, [opaque([0.012; 3]); 4]);
+    }
 }
 
 fn put_post(placer: &mut Placer, post: &Post) {
@@ -177,6 +204,22 @@ mod tests {
             assert!(z > 0.5 && z < 4.0, "{signal:?}");
             assert!(signal.light.is_none() || signal.bodies.len() == 4, "{signal:?}");
         }
+    }
+
+    #[test]
+    fn speed_limits_tell_their_number() {
+        let signals = signals();
+        let has_number = |signal: &&Signal| {
+            let parts = &signal.bodies[0].parts;
+            parts.iter().filter(|part| part.shape == Shape::Block).count() > 2
+        };
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
+        let posts = map.posts().into_iter();
+        let limits: Vec<u32> =
+            posts.filter_map(|post| limit(&map.landmarks()[post.landmark])).collect();
+        assert!(!limits.is_empty() && limits.iter().all(|limit| (20..=130).contains(limit)));
+        assert_eq!(signals.all.iter().filter(has_number).count(), limits.len());
     }
 
     #[test]
