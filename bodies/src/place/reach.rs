@@ -2,7 +2,7 @@
 
 use schemas::{ActorKind, ActorState, Vec3};
 
-/// Beyond the box of a vehicle: plates and lamps at its ends, wheels and mirrors, lamps on the roof.
+/// Beyond the box of a vehicle: plates and lamps at its ends, wheels, mirrors, lamps on the roof.
 const TRIM_M: [f32; 3] = [0.15, 0.12, 0.1];
 /// By how much wheels that steer stand out more, per radian, and at most.
 const STEERED_M: f32 = 0.45;
