@@ -51,7 +51,7 @@ pub struct Placer {
     pub sources: Vec<Source>,
 }
 
-/// Whether an actor has a body: a vehicle, a walker or a prop of some size whose pose is of numbers.
+/// Whether an actor has a body: a vehicle, walker or prop of some size whose pose is of numbers.
 pub fn is_shown(actor: &ActorState) -> bool {
     let has_body = match actor.kind {
         ActorKind::Vehicle | ActorKind::Walker | ActorKind::Prop => true,

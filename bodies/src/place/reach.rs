@@ -2,8 +2,10 @@
 
 use schemas::{ActorKind, ActorState, Vec3};
 
-/// Beyond the box of a vehicle: mirrors, wheels that steer, lamps on the roof.
-const TRIM_M: f32 = 0.4;
+/// Beyond the box of a vehicle: plates and lamps at its ends, wheels, mirrors, lamps on the roof.
+const TRIM_M: [f32; 3] = [0.15, 0.12, 0.1];
+/// By how much wheels that steer stand out more, per radian, and at most.
+const STEERED_M: f32 = 0.45;
 /// Beyond it with a door open, at most.
 const DOOR_M: f32 = 1.8;
 /// Top of a rider's helmet, above the ground.
@@ -22,7 +24,12 @@ pub fn bounds(actor: &ActorState) -> [Vec3; 2] {
     let mut reach = half;
     match actor.kind {
         ActorKind::Vehicle => {
-            reach = half.add_scalar(if actor.doors == 0 { TRIM_M } else { DOOR_M });
+            let steered_m = STEERED_M * actor.road_wheel_rad.abs().min(1.0);
+            reach += if actor.doors == 0 {
+                Vec3::from(TRIM_M) + Vec3::y() * steered_m
+            } else {
+                Vec3::repeat(DOOR_M)
+            };
             reach.z = reach.z.max(RIDER_M - half.z);
         }
         ActorKind::Walker => {

@@ -78,7 +78,8 @@ impl Sweep {
         Bounds::around([self.ray.origin_m, self.ray.at(self.reach_m)]).grown(self.radius_m)
     }
 
-    /// How far the ball moves until it touches a convex shape, which tells its point closest to any.
+    /// How far the ball moves until it touches a convex shape, of which the point closest to
+    /// another one is known.
     ///
     /// The distance from a point of a line to a convex shape is a convex function along the line,
     /// so Newton's method from the near end never steps beyond the touch, and once the distance
