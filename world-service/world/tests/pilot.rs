@@ -130,3 +130,26 @@ fn at_the_end_of_the_road_the_car_stops() {
     let x_m = position_m(&world, car).x;
     assert!(speed_mps(&world, car) < 0.5 && x_m > 950.0 && x_m < 1_003.0, "{x_m}");
 }
+
+/// How far the heading of a car swings that changes lanes at 75 km/h and brakes hard after so many
+/// ticks, in degrees.
+fn swing_deg(ticks: usize) -> f32 {
+    let mut world = world();
+    let car = car(&mut world, -800.0, 75.0 / 3.6);
+    pilot(&mut world, car, PilotMode::ChangeLaneRight, None);
+    run(&mut world, ticks);
+    brake(&mut world, car);
+    let mut swing_rad: f32 = 0.0;
+    for _ in 0..80 {
+        run(&mut world, 1);
+        swing_rad = swing_rad.max(schemas::yaw_rad(&state(&world, car).world_from_actor).abs());
+    }
+    swing_rad.to_degrees()
+}
+
+#[test]
+fn braking_in_or_after_a_lane_change_weaves_no_car_that_has_its_aids() {
+    let swings: Vec<f32> = (1..=60).map(swing_deg).collect();
+    let worst_deg = swings.iter().copied().fold(0.0, f32::max);
+    assert!(worst_deg < 15.0, "{swings:?}");
+}

@@ -1,0 +1,185 @@
+//! Who goes first at a roundabout, where neither light nor sign says so.
+#![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use common::*;
+use roads::{LaneTypes, Map};
+use schemas::{
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, Command, TrafficCommand, Vec3, WorldId,
+    level_pose,
+};
+use world::{Town, World, WorldConfig};
+
+/// One lane 3.5 m wide around a reference line that is one line or arc.
+struct Way {
+    id: u32,
+    from_m: (f64, f64),
+    heading_rad: f64,
+    curvature_per_m: f64,
+    length_m: f64,
+    junction: i32,
+    before: Option<u32>,
+    after: Option<u32>,
+    /// Type of a sign at its end.
+    sign: Option<&'static str>,
+}
+
+impl Way {
+    fn xodr(&self) -> String {
+        let link = |tag: &str, id: Option<u32>, contact: &str| {
+            let to_junction = || self.junction < 0 && tag == "successor";
+            id.map_or_else(String::new, |id| match to_junction() {
+                true => format!("<{tag} elementType=\"junction\" elementId=\"{id}\"/>"),
+                false => format!(
+                    "<{tag} elementType=\"road\" elementId=\"{id}\" contactPoint=\"{contact}\"/>"
+                ),
+            })
+        };
+        let inside = self.junction >= 0;
+        let lane_link =
+            if inside { "<link><predecessor id=\"-1\"/><successor id=\"-1\"/></link>" } else { "" };
+        let shape = match self.curvature_per_m {
+            0.0 => "<line/>".to_owned(),
+            curvature => format!("<arc curvature=\"{curvature}\"/>"),
+        };
+        let sign = self.sign.map_or_else(String::new, |kind| {
+            format!(
+                "<signal id=\"9\" name=\"sign\" s=\"{}\" t=\"-3\" zOffset=\"0\" orientation=\"-\" \
+                 type=\"{kind}\" subtype=\"-1\" country=\"OpenDRIVE\" value=\"-1\" dynamic=\"no\">\
+                 <validity fromLane=\"-1\" toLane=\"-1\"/></signal>",
+                self.length_m - 1.0
+            )
+        });
+        format!(
+            "<road name=\"{0}\" length=\"{1}\" id=\"{0}\" junction=\"{2}\"><link>{3}{4}</link>\
+             <planView><geometry s=\"0\" x=\"{5}\" y=\"{6}\" hdg=\"{7}\" length=\"{1}\">{shape}\
+             </geometry></planView><lanes><laneOffset s=\"0\" a=\"1.75\" b=\"0\" c=\"0\" d=\"0\"/>\
+             <laneSection s=\"0\"><center><lane id=\"0\" type=\"none\" level=\"false\"/></center>\
+             <right><lane id=\"-1\" type=\"driving\" level=\"false\">{lane_link}\
+             <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection>\
+             </lanes><signals>{sign}</signals></road>",
+            self.id,
+            self.length_m,
+            self.junction,
+            link("predecessor", self.before, "end"),
+            link("successor", self.after, "start"),
+            self.from_m.0,
+            self.from_m.1,
+            self.heading_rad
+        )
+    }
+}
+
+/// Roads, and the ways that lead from one to another through junctions.
+fn world_with(ways: &[Way]) -> (World, Arc<Map>) {
+    let mut text = "<?xml version=\"1.0\"?><OpenDRIVE><header revMajor=\"1\" revMinor=\"4\" \
+                    name=\"crossing\" version=\"1\" north=\"0\" south=\"0\" east=\"0\" west=\"0\"/>"
+        .to_owned();
+    text.extend(ways.iter().map(Way::xodr));
+    let mut junctions: Vec<i32> =
+        ways.iter().map(|way| way.junction).filter(|id| *id >= 0).collect();
+    junctions.dedup();
+    for junction in junctions {
+        write!(text, "<junction id=\"{junction}\" name=\"{junction}\">").unwrap();
+        for (index, way) in ways.iter().filter(|way| way.junction == junction).enumerate() {
+            let (incoming, id) = (way.before.unwrap(), way.id);
+            write!(
+                text,
+                "<connection id=\"{index}\" incomingRoad=\"{incoming}\" connectingRoad=\"{id}\" \
+                 contactPoint=\"start\"><laneLink from=\"-1\" to=\"-1\"/></connection>"
+            )
+            .unwrap();
+        }
+        text.push_str("</junction>");
+    }
+    text.push_str("</OpenDRIVE>");
+    let roads = Arc::new(Map::parse("crossing", &text).unwrap());
+    let (id, map) = (WorldId::new(1).unwrap(), Arc::new(Town::new(Arc::clone(&roads))));
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
+    (World::with_traffic(config).unwrap(), roads)
+}
+
+/// A car at a place, driven by an agent or by traffic.
+fn driven(world: &mut World, place_m: (f32, f32), heading_rad: f32, is_agent: bool) -> ActorId {
+    let pose = level_pose(Vec3::new(place_m.0, place_m.1, 0.0), heading_rad);
+    let actor = spawn_at(world, "vehicle.lincoln.mkz", pose, 8.0);
+    let behaviour = AgentBehaviour::Normal;
+    if is_agent {
+        let options = AgentOptions { behaviour, ..AgentOptions::default() };
+        let keep_route = false;
+        world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route })).unwrap();
+        world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
+    } else {
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour })).unwrap();
+    }
+    actor
+}
+
+/// Which of two cars comes first onto the road that it is to reach, without a contact.
+fn first(world: &mut World, roads: &Map, goals: [(ActorId, u32); 2]) -> ActorId {
+    let mut reached: Vec<ActorId> = Vec::new();
+    for _ in 0..600 {
+        let hits = run(world, 1);
+        assert!(hits.is_empty(), "{hits:?}");
+        for (actor, road) in goals {
+            let at_m = position_m(world, actor).cast::<f64>();
+            let lane = roads.nearest(at_m.into(), LaneTypes::DRIVING).unwrap();
+            if lane.road == road && !reached.contains(&actor) {
+                reached.push(actor);
+            }
+        }
+    }
+    assert_eq!(reached.len(), 2, "both drive on");
+    reached[0]
+}
+
+const UP: f64 = std::f64::consts::FRAC_PI_2;
+
+fn straight(id: u32, from_m: (f64, f64), heading_rad: f64, length_m: f64) -> Way {
+    let (curvature_per_m, junction, before, after, sign) = (0.0, -1, None, None, None);
+    Way { id, from_m, heading_rad, curvature_per_m, length_m, junction, before, after, sign }
+}
+
+/// A ring of 20 m around the origin, driven around to the left, with a road onto it from the south.
+/// Roads 1 and 2 are of the ring, road 3 leads to it.
+fn roundabout() -> (World, Arc<Map>) {
+    const RADIUS_M: f64 = 20.0;
+    let on_ring = |id: u32, from_deg: f64, to_deg: f64| {
+        let from_rad = from_deg.to_radians();
+        let from_m = (RADIUS_M * from_rad.cos(), RADIUS_M * from_rad.sin());
+        let length_m = RADIUS_M * (to_deg - from_deg).to_radians();
+        let curvature_per_m = 1.0 / RADIUS_M;
+        Way { curvature_per_m, ..straight(id, from_m, from_rad + UP, length_m) }
+    };
+    let through = |way: Way, junction, before, after| Way {
+        junction,
+        before: Some(before),
+        after: Some(after),
+        ..way
+    };
+    // Up along the road from the south, and to the right by 70° within 15 m onto the ring.
+    let entry = Way { curvature_per_m: -1.0 / 15.0, ..straight(13, (-3.03, -32.89), UP, 18.326) };
+    world_with(&[
+        Way { after: Some(100), ..on_ring(1, -70.0, 70.0) },
+        Way { after: Some(200), ..on_ring(2, 110.0, 250.0) },
+        Way { after: Some(200), ..straight(3, (-3.03, -132.89), UP, 100.0) },
+        through(on_ring(11, 70.0, 110.0), 100, 1, 2),
+        through(on_ring(12, 250.0, 290.0), 200, 2, 1),
+        through(entry, 200, 3, 1),
+    ])
+}
+
+#[test]
+fn who_is_on_a_roundabout_goes_before_who_comes_from_the_right_onto_it() {
+    for is_agent in [true, false] {
+        let (mut world, roads) = roundabout();
+        let around = driven(&mut world, (-20.0, 0.0), -UP as f32, is_agent);
+        let enters = driven(&mut world, (-3.03, -58.0), UP as f32, is_agent);
+        let found = first(&mut world, &roads, [(around, 1), (enters, 1)]);
+        assert_eq!(found, around, "agents {is_agent}");
+    }
+}
