@@ -77,7 +77,9 @@ impl Service {
     pub(crate) fn show_certificate_of(&mut self, folder: &Path) {
         let Identity { authority, certificate, key } =
             identity_in(folder, if self.is_face { "face" } else { self.name });
-        for (flag, file) in [("--bus-ca", authority), ("--bus-cert", certificate), ("--bus-key", key)] {
+        for (flag, file) in
+            [("--bus-ca", authority), ("--bus-cert", certificate), ("--bus-key", key)]
+        {
             self.arguments.extend([OsString::from(flag), file.into_os_string()]);
         }
     }
