@@ -12,7 +12,8 @@ use crate::Bus;
 use crate::publishing::Publishing;
 
 /// Between two looks. A router that is started again is another one, and a silent one is given up
-/// only after seconds, so no loss is overlooked.
+/// only after seconds; a link that ends and is back at the same router by the next look is not
+/// seen.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 impl Bus {

@@ -38,8 +38,8 @@ pub(crate) struct Args {
         default_value_if("bus_pki", ArgPredicate::IsPresent, "tls/127.0.0.1:7460")
     )]
     bus: BusAddress,
-    /// Folder of certificates, as deploy/bus/certificates.sh makes it, with which the services meet;
-    /// without it every user of this machine can use every world.
+    /// Folder of certificates, as deploy/bus/certificates.sh makes it, with which the services
+    /// meet; without it every user of this machine can use every world.
     #[arg(long, value_name = "DIR")]
     bus_pki: Option<PathBuf>,
     /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
