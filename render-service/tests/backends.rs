@@ -16,6 +16,10 @@ use schemas::{
     Vec3, Weather, WorldId, level_pose,
 };
 
+/// Flags of lights of vehicles.
+const LOW_BEAM: u32 = 1 << 1;
+const BRAKE: u32 = 1 << 3;
+
 /// Processors, and Mesa's device; `None`, counted as skipped, where that is missing.
 fn both() -> Option<[Renderer; 2]> {
     let ours = Renderer::new(AdapterChoice::Software).unwrap();
@@ -135,6 +139,16 @@ fn colours_are_those_of_a_device_at_every_hour_and_in_every_weather() {
         ("sunset", Weather { sun_altitude_rad: 0.12, cloudiness_percent: 20.0, ..noon }),
         ("night", Weather { sun_altitude_rad: -0.8, ..noon }),
         (
+            "rainy night with lights on",
+            Weather {
+                sun_altitude_rad: -0.8,
+                cloudiness_percent: 90.0,
+                precipitation_percent: 40.0,
+                wetness_percent: 90.0,
+                ..noon
+            },
+        ),
+        (
             "rain",
             Weather {
                 cloudiness_percent: 90.0,
@@ -148,7 +162,11 @@ fn colours_are_those_of_a_device_at_every_hour_and_in_every_weather() {
     ];
     let mut worst = [0.0f32; 2];
     for (at, (name, weather)) in weathers.into_iter().enumerate() {
-        let (frame, start) = street.frame(7 * at, 8, weather);
+        let (mut frame, start) = street.frame(7 * at, 8, weather);
+        if name.ends_with("lights on") {
+            let cars = frame.actors.iter_mut().filter(|actor| actor.kind == ActorKind::Vehicle);
+            cars.for_each(|car| car.lights = LOW_BEAM | BRAKE);
+        }
         let pair = street.pair(&mut both, &job(frame, vec![looking(start, ImageKind::Rgb)]));
         let (mean, part) = (mean_difference(&pair), part_of_another_colour(&pair));
         eprintln!(

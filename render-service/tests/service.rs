@@ -80,6 +80,24 @@ async fn comes_back_as_a_picture(site: Site) {
     site.service.stop().await.unwrap();
 }
 
+/// From the question on, with the town's text still at its owner. The goal is 300 ms on a machine
+/// that has nothing else to do; tests run beside others.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_first_picture_of_a_town_comes_soon_after_it_was_asked_for() {
+    let site = site(AdapterChoice::Software).await;
+    let mut job = job(frame(vec![]), vec![camera()]);
+    job.frame.map.digest = site.map.digest().to_owned();
+    let mut took = [Duration::ZERO; 2];
+    for took in &mut took {
+        let asked = Instant::now();
+        site.bus.draw(&site.alive.id, &job, DEADLINE).await.unwrap();
+        *took = asked.elapsed();
+    }
+    eprintln!("{}: first picture after {:.0?}, second {:.0?}", site.map.name(), took[0], took[1]);
+    assert!(took[0] < Duration::from_secs(5), "{took:?}");
+    site.service.stop().await.unwrap();
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn jobs_sent_at_once_are_all_answered_the_wrong_ones_with_their_reason() {
     let site = site(AdapterChoice::Best).await;

@@ -8,6 +8,7 @@ use std::time::Instant;
 use schemas::{ErrorCode, Reply, Request, ServiceKind};
 use serde_json::{Value, json};
 use tests::{AT_LAST, SOON, Service, Session, Site, eventually};
+use tokio_tungstenite::tungstenite::Message;
 
 /// Sessions of a site unless told otherwise.
 const SESSIONS_MAX: usize = 256;
@@ -29,7 +30,14 @@ fn driving(site: &Site) -> Session {
 }
 
 fn capture(session: &mut Session) -> Result<String, String> {
-    let answer = session.step(json!({"action_type": "capture_image"}));
+    captured(&session.step(json!({"action_type": "capture_image"})))
+}
+
+fn capturing() -> Message {
+    Message::text(json!({"type": "step", "data": {"action_type": "capture_image"}}).to_string())
+}
+
+fn captured(answer: &Value) -> Result<String, String> {
     let observation = &answer["observation"];
     match observation["camera_image"].as_str() {
         Some(image) => Ok(image.to_owned()),
@@ -56,6 +64,44 @@ fn worlds_go_on_without_the_renderer_and_pictures_come_back_with_it() {
     // Each would wait for seconds if it waited for a renderer.
     assert!(started.elapsed() < SOON, "{:?}", started.elapsed());
     eventually("picture of the new renderer", AT_LAST, || capture(&mut session));
+}
+
+/// All have the same picture to be drawn, so that what comes can be compared with a quiet run's.
+#[test]
+fn a_renderer_that_dies_with_64_pictures_under_way_loses_none_without_saying_why() {
+    let site = Site::start(&[]);
+    site.probe().wait_for(ServiceKind::Render);
+    let drawing = || {
+        let mut session = site.session();
+        session.set_deadline(AT_LAST);
+        let size = json!({"camera_width": 1280, "camera_height": 720});
+        let scenario =
+            json!({"scenario_name": "trolley_saves", "seed": 1, "scenario_config": size});
+        session.reset(scenario);
+        session
+    };
+    let mut sessions: Vec<Session> = (0..64).map(|_| drawing()).collect();
+    let quiet = capture(&mut sessions[0]).unwrap();
+    for session in &mut sessions[1..] {
+        session.send(capturing());
+    }
+    // The first one is sent again as well: it had its picture.
+    sessions[0].send(capturing());
+    let first = captured(&sessions[0].read()["data"]);
+    site.kill(Service::Render);
+    let mut answers = vec![first];
+    answers.extend(sessions[1..].iter_mut().map(|session| captured(&session.read()["data"])));
+    let came = answers.iter().filter(|answer| answer.is_ok()).count();
+    eprintln!("{came} of 64 pictures came, the others said why");
+    for answer in answers {
+        match answer {
+            Ok(picture) => assert!(picture == quiet, "another picture than in a quiet run"),
+            Err(reason) => assert!(reason.contains("renderer"), "{reason}"),
+        }
+    }
+    for session in &mut sessions {
+        eventually("picture of the new renderer", AT_LAST, || capture(session));
+    }
 }
 
 #[test]
@@ -109,9 +155,7 @@ fn a_client_that_dies_in_mid_episode_leaves_no_world_and_harms_nobody() {
     drop(driving(&site));
     probe.wait_for_worlds(1);
     let mut waiting = driving(&site);
-    waiting.send(tokio_tungstenite::tungstenite::Message::text(
-        json!({"type": "step", "data": observe()}).to_string(),
-    ));
+    waiting.send(Message::text(json!({"type": "step", "data": observe()}).to_string()));
     drop(waiting);
     probe.wait_for_worlds(1);
     neighbour.step(observe());

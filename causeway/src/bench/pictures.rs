@@ -3,7 +3,9 @@
 //! Frame in, bytes out: every kind of picture in the sizes and ways in which people ask for them,
 //! of a busy street of a built-in town. Prints a row for each.
 
+use std::collections::BTreeMap;
 use std::hint::black_box;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -27,6 +29,10 @@ pub(crate) struct Args {
     /// Only rows that begin with this, e.g. `colour, raw | 84 × 84 | low`.
     #[arg(long, value_name = "WORDS", default_value = "", hide_default_value = true)]
     only: String,
+    /// Draw the jobs of this folder instead, all together: files `*.job`, each a `RenderJob` of a
+    /// built-in town.
+    #[arg(long, value_name = "FOLDER")]
+    jobs: Option<PathBuf>,
 }
 
 /// Why there is no table.
@@ -38,6 +44,9 @@ pub(crate) enum PicturesError {
     /// The built-in town or a picture of it.
     #[error("the town cannot be drawn: {0}")]
     Town(String),
+    /// A file of `--jobs`.
+    #[error("{0}: {1}")]
+    Job(PathBuf, String),
 }
 
 /// One row: what is asked for together, each of a world of its own.
@@ -53,48 +62,99 @@ static GEOMETRY: [ImageKind; 4] =
     [ImageKind::Depth, ImageKind::Semantic, ImageKind::Instance, ImageKind::Normals];
 
 pub(crate) fn run(args: &Args) -> Result<(), PicturesError> {
+    if let Some(folder) = &args.jobs {
+        return draw_jobs(folder, args);
+    }
     let name = "Town10HD_Opt";
-    let unusable = |cause: &dyn std::fmt::Display| PicturesError::Town(cause.to_string());
     let text = roads::town::build(name).ok_or_else(|| unusable(&"it is not built in"))?;
-    let map = roads::Map::parse(name, &text).map_err(|error| unusable(&error))?;
-    let mut renderer = Renderer::new(AdapterChoice::parse(&args.adapter))?;
+    // What a renderer does when it is started and asked for the first picture of a town.
     let begun = Instant::now();
+    let mut renderer = Renderer::new(AdapterChoice::parse(&args.adapter))?;
+    let (started, before_mib) = (begun.elapsed(), resident_mib());
+    let map = roads::Map::parse(name, &text).map_err(|error| unusable(&error))?;
     let town = Arc::new(TownScene::of_map(&map));
     let first = job(&map, 0, args.actors, &cases()[0]);
     let drawn = renderer.render(&[(Arc::clone(&town), &first)]).remove(0);
     drawn.map_err(|error| unusable(&error))?;
+    let millis = |duration: Duration| duration.as_secs_f64() * 1e3;
     println!(
-        "{name}, {} triangles, {} cars and as many people, drawn by {}; town and first picture \
-         after {:.0} ms",
+        "{name}, {} triangles, {} cars and as many people, drawn by {}; started after {:.0} ms, \
+         map, town and first picture {:.0} ms later; {before_mib:.0} and then {:.0} MiB",
         town.triangle_count(),
         args.actors,
         renderer.adapter_name(),
-        begun.elapsed().as_secs_f64() * 1e3,
+        millis(started),
+        millis(begun.elapsed() - started),
+        resident_mib(),
     );
-    println!("| pictures | size | quality | together | a second | ms | ms of processors |");
-    println!("|---|---|---|---|---|---|---|");
+    println!("| pictures | size | quality | together | a second | ms | ms of processors | MiB |");
+    println!("|---|---|---|---|---|---|---|---|");
     let begins = |case: &Case| case.begins().starts_with(&args.only);
     for case in cases().into_iter().filter(begins) {
         let jobs: Vec<RenderJob> =
             (0..case.together).map(|at| job(&map, at, args.actors, &case)).collect();
         let jobs: Vec<_> = jobs.iter().map(|job| (Arc::clone(&town), job)).collect();
-        black_box(renderer.render(&jobs));
-        let (begun, processors) = (Instant::now(), processor_time());
-        let mut pictures = 0;
-        while begun.elapsed().as_secs_f64() < args.secs {
-            black_box(renderer.render(black_box(&jobs)));
-            pictures += jobs.len();
-        }
-        let took = begun.elapsed().as_secs_f64();
-        let used = (processor_time() - processors).as_secs_f64();
-        println!(
-            "| {} | {:.0} | {:.2} | {:.2} |",
-            case.begins(),
-            pictures as f64 / took,
-            took * 1e3 / pictures as f64,
-            used * 1e3 / pictures as f64,
-        );
+        println!("| {} | {}", case.begins(), measured(&mut renderer, &jobs, args.secs));
     }
+    Ok(())
+}
+
+fn unusable(cause: &dyn std::fmt::Display) -> PicturesError {
+    PicturesError::Town(cause.to_string())
+}
+
+/// Draws jobs together, again and again: pictures a second, milliseconds of the clock and of
+/// processors for each, and what memory the process has then.
+fn measured(renderer: &mut Renderer, jobs: &[(Arc<TownScene>, &RenderJob)], secs: f64) -> String {
+    black_box(renderer.render(jobs));
+    let (begun, processors) = (Instant::now(), processor_time());
+    let mut pictures = 0;
+    while begun.elapsed().as_secs_f64() < secs {
+        black_box(renderer.render(black_box(jobs)));
+        pictures += jobs.len();
+    }
+    let took = begun.elapsed().as_secs_f64();
+    let used = (processor_time() - processors).as_secs_f64();
+    let count = pictures as f64;
+    let (millis, used_millis) = (took * 1e3 / count, used * 1e3 / count);
+    format!("{:.0} | {millis:.2} | {used_millis:.2} | {:.0} |", count / took, resident_mib())
+}
+
+/// Measures the jobs of a folder.
+fn draw_jobs(folder: &Path, args: &Args) -> Result<(), PicturesError> {
+    let failed = |path: &Path, cause: &dyn std::fmt::Display| {
+        PicturesError::Job(path.to_owned(), cause.to_string())
+    };
+    let entries = std::fs::read_dir(folder).map_err(|error| failed(folder, &error))?;
+    let is_job = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "job");
+    let mut paths: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_job).collect();
+    paths.sort();
+    let mut renderer = Renderer::new(AdapterChoice::parse(&args.adapter))?;
+    let (mut towns, mut jobs) = (BTreeMap::new(), Vec::with_capacity(paths.len()));
+    for path in &paths {
+        let bytes = std::fs::read(path).map_err(|error| failed(path, &error))?;
+        let job = schemas::wire::decode_render_job(&bytes).map_err(|error| failed(path, &error))?;
+        let name = job.frame.map.name.clone();
+        if !towns.contains_key(&name) {
+            let text = roads::town::build(&name)
+                .ok_or_else(|| failed(path, &format!("{name} is not built in")))?;
+            let map = roads::Map::parse(&name, &text).map_err(|error| failed(path, &error))?;
+            towns.insert(name.clone(), Arc::new(TownScene::of_map(&map)));
+        }
+        jobs.push((name, job));
+    }
+    if jobs.is_empty() {
+        return Err(failed(folder, &"wanted files *.job, found none"));
+    }
+    let jobs: Vec<_> = jobs.iter().map(|(name, job)| (Arc::clone(&towns[name]), job)).collect();
+    for (drawn, path) in renderer.render(&jobs).into_iter().zip(&paths) {
+        drawn.map_err(|error| failed(path, &error))?;
+    }
+    println!("drawn by {}", renderer.adapter_name());
+    println!("| jobs together | a second | ms | ms of processors | MiB |");
+    println!("|---|---|---|---|---|");
+    println!("| {} | {}", jobs.len(), measured(&mut renderer, &jobs, args.secs));
     Ok(())
 }
 
@@ -216,4 +276,12 @@ fn processor_time() -> Duration {
     let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
     let ticks: u64 = fields.skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
     Duration::from_millis(ticks * 10)
+}
+
+/// Memory of this process that is in use, in MiB; zero where the system does not tell.
+/// **Source:** `proc_pid_statm(5)`, the second number, in pages of 4 KiB.
+fn resident_mib() -> f64 {
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = statm.split_whitespace().nth(1).and_then(|pages| pages.parse::<f64>().ok());
+    pages.unwrap_or_default() / 256.0
 }

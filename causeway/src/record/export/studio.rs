@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mcap_export::View;
 use render_service::{AdapterChoice, Renderer, TownScene};
-use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX};
+use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{
     ActorDescription, ActorId, Camera, Error, ErrorCode, Frame, Image, ImageEncoding, ImageKind,
     Pose, RenderJob, Tenant, Translation3, UnitQuaternion, Vec3,
@@ -59,9 +59,11 @@ impl FromStr for Size {
         let both = text.split_once('x').and_then(|(width, height)| {
             Some(Self { width_px: side(width)?, height_px: side(height)? })
         });
-        both.ok_or_else(|| {
+        let pixels = |size: &Self| size.width_px as usize * size.height_px as usize;
+        both.filter(|size| pixels(size) <= PIXELS_PER_JOB_MAX).ok_or_else(|| {
             format!(
-                "wanted two numbers from 1 to {IMAGE_SIDE_PX_MAX} as in 640x360, found {text:?}"
+                "wanted two numbers from 1 to {IMAGE_SIDE_PX_MAX} as in 640x360, of at most \
+                 {PIXELS_PER_JOB_MAX} pixels, found {text:?}"
             )
         })
     }
@@ -192,15 +194,19 @@ impl Studio {
                 views.push(View { name: view.name.clone(), camera });
             }
         }
-        let cameras: Vec<Camera> = views.iter().map(|view| view.camera.clone()).collect();
-        let job = RenderJob {
+        // A job has a limit of pixels, which several large views would be beyond.
+        let job = |view: &View| RenderJob {
             tenant: self.tenant.clone(),
             frame: frame.clone(),
-            cameras,
+            cameras: vec![view.camera.clone()],
             staging: schemas::Staging::default(),
         };
-        let drawn = self.renderer.render(&[(Arc::clone(&self.town), &job)]).pop();
-        let images = drawn.transpose()?.map_or_else(Vec::new, |drawn| drawn.images);
+        let jobs: Vec<RenderJob> = views.iter().map(job).collect();
+        let jobs: Vec<_> = jobs.iter().map(|job| (Arc::clone(&self.town), job)).collect();
+        let mut images = Vec::with_capacity(views.len());
+        for drawn in self.renderer.render(&jobs) {
+            images.extend(drawn?.images);
+        }
         Ok(views.into_iter().zip(images).collect())
     }
 }
@@ -215,7 +221,7 @@ mod tests {
         assert_eq!("12".parse(), Ok(Wanted::Actor(ActorId::new(12).unwrap())));
         assert!("0".parse::<Wanted>().is_err() && "side".parse::<Wanted>().is_err());
         assert_eq!("640x360".parse(), Ok(Size { width_px: 640, height_px: 360 }));
-        for wrong in ["640", "0x1", "640x", "9999x1"] {
+        for wrong in ["640", "0x1", "640x", "9999x1", "4096x4096"] {
             assert!(wrong.parse::<Size>().is_err(), "{wrong}");
         }
     }
