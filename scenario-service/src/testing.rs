@@ -31,7 +31,7 @@ pub(crate) fn context() -> (Arc<ToyWorlds>, Arc<SessionContext>) {
     let port = Arc::new(ToyWorlds::default());
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
     let context = SessionContext::new(
-        testing::visitor().tenant,
+        visitor().tenant,
         shared,
         "trolley_saves".to_owned(),
         Profile::Documented,

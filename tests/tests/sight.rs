@@ -277,7 +277,7 @@ fn points_of_lidars_are_where_single_rays_meet() {
     let attributes = [("channels", "64"), ("points_per_second", "600000"), ("range", "30")];
     let lidar = world.apply(&Command::SpawnActor {
         blueprint: "sensor.lidar.ray_cast_semantic".to_owned(),
-        world_from_actor: pose,
+        reference_from_actor: pose,
         linear_velocity_mps: Vec3::zeros(),
         attributes: attributes
             .map(|(id, value)| Attribute { id: id.to_owned(), value: value.to_owned() })
