@@ -109,9 +109,7 @@ class Agents:
             if kind == "behaviour":
                 agent = BehaviorAgent(car, "normal", map_inst=town, grp_inst=planner)
             else:
-                agent = BasicAgent(
-                    car, SPEEDS_KMH[kind], map_inst=town, grp_inst=planner
-                )
+                agent = BasicAgent(car, SPEEDS_KMH[kind], map_inst=town, grp_inst=planner)
                 # Nor does it see who is exactly ahead: here it is to drive.
                 agent.ignore_vehicles(True)
             agent.ignore_traffic_lights(True)
@@ -154,9 +152,7 @@ class Pursuit:
             xs = [wheel.position for wheel in wheels]
             base_m = math.dist((xs[0].x, xs[0].y), (xs[2].x, xs[2].y)) / 100.0
             way = [town.get_waypoint(car.get_location())]
-            self.cars.append(
-                [car, base_m, math.radians(wheels[0].max_steer_angle), way, 0.0]
-            )
+            self.cars.append([car, base_m, math.radians(wheels[0].max_steer_angle), way, 0.0])
 
     def step(self, snapshot: carla.WorldSnapshot) -> None:
         for entry in self.cars:
@@ -178,13 +174,9 @@ class Pursuit:
             error = PURSUIT_MPS - speed_mps
             entry[4] = integral = max(-5.0, min(5.0, integral + error * STEP_SECS))
             pedal = 0.3 * error + 0.1 * integral
-            control = carla.VehicleControl(
-                steer=max(-1.0, min(1.0, wheel_rad / lock_rad))
-            )
-            control.throttle, control.brake = (
-                max(0.0, min(0.75, pedal)),
-                max(0.0, min(0.3, -pedal)),
-            )
+            control = carla.VehicleControl(steer=max(-1.0, min(1.0, wheel_rad / lock_rad)))
+            control.throttle = max(0.0, min(0.75, pedal))
+            control.brake = max(0.0, min(0.3, -pedal))
             car.apply_control(control)
 
     def stop(self) -> None:

@@ -12,6 +12,7 @@ use crate::navigation::Navigation;
 use crate::pictures::{Film, TextureId};
 use crate::rpc::Refusal;
 use crate::skeleton::Custom;
+use crate::snapshot::ReplayedLight;
 use crate::stream::{StreamId, token};
 
 /// The type of actors by which clients steer walkers.
@@ -51,13 +52,6 @@ pub(crate) struct Episode {
     wheel_angles: BTreeMap<(ActorId, u8), WheelAngles>,
     /// What a replay says of traffic lights.
     replayed_lights: BTreeMap<ActorId, ReplayedLight>,
-}
-
-/// What a replay says of a traffic light, which stands still in the world meanwhile.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ReplayedLight {
-    pub(crate) elapsed_secs: f32,
-    pub(crate) is_frozen: bool,
 }
 
 /// Angles at which a client holds a wheel, in degrees.

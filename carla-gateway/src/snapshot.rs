@@ -6,7 +6,6 @@ use schemas::{
 };
 
 use crate::dialect::{Transform, Vector3D, spin_deg};
-use crate::episode::ReplayedLight;
 
 /// Type of the world observer in the header.
 const WORLD_OBSERVER_TYPE: u64 = 17;
@@ -33,6 +32,13 @@ pub(crate) struct Moment {
     /// Wall clock since the server started.
     pub(crate) platform_secs: f64,
     pub(crate) flags: u32,
+}
+
+/// What a replay says of a traffic light, which stands still in the world meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReplayedLight {
+    pub(crate) elapsed_secs: f32,
+    pub(crate) is_frozen: bool,
 }
 
 /// What a frame does not say of a light or sign.

@@ -65,7 +65,7 @@ fn a_variable_that_is_set_but_empty_is_not_set() {
 fn a_service_may_open_as_many_files_as_the_machine_lets_it() {
     let binary = env!("CARGO_BIN_EXE_causeway");
     let few = format!(
-        "ulimit -Hn 200 && ulimit -Sn 100 && exec {binary} router --listen tcp/127.0.0.1:0"
+        "ulimit -Sn 100 && ulimit -Hn 200 && exec {binary} router --listen tcp/127.0.0.1:0"
     );
     let mut command = Command::new("sh");
     command.args(["-c", &few]).stdout(Stdio::null()).stderr(Stdio::piped());

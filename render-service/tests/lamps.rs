@@ -161,26 +161,6 @@ fn two_wheelers_have_lamps_that_light_the_road() {
     }
 }
 
-#[test]
-fn a_wet_road_mirrors_lamps_as_streaks_towards_the_eye() {
-    for mut renderer in renderers() {
-        let behind = level_pose(Vec3::new(-18.0, 0.0, 1.4), 0.0);
-        let camera = Camera { carrier_from_camera: behind, ..camera() };
-        let mut at = |lights: u32, wetness_percent: f32, y: f32| {
-            let weather = (Weather { wetness_percent, ..NIGHT }, &camera);
-            let image = lit(&mut renderer, &[], (lights, "vehicle.tesla.model3"), weather);
-            let (column, row) = project(&camera, &Vec3::new(-8.0, y, 0.0));
-            pixel(&image, column, row)
-        };
-        // Where a mirror would show a tail lamp, and beside it.
-        let [red, _, blue] = at(BRAKE, 90.0, 0.45);
-        let (aside, dry, dark) = (at(BRAKE, 90.0, 3.0), at(BRAKE, 0.0, 0.45), at(0, 90.0, 0.45));
-        eprintln!("{red} {blue}, {aside:?} aside, {dry:?} dry, {dark:?} dark");
-        assert!(red > blue + 12 && red > dark[0] + 12, "{red} {blue}, {dark:?} without lamps");
-        assert!(red > aside[0] + 12 && red > dry[0] + 12, "{red}, {aside:?} aside, {dry:?} dry");
-    }
-}
-
 /// A town with street lights, a job that looks at the first of them, and where it is.
 fn street() -> (Arc<TownScene>, RenderJob, Vec3) {
     let name = "Town02";

@@ -127,7 +127,7 @@ fn a_pixel_belongs_to_one_thing_in_colour_depth_and_labels() {
             let [blue, red] = [0x20_20_a0, 0xd0_20_20].map(|paint| seen(actors(&start, paint)));
             let count = count([&empty, &blue, &red], eye.width_px as usize);
             eprintln!("{quality:?}: {count:?}");
-            assert!(count.of_actors > 10_000 && count.repainted > 3_000, "{count:?}");
+            assert!(count.of_actors > 5_000 && count.repainted > 1_000, "{count:?}");
             assert_eq!((count.depth_alone, count.repainted_alone), (0, 0), "{count:?}");
         }
     }

@@ -10,7 +10,10 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from running_site import CACHE, PACKAGE, Site, start, stop
+from documented_blocks import page_of
+from documents import ROOT
+from running_site import CACHE, PACKAGE, Site, binary, start, stop
+from shell import Shell
 
 sys.path.insert(0, str(PACKAGE / "src"))
 
@@ -98,3 +101,30 @@ def names_of_project():
     name = f"causeway-test-{os.getpid()}"
     yield name
     subprocess.run(["docker", "rm", "--force", "--volumes", name], capture_output=True)
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """That of a reader who has done what the README begins with, and no more."""
+    built = tmp_path / "cache" / "causeway" / "target" / "release"
+    built.mkdir(parents=True)
+    (built / "causeway").symlink_to(binary())
+    ours = ("CAUSEWAY_BIN", "CAUSEWAY_TARGET_DIR", "CAUSEWAY_CACHE_DIR")
+    return {
+        **{name: value for name, value in os.environ.items() if name not in ours},
+        "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        "PYTHONPATH": os.pathsep.join([str(PACKAGE / "src"), str(ROOT / "deploy" / "space")]),
+    }
+
+
+@pytest.fixture
+def shell(tmp_path, environment):
+    # The line of the README, in a cache that is this test's.
+    (line,) = [line for line in page_of("README.md").commands() if line.startswith("export PATH")]
+    folder = line.partition('"')[2].partition(":$PATH")[0]
+    folder = folder.replace("$HOME/.cache", environment["XDG_CACHE_HOME"])
+    # What the package installer keeps is everybody's.
+    shared = {name: value for name, value in environment.items() if name != "XDG_CACHE_HOME"}
+    shell = Shell(tmp_path, {**shared, "PATH": f"{folder}:{environment['PATH']}"})
+    with shell.servers:
+        yield shell

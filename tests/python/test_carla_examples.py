@@ -348,16 +348,6 @@ def test_the_benchmark_goes_on_where_it_was_interrupted(site, client, tmp_path):
     assert set(results(whole)) == {"summary.csv", "measurements.csv", "metrics.json"}
 
 
-def test_the_benchmark_navigates_alone_and_among_others(site, client, tmp_path):
-    tasks = ("--tasks", "navigation,navigation-dynamic", "--poses", 1)
-    ran = run(site, tmp_path, "run_benchmark.py", "-c", "Town02", "--agent", "basic", *tasks)
-    assert ran.status == 0, ran.err
-    assert re.search(r"navigation: \d+ to \d+, weather 1: arrived after", ran.out), ran.out
-    # Others may hold it up.
-    assert re.search(r"navigation-dynamic: \d+ to \d+, weather 1: (arrived|\d+ m from)", ran.out)
-    assert re.search(r"^ +navigation +1 +100% ", ran.out, re.MULTILINE), ran.out
-
-
 def test_an_agent_that_goes_straight_on_takes_no_turn(site, client, tmp_path):
     options = ("-c", "Town02", "--tasks", "one-turn")
     ran = run(site, tmp_path, "run_benchmark.py", *options)

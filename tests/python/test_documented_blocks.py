@@ -5,9 +5,6 @@ of text behind one of Python is what it prints; where it has an ellipsis its num
 """
 
 import contextlib
-import doctest
-import json
-import os
 import re
 import shlex
 import subprocess
@@ -17,82 +14,15 @@ import time
 import causeway
 import httpx
 import pytest
-import yaml
-from causeway.rollout import Batch
 
 from carla_site import connect, fresh
-from documents import ROOT, Block, Page, pages
-from running_site import PACKAGE, Site, binary, two_free_ports
+from documented_blocks import addressed, cases, matches, page_of, printed_by, shell_blocks, take
+from documents import ROOT
+from running_site import two_free_ports
 from shell import Shell
 from test_examples import driving
 
 DEADLINE_SECS = 120.0
-
-#: Blocks that no test runs, by a word in them, and why.
-NOT_RUN = {
-    "./run ": "it installs what is missing and starts a site; `./test` does the same before this",
-    "./test fuzz": "it takes minutes; `./test` reads fewer damaged recordings",
-    "cargo bench": "it takes minutes; that it exists is tested",
-    "causeway bench": "it takes minutes; that it exists is tested",
-    "pytest": "it is one of the tests",
-    "vector_rates": "it takes minutes; fewer agents are tested",
-    "measure_site": "it takes minutes; what its lines measure is tested with less of it",
-    "benches/": "it needs other simulators, or takes minutes",
-    "docker": "it wants an engine; test_deploy_blocks.py runs it",
-    "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",
-    "systemctl": "it changes the machine; test_deploy_blocks.py runs it in a container",
-    "cargo run": "it needs maps that are not part of this repository",
-}
-
-
-def cases(*languages: str) -> list:
-    found = [(page, block) for page in pages() for block in page.blocks(*languages)]
-    return [
-        pytest.param(page, block, id=f"{page.name}:{block.line}")
-        for page, block in found
-        if not any(word in block.text for word in NOT_RUN)
-    ]
-
-
-def printed_by(page: Page, block: Block) -> str | None:
-    """The block of text right behind this one."""
-    behind = [other for other in page.blocks("python", "text", "sh") if other.line > block.line]
-    return behind[0].text if behind and behind[0].language == "text" else None
-
-
-def matches(wanted: str, printed: str) -> bool:
-    if "..." not in wanted:
-        return printed == wanted
-    texts = (re.sub(r"\d+(\.\d+)?", "N", text) for text in (wanted, printed))
-    return doctest.OutputChecker().check_output(*texts, doctest.ELLIPSIS)
-
-
-def addressed(text: str, site: Site) -> str:
-    for usual, ours in (
-        ("http://localhost:8000", site.base_url),
-        ("https://USER-causeway.hf.space", site.base_url),
-        ("tcp/127.0.0.1:7460", site.endpoint),
-        ('"127.0.0.1", 2000', f'"127.0.0.1", {site.carla_port}'),
-    ):
-        text = text.replace(usual, ours)
-    if "import carla" in text:
-        # The client library sometimes ends the process when it takes itself apart.
-        text += "\nimport os, sys\nsys.stdout.flush()\nos._exit(0)\n"
-    return text
-
-
-@pytest.fixture
-def environment(tmp_path):
-    """That of a reader who has done what the README begins with, and no more."""
-    built = tmp_path / "cache" / "causeway" / "target" / "release"
-    built.mkdir(parents=True)
-    (built / "causeway").symlink_to(binary())
-    ours = ("CAUSEWAY_BIN", "CAUSEWAY_TARGET_DIR", "CAUSEWAY_CACHE_DIR")
-    return {
-        **{name: value for name, value in os.environ.items() if name not in ours},
-        "XDG_CACHE_HOME": str(tmp_path / "cache"),
-        "PYTHONPATH": os.pathsep.join([str(PACKAGE / "src"), str(ROOT / "deploy" / "space")]),
-    }
 
 
 @pytest.mark.parametrize(("page", "block"), cases("python"))
@@ -130,40 +60,6 @@ def test_python_prints_what_the_page_says(page, block, site, environment, tmp_pa
         assert (tmp_path / saved).stat().st_size > 10_000
 
 
-@pytest.fixture
-def shell(tmp_path, environment):
-    # The line of the README, in a cache that is this test's.
-    (line,) = [line for line in page_of("README.md").commands() if line.startswith("export PATH")]
-    folder = line.partition('"')[2].partition(":$PATH")[0]
-    folder = folder.replace("$HOME/.cache", environment["XDG_CACHE_HOME"])
-    # What the package installer keeps is everybody's.
-    shared = {name: value for name, value in environment.items() if name != "XDG_CACHE_HOME"}
-    shell = Shell(tmp_path, {**shared, "PATH": f"{folder}:{environment['PATH']}"})
-    with shell.servers:
-        yield shell
-
-
-def page_of(name: str) -> Page:
-    (page,) = [page for page in pages() if page.name == name]
-    return page
-
-
-def lines(block: Block) -> list[str]:
-    typed = [line.split("#")[0].strip() for line in block.text.splitlines()]
-    return [line for line in typed if line]
-
-
-def shell_blocks() -> dict[str, list[str]]:
-    """The lines of every block of commands that is run, by their first two words and page."""
-    return {case.id: lines(case.values[1]) for case in cases("sh", "console")}
-
-
-def take(word: str) -> list[str]:
-    """The one block with this text."""
-    (found,) = [block for block in shell_blocks().values() if word in "\n".join(block)]
-    return found
-
-
 #: What each test below runs; together they are all blocks.
 TAKEN = (
     "pip install",
@@ -195,77 +91,6 @@ TAKEN = (
 def test_every_block_is_run_by_some_test_or_has_a_reason():
     for name, block in shell_blocks().items():
         assert any(word in "\n".join(block) for word in TAKEN), f"{name}: {block}"
-
-
-#: Languages of blocks, and the tests that read all of each.
-READ_BY = {
-    "python": "test_python_prints_what_the_page_says",
-    "sh": "test_every_block_is_run_by_some_test_or_has_a_reason",
-    "console": "test_every_block_is_run_by_some_test_or_has_a_reason",
-    "toml": "test_files_of_toml_are_taken_as_printed",
-    "json": "test_lines_of_the_audit_have_the_words_that_are_printed",
-    "yaml": "test_prometheus_reads_files_that_there_are",
-}
-#: Blocks of text that no program prints, by a word in them.
-DRAWN = ("│ carla-gateway │", "├── world-service ─")
-
-
-def test_every_language_of_a_block_is_read_by_some_test():
-    fence = re.compile(r"^ *```(\w*)", flags=re.MULTILINE)
-    for page in pages():
-        opened = fence.findall(page.text)[::2]
-        assert len(opened) == sum(len(page.blocks(name)) for name in {*opened}), page
-        for language in opened:
-            assert READ_BY.get(language) in globals() or language == "text", f"{page}: {language}"
-        printed = [printed_by(page, block) for block in page.blocks("python", "sh", "console")]
-        for block in page.blocks("text"):
-            is_drawn = any(word in block.text for word in DRAWN)
-            assert block.text in printed or is_drawn, f"{page}:{block.line}"
-
-
-def the_block(language: str, word: str) -> str:
-    """The one with this word."""
-    blocks = [block.text for page in pages() for block in page.blocks(language)]
-    (found,) = [text for text in blocks if word in text]
-    return found
-
-
-def test_files_of_toml_are_taken_as_printed(shell):
-    tenants, task = the_block("toml", "[[token]]"), the_block("toml", "[way]")
-    (shell.folder / "tokens.toml").write_text(tenants)
-    assert shell.run("causeway token check tokens.toml") == "1 tenants, 1 tokens\n"
-    folder = shell.folder / "tasks"
-    folder.mkdir()
-    (folder / "mine.toml").write_text(task)
-    with Batch("mine", tasks=folder, program=str(binary())) as batch:
-        batch.reset(seed=1)
-    others = [page.blocks("toml") for page in pages()]
-    assert sum(map(len, others)) == 2, "another file of TOML wants a reader"
-
-
-def test_lines_of_the_audit_have_the_words_that_are_printed(shell, start_site):
-    shown = json.loads(the_block("json", "action"))
-    site = start_site("--no-render", "--audit", str(shell.folder / "audit"))
-    with causeway.Session(site.base_url) as session:
-        session.reset("trolley_saves", seed=1)
-    deadline = time.monotonic() + DEADLINE_SECS
-    while True:
-        lines = (shell.folder / "audit" / "scenario.jsonl").read_text().splitlines()
-        found = [line for line in map(json.loads, lines) if line["action"] == shown["action"]]
-        if found or time.monotonic() > deadline:
-            break
-        time.sleep(0.1)
-    (opened,) = found
-    assert set(opened) <= set(shown) and {"t", "service", "session"} <= set(opened)
-
-
-def test_prometheus_reads_files_that_there_are():
-    config = yaml.safe_load(the_block("yaml", "scrape_configs"))
-    for name in config["rule_files"]:
-        assert (ROOT / "deploy" / "prometheus" / name).exists()
-    (job,) = config["scrape_configs"]
-    ports = [int(target.split(":")[1]) for target in job["static_configs"][0]["targets"]]
-    assert ports == list(range(9464, 9469))
 
 
 def test_the_package_is_installed_and_its_example_plays(shell, site):
@@ -477,7 +302,7 @@ def test_the_program_is_where_the_readme_says(environment, tmp_path):
 def test_drivers_are_evaluated(shell):
     (line,) = take("causeway.evaluate --policies")
     printed = shell.run(line.replace("python ", f"{sys.executable} ", 1))
-    (page,) = [page for page in pages() if page.name == "docs/evaluate.md"]
+    page = page_of("docs/evaluate.md")
     shown, _ = [block.text.splitlines() for block in page.blocks("text")]
     assert [" ".join(line.split()) for line in shown] == [
         " ".join(line.split()) for line in printed.splitlines()[:2]
@@ -491,7 +316,7 @@ def test_dilemmas_are_evaluated(shell, site):
     ours = line.replace("python ", f"{sys.executable} ", 1)
     chosen = "--dilemmas classic_3v1 --policies none brake"
     printed = shell.run(f"{ours} --base-url {site.base_url} {chosen}")
-    (page,) = [page for page in pages() if page.name == "docs/evaluate.md"]
+    page = page_of("docs/evaluate.md")
     _, shown = [block.text.splitlines() for block in page.blocks("text")]
     told = [" ".join(line.split()) for line in printed.splitlines()]
     assert [" ".join(line.split()) for line in shown] == told

@@ -1,7 +1,7 @@
 """One of several clients of CARLA that tick a world together: drives a car of its own.
 
-Usage: ticking_client.py PORT SPAWN_POINT TICKS. Says `ready` when its car stands; goes on when a line
-comes; then prints the frames that it has asked for, and how far its car went.
+Usage: ticking_client.py PORT SPAWN_POINT TICKS. Says `ready` when its car stands; goes on when a
+line comes; then prints the frames that it has asked for, and how far its car went.
 """
 
 import sys

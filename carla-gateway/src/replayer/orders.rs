@@ -13,8 +13,8 @@ use schemas::{
 use super::cast::{Cast, Member};
 use crate::dialect::{Transform, Vector3D, WeatherParameters, spin_from_deg};
 use crate::endpoint::Endpoint;
-use crate::episode::ReplayedLight;
 use crate::rpc::Refusal;
+use crate::snapshot::ReplayedLight;
 use crate::snapshot::{colour_index, colour_of};
 
 /// Recordings have lengths in centimetres.

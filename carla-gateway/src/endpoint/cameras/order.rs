@@ -87,9 +87,9 @@ impl Ordered {
 }
 
 impl Order {
-    /// Has the pictures drawn and sends what cameras make of them: a job's worth at a time, of which
-    /// the next is drawn while the last is developed. An endpoint has one order at a time, so as
-    /// many threads at most as endpoints are busy with that.
+    /// Has the pictures drawn and sends what cameras make of them: a job's worth at a time, of
+    /// which the next is drawn while the last is developed. An endpoint has one order at a time, so
+    /// as many threads at most as endpoints are busy with that.
     pub(super) async fn deliver(self, frame: SharedFrame, staging: Staging) {
         let wanted = self.cameras.iter().flat_map(|camera| &camera.wanted);
         if !self.allowance.may_draw(wanted, self.waits).await {
