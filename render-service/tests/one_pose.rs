@@ -27,16 +27,15 @@ struct Pixel {
 
 fn pixels(images: &[Image]) -> Vec<Pixel> {
     let [colour, depth, tag, label] = images else { panic!("{} pictures", images.len()) };
-    let (colours, depths) = (colour.data.as_chunks::<4>().0, depth.data.as_chunks::<4>().0);
-    let labels = label.data.as_chunks::<4>().0;
-    let geometry = depths.iter().zip(&tag.data).zip(labels);
-    let pixel = |(colour, ((depth, tag), label)): (&[u8; 4], ((&[u8; 4], &u8), &[u8; 4]))| Pixel {
-        colour: [colour[0], colour[1], colour[2]],
-        depth_m: f32::from_le_bytes(*depth),
-        tag: *tag,
-        label: *label,
+    let fours = |image: &Image| image.data.as_chunks::<4>().0.to_vec();
+    let (colours, depths, labels) = (fours(colour), fours(depth), fours(label));
+    let pixel = |at: usize| Pixel {
+        colour: [colours[at][0], colours[at][1], colours[at][2]],
+        depth_m: f32::from_le_bytes(depths[at]),
+        tag: tag.data[at],
+        label: labels[at],
     };
-    colours.iter().zip(geometry).map(pixel).collect()
+    (0..tag.data.len()).map(pixel).collect()
 }
 
 /// Whether all around a pixel have its label: colours of a device mix at edges.

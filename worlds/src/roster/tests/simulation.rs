@@ -152,8 +152,11 @@ impl Simulation {
 
     /// A world that is placed goes to the best that is known of those that are left.
     fn place(&mut self) {
-        let but: BTreeSet<ServiceId> =
-            HOSTS.iter().filter(|_| self.dice.next_u64() % 4 == 0).map(|name| id(name)).collect();
+        let but: BTreeSet<ServiceId> = HOSTS
+            .iter()
+            .filter(|_| self.dice.next_u64().is_multiple_of(4))
+            .map(|name| id(name))
+            .collect();
         let left: Vec<(ServiceId, bool)> = (self.roster.hosts.iter())
             .filter(|(id, _)| !but.contains(*id))
             .map(|(id, known)| (id.clone(), known.is_open() && !known.is_full))
