@@ -22,6 +22,7 @@ NOT_RUN = {
     "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",
     "systemctl": "it changes the machine; test_deploy_blocks.py runs it in a container",
     "cargo run": "it needs maps that are not part of this repository",
+    "cargo nextest": "`./test` runs all tests of Rust",
 }
 
 
