@@ -188,5 +188,5 @@ def test_who_forgets_to_tell_the_traffic_manager_of_synchronous_mode_is_told_of_
     warning = "a Traffic Manager is in asynchronous mode while its client ticks"
     drive(site, "Town10HD", vehicles=20, ticks=100)
     assert warning not in site.log.read_text(errors="replace")
-    drive(site, "Town10HD", vehicles=20, ticks=100, mode="forgotten")
+    drive(site, "Town10HD", vehicles=20, ticks=40, mode="forgotten")
     assert warning in site.log.read_text(errors="replace")

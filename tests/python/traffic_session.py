@@ -10,6 +10,7 @@ import math
 import os
 import random
 import sys
+import time
 
 import carla
 
@@ -17,6 +18,7 @@ STEP_SECS = 0.05
 SEED = 7
 #: Ticks between two looks at where everybody is on the road.
 LOOK_TICKS = 5
+BUSY_SECS = 0.1
 TOLERANCE_KMH = 2.0
 RED = carla.TrafficLightState.Red
 LANES = carla.LaneType.Driving | carla.LaneType.Bidirectional
@@ -125,6 +127,9 @@ def main(port: str, tm_port: str, name: str, vehicles: str, ticks: str, mode: st
     trace = hashlib.sha256()
     for tick in range(int(ticks)):
         advance()
+        if mode == "forgotten":
+            # As a client with pictures to look at, beside which the manager takes many steps.
+            time.sleep(BUSY_SECS)
         snapshot = world.get_snapshot()
         for watch in watches:
             state = snapshot.find(watch.car.id)
