@@ -40,9 +40,9 @@ def has_no_other_address() -> bool:
     }
 
 
-def has_no_stable_baselines() -> bool:
+def is_installed(package: str) -> bool:
     environments = (Path.home() / ".cache" / "causeway" / "venv").glob("lib/python3*")
-    return not any((one / "site-packages/stable_baselines3").exists() for one in environments)
+    return any((one / "site-packages" / package).exists() for one in environments)
 
 
 def has_no_engine() -> bool:
@@ -62,7 +62,8 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no( Vulkan)? adapter": has_no_vulkan,
     r"no address but the loopback": has_no_other_address,
     r"no container engine": has_no_engine,
-    r"Stable-Baselines3 needs torch": has_no_stable_baselines,
+    r"Stable-Baselines3 needs torch": lambda: not is_installed("stable_baselines3"),
+    r"PufferLib wants numpy below 2": lambda: not is_installed("pufferlib"),
     r"no kubectl$": lambda: shutil.which("kubectl") is None,
     r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,
