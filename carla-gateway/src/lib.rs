@@ -8,7 +8,8 @@
 //! - `skeleton` is where the limbs of pedestrians are.
 //! - `recorder` and `replayer` write and replay CARLA's recordings; `archive` opens them.
 //! - `allowance` is how much of a site its tenant may use.
-//! - `site` is the world service behind the bus; `collecting_site` has worlds freed that nobody uses.
+//! - `site` is the world service behind the bus; `collecting_site` has worlds freed that nobody
+//!   uses.
 //!
 //! The client does not check what it receives, so every payload has one encoder.
 

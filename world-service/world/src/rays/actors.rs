@@ -234,17 +234,17 @@ mod tests {
         };
         let actors = Actors::new(std::iter::once((state, "vehicle.tesla.model3")), 0.0);
         let mut stack = Stack::new();
-        // Beside the plate, whose back is seen from within.
-        let mut cast = |x: f32, along: f32| {
-            let ray = Ray::new(Vec3::new(x, 0.35, 0.6), Vec3::x() * along);
+        let mut cast = |x: f32, z: f32, along: f32| {
+            let ray = Ray::new(Vec3::new(x, 0.35, z), Vec3::x() * along);
             actors.nearest(&ray, 50.0, &mut stack)
         };
-        let front = cast(20.0, -1.0).unwrap();
+        let front = cast(20.0, 0.6, -1.0).unwrap();
         assert!((front.distance_m - (20.0 - 12.4)).abs() < 0.1, "{front:?}");
         assert!(front.normal.x > 0.5 && (front.normal.norm() - 1.0).abs() < 1.0e-5, "{front:?}");
         assert_eq!((front.tag, front.actor.map(ActorId::get)), (14, Some(7)));
-        assert_eq!(cast(10.0, 1.0), None);
-        assert_eq!(cast(30.0, 1.0), None);
+        // From the cabin: lower down are the backs of plate and bumper.
+        assert_eq!(cast(10.0, 1.2, 1.0), None);
+        assert_eq!(cast(30.0, 0.6, 1.0), None);
         let ray = Ray::new(Vec3::new(20.0, 0.35, 0.6), -Vec3::x());
         assert_eq!(actors.nearest(&ray, 7.0, &mut stack), None);
         assert!(stack.is_empty());
