@@ -52,8 +52,8 @@ pub struct Args {
     /// simulation, or production without /reset, /step and /state.
     #[arg(long, env = "OPENENV_MODE", default_value = "simulation", value_name = "MODE")]
     pub mode: String,
-    /// Web pages of others that may use the face, e.g. `https://example.com`, whose name may also be
-    /// its own; pages of localhost always may.
+    /// Web pages of others that may use the face, e.g. `https://example.com`, whose name may also
+    /// be its own; pages of localhost always may.
     #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
     pub allow_origin: Vec<String>,
     /// Memory to make worlds again whose world service is gone; 0: their episodes end.

@@ -73,9 +73,9 @@ impl Seats {
         Self { room: Arc::new(room) }
     }
 
-    /// The next connection, which sends without delay and is found out when its peer is gone without
-    /// a word. Where the system has no room for one, somebody silent gives way, and the next is
-    /// tried after a pause. May be dropped without losing a connection.
+    /// The next connection, which sends without delay and is found out when its peer is gone
+    /// without a word. Where the system has no room for one, somebody silent gives way, and the
+    /// next is tried after a pause. May be dropped without losing a connection.
     pub async fn accept(&self, listener: &TcpListener) -> (TcpStream, SocketAddr) {
         let mut is_told = false;
         loop {

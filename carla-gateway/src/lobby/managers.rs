@@ -104,7 +104,8 @@ impl TrafficManagers {
         }
     }
 
-    /// A client reads the settings, which a Traffic Manager in synchronous mode does once in a step.
+    /// A client reads the settings, which a Traffic Manager in synchronous mode does once in a
+    /// step.
     pub(super) fn note_read(&mut self, client: ConnectionId) {
         for manager in self.of(client) {
             manager.reads = manager.reads.saturating_add(1);

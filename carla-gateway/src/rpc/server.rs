@@ -95,8 +95,8 @@ pub(crate) async fn serve(entrance: Entrance, events: mpsc::Sender<Event>) {
     }
 }
 
-/// Serves a client until it is gone. One that has never called gives way to who comes when seats are
-/// rare.
+/// Serves a client until it is gone. One that has never called gives way to who comes when seats
+/// are rare.
 async fn converse(
     (socket, seat): (TcpStream, &Seat),
     (id, tenant): (ConnectionId, Tenant),

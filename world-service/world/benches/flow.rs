@@ -1,9 +1,9 @@
 //! What does a tick of 50 ms with driving traffic cost?
 //!
 //! `cargo bench -p world --bench flow`: vehicles in Town05, all of them traffic without dynamics;
-//! then one of them with an agent of its own and always with full dynamics, the others traffic, once
-//! with dynamics only near that one and once all with. Prints Markdown; times are those that the
-//! thread was on a processor.
+//! then one of them with an agent of its own and always with full dynamics, the others traffic,
+//! once with dynamics only near that one and once all with. Prints Markdown; times are those that
+//! the thread was on a processor.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
 use std::hint::black_box;

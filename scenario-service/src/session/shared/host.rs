@@ -15,8 +15,8 @@ use crate::scenario::sharing::Sharing;
 use crate::session::SessionContext;
 use crate::session::world::{EpisodeWorld, Told, Trouble, Work};
 
-/// Steps of one session that wait for the one before: whoever asked for that has given up, and it is
-/// done all the same.
+/// Steps of one session that wait for the one before: whoever asked for that has given up, and it
+/// is done all the same.
 const LATER_MAX: usize = 8;
 
 pub(super) struct Host {
