@@ -74,6 +74,7 @@ fn who_is_gone_is_not_waited_for() {
     let mut stage = stage_with(2);
     let before = stage.frame_number;
     stage.call_and_finish(1, "tick_cue", ());
+    assert_eq!(stage.frame_number, before);
     stage.disconnect(2);
     stage.finish();
     assert_eq!(stage.frame_number, before + 1);
