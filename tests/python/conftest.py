@@ -53,8 +53,8 @@ def start_site(tmp_path):
     """Starts further sites, e.g. `start_site("--no-render", MAX_CONCURRENT_ENVS="2")`."""
     running = []
 
-    def another(*flags: str, **environment: str) -> Site:
-        running.append(start(tmp_path / f"log-{len(running)}", *flags, **environment))
+    def another(*flags: str, **more) -> Site:
+        running.append(start(tmp_path / f"log-{len(running)}", *flags, **more))
         return running[-1]
 
     yield another

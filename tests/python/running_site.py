@@ -48,8 +48,9 @@ class Site:
         return self.log.read_text(errors="replace")[-4000:]
 
 
-def start(log: Path, *flags: str, **environment: str) -> Site:
-    """Starts a site and waits until it is healthy."""
+def start(log: Path, *flags: str, within: tuple[str, ...] = (), **environment: str) -> Site:
+    """Starts a site, by a command that runs another if `within` is one, and waits until it is
+    healthy."""
     says_http = any(flag.split("=")[0] == "--http" for flag in flags)
     http = [] if says_http else ["--http", "127.0.0.1:0"]
     ports = [*http, "--bus", "tcp/127.0.0.1:0"]
@@ -58,7 +59,7 @@ def start(log: Path, *flags: str, **environment: str) -> Site:
     carla = [] if says_port else ["--carla", str(two_free_ports())]
     keeps = any(flag.split("=")[0] == "--recordings" for flag in flags)
     recordings = [] if keeps else ["--recordings", log.parent / "recordings"]
-    command = [binary(), "up", *ports, *carla, *recordings, *flags]
+    command = [*within, binary(), "up", *ports, *carla, *recordings, *flags]
     with log.open("wb") as output:
         process = subprocess.Popen(
             command,

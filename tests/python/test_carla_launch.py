@@ -121,7 +121,8 @@ def test_nobody_need_read_what_a_site_says():
 
 @pytest.mark.parametrize("script", ["CarlaUE4.sh", "CarlaUnreal.sh"])
 def test_who_ends_servers_by_name_finds_a_launched_site(script):
-    with launched(script, "-nosound", CARLA_PORT=str(two_free_ports())) as process:
+    port = two_free_ports()
+    with launched(script, "-nosound", CARLA_PORT=str(port)) as process:
 
         def is_named_so():
             name = Path(f"/proc/{process.pid}/comm").read_text().strip()
@@ -129,6 +130,8 @@ def test_who_ends_servers_by_name_finds_a_launched_site(script):
                 raise ConnectionError(name)
 
         eventually(is_named_so)
+        # A process has its name before it knows what to do when it is to end.
+        assert frame_of(port) > 0
 
 
 def test_pictures_reach_clients_that_come_by_another_address(start_site, tmp_path):

@@ -7,7 +7,7 @@ import httpx
 
 from wire import wire
 
-#: Of the site's parent, far below the sockets that the clients of this test need.
+#: Of the site, far below the sockets that the clients of this test need.
 SOFT_LIMIT = 200
 CONNECTIONS = 300
 FORKS = 1_024
@@ -15,11 +15,9 @@ FORKS = 1_024
 
 def test_a_thousand_sessions_are_forked_while_hundreds_are_connected(start_site):
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (SOFT_LIMIT, hard))
-    try:
-        site = start_site("--no-render", MAX_CONCURRENT_ENVS="1400")
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 1024), hard))
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(max(soft, 4_096), hard), hard))
+    limited = ("sh", "-c", f'ulimit -Sn {SOFT_LIMIT} && exec "$0" "$@"')
+    site = start_site("--no-render", within=limited, MAX_CONCURRENT_ENVS="1400")
     with ExitStack() as stack:
         connected = [stack.enter_context(wire(site.base_url)) for _ in range(CONNECTIONS)]
         assert connected[-1].reset()["done"] is False
