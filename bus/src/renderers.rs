@@ -173,7 +173,13 @@ impl Renderers {
                 Err(cause) => tracing::debug!(renderer = %id, %cause, "asked on the bus instead"),
             }
         }
-        renderer.bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE).await
+        let asked = renderer.bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE);
+        tokio::select! {
+            biased;
+            asked = asked => asked,
+            // What was asked of one that died at that moment is answered by nobody.
+            () = self.until_gone(id, renderer.coming) => Err(is_gone(id)),
+        }
     }
 
     async fn until_gone(&self, id: &ServiceId, coming: usize) {
@@ -205,6 +211,10 @@ impl Renderers {
 fn least(waiting: &[u64], turn: usize) -> Option<usize> {
     let first = turn.checked_rem(waiting.len())?;
     (first..waiting.len()).chain(0..first).min_by_key(|place| waiting.get(*place))
+}
+
+fn is_gone(id: &ServiceId) -> Error {
+    Error::new(ErrorCode::Unreachable, "the renderer has gone").found(id)
 }
 
 fn none_came(tried: &BTreeSet<(ServiceId, usize)>) -> Error {

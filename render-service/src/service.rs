@@ -4,5 +4,6 @@ pub(crate) mod cost;
 pub(crate) mod fair_queue;
 pub(crate) mod figures;
 pub(crate) mod job_queue;
+pub(crate) mod prompt_askers;
 pub(crate) mod towns;
 pub(crate) mod worker;

@@ -210,8 +210,9 @@ fn ask_on(site: &Site, tenant: &str, session: u64, size_px: (u32, u32)) -> Arc<A
     count
 }
 
-/// Pictures that seven small tenants get each while an eighth asks on.
-async fn drawn_beside(sizes_px: &[(u32, u32)]) -> Vec<usize> {
+/// Pictures that seven small tenants get each while an eighth asks on, and the eighth's part of the
+/// time.
+async fn drawn_beside(sizes_px: &[(u32, u32)]) -> (Vec<usize>, f64) {
     const SMALL_PX: (u32, u32) = (320, 180);
     let site = site(AdapterChoice::Best).await;
     for (session, size_px) in (1..).zip(sizes_px) {
@@ -234,24 +235,26 @@ async fn drawn_beside(sizes_px: &[(u32, u32)]) -> Vec<usize> {
         figure(&site, &format!("causeway_render_tenant_seconds_total{{tenant=\"{tenant}\"}}"))
     };
     let small_secs: f64 = (0..7).map(|at| used_secs(format!("small-{at}"))).sum();
-    let share = (small_secs + used_secs("eighth".to_owned()))
-        / figure(&site, "causeway_render_batch_seconds_sum");
+    let (eighth, all) =
+        (used_secs("eighth".to_owned()), figure(&site, "causeway_render_batch_seconds_sum"));
+    let share = (small_secs + eighth) / all;
     assert!((0.9..1.02).contains(&share), "{share} of the time is some tenant's");
     site.service.stop().await.unwrap();
-    drawn
+    (drawn, eighth / all)
 }
 
-/// The goal is 80 % of an eighth each, which is not met; a fifth of an eighth is asked for here, as
-/// the pictures of two times are compared and the machine may have other work in one of them.
+/// The goal is 80 % of an eighth each; half of that is asked for here, as the pictures of two times
+/// are compared and the machine may have other work in one of them.
 #[tokio::test(flavor = "multi_thread")]
 async fn small_tenants_get_their_share_of_the_time_beside_a_wild_one() {
-    let alike = drawn_beside(&[(320, 180)]).await;
+    let (alike, _) = drawn_beside(&[(320, 180)]).await;
     let wild = [(1_920, 1_080), (4_096, 4_000), (1_920, 1_080), (1_280, 720)].repeat(4);
-    let beside = drawn_beside(&wild).await;
+    let (beside, of_wild) = drawn_beside(&wild).await;
     let eighth = alike.iter().sum::<usize>() as f64 / alike.len() as f64;
     let shares: Vec<f64> = beside.iter().map(|count| *count as f64 / eighth).collect();
-    eprintln!("of {eighth:.0} pictures each: {shares:.2?}");
-    assert!(shares.iter().all(|share| *share >= 0.2), "of an eighth: {shares:.2?}");
+    eprintln!("of {eighth:.0} pictures each: {shares:.2?}; the wild one has {of_wild:.3}");
+    assert!(shares.iter().all(|share| *share >= 0.4), "of an eighth: {shares:.2?}");
+    assert!((0.05..0.2).contains(&of_wild), "the wild one has {of_wild:.3} of the time");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -44,6 +44,30 @@ async fn a_job_waits_for_a_renderer_that_comes_back() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_job_whose_renderer_is_gone_and_has_not_said_no_is_drawn_by_the_next() {
+    let site = Site::open().await;
+    let (unanswered, mut jobs) = tokio::sync::mpsc::channel(1);
+    let key = keys::render_job(&renderer());
+    let lost = site.service.serve(&key, move |incoming| unanswered.try_send(incoming).unwrap());
+    let lost = lost.await.unwrap();
+    let up = announce_renderer(&site.service).await;
+
+    let renderers = renderers(&site.client);
+    let job = job(1);
+    let asked_at = Instant::now();
+    let events = async {
+        // Kept until the end: the question stays open.
+        let asked = jobs.recv().await.unwrap();
+        drop((lost, up));
+        let drawing = draw(&site.service).await;
+        (asked, drawing, announce_renderer(&site.service).await)
+    };
+    let (images, _restarted) = tokio::join!(renderers.draw(&job), events);
+    assert_eq!(images.unwrap().tick, job.frame.tick);
+    assert!(asked_at.elapsed() < Duration::from_secs(20), "{:?}", asked_at.elapsed());
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_job_that_nobody_can_draw_says_so_in_time() {
     let site = Site::open().await;
     let asked = Instant::now();

@@ -45,6 +45,14 @@ struct Share<W> {
     waiting: W,
 }
 
+/// Whose turn it is, and who could not be served though it was theirs.
+#[derive(Debug)]
+pub(crate) struct Next {
+    pub(crate) whose: Whose,
+    tenants_passed: Vec<Tenant>,
+    sessions_passed: Vec<WorldId>,
+}
+
 /// What may wait.
 trait Waiting: Default {
     fn count(&self) -> usize;
@@ -90,6 +98,13 @@ impl<K: Ord + Clone, W: Waiting> Shares<K, W> {
         let mut waiting: Vec<_> = waiting.map(|(key, share)| (share.used, key)).collect();
         waiting.sort();
         waiting.into_iter().map(|(_, key)| key.clone()).collect()
+    }
+
+    /// Whether somebody who joined now would come before another, who waits.
+    fn comes_before(&self, key: &K, other: &K, saved_max: u64) -> bool {
+        let used = |key: &K| self.of.get(key).map(|share| share.used);
+        let joined = used(key).map(|used| used.max(self.served.saturating_sub(saved_max)));
+        joined.zip(used(other)).is_some_and(|(joined, other)| joined < other)
     }
 
     /// Moves on by an equal part of what was charged for each of those who wait, though never past
@@ -178,29 +193,52 @@ impl<T> FairQueue<T> {
         self.count += 1;
     }
 
-    /// Takes the next thing that may be taken now.
-    pub(crate) fn take(
-        &mut self,
-        may_be_taken: impl Fn(&Tenant, &T) -> bool,
-    ) -> Option<(Whose, T)> {
-        let tenants = self.tenants.in_order();
+    /// Whose thing comes next, of those that may be taken now.
+    pub(crate) fn next(&self, may_be_taken: impl Fn(&Tenant, &T) -> bool) -> Option<Next> {
+        let mut tenants = self.tenants.in_order();
         for (at, tenant) in tenants.iter().enumerate() {
-            let sessions = &mut self.tenants.share(tenant.clone()).waiting;
-            let in_order = sessions.in_order();
+            let sessions = &self.tenants.of.get(tenant)?.waiting;
+            let mut in_order = sessions.in_order();
             let may_go = |session: &WorldId| {
                 let waiting = sessions.of.get(session).and_then(|share| share.waiting.front());
                 waiting.is_some_and(|thing| may_be_taken(tenant, thing))
             };
             let Some(place) = in_order.iter().position(may_go) else { continue };
-            let (passed_over, session) = (in_order.get(..place)?, *in_order.get(place)?);
-            sessions.serve(&session, passed_over);
-            self.tenants.serve(tenant, tenants.get(..at)?);
-            let sessions = &mut self.tenants.share(tenant.clone()).waiting;
-            let thing = sessions.share(session).waiting.pop_front()?;
-            self.count -= 1;
-            return Some(((tenant.clone(), session), thing));
+            let whose = (tenant.clone(), *in_order.get(place)?);
+            in_order.truncate(place);
+            tenants.truncate(at);
+            return Some(Next { whose, tenants_passed: tenants, sessions_passed: in_order });
         }
         None
+    }
+
+    /// What comes next.
+    pub(crate) fn front(&self, next: &Next) -> Option<&T> {
+        let (tenant, session) = &next.whose;
+        self.tenants.of.get(tenant)?.waiting.of.get(session)?.waiting.front()
+    }
+
+    /// Takes what comes next.
+    pub(crate) fn take(&mut self, next: Next) -> Option<(Whose, T)> {
+        let Next { whose, tenants_passed, sessions_passed } = next;
+        let (tenant, session) = &whose;
+        self.tenants.serve(tenant, &tenants_passed);
+        let sessions = &mut self.tenants.share(tenant.clone()).waiting;
+        sessions.serve(session, &sessions_passed);
+        let thing = sessions.share(*session).waiting.pop_front()?;
+        self.count -= 1;
+        Some((whose, thing))
+    }
+
+    /// Whether somebody who waits for nothing would come before whoever comes next, if he asked now.
+    pub(crate) fn is_owed(&self, (tenant, session): &Whose, next: &Next) -> bool {
+        let (next_tenant, next_session) = &next.whose;
+        if tenant != next_tenant {
+            return self.tenants.comes_before(tenant, next_tenant, self.saved_max);
+        }
+        let sessions = self.tenants.of.get(tenant).map(|share| &share.waiting);
+        sessions
+            .is_some_and(|sessions| sessions.comes_before(session, next_session, self.saved_max))
     }
 
     /// Adds to what somebody has used, or takes from it what was too much.

@@ -2,10 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use bus::Incoming;
 use schemas::{Error, ErrorCode};
 
+use super::fair_queue::Whose;
 use super::towns::BuiltTown;
 
 /// Jobs that may wait; more are refused.
@@ -32,6 +34,16 @@ struct State {
 pub(crate) struct Arrived {
     pub(crate) jobs: Vec<Incoming>,
     pub(crate) towns: Vec<BuiltTown>,
+    /// What sessions have used outside the drawing thread, in nanoseconds.
+    pub(crate) used: Vec<(Whose, u64)>,
+}
+
+/// How long the drawing thread waits when nothing has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wait {
+    No,
+    Until(Instant),
+    Ever,
 }
 
 /// A job that the drawing thread has taken; dropped with its answer.
@@ -76,23 +88,38 @@ impl JobQueue {
         self.changed.notify_one();
     }
 
+    /// Takes in what a session has used outside the drawing thread.
+    pub(crate) fn put_used(&self, whose: Whose, time: Duration) {
+        let nanos = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.lock().arrived.used.push((whose, nanos));
+    }
+
     /// Has the drawing thread look again at what waits.
     fn wake(&self) {
         self.lock().is_woken = true;
         self.changed.notify_one();
     }
 
-    /// What has come. Waits for it, or to be woken, if there is nothing else to do. `None` when
-    /// closed.
-    pub(crate) fn take(&self, is_idle: bool) -> Option<Arrived> {
+    /// What has come. `None` when closed.
+    pub(crate) fn take(&self, wait: Wait) -> Option<Arrived> {
         let mut state = self.lock();
-        while is_idle
-            && state.is_open
+        while state.is_open
             && !state.is_woken
             && state.arrived.jobs.is_empty()
             && state.arrived.towns.is_empty()
         {
-            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+            state = match wait {
+                Wait::No => break,
+                Wait::Ever => self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+                Wait::Until(at) => {
+                    let left = at.saturating_duration_since(Instant::now());
+                    if left.is_zero() {
+                        break;
+                    }
+                    let waited = self.changed.wait_timeout(state, left);
+                    waited.unwrap_or_else(PoisonError::into_inner).0
+                }
+            };
         }
         state.is_woken = false;
         state.is_open.then(|| std::mem::take(&mut state.arrived))

@@ -1,6 +1,7 @@
 //! The drawing thread: takes jobs as their tenants' turns come, draws a portion of some of them
 //! together, and answers those that are done.
 
+use std::num::NonZero;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -12,9 +13,10 @@ use crate::sliced::{Portion, SlicedJob, Work};
 use crate::{RenderError, Renderer};
 
 use super::cost::CostModel;
-use super::fair_queue::{FairQueue, Whose};
+use super::fair_queue::{FairQueue, Next, Whose};
 use super::figures::Figures;
-use super::job_queue::{Arrived, JOBS_MAX, JobQueue, Taken, is_ending};
+use super::job_queue::{Arrived, JOBS_MAX, JobQueue, Taken, Wait, is_ending};
+use super::prompt_askers::PromptAskers;
 use super::towns::{BuiltTown, Towns};
 
 /// Jobs drawn together: more would only make the first ones wait for the last ones.
@@ -23,6 +25,8 @@ const TOGETHER_MAX: usize = 16;
 const TOGETHER_NANOS: u64 = 10_000_000;
 /// A job that costs more is drawn in slices that cost about so much; others come in between.
 const SLICE_NANOS: u64 = 30_000_000;
+/// Before a turn that costs more, whoever is owed time and asks again at once is waited for.
+const HELD_NANOS: u64 = 5_000_000;
 /// What a tenant or session that asks for nothing is owed later, at most.
 const SAVED_NANOS_MAX: u64 = 2 * SLICE_NANOS;
 /// Jobs that are drawn in slices, begun and not answered: each keeps up to 64 MiB.
@@ -39,6 +43,9 @@ pub(crate) struct Worker {
     waiting: FairQueue<Task>,
     cost: CostModel,
     large: Vec<(Tenant, Weak<Large>)>,
+    prompt_askers: PromptAskers,
+    /// Processors that draw, unless a GPU does.
+    threads: Option<u32>,
     figures: Figures,
 }
 
@@ -84,7 +91,9 @@ impl Worker {
         figures: Figures,
     ) -> Self {
         let runtime = Handle::current();
-        let cost = CostModel::new(renderer.as_ref().is_ok_and(Renderer::is_software));
+        let is_software = renderer.as_ref().is_ok_and(Renderer::is_software);
+        let cost = CostModel::new(is_software);
+        let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
         Self {
             renderer,
             towns: Towns::new(bus, runtime.clone(), Arc::clone(&queue)),
@@ -93,6 +102,8 @@ impl Worker {
             waiting: FairQueue::new(JOBS_MAX, SAVED_NANOS_MAX),
             cost,
             large: Vec::new(),
+            prompt_askers: PromptAskers::default(),
+            threads: is_software.then_some(u32::try_from(processors).unwrap_or(u32::MAX)),
             figures,
         }
     }
@@ -101,12 +112,12 @@ impl Worker {
     pub(crate) fn run(mut self) {
         let queue = Arc::clone(&self.queue);
         let pulse = Arc::clone(&self.figures.turns);
-        let mut is_idle = true;
-        while let Some(arrived) = queue.take(is_idle) {
+        let mut wait = Wait::Ever;
+        while let Some(arrived) = queue.take(wait) {
             let _turn = pulse.begin(Instant::now());
             self.take_in(arrived);
-            let turns = self.next_turns();
-            is_idle = turns.is_empty();
+            let (turns, without_turns) = self.next_turns();
+            wait = if turns.is_empty() { without_turns } else { Wait::No };
             self.draw(turns);
         }
         for task in self.waiting.remove(|_| true) {
@@ -114,7 +125,10 @@ impl Worker {
         }
     }
 
-    fn take_in(&mut self, Arrived { jobs, towns }: Arrived) {
+    fn take_in(&mut self, Arrived { jobs, towns, used }: Arrived) {
+        for (whose, nanos) in used {
+            self.waiting.charge(&whose, i64::try_from(nanos).unwrap_or(i64::MAX));
+        }
         for incoming in jobs {
             let job = match (&self.renderer, incoming.render_job()) {
                 (Err(error), _) => Err(error.clone().into()),
@@ -146,6 +160,7 @@ impl Worker {
 
     fn enqueue(&mut self, incoming: Incoming, job: Box<RenderJob>) {
         let whose = (job.tenant.clone(), job.frame.world);
+        self.prompt_askers.note_question(&whose, Instant::now());
         let asker = Asker { incoming, taken: self.queue.note_taken(), large: None };
         if let Err((task, error)) = self.waiting.push(whose, Task { asker, stage: Stage::New(job) })
         {
@@ -153,12 +168,24 @@ impl Worker {
         }
     }
 
-    /// The jobs whose turn it is, and what is drawn of each.
-    fn next_turns(&mut self) -> Vec<Turn> {
+    /// The jobs whose turn it is, and what is drawn of each; how long to wait if there are none.
+    fn next_turns(&mut self) -> (Vec<Turn>, Wait) {
         let (mut turns, mut sum) = (Vec::new(), 0);
         self.large.retain(|(_, large)| large.strong_count() > 0);
-        while turns.len() < TOGETHER_MAX && sum < TOGETHER_NANOS {
-            let Some((whose, task)) = self.take_next() else { break };
+        while turns.len() < TOGETHER_MAX {
+            let Some(next) = self.next() else { break };
+            let costs = self.waiting.front(&next).map_or(0, |task| self.cost_of_turn(task));
+            if !turns.is_empty() && sum + costs > TOGETHER_NANOS {
+                break;
+            }
+            if costs > HELD_NANOS
+                && let Some(until) = self
+                    .prompt_askers
+                    .expected_until(Instant::now(), |whose| self.waiting.is_owed(whose, &next))
+            {
+                return (turns, Wait::Until(until));
+            }
+            let Some((whose, task)) = self.waiting.take(next) else { break };
             if task.asker.incoming.is_given_up() {
                 self.figures.given_up.inc();
                 task.asker.incoming.refuse(Error::new(ErrorCode::TimedOut, "nobody waits for it"));
@@ -170,22 +197,33 @@ impl Worker {
             self.waiting.charge(&turn.whose, turn.estimate as i64);
             turns.push(turn);
         }
-        turns
+        (turns, Wait::Ever)
     }
 
     /// The next job whose town is there, unless it is one large job too many.
-    fn take_next(&mut self) -> Option<(Whose, Task)> {
+    fn next(&self) -> Option<Next> {
         let Self { waiting, towns, large, cost, .. } = self;
         let has_room = |tenant: &Tenant| {
             let of_tenant = large.iter().filter(|(other, _)| other == tenant).count();
             of_tenant < LARGE_OF_TENANT_MAX && large.len() < LARGE_MAX
         };
-        waiting.take(|tenant, task| match &task.stage {
+        waiting.next(|tenant, task| match &task.stage {
             Stage::Begun(_) => true,
             Stage::New(job) => {
                 towns.has(&job.frame.map.digest) && (!is_large(job, cost) || has_room(tenant))
             }
         })
+    }
+
+    /// What a job costs until others have their turn, in nanoseconds.
+    fn cost_of_turn(&self, task: &Task) -> u64 {
+        match &task.stage {
+            Stage::New(job) => self.cost.nanos(&Work::of(job)).min(SLICE_NANOS),
+            Stage::Begun(job) => {
+                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
+                self.cost.nanos(&job.work_of(&portion))
+            }
+        }
     }
 
     fn turn(&mut self, whose: Whose, Task { mut asker, stage }: Task) -> Option<Turn> {
@@ -231,7 +269,7 @@ impl Worker {
         for Turn { whose, asker, job, .. } in turns {
             match &drawn {
                 Err(error) => self.figures.refuse(asker.incoming, error.clone().into()),
-                Ok(()) if job.is_drawn() => self.answer(asker, job),
+                Ok(()) if job.is_drawn() => self.answer(whose, asker, job),
                 Ok(()) => self.waiting.put_back(whose, Task { asker, stage: Stage::Begun(job) }),
             }
         }
@@ -255,7 +293,8 @@ impl Worker {
         self.cost.learn(&work, took);
     }
 
-    fn answer(&self, asker: Asker, job: Begun) {
+    fn answer(&mut self, whose: Whose, asker: Asker, job: Begun) {
+        self.prompt_askers.note_answer(whose.clone(), Instant::now());
         let figures = self.figures.clone();
         let has_rows = job.has_rows();
         let answer = move || {
@@ -274,7 +313,15 @@ impl Worker {
         };
         // A large picture takes so long to be encoded and sent that others would wait for it.
         if has_rows {
-            drop(self.runtime.spawn_blocking(answer));
+            let (queue, threads) = (Arc::clone(&self.queue), self.threads);
+            drop(self.runtime.spawn_blocking(move || {
+                let begun = Instant::now();
+                answer();
+                // It takes one of the processors that draw; a GPU draws on meanwhile.
+                if let Some(threads) = threads {
+                    queue.put_used(whose, begun.elapsed() / threads);
+                }
+            }));
         } else {
             answer();
         }
