@@ -69,8 +69,9 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
         return None;
     }
     physics.steering = Steering::Carla;
-    // CARLA's cars have none.
-    physics.stability_control = false;
+    // CARLA's cars have neither. Anti-lock brakes that spare the rear wheel with less load would
+    // take both rear brakes from a car in a bend that leans as hard as these tyres let it.
+    (physics.anti_lock, physics.stability_control) = (false, false);
     let half_track_m = model.track_m / 2.0;
     physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
     for wheel in &mut physics.wheels {
@@ -112,6 +113,7 @@ mod tests {
     fn cars_get_carlas_tyres_and_only_their_front_wheels_its_lock() {
         let physics = as_in_carla("vehicle.tesla.model3").unwrap();
         assert_eq!(physics.steering, Steering::Carla);
+        assert!(!physics.anti_lock && !physics.stability_control, "as CARLA's");
         assert!(physics.wheels.iter().all(|wheel| wheel.tyre_friction == 3.5));
         let locks: Vec<f32> =
             physics.wheels.iter().map(|wheel| wheel.steer_rad_max.to_degrees().round()).collect();
