@@ -6,6 +6,8 @@ use crate::path::{PathPoint, curvature_per_m};
 
 /// A speed too high is braked off within about this time.
 const HASTE_SECS: f32 = 0.6;
+/// Slower than this nobody is braked gently any more.
+const HELD_MPS: f32 = 0.5;
 /// No driver brakes harder, in metres per second squared.
 const BRAKING_MAX: f32 = 8.0;
 
@@ -98,6 +100,10 @@ impl Manner {
 
     /// Acceleration with nobody ahead.
     pub(super) fn free(&self, speed_mps: f32, free_mps: f32) -> f32 {
+        // Whoever is to stand and does stays where it is.
+        if free_mps <= 0.0 && speed_mps < HELD_MPS {
+            return -HELD_MPS / HASTE_SECS;
+        }
         let share = speed_mps / free_mps.max(0.1);
         let wanted = self.speed_up_mps2 * (1.0 - share.powi(4));
         let over_mps = speed_mps - free_mps;
@@ -209,6 +215,16 @@ mod tests {
         assert!((kink_mps - wanted_mps).abs() < 0.01, "{kink_mps}");
         let lower_mps = free_mps(&[(0.0, 0.0, 20.0), (25.0, 0.0, 10.0)]);
         assert!((lower_mps - 14.14).abs() < 0.01, "{lower_mps}");
+    }
+
+    #[test]
+    fn who_is_to_stand_is_held_whether_it_moves_or_not() {
+        let manner = Manner::of(AgentBehaviour::Normal, 1.0);
+        for speed_mps in [0.0, 0.01, 0.3, 1.0, 10.0] {
+            let free_mps2 = manner.free(speed_mps, 0.0);
+            assert!((-3.0..-0.5).contains(&free_mps2), "{speed_mps} m/s: {free_mps2}");
+        }
+        assert!(manner.free(0.0, 1.0) > 0.5);
     }
 
     #[test]

@@ -12,6 +12,9 @@ use schemas::{
 };
 use world::{Town, World, WorldConfig};
 
+/// Where the straight road ends.
+const END_M: f32 = 1_000.0;
+
 fn roads(name: &str) -> Arc<roads::Map> {
     let text = roads::town::build(name).unwrap();
     Arc::new(roads::Map::parse(name, &text).unwrap())
@@ -252,6 +255,23 @@ fn traffic_that_comes_to_the_end_of_a_road_begins_anew_where_one_begins() {
     assert!(begun_anew >= 2, "{begun_anew}: {places_m:?}");
     let last_m = position_m(&world, joined).x;
     assert!((985.0..999.0).contains(&last_m), "who was handed over stays: {last_m}");
+}
+
+#[test]
+fn who_comes_to_the_end_of_a_road_on_two_wheels_stands_there() {
+    for blueprint in ["vehicle.gazelle.omafiets", "vehicle.kawasaki.ninja"] {
+        let mut world = world();
+        let pose = level_pose(Vec3::new(END_M - 60.0, LANE_Y_M, 0.0), 0.0);
+        let actor = spawn_at(&mut world, blueprint, pose, 5.0);
+        let behaviour = AgentBehaviour::Normal;
+        world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour })).unwrap();
+        run(&mut world, 60 * 20);
+        let stopped_m = position_m(&world, actor).x;
+        assert!((END_M - 8.0..END_M).contains(&stopped_m), "{blueprint}: {stopped_m} m");
+        run(&mut world, 120 * 20);
+        let rolled_m = position_m(&world, actor).x - stopped_m;
+        assert!(rolled_m.abs() < 0.02, "{blueprint}: {rolled_m} m");
+    }
 }
 
 #[test]
