@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::path::Path;
 use crate::senses::Senses;
+use claims::Asker;
 pub use claims::Claims;
 pub use entry::Held;
 pub(crate) use entry::{Approach, BEFORE_LINE_M, INSIDE_M};
@@ -17,8 +18,9 @@ use grants::{Grants, Way};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Passage {
     grants: Grants,
-    /// Whether nothing but others' claims kept it from the next junction in the last tick.
-    ready: bool,
+    /// Whether nothing but others' claims kept it from the next junction in the last tick, or
+    /// would have done so a moment later; it was told to all then.
+    comes: bool,
     held: Held,
     /// Without room beyond the next junction.
     blocked_secs: f32,
@@ -55,15 +57,12 @@ impl Passage {
         let way = Way::next(network, path, &self.grants, room_m(senses, gap_m));
         let urgent = senses.body.is_urgent;
         let wishes =
-            |way: &Way| self.ready && (urgent || !waits_at_light(senses, path, way.entry_m));
+            |way: &Way| self.comes && (urgent || !waits_at_light(senses, path, way.entry_m));
         if let Some(way) = way.filter(wishes) {
-            let eta_secs = way.entry_m / view.velocity_mps.norm().max(1.0);
-            let rank = self.rank(senses, path, &way);
-            claims.wish(&way, senses.body.id, eta_secs, rank);
+            claims.wish(&way, &self.asker(senses, path, &way));
         }
         if let Some((way, _)) = self.grants.part(path) {
-            let rank = self.rank(senses, path, &way);
-            claims.wish(&way, senses.body.id, 0.0, rank);
+            claims.wish(&way, &Asker { eta_secs: 0.0, ..self.asker(senses, path, &way) });
         }
         let asks = matches!(self.held, Held::Claim(_));
         self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);

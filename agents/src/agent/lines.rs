@@ -169,8 +169,10 @@ mod tests {
         let senses =
             Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
         let mut claims = Claims::default();
-        let free_m = agent.junction(&senses, &mut claims, &[], lines, (60.0, speed_mps));
-        (free_m, !agent.passage.is_free())
+        // First it is heard of, then it may ask.
+        let free_m =
+            [(); 2].map(|()| agent.junction(&senses, &mut claims, &[], lines, (60.0, speed_mps)));
+        (free_m[1], !agent.passage.is_free())
     }
 
     #[test]

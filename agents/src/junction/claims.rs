@@ -13,6 +13,9 @@ use crate::scene::Body;
 
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
 const GAP_SECS: f32 = 4.0;
+/// Of two equals who come at times nearer to each other than this, or both within that gap, who
+/// comes from the right goes first.
+const TOGETHER_SECS: f32 = 1.0;
 /// The rank of those whom neither sign nor a long wait tells who goes first: who comes from the
 /// right does.
 const EQUAL: u8 = 1;
@@ -55,9 +58,33 @@ pub(crate) struct Hold {
 #[derive(Clone, Copy, Debug)]
 struct Wish {
     lane: LaneId,
-    id: ActorId,
-    eta_secs: f32,
-    rank: u8,
+    asker: Asker,
+}
+
+/// Who asks for a way through a junction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Asker {
+    pub id: ActorId,
+    /// Who goes first: see [`Passage::rank`](super::Passage::rank).
+    pub rank: u8,
+    /// Until it is at the junction.
+    pub eta_secs: f32,
+}
+
+impl Asker {
+    /// Whether it is let through by somebody who asks as well: it goes first, and comes soon.
+    /// `from_right` says whether it comes from the other's right.
+    fn goes_before(&self, other: &Self, from_right: impl FnOnce() -> bool) -> bool {
+        let until_secs = match (self.rank, other.rank) {
+            (EQUAL, EQUAL) => GAP_SECS.max(other.eta_secs + TOGETHER_SECS),
+            (own, others) if own > others => GAP_SECS,
+            _ => return false,
+        };
+        // What costs most is asked last.
+        self.id != other.id
+            && self.eta_secs < until_secs
+            && (self.rank > other.rank || from_right())
+    }
 }
 
 impl Claims {
@@ -88,9 +115,9 @@ impl Claims {
             }
             if body.is_urgent {
                 let eta_secs = left_m / body.velocity_mps.norm().max(1.0);
-                let (id, rank) = (body.id, URGENT);
+                let asker = Asker { id: body.id, rank: URGENT, eta_secs };
                 let inside = lane.next.iter().copied();
-                self.wishes.extend(inside.map(|lane| Wish { lane, id, eta_secs, rank }));
+                self.wishes.extend(inside.map(|lane| Wish { lane, asker }));
             }
         }
     }
@@ -110,8 +137,8 @@ impl Claims {
         self.changes.iter().any(|change| change.id == id && change.to_left == to_left)
     }
 
-    pub(crate) fn wish(&mut self, way: &Way, id: ActorId, eta_secs: f32, rank: u8) {
-        let wishes = way.lanes.iter().map(|lane| Wish { lane: *lane, id, eta_secs, rank });
+    pub(crate) fn wish(&mut self, way: &Way, asker: &Asker) {
+        let wishes = way.lanes.iter().map(|lane| Wish { lane: *lane, asker: *asker });
         self.wishes.extend(wishes);
     }
 
@@ -120,15 +147,14 @@ impl Claims {
         &mut self,
         network: &Network,
         way: &Way,
-        id: ActorId,
-        rank: u8,
+        asker: &Asker,
     ) -> Result<(), ActorId> {
         for lane in &way.lanes {
-            if let Some((_, other)) = self.blockers(network, *lane, id, rank).next() {
+            if let Some((_, other)) = self.blockers(network, *lane, asker).next() {
                 return Err(other);
             }
         }
-        self.hold(way, id, None);
+        self.hold(way, asker.id, None);
         Ok(())
     }
 
@@ -138,11 +164,11 @@ impl Claims {
         &mut self,
         network: &Network,
         way: &Way,
-        id: ActorId,
-        rank: u8,
+        asker: &Asker,
     ) -> Option<f32> {
         let [lane_id] = way.lanes.as_slice() else { return None };
-        if rank == 0 {
+        let id = asker.id;
+        if asker.rank == 0 {
             return None;
         }
         let lane = network.lane(*lane_id)?;
@@ -151,7 +177,7 @@ impl Claims {
             network.lane(other).is_some_and(|other| other.is_oncoming(lane) && !other.joins(lane))
         };
         if self.held.iter().any(|hold| hold.id != id && waits(hold))
-            || !self.blockers(network, *lane_id, id, rank).all(let_through)
+            || !self.blockers(network, *lane_id, asker).all(let_through)
         {
             return None;
         }
@@ -172,12 +198,11 @@ impl Claims {
         &self,
         network: &Network,
         lane: LaneId,
-        id: ActorId,
-        rank: u8,
+        asker: &Asker,
     ) -> impl Iterator<Item = (LaneId, ActorId)> {
-        let own = network.lane(lane);
+        let (own, asker) = (network.lane(lane), *asker);
         let held = self.held.iter().filter(move |hold| {
-            let other = (hold.id != id).then(|| network.lane(hold.lane)).flatten();
+            let other = (hold.id != asker.id).then(|| network.lane(hold.lane)).flatten();
             let met = other.and_then(|other| Some((other, other.conflict(lane)?)));
             met.is_some_and(|(other, conflict)| {
                 let short = hold.until_m.is_some_and(|until_m| {
@@ -188,16 +213,13 @@ impl Claims {
             })
         });
         let first = self.wishes.iter().filter(move |wish| {
-            let equal = wish.rank == EQUAL && rank == EQUAL;
-            // What costs least is asked first.
-            if wish.id == id || wish.eta_secs >= GAP_SECS || (wish.rank <= rank && !equal) {
-                return false;
-            }
-            let other = network.lane(wish.lane).filter(|other| other.conflict(lane).is_some());
-            other.zip(own).is_some_and(|(other, own)| !equal || other.is_from_right_of(own))
+            let lanes = || network.lane(wish.lane).zip(own);
+            let from_right = || lanes().is_some_and(|(other, own)| other.is_from_right_of(own));
+            let crosses = || lanes().is_some_and(|(other, _)| other.conflict(lane).is_some());
+            wish.asker.goes_before(&asker, from_right) && crosses()
         });
         let held = held.map(|hold| (hold.lane, hold.id));
-        held.chain(first.map(|wish| (wish.lane, wish.id)))
+        held.chain(first.map(|wish| (wish.lane, wish.asker.id)))
     }
 
     fn hold(&mut self, way: &Way, id: ActorId, until_m: Option<f32>) {
@@ -219,6 +241,11 @@ mod tests {
 
     fn id(id: u32) -> ActorId {
         ActorId::new(id).unwrap()
+    }
+
+    /// One who is at the junction.
+    fn asker(number: u32, rank: u8) -> Asker {
+        Asker { id: id(number), rank, eta_secs: 0.0 }
     }
 
     fn way(network: &Network, lane: LaneId) -> Way {
@@ -251,16 +278,20 @@ mod tests {
         let [left, straight, crossing] = left_turn(&network);
         let [left, straight, crossing] = [left, straight, crossing].map(|it| way(&network, it));
         let mut claims = Claims::default();
-        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
-        assert_eq!(claims.grant(&network, &left, id(2), 1), Err(id(1)));
-        let until_m = claims.grant_part(&network, &left, id(2), 1).unwrap();
+        assert_eq!(claims.grant(&network, &straight, &asker(1, 1)), Ok(()));
+        assert_eq!(claims.grant(&network, &left, &asker(2, 1)), Err(id(1)));
+        let until_m = claims.grant_part(&network, &left, &asker(2, 1)).unwrap();
         let lane = network.lane(left.lanes[0]).unwrap();
         assert!(until_m < lane.conflict(straight.lanes[0]).unwrap().from_m);
-        assert_eq!(claims.grant(&network, &straight, id(3), 1), Ok(()), "more oncoming traffic");
-        assert_eq!(claims.grant_part(&network, &left, id(4), 1), None, "one at a time");
+        assert_eq!(
+            claims.grant(&network, &straight, &asker(3, 1)),
+            Ok(()),
+            "more oncoming traffic"
+        );
+        assert_eq!(claims.grant_part(&network, &left, &asker(4, 1)), None, "one at a time");
         let mut claims = Claims::default();
         claims.hold(&left, id(2), Some(until_m));
-        assert_eq!(claims.grant(&network, &crossing, id(5), 1), Err(id(2)));
+        assert_eq!(claims.grant(&network, &crossing, &asker(5, 1)), Err(id(2)));
     }
 
     #[test]
@@ -272,7 +303,7 @@ mod tests {
         for (rear_m, free) in [(until_m, false), (until_m + CLEAR_M + 0.1, true)] {
             let mut claims = Claims::default();
             claims.tell(Hold { lane: straight, id: id(1), rear_m, until_m: None });
-            assert_eq!(claims.grant(&network, &left, id(2), 1).is_ok(), free, "{rear_m} m");
+            assert_eq!(claims.grant(&network, &left, &asker(2, 1)).is_ok(), free, "{rear_m} m");
         }
     }
 
@@ -282,9 +313,9 @@ mod tests {
         let [left, straight, _] = left_turn(&network).map(|it| way(&network, it));
         for (eta_secs, rank, lets) in [(2.0, 2, true), (2.0, 1, false), (5.0, 2, false)] {
             let mut claims = Claims::default();
-            claims.wish(&straight, id(1), eta_secs, rank);
+            claims.wish(&straight, &Asker { eta_secs, ..asker(1, rank) });
             let wanted = if lets { Err(id(1)) } else { Ok(()) };
-            assert_eq!(claims.grant(&network, &left, id(2), 1), wanted, "{eta_secs} s, {rank}");
+            assert_eq!(claims.grant(&network, &left, &asker(2, 1)), wanted, "{eta_secs} s, {rank}");
         }
     }
 
@@ -310,7 +341,7 @@ mod tests {
             };
             let mut claims = Claims::default();
             claims.occupy(&network, &body);
-            claims.grant(&network, &left, id(2), 1)
+            claims.grant(&network, &left, &asker(2, 1))
         };
         assert_eq!(grant(straight, 3.0, 0.0, 0.0), Err(id(1)), "on it");
         assert_eq!(grant(straight, 3.0, std::f32::consts::PI, 0.0), Ok(()), "against it");
@@ -324,11 +355,11 @@ mod tests {
         let network = network();
         let [left, straight, crossing] = left_turn(&network).map(|it| way(&network, it));
         let mut claims = Claims::default();
-        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
-        assert_eq!(claims.grant_part(&network, &left, id(2), 0), None);
+        assert_eq!(claims.grant(&network, &straight, &asker(1, 1)), Ok(()));
+        assert_eq!(claims.grant_part(&network, &left, &asker(2, 0)), None);
         let mut claims = Claims::default();
-        assert_eq!(claims.grant(&network, &crossing, id(1), 1), Ok(()));
-        assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
+        assert_eq!(claims.grant(&network, &crossing, &asker(1, 1)), Ok(()));
+        assert_eq!(claims.grant_part(&network, &left, &asker(2, 1)), None);
     }
 
     /// A left turn of our towns that oncoming traffic crosses where nobody has room to wait before
@@ -358,9 +389,9 @@ mod tests {
         let (network, [left, straight]) = short_left_turn();
         let [left, straight] = [left, straight].map(|it| way(&network, it));
         let mut claims = Claims::default();
-        assert_eq!(claims.grant(&network, &straight, id(1), 1), Ok(()));
-        assert_eq!(claims.grant(&network, &left, id(2), 1), Err(id(1)));
-        assert_eq!(claims.grant_part(&network, &left, id(2), 1), None);
+        assert_eq!(claims.grant(&network, &straight, &asker(1, 1)), Ok(()));
+        assert_eq!(claims.grant(&network, &left, &asker(2, 1)), Err(id(1)));
+        assert_eq!(claims.grant_part(&network, &left, &asker(2, 1)), None);
     }
 
     /// Two ways through one junction, of which the second comes from the right of the first.
@@ -386,12 +417,16 @@ mod tests {
         for (rank, other_rank, lets) in [(1, 1, true), (0, 0, false), (2, 1, false), (2, 2, false)]
         {
             let mut claims = Claims::default();
-            claims.wish(&right, id(1), 2.0, other_rank);
+            claims.wish(&right, &Asker { eta_secs: 2.0, ..asker(1, other_rank) });
             let wanted = if lets { Err(id(1)) } else { Ok(()) };
-            assert_eq!(claims.grant(&network, &left, id(2), rank), wanted, "{rank}, {other_rank}");
+            assert_eq!(
+                claims.grant(&network, &left, &asker(2, rank)),
+                wanted,
+                "{rank}, {other_rank}"
+            );
             let mut claims = Claims::default();
-            claims.wish(&left, id(1), 2.0, 1);
-            assert_eq!(claims.grant(&network, &right, id(2), 1), Ok(()));
+            claims.wish(&left, &Asker { eta_secs: 2.0, ..asker(1, 1) });
+            assert_eq!(claims.grant(&network, &right, &asker(2, 1)), Ok(()));
         }
     }
 }

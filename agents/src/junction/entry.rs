@@ -3,7 +3,7 @@
 use schemas::ActorId;
 use serde::{Deserialize, Serialize};
 
-use super::claims::{Claims, URGENT};
+use super::claims::{Asker, Claims, URGENT};
 use super::grants::Way;
 use super::{Passage, room_m};
 use crate::network::Stop;
@@ -23,6 +23,8 @@ const BEHIND_M: f32 = 12.0;
 /// for a left turn through oncoming traffic.
 const YIELDING_SECS: f32 = 20.0;
 const TURNING_SECS: f32 = 5.0;
+/// Who comes to a junction is heard of so long before it asks for its way.
+const TELLING_SECS: f32 = 0.5;
 /// Whoever is slower than this beyond a junction may stop there.
 const SLOW_MPS: f32 = 1.5;
 
@@ -67,6 +69,7 @@ impl Passage {
         let front_m = senses.body.half_m.x;
         let ahead = queue.first();
         let line_m = at.line_m.map(|line_m| line_m - front_m);
+        let told = std::mem::take(&mut self.comes);
         let part = self.grants.part(path);
         let line_m = line_m.filter(|_| part.is_none_or(|(way, _)| way.entry_m > front_m));
         self.held = ahead.map_or(Held::No, |ahead| Held::Behind(ahead.id));
@@ -78,33 +81,33 @@ impl Passage {
             self.grants.give_up(path, line_m + front_m);
         }
         if let Some(wait_m) = self.waits_inside(senses, path, claims) {
-            self.ready = false;
             return Some(line_m.map_or(wait_m, |line_m| wait_m.min(line_m - BEFORE_LINE_M)));
         }
         let way = Way::next(senses.network, path, &self.grants, room_m(senses, at.gap_m));
         let way = way.filter(|way| way.entry_m <= at.look_m);
         let Some(way) = way else {
-            self.ready = false;
             return line_m.map(|line_m| line_m - BEFORE_LINE_M);
         };
         let entry_m = way.entry_m - front_m;
         let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
         let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
         let beyond = room_beyond(queue, &way, front_m, at.gap_m);
-        let near = to_entry_m < at.stopping_m + 6.0 + speed_mps;
+        let near_m = at.stopping_m + 6.0 + speed_mps;
         let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
-        let rank = self.rank(senses, path, &way);
-        let yields_far = rank == 0 && to_entry_m > 8.0;
-        self.ready = near && open && first && beyond.is_ok();
-        if self.ready && !yields_far {
-            match claims.grant(senses.network, &way, senses.body.id, rank) {
+        let asker = self.asker(senses, path, &way);
+        let yields_far = asker.rank == 0 && to_entry_m > 8.0;
+        let free = open && first && beyond.is_ok();
+        self.comes = free && to_entry_m < near_m + TELLING_SECS * speed_mps;
+        // Whoever all have heard of may ask: of two who come at once neither is the first.
+        if told && free && to_entry_m < near_m && !yields_far {
+            match claims.grant(senses.network, &way, &asker) {
                 Ok(()) => {
                     self.grants.add(&way, None);
                     return None;
                 }
                 Err(other) => self.held = Held::Claim(other),
             }
-            if let Some(until_m) = claims.grant_part(senses.network, &way, senses.body.id, rank) {
+            if let Some(until_m) = claims.grant_part(senses.network, &way, &asker) {
                 self.grants.add(&way, Some(until_m));
                 return Some(entry_m + until_m);
             }
@@ -126,8 +129,8 @@ impl Passage {
         claims: &mut Claims,
     ) -> Option<f32> {
         let (way, until_m) = self.grants.part(path)?;
-        let rank = self.rank(senses, path, &way);
-        match claims.grant(senses.network, &way, senses.body.id, rank) {
+        let asker = self.asker(senses, path, &way);
+        match claims.grant(senses.network, &way, &asker) {
             Ok(()) => {
                 self.grants.add(&way, None);
                 None
@@ -139,9 +142,15 @@ impl Passage {
         }
     }
 
+    /// As others see it that asks for a way.
+    pub(super) fn asker(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> Asker {
+        let eta_secs = way.entry_m / senses.view.velocity_mps.norm().max(1.0);
+        Asker { id: senses.body.id, rank: self.rank(senses, path, way), eta_secs }
+    }
+
     /// Who goes first into a junction: 0 behind a stop or yield sign and onto a roundabout, 1
     /// without, 2 after a long wait, 3 with blue lights.
-    pub(super) fn rank(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> u8 {
+    fn rank(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> u8 {
         if senses.body.is_urgent {
             return URGENT;
         }

@@ -1,4 +1,4 @@
-//! Who goes first at a roundabout, where neither light nor sign says so.
+//! Who goes first at crossings and roundabouts without lights.
 #![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
 mod common;
@@ -119,13 +119,14 @@ fn driven(world: &mut World, place_m: (f32, f32), heading_rad: f32, is_agent: bo
     actor
 }
 
-/// Which of two cars comes first onto the road that it is to reach, without a contact.
-fn first(world: &mut World, roads: &Map, goals: [(ActorId, u32); 2]) -> ActorId {
+/// Cars in the order in which they come onto the roads that they are to reach, all of them without
+/// a contact.
+fn order(world: &mut World, roads: &Map, goals: &[(ActorId, u32)], ticks: u32) -> Vec<ActorId> {
     let mut reached: Vec<ActorId> = Vec::new();
-    for _ in 0..600 {
+    for _ in 0..ticks {
         let hits = run(world, 1);
         assert!(hits.is_empty(), "{hits:?}");
-        for (actor, road) in goals {
+        for &(actor, road) in goals {
             let at_m = position_m(world, actor).cast::<f64>();
             let lane = roads.nearest(at_m.into(), LaneTypes::DRIVING).unwrap();
             if lane.road == road && !reached.contains(&actor) {
@@ -133,8 +134,13 @@ fn first(world: &mut World, roads: &Map, goals: [(ActorId, u32); 2]) -> ActorId 
             }
         }
     }
-    assert_eq!(reached.len(), 2, "both drive on");
-    reached[0]
+    assert_eq!(reached.len(), goals.len(), "all drive on");
+    reached
+}
+
+/// Which of two cars comes first onto the road that it is to reach, without a contact.
+fn first(world: &mut World, roads: &Map, goals: [(ActorId, u32); 2]) -> ActorId {
+    order(world, roads, &goals, 600)[0]
 }
 
 const UP: f64 = std::f64::consts::FRAC_PI_2;
@@ -181,5 +187,92 @@ fn who_is_on_a_roundabout_goes_before_who_comes_from_the_right_onto_it() {
         let enters = driven(&mut world, (-3.03, -58.0), UP as f32, is_agent);
         let found = first(&mut world, &roads, [(around, 1), (enters, 1)]);
         assert_eq!(found, around, "agents {is_agent}");
+    }
+}
+
+/// Where a road of the crossing begins, `ahead_m` before its middle as traffic comes to it from a
+/// side: 0 from the south, 1 from the east, and on around to the left. Who comes from the next side
+/// comes from the right.
+fn beside_crossing(side: u32, ahead_m: f64) -> ((f64, f64), f64) {
+    let heading_rad = UP * (1.0 + f64::from(side));
+    let (sin, cos) = heading_rad.sin_cos();
+    ((-ahead_m * cos + 1.75 * sin, -ahead_m * sin - 1.75 * cos), heading_rad)
+}
+
+/// Four roads that meet at right angles: road 1 to 4 lead to the crossing from the four sides, the
+/// straight ways on lead to 5 to 8. Signs of these types stand at their ends.
+fn crossing(signs: [Option<&'static str>; 4]) -> (World, Arc<Map>) {
+    let way = |id: u32, side: u32, ahead_m: f64, length_m: f64| {
+        let (from_m, heading_rad) = beside_crossing(side, ahead_m);
+        straight(id, from_m, heading_rad, length_m)
+    };
+    let sides = (0..4).zip(signs);
+    let ways: Vec<Way> = sides
+        .flat_map(|(side, sign)| {
+            let [to, on, within] = [1 + side, 5 + side, 11 + side];
+            [
+                Way { after: Some(100), sign, ..way(to, side, 110.0, 100.0) },
+                way(on, side, -10.0, 100.0),
+                Way {
+                    junction: 100,
+                    before: Some(to),
+                    after: Some(on),
+                    ..way(within, side, 10.0, 20.0)
+                },
+            ]
+        })
+        .collect();
+    world_with(&ways)
+}
+
+/// A car that comes to the crossing from a side at 8 m/s, and the road that it is to reach.
+fn comes(world: &mut World, side: u32, ahead_m: f64, is_agent: bool) -> (ActorId, u32) {
+    let ((x, y), heading_rad) = beside_crossing(side, ahead_m);
+    (driven(world, (x as f32, y as f32), heading_rad as f32, is_agent), 5 + side)
+}
+
+#[test]
+fn of_two_who_come_at_once_who_comes_from_the_right_goes_first() {
+    // From how far each comes: as near as the other, or so that it is seen a moment later.
+    for (left_m, right_m) in [(60.0, 60.0), (80.0, 80.0), (60.0, 62.0)] {
+        for is_agent in [false, true] {
+            for right_is_older in [false, true] {
+                let (mut world, roads) = crossing([None; 4]);
+                let mut at = [(0, left_m), (1, right_m)];
+                if right_is_older {
+                    at.reverse();
+                }
+                let mut cars = at.map(|(side, m)| comes(&mut world, side, m, is_agent));
+                if right_is_older {
+                    cars.reverse();
+                }
+                let found = first(&mut world, &roads, cars);
+                assert_eq!(found, cars[1].0, "{left_m}, {right_m}, {is_agent}, {right_is_older}");
+            }
+        }
+    }
+}
+
+#[test]
+fn four_who_come_at_once_do_not_wait_for_ever() {
+    for (is_agent, sign) in [(false, None), (true, None), (false, Some("206")), (true, Some("206"))]
+    {
+        let (mut world, roads) = crossing([sign; 4]);
+        let cars = [0, 1, 2, 3].map(|side| comes(&mut world, side, 60.0, is_agent));
+        order(&mut world, &roads, &cars, 1_000);
+    }
+}
+
+#[test]
+fn who_has_a_sign_lets_others_through_also_from_the_left() {
+    for sign in ["205", "206"] {
+        for is_agent in [false, true] {
+            let (mut world, roads) = crossing([None, Some(sign), None, None]);
+            // The one with the sign comes from the right, and sooner.
+            let signed = comes(&mut world, 1, 50.0, is_agent);
+            let free = comes(&mut world, 0, 60.0, is_agent);
+            let found = first(&mut world, &roads, [signed, free]);
+            assert_eq!(found, free.0, "{sign}, agents {is_agent}");
+        }
     }
 }
