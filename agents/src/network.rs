@@ -62,6 +62,8 @@ pub(crate) struct Lane {
     pub conflicts: Vec<Conflict>,
     /// Where its traffic may have to stop, in order.
     pub stops: Vec<StopLine>,
+    /// Whether no car can drive along it: it has no room, or turns back too tightly.
+    pub is_barred: bool,
     /// Whether some way on never ends.
     pub goes_on: bool,
     /// Whether it leads around a roundabout, or through a junction onto one.

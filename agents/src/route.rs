@@ -113,7 +113,7 @@ fn begin(network: &Network, from: Place, (lane, beside_start): Node) -> f32 {
     own.map_or(0.0, |(own, lane)| own.abreast_m(from.at_m, lane))
 }
 
-/// Nodes after one: which, the cost to there, and whether by a lane change.
+/// Nodes after one that a car can drive on: which, the cost to there, and whether by a lane change.
 fn ways_on(network: &Network, node: Node, begins_m: f32) -> Vec<(Node, f32, bool)> {
     let Some(lane) = network.lane(node.0) else { return Vec::new() };
     let rest_m = (lane.length_m() - begins_m).max(0.0);
@@ -125,6 +125,7 @@ fn ways_on(network: &Network, node: Node, begins_m: f32) -> Vec<(Node, f32, bool
             ways.push(((beside.lane, node.1), CHANGE_COST_M + HURRY_COST * hurry_m, true));
         }
     }
+    ways.retain(|((id, _), ..)| network.lane(*id).is_some_and(|lane| !lane.is_barred));
     ways
 }
 
@@ -206,6 +207,41 @@ mod tests {
     use roads::Map;
 
     use super::*;
+
+    /// Three roads in a row, of which the middle one's lane has no width.
+    fn past_a_lane_without_width() -> Network {
+        let road = |id: u32, x: f64, length: f64, link: &str, width: f64| {
+            format!(
+                r#"<road name="" length="{length}" id="{id}" junction="-1"><link>{link}</link>
+<planView><geometry s="0" x="{x}" y="0" hdg="0" length="{length}"><line/></geometry></planView>
+<lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+<right><lane id="-1" type="driving" level="false">
+<link><predecessor id="-1"/><successor id="-1"/></link>
+<width sOffset="0" a="{width}" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road>"#
+            )
+        };
+        let to = |tag: &str, id: u32, contact: &str| {
+            format!(r#"<{tag} elementType="road" elementId="{id}" contactPoint="{contact}"/>"#)
+        };
+        let text = format!(
+            r#"<?xml version="1.0"?><OpenDRIVE><header revMajor="1" revMinor="4" name="m"
+version="1" north="0" south="0" east="0" west="0"/>{}{}{}</OpenDRIVE>"#,
+            road(1, 0.0, 50.0, &to("successor", 2, "start"), 3.5),
+            road(2, 50.0, 20.0, &(to("predecessor", 1, "end") + &to("successor", 3, "start")), 0.0),
+            road(3, 70.0, 50.0, &to("predecessor", 2, "end"), 3.5),
+        );
+        Network::new(&Map::parse("narrow", &text).unwrap())
+    }
+
+    #[test]
+    fn no_way_leads_over_a_lane_without_width() {
+        let network = past_a_lane_without_width();
+        assert_eq!(network.lane_count(), 3);
+        let place = |lane: LaneId| Place { lane, at_m: 10.0 };
+        assert!(network.lane(0).unwrap().next == [1] && network.lane(1).unwrap().next == [2]);
+        assert!(plan(&network, place(0), place(2)).is_none());
+        assert!(reach(&network, place(0)).plan(&network, place(2)).is_none());
+    }
 
     #[test]
     fn one_search_for_all_goals_finds_ways_as_short_as_one_for_each() {

@@ -12,6 +12,8 @@ use super::{
 const SPACING_M: f64 = 2.0;
 /// Points so many times as far apart along the lane are put nearer to each other.
 const WIDE: f64 = 1.5;
+/// Nobody changes to a lane where it is narrower.
+const CAR_WIDTH_M: f64 = 2.0;
 /// Points of one lane; longer lanes have wider spacing.
 const POINTS_MAX: usize = 10_000;
 
@@ -31,6 +33,9 @@ pub(super) fn network(map: &Map) -> Network {
         if let Some(lane) = network.lanes.get_mut(id as usize) {
             (lane.left, lane.right) = (left, right);
         }
+    }
+    for lane in &mut network.lanes {
+        lane.is_barred = is_too_tight(lane) || is_too_narrow(lane);
     }
     mark_endless(&mut network);
     conflicts::find(&mut network);
@@ -121,7 +126,8 @@ fn link(network: &mut Network, map: &Map) {
     }
 }
 
-/// The lane beside, with the longest stretch on which markings allow to change to it.
+/// The lane beside, with the longest stretch on which markings allow to change to it and it has
+/// room for a car: turning lanes open from width zero.
 fn beside(
     network: &Network,
     map: &Map,
@@ -142,7 +148,7 @@ fn beside(
             LaneChange::Right => !left,
             LaneChange::None => false,
         };
-        let allowed = allowed && !info.is_junction;
+        let allowed = allowed && !info.is_junction && is_wide(map, &at, network.lane(lane));
         if !allowed {
             start_m = None;
             continue;
@@ -165,6 +171,11 @@ fn is_too_tight(lane: &Lane) -> bool {
     turn_rad > TURN_RAD && lane.length_m() < RADIUS_M * turn_rad
 }
 
+/// Whether a lane is as wide as a car at a place abreast.
+fn is_wide(map: &Map, at: &Waypoint, lane: Option<&Lane>) -> bool {
+    lane.is_some_and(|lane| map.lane(&Waypoint { lane: lane.key.2, ..*at }).width_m >= CAR_WIDTH_M)
+}
+
 /// Whether no car has room on any of it: maps have lanes of width zero.
 fn is_too_narrow(lane: &Lane) -> bool {
     const NARROW_M: f32 = 1.2;
@@ -178,7 +189,7 @@ fn mark_endless(network: &mut Network) {
     }
     let mut pending: Vec<LaneId> = (0..)
         .zip(&network.lanes)
-        .filter(|(_, lane)| lane.next.is_empty() || is_too_tight(lane) || is_too_narrow(lane))
+        .filter(|(_, lane)| lane.next.is_empty() || lane.is_barred)
         .map(|(id, _)| id)
         .collect();
     while let Some(id) = pending.pop() {
