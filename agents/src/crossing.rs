@@ -1,5 +1,7 @@
 //! People on pedestrian crossings, who go first.
 
+mod judge;
+
 use schemas::{TrafficLightColour, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +9,7 @@ use crate::network::{Crossing, Stop};
 use crate::path::{StopAhead, heading};
 use crate::scene::Body;
 use crate::senses::Senses;
+pub use judge::Owed;
 
 /// Braking from which it is too late to stop.
 const LATE_MPS2: f32 = 4.0;

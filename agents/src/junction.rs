@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::path::Path;
 use crate::senses::Senses;
 use claims::Asker;
-pub use claims::Claims;
+pub use claims::{Claims, Entering};
 pub use entry::Held;
 pub(crate) use entry::{Approach, BEFORE_LINE_M, INSIDE_M};
 use grants::{Grants, Way};

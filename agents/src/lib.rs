@@ -42,7 +42,8 @@ mod wander;
 mod way;
 
 pub use agent::{Agent, Unreachable};
-pub use junction::{Claims, Held};
+pub use crossing::Owed;
+pub use junction::{Claims, Entering, Held};
 pub use network::{LaneId, Network};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};

@@ -161,6 +161,10 @@ impl Network {
         self.crossings.get(index as usize)
     }
 
+    pub(crate) fn crossings(&self) -> &[Crossing] {
+        &self.crossings
+    }
+
     /// Places outside of junctions, on lanes that go on, at least `apart_m` from each other along a
     /// lane: x along the lane, at ground level. On a map whose lanes all end, on any of them.
     #[must_use]

@@ -16,7 +16,8 @@ mod plan;
 use std::sync::Arc;
 
 use schemas::{
-    ActorId, ActorState, Camera, Collision, Command, CommandReply, Frame, SharedFrame, Vec3,
+    ActorId, ActorState, Camera, Collision, Command, CommandReply, Frame, RulesBroken, SharedFrame,
+    Vec3,
 };
 use serde_json::{Map, Value};
 
@@ -31,7 +32,9 @@ pub(crate) use plan::Plan;
 use crate::action::Action;
 use crate::scenario::decision::EgoLane;
 use crate::scenario::lanes::{Lanes, Place};
-use crate::scenario::{Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec};
+use crate::scenario::{
+    Broken, Common, DoneReason, Facts, RUBRIC_GAMMA, Rubric, Scenario, WorldSpec,
+};
 
 /// Everything an episode needs besides its first frame.
 #[derive(Clone)]
@@ -96,7 +99,7 @@ pub(crate) struct Episode {
     lane: Option<u32>,
     /// None in a world without lights.
     stop_lines: StopLines,
-    red_lights_run: u32,
+    broken: Broken,
     hits: Hits,
     counters: Counters,
     done: Option<DoneReason>,
@@ -136,7 +139,7 @@ impl Episode {
             place: None,
             lane: None,
             stop_lines,
-            red_lights_run: 0,
+            broken: Broken::default(),
             hits: Hits::default(),
             counters: Counters::default(),
             done: None,
@@ -285,8 +288,26 @@ impl Episode {
     fn note_lights(&mut self, before: (&Frame, Vec3), events: &mut Vec<String>) {
         let count = self.stop_lines.run(before, (&self.frame, self.ego_position_m()));
         if count > 0 {
-            self.red_lights_run += count;
+            self.broken.red_lights += count;
             events.push("ran a red light".to_owned());
+        }
+    }
+
+    /// Takes in which other rules the world says that the ego has broken since a frame.
+    fn note_rules(&mut self, before: &Frame, events: &mut Vec<String>) {
+        let Some(now) = self.frame.broken_by(self.ego) else { return };
+        let then = before.broken_by(self.ego);
+        let since = |of: fn(&RulesBroken) -> u32| of(now).saturating_sub(then.map_or(0, of));
+        let broken = &mut self.broken;
+        for (count, new, event) in [
+            (&mut broken.stop_signs, since(|all| all.stop_signs), "ran a stop sign"),
+            (&mut broken.right_of_way, since(|all| all.right_of_way), "took the right of way"),
+            (&mut broken.crossings, since(|all| all.crossings), "did not let people cross"),
+        ] {
+            *count += new;
+            if new > 0 {
+                events.push(event.to_owned());
+            }
         }
     }
 
@@ -302,7 +323,7 @@ impl Episode {
             step_count: self.counters.num_turns,
             pedestrians_hit: self.hits.pedestrians(),
             things_hit: self.hits.count(),
-            red_lights_run: self.red_lights_run,
+            broken: self.broken,
             goal_distance_m: self.goal_distance_m(),
         };
         // After the end the scenario still counts what happens, but its verdict stands.

@@ -170,6 +170,19 @@ impl WorldSpec {
     }
 }
 
+/// How often an ego has broken rules of the road.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Broken {
+    /// Lights whose line its middle passed in a step before and after which they showed red.
+    pub(crate) red_lights: u32,
+    /// Stop signs at which it did not stand.
+    pub(crate) stop_signs: u32,
+    /// Junctions that it drove into before somebody who was to go first, and crossings that it
+    /// drove onto before people.
+    pub(crate) right_of_way: u32,
+    pub(crate) crossings: u32,
+}
+
 /// What a scenario may know of the world after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Facts {
@@ -179,8 +192,8 @@ pub(crate) struct Facts {
     pub(crate) pedestrians_hit: u32,
     /// Distinct things hit so far, static scenery included.
     pub(crate) things_hit: u32,
-    /// Red lights run so far.
-    pub(crate) red_lights_run: u32,
+    /// Rules of the road broken so far.
+    pub(crate) broken: Broken,
     /// To the goal in the plane, in metres.
     pub(crate) goal_distance_m: Option<f32>,
 }

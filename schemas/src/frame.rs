@@ -268,6 +268,21 @@ pub struct MapRef {
     pub digest: String,
 }
 
+/// How often a vehicle has broken rules of the road, in all of its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RulesBroken {
+    /// Which vehicle.
+    pub actor: ActorId,
+    /// Lights that showed red from when it came to their line until it had passed it.
+    pub red_lights: u32,
+    /// Stop signs at which it did not stand.
+    pub stop_signs: u32,
+    /// Junctions that it drove into before somebody who was to go first and came soon.
+    pub right_of_way: u32,
+    /// Crossings that it drove onto before people whom it could have let over.
+    pub crossings: u32,
+}
+
 /// The state of one world after one tick. Self-contained: it can be drawn, recorded and scored
 /// alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -304,6 +319,9 @@ pub struct Frame {
     pub hidden: HiddenScenery,
     /// Who is at rest because its motion became impossible, ordered by actor.
     pub halted: Vec<Halt>,
+    /// Of those vehicles that have broken any rule of the road, in a world that has the map's
+    /// lights and signs; ordered by actor.
+    pub rules_broken: Vec<RulesBroken>,
 }
 
 impl Frame {
@@ -326,7 +344,14 @@ impl Frame {
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
             halted: Vec::new(),
+            rules_broken: Vec::new(),
         }
+    }
+
+    /// How often a vehicle has broken rules of the road; `None` for one that never has.
+    pub fn broken_by(&self, actor: ActorId) -> Option<&RulesBroken> {
+        let at = self.rules_broken.binary_search_by_key(&actor, |broken| broken.actor).ok()?;
+        self.rules_broken.get(at)
     }
 
     /// The state of one actor.

@@ -54,8 +54,8 @@ pub use command::{
 pub use description::{ActorDescription, RayHit, VehicleReport};
 pub use error::{Error, ErrorCode};
 pub use frame::{
-    ActorKind, ActorState, AgentState, AgentStatus, Collision, Frame, MapRef, TrafficLightColour,
-    TrafficLightState, VehicleControl, VehicleFailure, WalkerControl, Weather,
+    ActorKind, ActorState, AgentState, AgentStatus, Collision, Frame, MapRef, RulesBroken,
+    TrafficLightColour, TrafficLightState, VehicleControl, VehicleFailure, WalkerControl, Weather,
 };
 pub use geometry::{Pose, Translation3, UnitQuaternion, Vec3, level_pose, yaw_rad};
 pub use halt::{Halt, HaltReason};

@@ -5,11 +5,14 @@
 //! it, enter, and wait there. Of those who wait, the one with the higher rank goes first, then who
 //! comes from the right, then the one who asks first. Lane changes are told here too.
 
+mod judge;
+
 use schemas::ActorId;
 
 use super::grants::Way;
 use crate::network::{LaneId, Network};
 use crate::scene::Body;
+pub use judge::Entering;
 
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
 const GAP_SECS: f32 = 4.0;
@@ -53,6 +56,8 @@ pub(crate) struct Hold {
     pub rear_m: f32,
     /// Where on the lane its front will wait.
     pub until_m: Option<f32>,
+    /// Until its front is there; endless for who asks nobody.
+    pub eta_secs: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +92,13 @@ impl Asker {
     }
 }
 
+impl Hold {
+    /// From the lane's entry on, of somebody of whom it is not known when it will be there.
+    fn of(lane: LaneId, id: ActorId) -> Self {
+        Self { lane, id, rear_m: 0.0, until_m: None, eta_secs: f32::INFINITY }
+    }
+}
+
 impl Claims {
     /// A vehicle that asks nobody: what it is on, and what it may enter soon.
     pub fn occupy(&mut self, network: &Network, body: &Body) {
@@ -103,14 +115,14 @@ impl Claims {
             if lane.junction.is_some() {
                 let rear_m = near.place.at_m - body.half_m.x;
                 let lane = near.place.lane;
-                self.held.push(Hold { lane, id: body.id, rear_m, until_m: None });
+                self.held.push(Hold { rear_m, ..Hold::of(lane, body.id) });
             }
             let left_m = lane.length_m() - near.place.at_m;
             if left_m < 3.0 + body.half_m.x + SOON_SECS * body.velocity_mps.norm() {
                 let inside =
                     |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.junction.is_some());
                 let rear_m = -left_m - body.half_m.x;
-                let hold = |lane: &LaneId| Hold { lane: *lane, id: body.id, rear_m, until_m: None };
+                let hold = |lane: &LaneId| Hold { rear_m, ..Hold::of(*lane, body.id) };
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
             if body.is_urgent {
@@ -224,7 +236,8 @@ impl Claims {
 
     fn hold(&mut self, way: &Way, id: ActorId, until_m: Option<f32>) {
         let rear_m = -way.entry_m;
-        let holds = way.lanes.iter().map(|lane| Hold { lane: *lane, id, rear_m, until_m });
+        let hold = |lane: &LaneId| Hold { rear_m, until_m, ..Hold::of(*lane, id) };
+        let holds = way.lanes.iter().map(hold);
         self.held.extend(holds);
     }
 }
@@ -302,7 +315,7 @@ mod tests {
         let left = way(&network, left);
         for (rear_m, free) in [(until_m, false), (until_m + CLEAR_M + 0.1, true)] {
             let mut claims = Claims::default();
-            claims.tell(Hold { lane: straight, id: id(1), rear_m, until_m: None });
+            claims.tell(Hold { rear_m, ..Hold::of(straight, id(1)) });
             assert_eq!(claims.grant(&network, &left, &asker(2, 1)).is_ok(), free, "{rear_m} m");
         }
     }

@@ -148,7 +148,8 @@ impl Grants {
                 Some((begins_m, leg)) => leg.from_m - begins_m,
                 None => network.lane(lane).map_or(0.0, Lane::length_m) + left_m,
             };
-            claims.tell(Hold { lane, id: body.id, rear_m: at_m - half_m, until_m });
+            let eta_secs = (-at_m - half_m).max(0.0) / body.velocity_mps.norm().max(1.0);
+            claims.tell(Hold { lane, id: body.id, rear_m: at_m - half_m, until_m, eta_secs });
         }
     }
 

@@ -83,6 +83,9 @@ pub(crate) struct State<'a> {
     pub(crate) profile: &'static str,
     pub(crate) done: bool,
     pub(crate) red_lights_run: u32,
+    pub(crate) stop_signs_run: u32,
+    pub(crate) right_of_way_taken: u32,
+    pub(crate) crossings_taken: u32,
 }
 
 pub(super) fn state(episode: &Episode) -> State<'_> {
@@ -116,7 +119,10 @@ pub(super) fn state(episode: &Episode) -> State<'_> {
         tick: episode.frame.tick.0,
         profile: episode.common().profile.as_str(),
         done: episode.is_done(),
-        red_lights_run: episode.red_lights_run,
+        red_lights_run: episode.broken.red_lights,
+        stop_signs_run: episode.broken.stop_signs,
+        right_of_way_taken: episode.broken.right_of_way,
+        crossings_taken: episode.broken.crossings,
     }
 }
 
@@ -146,5 +152,8 @@ pub(crate) fn idle_state(common: &Common) -> State<'_> {
         profile: common.profile.as_str(),
         done: false,
         red_lights_run: 0,
+        stop_signs_run: 0,
+        right_of_way_taken: 0,
+        crossings_taken: 0,
     }
 }

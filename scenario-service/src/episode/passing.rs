@@ -40,6 +40,7 @@ impl Episode {
         }
         let before = std::mem::replace(&mut self.frame, frame);
         self.note_lights((&before, before_m), events);
+        self.note_rules(&before, events);
         let collisions = if tick_count > 1 { collisions } else { &self.frame.collisions };
         self.hits.note(self.ego, &self.frame, collisions, self.counters.num_turns, events);
         self.counters.note_distance((self.ego_position_m() - before_m).norm());

@@ -8,7 +8,7 @@ use super::config::wrong;
 use super::decision::EgoLane;
 use super::lanes::Lanes;
 use super::spawn::{self, Beside, Site, Wanted};
-use super::{Common, DoneReason, Driver, Facts, Overrides, Profile, Progress, Rubric};
+use super::{Broken, Common, DoneReason, Driver, Facts, Overrides, Profile, Progress, Rubric};
 use super::{Scenario, ScenarioError, WorldSpec, crowd, object, routes};
 use crate::action::Action;
 use crate::limits::CROWD_MAX;
@@ -16,8 +16,8 @@ use crate::openenv::coerce::Bounds;
 
 /// Lanes are followed this far in search of goals.
 const ROUTE_M_MAX: f64 = 20_000.0;
-/// What a red light run costs, where the reference server's rewards do not hold.
-const RED_LIGHT_PENALTY: f64 = 1.0;
+/// What a broken rule of the road costs, where the reference server's rewards do not hold.
+const PENALTY: f64 = 1.0;
 /// Ordinary walking speed.
 const WALK_MPS: f64 = 1.4;
 /// Of a goal given from outside, in metres: within every map.
@@ -41,8 +41,11 @@ pub(crate) struct FreeRoam {
     route_m_max: f64,
     /// Whether the map's lights and signs are there.
     traffic_lights: bool,
-    /// Taken off the reward of the step in which a red light is run.
+    /// Taken off the reward of the step in which a red light or a stop sign is run, and in which
+    /// the way of others who go first is taken, on wheels or on foot.
     red_light_penalty: f64,
+    stop_sign_penalty: f64,
+    right_of_way_penalty: f64,
     pedestrian_behavior: Pedestrians,
     pedestrian_speed_mps: f64,
     episode: Episode,
@@ -58,7 +61,7 @@ struct Episode {
     spawned_pedestrians: usize,
     reached: bool,
     collided: bool,
-    red_lights_run: u32,
+    broken: Broken,
     reward: f64,
 }
 
@@ -106,6 +109,7 @@ impl FreeRoam {
         let mut common = Common::new(name, profile);
         common.max_steps = 500;
         common.map_name = map.map(str::to_owned);
+        let penalty = if profile == Profile::Documented { PENALTY } else { 0.0 };
         Self {
             common,
             vehicles: others.0,
@@ -119,7 +123,9 @@ impl FreeRoam {
             route_m_min: 100.0,
             route_m_max: 500.0,
             traffic_lights: true,
-            red_light_penalty: if profile == Profile::Documented { RED_LIGHT_PENALTY } else { 0.0 },
+            red_light_penalty: penalty,
+            stop_sign_penalty: penalty,
+            right_of_way_penalty: penalty,
             pedestrian_behavior: match profile {
                 Profile::Documented => Pedestrians::Walking,
                 Profile::Literal => Pedestrians::Static,
@@ -183,7 +189,13 @@ impl Scenario for FreeRoam {
         overrides.boolean("random_goal", &mut self.random_goal)?;
         overrides.boolean("traffic_lights", &mut self.traffic_lights)?;
         let penalties = Bounds { min: 0.0, max: 100.0 };
-        overrides.number("red_light_penalty", &mut self.red_light_penalty, penalties)?;
+        for (name, penalty) in [
+            ("red_light_penalty", &mut self.red_light_penalty),
+            ("stop_sign_penalty", &mut self.stop_sign_penalty),
+            ("right_of_way_penalty", &mut self.right_of_way_penalty),
+        ] {
+            overrides.number(name, penalty, penalties)?;
+        }
         if let Some(value) = overrides.take("pedestrian_behavior") {
             self.pedestrian_behavior = match value.as_str() {
                 Some("static") => Pedestrians::Static,
@@ -269,7 +281,8 @@ impl Scenario for FreeRoam {
     fn on_action(&mut self, _: &Action, _: EgoLane) {}
 
     /// Progress along the straight line, summing up to 1, an arrival of 10, a crash of 5 on every
-    /// step after it, a red light as much as it is set to cost, and a hundredth for every step.
+    /// step after it, a broken rule of the road as much as it is set to cost, and a hundredth for
+    /// every step.
     fn on_frame(&mut self, facts: &Facts) -> Progress {
         let episode = &mut self.episode;
         let before_m = episode.distance_m;
@@ -280,9 +293,17 @@ impl Scenario for FreeRoam {
         let mut reward = (before_m - episode.distance_m) / unit_m - 0.01;
         reward += if episode.reached { 10.0 } else { 0.0 };
         reward -= if episode.collided { 5.0 } else { 0.0 };
-        let run = facts.red_lights_run.saturating_sub(episode.red_lights_run);
-        reward -= f64::from(run) * self.red_light_penalty;
-        episode.red_lights_run = facts.red_lights_run;
+        let (now, then) = (&facts.broken, &episode.broken);
+        let costs: [(fn(&Broken) -> u32, f64); 4] = [
+            (|all| all.red_lights, self.red_light_penalty),
+            (|all| all.stop_signs, self.stop_sign_penalty),
+            (|all| all.right_of_way, self.right_of_way_penalty),
+            (|all| all.crossings, self.right_of_way_penalty),
+        ];
+        for (of, penalty) in costs {
+            reward -= f64::from(of(now).saturating_sub(of(then))) * penalty;
+        }
+        episode.broken = facts.broken;
         episode.reward = reward;
         let out_of_steps = facts.step_count >= u64::from(self.common.max_steps);
         let done = match (episode.reached, episode.collided) {
@@ -314,7 +335,10 @@ impl Scenario for FreeRoam {
             "goal_reached": self.episode.reached,
             "goal_distance": self.episode.distance_m,
             "collision": self.episode.collided,
-            "red_lights_run": self.episode.red_lights_run,
+            "red_lights_run": self.episode.broken.red_lights,
+            "stop_signs_run": self.episode.broken.stop_signs,
+            "right_of_way_taken": self.episode.broken.right_of_way,
+            "crossings_taken": self.episode.broken.crossings,
             "reward": self.episode.reward,
             "route_distance_total": self.episode.total_m,
             "route_distance_remaining": self.episode.distance_m,

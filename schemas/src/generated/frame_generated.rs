@@ -43,6 +43,7 @@ impl<'a> Frame<'a> {
   pub const VT_UNLOADED_LAYERS: flatbuffers::VOffsetT = 32;
   pub const VT_HIDDEN_SCENERY: flatbuffers::VOffsetT = 34;
   pub const VT_HALTED: flatbuffers::VOffsetT = 36;
+  pub const VT_RULES_BROKEN: flatbuffers::VOffsetT = 38;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -61,6 +62,7 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.rules_broken { builder.add_rules_broken(x); }
     if let Some(x) = args.halted { builder.add_halted(x); }
     if let Some(x) = args.hidden_scenery { builder.add_hidden_scenery(x); }
     if let Some(x) = args.agents { builder.add_agents(x); }
@@ -206,6 +208,15 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, Halt>>>(Frame::VT_HALTED, None)}
   }
+  /// Of those vehicles that have broken any, in a world that has the map's lights and signs. Ordered
+  /// by actor.
+  #[inline]
+  pub fn rules_broken(&self) -> Option<flatbuffers::Vector<'a, RulesBroken>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, RulesBroken>>>(Frame::VT_RULES_BROKEN, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -232,6 +243,7 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<u16>("unloaded_layers", Self::VT_UNLOADED_LAYERS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("hidden_scenery", Self::VT_HIDDEN_SCENERY, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Halt>>>("halted", Self::VT_HALTED, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, RulesBroken>>>("rules_broken", Self::VT_RULES_BROKEN, false)?
      .finish();
     Ok(())
   }
@@ -254,6 +266,7 @@ pub struct FrameArgs<'a> {
     pub unloaded_layers: u16,
     pub hidden_scenery: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
     pub halted: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Halt>>>,
+    pub rules_broken: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, RulesBroken>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -276,6 +289,7 @@ impl<'a> Default for FrameArgs<'a> {
       unloaded_layers: 0,
       hidden_scenery: None,
       halted: None,
+      rules_broken: None,
     }
   }
 }
@@ -354,6 +368,10 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_HALTED, halted);
   }
   #[inline]
+  pub fn add_rules_broken(&mut self, rules_broken: flatbuffers::WIPOffset<flatbuffers::Vector<'b , RulesBroken>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_RULES_BROKEN, rules_broken);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -394,6 +412,7 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("unloaded_layers", &self.unloaded_layers());
       ds.field("hidden_scenery", &self.hidden_scenery());
       ds.field("halted", &self.halted());
+      ds.field("rules_broken", &self.rules_broken());
       ds.finish()
   }
 }

@@ -167,6 +167,8 @@ mod reset_traffic_lights_generated;
 pub use self::reset_traffic_lights_generated::*;
 mod restore_world_generated;
 pub use self::restore_world_generated::*;
+mod rules_broken_generated;
+pub use self::rules_broken_generated::*;
 mod run_commands_generated;
 pub use self::run_commands_generated::*;
 mod semantic_lidar_generated;

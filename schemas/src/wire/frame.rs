@@ -11,8 +11,8 @@ use super::{Kind, agent, check_count, root, scenery};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
-    ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, Halt, MapRef, Tick,
-    TrafficLightState, VehicleControl, WalkerControl, Weather,
+    ActorId, ActorState, Collision, EncodedFrame, Error, ErrorCode, Frame, Halt, MapRef,
+    RulesBroken, Tick, TrafficLightState, VehicleControl, WalkerControl, Weather,
 };
 
 pub(super) const FRAME: Kind =
@@ -48,6 +48,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let hidden_scenery = scenery::hidden_out(&mut builder, &frame.hidden);
     let halted: Vec<fb::Halt> = frame.halted.iter().map(halt_out).collect();
     let halted = (!halted.is_empty()).then(|| builder.create_vector(&halted));
+    let broken: Vec<fb::RulesBroken> = frame.rules_broken.iter().map(broken_out).collect();
+    let rules_broken = (!broken.is_empty()).then(|| builder.create_vector(&broken));
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -69,6 +71,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             unloaded_layers: frame.hidden.layers,
             hidden_scenery,
             halted,
+            rules_broken,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -91,6 +94,8 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
     check_count("traffic lights", raw.traffic_lights().len(), ACTORS_PER_WORLD_MAX)?;
     check_count("agents", raw.agents().map_or(0, |agents| agents.len()), ACTORS_PER_WORLD_MAX)?;
     check_count("halts", raw.halted().map_or(0, |halts| halts.len()), ACTORS_PER_WORLD_MAX)?;
+    let broken = raw.rules_broken();
+    check_count("broken rules", broken.map_or(0, |all| all.len()), ACTORS_PER_WORLD_MAX)?;
     Ok(Frame {
         world: world_in(raw.world())?,
         tick: Tick(raw.tick()),
@@ -108,6 +113,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         agents: raw.agents().iter().flatten().map(agent::state_in).collect::<Result<_, _>>()?,
         hidden: scenery::hidden_in(&raw)?,
         halted: raw.halted().iter().flatten().map(halt_in).collect::<Result<_, _>>()?,
+        rules_broken: broken.iter().flatten().map(broken_in).collect::<Result<_, _>>()?,
     })
 }
 
@@ -160,6 +166,21 @@ fn halt_in(raw: &fb::Halt) -> Result<Halt, Error> {
         tick: Tick(raw.tick()),
         actor: actor_in(raw.actor())?,
         reason: halt_reason_in(raw.reason())?,
+    })
+}
+
+fn broken_out(broken: &RulesBroken) -> fb::RulesBroken {
+    let RulesBroken { actor, red_lights, stop_signs, right_of_way, crossings } = *broken;
+    fb::RulesBroken::new(actor.get(), red_lights, stop_signs, right_of_way, crossings)
+}
+
+fn broken_in(raw: &fb::RulesBroken) -> Result<RulesBroken, Error> {
+    Ok(RulesBroken {
+        actor: actor_in(raw.actor())?,
+        red_lights: raw.red_lights(),
+        stop_signs: raw.stop_signs(),
+        right_of_way: raw.right_of_way(),
+        crossings: raw.crossings(),
     })
 }
 

@@ -11,9 +11,9 @@ use schemas::{
     AttachmentKind, Attribute, BodyCommand, Camera, Collision, Command, EncodedFrame, Error,
     ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind,
     Images, Lease, Limb, MapRef, PictureQuality, PilotMode, PosedLimb, RayHit, RenderJob, Reply,
-    Request, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome, TickResult,
-    TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl, VehicleFailure,
-    VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
+    Request, RulesBroken, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome,
+    TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl,
+    VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -136,6 +136,13 @@ pub(crate) fn frame() -> Frame {
         agents: vec![agent()],
         hidden: HiddenScenery::default(),
         halted: vec![Halt { tick: Tick(7), actor: actor(1), reason: HaltReason::TooFast }],
+        rules_broken: vec![RulesBroken {
+            actor: actor(1),
+            red_lights: 1,
+            stop_signs: 2,
+            right_of_way: 3,
+            crossings: 4,
+        }],
         sim_secs: 2.1,
     }
 }

@@ -194,6 +194,12 @@ impl Actor {
         self.rigid().is_some() && self.switches.collisions
     }
 
+    /// Whether somebody drives who asks others before junctions.
+    pub(crate) fn asks(&self) -> bool {
+        let wheel = self.vehicle.as_deref().map(|vehicle| &vehicle.wheel);
+        wheel.is_some_and(|wheel| wheel.traffic().is_some() || wheel.is_agent())
+    }
+
     /// What only vehicles have, of vehicles.
     pub(crate) fn vehicle_mut(&mut self) -> Option<&mut Vehicle> {
         self.vehicle.as_deref_mut()

@@ -129,10 +129,7 @@ impl State {
         let network = town.network();
         let mut claims = Claims::default();
         for actor in &self.actors {
-            let asks = actor.vehicle.as_deref().is_some_and(|vehicle| {
-                vehicle.wheel.traffic().is_some() || vehicle.wheel.is_agent()
-            });
-            if actor.vehicle.is_some() && !asks && actor.is_solid() {
+            if actor.vehicle.is_some() && !actor.asks() && actor.is_solid() {
                 claims.occupy(network, &self.seen(actor));
             }
         }
@@ -144,7 +141,28 @@ impl State {
                 agent.look(senses, &town.roads, &mut claims, &mut || rng.next_u64());
             });
         }
+        self.judge(town, scene, &claims);
         claims
+    }
+
+    /// Counts who takes the way of others, where lights and signs are.
+    fn judge(&mut self, town: &Town, scene: &Scene, claims: &Claims) {
+        if self.traffic.is_none() {
+            return;
+        }
+        let network = town.network();
+        for index in 0..self.actors.len() {
+            let actor = &self.actors[index];
+            if actor.vehicle.is_none() || !actor.is_solid() {
+                continue;
+            }
+            let (asks, body) = (actor.asks(), self.seen(actor));
+            let Some(vehicle) = self.actors[index].vehicle_mut() else { continue };
+            vehicle.rules.judge_people(network, scene, &body);
+            if !asks {
+                vehicle.rules.judge_way(claims.entering(network, scene, &body));
+            }
+        }
     }
 
     /// Lets drivers of traffic choose this tick's controls.

@@ -1,10 +1,11 @@
 //! The public picture of a world, and the number that stands for its state.
 
-use schemas::{ActorId, ActorState, Frame, HiddenScenery, TrafficLightState, Weather};
+use schemas::{ActorId, ActorState, Frame, HiddenScenery, RulesBroken, TrafficLightState, Weather};
 
 use crate::actor::Vehicle;
 use crate::blueprint;
 use crate::hash::Hasher;
+use crate::traffic::Broken;
 use crate::world::World;
 
 impl World {
@@ -45,8 +46,18 @@ impl World {
             agents: self.state.agents(),
             hidden: self.state.hidden.clone(),
             halted: self.state.halted.clone(),
+            rules_broken: self.broken(),
             sim_secs: self.state.sim_secs,
         }
+    }
+
+    fn broken(&self) -> Vec<RulesBroken> {
+        let all = self.rules_broken().filter(|(_, broken)| *broken != Broken::default());
+        let told = all.map(|(actor, broken)| {
+            let Broken { red_lights, stop_signs, right_of_way, crossings } = broken;
+            RulesBroken { actor, red_lights, stop_signs, right_of_way, crossings }
+        });
+        told.collect()
     }
 
     /// One spawned actor as [`frame`](Self::frame) tells it, without the cost of a frame; its

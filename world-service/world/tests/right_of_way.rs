@@ -9,8 +9,8 @@ use std::sync::Arc;
 use common::*;
 use roads::{LaneTypes, Map};
 use schemas::{
-    ActorId, AgentBehaviour, AgentCommand, AgentOptions, Command, TrafficCommand, Vec3, WorldId,
-    level_pose,
+    ActorId, AgentBehaviour, AgentCommand, AgentOptions, Command, TrafficCommand, Vec3,
+    VehicleControl, WorldId, level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -275,4 +275,44 @@ fn who_has_a_sign_lets_others_through_also_from_the_left() {
             assert_eq!(found, free.0, "{sign}, agents {is_agent}");
         }
     }
+}
+
+/// A car that nobody drives, and which rolls on towards the crossing from a side at 8 m/s.
+fn rolls(world: &mut World, side: u32, ahead_m: f64) -> ActorId {
+    let ((x, y), heading_rad) = beside_crossing(side, ahead_m);
+    let pose = level_pose(Vec3::new(x as f32, y as f32, 0.0), heading_rad as f32);
+    let actor = spawn_at(world, "vehicle.lincoln.mkz", pose, 8.0);
+    control(world, actor, VehicleControl { throttle: 0.25, ..VehicleControl::default() });
+    actor
+}
+
+fn right_of_way_taken(world: &World, actor: ActorId) -> u32 {
+    let frame = world.frame();
+    frame.broken_by(actor).map_or(0, |broken| broken.right_of_way)
+}
+
+#[test]
+fn whoever_drives_in_before_those_who_go_first_is_counted() {
+    // From where the other comes, the signs, and whether the one from the south takes its way.
+    for (other, signs, taken) in [
+        (1, [None; 4], 1),
+        (3, [None; 4], 0),
+        (2, [None; 4], 0),
+        (3, [Some("205"), None, None, None], 1),
+        (1, [None, Some("205"), None, None], 0),
+    ] {
+        let (mut world, _) = crossing(signs);
+        comes(&mut world, other, 70.0, false);
+        let rolls = rolls(&mut world, 0, 60.0);
+        run(&mut world, 240);
+        assert_eq!(right_of_way_taken(&world, rolls), taken, "from side {other}, {signs:?}");
+    }
+}
+
+#[test]
+fn traffic_that_asks_takes_nobodys_way() {
+    let (mut world, roads) = crossing([None, Some("206"), None, Some("205")]);
+    let cars = [0, 1, 2, 3].map(|side| comes(&mut world, side, 60.0, side % 2 == 0));
+    order(&mut world, &roads, &cars, 1_000);
+    assert_eq!(world.frame().rules_broken, []);
 }

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from causeway.wire import ActorKind, ActorState, Collision, Halt, TrafficLightState, Weather
+from causeway.wire import ActorKind, ActorState, Collision, Halt, RulesBroken, TrafficLightState, Weather
 from causeway.wire import Frame as FrameTable
 
 IDENTIFIER = b"CWFR"
@@ -136,6 +136,15 @@ HALT_DTYPE = np.dtype(
     }
 )
 
+#: How often a vehicle has broken rules of the road: red lights and stop signs run, junctions
+#: driven into before somebody who was to go first, crossings driven onto before people.
+RULES_BROKEN_DTYPE = np.dtype(
+    [
+        (name, "<u4")
+        for name in ("actor", "red_lights", "stop_signs", "right_of_way", "crossings")
+    ]
+)
+
 #: CARLA's fourteen weather parameters; percentages run from 0 to 100.
 WEATHER_DTYPE = np.dtype(
     [
@@ -168,6 +177,7 @@ for _name, _dtype, _bytes in (
         TrafficLightState.TrafficLightState.SizeOf(),
     ),
     ("Halt", HALT_DTYPE, Halt.Halt.SizeOf()),
+    ("RulesBroken", RULES_BROKEN_DTYPE, RulesBroken.RulesBroken.SizeOf()),
     ("Weather", WEATHER_DTYPE, Weather.Weather.SizeOf()),
 ):
     if _dtype.itemsize != _bytes:
@@ -210,6 +220,8 @@ class Frame:
     time_secs: float
     #: :data:`HALT_DTYPE`, shape ``(H,)``, ordered by actor.
     halted: NDArray[np.void]
+    #: :data:`RULES_BROKEN_DTYPE`, shape ``(B,)``, ordered by actor: those that have broken any.
+    rules_broken: NDArray[np.void]
 
     def speeds_mps(self) -> NDArray[np.float32]:
         """Speed of every actor, shape ``(N,)``, metres per second, never negative."""
@@ -260,6 +272,11 @@ def _decode(data: memoryview) -> Frame:
     halted = np.empty(0, HALT_DTYPE)
     if not table.HaltedIsNone():
         halted = _array(data, HALT_DTYPE, table.Halted(0), table.HaltedLength())
+    broken = np.empty(0, RULES_BROKEN_DTYPE)
+    if not table.RulesBrokenIsNone():
+        broken = _array(
+            data, RULES_BROKEN_DTYPE, table.RulesBroken(0), table.RulesBrokenLength()
+        )
     return Frame(
         world=table.World(),
         tick=table.Tick(),
@@ -276,6 +293,7 @@ def _decode(data: memoryview) -> Frame:
         traffic_lights=lights,
         time_secs=table.SimSecs(),
         halted=halted,
+        rules_broken=broken,
     )
 
 

@@ -126,22 +126,32 @@ fn people_walk_unless_they_are_told_to_stand_or_the_profile_is_literal() {
 }
 
 #[test]
-fn each_red_light_run_costs_once_what_it_is_set_to() {
-    for (config, profile, penalty) in [
-        (json!({}), Profile::Documented, 1.0),
-        (json!({}), Profile::Literal, 0.0),
-        (json!({ "red_light_penalty": 2.5 }), Profile::Documented, 2.5),
+fn each_broken_rule_costs_once_what_it_is_set_to() {
+    let red = Broken { red_lights: 1, ..Broken::default() };
+    let stop = Broken { stop_signs: 1, ..Broken::default() };
+    let way = Broken { right_of_way: 1, ..Broken::default() };
+    let people = Broken { crossings: 1, ..Broken::default() };
+    for (config, profile, broken, name, penalty) in [
+        (json!({}), Profile::Documented, red, "red_lights_run", 1.0),
+        (json!({}), Profile::Literal, red, "red_lights_run", 0.0),
+        (json!({ "red_light_penalty": 2.5 }), Profile::Documented, red, "red_lights_run", 2.5),
+        (json!({}), Profile::Documented, stop, "stop_signs_run", 1.0),
+        (json!({}), Profile::Literal, stop, "stop_signs_run", 0.0),
+        (json!({ "stop_sign_penalty": 0.5 }), Profile::Documented, stop, "stop_signs_run", 0.5),
+        (json!({}), Profile::Documented, way, "right_of_way_taken", 1.0),
+        (json!({ "right_of_way_penalty": 3 }), Profile::Literal, way, "right_of_way_taken", 3.0),
+        (json!({ "right_of_way_penalty": 3 }), Profile::Documented, people, "crossings_taken", 3.0),
     ] {
         let mut scenario = FreeRoam::new("free_roam", None, (0, 0), profile);
         scenario.configure(&mut Overrides::new(config.as_object().unwrap())).unwrap();
         scenario.reset(3, &testing::map()).unwrap();
         let total_m = scenario.episode.total_m;
-        let after_red = Facts { red_lights_run: 1, ..facts(1, 0, total_m) };
-        let reward = scenario.on_frame(&after_red).reward;
-        assert!((reward + 0.01 + penalty).abs() < 1e-5, "{reward}");
-        let next = scenario.on_frame(&Facts { step_count: 2, ..after_red }).reward;
-        assert!((next + 0.01).abs() < 1e-5, "{next}");
-        assert_eq!(scenario.outcome()["red_lights_run"], 1);
+        let after = Facts { broken, ..facts(1, 0, total_m) };
+        let reward = scenario.on_frame(&after).reward;
+        assert!((reward + 0.01 + penalty).abs() < 1e-5, "{name}: {reward}");
+        let next = scenario.on_frame(&Facts { step_count: 2, ..after }).reward;
+        assert!((next + 0.01).abs() < 1e-5, "{name}: {next}");
+        assert_eq!(scenario.outcome()[name], 1);
     }
 }
 

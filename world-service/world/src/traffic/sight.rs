@@ -1,5 +1,6 @@
 //! Which rules hold for a vehicle where it is.
 
+use agents::{Body, Entering, Network, Owed, Scene};
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map};
 use schemas::{ActorId, Pose, TrafficLightColour};
@@ -29,6 +30,10 @@ pub(crate) struct RoadRules {
     red_all_along: bool,
     /// The slowest that it was in its box.
     slowest_mps: f32,
+    /// The crossing before which it is to let people over.
+    owed: Owed,
+    /// Whether it has taken the way of others in the junction that it drives into.
+    has_taken: bool,
     /// Whether it was put where it is since it last looked around.
     is_put: bool,
     broken: Broken,
@@ -41,6 +46,10 @@ pub struct Broken {
     pub red_lights: u32,
     /// Stop signs at which it did not stand.
     pub stop_signs: u32,
+    /// Junctions that it drove into before somebody who was to go first and came soon.
+    pub right_of_way: u32,
+    /// Crossings that it drove onto before people whom it could have let over.
+    pub crossings: u32,
 }
 
 /// Where a vehicle is and how fast, and what the lights show.
@@ -61,6 +70,18 @@ impl RoadRules {
     /// How often it broke a rule.
     pub(crate) fn broken(&self) -> Broken {
         self.broken
+    }
+
+    /// Counts people whom it does not let over where it is now.
+    pub(crate) fn judge_people(&mut self, network: &Network, scene: &Scene, body: &Body) {
+        self.broken.crossings += u32::from(self.owed.look(network, scene, body));
+    }
+
+    /// Counts a junction that it drives into before others.
+    pub(crate) fn judge_way(&mut self, entering: Entering) {
+        let takes = entering == Entering::Taking;
+        self.broken.right_of_way += u32::from(takes && !self.has_taken);
+        self.has_taken = entering != Entering::No && (takes || self.has_taken);
     }
 
     /// It was put somewhere: what it did before counts for nothing.

@@ -286,8 +286,34 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(36))
         return o == 0
 
+    # Of those vehicles that have broken any, in a world that has the map's lights and signs. Ordered
+    # by actor.
+    # Frame
+    def RulesBroken(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 20
+            from causeway.wire.RulesBroken import RulesBroken
+            obj = RulesBroken()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def RulesBrokenLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def RulesBrokenIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(17)
+    builder.StartObject(18)
 
 def Start(builder):
     FrameStart(builder)
@@ -435,6 +461,18 @@ def FrameStartHaltedVector(builder, numElems):
 
 def StartHaltedVector(builder, numElems: int) -> int:
     return FrameStartHaltedVector(builder, numElems)
+
+def FrameAddRulesBroken(builder, rulesBroken):
+    builder.PrependUOffsetTRelativeSlot(17, flatbuffers.number_types.UOffsetTFlags.py_type(rulesBroken), 0)
+
+def AddRulesBroken(builder, rulesBroken):
+    FrameAddRulesBroken(builder, rulesBroken)
+
+def FrameStartRulesBrokenVector(builder, numElems):
+    return builder.StartVector(20, numElems, 4)
+
+def StartRulesBrokenVector(builder, numElems: int) -> int:
+    return FrameStartRulesBrokenVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,117 @@
+//! Whether somebody who asks nobody drives into a junction before those who go first there.
+
+use schemas::TrafficLightColour::{Red, Yellow};
+
+use super::{Claims, GAP_SECS, Hold, Wish};
+use crate::network::{Lane, LaneId, Network, Stop, wrapped};
+use crate::scene::{Body, Scene};
+
+/// Slower than this nobody takes anything from others.
+const MOVING_MPS: f32 = 1.0;
+/// Lanes of a junction count whose middle is this near and that lead this much the same way, from
+/// their entry on for so far.
+const BESIDE_M: f32 = 1.5;
+const SAME_WAY_RAD: f32 = 0.6;
+const ENTERED_M: f32 = 8.0;
+/// Ways through a junction that turn by more than this turn off.
+const TURN_RAD: f32 = 0.6;
+/// Lines so far before a junction, or so far inside, say who yields there.
+const LINE_BEFORE_M: f32 = 12.0;
+const LINE_INSIDE_M: f32 = 4.0;
+
+/// What a vehicle that asks nobody does at a junction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entering {
+    /// It is not at the entry of one.
+    No,
+    /// It drives into one, and nobody who goes first comes soon.
+    Free,
+    /// It drives into one before somebody who goes first and comes soon.
+    Taking,
+}
+
+impl Claims {
+    /// Whether a vehicle drives into a junction, and before whom. Where its way is not clear yet,
+    /// it takes nothing that it would not take on all ways that it may be on. Lights that do not
+    /// show green are not judged here.
+    pub fn entering(&self, network: &Network, scene: &Scene, body: &Body) -> Entering {
+        if body.velocity_mps.dot(&body.forward) < MOVING_MPS {
+            return Entering::No;
+        }
+        let heading_rad = nalgebra::RealField::atan2(body.forward.y, body.forward.x);
+        let front_m = body.centre_m + body.forward * body.half_m.x;
+        let ways: Vec<LaneId> = network
+            .near(&front_m, BESIDE_M)
+            .into_iter()
+            .filter(|near| {
+                let inside = network.lane(near.place.lane).is_some_and(|it| it.junction.is_some());
+                let same_way = wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
+                inside && same_way && (0.1..ENTERED_M).contains(&near.place.at_m)
+            })
+            .map(|near| near.place.lane)
+            .collect();
+        if ways.is_empty() {
+            return Entering::No;
+        }
+        let takes = |way: &LaneId| self.is_taken(network, scene, *way, body);
+        if ways.iter().all(takes) { Entering::Taking } else { Entering::Free }
+    }
+
+    /// Whether somebody who goes before whoever is on a way of a junction comes soon.
+    fn is_taken(&self, network: &Network, scene: &Scene, way: LaneId, body: &Body) -> bool {
+        let Some(own) = network.lane(way) else { return false };
+        let own_yields = yields(network, own);
+        let stopped = |line: Stop| match line {
+            Stop::Light(light) => matches!(scene.light(light), Red | Yellow),
+            _ => false,
+        };
+        if at_entry(network, own, stopped) {
+            return false;
+        }
+        let first = |lane: LaneId| {
+            let other = network.lane(lane).filter(|other| other.conflict(way).is_some());
+            other.is_some_and(|other| goes_first(network, other, (own, own_yields)))
+        };
+        let wished = self.wishes.iter().any(|Wish { lane, asker }| {
+            asker.id != body.id && asker.eta_secs < GAP_SECS && first(*lane)
+        });
+        let held = |Hold { lane, id, eta_secs, .. }: &Hold| {
+            *id != body.id && *eta_secs < GAP_SECS && first(*lane)
+        };
+        wished || self.held.iter().any(held)
+    }
+}
+
+/// Whether a way through a junction goes before another one: who has no sign, of equals who comes
+/// from the right, and oncoming traffic before who turns left.
+fn goes_first(network: &Network, other: &Lane, (own, own_yields): (&Lane, bool)) -> bool {
+    match (yields(network, other), own_yields) {
+        (false, true) => true,
+        (true, false) => false,
+        _ => {
+            let passes = other.is_oncoming(own) && turn_rad(own) > TURN_RAD;
+            other.is_from_right_of(own) || (passes && turn_rad(other) < TURN_RAD)
+        }
+    }
+}
+
+/// Whether a sign or a roundabout lets others through first.
+fn yields(network: &Network, lane: &Lane) -> bool {
+    let signed = |line: Stop| matches!(line, Stop::Sign | Stop::Yield);
+    lane.enters_ring || at_entry(network, lane, signed)
+}
+
+/// Whether such a line holds traffic at the entry of a way through a junction.
+fn at_entry(network: &Network, lane: &Lane, is_such: impl Fn(Stop) -> bool) -> bool {
+    let inside = lane.stops.iter().any(|line| line.at_m < LINE_INSIDE_M && is_such(line.why));
+    let before = lane.previous.iter().filter_map(|id| network.lane(*id)).any(|before| {
+        let from_m = before.length_m() - LINE_BEFORE_M;
+        before.stops.iter().any(|line| line.at_m > from_m && is_such(line.why))
+    });
+    inside || before
+}
+
+/// By how much a lane turns from its entry to its exit, positive to the left.
+fn turn_rad(lane: &Lane) -> f32 {
+    wrapped(lane.at(lane.length_m()).heading_rad - lane.at(0.0).heading_rad)
+}
