@@ -77,6 +77,9 @@ def test_the_golden_frame_has_the_values_that_rust_wrote():
     (halt,) = frame.halted
     assert (halt["tick"], halt["actor"], halt["reason"]) == (7, 1, HaltReason.HaltReason.TooFast)
 
+    (broken,) = frame.rules_broken
+    assert broken.tolist() == (1, 1, 2, 3, 4)
+
     assert frame.collisions["other"].tolist() == [2, 0]
     assert frame.collisions["started"].tolist() == [True, False]
     assert frame.collisions["impulse_in_world_ns"][0].tolist() == [-420.0, 3.0, 0.0]

@@ -14,7 +14,15 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from causeway.wire import ActorKind, ActorState, Collision, Halt, RulesBroken, TrafficLightState, Weather
+from causeway.wire import (
+    ActorKind,
+    ActorState,
+    Collision,
+    Halt,
+    RulesBroken,
+    TrafficLightState,
+    Weather,
+)
 from causeway.wire import Frame as FrameTable
 
 IDENTIFIER = b"CWFR"
@@ -139,10 +147,7 @@ HALT_DTYPE = np.dtype(
 #: How often a vehicle has broken rules of the road: red lights and stop signs run, junctions
 #: driven into before somebody who was to go first, crossings driven onto before people.
 RULES_BROKEN_DTYPE = np.dtype(
-    [
-        (name, "<u4")
-        for name in ("actor", "red_lights", "stop_signs", "right_of_way", "crossings")
-    ]
+    [(name, "<u4") for name in ("actor", "red_lights", "stop_signs", "right_of_way", "crossings")]
 )
 
 #: CARLA's fourteen weather parameters; percentages run from 0 to 100.
@@ -274,9 +279,7 @@ def _decode(data: memoryview) -> Frame:
         halted = _array(data, HALT_DTYPE, table.Halted(0), table.HaltedLength())
     broken = np.empty(0, RULES_BROKEN_DTYPE)
     if not table.RulesBrokenIsNone():
-        broken = _array(
-            data, RULES_BROKEN_DTYPE, table.RulesBroken(0), table.RulesBrokenLength()
-        )
+        broken = _array(data, RULES_BROKEN_DTYPE, table.RulesBroken(0), table.RulesBrokenLength())
     return Frame(
         world=table.World(),
         tick=table.Tick(),
