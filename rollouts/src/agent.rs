@@ -42,6 +42,8 @@ pub(crate) struct Agent {
     pub light: Option<LightAhead>,
     limit_secs: f32,
     pair: usize,
+    /// Number of the preset.
+    weather: u32,
     tally: Tally,
 }
 
@@ -81,7 +83,7 @@ impl Rules {
 }
 
 impl Agent {
-    pub(crate) fn new(start: &AgentStart, motion: &Motion) -> Self {
+    pub(crate) fn new(start: &AgentStart, weather: u32, motion: &Motion) -> Self {
         let place = start.route.abreast(motion.x_m, motion.y_m, 0);
         Self {
             route: Arc::clone(&start.route),
@@ -91,6 +93,7 @@ impl Agent {
             light: None,
             limit_secs: start.limit_secs,
             pair: start.pair,
+            weather,
             tally: Tally::default(),
         }
     }
@@ -197,6 +200,6 @@ impl Agent {
         let length_m = self.route.length_m();
         let arrived = cause == Cause::By(End::Arrived);
         let completion = if arrived { 1.0 } else { self.place.at_m / length_m };
-        self.tally.write(row, cause, (length_m, completion, self.pair));
+        self.tally.write(row, cause, (length_m, completion), (self.pair, self.weather));
     }
 }

@@ -18,7 +18,7 @@ use crate::limits::{BODIES_MAX, STARTS, STARTS_MIN};
 use crate::line::StopLine;
 use crate::route::Route;
 use crate::spec::Spec;
-use crate::task::Task;
+use crate::task::{Sky, Task};
 use others::Places;
 pub(crate) use others::{CarStart, WalkerStart};
 use pairs::Pair;
@@ -37,6 +37,7 @@ pub struct Course {
     agents: usize,
     pairs: Vec<Pair>,
     others: Places,
+    skies: Vec<Sky>,
     starts: Vec<OnceLock<Start>>,
 }
 
@@ -46,6 +47,7 @@ pub(crate) struct Start {
     pub agents: Vec<AgentStart>,
     pub cars: Vec<CarStart>,
     pub walkers: Vec<WalkerStart>,
+    pub sky: Sky,
 }
 
 /// Where one agent begins, and where it is to go.
@@ -84,6 +86,7 @@ impl Course {
         let lines = if has_lights { StopLine::all(&map) } else { Vec::new() };
         let pairs = pairs::draw(&map, town.network(), &task, &lines, spec.pairs);
         let others = Places::of(&town, &task, spec)?;
+        let skies = task.weathers.skies(&spec.weathers)?;
         let bodies = spec.worlds * (spec.agents + others.count());
         if bodies > BODIES_MAX {
             return Err(Error::new(ErrorCode::InvalidArgument, "the worlds hold too many")
@@ -92,7 +95,8 @@ impl Course {
         }
         let count = starts_of(others.count());
         let starts = std::iter::repeat_with(OnceLock::new).take(count).collect();
-        let course = Self { map, town, task, lines, agents: spec.agents, pairs, others, starts };
+        let agents = spec.agents;
+        let course = Self { map, town, task, lines, agents, pairs, others, skies, starts };
         match course.chosen(&mut SplitMix64::new(0)).len() {
             found if found < spec.agents => {
                 Err(Error::new(ErrorCode::InvalidArgument, "the town has not so many starts")
@@ -134,6 +138,11 @@ impl Course {
         self.others.count() > 0
     }
 
+    /// Weathers that its starts have, by number from 1 on.
+    pub(crate) fn skies(&self) -> &[Sky] {
+        &self.skies
+    }
+
     /// Which start an episode of a seed has.
     pub(crate) fn start_of(&self, episode_seed: u64) -> usize {
         let count = self.starts.len() as u64;
@@ -149,7 +158,9 @@ impl Course {
             let begin = |&pair: &usize| self.begin(pair, &mut random);
             let agents: Vec<AgentStart> = chosen.iter().map(begin).collect();
             let (cars, walkers) = self.others.draw(&self.town, &agents, &mut random);
-            Start { agents, cars, walkers }
+            // Last, so that all else is the same in every weather.
+            let sky = random.choose(&self.skies).copied().unwrap_or(self.skies[0]);
+            Start { agents, cars, walkers, sky }
         })
     }
 

@@ -6,7 +6,7 @@ use schemas::{ActorId, Error, ErrorCode, Frame, SplitMix64};
 
 use crate::action::Action;
 use crate::agent::{Agent, Outcome, Rules};
-use crate::course::Course;
+use crate::course::{Course, Start};
 use crate::end::Cause;
 use crate::motion::{Motion, Shape};
 use crate::observe::{Encoder, View};
@@ -76,9 +76,9 @@ impl<T: Tier> Shared<T> {
         for index in (first..first + TRIES.min(count)).map(|index| index % count) {
             match T::begin(&self.course, &self.kit, index) {
                 Ok(sim) => {
-                    let starts = self.course.start(index).agents.iter().enumerate();
-                    let new = |(agent, start)| Agent::new(start, &sim.motion(agent));
-                    let mut agents: Vec<Agent> = starts.map(new).collect();
+                    let Start { agents: starts, sky, .. } = self.course.start(index);
+                    let new = |(agent, start)| Agent::new(start, sky.number, &sim.motion(agent));
+                    let mut agents: Vec<Agent> = starts.iter().enumerate().map(new).collect();
                     let mut colours = Vec::new();
                     sim.lights(&mut colours);
                     agents.iter_mut().for_each(|agent| agent.look_out(&colours));

@@ -6,8 +6,9 @@ use crate::motion::Contacts;
 /// Numbers of an ended episode, in their order.
 ///
 /// `cause` is 1 arrived, 2 collision, 3 off route, 4 overturned, 5 time, 6 fault of the world,
-/// 7 a red light.
-pub const EPISODE_COLUMNS: [&str; 17] = [
+/// 7 a red light. `weather` is 1 to 22, the place of the preset among CARLA's: the first fourteen as
+/// CARLA 0.8 numbers them.
+pub const EPISODE_COLUMNS: [&str; 18] = [
     "return",
     "steps",
     "secs",
@@ -25,6 +26,7 @@ pub const EPISODE_COLUMNS: [&str; 17] = [
     "mean_beside_m",
     "pair",
     "red_lights",
+    "weather",
 ];
 
 /// Sums over an episode so far.
@@ -55,7 +57,8 @@ impl Tally {
         &self,
         row: &mut [f32],
         cause: Cause,
-        (length_m, completion, pair): (f32, f32, usize),
+        (length_m, completion): (f32, f32),
+        (pair, weather): (usize, u32),
     ) {
         let success = cause == Cause::By(crate::end::End::Arrived);
         let values: [f32; EPISODE_COLUMNS.len()] = [
@@ -76,6 +79,7 @@ impl Tally {
             self.beside_m / (self.steps as f32).max(1.0),
             pair as f32,
             self.red_lights as f32,
+            weather as f32,
         ];
         row.copy_from_slice(&values);
     }

@@ -42,6 +42,8 @@ pub(crate) struct KinematicWorld {
     cars: Vec<Car>,
     /// `None` in a world with nobody but agents.
     crowd: Option<Box<Crowd>>,
+    /// Its cars among those of the kit: as its road is wet.
+    plant: usize,
     kit: Arc<Shared>,
 }
 
@@ -52,7 +54,8 @@ pub(crate) struct KinematicKit {
 }
 
 struct Shared {
-    plant: Plant,
+    /// One for each grip of a road.
+    plants: Vec<Plant>,
     obstacles: Obstacles,
 }
 
@@ -83,18 +86,27 @@ impl Tier for KinematicWorld {
     const BODY_BYTES: usize = 128;
 
     fn kit(course: &Course) -> Result<KinematicKit, Error> {
-        let shared = Shared { plant: Plant::measured()?, obstacles: Obstacles::of(&course.map) };
+        let mut plants: Vec<Plant> = Vec::new();
+        for sky in course.skies() {
+            if plants.iter().all(|plant| plant.grip != sky.grip()) {
+                plants.push(Plant::measured(&sky.weather)?);
+            }
+        }
+        let shared = Shared { plants, obstacles: Obstacles::of(&course.map) };
         let starts = std::iter::repeat_with(OnceLock::new).take(course.start_count()).collect();
         Ok(KinematicKit { shared: Arc::new(shared), starts })
     }
 
     fn begin(course: &Course, kit: &KinematicKit, start: usize) -> Result<Self, Error> {
         let made = kit.starts[start].get_or_init(|| {
-            let shape = kit.shared.plant.shape;
             let prepared = course.start(start);
+            let grip = prepared.sky.grip();
+            let plants = kit.shared.plants.iter();
+            let plant = plants.clone().position(|plant| plant.grip == grip).unwrap_or(0);
+            let shape = kit.shared.plants[plant].shape;
             let cars = prepared.agents.iter().map(|agent| Car::new(agent, shape)).collect();
             let crowd = Crowd::of(course, prepared, start).map(Box::new);
-            Self { cars, crowd, kit: Arc::clone(&kit.shared) }
+            Self { cars, crowd, plant, kit: Arc::clone(&kit.shared) }
         });
         Ok(made.clone())
     }
@@ -104,8 +116,9 @@ impl Tier for KinematicWorld {
     }
 
     fn tick(&mut self) -> Result<(), Fault> {
-        let Self { cars, crowd, kit } = self;
-        let Shared { plant, obstacles } = &**kit;
+        let Self { cars, crowd, plant, kit } = self;
+        let Shared { plants, obstacles } = &**kit;
+        let plant = &plants[*plant];
         if let Some(crowd) = crowd {
             crowd.advance(cars.iter().zip(1..).map(|(car, id)| car.body(plant.shape, id)));
         }
@@ -128,7 +141,7 @@ impl Tier for KinematicWorld {
     }
 
     fn motion(&self, agent: usize) -> Motion {
-        let (car, shape) = (&self.cars[agent], self.kit.plant.shape);
+        let (car, shape) = (&self.cars[agent], self.plant().shape);
         let yaw_radps = car.speed_mps * car.curvature_per_m;
         Motion {
             x_m: car.x_m + car.cos * shape.rear_m,
@@ -145,7 +158,7 @@ impl Tier for KinematicWorld {
     }
 
     fn shape(&self, _: usize) -> Shape {
-        self.kit.plant.shape
+        self.plant().shape
     }
 
     fn take_contacts(&mut self, agent: usize) -> Contacts {
@@ -181,7 +194,17 @@ impl Tier for KinematicWorld {
         if let Some(crowd) = &self.crowd {
             crowd.hash(&mut hasher);
         }
+        // A dry road adds nothing.
+        if self.plant().grip < Plant::DRY {
+            hasher.update(&self.plant().grip.to_bits().to_le_bytes());
+        }
         hasher.digest()
+    }
+}
+
+impl KinematicWorld {
+    fn plant(&self) -> &Plant {
+        &self.kit.plants[self.plant]
     }
 }
 

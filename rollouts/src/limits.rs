@@ -30,5 +30,7 @@ pub const BODIES_MAX: usize = 262_144;
 pub const TASK_BYTES_MAX: usize = 64 * 1024;
 /// Kinds of turns that a task asks for.
 pub const TURNS_MAX: usize = 16;
+/// Weathers that a task names of each kind, and a spec.
+pub const WEATHERS_MAX: usize = 32;
 /// Longest way that a task may ask for, in metres.
 pub const WAY_M_MAX: f32 = 100_000.0;

@@ -5,8 +5,8 @@ use std::sync::{Arc, OnceLock};
 use blueprints::{Class, VehicleModel};
 use schemas::{
     ActorId, ActorKind, Command, Error, ErrorCode, Frame, Pose, TrafficCommand, TrafficLightColour,
-    Translation3, Vec3, VehicleCommand, VehicleControl, VehicleFailure, WalkerCommand, WorldId,
-    level_pose,
+    Translation3, Vec3, VehicleCommand, VehicleControl, VehicleFailure, WalkerCommand, Weather,
+    WorldId, level_pose,
 };
 use world::{World, WorldConfig};
 
@@ -148,7 +148,10 @@ impl PhysicsWorld {
             true => World::with_traffic(config)?,
             false => World::new(config)?,
         };
-        let agents = &course.start(start).agents;
+        let Start { agents, sky, .. } = course.start(start);
+        if sky.weather != Weather::CLEAR_NOON {
+            world.apply(&Command::SetWeather { weather: sky.weather })?;
+        }
         let mut cars = Vec::with_capacity(agents.len());
         for agent in agents {
             let command = Command::spawn(BLUEPRINT, lifted(&agent.pose), velocity_mps(agent));

@@ -70,6 +70,9 @@ pub struct Spec {
     pub walkers: Option<usize>,
     /// Whether the town's traffic lights take their turns; `None`: as the task says.
     pub lights: Option<bool>,
+    /// Weathers of which each start has one: `training` and `test` are the task's, other names are
+    /// those of CARLA's presets.
+    pub weathers: Vec<String>,
     /// Steps between two hashes of a world's state; 0: at the ends of episodes alone.
     pub hash_every: u32,
 }
@@ -94,6 +97,7 @@ impl Default for Spec {
             cars: None,
             walkers: None,
             lights: None,
+            weathers: vec!["training".to_owned()],
             hash_every: 0,
         }
     }
@@ -126,6 +130,7 @@ impl Spec {
         within("agents", self.agents, limits::AGENTS_PER_WORLD_MAX)?;
         within("worlds times agents", self.rows(), limits::ROWS_MAX)?;
         within("pairs", self.pairs, limits::PAIRS_MAX)?;
+        within("the number of weathers", self.weathers.len(), limits::WEATHERS_MAX)?;
         within(
             "decision_ticks",
             self.decision_ticks as usize,
@@ -175,6 +180,7 @@ mod tests {
             (Spec { agents: 257, ..spec.clone() }, "1 to 256"),
             (Spec { worlds: 16_384, agents: 5, ..spec.clone() }, "worlds times agents"),
             (Spec { cars: Some(513), ..spec.clone() }, "0 to 512"),
+            (Spec { weathers: Vec::new(), ..spec.clone() }, "number of weathers is out of range"),
             (Spec { horizon_secs: Some(f32::NAN), ..spec.clone() }, "horizon_secs"),
             (Spec { decision_ticks: 0, ..spec.clone() }, "decision_ticks"),
         ] {

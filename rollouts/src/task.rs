@@ -8,6 +8,7 @@ mod bends;
 mod by_town;
 mod goal;
 mod others;
+mod weathers;
 
 use schemas::{Error, ErrorCode};
 use serde::Deserialize;
@@ -19,6 +20,7 @@ pub(crate) use bends::{Bends, Turns};
 use by_town::ByTown;
 pub(crate) use goal::GoalRule;
 pub(crate) use others::{End as WayEnd, Others, Standing};
+pub(crate) use weathers::{Sky, Weathers};
 
 /// All tasks that need no file: name and text.
 pub const TASKS: [(&str, &str); 13] = [
@@ -53,6 +55,8 @@ pub struct Task {
     pub(crate) goal: GoalRule,
     #[serde(default)]
     pub(crate) others: Others,
+    #[serde(default)]
+    pub(crate) weathers: Weathers,
     /// What ends an episode before its time is up, unless a spec says otherwise.
     #[serde(default = "all_ends")]
     pub ends: Vec<End>,
@@ -184,6 +188,7 @@ impl Task {
         within("start.turned_rad", self.start.turned_rad, 0.0, 1.0)?;
         self.goal.check()?;
         self.others.check()?;
+        self.weathers.check()?;
         self.reward.check()
     }
 

@@ -37,6 +37,7 @@ mod shared_frame;
 mod staging;
 mod v2x;
 mod vehicle;
+mod weather;
 
 pub mod carla;
 pub mod gait;

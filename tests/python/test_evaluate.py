@@ -8,7 +8,16 @@ import subprocess
 import sys
 
 import pytest
-from causeway.evaluate import Cell, Episode, compare, intervals, play, read, summarise
+from causeway.evaluate import (
+    Cell,
+    Episode,
+    by_condition,
+    compare,
+    intervals,
+    play,
+    read,
+    summarise,
+)
 from causeway.evaluate.score import PENALTIES, driving_score
 from causeway.policy import Follow, Forward, named
 
@@ -142,10 +151,74 @@ def test_too_little_success_and_bad_input_have_their_exit_codes(tmp_path):
     assert refused.returncode == 2 and "wanted version 1, found 7" in refused.stderr
 
 
+def test_conditions_are_those_of_the_papers(tmp_path):
+    run = small(
+        *("--towns", "Town01", "Town02", "--weathers", "training", "test"),
+        *("--policies", "follow", "forward", "--out", tmp_path),
+    )
+    assert run.returncode == 0, run.stderr
+    _, shown = run.stdout.split("Success by condition, %:\n")
+    head, *lines = [re.split(" {2,}", line) for line in shown.strip().splitlines()]
+    wanted = ["training", "new town", "new weather", "new town and weather"]
+    assert head == ["task", "tier", "policy", *wanted]
+    assert [line[:3] for line in lines] == [
+        [task, "kinematic", policy] for task in TASKS for policy in ("follow", "forward")
+    ]
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert len(results["episodes"]) == 4 * 2 * 2 * 6
+    weathers = {(one["weathers"], one["weather"]) for one in results["episodes"]}
+    assert weathers <= {("training", number) for number in (1, 3, 6, 8)} | {
+        *(("test", 4), ("test", 14))
+    }
+    assert {name for name, _ in weathers} == {"training", "test"}
+    shares = {
+        (row["task"], row["policy"]): [row["shares"][one] for one in wanted]
+        for row in results["conditions"]
+    }
+    assert all(share["episodes"] == 6 for row in shares.values() for share in row)
+    towns = (("Town01", "training"), ("Town02", "training"), ("Town01", "test"), ("Town02", "test"))
+    for (task, policy), row in shares.items():
+        for (town, weather), share in zip(towns, row, strict=True):
+            (cell,) = (
+                cell
+                for cell in results["cells"]
+                if (cell["task"], cell["policy"]) == (task, policy)
+                and (cell["town"], cell["weathers"]) == (town, weather)
+            )
+            assert cell["successes"] == share["successes"]
+    assert "Success by condition" in (tmp_path / "report.html").read_text()
+    unknown = evaluate("--tasks", "lane-keep", "--weathers", "test")
+    assert unknown.returncode == 2 and "names no weathers to be tested in" in unknown.stderr
+
+
+def test_conditions_leave_out_weathers_by_name_and_know_their_towns():
+    numbers = {"success": 1.0, "cause": 1.0}
+    cells = [
+        Cell("nocrash-empty", town, "physics", "a", weathers)
+        for town in ("Town02", "Town05")
+        for weathers in ("training", "test", "WetNoon")
+    ]
+    episodes = [Episode(cell, 1, number, "00", numbers) for cell in cells for number in range(3)]
+    (row,) = by_condition(episodes, ["Town05"])
+    assert {name: share.episodes for name, share in row.shares.items()} == {
+        **{"training": 3, "new town": 3, "new weather": 3, "new town and weather": 3}
+    }
+    assert row.texts()[0] == "100.0 (43.9 to 100.0)"
+    (row,) = by_condition(episodes[:3], ["Town05"])
+    assert row.texts() == ["-", "100.0 (43.9 to 100.0)", "-", "-"]
+
+
+def test_results_of_earlier_versions_are_of_dry_noons():
+    cell = Cell("lane-keep", "Town02", "kinematic", "a", "ClearNoon")
+    record = Episode(cell, 3, 4, "00", {"success": 1.0, "cause": 1.0}).record()
+    del record["weathers"]
+    assert Episode.of_record(record).cell == cell
+
+
 def test_an_episode_of_a_cell_counts_once():
     cell = Cell("lane-keep", "Town02", "kinematic", "a")
     one = Episode(cell, 3, 4, "00", {"success": 1.0, "cause": 1.0})
-    with pytest.raises(ValueError, match="kinematic, a: episode 4 of seed 3 comes twice"):
+    with pytest.raises(ValueError, match="kinematic, a, training: episode 4 of seed 3 comes twice"):
         summarise([one, one])
 
 

@@ -32,6 +32,8 @@ Layers = list[tuple[Floats, Floats]]
 #: What it learns in each town, and what it is evaluated in.
 LEARNT = ("corl17-straight", "corl17-one-turn", "lane-keep")
 EVALUATED = ("corl17-straight", "corl17-one-turn")
+#: What figures in `docs/benchmarks.md` are of.
+WEATHERS = "ClearNoon"
 REWARD = {
     "progress": 0.05,
     "arrived": 1.0,
@@ -317,6 +319,7 @@ def train(options: argparse.Namespace) -> None:
                 tier=tier,
                 worlds=options.worlds,
                 seed=options.seed,
+                weathers=WEATHERS,
                 reward=REWARD,
                 autoreset="same_step",
                 program=options.program,
@@ -344,7 +347,9 @@ def train(options: argparse.Namespace) -> None:
         csv.writer(file).writerows(told)
     tiers = ("kinematic", "physics")
     cells = [
-        (Cell(task, options.unseen, tier, "driver"), policy) for tier in tiers for task in EVALUATED
+        (Cell(task, options.unseen, tier, "driver", WEATHERS), policy)
+        for tier in tiers
+        for task in EVALUATED
     ]
     episodes = play(
         cells,

@@ -24,6 +24,8 @@ pub(super) struct Crowd {
     cars: Vec<Guest>,
     walkers: Vec<Walker>,
     random: SplitMix64,
+    /// Friction of the road over that of a dry one.
+    grip: f32,
     /// Of the ground under each agent.
     ground_m: Vec<f32>,
 }
@@ -62,6 +64,7 @@ impl Crowd {
             cars,
             walkers,
             random: SplitMix64::new(index as u64),
+            grip: start.sky.grip(),
             ground_m,
         })
     }
@@ -129,13 +132,13 @@ impl Crowd {
     fn drive(&mut self, town: &Town, scene: &Scene, strangers: &[Body]) {
         let (network, map) = (town.network(), town.roads());
         let mut claims = Claims::default();
-        let Self { cars, random, .. } = self;
+        let Self { cars, random, grip, .. } = self;
         let standing = cars.iter().filter(|car| car.driver.is_none()).map(|car| &car.body);
         for stranger in strangers.iter().chain(standing) {
             claims.occupy(network, stranger);
         }
         for car in cars.iter_mut() {
-            let (view, body) = (car.view(), car.body);
+            let (view, body) = (car.view(*grip), car.body);
             let senses =
                 Senses { network, scene, view: &view, body: &body, dt_secs: TICK_SECS as f32 };
             if let Some(driver) = &mut car.driver {
@@ -143,7 +146,7 @@ impl Crowd {
             }
         }
         for car in cars {
-            let (view, body) = (car.view(), car.body);
+            let (view, body) = (car.view(*grip), car.body);
             let senses =
                 Senses { network, scene, view: &view, body: &body, dt_secs: TICK_SECS as f32 };
             let Some(driver) = &mut car.driver else { continue };
@@ -198,7 +201,7 @@ impl Guest {
     }
 
     /// Whoever glides needs no wheels.
-    fn view(&self) -> VehicleView {
+    fn view(&self, grip: f32) -> VehicleView {
         VehicleView {
             world_from_vehicle: self.pose,
             velocity_mps: self.body.velocity_mps,
@@ -206,7 +209,7 @@ impl Guest {
             half_track_m: 0.0,
             full_lock_rad: 0.0,
             understeer_rad_per_mps2: 0.0,
-            grip: VehicleView::DRY,
+            grip,
         }
     }
 }

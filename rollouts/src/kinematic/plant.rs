@@ -1,13 +1,15 @@
 //! How a car answers its pedals and wheels, as the tier of rigid bodies does.
 //!
-//! Accelerations are measured there, once in a process: a car rolls on a straight level road at one
+//! Accelerations are measured there, once for each grip of a road in a process: a car rolls on a straight level road at one
 //! speed, and gets one pedal. What is between is interpolated.
 
-use std::sync::{Arc, LazyLock};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use roads::Map;
 use schemas::{
-    ActorId, Command, Error, ErrorCode, Vec3, VehicleCommand, VehiclePhysics, WorldId, level_pose,
+    ActorId, Command, Error, ErrorCode, Vec3, VehicleCommand, VehiclePhysics, Weather, WorldId,
+    level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -45,6 +47,8 @@ const ROAD: &str = r#"<?xml version="1.0"?>
 #[derive(Clone, Debug)]
 pub(super) struct Plant {
     pub shape: Shape,
+    /// Friction of the road over that of a dry one.
+    pub grip: f32,
     /// How fast the road wheels turn.
     pub steer_radps: f32,
     /// By pedal, then by speed.
@@ -58,30 +62,44 @@ pub(super) struct Plant {
 }
 
 impl Plant {
-    /// The car that agents drive.
+    /// The grip of a dry road.
+    pub(super) const DRY: f32 = 1.0;
+
+    /// The car that agents drive, on a road in some weather.
+    ///
+    /// - **Cost:** 72 short drives for each grip that has not been asked for before.
     ///
     /// # Errors
     /// What of the tier of rigid bodies does not work.
-    pub(super) fn measured() -> Result<Self, Error> {
-        static MEASURED: LazyLock<Result<Plant, Error>> = LazyLock::new(Plant::measure);
-        MEASURED.clone()
+    pub(super) fn measured(weather: &Weather) -> Result<Self, Error> {
+        static MEASURED: Mutex<BTreeMap<u32, Plant>> = Mutex::new(BTreeMap::new());
+        let mut measured = MEASURED.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = world::grip(weather).to_bits();
+        if let Some(plant) = measured.get(&key) {
+            return Ok(plant.clone());
+        }
+        let plant = Self::measure(weather)?;
+        measured.insert(key, plant.clone());
+        Ok(plant)
     }
 
-    fn measure() -> Result<Self, Error> {
+    fn measure(weather: &Weather) -> Result<Self, Error> {
         let model = physics::model()?;
         let parameters = &model.physics;
         let lock_rad =
             parameters.wheels.iter().map(|wheel| wheel.steer_rad_max).fold(0.0, f32::max);
         let curve = parameters.steering_curve.iter();
         let friction = parameters.wheels.first().map_or(1.0, |wheel| wheel.tyre_friction);
+        let grip = world::grip(weather);
         Ok(Self {
             shape: physics::shape(model),
+            grip,
             steer_radps: STEER_RADPS,
-            accelerations_mps2: table()?,
+            accelerations_mps2: table(weather)?,
             full_lock: curve.map(|(speed, share)| (*speed, share * lock_rad)).collect(),
             wheelbase_m: model.wheelbase_m,
             understeer_rad_per_mps2: softness(parameters) / GRAVITY_MPS2,
-            sideways_mps2_max: GRIP * friction.min(1.0) * GRAVITY_MPS2,
+            sideways_mps2_max: GRIP * grip * friction.min(1.0) * GRAVITY_MPS2,
         })
     }
 
@@ -142,14 +160,14 @@ fn place(places: &[f32], value: f32) -> (usize, f32) {
 
 /// # Errors
 /// Why a car cannot be driven.
-fn table() -> Result<[[f32; SPEEDS_MPS.len()]; PEDALS.len()], Error> {
+fn table(weather: &Weather) -> Result<[[f32; SPEEDS_MPS.len()]; PEDALS.len()], Error> {
     let unreadable = |error: roads::MapError| Error::new(ErrorCode::Internal, error.to_string());
     let map = Map::parse("straight", ROAD).map_err(unreadable)?;
     let town = Arc::new(Town::new(Arc::new(map)));
     let mut table = [[0.0; SPEEDS_MPS.len()]; PEDALS.len()];
     for (row, pedal) in table.iter_mut().zip(PEDALS) {
         for (value, speed_mps) in row.iter_mut().zip(SPEEDS_MPS).rev() {
-            *value = acceleration(&town, pedal, speed_mps)?;
+            *value = acceleration(&town, weather, (pedal, speed_mps))?;
         }
         // A car that stands cannot brake: there it counts as at the first speed.
         if pedal <= 0.0 {
@@ -160,11 +178,16 @@ fn table() -> Result<[[f32; SPEEDS_MPS.len()]; PEDALS.len()], Error> {
 }
 
 /// Mean acceleration a while after a pedal was pressed, while the car rolls.
-fn acceleration(town: &Arc<Town>, pedal: f32, speed_mps: f32) -> Result<f32, Error> {
+fn acceleration(
+    town: &Arc<Town>,
+    weather: &Weather,
+    (pedal, speed_mps): (f32, f32),
+) -> Result<f32, Error> {
     let id = WorldId::new(1)
         .ok_or_else(|| Error::new(ErrorCode::Internal, "1 should be the id of a world"))?;
     let map = Arc::clone(town);
     let mut world = World::new(WorldConfig { id, epoch: 0, seed: 0, dt_secs: TICK_SECS, map })?;
+    world.apply(&Command::SetWeather { weather: *weather })?;
     let pose = level_pose(Vec3::new(-900.0, -10.0, 0.0), 0.0);
     let spawned = world.apply(&Command::spawn(physics::BLUEPRINT, pose, Vec3::x() * speed_mps))?;
     let actor = spawned.ok_or_else(|| Error::new(ErrorCode::Internal, "a car was not spawned"))?;
@@ -200,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_car_speeds_up_with_throttle_and_slows_down_with_the_brake() {
-        let plant = Plant::measured().unwrap();
+        let plant = Plant::measured(&Weather::CLEAR_NOON).unwrap();
         println!("{:#?}", plant.accelerations_mps2);
         for speed_mps in [1.0, 5.0, 12.0, 25.0] {
             let at = |pedal| plant.acceleration_mps2(pedal, speed_mps);
@@ -212,11 +235,27 @@ mod tests {
 
     #[test]
     fn wheels_turn_less_at_speed_and_tyres_hold_so_much() {
-        let plant = Plant::measured().unwrap();
+        let plant = Plant::measured(&Weather::CLEAR_NOON).unwrap();
         assert!(plant.full_lock_rad(0.0) > plant.full_lock_rad(30.0));
         let slow = plant.curvature_per_m(0.3, 1.0);
         assert!((slow - 0.309 / plant.wheelbase_m).abs() < 0.003, "{slow}");
         let fast = plant.curvature_per_m(-0.3, 25.0);
         assert!((fast * 625.0 + plant.sideways_mps2_max).abs() < 1.0e-3, "{fast}");
+    }
+
+    #[test]
+    fn a_wet_road_holds_less() {
+        let [dry, wet] = ["ClearNoon", "HardRainNoon"]
+            .map(|name| Plant::measured(&Weather::preset(name).unwrap()).unwrap());
+        for speed_mps in [5.0, 12.0, 25.0] {
+            let share =
+                wet.acceleration_mps2(-1.0, speed_mps) / dry.acceleration_mps2(-1.0, speed_mps);
+            println!("{speed_mps} m/s: {share}, grip {}", wet.grip);
+            assert!((share - wet.grip).abs() < 0.1, "{speed_mps} m/s: {share}");
+            let gentle = wet.acceleration_mps2(-0.1, speed_mps);
+            assert!((gentle - dry.acceleration_mps2(-0.1, speed_mps)).abs() < 0.1, "{gentle}");
+        }
+        let [dry, wet] = [dry, wet].map(|plant| plant.curvature_per_m(0.3, 25.0));
+        assert!((wet / dry - 0.685).abs() < 1.0e-3, "{wet} and {dry}");
     }
 }

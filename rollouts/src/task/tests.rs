@@ -16,6 +16,8 @@ turned_rad = 0
 [others]
 cars = { Town01 = 20, other = 15 }
 lights = true
+[weathers]
+training = ["ClearNoon", "WetNoon"]
 [reward]
 progress = 2
 "#;
@@ -53,6 +55,8 @@ fn what_cannot_be_is_refused_with_its_place() {
         ("side = \"left\"", "side = \"up\"", "unknown variant `up`"),
         (", other = [50, 150] }", " }", "`other` towns is missing"),
         ("cars = { Town01 = 20, other = 15 }", "cars = 5000", "others.cars is out of range"),
+        ("\"WetNoon\"", "\"Snow\"", "weathers.training: there is no such weather"),
+        ("training = [", "trained = [", "unknown field `trained`"),
         ("progress = 2", "fame = 2", "there is no such term"),
         ("\"red_light\"", "\"sunset\"", "unknown variant `sunset`"),
         ("beside_m = 0.1", "beside_m = nan", "start.beside_m is out of range"),

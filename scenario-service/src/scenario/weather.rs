@@ -1,6 +1,4 @@
 //! CARLA's weather presets by name, and weather given value by value.
-//!
-//! **Source:** values of the CARLA 0.9.16 client library.
 
 use schemas::{SplitMix64, Weather};
 use serde_json::Value;
@@ -8,31 +6,6 @@ use serde_json::Value;
 use super::ScenarioError;
 use super::config::wrong;
 use crate::openenv::coerce::{self, Bounds};
-
-/// Cloudiness, precipitation, deposits, wind, sun altitude in degrees, fog density, wetness.
-const PRESETS: [(&str, [f32; 7]); 21] = [
-    ("ClearNoon", [5.0, 0.0, 0.0, 10.0, 45.0, 2.0, 0.0]),
-    ("CloudyNoon", [60.0, 0.0, 0.0, 10.0, 45.0, 3.0, 0.0]),
-    ("WetNoon", [5.0, 0.0, 50.0, 10.0, 45.0, 3.0, 0.0]),
-    ("WetCloudyNoon", [60.0, 0.0, 50.0, 10.0, 45.0, 3.0, 0.0]),
-    ("SoftRainNoon", [20.0, 30.0, 50.0, 30.0, 45.0, 3.0, 0.0]),
-    ("MidRainyNoon", [60.0, 60.0, 60.0, 60.0, 45.0, 3.0, 0.0]),
-    ("HardRainNoon", [100.0, 100.0, 90.0, 100.0, 45.0, 7.0, 0.0]),
-    ("ClearSunset", [5.0, 0.0, 0.0, 10.0, 15.0, 2.0, 0.0]),
-    ("CloudySunset", [60.0, 0.0, 0.0, 10.0, 15.0, 3.0, 0.0]),
-    ("WetSunset", [5.0, 0.0, 50.0, 10.0, 15.0, 2.0, 0.0]),
-    ("WetCloudySunset", [60.0, 0.0, 50.0, 10.0, 15.0, 2.0, 0.0]),
-    ("SoftRainSunset", [20.0, 30.0, 50.0, 30.0, 15.0, 2.0, 0.0]),
-    ("MidRainSunset", [60.0, 60.0, 60.0, 60.0, 15.0, 3.0, 0.0]),
-    ("HardRainSunset", [100.0, 100.0, 90.0, 100.0, 15.0, 7.0, 0.0]),
-    ("ClearNight", [5.0, 0.0, 0.0, 10.0, -90.0, 60.0, 0.0]),
-    ("CloudyNight", [60.0, 0.0, 0.0, 10.0, -90.0, 60.0, 0.0]),
-    ("WetNight", [5.0, 0.0, 50.0, 10.0, -90.0, 60.0, 60.0]),
-    ("WetCloudyNight", [60.0, 0.0, 50.0, 10.0, -90.0, 60.0, 60.0]),
-    ("SoftRainNight", [60.0, 30.0, 50.0, 30.0, -90.0, 60.0, 60.0]),
-    ("MidRainyNight", [80.0, 60.0, 60.0, 60.0, -90.0, 60.0, 80.0]),
-    ("HardRainNight", [100.0, 100.0, 90.0, 100.0, -90.0, 100.0, 100.0]),
-];
 
 /// From which `random` draws: every preset by day that the reference server draws from.
 const RANDOM: [&str; 12] = [
@@ -75,11 +48,9 @@ impl WeatherChoice {
     pub(crate) fn from_json(value: &Value) -> Result<Self, ScenarioError> {
         match value {
             Value::String(name) if name == "random" => Ok(Self::Random),
-            Value::String(name) if name == "DustStorm" => Ok(Self::Preset("DustStorm")),
-            Value::String(name) => PRESETS
-                .iter()
-                .find(|(known, _)| known == name)
-                .map(|(known, _)| Self::Preset(known))
+            Value::String(name) => Weather::presets()
+                .find(|known| known == name)
+                .map(Self::Preset)
                 .ok_or_else(|| wrong("weather", "a CARLA weather preset or \"random\"", value)),
             Value::Object(values) => {
                 let mut weather = Weather::CLEAR_NOON;
@@ -99,33 +70,7 @@ impl WeatherChoice {
             Self::Preset(name) => name,
             Self::Random => rng.choose(&RANDOM).copied().unwrap_or("ClearNoon"),
         };
-        (preset(name), name.to_owned())
-    }
-}
-
-fn preset(name: &str) -> Weather {
-    if name == "DustStorm" {
-        return Weather {
-            cloudiness_percent: 100.0,
-            wind_intensity_percent: 100.0,
-            dust_storm_percent: 100.0,
-            ..Weather::CLEAR_NOON
-        };
-    }
-    let Some((_, values)) = PRESETS.iter().find(|(known, _)| *known == name) else {
-        return Weather::CLEAR_NOON;
-    };
-    let [cloudiness, precipitation, deposits, wind, sun_altitude_deg, fog_density, wetness] =
-        *values;
-    Weather {
-        cloudiness_percent: cloudiness,
-        precipitation_percent: precipitation,
-        precipitation_deposits_percent: deposits,
-        wind_intensity_percent: wind,
-        sun_altitude_rad: sun_altitude_deg.to_radians(),
-        fog_density_percent: fog_density,
-        wetness_percent: wetness,
-        ..Weather::CLEAR_NOON
+        (Weather::preset(name).unwrap_or(Weather::CLEAR_NOON), name.to_owned())
     }
 }
 
@@ -161,11 +106,6 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-
-    #[test]
-    fn clear_noon_is_the_one_that_worlds_start_with() {
-        assert_eq!(preset("ClearNoon"), Weather::CLEAR_NOON);
-    }
 
     #[test]
     fn random_draws_every_preset_of_its_list_and_the_same_one_for_a_seed() {

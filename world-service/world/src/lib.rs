@@ -74,6 +74,7 @@ mod walker;
 mod wheel;
 mod world;
 
+pub use step::grip;
 pub use town::Town;
 pub use traffic::{Broken, Lights};
 pub use world::{World, WorldConfig};

@@ -1,7 +1,7 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, Steering, Tick, Vec3};
+use schemas::{Error, Steering, Tick, Vec3, Weather};
 
 use crate::actor::Vehicle;
 use crate::check;
@@ -21,6 +21,13 @@ use crate::world::{State, World};
 const WET_GRIP_LOSS: f32 = 0.35;
 /// A vehicle tilted by more than this lies on its side or roof (cosine of 60°).
 const LYING: f32 = 0.5;
+
+/// Friction of roads in a weather over that of dry ones, 1 when dry.
+#[must_use]
+pub fn grip(weather: &Weather) -> f32 {
+    let wet_percent = weather.wetness_percent.max(weather.precipitation_deposits_percent);
+    1.0 - WET_GRIP_LOSS * (wet_percent / 100.0).clamp(0.0, 1.0)
+}
 
 impl World {
     /// Advances by one step.
@@ -72,9 +79,7 @@ impl World {
 impl State {
     /// Friction of the whole road over that of a dry one.
     pub(crate) fn grip(&self) -> f32 {
-        let weather = &self.weather;
-        let wet_percent = weather.wetness_percent.max(weather.precipitation_deposits_percent);
-        1.0 - WET_GRIP_LOSS * (wet_percent / 100.0).clamp(0.0, 1.0)
+        grip(&self.weather)
     }
 
     /// Lets pilots and Ackermann controllers choose this tick's controls.

@@ -105,6 +105,7 @@ class Batch:
         cars: int | None = None,
         walkers: int | None = None,
         lights: bool | None = None,
+        weathers: str | Sequence[str] = "training",
         hash_every: int = 0,
         slots: int = 2,
         threads: int | None = None,
@@ -134,6 +135,8 @@ class Batch:
             cars: of the world's own traffic; by default the task's.
             walkers: people on foot; by default the task's.
             lights: whether the town's traffic lights take their turns; by default as the task says.
+            weathers: of which each start has one: `training` and `test` are the task's, other names
+                CARLA's presets.
             hash_every: steps between two hashes of a world's state; 0: at ends of episodes alone.
             slots: copies of all arrays, 2 to 4.
             threads: of the engine; by default one for each 64 worlds, as far as there are cores.
@@ -164,6 +167,7 @@ class Batch:
             "cars": cars,
             "walkers": walkers,
             "lights": lights,
+            "weathers": [weathers] if isinstance(weathers, str) else list(weathers),
             "hash_every": hash_every,
         }
         if pairs is not None:

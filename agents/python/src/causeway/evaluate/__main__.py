@@ -14,6 +14,8 @@ from typing import Any
 from causeway import policy
 from causeway.commands import add_engine, ended, engine
 from causeway.evaluate.compare import compare, sentences
+from causeway.evaluate.conditions import by_condition
+from causeway.evaluate.conditions import table as conditions_table
 from causeway.evaluate.episodes import Cell, play
 from causeway.evaluate.results import read, write
 from causeway.evaluate.summary import summarise, table
@@ -33,6 +35,18 @@ def parse_arguments() -> argparse.Namespace:
     several: dict[str, Any] = {"nargs": "+", "metavar": "NAME"}
     parser.add_argument("--tasks", default=["corl17-straight", "corl17-one-turn"], **several)
     parser.add_argument("--towns", default=["Town02"], **several)
+    parser.add_argument(
+        "--weathers",
+        default=["training"],
+        help="training and test, which are the task's, or presets of CARLA's (training)",
+        **several,
+    )
+    parser.add_argument(
+        "--training-towns",
+        default=["Town01"],
+        help="others are new towns in the table by condition (Town01)",
+        **several,
+    )
     parser.add_argument("--tiers", default=["kinematic"], **several)
     parser.add_argument(
         "--policies",
@@ -52,12 +66,13 @@ def parse_arguments() -> argparse.Namespace:
 def evaluate(options: argparse.Namespace) -> int:
     policies = [_policy(text) for text in options.policies]
     _once("policies", [name for name, _ in policies], "; NAME=FILE.npz gives a file another name")
-    for flag in ("tasks", "towns", "tiers", "seeds"):
+    for flag in ("tasks", "towns", "weathers", "tiers", "seeds"):
         _once(flag, getattr(options, flag))
     cells = [
-        (Cell(task, town, tier, name), driver)
+        (Cell(task, town, tier, name, weathers), driver)
         for tier in options.tiers
         for town in options.towns
+        for weathers in options.weathers
         for task in options.tasks
         for name, driver in policies
     ]
@@ -66,11 +81,14 @@ def evaluate(options: argparse.Namespace) -> int:
     episodes = play(cells, seeds=options.seeds, episodes=options.episodes, settings=settings)
     summaries = summarise(episodes)
     print(table(summaries))
+    conditions = by_condition(episodes, options.training_towns)
+    if len({(one.cell.town, one.cell.weathers) for one in summaries}) > 1 and conditions:
+        print(f"\nSuccess by condition, %:\n{conditions_table(conditions)}")
     differences = [] if before is None else compare(episodes, before)
     if differences:
         print(sentences(differences))
     if options.out:
-        write(options.out, episodes, differences)
+        write(options.out, episodes, differences, conditions=conditions)
     least = min(one.success for one in summaries)
     if options.fail_under is not None and least < options.fail_under:
         print(f"success {least:.3f} is below {options.fail_under}", file=sys.stderr)

@@ -13,7 +13,7 @@ from typing import Any
 
 from causeway.commands import ended
 from causeway.evaluate.compare import compare, sentences
-from causeway.evaluate.episodes import CAUSES, Cell, Episode
+from causeway.evaluate.episodes import CAUSES, NOON, Cell, Episode
 from causeway.evaluate.results import read, write
 from causeway.evaluate.summary import columns, summarise
 from causeway.openenv import DEFAULT_BASE_URL, Session
@@ -113,7 +113,7 @@ def _episode(session: Session, scenario: str, policy: str, seed: int) -> Episode
         "expected_hit": float(outcome["expected_pedestrians_hit"]),
         "topology_valid": float(outcome["topology_valid"]),
     }
-    cell = Cell(scenario, str(state["town"]), "physics", policy)
+    cell = Cell(scenario, str(state["town"]), "physics", policy, NOON)
     return Episode(cell, seed, 0, str(step.metadata["sim"]["state_hash"]), numbers)
 
 

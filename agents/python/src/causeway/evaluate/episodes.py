@@ -15,6 +15,8 @@ from causeway.rollout import Batch
 
 #: Episodes of one seed have numbers below this.
 EPISODES_END = 1_000_000
+#: The weather of worlds that nobody gave another.
+NOON = "ClearNoon"
 #: By the number in the column `cause`.
 CAUSES = ("", "arrived", "collision", "off_route", "overturned", "time", "fault", "red_light")
 
@@ -27,9 +29,11 @@ class Cell:
     town: str
     tier: str
     policy: str
+    #: As :class:`causeway.rollout.Batch` takes one: `training`, `test`, or a preset of CARLA's.
+    weathers: str = "training"
 
     def __str__(self) -> str:
-        return f"{self.task}, {self.town}, {self.tier}, {self.policy}"
+        return f"{self.task}, {self.town}, {self.tier}, {self.policy}, {self.weathers}"
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,9 @@ class Episode:
     def of_record(cls, record: Mapping[str, Any]) -> Episode:
         """Raises `KeyError` for a record that lacks something."""
         known = dict(record)
-        cell = Cell(*(str(known.pop(name)) for name in ("task", "town", "tier", "policy")))
+        places = (str(known.pop(name)) for name in ("task", "town", "tier", "policy"))
+        # Results of earlier versions are of dry noons.
+        cell = Cell(*places, str(known.pop("weathers", NOON)))
         seed, number = int(known.pop("seed")), int(known.pop("number"))
         state_hash = str(known.pop("state_hash"))
         del known["cause_name"]
@@ -93,7 +99,7 @@ def play(
     opened: tuple[str, ...] = ()
     try:
         for cell, policy in cells:
-            place = (cell.task, cell.town, cell.tier, observation(policy))
+            place = (cell.task, cell.town, cell.tier, cell.weathers, observation(policy))
             if place != opened:
                 if batch is not None:
                     batch.close()
@@ -104,6 +110,7 @@ def play(
                         "worlds": len(seeds) * episodes,
                         "town": cell.town,
                         "tier": cell.tier,
+                        "weathers": cell.weathers,
                         "observation": observation(policy),
                     },
                 )

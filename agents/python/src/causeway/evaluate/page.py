@@ -6,6 +6,7 @@ import html
 from collections.abc import Iterable, Sequence
 
 from causeway.evaluate.compare import Difference
+from causeway.evaluate.conditions import CONDITIONS, Row
 from causeway.evaluate.episodes import Episode
 from causeway.evaluate.intervals import Interval
 from causeway.evaluate.score import PENALTIES
@@ -30,13 +31,15 @@ def page(
     differences: Sequence[Difference],
     episodes: Iterable[Episode],
     share: str = "share of the way",
+    conditions: Sequence[Row] = (),
 ) -> str:
-    """The text of the page; `share`: what `completion` is."""
+    """The text of the page; `share`: what `completion` is; `conditions`: a table of them."""
     parts = [
         "<!doctype html><html lang=en><meta charset=utf-8><title>Evaluation</title>",
         f"<style>{STYLE}</style><h1>Evaluation</h1>",
         "<p>Bars are intervals of 95 %: Wilson's for shares of episodes, of resampled episodes for "
         "means and rates. Policies see the state of their vehicle and way, not pictures.</p>",
+        *([_conditions(conditions)] if conditions else []),
         *_plots(summaries, share),
         _table(summaries, share),
         _infractions(summaries),
@@ -51,7 +54,7 @@ def _plots(summaries: Sequence[Summary], share: str) -> Iterable[str]:
     groups: dict[str, list[Summary]] = {}
     for one in summaries:
         cell = one.cell
-        groups.setdefault(f"{cell.task}, {cell.town}, {cell.tier}", []).append(one)
+        groups.setdefault(f"{cell.task}, {cell.town}, {cell.tier}, {cell.weathers}", []).append(one)
     for name, members in groups.items():
         yield f"<h2>{html.escape(name)}</h2>"
         lines = [(one.cell.policy, one.success, one.success_interval) for one in members]
@@ -115,9 +118,25 @@ def _table(summaries: Sequence[Summary], share: str) -> str:
         )
         for one in summaries
     ]
-    head = ["task", "town", "tier", "policy", "episodes", "success %", "95 %", f"{share}, %"]
+    head = [
+        "task",
+        "town",
+        "tier",
+        "policy",
+        "weathers",
+        "episodes",
+        "success %",
+        "95 %",
+        f"{share}, %",
+    ]
     head += ["95 %", "km", "infractions", "per km", "95 %", "m/s", "m beside"]
     return "<h2>All numbers</h2>" + _rows(head, rows)
+
+
+def _conditions(rows: Sequence[Row]) -> str:
+    lines = [(*(html.escape(text) for text in one.names), *one.texts()) for one in rows]
+    head = ("task", "tier", "policy", *CONDITIONS)
+    return "<h2>Success by condition, %</h2>" + _rows(head, lines)
 
 
 def _infractions(summaries: Sequence[Summary]) -> str:

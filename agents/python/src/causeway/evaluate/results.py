@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from causeway.evaluate.compare import Difference
+from causeway.evaluate.conditions import Row
 from causeway.evaluate.episodes import Episode, digest
 from causeway.evaluate.page import page
 from causeway.evaluate.summary import summarise
@@ -20,6 +21,7 @@ def write(
     episodes: Sequence[Episode],
     differences: Sequence[Difference] = (),
     share: str = "share of the way",
+    conditions: Sequence[Row] = (),
 ) -> None:
     """Writes both files; equal episodes give equal files. `share`: what `completion` is."""
     summaries = summarise(episodes)
@@ -27,12 +29,13 @@ def write(
         "version": VERSION,
         "digest": digest(episodes),
         "cells": [one.record() for one in summaries],
+        "conditions": [one.record() for one in conditions],
         "differences": [one.record() for one in differences],
         "episodes": [one.record() for one in episodes],
     }
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    (folder / "report.html").write_text(page(summaries, differences, episodes, share))
+    (folder / "report.html").write_text(page(summaries, differences, episodes, share, conditions))
 
 
 def read(path: Path) -> list[Episode]:

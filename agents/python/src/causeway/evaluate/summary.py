@@ -104,7 +104,7 @@ def _of(cell: Cell, episodes: Sequence[Episode]) -> Summary:
 
 def table(summaries: Sequence[Summary]) -> str:
     """For people: a line for each cell."""
-    head = ["task", "town", "tier", "policy", "n", "success %", "95 %"]
+    head = ["task", "town", "weathers", "tier", "policy", "n", "success %", "95 %"]
     head += ["way %", "per km", "score", "m/s", "ended by"]
     lines = [head]
     for one in summaries:
@@ -112,7 +112,7 @@ def table(summaries: Sequence[Summary]) -> str:
         causes = ", ".join(f"{name} {count}" for name, count in one.causes.items())
         lines.append(
             [
-                *(one.cell.task, one.cell.town, one.cell.tier, one.cell.policy),
+                *(one.cell.task, one.cell.town, one.cell.weathers, one.cell.tier, one.cell.policy),
                 *(str(one.episodes), f"{100 * one.success:.1f}"),
                 *(f"{100 * low:.1f} to {100 * high:.1f}", f"{100 * one.completion:.1f}"),
                 *(f"{one.infractions_per_km:.2f}", f"{one.driving_scores[SCORE]:.1f}"),
