@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +21,8 @@ from running_site import PACKAGE, two_free_ports
 
 EXAMPLES = PACKAGE / "examples" / "carla"
 LIMIT_SECS = 600.0
+#: From the start of the process to the first metre; a machine with nothing else to do takes 3 s.
+DRIVES_SECS = 30.0
 
 #: What both rays and pictures show.
 WALLS_AND_GROUND = (
@@ -150,6 +153,39 @@ def test_the_client_example_drives_and_saves_every_picture(site, client, tmp_pat
     depth = np.asarray(Image.open(folder / "CameraDepth" / wanted[-1]).convert("RGB"), float)
     depth_m = depth @ [1.0, 256.0, 65536.0] * 1000.0 / (2**24 - 1)
     assert depth_m[0].max() > 100.0 and depth_m[-1].max() < 20.0
+
+
+def test_the_autopilot_drives_for_most_of_a_minute(site, client, tmp_path):
+    file = tmp_path / "none.ini"
+    file.write_text("[CARLA/LevelSettings]\nNumberOfVehicles=20\nNumberOfPedestrians=0\n")
+    options = ("-a", "-c", file, "--episodes", 1, "--frames", 600, "--seed", 3)
+    ran = run(site, tmp_path, "client_example.py", *options)
+    assert ran.status == 0, ran.err
+    told = ran.numbers(r"\), (\S+) km/h, collisions: vehicles (\S+),")
+    speeds_kmh = [speed for speed, _ in told]
+    assert len(speeds_kmh) == 600, "a minute of frames of 0.1 s"
+    drives = sum(speed > 0.0 for speed in speeds_kmh) / len(speeds_kmh)
+    print(f"drives {100 * drives:.0f} % of the time")
+    assert drives > 0.8
+
+
+def test_a_car_drives_as_soon_as_the_map_is_there(start_site):
+    port = two_free_ports()
+    begun = time.monotonic()
+    start_site("--carla", str(port))
+    client = carla.Client("127.0.0.1", port)
+    client.set_timeout(LIMIT_SECS)
+    world = client.get_world()
+    blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
+    start = world.get_map().get_spawn_points()[0]
+    vehicle = world.spawn_actor(blueprint, start)
+    vehicle.apply_control(carla.VehicleControl(throttle=1.0))
+    while (
+        world.wait_for_tick().find(vehicle.id).get_transform().location.distance(start.location)
+        < 1.0
+    ):
+        assert time.monotonic() - begun < DRIVES_SECS
+    print(f"the first metre was driven {time.monotonic() - begun:.2f} s after the process began")
 
 
 def test_the_same_seed_measures_the_same(site, client, tmp_path):
