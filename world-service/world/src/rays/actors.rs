@@ -8,8 +8,9 @@ use nalgebra::{Matrix3, Point3};
 use schemas::{ActorId, ActorState, Vec3};
 
 use super::bounds::Bounds;
-use super::bvh::{Bvh, Stack};
+use super::bvh::{Bvh, PacketStack, Stack};
 use super::mesh::{Face, Mesh};
+use super::packet::{Mask, Nearest, Packet, RAYS, each};
 use super::ray::{Hit, Ray};
 
 /// Actors at one moment. The parts of each are put in place when the first ray comes near it.
@@ -92,6 +93,23 @@ impl Actors {
             reach_m
         });
         nearest
+    }
+
+    /// What the rays of a packet meet nearer than what they met before.
+    pub(crate) fn nearest_of(
+        &self,
+        packet: &Packet,
+        nearest: &mut Nearest,
+        stack: &mut PacketStack,
+    ) {
+        self.bvh.walk_packet(packet, nearest, stack, |actor, _, nearest, stack| {
+            let actor = &self.actors[actor as usize];
+            let Parts { parts, bvh } = actor.parts(self.sim_secs);
+            bvh.walk_packet(packet, nearest, stack, |part, mask, nearest, stack| {
+                let part = &parts[part as usize];
+                part.nearest_of(packet, mask, actor.state.id, nearest, stack);
+            });
+        });
     }
 
     /// Adds every triangle within `reach_m` that is seen from outside to `hits`.
@@ -199,6 +217,28 @@ impl Part {
     fn nearest(&self, ray: &Ray, reach_m: f32, stack: &mut Stack) -> Option<Hit> {
         let hit = self.mesh.nearest(&self.ray_in_shape(ray), reach_m, stack)?;
         Some(self.in_world(hit))
+    }
+
+    /// Of some rays of a packet.
+    fn nearest_of(
+        &self,
+        packet: &Packet,
+        mask: Mask,
+        actor: ActorId,
+        nearest: &mut Nearest,
+        stack: &mut PacketStack,
+    ) {
+        let (mut rays, mut count) = ([0; RAYS], 0);
+        for ray in each(mask) {
+            rays[count] = ray;
+            count += 1;
+        }
+        let own = Packet::new(count, |at| self.ray_in_shape(packet.ray(rays[at])));
+        let mut met = Nearest::new(count, |at| nearest.reach_m(rays[at]));
+        self.mesh.nearest_of(&own, &mut met, stack);
+        for (at, &ray) in rays.iter().enumerate().take(count) {
+            nearest.take(ray, &met, at, |hit| Hit { actor: Some(actor), ..self.in_world(hit) });
+        }
     }
 
     fn all(&self, ray: &Ray, reach_m: f32, stack: &mut Stack, hits: &mut Vec<Hit>) {

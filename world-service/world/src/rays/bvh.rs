@@ -6,6 +6,7 @@
 
 use super::bounds::Bounds;
 use super::build;
+use super::packet::{Mask, Nearest, Packet, greater, lesser};
 use super::ray::Ray;
 
 /// Children of a node: numbers in the narrowest common vector register.
@@ -34,6 +35,9 @@ pub(crate) struct Bvh {
 /// Nodes still to be visited and the distance to each; kept between rays to save allocations.
 /// Empty after a walk.
 pub(crate) type Stack = Vec<(f32, u32)>;
+
+/// The same of packets, with the node and the lane from which each comes.
+pub(crate) type PacketStack = Vec<(f32, (u32, (u32, u8)))>;
 
 impl Bvh {
     /// Boxes of at most `leaf_items` items become leaves, which `make_leaf` numbers.
@@ -81,6 +85,50 @@ impl Bvh {
         }
     }
 
+    /// Visits the leaves that rays of a packet may meet before what they met so far, roughly from
+    /// near to far, with those rays. `visit` takes the leaf, the rays, what they met, and the stack
+    /// for a walk within this one.
+    #[inline(never)]
+    pub(crate) fn walk_packet(
+        &self,
+        packet: &Packet,
+        nearest: &mut Nearest,
+        stack: &mut PacketStack,
+        mut visit: impl FnMut(u32, Mask, &mut Nearest, &mut PacketStack),
+    ) {
+        let Some(root) = self.root else { return };
+        let mut reach_m = nearest.longest_m();
+        let base = stack.len();
+        if root & LEAF != 0 {
+            return visit(root & !LEAF, Mask::MAX, nearest, stack);
+        }
+        stack.push((0.0, (root, (0, 0))));
+        while stack.len() > base {
+            let Some((entry_m, (child, (parent, lane)))) = stack.pop() else { return };
+            if entry_m > reach_m {
+                continue;
+            }
+            if child & LEAF != 0 {
+                let bounds = self.nodes[parent as usize].bounds(lane.into());
+                let mask = packet.meeting(&bounds, nearest);
+                if mask != 0 {
+                    visit(child & !LEAF, mask, nearest, stack);
+                    reach_m = nearest.longest_m();
+                }
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let (near_m, far_m) = node.cross_packet(packet, reach_m);
+            let first = stack.len();
+            for lane in 0..WIDTH {
+                if near_m[lane] <= far_m[lane] {
+                    let from = (child, lane as u8);
+                    push_sorted(stack, first, (near_m[lane], (node.children[lane], from)));
+                }
+            }
+        }
+    }
+
     /// Visits the leaves whose boxes overlap `bounds`.
     pub(crate) fn overlapping(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
         let mut stack: Vec<u32> = self.root.into_iter().collect();
@@ -97,7 +145,7 @@ impl Bvh {
 }
 
 /// Keeps what was pushed since `first` ordered with the nearest last.
-fn push_sorted(stack: &mut Stack, first: usize, entry: (f32, u32)) {
+fn push_sorted<Child>(stack: &mut Vec<(f32, Child)>, first: usize, entry: (f32, Child)) {
     stack.push(entry);
     let mut at = stack.len() - 1;
     while at > first && stack[at - 1].0 < stack[at].0 {
@@ -143,9 +191,29 @@ impl Node {
             for lane in 0..WIDTH {
                 let enters_m = (entry[lane] - origin_m) * inverse;
                 let leaves_m = (exit[lane] - origin_m) * inverse;
-                // Not `f32::max`: without its rule for NaN this is one instruction for all lanes.
-                near_m[lane] = if enters_m > near_m[lane] { enters_m } else { near_m[lane] };
-                far_m[lane] = if leaves_m < far_m[lane] { leaves_m } else { far_m[lane] };
+                near_m[lane] = greater(enters_m, near_m[lane]);
+                far_m[lane] = lesser(leaves_m, far_m[lane]);
+            }
+        }
+        (near_m, far_m)
+    }
+
+    /// Before which no ray of a packet enters each child, and after which all have left it.
+    #[inline(never)]
+    fn cross_packet(&self, packet: &Packet, reach_m: f32) -> ([f32; WIDTH], [f32; WIDTH]) {
+        let mut near_m = [0.0; WIDTH];
+        let mut far_m = [reach_m; WIDTH];
+        for axis in 0..3 {
+            let Some([least, greatest]) = packet.span(axis) else { continue };
+            let origin_m = packet.origin_m()[axis];
+            let [low_m, high_m] = &self.planes_m[axis];
+            let (entry, exit) = if least >= 0.0 { (low_m, high_m) } else { (high_m, low_m) };
+            for lane in 0..WIDTH {
+                let (to_entry_m, to_exit_m) = (entry[lane] - origin_m, exit[lane] - origin_m);
+                let enters_m = lesser(to_entry_m * least, to_entry_m * greatest);
+                let leaves_m = greater(to_exit_m * least, to_exit_m * greatest);
+                near_m[lane] = greater(enters_m, near_m[lane]);
+                far_m[lane] = lesser(leaves_m, far_m[lane]);
             }
         }
         (near_m, far_m)

@@ -3,7 +3,8 @@
 use schemas::Vec3;
 
 use super::bounds::Bounds;
-use super::bvh::{Bvh, Stack, WIDTH};
+use super::bvh::{Bvh, PacketStack, Stack, WIDTH};
+use super::packet::{Nearest, Packet, RAYS, each};
 use super::ray::{Hit, Ray};
 
 /// Tolerance at the edges of triangles in parts of their size, so that no ray slips between two.
@@ -87,6 +88,31 @@ impl Mesh {
         });
         let (pack, lane, distance_m) = nearest?;
         Some(self.packs[pack as usize].hit(lane, distance_m, ray))
+    }
+
+    /// What the rays of a packet meet nearer than what they met before.
+    #[inline(never)]
+    pub(crate) fn nearest_of(
+        &self,
+        packet: &Packet,
+        nearest: &mut Nearest,
+        stack: &mut PacketStack,
+    ) {
+        let mut met = [None; RAYS];
+        self.bvh.walk_packet(packet, nearest, stack, |pack, mask, nearest, _| {
+            for ray in each(mask) {
+                let distances_m = self.packs[pack as usize].cross(packet.ray(ray), self.volume_min);
+                for (lane, distance_m) in distances_m.into_iter().enumerate() {
+                    if nearest.is_nearer(ray, distance_m) {
+                        met[ray] = Some((pack, lane, distance_m));
+                    }
+                }
+            }
+        });
+        for (ray, met) in met.into_iter().enumerate() {
+            let Some((pack, lane, distance_m)) = met else { continue };
+            nearest.set(ray, self.packs[pack as usize].hit(lane, distance_m, packet.ray(ray)));
+        }
     }
 
     /// Adds every triangle within `reach_m` to `hits`.

@@ -4,7 +4,8 @@ use nalgebra::Matrix3;
 use schemas::{HiddenScenery, Pose, Vec3};
 
 use super::bounds::Bounds;
-use super::bvh::{Bvh, Stack};
+use super::bvh::{Bvh, PacketStack, Stack};
+use super::packet::{Nearest, Packet, each};
 use super::ray::{Hit, Ray};
 use super::shape::Shape;
 
@@ -91,6 +92,28 @@ impl Solids {
             }
         });
         nearest
+    }
+
+    /// What the rays of a packet meet nearer than what they met before.
+    pub(crate) fn nearest_of(
+        &self,
+        packet: &Packet,
+        nearest: &mut Nearest,
+        hidden: &HiddenScenery,
+        stack: &mut PacketStack,
+    ) {
+        self.bvh.walk_packet(packet, nearest, stack, |solid, mask, nearest, _| {
+            let solid = &self.solids[solid as usize];
+            if solid.is_hidden(hidden) {
+                return;
+            }
+            for ray in each(mask) {
+                let Some(hit) = solid.cast(packet.ray(ray)) else { continue };
+                if nearest.is_nearer(ray, hit.distance_m) {
+                    nearest.set(ray, hit);
+                }
+            }
+        });
     }
 
     /// Adds every shape within `reach_m` that is not hidden to `hits`.

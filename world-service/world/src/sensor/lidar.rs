@@ -12,12 +12,15 @@ use serde::{Deserialize, Serialize};
 use super::config::{POINTS_PER_SECOND_MAX, RANGE_M_MAX, Settings};
 use super::mount::{Mount, Surroundings};
 use super::noise::Noise;
-use crate::rays::{Hit, Ray, Stack};
+use crate::rays::{Hit, Packet, RAYS, Ray, Stacks};
 
 /// Most lasers one above the other.
 const CHANNELS_MAX: u32 = 1_024;
 /// Fastest rotation.
 const ROTATION_HZ_MAX: f64 = 1_000.0;
+/// Neighbouring rays within this angle are cheaper together than one by one, also where almost half
+/// of them are lost.
+const PACKET_RAD_MAX: f64 = 0.35;
 
 /// What both lidars have, and how far they have turned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,11 +89,11 @@ impl Lidar {
         let (attenuation_per_m, deviation_m) = (self.attenuation_per_m, self.deviation_m);
         let (general, limit, zero) =
             (self.dropoff_general, self.dropoff_intensity_limit, self.dropoff_zero_intensity);
-        Measurement::Lidar(self.beams.scan(mount, around, |cast| {
+        Measurement::Lidar(self.beams.scan(mount, around, |direction, cast| {
             if general > 0.0 && noise.uniform() < general {
                 return None;
             }
-            let (direction, hit) = cast()?;
+            let hit = cast()?;
             let intensity = ComplexField::exp(-attenuation_per_m * hit.distance_m);
             // From 1 - zero at intensity 0 to 1 at the limit.
             let kept = intensity > limit || noise.uniform() < 1.0 - zero + zero * intensity / limit;
@@ -112,8 +115,8 @@ impl SemanticLidar {
 
     pub(super) fn measure(&mut self, mount: &Mount, around: &Surroundings) -> Measurement {
         let rotation = mount.world_from_sensor.rotation;
-        Measurement::SemanticLidar(self.beams.scan(mount, around, |cast| {
-            let (direction, hit) = cast()?;
+        Measurement::SemanticLidar(self.beams.scan(mount, around, |direction, cast| {
+            let hit = cast()?;
             Some(SemanticLidarPoint {
                 position_m: (direction * hit.distance_m).into(),
                 incidence_cos: -(rotation * direction).dot(&hit.normal),
@@ -146,19 +149,21 @@ impl Beams {
         })
     }
 
-    /// One tick of turning. `point` makes a point of a ray; it gets what casts the ray and returns
-    /// its direction in the sensor's frame with what it met.
+    /// One tick of turning. `point` makes a point of the direction of a ray in the sensor's frame
+    /// and of what it meets when it is cast.
     fn scan<Point>(
         &mut self,
         mount: &Mount,
         around: &Surroundings,
-        mut point: impl FnMut(&mut dyn FnMut() -> Option<(Vec3, Hit)>) -> Option<Point>,
+        mut point: impl FnMut(Vec3, &mut dyn FnMut() -> Option<Hit>) -> Option<Point>,
     ) -> Scan<Point> {
         let points = f64::from(self.points_per_second) * around.dt_secs / f64::from(self.channels);
         let azimuths = self.turn(points.round() as u32, around.dt_secs);
+        let step_rad = self.way_rad(around.dt_secs) / azimuths.len() as f64;
+        let is_dense = step_rad * RAYS as f64 <= PACKET_RAD_MAX;
         let scene = around.sight.scene();
         let pose = &mount.world_from_sensor;
-        let mut stack = Stack::new();
+        let mut stacks = Stacks::default();
         let mut scan = Scan {
             end_angle_rad: self.turned_rad as f32,
             points_per_channel: Vec::with_capacity(self.channels as usize),
@@ -167,13 +172,24 @@ impl Beams {
         for channel in 0..self.channels {
             let (sin, cos) = ComplexField::sin_cos(self.elevation_rad(channel));
             let before = scan.points.len();
-            scan.points.extend(azimuths.iter().filter_map(|&(azimuth_sin, azimuth_cos)| {
-                let direction = Vec3::new(cos * azimuth_cos, cos * azimuth_sin, sin);
-                point(&mut || {
-                    let ray = Ray::new(pose.translation.vector, pose.rotation * direction);
-                    Some((direction, scene.nearest(&ray, self.range_m, &mut stack)?))
-                })
-            }));
+            for azimuths in azimuths.chunks(RAYS) {
+                let direction = |at: usize| {
+                    let (azimuth_sin, azimuth_cos): (f32, f32) = azimuths[at];
+                    Vec3::new(cos * azimuth_cos, cos * azimuth_sin, sin)
+                };
+                let ray = |at| Ray::new(pose.translation.vector, pose.rotation * direction(at));
+                let hits = is_dense.then(|| {
+                    let packet = Packet::new(azimuths.len(), ray);
+                    scene.nearest_of(&packet, self.range_m, &mut stacks)
+                });
+                scan.points.extend((0..azimuths.len()).filter_map(|at| {
+                    let mut cast = || match &hits {
+                        Some(hits) => hits[at],
+                        None => scene.nearest(&ray(at), self.range_m, &mut stacks.of_rays),
+                    };
+                    point(direction(at), &mut cast)
+                }));
+            }
             scan.points_per_channel.push((scan.points.len() - before) as u32);
         }
         scan
@@ -181,7 +197,7 @@ impl Beams {
 
     /// Turns by one tick; sine and cosine of every azimuth on the way.
     fn turn(&mut self, points: u32, dt_secs: f64) -> Vec<(f32, f32)> {
-        let way_rad = self.rotation_hz * dt_secs * self.horizontal_fov_rad;
+        let way_rad = self.way_rad(dt_secs);
         let start_rad = self.turned_rad;
         self.turned_rad = (start_rad + way_rad) % self.horizontal_fov_rad;
         let azimuth = |point: u32| {
@@ -189,6 +205,11 @@ impl Beams {
             ComplexField::sin_cos(self.azimuth_rad(turned_rad))
         };
         (0..points).map(azimuth).collect()
+    }
+
+    /// By how much it turns in a tick.
+    fn way_rad(&self, dt_secs: f64) -> f64 {
+        self.rotation_hz * dt_secs * self.horizontal_fov_rad
     }
 
     /// Counter-clockwise from the sensor's x axis, of a turn from the left edge.
