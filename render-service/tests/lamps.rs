@@ -161,6 +161,31 @@ fn two_wheelers_have_lamps_that_light_the_road() {
     }
 }
 
+/// A car that comes along on a dry and on a wet road, with and without its beams.
+#[test]
+fn a_wet_road_mirrors_lamps_in_streaks_towards_the_eye() {
+    for mut renderer in renderers() {
+        let camera = camera();
+        let mut picture = |lights: u32, deposits: f32| {
+            let pose = level_pose(Vec3::new(30.0, 0.0, 0.0), std::f32::consts::PI);
+            let actor = ActorState { lights, ..car(3, pose, 0x30_3030) };
+            let weather = Weather { precipitation_deposits_percent: deposits, ..NIGHT };
+            let frame = Frame { weather, ..frame(vec![actor]) };
+            draw(&mut renderer, &town(&[]), &job(frame, vec![camera.clone()])).remove(0)
+        };
+        let [dry, wet] = [0.0, 100.0].map(|deposits| [0, LOW_BEAM].map(|on| picture(on, deposits)));
+        // Where the road mirrors a lamp 0.65 m high to the eye, and as far ahead but aside.
+        let mirror_x = 27.6 * 1.5 / (1.5 + 0.65);
+        let gain = |[off, on]: &[Image; 2], y: f32| {
+            road(on, &camera, mirror_x, y) - road(off, &camera, mirror_x, y)
+        };
+        let at = |pair: &[Image; 2]| [gain(pair, 0.7), gain(pair, 4.0)];
+        let ([dry_below, dry_aside], [wet_below, wet_aside]) = (at(&dry), at(&wet));
+        assert!(wet_below > 2.0 * dry_below, "{wet_below} where it was {dry_below} dry");
+        assert!(wet_below > 3.0 * wet_aside, "{wet_below} below, {wet_aside} aside");
+    }
+}
+
 /// A town with street lights, a job that looks at the first of them, and where it is.
 fn street() -> (Arc<TownScene>, RenderJob, Vec3) {
     let name = "Town02";
