@@ -17,6 +17,7 @@ NOT_RUN = {
     "pytest": "it is one of the tests",
     "vector_rates": "it takes minutes; fewer agents are tested",
     "measure_site": "it takes minutes; what its lines measure is tested with less of it",
+    "learn_to_see": "it takes minutes; fewer scenes are tested",
     "benches/": "it needs other simulators, or takes minutes",
     "docker": "it wants an engine; test_deploy_blocks.py runs it",
     "kubectl": "it needs a cluster; the tree is tested by test_kubernetes.py",

@@ -37,11 +37,12 @@ PROGRAMS = {
     "point_cloud_example.py": ("--frames", "1"),
     "view_start_positions.py": ("--positions", "0"),
     "incident.py": (),
+    "learn_to_see.py": ("--scenes", "6"),
     "manual_control.py": ("--res", "160x90", "--keys", "w*2"),
     "run_benchmark.py": ("--city-name", "Town02", "--tasks", "straight", "--agent", "basic"),
 }
 #: Every program that drives with others has a Traffic Manager, which wants a port of its own.
-WITH_MANAGER = set(PROGRAMS) - {"view_start_positions.py", "incident.py"}
+WITH_MANAGER = set(PROGRAMS) - {"view_start_positions.py", "incident.py", "learn_to_see.py"}
 
 
 @dataclass
@@ -329,6 +330,19 @@ def test_start_positions_that_are_not_there_are_named(site, client, tmp_path, wa
     ran = run(site, tmp_path, "view_start_positions.py", "-pos", wanted)
     assert ran.status == 1 and told in ran.err and "Traceback" not in ran.err
     assert not list(tmp_path.iterdir())
+
+
+def test_what_learns_in_one_weather_sees_in_another(site, client, tmp_path):
+    ran = run(site, tmp_path, "learn_to_see.py", "--scenes", 30, "--seed", 1)
+    assert ran.status == 0, ran.err
+    row = r"^\| (day|night|rain|rainy night|all) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$"
+    rows = re.findall(row, ran.out, re.MULTILINE)
+    right = {learnt: [int(share) for share in shares] for learnt, *shares in rows}
+    assert len(right) == 5, ran.out
+    # Of three classes a guess is right in a third of cases.
+    assert right["day"][0] > 70 and right["night"][1] > 70, ran.out
+    assert right["day"][1] > 55 and right["night"][0] > 55, ran.out
+    assert right["day"][2] > 55 and min(right["all"]) > 60, ran.out
 
 
 BENCHMARK = ("-c", "Town02", "--tasks", "straight,one-turn", "--poses", 2, "--agent", "basic")
