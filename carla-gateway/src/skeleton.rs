@@ -160,6 +160,7 @@ fn swung(ahead_rad: f32, aside_rad: f32) -> UnitQuaternion<f32> {
         * UnitQuaternion::from_axis_angle(&Vec3::y_axis(), -ahead_rad)
 }
 
+/// In CARLA's order: programs take bones by their numbers.
 fn bones_of_all() -> &'static [Bone] {
     static BONES: LazyLock<Vec<Bone>> = LazyLock::new(|| {
         let mut bones = Bones(Vec::new());
@@ -168,14 +169,13 @@ fn bones_of_all() -> &'static [Bone] {
         let hips = bones.still("crl_hips__C", root, up(0.0, HIPS_Z));
         let spine = bones.still("crl_spine__C", hips, up(HIPS_Z, SPINE_Z));
         let chest = bones.still("crl_spine01__C", spine, up(SPINE_Z, CHEST_Z));
-        for (letter, side) in [("L", 1.0), ("R", -1.0)] {
-            bones.arm(letter, side, chest);
-        }
+        bones.arm("L", 1.0, chest);
         let neck = bones.still("crl_neck__C", chest, up(CHEST_Z, NECK_Z));
         let head = bones.still("crl_Head__C", neck, up(NECK_Z, HEAD_Z));
         for (letter, side) in [("L", 1.0), ("R", -1.0)] {
             bones.still(&format!("crl_eye__{letter}"), head, Vec3::new(0.05, side * 0.018, 0.035));
         }
+        bones.arm("R", -1.0, chest);
         for (letter, side) in [("R", -1.0), ("L", 1.0)] {
             bones.leg(letter, side, hips);
         }
@@ -257,6 +257,23 @@ mod tests {
         assert!((bone(&posed, "crl_Head__C").z - 0.89 * 1.8).abs() < 1e-4);
         assert!(bone(&posed, "crl_foot__L").z < 0.1 && bone(&posed, "crl_foot__L").y > 0.0);
         assert!(bone(&posed, "crl_hand__R").y < -0.2);
+    }
+
+    #[test]
+    fn bones_have_the_places_that_programs_know_by_number() {
+        let posed = posed(&walker(), None);
+        let known = [
+            (5, "crl_arm__L"),
+            (28, "crl_neck__C"),
+            (31, "crl_eye__R"),
+            (33, "crl_arm__R"),
+            (55, "crl_handPinkyEnd__R"),
+            (56, "crl_thigh__R"),
+            (61, "crl_thigh__L"),
+        ];
+        for (place, name) in known {
+            assert_eq!(posed[place].name, name);
+        }
     }
 
     #[test]
