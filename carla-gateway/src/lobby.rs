@@ -183,9 +183,7 @@ impl Lobby {
     fn attend(&mut self, call: Call, now: Instant, acts: &mut Vec<Do>) {
         let client = call.ticket.client;
         // It went while its call was made ready.
-        if !self.clients.contains_key(&client) {
-            return;
-        }
+        let Some(whereabouts) = self.clients.get(&client).copied() else { return };
         match call.request.method.as_str() {
             "apply_batch" => {
                 self.managers.note_batch(client);
@@ -193,9 +191,10 @@ impl Lobby {
             }
             _ => self.managers.note_call(client, now),
         }
-        if let Some((answer, starts)) = self.managers.answer(client, &call.request) {
-            let here = self.clients.get(&client).copied().filter(|client| client.is_here());
-            acts.extend(starts.zip(here).map(|(port, client)| Do::BorrowPort(port, client)));
+        let from = whereabouts.address();
+        if let Some((answer, starts)) = self.managers.answer(client, from, &call.request) {
+            let starts_here = starts.filter(|_| whereabouts.is_here());
+            acts.extend(starts_here.map(|port| Do::BorrowPort(port, whereabouts)));
             return acts.push(Do::Answer(call.ticket, answer));
         }
         if call.request.method == "tick_cue" && self.settings.synchronous_mode {

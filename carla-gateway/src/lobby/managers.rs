@@ -8,6 +8,7 @@
 //! the Traffic Manager gets the signal again and goes on with the step that it owes.
 
 use std::collections::BTreeMap;
+use std::net::IpAddr;
 use std::time::Duration;
 
 use tokio::time::Instant;
@@ -29,6 +30,8 @@ const RESTLESS_TICKS: u32 = 10;
 #[derive(Debug, Default)]
 pub(super) struct TrafficManagers {
     running: BTreeMap<u16, Manager>,
+    /// The port about which each client asked last.
+    asked: BTreeMap<ConnectionId, u16>,
 }
 
 #[derive(Debug)]
@@ -85,6 +88,7 @@ impl TrafficManagers {
 
     /// A client and all it runs are gone.
     pub(super) fn forget(&mut self, client: ConnectionId) {
+        self.asked.remove(&client);
         self.running.retain(|_, manager| manager.owner != client);
     }
 
@@ -148,17 +152,28 @@ impl TrafficManagers {
         late.collect()
     }
 
+    /// Where a Traffic Manager listens. On a machine without a default route the client library
+    /// finds no address and says `("", 0)`: it is where the client asked last whether one runs.
+    fn place(&self, client: ConnectionId, from: IpAddr, told: (String, u16)) -> (String, u16) {
+        match self.asked.get(&client) {
+            Some(port) if told == (String::new(), 0) => (from.to_string(), *port),
+            _ => told,
+        }
+    }
+
     /// Answers a call about Traffic Managers, and tells the port of one that its client is about to
     /// start. Gives nothing for other calls.
     pub(super) fn answer(
         &mut self,
         client: ConnectionId,
+        from: IpAddr,
         request: &Request,
     ) -> Option<(Answer, Option<u16>)> {
         let port = || request.args().map(|(_, port): (Meta, u16)| port);
         let mut starts = None;
         let answer = match request.method.as_str() {
             "is_traffic_manager_running" => port().and_then(|port| {
+                self.asked.insert(client, port);
                 let is_running = self.host(port).is_some();
                 starts = (!is_running).then_some(port);
                 Payload::value(&is_running)
@@ -168,7 +183,8 @@ impl TrafficManagers {
                 Payload::value(&host.map_or(("", 0), |host| (host, port)))
             }),
             "add_traffic_manager_running" => request.args().and_then(|args| {
-                let (_, (host, port)): (Meta, (String, u16)) = args;
+                let (_, told): (Meta, (String, u16)) = args;
+                let (host, port) = self.place(client, from, told);
                 Payload::value(&self.add(port, host, client))
             }),
             "destroy_traffic_manager" => port().and_then(|port| Payload::value(&self.remove(port))),
@@ -199,6 +215,18 @@ mod tests {
         assert!(managers.add(8_000, "127.0.0.1".to_owned(), CLIENT));
         assert!(!managers.add(8_000, "127.0.0.1".to_owned(), ConnectionId(2)));
         managers
+    }
+
+    #[test]
+    fn one_that_tells_no_place_is_where_its_client_asked() {
+        let mut managers = TrafficManagers::default();
+        let (from, unknown) = (IpAddr::from([127, 0, 0, 1]), || (String::new(), 0));
+        assert_eq!(managers.place(CLIENT, from, unknown()), unknown());
+        managers.asked.insert(CLIENT, 8_000);
+        assert_eq!(managers.place(CLIENT, from, unknown()), ("127.0.0.1".to_owned(), 8_000));
+        assert_eq!(managers.place(ConnectionId(2), from, unknown()), unknown());
+        let told = ("10.0.0.7".to_owned(), 8_001);
+        assert_eq!(managers.place(CLIENT, from, told.clone()), told);
     }
 
     #[test]

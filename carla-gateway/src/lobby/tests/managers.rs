@@ -14,6 +14,19 @@ fn one_that_sleeps_through_a_frame_is_woken_once() {
 }
 
 #[test]
+fn one_that_finds_no_address_of_its_own_is_where_its_client_asked_for_it() {
+    let mut stage = Stage::with(2, true);
+    stage.call(1, "is_traffic_manager_running", (8_000,));
+    stage.call(1, "add_traffic_manager_running", (("", 0),));
+    stage.call_and_finish(1, "apply_batch", ((), false));
+    stage.call(2, "is_traffic_manager_running", (8_000,));
+    assert_eq!(stage.borrowed, [8_000]);
+    stage.call_and_finish(1, "tick_cue", ());
+    stage.pass(Duration::from_secs(60));
+    assert_eq!(stage.woken, [8_000]);
+}
+
+#[test]
 fn a_change_of_the_settings_is_a_frame_too() {
     let mut stage = Stage::with(1, true);
     stage.start_manager(1, 8_000);
