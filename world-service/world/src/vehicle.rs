@@ -19,6 +19,7 @@ mod steering;
 mod suspension;
 mod telemetry;
 mod tyre;
+mod wander;
 
 use schemas::{Vec3, VehicleControl};
 use serde::{Deserialize, Serialize};
@@ -233,9 +234,11 @@ impl VehicleState {
 
         let (forward, left) = chassis.contact_axes(footing.surface.normal, steer_rad);
         let velocity_mps = chassis.velocity_at(footing.point_m);
+        let forward_mps = velocity_mps.dot(&forward);
+        let turned_rad = wander::slip_rad(fit, own, footing.point_m);
         let tyre_input = TyreInput {
-            forward_mps: velocity_mps.dot(&forward),
-            left_mps: velocity_mps.dot(&left),
+            forward_mps,
+            left_mps: velocity_mps.dot(&left) - turned_rad * forward_mps,
             load_n: footing.load_n,
             nominal_load_n: own.load_n,
             friction: own.physics.tyre_friction * footing.surface.friction * input.grip,

@@ -4,7 +4,7 @@
 mod common;
 
 use common::*;
-use schemas::{BodyCommand, Command, Vec3, VehicleCommand, VehicleControl, Weather};
+use schemas::{BodyCommand, Command, Steering, Vec3, VehicleCommand, VehicleControl, Weather};
 
 fn stopping_distance_m(wetness_percent: f32, forward_mps: f32) -> f32 {
     let mut world = world();
@@ -231,4 +231,42 @@ fn every_vehicle_drives_off_and_stops() {
         count += 1;
     }
     assert!(count >= 41, "CARLA has 41 vehicles: {count}");
+}
+
+/// Headings of a car beside its lane, in radians, and the farthest that it is beside its middle, in
+/// metres: at 36 km/h, steered towards a point ahead as CARLA's agents do it.
+fn headings_in_a_lane(steering: Steering) -> (Vec<f32>, f32) {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 10.0);
+    let mut physics = Box::new(world.vehicle_report(car).unwrap().physics);
+    physics.steering = steering;
+    for wheel in physics.wheels.iter_mut().filter(|wheel| wheel.steer_rad_max > 0.0) {
+        wheel.steer_rad_max = 70.0_f32.to_radians();
+    }
+    world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
+    let (mut headings, mut beside_m) = (Vec::new(), 0.0_f32);
+    for _ in 0..400 {
+        let place = position_m(&world, car);
+        let heading_rad = state(&world, car).world_from_actor.rotation.euler_angles().2;
+        headings.push(heading_rad);
+        beside_m = beside_m.max((place.y - LANE_Y_M).abs());
+        let to_the_point_rad = (LANE_Y_M - place.y) / 5.0 - heading_rad;
+        let throttle = if speed_mps(&world, car) < 10.0 { 0.5 } else { 0.0 };
+        let steer = (1.95 * to_the_point_rad).clamp(-0.8, 0.8);
+        control(&mut world, car, VehicleControl { throttle, steer, ..VehicleControl::default() });
+        run(&mut world, 1);
+    }
+    (headings, beside_m)
+}
+
+/// CARLA's agents take nothing for ahead whose direction differs by less than 0.26 mrad.
+#[test]
+fn a_car_that_steers_as_carlas_is_never_straight_for_long_and_keeps_its_lane() {
+    let (headings, beside_m) = headings_in_a_lane(Steering::Carla);
+    let straight = headings.iter().filter(|heading_rad| heading_rad.abs() < 2.6e-4).count();
+    eprintln!("straight in {straight} of {} ticks, {beside_m} m beside", headings.len());
+    assert!(straight * 3 < headings.len(), "straight in {straight} of {} ticks", headings.len());
+    assert!((0.002..0.15).contains(&beside_m), "{beside_m} m");
+    let (headings, _) = headings_in_a_lane(Steering::Real);
+    assert!(headings.iter().all(|heading_rad| heading_rad.abs() < 2.6e-4));
 }

@@ -1,0 +1,33 @@
+//! How the road turns the front wheels of a car aside.
+//!
+//! Grooves and crossfall let no car keep a lane to the millimetre. CARLA's agents rely on it: to
+//! them nothing is ahead whose direction differs by less than rounding from their own.
+
+use std::f32::consts::TAU;
+
+use nalgebra::ComplexField;
+use schemas::{Steering, Vec3};
+
+use super::fit::{Fit, WheelFit};
+
+/// Slip angle of each of the waves, in radians.
+const WAVE_RAD: f32 = 0.0015;
+/// Waves over the ground, as parts of a cycle for each metre along x and y: 11 and 14 m long, and
+/// across each other, so that no heading leads along the crests of both.
+const WAVES_PER_M: [[f32; 2]; 2] = [[0.0755, 0.0504], [-0.0335, 0.0632]];
+
+/// The slip angle that the road adds to that of a wheel at a place, in radians.
+///
+/// - **Domain:** front wheels of cars that steer as CARLA's; 0 for all others.
+/// - **Determinism:** a function of the place alone.
+pub(super) fn slip_rad(fit: &Fit, wheel: &WheelFit, point_m: Vec3) -> f32 {
+    let is_moved = fit.physics.steering == Steering::Carla && !fit.model.is_two_wheeler();
+    if !is_moved || !wheel.is_front {
+        return 0.0;
+    }
+    let wave = |[x_per_m, y_per_m]: [f32; 2]| {
+        let cycles = x_per_m * point_m.x + y_per_m * point_m.y;
+        WAVE_RAD * ComplexField::sin(TAU * (cycles - cycles.floor()))
+    };
+    WAVES_PER_M.into_iter().map(wave).sum()
+}
