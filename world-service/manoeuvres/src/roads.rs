@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use roads::Map;
 use schemas::{ActorId, ActorKind, Error, ErrorCode, Frame, Vec3};
-use world::World;
+use world::{Broken, World};
 
 use crate::Result;
 use edge::beyond_edge_m;
@@ -88,7 +88,7 @@ pub struct Drive {
     pub tipped: usize,
     /// Pairs of vehicles, or of a vehicle and something else, that touched.
     pub collided: usize,
-    /// Red lights and stop signs that were run.
+    /// Rules of the road that were broken.
     pub broken: u32,
     /// Vehicles that stood for the last two minutes.
     pub stuck: usize,
@@ -200,7 +200,10 @@ fn watch(mut stage: Stage, map: &Map, secs: u32) -> Result<Drive> {
 }
 
 fn broken(world: &World) -> u32 {
-    world.rules_broken().map(|(_, broken)| broken.red_lights + broken.stop_signs).sum()
+    let all = |broken: &Broken| {
+        broken.red_lights + broken.stop_signs + broken.right_of_way + broken.crossings
+    };
+    world.rules_broken().map(|(_, broken)| all(&broken)).sum()
 }
 
 #[cfg(test)]
