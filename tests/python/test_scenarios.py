@@ -213,6 +213,27 @@ def test_a_red_light_is_told_ahead_and_costs_whoever_runs_it(env):
     pytest.fail("no car that never brakes ran a red light")
 
 
+def test_a_stop_sign_run_is_told_and_costs(env):
+    settings = {"initial_speed_kmh": 30, "max_steps": 400}
+    for seed in range(60):
+        env.reset(scenario_name="free_roam_Town04_Opt", scenario_config=settings, seed=seed)
+        act(env, "control", throttle=0.35)
+        for _ in range(200):
+            result = act(env)
+            if result.done or "ran a stop sign" in result.observation.metadata["events"]:
+                break
+        if "ran a stop sign" in result.observation.metadata["events"]:
+            state = env.state()
+            assert (state.stop_signs_run, state.right_of_way_taken, state.crossings_taken) == (
+                1,
+                0,
+                0,
+            )
+            assert result.reward < -0.9
+            return
+    pytest.fail("no car that never brakes ran a stop sign")
+
+
 @pytest.mark.parametrize("steers", [False, True])
 @pytest.mark.parametrize(("profile", "reward"), [("documented", -1.0), ("literal", 1.0)])
 def test_a_swerve_towards_a_lane_that_is_not_there_is_not_the_better_decision(
