@@ -14,6 +14,8 @@
 //!   then decide one after the other; [`Claims`] is what they, and agents, agree on in between.
 //! - [`Stroller`] walks on the navigation mesh:
 //!   [`WalkerCommand::Agent`](schemas::WalkerCommand::Agent).
+//! - [`Trajectory`] walks straight from place to place:
+//!   [`WalkerCommand::Trajectory`](schemas::WalkerCommand::Trajectory).
 //! - [`Network`] is the map as agents use it, [`Scene`] what they see of others.
 //!
 //! The state of each is plain data, so that a world carries it through snapshots and forks. No
@@ -38,6 +40,7 @@ mod steering;
 mod stroller;
 mod track;
 mod traffic;
+mod trajectory;
 mod wander;
 mod way;
 
@@ -50,4 +53,5 @@ pub use scene::{Body, Scene};
 pub use senses::Senses;
 pub use stroller::{Obstacle, Outlook, Stroller};
 pub use traffic::{Driver, Glide};
+pub use trajectory::Trajectory;
 pub use way::{Spot, Way, WayPoint, Ways};

@@ -12,7 +12,7 @@ pub use self::body::{BodyCommand, BodySwitch, PushKind};
 pub use self::driver::{AgentBehaviour, AgentCommand, AgentOptions, TrafficCommand};
 pub use self::scene::{SceneryCommand, SensorCommand, TrafficLightCommand};
 pub use self::vehicle::{PilotMode, VehicleCommand};
-pub use self::walker::WalkerCommand;
+pub use self::walker::{Proximity, WalkerCommand, WalkerStage};
 use crate::{ActorId, Pose, Vec3, Weather};
 
 /// One setting of an actor, as CARLA writes it.

@@ -49,8 +49,8 @@ pub use alive::{Alive, Load, ServiceKind};
 pub use camera::{Camera, DEPTH_MAX_M, Image, ImageEncoding, ImageKind, PictureQuality, RenderJob};
 pub use command::{
     AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute, BodyCommand,
-    BodySwitch, Command, PilotMode, PushKind, SceneryCommand, SensorCommand, TrafficCommand,
-    TrafficLightCommand, VehicleCommand, WalkerCommand,
+    BodySwitch, Command, PilotMode, Proximity, PushKind, SceneryCommand, SensorCommand,
+    TrafficCommand, TrafficLightCommand, VehicleCommand, WalkerCommand, WalkerStage,
 };
 pub use description::{ActorDescription, RayHit, VehicleReport};
 pub use error::{Error, ErrorCode};

@@ -37,6 +37,10 @@ pub const VEHICLE_PARTS_MAX: usize = 64;
 pub const VEHICLES_PER_REQUEST_MAX: usize = 256;
 /// Places of one route.
 pub const ROUTE_PLACES_MAX: usize = 4_096;
+/// Places of a walker's trajectory.
+pub const WALKER_STAGES_MAX: usize = 64;
+/// Longest wait at one of them, in seconds.
+pub const WALKER_WAIT_SECS_MAX: f32 = 86_400.0;
 /// Rays of one request.
 pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
 /// Things of one map that can be hidden.

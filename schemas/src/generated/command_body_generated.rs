@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 33;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 34;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 34] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 35] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -50,6 +50,7 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 34] = [
   CommandBody::SetEnvironmentObjects,
   CommandBody::SendV2x,
   CommandBody::IgnoreVehicles,
+  CommandBody::SetWalkerTrajectory,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -91,9 +92,10 @@ impl CommandBody {
   pub const SetEnvironmentObjects: Self = Self(31);
   pub const SendV2x: Self = Self(32);
   pub const IgnoreVehicles: Self = Self(33);
+  pub const SetWalkerTrajectory: Self = Self(34);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 33;
+  pub const ENUM_MAX: u8 = 34;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -129,6 +131,7 @@ impl CommandBody {
     Self::SetEnvironmentObjects,
     Self::SendV2x,
     Self::IgnoreVehicles,
+    Self::SetWalkerTrajectory,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -167,6 +170,7 @@ impl CommandBody {
       Self::SetEnvironmentObjects => Some("SetEnvironmentObjects"),
       Self::SendV2x => Some("SendV2x"),
       Self::IgnoreVehicles => Some("IgnoreVehicles"),
+      Self::SetWalkerTrajectory => Some("SetWalkerTrajectory"),
       _ => None,
     }
   }

@@ -520,6 +520,20 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_walker_trajectory(&self) -> Option<SetWalkerTrajectory<'a>> {
+    if self.body_type() == CommandBody::SetWalkerTrajectory {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetWalkerTrajectory::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -564,6 +578,7 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SetEnvironmentObjects => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetEnvironmentObjects>>("CommandBody::SetEnvironmentObjects", pos),
           CommandBody::SendV2x => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SendV2x>>("CommandBody::SendV2x", pos),
           CommandBody::IgnoreVehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<IgnoreVehicles>>("CommandBody::IgnoreVehicles", pos),
+          CommandBody::SetWalkerTrajectory => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerTrajectory>>("CommandBody::SetWalkerTrajectory", pos),
           _ => Ok(()),
         }
      })?
@@ -845,6 +860,13 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::IgnoreVehicles => {
           if let Some(x) = self.body_as_ignore_vehicles() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetWalkerTrajectory => {
+          if let Some(x) = self.body_as_set_walker_trajectory() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

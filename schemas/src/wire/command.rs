@@ -118,9 +118,10 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::SetTraffic
         | Body::SpawnTraffic
         | Body::SetHybridTraffic => agent::command_in(raw),
-        Body::SetWalkerControl | Body::SetWalkerState | Body::SetWalkerAgent => {
-            walker::command_in(raw)
-        }
+        Body::SetWalkerControl
+        | Body::SetWalkerState
+        | Body::SetWalkerAgent
+        | Body::SetWalkerTrajectory => walker::command_in(raw),
         Body::SetTrafficLight | Body::FreezeTrafficLights | Body::ResetTrafficLights => {
             light::command_in(raw)
         }

@@ -84,6 +84,19 @@ pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {
             speed_mps: None,
             crossing_share: 0.0,
         }),
+        Command::Walker(WalkerCommand::Trajectory {
+            actor: actor(2),
+            stages: vec![
+                WalkerStage { to_m: Vec3::x(), speed_mps: 1.5, wait_secs: 2.0 },
+                WalkerStage { to_m: Vec3::y(), speed_mps: 0.5, wait_secs: 0.0 },
+            ],
+            trigger: Some(Proximity { actor: actor(1), within_m: 25.0 }),
+        }),
+        Command::Walker(WalkerCommand::Trajectory {
+            actor: actor(2),
+            stages: vec![WalkerStage { to_m: Vec3::z(), speed_mps: 1.0, wait_secs: 0.0 }],
+            trigger: None,
+        }),
         Command::Walker(WalkerCommand::State {
             actor: actor(2),
             world_from_actor: pose,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use agents::{Agent, Body, Scene, Stroller};
+use agents::{Agent, Body, Scene};
 use schemas::{
     ActorId, ActorKind, AgentOptions, AgentState, Error, ErrorCode, TrafficLightColour, Vec3,
     limits,
@@ -13,6 +13,7 @@ use crate::check;
 use crate::step;
 use crate::town::Town;
 use crate::traffic::Lights;
+use crate::walker::Errand;
 use crate::wheel::AtTheWheel;
 use crate::world::{State, World};
 
@@ -143,9 +144,9 @@ impl State {
 
     /// Whether all drivers are on lanes of the town; what a snapshot may get wrong.
     pub(crate) fn drivers_fit(&self, town: &Town) -> bool {
-        let mut strollers =
-            self.actors.iter().filter_map(|actor| actor.walker.as_deref()?.stroller.as_deref());
-        if !strollers.all(Stroller::is_consistent) {
+        let mut errands =
+            self.actors.iter().filter_map(|actor| actor.walker.as_deref()?.errand.as_ref());
+        if !errands.all(Errand::is_consistent) {
             return false;
         }
         self.actors.iter().filter_map(|actor| actor.vehicle.as_deref()).all(|vehicle| {
@@ -156,18 +157,20 @@ impl State {
         })
     }
 
-    /// Whether somebody drives who looks around.
+    /// Whether somebody drives or walks who looks around.
     fn has_lookers(&self) -> bool {
-        let strolls =
-            |actor: &Actor| actor.walker.as_deref().is_some_and(|walker| walker.stroller.is_some());
-        let looks = |actor: &Actor| {
-            let vehicle = actor.vehicle.as_deref();
-            let drives = |vehicle: &Vehicle| {
-                matches!(vehicle.wheel, AtTheWheel::Agent | AtTheWheel::Traffic(_))
-            };
-            vehicle.is_some_and(drives) || strolls(actor)
+        let strolls = |actor: &Actor| {
+            let errand = actor.walker.as_deref().and_then(|walker| walker.errand.as_ref());
+            matches!(errand, Some(Errand::Strolls(_)))
         };
-        self.actors.iter().any(looks)
+        self.has_drivers() || self.actors.iter().any(strolls)
+    }
+
+    /// Whether an agent or a driver of traffic is at some wheel.
+    fn has_drivers(&self) -> bool {
+        let drives =
+            |vehicle: &Vehicle| matches!(vehicle.wheel, AtTheWheel::Agent | AtTheWheel::Traffic(_));
+        self.actors.iter().any(|actor| actor.vehicle.as_deref().is_some_and(drives))
     }
 
     /// Everybody on the road and every light, as drivers see them.

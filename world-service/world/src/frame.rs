@@ -6,6 +6,7 @@ use crate::actor::Vehicle;
 use crate::blueprint;
 use crate::hash::Hasher;
 use crate::traffic::Broken;
+use crate::walker::Errand;
 use crate::world::World;
 
 impl World {
@@ -121,8 +122,10 @@ impl World {
             hasher.floats(actor.outside.values());
             if let Some(walker) = actor.walker.as_deref() {
                 hasher.floats(walker.values());
-                if let Some(stroller) = &walker.stroller {
-                    hasher.value(stroller);
+                match &walker.errand {
+                    Some(Errand::Strolls(stroller)) => hasher.value(stroller),
+                    Some(Errand::Follows(trajectory)) => hasher.value(trajectory),
+                    None => {}
                 }
             }
             if let Some(vehicle) = actor.vehicle.as_deref() {

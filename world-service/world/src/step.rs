@@ -51,6 +51,7 @@ impl World {
         self.state.heed_triggers();
         self.state.drive(&self.town);
         self.state.navigate(&self.town);
+        self.state.follow_trajectories();
         self.state.bring_scenery(&self.town);
         let mut log = ContactLog::default();
         let (count, substep_secs) = self.state.step.substeps(dt_secs);

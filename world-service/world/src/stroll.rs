@@ -1,11 +1,12 @@
-//! Walkers that find their own way.
+//! Walkers that find their own way, and those that follow one that is given.
 
-use agents::{Obstacle, Outlook, Scene, Stroller};
-use schemas::{ActorId, Error, ErrorCode, Vec3, limits};
+use agents::{Obstacle, Outlook, Scene, Stroller, Trajectory};
+use schemas::{ActorId, Error, ErrorCode, Proximity, Vec3, WalkerStage, limits};
 
 use crate::check;
 use crate::scenery::Reach;
 use crate::town::Town;
+use crate::walker::Errand;
 use crate::world::{State, World};
 
 impl World {
@@ -32,7 +33,34 @@ impl World {
         let actor = &mut self.state.actors[index];
         if let Some((_, walker)) = actor.walker_mut() {
             let stroller = Stroller::new(goal_m, speed_mps, crossing_share);
-            walker.stroller = Some(Box::new(stroller));
+            walker.errand = Some(Errand::Strolls(Box::new(stroller)));
+        }
+        Ok(())
+    }
+}
+
+impl World {
+    pub(crate) fn set_walker_trajectory(
+        &mut self,
+        id: ActorId,
+        stages: &[WalkerStage],
+        trigger: Option<Proximity>,
+    ) -> Result<(), Error> {
+        let most = limits::WALKER_STAGES_MAX;
+        check::range("number of stages", stages.len() as f32, 1.0, most as f32, "")?;
+        for stage in stages {
+            check::vector("place", stage.to_m, limits::COORDINATE_M_MAX, "m")?;
+            check::range("speed", stage.speed_mps, 0.0, limits::SPEED_MPS_MAX, "m/s")?;
+            check::range("wait", stage.wait_secs, 0.0, limits::WALKER_WAIT_SECS_MAX, "s")?;
+        }
+        if let Some(trigger) = trigger {
+            check::range("distance", trigger.within_m, 0.0, limits::COORDINATE_M_MAX, "m")?;
+            self.state.index_of(trigger.actor)?;
+        }
+        let index = self.walker_index(id)?;
+        if let Some((_, walker)) = self.state.actors[index].walker_mut() {
+            let trajectory = Trajectory::new(stages.to_vec(), trigger);
+            walker.errand = Some(Errand::Follows(Box::new(trajectory)));
         }
         Ok(())
     }
@@ -42,6 +70,29 @@ impl World {
 const OBSTACLES_M: f32 = 3.0;
 
 impl State {
+    /// Lets walkers with a trajectory walk along it during this tick.
+    pub(crate) fn follow_trajectories(&mut self) {
+        let dt_secs = self.dt_secs as f32;
+        for index in 0..self.actors.len() {
+            let errand = self.actors[index].walker.as_deref().and_then(|it| it.errand.as_ref());
+            let Some(Errand::Follows(trajectory)) = errand else { continue };
+            let place_m = |index: usize| {
+                self.motion_of(&self.actors[index]).world_from_body.translation.vector
+            };
+            let near = trajectory.trigger().and_then(|it| self.index_of(it.actor).ok());
+            let vehicle_m = near.map(place_m);
+            let (foot_m, forward) = (place_m(index), self.forward_of(index));
+            let Some((_, walker)) = self.actors[index].walker_mut() else { continue };
+            let Some(Errand::Follows(trajectory)) = &mut walker.errand else { continue };
+            let control = trajectory.control((foot_m, forward), vehicle_m, dt_secs);
+            walker.set_control(control);
+        }
+    }
+
+    fn forward_of(&self, index: usize) -> Vec3 {
+        self.motion_of(&self.actors[index]).world_from_body.rotation * Vec3::x()
+    }
+
     /// Lets walkers with somewhere to go choose how they walk during this tick.
     pub(crate) fn stroll(&mut self, town: &Town, scene: &Scene) {
         let Some(mesh) = town.nav() else { return };
@@ -51,7 +102,8 @@ impl State {
         let mut obstacles = Vec::new();
         for index in 0..self.actors.len() {
             let walker = self.actors[index].walker.as_deref();
-            if walker.is_none_or(|walker| walker.stroller.is_none()) {
+            let errand = walker.and_then(|walker| walker.errand.as_ref());
+            if !matches!(errand, Some(Errand::Strolls(_))) {
                 continue;
             }
             let body = self.seen(&self.actors[index]);
@@ -68,7 +120,7 @@ impl State {
             }));
             let rng = &mut self.rng;
             let Some((_, walker)) = self.actors[index].walker_mut() else { continue };
-            let Some(stroller) = &mut walker.stroller else { continue };
+            let Some(Errand::Strolls(stroller)) = &mut walker.errand else { continue };
             let obstacles = &obstacles;
             let outlook = Outlook { mesh, scene, network, obstacles, body: &body, dt_secs };
             let control = stroller.control(&outlook, &mut || rng.next_u64());

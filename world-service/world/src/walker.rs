@@ -4,7 +4,7 @@
 
 use std::f32::consts::TAU;
 
-use agents::Stroller;
+use agents::{Stroller, Trajectory};
 use blueprints::WalkerModel;
 use nalgebra::{RealField, Vector2};
 use schemas::{UnitQuaternion, Vec3, WalkerControl};
@@ -51,12 +51,29 @@ pub(crate) struct Walker {
     pub gait_rad: f32,
     /// Whether the control's jump is still to be made.
     pub jump_waits: bool,
-    /// Who finds its way, if not the last command for it.
-    pub stroller: Option<Box<Stroller>>,
+    /// Who steers it, if not the last command for it.
+    pub errand: Option<Errand>,
     /// The velocity it gave itself; a body that has quite another one was hit.
     pub own_mps: Vec3,
     /// Ticks since a client last said how it walks while its physics is off.
     pub untold_ticks: u8,
+}
+
+/// Where a walker goes without being told each tick.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) enum Errand {
+    Strolls(Box<Stroller>),
+    Follows(Box<Trajectory>),
+}
+
+impl Errand {
+    /// Whether all its numbers are numbers; what a snapshot may get wrong.
+    pub(crate) fn is_consistent(&self) -> bool {
+        match self {
+            Self::Strolls(stroller) => stroller.is_consistent(),
+            Self::Follows(trajectory) => trajectory.is_consistent(),
+        }
+    }
 }
 
 /// What a walker's weight rests on.
@@ -85,7 +102,7 @@ impl Walker {
             stance: Stance::Feet,
             gait_rad: 0.0,
             jump_waits: false,
-            stroller: None,
+            errand: None,
             own_mps: linear_mps,
             untold_ticks: 0,
         }

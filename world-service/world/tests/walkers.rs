@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, BodyCommand, BodySwitch, Command, Vec3, WalkerCommand, WalkerControl, level_pose,
+    ActorId, BodyCommand, BodySwitch, Command, Proximity, Vec3, WalkerCommand, WalkerControl,
+    WalkerStage, WorldId, level_pose,
 };
 use world::World;
 
@@ -136,4 +137,81 @@ fn children_are_shorter_than_adults() {
     let child = spawn_at(&mut world, "walker.pedestrian.0010", pose(2.0), 0.0);
     let height_m = |actor| 2.0 * state(&world, actor).box_half_extent_m.z;
     assert!(height_m(adult) > 1.6 && height_m(child) < 1.4);
+}
+
+/// Three metres over, a second there, and back.
+fn over_and_back(world: &mut World, actor: ActorId, trigger: Option<Proximity>) -> Vec3 {
+    let begin_m = position_m(world, actor);
+    let stages = vec![
+        WalkerStage { to_m: begin_m + Vec3::y() * 3.0, speed_mps: 1.5, wait_secs: 1.0 },
+        WalkerStage { to_m: begin_m, speed_mps: 1.5, wait_secs: 0.0 },
+    ];
+    let follow = WalkerCommand::Trajectory { actor, stages, trigger };
+    world.apply(&Command::Walker(follow)).unwrap();
+    begin_m
+}
+
+#[test]
+fn a_trajectory_is_walked_within_ticks_and_goes_on_bit_for_bit_in_a_restored_world() {
+    let mut world = world();
+    let walker = walker(&mut world, 0.0, 0.0);
+    run(&mut world, 10);
+    let standing = world.state_hash();
+    let begin_m = over_and_back(&mut world, walker, None);
+    assert_ne!(world.state_hash(), standing);
+    let way_m = |world: &World| (position_m(world, walker) - begin_m).y;
+    run(&mut world, 46);
+    let other = WorldId::new(2).unwrap();
+    let mut restored = World::restore(&world.snapshot(), other, 2, |_| Some(flat())).unwrap();
+    let (mut most_m, mut stood) = (0.0_f32, 0);
+    for _ in 0..100 {
+        run(&mut world, 1);
+        run(&mut restored, 1);
+        assert_eq!(world.state_hash(), restored.state_hash());
+        most_m = most_m.max(way_m(&world));
+        stood += u32::from(way_m(&world) > 2.5 && speed_mps(&world, walker) < 0.01);
+    }
+    assert!((2.8..3.1).contains(&most_m) && (15..30).contains(&stood), "{most_m}, {stood}");
+    assert!(way_m(&world).abs() < 0.2, "{}", way_m(&world));
+}
+
+#[test]
+fn a_trajectory_begins_when_its_vehicle_is_near_and_another_control_ends_it() {
+    let mut world = world();
+    let (walker, car) = (walker(&mut world, 0.0, 3.0), car(&mut world, -40.0, 10.0));
+    let begin_m = over_and_back(&mut world, walker, Some(Proximity { actor: car, within_m: 20.0 }));
+    let way_m = |world: &World| (position_m(world, walker) - begin_m).y;
+    let away_m = |world: &World| (position_m(world, walker) - position_m(world, car)).xy().norm();
+    while away_m(&world) > 20.0 {
+        assert!(way_m(&world).abs() < 0.01, "too early");
+        run(&mut world, 1);
+    }
+    run(&mut world, 20);
+    assert!(way_m(&world) > 0.7, "{}", way_m(&world));
+    walk(&mut world, walker, Vec3::zeros(), 0.0);
+    run(&mut world, 20);
+    let rest_m = position_m(&world, walker);
+    run(&mut world, 60);
+    assert_eq!(position_m(&world, walker), rest_m, "it stands");
+}
+
+#[test]
+fn trajectories_that_cannot_be_are_refused() {
+    let mut world = world();
+    let (walker, car) = (walker(&mut world, 0.0, 3.0), car(&mut world, -40.0, 0.0));
+    let before = world.state_hash();
+    let stage = WalkerStage { to_m: Vec3::y(), speed_mps: 1.0, wait_secs: 0.0 };
+    let near = |actor| Some(Proximity { actor, within_m: 5.0 });
+    for (actor, stages, trigger, words) in [
+        (walker, Vec::new(), None, "number of stages"),
+        (walker, vec![WalkerStage { speed_mps: f32::NAN, ..stage }], None, "speed"),
+        (walker, vec![WalkerStage { wait_secs: -1.0, ..stage }], None, "wait"),
+        (walker, vec![stage], near(ActorId::new(99).unwrap()), "no such actor"),
+        (car, vec![stage], near(walker), "cannot walk"),
+    ] {
+        let follow = Command::Walker(WalkerCommand::Trajectory { actor, stages, trigger });
+        let error = world.apply(&follow).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+        assert_eq!(world.state_hash(), before);
+    }
 }

@@ -4,10 +4,11 @@ use flatbuffers::FlatBufferBuilder;
 
 use super::{Body, table};
 use crate::generated as fb;
+use crate::limits::WALKER_STAGES_MAX;
 use crate::wire::frame::{walker_in, walker_out};
-use crate::wire::needed;
 use crate::wire::parts::{actor_in, finite, pose_in, pose_out, vec3_in, vec3_out};
-use crate::{ActorId, Command, Error, Vec3, WalkerCommand};
+use crate::wire::{check_count, needed};
+use crate::{ActorId, Command, Error, Proximity, Vec3, WalkerCommand, WalkerStage};
 
 pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &WalkerCommand) -> Body {
     match command {
@@ -27,6 +28,9 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &WalkerCommand
         }
         WalkerCommand::Agent { actor, goal_m, speed_mps, crossing_share } => {
             agent_out(b, *actor, goal_m.as_ref(), *speed_mps, *crossing_share)
+        }
+        WalkerCommand::Trajectory { actor, stages, trigger } => {
+            trajectory_out(b, *actor, stages, trigger.as_ref())
         }
     }
 }
@@ -48,6 +52,43 @@ fn agent_out(
     (fb::CommandBody::SetWalkerAgent, fb::SetWalkerAgent::create(b, &args).as_union_value())
 }
 
+fn trajectory_out(
+    b: &mut FlatBufferBuilder<'_>,
+    actor: ActorId,
+    stages: &[WalkerStage],
+    trigger: Option<&Proximity>,
+) -> Body {
+    let stage = |stage: &WalkerStage| {
+        fb::WalkerStage::new(&vec3_out(&stage.to_m), stage.speed_mps, stage.wait_secs)
+    };
+    let stages: Vec<fb::WalkerStage> = stages.iter().map(stage).collect();
+    let stages = b.create_vector(&stages);
+    let args = fb::SetWalkerTrajectoryArgs {
+        actor: actor.get(),
+        stages: Some(stages),
+        vehicle: trigger.map_or(0, |trigger| trigger.actor.get()),
+        within_m: trigger.map_or(0.0, |trigger| trigger.within_m),
+    };
+    table!(b, SetWalkerTrajectory, args)
+}
+
+fn trajectory_in(set: &fb::SetWalkerTrajectory<'_>) -> Result<WalkerCommand, Error> {
+    check_count("stages", set.stages().len(), WALKER_STAGES_MAX)?;
+    let stage = |stage: &fb::WalkerStage| {
+        Ok(WalkerStage {
+            to_m: vec3_in(stage.to_in_world_m(), "place")?,
+            speed_mps: finite(stage.speed_mps(), "speed")?,
+            wait_secs: finite(stage.wait_secs(), "wait")?,
+        })
+    };
+    let within_m = finite(set.within_m(), "distance")?;
+    Ok(WalkerCommand::Trajectory {
+        actor: actor_in(set.actor())?,
+        stages: set.stages().iter().map(stage).collect::<Result<_, Error>>()?,
+        trigger: ActorId::new(set.vehicle()).map(|actor| Proximity { actor, within_m }),
+    })
+}
+
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     if let Some(set) = raw.body_as_set_walker_control() {
         let control = walker_in(set.control())?;
@@ -64,6 +105,9 @@ pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
             speed_mps: set.speed_mps().map(|speed| finite(speed, "speed")).transpose()?,
             crossing_share: finite(set.crossing_share(), "crossing share")?,
         }));
+    }
+    if let Some(set) = raw.body_as_set_walker_trajectory() {
+        return Ok(Command::Walker(trajectory_in(&set)?));
     }
     let set = needed(raw.body_as_set_walker_state(), "a known command")?;
     Ok(Command::Walker(WalkerCommand::State {

@@ -13,6 +13,9 @@ impl World {
             WalkerCommand::Agent { actor, goal_m, speed_mps, crossing_share } => {
                 self.set_walker_agent(*actor, *goal_m, *speed_mps, *crossing_share)
             }
+            WalkerCommand::Trajectory { actor, stages, trigger } => {
+                self.set_walker_trajectory(*actor, stages, *trigger)
+            }
             WalkerCommand::State { actor, world_from_actor, speed_mps } => {
                 self.set_walker_state(*actor, world_from_actor, *speed_mps)
             }
@@ -27,7 +30,7 @@ impl World {
         actor.outside.told_mps = Vec3::zeros();
         let body = actor.rigid();
         if let Some((_, walker)) = actor.walker_mut() {
-            walker.stroller = None;
+            walker.errand = None;
             let changed = walker.control != control;
             walker.set_control(control);
             if let Some(body) = body.filter(|_| changed) {
@@ -55,7 +58,7 @@ impl World {
         actor.outside.told_mps = velocity_mps;
         let body = actor.rigid();
         if let Some((_, walker)) = actor.walker_mut() {
-            walker.stroller = None;
+            walker.errand = None;
             walker.set_control(WalkerControl { direction, speed_mps, jump: false });
             walker.place(velocity_mps);
         }

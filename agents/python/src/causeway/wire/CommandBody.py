@@ -37,3 +37,4 @@ class CommandBody(object):
     SetEnvironmentObjects = 31
     SendV2x = 32
     IgnoreVehicles = 33
+    SetWalkerTrajectory = 34
