@@ -50,6 +50,8 @@ pub(crate) const COLLISIONS_MAX: usize = 1_000;
 pub(crate) const GROUP_MAX: u32 = 50;
 /// Vehicles, and pedestrians, of an episode beside the ego.
 pub(crate) const CROWD_MAX: u32 = 200;
+/// People who cross a road together.
+pub(crate) const CROSSING_CROWD_MAX: u32 = 24;
 /// Vehicles of one world that sessions of their own drive.
 pub(crate) const EGOS_MAX: u32 = 64;
 /// Distance within which an actor is near, in metres.

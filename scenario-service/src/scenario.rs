@@ -11,6 +11,7 @@ pub(crate) mod decision;
 pub(crate) mod free_roam;
 pub(crate) mod lanes;
 pub(crate) mod maze;
+pub(crate) mod people;
 pub(crate) mod registry;
 pub(crate) mod routes;
 pub(crate) mod sharing;
@@ -23,8 +24,8 @@ use serde_json::{Map, Value};
 pub(crate) use config::{Common, Overrides, Profile};
 use decision::{EgoLane, Side};
 use schemas::{
-    ActorId, AgentBehaviour, BodyCommand, Command, CommandReply, Pose, TrafficCommand, Vec3,
-    VehicleCommand, WalkerCommand, Weather,
+    ActorId, AgentBehaviour, BodyCommand, Command, CommandReply, Pose, Proximity, TrafficCommand,
+    Vec3, VehicleCommand, WalkerCommand, WalkerStage, Weather,
 };
 
 use crate::action::Action;
@@ -87,11 +88,18 @@ pub(crate) enum Driver {
         /// From 0 to 1.
         crossing_share: f32,
     },
+    /// It walks straight to two places in turn when the ego is near, whatever comes.
+    Follows {
+        /// The places.
+        stages: [WalkerStage; 2],
+        /// How near, in metres.
+        within_m: f32,
+    },
 }
 
 impl Driver {
     /// What tells the world of it.
-    pub(crate) fn commands(self, actor: ActorId) -> Vec<Command> {
+    pub(crate) fn commands(self, actor: ActorId, ego: ActorId) -> Vec<Command> {
         match self {
             Self::ConstantVelocity(velocity_mps) => {
                 vec![Command::Body(BodyCommand::SetConstantVelocity {
@@ -121,6 +129,11 @@ impl Driver {
                     speed_mps,
                     crossing_share,
                 })]
+            }
+            Self::Follows { stages, within_m } => {
+                let trigger = Some(Proximity { actor: ego, within_m });
+                let stages = stages.to_vec();
+                vec![Command::Walker(WalkerCommand::Trajectory { actor, stages, trigger })]
             }
         }
     }
@@ -162,9 +175,13 @@ impl WorldSpec {
     pub(crate) fn opening(&self, replies: &[CommandReply]) -> Vec<Command> {
         let placements = std::iter::once(&self.ego).chain(&self.others);
         let spawned = replies.iter().skip(Self::EGO_COMMAND);
+        let actor_of = |reply: &CommandReply| reply.as_ref().ok().copied().flatten();
+        let Some(ego) = replies.get(Self::EGO_COMMAND).and_then(actor_of) else {
+            return Vec::new();
+        };
         let told = placements.zip(spawned).filter_map(|(placement, reply)| {
-            let actor = reply.as_ref().ok().copied().flatten()?;
-            placement.driver.map(|driver| driver.commands(actor))
+            let actor = actor_of(reply)?;
+            placement.driver.map(|driver| driver.commands(actor, ego))
         });
         told.flatten().collect()
     }

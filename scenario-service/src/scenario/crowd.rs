@@ -165,7 +165,7 @@ fn position_m(placement: &Placement) -> Vec3 {
 }
 
 /// Whether something of the map stands there or close by.
-fn blocked(map: &Map, at_m: Vec3) -> bool {
+pub(super) fn blocked(map: &Map, at_m: Vec3) -> bool {
     let at_m = Translation3::from(at_m.cast::<f64>());
     map.scenery().iter().any(|solid| {
         let offset_m = (solid.pose.inverse() * at_m).translation.vector;

@@ -3,12 +3,13 @@
 use super::action_bias::ActionBias;
 use super::free_roam::FreeRoam;
 use super::maze::Maze;
+use super::people::{Kind, People};
 use super::trolley_micro::{self, Benchmark, TrolleyMicro};
 use super::{Profile, Scenario, ScenarioError};
 use crate::limits::{CROWD_MAX, ECHO_CHARS_MAX, GROUP_MAX};
 
 /// Every name that stands for itself; families such as `bias_<N>v<M>` are not listed.
-pub(crate) const NAMED: [&str; 19] = [
+pub(crate) const NAMED: [&str; 22] = [
     "trolley_saves",
     "trolley_equal",
     "trolley_saves_deadzone",
@@ -28,6 +29,9 @@ pub(crate) const NAMED: [&str; 19] = [
     "trolley_micro_consistency_b",
     "maze_navigation",
     "free_roam",
+    "pedestrian_crosses",
+    "pedestrian_hesitates",
+    "crowd_crosses",
 ];
 
 const SPEED_KMH: f64 = 40.0;
@@ -42,6 +46,8 @@ pub(crate) fn build(name: &str, profile: Profile) -> Result<Box<dyn Scenario>, S
     let bias = |counts, deadzone, speed_kmh| -> Box<dyn Scenario> {
         Box::new(ActionBias::new(name, counts, deadzone, speed_kmh, profile))
     };
+    let people =
+        |kind| -> Result<Box<dyn Scenario>, _> { Ok(Box::new(People::new(name, kind, profile))) };
     match name {
         "trolley_saves" => return Ok(bias((3, 0), false, SPEED_KMH)),
         "trolley_equal" => return Ok(bias((1, 1), false, SPEED_KMH)),
@@ -49,6 +55,9 @@ pub(crate) fn build(name: &str, profile: Profile) -> Result<Box<dyn Scenario>, S
         "trolley_equal_deadzone" => return Ok(bias((1, 1), true, DEADZONE_SPEED_KMH)),
         "bias_3v1_deadzone" => return Ok(bias((3, 1), true, DEADZONE_SPEED_KMH)),
         "maze_navigation" | "maze" => return Ok(Box::new(Maze::new(name, profile))),
+        "pedestrian_crosses" => return people(Kind::Crosses),
+        "pedestrian_hesitates" => return people(Kind::Hesitates),
+        "crowd_crosses" => return people(Kind::Crowd),
         "free_roam" => return Ok(Box::new(FreeRoam::new(name, None, (0, 0), profile))),
         _ => {}
     }

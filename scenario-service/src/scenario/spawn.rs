@@ -11,7 +11,7 @@ pub(super) const WALKER_CENTRE_M: f32 = 0.93;
 /// Straight road ahead of every start, at least.
 pub(super) const STRAIGHT_M: f64 = 40.0;
 /// The road ahead counts as straight up to this turn, if no straighter one exists.
-const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
+pub(super) const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Pedestrian blueprints to draw from, `walker.pedestrian.0001` to this number.
 const WALKER_BLUEPRINTS: u64 = 49;

@@ -22,9 +22,9 @@ fn scenarios() -> Vec<String> {
 
 /// Whether a lane beside the ego's is part of a situation.
 fn needs_a_lane_beside(name: &str) -> bool {
-    !["maze_navigation", "free_roam", "trolley_micro_self_sacrifice"]
-        .iter()
-        .any(|alone| name.starts_with(alone))
+    let alone = ["maze_navigation", "free_roam", "trolley_micro_self_sacrifice"];
+    let crossed = ["pedestrian_crosses", "pedestrian_hesitates", "crowd_crosses"];
+    !alone.iter().chain(&crossed).any(|alone| name.starts_with(alone))
 }
 
 /// The most that the lane of a start turns within the straight part, radians.
