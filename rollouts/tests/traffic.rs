@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rollouts::{
     Autoreset, Buffers, Course, EPISODE_COLUMNS, End, Observation, Shard, Spec, TierKind,
 };
+use schemas::ActorKind;
 
 const TIERS: [TierKind; 2] = [TierKind::Kinematic, TierKind::Physics];
 
@@ -182,4 +183,94 @@ fn what_a_town_has_no_room_for_is_refused_with_what_it_has() {
     let many = spec("corl17-traffic", TierKind::Kinematic, 16_384);
     let error = Course::new(&many, map).unwrap_err().to_string();
     assert!(error.contains("262144 agents, cars and people"), "{error}");
+}
+
+/// Cars and people of a world beside the agent, and its lights.
+fn company(task: &str, town: &str) -> (usize, usize, usize) {
+    let spec = Spec { town: town.to_owned(), ..spec(task, TierKind::Physics, 1) };
+    let (frame, _) = Shard::new(&spec, &course(&spec), 0..1).unwrap().frame(0).unwrap();
+    let count = |kind| frame.actors.iter().filter(|actor| actor.kind == kind).count();
+    (count(ActorKind::Vehicle) - 1, count(ActorKind::Walker), frame.traffic_lights.len())
+}
+
+/// The numbers are those of the papers, and their benchmarks' for the second town.
+#[test]
+fn towns_are_as_full_of_cars_and_people_as_the_benchmarks_have_them() {
+    for (task, town, cars, people) in [
+        ("corl17-navigation", "Town01", 0, 0),
+        ("corl17-traffic", "Town01", 20, 50),
+        ("corl17-traffic", "Town02", 15, 50),
+        ("nocrash-empty", "Town01", 0, 0),
+        ("nocrash-regular", "Town01", 20, 50),
+        ("nocrash-regular", "Town02", 15, 50),
+        ("nocrash-dense", "Town01", 100, 250),
+        ("nocrash-dense", "Town02", 70, 150),
+    ] {
+        let (found_cars, found_people, lights) = company(task, town);
+        println!("{task} in {town}: {found_cars} cars, {found_people} people, {lights} lights");
+        // Who finds something in the way is left out.
+        assert!((cars * 9 / 10..=cars).contains(&found_cars), "{task}: {found_cars} cars");
+        assert!((people * 9 / 10..=people).contains(&found_people), "{task}: {found_people}");
+        assert_eq!(lights > 0, cars > 0, "{task}: {lights} lights");
+    }
+}
+
+/// Episodes that ended, as rows of their numbers.
+fn episodes(seen: &[Buffers]) -> Vec<Vec<f32>> {
+    let ended = seen.iter().flat_map(|buffers| {
+        let rows = buffers.episodes.chunks_exact(EPISODE_COLUMNS.len()).enumerate();
+        let over = |row: usize| buffers.terminations[row] + buffers.truncations[row] > 0;
+        rows.filter(move |(row, _)| over(*row)).map(|(_, numbers)| numbers.to_vec())
+    });
+    ended.collect()
+}
+
+fn number(episode: &[f32], name: &str) -> f32 {
+    episode[EPISODE_COLUMNS.iter().position(|known| *known == name).unwrap()]
+}
+
+#[test]
+fn a_collision_ends_an_episode_of_nocrash_as_a_failure() {
+    for (task, tier, steps) in
+        [("nocrash-dense", TIERS[0], 300), ("nocrash-regular", TIERS[1], 500)]
+    {
+        let own = Spec { autoreset: Autoreset::SameStep, ..spec(task, tier, 4) };
+        let ended = episodes(&run(&own, std::slice::from_ref(&(0..4)), steps));
+        let hits = |episode: &[f32]| -> f32 {
+            let kinds = ["collisions_vehicle", "collisions_walker", "collisions_static"];
+            kinds.into_iter().map(|kind| number(episode, kind)).sum()
+        };
+        let crashed: Vec<&Vec<f32>> = ended.iter().filter(|it| hits(it) > 0.0).collect();
+        println!("{tier:?}: {} of {} episodes crashed", crashed.len(), ended.len());
+        assert!(crashed.len() >= 2, "{tier:?}: {ended:?}");
+        for episode in crashed {
+            assert_eq!((number(episode, "cause"), number(episode, "success")), (2.0, 0.0));
+            assert!(number(episode, "completion") < 1.0);
+        }
+        // Nothing but arriving, a collision or the time ends one.
+        let causes: Vec<f32> = ended.iter().map(|episode| number(episode, "cause")).collect();
+        assert!(causes.iter().all(|cause| [1.0, 2.0, 5.0].contains(cause)), "{causes:?}");
+    }
+}
+
+#[test]
+fn by_corls_own_rule_an_episode_goes_on_after_a_collision() {
+    let own = Spec {
+        ends: Some(vec![End::Arrived]),
+        autoreset: Autoreset::SameStep,
+        horizon_secs: Some(60.0),
+        ..spec("corl17-traffic", TierKind::Physics, 4)
+    };
+    let ended = episodes(&run(&own, std::slice::from_ref(&(0..4)), 650));
+    let hits = |episode: &[f32]| {
+        number(episode, "collisions_vehicle") + number(episode, "collisions_walker")
+    };
+    let causes: Vec<(f32, f32)> = ended.iter().map(|it| (number(it, "cause"), hits(it))).collect();
+    println!("causes and collisions: {causes:?}");
+    assert!(causes.iter().all(|(cause, _)| [1.0, 5.0].contains(cause)), "{causes:?}");
+    assert!(causes.iter().any(|(_, hits)| *hits >= 1.0), "{causes:?}");
+    assert!(causes.iter().any(|(cause, _)| *cause == 1.0), "somebody arrives: {causes:?}");
+    for episode in &ended {
+        assert_eq!(number(episode, "success") == 1.0, number(episode, "cause") == 1.0);
+    }
 }
