@@ -16,6 +16,7 @@ import argparse
 import queue
 import random
 from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,8 @@ MARGIN = 1.25
 CROP_PX, CELL_PX, BINS = 32, 4, 9
 STEPS, RATE, DECAY = 400, 0.02, 1e-3
 
+#: A camera, and what it has sent.
+Eye: TypeAlias = "tuple[carla.Sensor, queue.Queue[Any]]"
 Boxes = list[tuple[int, int, int, str]]
 Pixels = NDArray[np.uint8]
 Numbers = NDArray[np.float64]
@@ -78,20 +81,20 @@ def main(options: argparse.Namespace) -> None:
     table(learning, testing)
 
 
-def camera(world: carla.World, kind: str, ids: list[int]) -> tuple[carla.Sensor, queue.Queue]:
+def camera(world: carla.World, kind: str, ids: list[int]) -> Eye:
     blueprint = world.get_blueprint_library().find(f"sensor.camera.{kind}")
     for name, value in (("image_size_x", WIDTH), ("image_size_y", HEIGHT), ("fov", 70)):
         blueprint.set_attribute(name, str(value))
     sensor = world.spawn_actor(blueprint, carla.Transform())
     ids.append(sensor.id)
-    pictures: queue.Queue = queue.Queue()
+    pictures: queue.Queue[Any] = queue.Queue()
     sensor.listen(pictures.put)
     return sensor, pictures
 
 
 def picture_scene(
     client: carla.Client,
-    eyes: list[tuple[carla.Sensor, queue.Queue]],
+    eyes: list[Eye],
     into: dict[str, Examples],
     chance: random.Random,
 ) -> None:
@@ -143,7 +146,7 @@ def populate(
                     actor.set_light_state(carla.VehicleLightState(lights))
 
 
-def newest(pictures: queue.Queue, frame: int) -> Pixels:
+def newest(pictures: queue.Queue[Any], frame: int) -> Pixels:
     """Red, green and blue of a frame."""
     while (image := pictures.get(timeout=WAIT_SECS)).frame < frame:
         pass
@@ -196,7 +199,8 @@ def gradients(grey: Numbers) -> Numbers:
         axis=2,
     )
     # One grey level of 255 is noise: what is weaker than that is not blown up.
-    return (blocks / (np.linalg.norm(blocks, axis=2, keepdims=True) + CELL_PX)).ravel()
+    told: Numbers = blocks / (np.linalg.norm(blocks, axis=2, keepdims=True) + CELL_PX)
+    return told.ravel()
 
 
 def learn(features: Numbers, classes: NDArray[np.int64]) -> Numbers:
