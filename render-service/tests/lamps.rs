@@ -182,6 +182,7 @@ fn a_wet_road_mirrors_lamps_in_streaks_towards_the_eye() {
         let at = |pair: &[Image; 2]| [gain(pair, 0.7), gain(pair, 4.0)];
         let ([dry_below, dry_aside], [wet_below, wet_aside]) = (at(&dry), at(&wet));
         assert!(wet_below > 2.0 * dry_below, "{wet_below} where it was {dry_below} dry");
+        assert!(wet_aside < dry_aside, "{wet_aside} aside where it was {dry_aside} dry");
         assert!(wet_below > 3.0 * wet_aside, "{wet_below} below, {wet_aside} aside");
     }
 }
