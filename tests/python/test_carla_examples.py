@@ -332,19 +332,6 @@ def test_start_positions_that_are_not_there_are_named(site, client, tmp_path, wa
     assert not list(tmp_path.iterdir())
 
 
-def test_what_learns_in_one_weather_sees_in_another(site, client, tmp_path):
-    ran = run(site, tmp_path, "learn_to_see.py", "--scenes", 30, "--seed", 1)
-    assert ran.status == 0, ran.err
-    row = r"^\| (day|night|rain|rainy night|all) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$"
-    rows = re.findall(row, ran.out, re.MULTILINE)
-    right = {learnt: [int(share) for share in shares] for learnt, *shares in rows}
-    assert len(right) == 5, ran.out
-    # Of three classes a guess is right in a third of cases.
-    assert right["day"][0] > 70 and right["night"][1] > 70, ran.out
-    assert right["day"][1] > 55 and right["night"][0] > 55, ran.out
-    assert right["day"][2] > 55 and min(right["all"]) > 60, ran.out
-
-
 BENCHMARK = ("-c", "Town02", "--tasks", "straight,one-turn", "--poses", 2, "--agent", "basic")
 
 

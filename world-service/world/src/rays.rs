@@ -59,7 +59,8 @@ impl RayScene<'_> {
         self.actors.nearest(ray, reach_of(nearest), stack).or(nearest)
     }
 
-    /// What each ray of a packet meets first within `reach_m`: the same as [one by one](Self::nearest).
+    /// What each ray of a packet meets first within `reach_m`: the same as
+    /// [one by one](Self::nearest).
     pub(crate) fn nearest_of(
         &self,
         packet: &Packet,
