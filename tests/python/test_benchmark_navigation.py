@@ -2,7 +2,7 @@
 
 import re
 
-from test_carla_examples import run
+from carla_example import run
 
 
 def test_the_benchmark_navigates_alone_and_among_others(site, client, tmp_path):

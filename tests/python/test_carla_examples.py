@@ -1,14 +1,10 @@
 """The examples over CARLA's own client do what they say, each run as a user runs it."""
 
-import contextlib
-import os
 import re
 import signal
 import subprocess
 import sys
-import threading
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import carla
@@ -17,10 +13,9 @@ import pytest
 from PIL import Image
 from plyfile import PlyData
 
-from running_site import PACKAGE, two_free_ports
+from carla_example import EXAMPLES, LIMIT_SECS, PROGRAMS, environment, run, started
+from running_site import two_free_ports
 
-EXAMPLES = PACKAGE / "examples" / "carla"
-LIMIT_SECS = 600.0
 #: From the start of the process to the first metre; a machine with nothing else to do takes 3 s.
 DRIVES_SECS = 30.0
 
@@ -30,75 +25,6 @@ WALLS_AND_GROUND = (
     carla.CityObjectLabel.Roads,
     carla.CityObjectLabel.Sidewalks,
 )
-
-#: The programs, each with options for little to do.
-PROGRAMS = {
-    "client_example.py": ("--episodes", "1", "--frames", "2", "-q", "Low"),
-    "point_cloud_example.py": ("--frames", "1"),
-    "view_start_positions.py": ("--positions", "0"),
-    "incident.py": (),
-    "learn_to_see.py": ("--scenes", "6"),
-    "manual_control.py": ("--res", "160x90", "--keys", "w*2"),
-    "run_benchmark.py": ("--city-name", "Town02", "--tasks", "straight", "--agent", "basic"),
-}
-#: Every program that drives with others has a Traffic Manager, which wants a port of its own.
-WITH_MANAGER = set(PROGRAMS) - {"view_start_positions.py", "incident.py", "learn_to_see.py"}
-
-
-@dataclass
-class Ran:
-    status: int
-    out: str
-    err: str
-
-    def numbers(self, pattern: str) -> list[tuple[float, ...]]:
-        """The groups of every line that holds the pattern."""
-        return [tuple(map(float, found)) for found in re.findall(pattern, self.out)]
-
-
-def command(name: str, *arguments: object) -> list[str]:
-    own = ["--tm-port", str(two_free_ports())] if name in WITH_MANAGER else []
-    return [sys.executable, str(EXAMPLES / name), *own, *map(str, arguments)]
-
-
-def environment(**added: str) -> dict[str, str]:
-    return {**os.environ, "SDL_VIDEODRIVER": "dummy", "PYTHONUNBUFFERED": "1", **added}
-
-
-def run(site, folder: Path, name: str, *arguments: object) -> Ran:
-    """Runs an example to its end, in a folder."""
-    at = ("--host", "127.0.0.1", "--port", site.carla_port)
-    done = subprocess.run(
-        command(name, *at, *arguments),
-        cwd=folder,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_SECS,
-    )
-    return Ran(done.returncode, done.stdout, done.stderr)
-
-
-@contextlib.contextmanager
-def started(folder: Path, name: str, *arguments: object, **added: str):
-    """An example that runs while the block does; its errors come with its output."""
-    process = subprocess.Popen(
-        command(name, *arguments),
-        cwd=folder,
-        env=environment(**added),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    # Whoever hangs is ended, so that reading its output ends too.
-    limit = threading.Timer(LIMIT_SECS, process.kill)
-    limit.start()
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-        limit.cancel()
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -332,15 +258,6 @@ def test_start_positions_that_are_not_there_are_named(site, client, tmp_path, wa
     assert not list(tmp_path.iterdir())
 
 
-BENCHMARK = ("-c", "Town02", "--tasks", "straight,one-turn", "--poses", 2, "--agent", "basic")
-
-
-def results(folder: Path) -> dict[str, str]:
-    (log,) = (folder / "_benchmarks_results").iterdir()
-    assert log.name == "test_Basic_Town02"
-    return {path.name: path.read_text() for path in log.iterdir()}
-
-
 def test_an_incident_is_found_replayed_and_avoided(site, client, tmp_path):
     ran = run(site, tmp_path, "incident.py", "--out", "pictures")
     assert ran.status == 0, ran.err
@@ -356,46 +273,6 @@ def test_an_incident_is_found_replayed_and_avoided(site, client, tmp_path):
         assert (tmp_path / "pictures" / f"{name}.jpg").stat().st_size < 100_000
     assert all(np.ptp(one) > 100 for one in brightness)
     assert np.abs(brightness[0] - brightness[1]).mean() > 2.0
-
-
-def test_the_benchmark_goes_on_where_it_was_interrupted(site, client, tmp_path):
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    whole.mkdir()
-    parts.mkdir()
-    ran = run(site, whole, "run_benchmark.py", *BENCHMARK)
-    assert ran.status == 0, ran.err
-    assert ran.out.count(": arrived after") == 4
-    assert re.search(r"one-turn +1 +100% ", ran.out)
-
-    with started(parts, "run_benchmark.py", "--port", site.carla_port, *BENCHMARK) as process:
-        for line in process.stdout:
-            if ": arrived after" in line:
-                break
-        process.send_signal(signal.SIGINT)
-        said, _ = process.communicate()
-        # It may be over before the signal comes, on a machine that holds this test up.
-        assert process.returncode in (130, 0), said
-    assert results(parts)["summary.csv"].count("straight") >= 1
-    again = run(site, parts, "run_benchmark.py", *BENCHMARK)
-    assert again.status == 1 and "--continue-experiment" in again.err
-    last = run(site, parts, "run_benchmark.py", *BENCHMARK, "--continue-experiment")
-    assert last.status == 0, last.err
-    assert last.out.count(": arrived after") < 4
-    assert results(parts) == results(whole)
-    assert set(results(whole)) == {"summary.csv", "measurements.csv", "metrics.json"}
-
-
-def test_an_agent_that_goes_straight_on_takes_no_turn(site, client, tmp_path):
-    options = ("-c", "Town02", "--tasks", "one-turn")
-    ran = run(site, tmp_path, "run_benchmark.py", *options)
-    assert ran.status == 0, ran.err
-    assert "m from the goal after" in ran.out
-    assert re.search(r"one-turn +1 +0% ", ran.out)
-
-
-def test_a_task_that_is_not_there_is_named(site, tmp_path):
-    ran = run(site, tmp_path, "run_benchmark.py", "--tasks", "straight,backwards")
-    assert ran.status == 1 and "'backwards'" in ran.err and "Traceback" not in ran.err
 
 
 def test_keys_drive_the_car(site, client, tmp_path):

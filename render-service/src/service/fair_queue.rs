@@ -230,7 +230,7 @@ impl<T> FairQueue<T> {
         Some((whose, thing))
     }
 
-    /// Whether somebody who waits for nothing would come before whoever comes next, if he asked now.
+    /// Whether somebody who waits for nothing would come before whoever comes next, asking now.
     pub(crate) fn is_owed(&self, (tenant, session): &Whose, next: &Next) -> bool {
         let (next_tenant, next_session) = &next.whose;
         if tenant != next_tenant {

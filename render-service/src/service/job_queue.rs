@@ -32,7 +32,8 @@ struct State {
 /// What has come since the last look.
 #[derive(Default)]
 pub(crate) struct Arrived {
-    pub(crate) jobs: Vec<Incoming>,
+    /// Each with when it came.
+    pub(crate) jobs: Vec<(Instant, Incoming)>,
     pub(crate) towns: Vec<BuiltTown>,
     /// What sessions have used outside the drawing thread, in nanoseconds.
     pub(crate) used: Vec<(Whose, u64)>,
@@ -73,7 +74,7 @@ impl JobQueue {
             Error::new(ErrorCode::Capacity, "too many pictures are waiting to be drawn")
                 .wanted(format_args!("at most {UNREAD_MAX} new jobs"))
         } else {
-            state.arrived.jobs.push(incoming);
+            state.arrived.jobs.push((Instant::now(), incoming));
             drop(state);
             self.changed.notify_one();
             return;
@@ -143,7 +144,7 @@ impl JobQueue {
         let waiting = std::mem::take(&mut state.arrived.jobs);
         drop(state);
         self.changed.notify_all();
-        for incoming in waiting {
+        for (_, incoming) in waiting {
             incoming.refuse(is_ending());
         }
     }

@@ -129,13 +129,13 @@ impl Worker {
         for (whose, nanos) in used {
             self.waiting.charge(&whose, i64::try_from(nanos).unwrap_or(i64::MAX));
         }
-        for incoming in jobs {
+        for (came_at, incoming) in jobs {
             let job = match (&self.renderer, incoming.render_job()) {
                 (Err(error), _) => Err(error.clone().into()),
                 (Ok(_), job) => job,
             };
             match job {
-                Ok(job) => self.enqueue(incoming, Box::new(job)),
+                Ok(job) => self.enqueue(came_at, incoming, Box::new(job)),
                 Err(error) => self.figures.refuse(incoming, error),
             }
         }
@@ -158,9 +158,9 @@ impl Worker {
         self.towns.want(wanted);
     }
 
-    fn enqueue(&mut self, incoming: Incoming, job: Box<RenderJob>) {
+    fn enqueue(&mut self, came_at: Instant, incoming: Incoming, job: Box<RenderJob>) {
         let whose = (job.tenant.clone(), job.frame.world);
-        self.prompt_askers.note_question(&whose, Instant::now());
+        self.prompt_askers.note_question(&whose, came_at);
         let asker = Asker { incoming, taken: self.queue.note_taken(), large: None };
         if let Err((task, error)) = self.waiting.push(whose, Task { asker, stage: Stage::New(job) })
         {

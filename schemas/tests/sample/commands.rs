@@ -2,8 +2,8 @@
 
 use schemas::{
     AckermannControl, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, BodySwitch, Command,
-    PushKind, SceneryCommand, SensorCommand, TrafficCommand, TrafficLightColour,
-    TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand,
+    Proximity, PushKind, SceneryCommand, SensorCommand, TrafficCommand, TrafficLightColour,
+    TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand, WalkerStage,
 };
 
 use super::vehicles::{gains, physics};

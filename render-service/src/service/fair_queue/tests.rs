@@ -29,8 +29,8 @@ fn served(mut askers: Vec<Asker>, time: u64) -> Vec<Asker> {
     let (mut now, mut prompt, begun) = (0, PromptAskers::default(), Instant::now());
     let moment = |now| begun + Duration::from_millis(now);
     while now < time {
-        for (_, at) in asking.extract_if(.., |(when, _)| *when <= now) {
-            prompt.note_question(&askers[at].whose, moment(now));
+        for (when, at) in asking.extract_if(.., |(when, _)| *when <= now) {
+            prompt.note_question(&askers[at].whose, moment(when));
             queue.push(askers[at].whose.clone(), (at, askers[at].cost)).unwrap();
         }
         let (mut turns, mut sum) = (Vec::new(), 0);
