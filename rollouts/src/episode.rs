@@ -6,8 +6,8 @@ use crate::motion::Contacts;
 /// Numbers of an ended episode, in their order.
 ///
 /// `cause` is 1 arrived, 2 collision, 3 off route, 4 overturned, 5 time, 6 fault of the world,
-/// 7 a red light. `weather` is 1 to 22, the place of the preset among CARLA's: the first fourteen as
-/// CARLA 0.8 numbers them.
+/// 7 a red light. `weather` is 1 to 22, the place of the preset among CARLA's: the first fourteen
+/// as CARLA 0.8 numbers them.
 pub const EPISODE_COLUMNS: [&str; 18] = [
     "return",
     "steps",
