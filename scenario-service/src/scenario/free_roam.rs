@@ -294,14 +294,13 @@ impl Scenario for FreeRoam {
         reward += if episode.reached { 10.0 } else { 0.0 };
         reward -= if episode.collided { 5.0 } else { 0.0 };
         let (now, then) = (&facts.broken, &episode.broken);
-        let costs: [(fn(&Broken) -> u32, f64); 4] = [
-            (|all| all.red_lights, self.red_light_penalty),
-            (|all| all.stop_signs, self.stop_sign_penalty),
-            (|all| all.right_of_way, self.right_of_way_penalty),
-            (|all| all.crossings, self.right_of_way_penalty),
-        ];
-        for (of, penalty) in costs {
-            reward -= f64::from(of(now).saturating_sub(of(then))) * penalty;
+        for (all, before, penalty) in [
+            (now.red_lights, then.red_lights, self.red_light_penalty),
+            (now.stop_signs, then.stop_signs, self.stop_sign_penalty),
+            (now.right_of_way, then.right_of_way, self.right_of_way_penalty),
+            (now.crossings, then.crossings, self.right_of_way_penalty),
+        ] {
+            reward -= f64::from(all.saturating_sub(before)) * penalty;
         }
         episode.broken = facts.broken;
         episode.reward = reward;

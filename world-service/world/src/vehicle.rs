@@ -235,7 +235,7 @@ impl VehicleState {
         let (forward, left) = chassis.contact_axes(footing.surface.normal, steer_rad);
         let velocity_mps = chassis.velocity_at(footing.point_m);
         let forward_mps = velocity_mps.dot(&forward);
-        let turned_rad = wander::slip_rad(fit, own, footing.point_m);
+        let turned_rad = wander::slip_rad(fit, own, footing.point_m, forward_mps);
         let tyre_input = TyreInput {
             forward_mps,
             left_mps: velocity_mps.dot(&left) - turned_rad * forward_mps,

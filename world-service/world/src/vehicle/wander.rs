@@ -10,8 +10,10 @@ use schemas::{Steering, Vec3};
 
 use super::fit::{Fit, WheelFit};
 
-/// Slip angle of each of the waves, in radians.
-const WAVE_RAD: f32 = 0.0015;
+/// Slip angle of each of the waves, in radians, up to the first of these speeds; from the second on
+/// there is none, as controllers at the limit of their tyres bear no push.
+const WAVE_RAD: f32 = 0.001;
+const FADES_MPS: [f32; 2] = [12.0, 16.0];
 /// Waves over the ground, as parts of a cycle for each metre along x and y: 11 and 14 m long, and
 /// across each other, so that no heading leads along the crests of both.
 const WAVES_PER_M: [[f32; 2]; 2] = [[0.0755, 0.0504], [-0.0335, 0.0632]];
@@ -19,15 +21,17 @@ const WAVES_PER_M: [[f32; 2]; 2] = [[0.0755, 0.0504], [-0.0335, 0.0632]];
 /// The slip angle that the road adds to that of a wheel at a place, in radians.
 ///
 /// - **Domain:** front wheels of cars that steer as CARLA's; 0 for all others.
-/// - **Determinism:** a function of the place alone.
-pub(super) fn slip_rad(fit: &Fit, wheel: &WheelFit, point_m: Vec3) -> f32 {
+/// - **Determinism:** a function of place and speed alone.
+pub(super) fn slip_rad(fit: &Fit, wheel: &WheelFit, point_m: Vec3, forward_mps: f32) -> f32 {
     let is_moved = fit.physics.steering == Steering::Carla && !fit.model.is_two_wheeler();
-    if !is_moved || !wheel.is_front {
+    let [from_mps, to_mps] = FADES_MPS;
+    let share = ((to_mps - forward_mps.abs()) / (to_mps - from_mps)).clamp(0.0, 1.0);
+    if !is_moved || !wheel.is_front || share == 0.0 {
         return 0.0;
     }
     let wave = |[x_per_m, y_per_m]: [f32; 2]| {
         let cycles = x_per_m * point_m.x + y_per_m * point_m.y;
-        WAVE_RAD * ComplexField::sin(TAU * (cycles - cycles.floor()))
+        share * WAVE_RAD * ComplexField::sin(TAU * (cycles - cycles.floor()))
     };
     WAVES_PER_M.into_iter().map(wave).sum()
 }
