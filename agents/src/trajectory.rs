@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// A place counts as reached from here.
 const REACHED_M: f32 = 0.1;
+/// So hard people slow down before a place, in metres per second squared: less than they can.
+const BRAKING_MPS2: f32 = 6.0;
 
 /// The places that somebody goes to in turn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,8 +68,8 @@ impl Trajectory {
             let away_m = way.norm();
             if self.waited_secs.is_none() && away_m > REACHED_M {
                 let direction = Vec3::new(way.x / away_m, way.y / away_m, 0.0);
-                // Not past the place within one tick.
-                let speed_mps = stage.speed_mps.min(away_m / dt_secs);
+                let braked_mps = (2.0 * BRAKING_MPS2 * away_m).sqrt();
+                let speed_mps = stage.speed_mps.min(braked_mps).min(away_m / dt_secs);
                 return WalkerControl { direction, speed_mps, jump: false };
             }
             let waited_secs = self.waited_secs.unwrap_or_default();

@@ -16,7 +16,7 @@ from plyfile import PlyData
 from carla_example import EXAMPLES, LIMIT_SECS, PROGRAMS, environment, run, started
 from running_site import two_free_ports
 
-#: From the start of the process to the first metre; a machine with nothing else to do takes 3 s.
+#: From the start of the process to the first metre; beside much other work it took 3 s.
 DRIVES_SECS = 30.0
 
 #: What both rays and pictures show.

@@ -37,7 +37,7 @@ def agents(monkeypatch):
     }
 
 
-def straight_lanes(world: carla.World) -> list[tuple[carla.Transform, carla.Waypoint]]:
+def straight_lanes(world: carla.World) -> list[tuple[carla.Waypoint, carla.Waypoint]]:
     """Spawn points from which a lane leads straight ahead for as long as needed, and its end."""
     found = []
     for spawn_point in world.get_map().get_spawn_points():
@@ -55,6 +55,7 @@ def straight_lanes(world: carla.World) -> list[tuple[carla.Transform, carla.Wayp
 def test_carlas_agents_stop_behind_a_car_that_stands_in_their_lane(client, agents, driver):
     with synchronous(client.load_world("Town05")) as world:
         lanes = straight_lanes(world)
+        assert len(lanes) >= RUNS
         for begin, end in lanes[:: len(lanes) // RUNS][:RUNS]:
             car, other = spawn_at(world, begin), spawn_at(world, end)
             sensor, collisions = attach(world, car, "sensor.other.collision", carla.Transform())

@@ -9,8 +9,10 @@ use crate::scene::{Body, Scene};
 
 /// Slower than this nobody takes anything from others.
 const MOVING_MPS: f32 = 0.5;
-/// Crossings farther ahead are not looked at, and steps in which they are.
-const AHEAD_M_MAX: f32 = 24.0;
+/// Crossings are looked at as far ahead as it takes to stop and a little more, within these, in
+/// steps.
+const AHEAD_M: (f32, f32) = (24.0, 150.0);
+const BEYOND_STOP: f32 = 1.25;
 const STEP_M: f32 = 1.0;
 /// People farther beside the way are not on it yet.
 const BESIDE_WAY_M: f32 = 5.0;
@@ -24,14 +26,20 @@ impl Owed {
     /// somebody who was on it already when it could still have stopped, braking at 4 m/s².
     pub fn look(&mut self, network: &Network, scene: &Scene, body: &Body) -> bool {
         let speed_mps = body.velocity_mps.dot(&body.forward);
-        if !scene.has_walkers() || speed_mps < MOVING_MPS {
-            // Who stands before a crossing lets people over.
+        let stop_m = speed_mps * speed_mps / (2.0 * LATE_MPS2);
+        let ahead_m_max = (BEYOND_STOP * stop_m).clamp(AHEAD_M.0, AHEAD_M.1);
+        let owed = std::mem::take(&mut self.0);
+        if !scene.has_walkers() {
             return false;
         }
-        let found = first_needed(network, scene, body);
-        let owed = std::mem::take(&mut self.0);
+        let found = first_needed(network, scene, body, ahead_m_max);
         let Some((index, ahead_m)) = found else { return false };
-        let in_time = speed_mps * speed_mps < 2.0 * LATE_MPS2 * ahead_m;
+        if speed_mps < MOVING_MPS {
+            // Who stands before a crossing lets people over.
+            self.0 = owed.filter(|owed| *owed == index && ahead_m > 0.0);
+            return false;
+        }
+        let in_time = stop_m < ahead_m;
         if owed == Some(index) && ahead_m <= 0.0 {
             return true;
         }
@@ -42,14 +50,19 @@ impl Owed {
 
 /// The first crossing straight ahead of a vehicle's front that somebody is on who has not crossed
 /// its way, and how far ahead it begins; 0 for one that the front is on.
-fn first_needed(network: &Network, scene: &Scene, body: &Body) -> Option<(u32, f32)> {
+fn first_needed(
+    network: &Network,
+    scene: &Scene,
+    body: &Body,
+    ahead_m_max: f32,
+) -> Option<(u32, f32)> {
     let front_m = body.centre_m + body.forward * body.half_m.x;
     let near = (0..).zip(network.crossings()).filter(|(_, crossing)| {
         let away_m = (crossing.middle_m - front_m).xy().norm();
-        away_m < crossing.radius_m + AHEAD_M_MAX && is_needed(scene, body, crossing)
+        away_m < crossing.radius_m + ahead_m_max && is_needed(scene, body, crossing)
     });
     let ahead = near.filter_map(|(index, crossing)| {
-        let steps = (AHEAD_M_MAX / STEP_M) as u32;
+        let steps = (ahead_m_max / STEP_M) as u32;
         let mut places = (0..=steps).map(|step| step as f32 * STEP_M);
         let on = |ahead_m: &f32| crossing.away_m(&(front_m + body.forward * *ahead_m)) == 0.0;
         Some((index, places.find(on)?))
@@ -88,9 +101,14 @@ mod tests {
         Body { id, is_walker, is_urgent: false, centre_m, forward, half_m, velocity_mps }
     }
 
-    /// How often a car that drives 8 m/s over a crossing is counted. From `from_m` before the
+    /// How often a car that drives over a crossing so fast is counted. From `from_m` before the
     /// crossing on somebody is on it, so far left of the lane, walking to the left so fast.
-    fn counted(network: &Network, from_m: f32, (left_m, left_mps): (f32, f32)) -> usize {
+    fn counted(
+        network: &Network,
+        speed_mps: f32,
+        from_m: f32,
+        (left_m, left_mps): (f32, f32),
+    ) -> usize {
         let lanes = (0..network.lane_count() as LaneId).filter_map(|id| network.lane(id));
         let lines = lanes.flat_map(|lane| lane.stops.iter().map(move |line| (lane, line)));
         let (lane, line) = lines
@@ -101,9 +119,10 @@ mod tests {
         let along = heading(&at);
         let left = Vec3::new(-along.y, along.x, 0.0);
         let mut owed = Owed::default();
-        let steps = (0..200).filter(|step| {
-            let ahead_m = 24.0 - 0.4 * *step as f32;
-            let own = body(1, false, at.point_m - along * (ahead_m + 2.4), along * 8.0, along);
+        let steps = (0..300).filter(|step| {
+            let ahead_m = 60.0 - 0.05 * speed_mps * *step as f32;
+            let own_m = at.point_m - along * (ahead_m + 2.4);
+            let own = body(1, false, own_m, along * speed_mps, along);
             let person_m = at.point_m + left * left_m;
             let person = body(2, true, person_m, left * left_mps, left);
             let here = (ahead_m <= from_m).then_some(person);
@@ -117,10 +136,11 @@ mod tests {
     fn who_does_not_let_people_over_is_counted_once_if_it_could_have_stopped() {
         let text = roads::town::build("Town02_Opt").unwrap();
         let network = Network::new(&roads::Map::parse("Town02_Opt", &text).unwrap());
-        assert_eq!(counted(&network, 24.0, (-2.0, 1.3)), 1, "somebody walks over its lane");
-        assert_eq!(counted(&network, 24.0, (1.0, 0.0)), 1, "somebody stands on it");
-        assert_eq!(counted(&network, 24.0, (3.0, 1.3)), 0, "somebody has crossed it");
-        assert_eq!(counted(&network, 4.0, (-2.0, 1.3)), 0, "it was too late to stop");
-        assert_eq!(counted(&network, -1.0, (-2.0, 1.3)), 0, "it was there first");
+        assert_eq!(counted(&network, 8.0, 24.0, (-2.0, 1.3)), 1, "somebody walks over its lane");
+        assert_eq!(counted(&network, 20.0, 60.0, (-2.0, 0.8)), 1, "somebody walks, it is fast");
+        assert_eq!(counted(&network, 8.0, 24.0, (1.0, 0.0)), 1, "somebody stands on it");
+        assert_eq!(counted(&network, 8.0, 24.0, (3.0, 1.3)), 0, "somebody has crossed it");
+        assert_eq!(counted(&network, 8.0, 4.0, (-2.0, 1.3)), 0, "it was too late to stop");
+        assert_eq!(counted(&network, 8.0, -1.0, (-2.0, 1.3)), 0, "it was there first");
     }
 }

@@ -53,17 +53,17 @@ impl PromptAskers {
         }
     }
 
-    /// How long to wait for those of them who are owed time and should ask in a moment.
-    pub(crate) fn expected_until(
+    /// Those of them who are owed time and should ask in a moment, each with until when.
+    pub(crate) fn expected(
         &self,
         now: Instant,
         is_owed: impl Fn(&Whose) -> bool,
-    ) -> Option<Instant> {
+    ) -> Vec<(Whose, Instant)> {
         let expected = self.answered.iter().filter(|(whose, answered)| {
             let is_expected = answered.was_prompt && !answered.has_asked;
             is_expected && now < answered.at + PATIENCE && is_owed(whose)
         });
-        expected.map(|(_, answered)| answered.at + PATIENCE).max()
+        expected.map(|(whose, answered)| (whose.clone(), answered.at + PATIENCE)).collect()
     }
 }
 
@@ -84,19 +84,23 @@ mod tests {
             askers.note_question(who, at(0));
             askers.note_answer(who.clone(), at(10));
         }
-        assert_eq!(askers.expected_until(at(10), |_| true), None);
+        let until = |askers: &PromptAskers, now| {
+            let expected = askers.expected(now, |_| true);
+            expected.into_iter().map(|(_, until)| until).max()
+        };
+        assert_eq!(until(&askers, at(10)), None);
         askers.note_question(&prompt, at(12));
         askers.note_question(&slow, at(20));
-        assert_eq!(askers.expected_until(at(21), |_| true), None);
+        assert_eq!(until(&askers, at(21)), None);
         askers.note_answer(slow, at(30));
-        assert_eq!(askers.expected_until(at(30), |_| true), None);
+        assert_eq!(until(&askers, at(30)), None);
         askers.note_answer(prompt.clone(), at(31));
-        assert_eq!(askers.expected_until(at(32), |_| true), Some(at(31) + PATIENCE));
-        assert_eq!(askers.expected_until(at(32), |who| *who != prompt), None);
-        assert_eq!(askers.expected_until(at(31) + PATIENCE, |_| true), None);
+        assert_eq!(until(&askers, at(32)), Some(at(31) + PATIENCE));
+        assert_eq!(askers.expected(at(32), |who| *who != prompt), []);
+        assert_eq!(until(&askers, at(31) + PATIENCE), None);
         askers.note_question(&prompt, at(40));
         askers.note_answer(prompt, at(41));
-        assert_eq!(askers.expected_until(at(41), |_| true), None);
+        assert_eq!(until(&askers, at(41)), None);
     }
 
     #[test]

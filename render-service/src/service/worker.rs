@@ -44,6 +44,8 @@ pub(crate) struct Worker {
     cost: CostModel,
     large: Vec<(Tenant, Weak<Large>)>,
     prompt_askers: PromptAskers,
+    /// For whom nothing is drawn, and since when.
+    held: Option<(Instant, Vec<Whose>)>,
     /// Processors that draw, unless a GPU does.
     threads: Option<u32>,
     figures: Figures,
@@ -103,6 +105,7 @@ impl Worker {
             cost,
             large: Vec::new(),
             prompt_askers: PromptAskers::default(),
+            held: None,
             threads: is_software.then_some(u32::try_from(processors).unwrap_or(u32::MAX)),
             figures,
         }
@@ -115,6 +118,7 @@ impl Worker {
         let mut wait = Wait::Ever;
         while let Some(arrived) = queue.take(wait) {
             let _turn = pulse.begin(Instant::now());
+            self.settle_hold();
             self.take_in(arrived);
             let (turns, without_turns) = self.next_turns();
             wait = if turns.is_empty() { without_turns } else { Wait::No };
@@ -179,10 +183,11 @@ impl Worker {
                 break;
             }
             if costs > HELD_NANOS
-                && let Some(until) = self
-                    .prompt_askers
-                    .expected_until(Instant::now(), |whose| self.waiting.is_owed(whose, &next))
+                && let Some((until, awaited)) = self.awaited_before(&next)
             {
+                if turns.is_empty() {
+                    self.held = Some((Instant::now(), awaited));
+                }
                 return (turns, Wait::Until(until));
             }
             let Some((whose, task)) = self.waiting.take(next) else { break };
@@ -198,6 +203,24 @@ impl Worker {
             turns.push(turn);
         }
         (turns, Wait::Ever)
+    }
+
+    /// Those who would come before the next turn and should ask in a moment, and until when.
+    fn awaited_before(&self, next: &Next) -> Option<(Instant, Vec<Whose>)> {
+        let is_owed = |whose: &Whose| self.waiting.is_owed(whose, next);
+        let awaited = self.prompt_askers.expected(Instant::now(), is_owed);
+        let until = awaited.iter().map(|(_, until)| *until).max()?;
+        Some((until, awaited.into_iter().map(|(whose, _)| whose).collect()))
+    }
+
+    /// Has those pay who were waited for while nothing was drawn: the time was theirs.
+    fn settle_hold(&mut self) {
+        let Some((since, awaited)) = self.held.take() else { return };
+        let each = since.elapsed().as_nanos() / awaited.len().max(1) as u128;
+        let each = i64::try_from(each).unwrap_or(i64::MAX);
+        for whose in &awaited {
+            self.waiting.charge(whose, each);
+        }
     }
 
     /// The next job whose town is there, unless it is one large job too many.
@@ -297,11 +320,18 @@ impl Worker {
         self.prompt_askers.note_answer(whose.clone(), Instant::now());
         let figures = self.figures.clone();
         let has_rows = job.has_rows();
+        // Encoding takes one of the processors that draw; a GPU draws on meanwhile.
+        let paid_by = self.threads.filter(|_| has_rows);
+        let paid_by = paid_by.map(|threads| (Arc::clone(&self.queue), whose, threads));
         let answer = move || {
             // Counted until the answer is sent.
             let Asker { incoming, taken: _taken, large: _large } = asker;
-            let work = Work::of(job.job());
-            match job.finish() {
+            let (work, begun) = (Work::of(job.job()), Instant::now());
+            let finished = job.finish();
+            if let Some((queue, whose, threads)) = paid_by {
+                queue.put_used(whose, begun.elapsed() / threads);
+            }
+            match finished {
                 Ok(images) => {
                     figures.drawn.inc();
                     figures.pictures.inc_by(images.images.len() as u64);
@@ -313,15 +343,7 @@ impl Worker {
         };
         // A large picture takes so long to be encoded and sent that others would wait for it.
         if has_rows {
-            let (queue, threads) = (Arc::clone(&self.queue), self.threads);
-            drop(self.runtime.spawn_blocking(move || {
-                let begun = Instant::now();
-                answer();
-                // It takes one of the processors that draw; a GPU draws on meanwhile.
-                if let Some(threads) = threads {
-                    queue.put_used(whose, begun.elapsed() / threads);
-                }
-            }));
+            drop(self.runtime.spawn_blocking(answer));
         } else {
             answer();
         }

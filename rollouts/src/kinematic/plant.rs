@@ -1,7 +1,7 @@
 //! How a car answers its pedals and wheels, as the tier of rigid bodies does.
 //!
-//! Accelerations are measured there, once for each grip of a road in a process: a car rolls on a straight level road at one
-//! speed, and gets one pedal. What is between is interpolated.
+//! Accelerations are measured there, once for each grip of a road in a process: a car rolls on a
+//! straight level road at one speed, and gets one pedal. What is between is interpolated.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

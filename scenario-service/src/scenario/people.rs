@@ -100,7 +100,7 @@ impl People {
     fn trigger_m(&self, beside_m: f64) -> f64 {
         let ego_mps = f64::from(mps(self.common.initial_speed_kmh.max(SPEED_KMH) as f32));
         let along_m = ego_mps * beside_m / self.speed_mps;
-        self.trigger_m.unwrap_or_else(|| along_m.hypot(beside_m))
+        self.trigger_m.unwrap_or_else(|| (along_m * along_m + beside_m * beside_m).sqrt())
     }
 
     /// The farthest from the middle of the ego's lane that somebody can begin.
@@ -258,8 +258,9 @@ impl Scenario for People {
             }
         }
         Err(ScenarioError::Map(format!(
-            "no lane of this map leads straight past where people can cross {} m ahead",
-            self.start_distance_m
+            "no lane of this map leads straight past where people at {} m/s can cross {} m ahead in \
+             time; a longer start_distance_m or a crossing_trigger_m may help",
+            self.speed_mps, self.start_distance_m
         )))
     }
 

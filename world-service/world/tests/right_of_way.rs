@@ -310,7 +310,7 @@ fn whoever_drives_in_before_those_who_go_first_is_counted() {
 }
 
 #[test]
-fn traffic_that_asks_takes_nobodys_way() {
+fn traffic_and_agents_break_no_rule_at_signs() {
     let (mut world, roads) = crossing([None, Some("206"), None, Some("205")]);
     let cars = [0, 1, 2, 3].map(|side| comes(&mut world, side, 60.0, side % 2 == 0));
     order(&mut world, &roads, &cars, 1_000);

@@ -2,7 +2,7 @@
 
 use schemas::TrafficLightColour::{Red, Yellow};
 
-use super::{Claims, GAP_SECS, Hold, Wish};
+use super::{CLEAR_M, Claims, GAP_SECS, Hold, Wish};
 use crate::network::{Lane, LaneId, Network, Stop, wrapped};
 use crate::scene::{Body, Scene};
 
@@ -24,6 +24,8 @@ const LINE_INSIDE_M: f32 = 4.0;
 pub enum Entering {
     /// It is not at the entry of one.
     No,
+    /// It stands there, or may be on several ways of which only some are others'.
+    Unclear,
     /// It drives into one, and nobody who goes first comes soon.
     Free,
     /// It drives into one before somebody who goes first and comes soon.
@@ -35,9 +37,6 @@ impl Claims {
     /// it takes nothing that it would not take on all ways that it may be on. Lights that do not
     /// show green are not judged here.
     pub fn entering(&self, network: &Network, scene: &Scene, body: &Body) -> Entering {
-        if body.velocity_mps.dot(&body.forward) < MOVING_MPS {
-            return Entering::No;
-        }
         let heading_rad = nalgebra::RealField::atan2(body.forward.y, body.forward.x);
         let front_m = body.centre_m + body.forward * body.half_m.x;
         let ways: Vec<LaneId> = network
@@ -53,8 +52,15 @@ impl Claims {
         if ways.is_empty() {
             return Entering::No;
         }
-        let takes = |way: &LaneId| self.is_taken(network, scene, *way, body);
-        if ways.iter().all(takes) { Entering::Taking } else { Entering::Free }
+        if body.velocity_mps.dot(&body.forward) < MOVING_MPS {
+            return Entering::Unclear;
+        }
+        let taken = ways.iter().filter(|way| self.is_taken(network, scene, **way, body)).count();
+        match taken {
+            0 => Entering::Free,
+            all if all == ways.len() => Entering::Taking,
+            _ => Entering::Unclear,
+        }
     }
 
     /// Whether somebody who goes before whoever is on a way of a junction comes soon.
@@ -75,8 +81,10 @@ impl Claims {
         let wished = self.wishes.iter().any(|Wish { lane, asker }| {
             asker.id != body.id && asker.eta_secs < GAP_SECS && first(*lane)
         });
-        let held = |Hold { lane, id, eta_secs, .. }: &Hold| {
-            *id != body.id && *eta_secs < GAP_SECS && first(*lane)
+        let held = |hold: &Hold| {
+            let conflict = network.lane(hold.lane).and_then(|other| other.conflict(way));
+            let is_past = conflict.is_some_and(|it| hold.rear_m >= it.until_m + CLEAR_M);
+            hold.id != body.id && hold.eta_secs < GAP_SECS && !is_past && first(hold.lane)
         };
         wished || self.held.iter().any(held)
     }

@@ -33,12 +33,14 @@ fn served(mut askers: Vec<Asker>, time: u64) -> Vec<Asker> {
             prompt.note_question(&askers[at].whose, moment(when));
             queue.push(askers[at].whose.clone(), (at, askers[at].cost)).unwrap();
         }
-        let (mut turns, mut sum) = (Vec::new(), 0);
+        let (mut turns, mut sum, mut awaited) = (Vec::new(), 0, Vec::new());
         while let Some(next) = queue.next(|_, _| true) {
             let slice = queue.front(&next).map_or(0, |(_, left): &(usize, u64)| *left.min(&30));
             let is_owed = |whose: &Whose| queue.is_owed(whose, &next);
-            let is_held = slice > 5 && prompt.expected_until(moment(now), is_owed).is_some();
-            if is_held || (sum > 0 && sum + slice > 10) {
+            if slice > 5 {
+                awaited = prompt.expected(moment(now), is_owed);
+            }
+            if !awaited.is_empty() || (sum > 0 && sum + slice > 10) {
                 break;
             }
             let (whose, (at, left)) = queue.take(next).unwrap();
@@ -49,6 +51,11 @@ fn served(mut askers: Vec<Asker>, time: u64) -> Vec<Asker> {
             turns.push((whose, at, left, slice));
         }
         now += sum.max(1);
+        // A moment in which nothing is drawn is theirs who are waited for, in turn.
+        let payer = (sum == 0 && !awaited.is_empty()).then(|| now as usize % awaited.len());
+        if let Some((whose, _)) = payer.and_then(|payer| awaited.get(payer)) {
+            queue.charge(whose, 1);
+        }
         for (whose, at, left, slice) in turns {
             askers[at].got += slice;
             if left > slice {
@@ -71,6 +78,14 @@ fn seven_small_tenants_beside_a_wild_one_get_their_eighths() {
 #[test]
 fn seven_tenants_of_pictures_far_below_a_slice_get_their_eighths_too() {
     seven_get_their_eighths(1);
+}
+
+/// Who waits long between two small pictures is not waited for at the cost of others.
+#[test]
+fn one_small_tenant_leaves_a_wild_one_its_half() {
+    let small = Asker { whose: of("small", 2), cost: 1, got: 0 };
+    let served = served(vec![Asker { whose: of("wild", 1), cost: 2_000, got: 0 }, small], 40_000);
+    assert!(served[0].got >= 16_000, "the wild one got {} of 40000", served[0].got);
 }
 
 /// The pictures of the seven cost so much each.

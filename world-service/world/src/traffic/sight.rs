@@ -32,8 +32,8 @@ pub(crate) struct RoadRules {
     slowest_mps: f32,
     /// The crossing before which it is to let people over.
     owed: Owed,
-    /// Whether it has taken the way of others in the junction that it drives into.
-    has_taken: bool,
+    /// Whether it is known of the junction that it drives into if it takes the way of others.
+    is_judged: bool,
     /// Whether it was put where it is since it last looked around.
     is_put: bool,
     broken: Broken,
@@ -80,13 +80,18 @@ impl RoadRules {
     /// Counts a junction that it drives into before others.
     pub(crate) fn judge_way(&mut self, entering: Entering) {
         let takes = entering == Entering::Taking;
-        self.broken.right_of_way += u32::from(takes && !self.has_taken);
-        self.has_taken = entering != Entering::No && (takes || self.has_taken);
+        self.broken.right_of_way += u32::from(takes && !self.is_judged);
+        self.is_judged = match entering {
+            Entering::No => false,
+            Entering::Unclear => self.is_judged,
+            Entering::Free | Entering::Taking => true,
+        };
     }
 
     /// It was put somewhere: what it did before counts for nothing.
     pub(crate) fn put(&mut self) {
         self.is_put = true;
+        (self.owed, self.is_judged) = (Owed::default(), false);
     }
 
     /// Counts the box that it drove out of, and remembers what it did in the one that it is in.

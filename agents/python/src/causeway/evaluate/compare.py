@@ -63,8 +63,8 @@ def compare(now: Iterable[Episode], before: Iterable[Episode]) -> list[Differenc
             pairs.setdefault(episode.cell, []).append((episode, other))
     if not pairs:
         raise ValueError(
-            "the runs have no episode in common; wanted the same tasks, towns, tiers, seeds and "
-            "names of policies (NAME=FILE.npz names a file)"
+            "the runs have no episode in common; wanted the same tasks, towns, weathers, tiers, "
+            "seeds and names of policies (NAME=FILE.npz names a file)"
         )
     lost = {cell: _count(found, False, True) for cell, found in pairs.items()}
     won = {cell: _count(found, True, False) for cell, found in pairs.items()}

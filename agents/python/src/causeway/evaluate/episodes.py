@@ -65,7 +65,7 @@ class Episode:
         """Raises `KeyError` for a record that lacks something."""
         known = dict(record)
         places = (str(known.pop(name)) for name in ("task", "town", "tier", "policy"))
-        # Results of earlier versions are of dry noons.
+        # A record that names no weathers is of dry noons.
         cell = Cell(*places, str(known.pop("weathers", NOON)))
         seed, number = int(known.pop("seed")), int(known.pop("number"))
         state_hash = str(known.pop("state_hash"))
