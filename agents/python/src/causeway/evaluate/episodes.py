@@ -64,9 +64,12 @@ class Episode:
     def of_record(cls, record: Mapping[str, Any]) -> Episode:
         """Raises `KeyError` for a record that lacks something."""
         known = dict(record)
-        places = (str(known.pop(name)) for name in ("task", "town", "tier", "policy"))
         # A record that names no weathers is of dry noons.
-        cell = Cell(*places, str(known.pop("weathers", NOON)))
+        known.setdefault("weathers", NOON)
+        task, town, tier, policy, weathers = (
+            str(known.pop(name)) for name in ("task", "town", "tier", "policy", "weathers")
+        )
+        cell = Cell(task, town, tier, policy, weathers)
         seed, number = int(known.pop("seed")), int(known.pop("number"))
         state_hash = str(known.pop("state_hash"))
         del known["cause_name"]
