@@ -1,7 +1,7 @@
 //! CARLA's weather presets.
 //!
-//! **Source:** values of the CARLA 0.9.16 client library; the order of the first fourteen is that of
-//! CARLA 0.8, by whose numbers papers name them.
+//! **Source:** values of the CARLA 0.9.16 client library; the order of the first fourteen is that
+//! of CARLA 0.8, by whose numbers papers name them.
 
 use crate::Weather;
 
