@@ -175,6 +175,8 @@ impl VehicleState {
         self.brake_pressure = brakes::pressure(self.brake_pressure, self.control.brake, dt_secs);
 
         let footings = suspension::footings(fit, chassis, ground, self.landing);
+        let settling_mps =
+            if self.landing { wander::settling_mps(fit, chassis.origin_m()) } else { 0.0 };
         self.carried = suspension::carry(fit, &footings);
         self.landing &= !(self.carried && suspension::stand(chassis, &footings));
         let guard = balance::pitch_guard(fit, &footings);
@@ -206,6 +208,7 @@ impl VehicleState {
                 brake,
                 drive_nm: drive.torque_nm * wheel.drive_share * guard.drive_share,
                 inertia_kgm2: wheel.inertia_kgm2 + drive.inertia_kgm2 * wheel.drive_share,
+                settling_mps,
                 grip,
                 dt_secs,
             };
@@ -236,9 +239,10 @@ impl VehicleState {
         let velocity_mps = chassis.velocity_at(footing.point_m);
         let forward_mps = velocity_mps.dot(&forward);
         let turned_rad = wander::slip_rad(fit, own, footing.point_m, forward_mps);
+        let ground_left_mps = turned_rad * forward_mps + input.settling_mps;
         let tyre_input = TyreInput {
             forward_mps,
-            left_mps: velocity_mps.dot(&left) - turned_rad * forward_mps,
+            left_mps: velocity_mps.dot(&left) - ground_left_mps,
             load_n: footing.load_n,
             nominal_load_n: own.load_n,
             friction: own.physics.tyre_friction * footing.surface.friction * input.grip,
@@ -271,6 +275,8 @@ struct WheelInput<'a> {
     brake: WheelBrake,
     drive_nm: f32,
     inertia_kgm2: f32,
+    /// To the left, of the ground below a vehicle that lands.
+    settling_mps: f32,
     grip: f32,
     dt_secs: f32,
 }

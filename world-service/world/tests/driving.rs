@@ -4,7 +4,10 @@
 mod common;
 
 use common::*;
-use schemas::{BodyCommand, Command, Steering, Vec3, VehicleCommand, VehicleControl, Weather};
+use schemas::{
+    ActorId, BodyCommand, Command, Steering, Vec3, VehicleCommand, VehicleControl, Weather,
+};
+use world::World;
 
 fn stopping_distance_m(wetness_percent: f32, forward_mps: f32) -> f32 {
     let mut world = world();
@@ -233,17 +236,21 @@ fn every_vehicle_drives_off_and_stops() {
     assert!(count >= 41, "CARLA has 41 vehicles: {count}");
 }
 
-/// Headings of a car beside its lane, in radians, and the farthest that it is beside its middle, in
-/// metres: at 36 km/h, steered towards a point ahead as CARLA's agents do it.
-fn headings_in_a_lane(steering: Steering) -> (Vec<f32>, f32) {
-    let mut world = world();
-    let car = car(&mut world, 0.0, 10.0);
+fn steer_as(world: &mut World, car: ActorId, steering: Steering) {
     let mut physics = Box::new(world.vehicle_report(car).unwrap().physics);
     physics.steering = steering;
     for wheel in physics.wheels.iter_mut().filter(|wheel| wheel.steer_rad_max > 0.0) {
         wheel.steer_rad_max = 70.0_f32.to_radians();
     }
     world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
+}
+
+/// Headings of a car beside its lane, in radians, and the farthest that it is beside its middle, in
+/// metres: at 36 km/h, steered towards a point ahead as CARLA's agents do it.
+fn headings_in_a_lane(steering: Steering) -> (Vec<f32>, f32) {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 10.0);
+    steer_as(&mut world, car, steering);
     let (mut headings, mut beside_m) = (Vec::new(), 0.0_f32);
     for _ in 0..400 {
         let place = position_m(&world, car);
@@ -269,4 +276,29 @@ fn a_car_that_steers_as_carlas_is_never_straight_for_long_and_keeps_its_lane() {
     assert!((0.001..0.15).contains(&beside_m), "{beside_m} m");
     let (headings, _) = headings_in_a_lane(Steering::Real);
     assert!(headings.iter().all(|heading_rad| heading_rad.abs() < 2.6e-4));
+}
+
+/// Seen from 20 m behind, 5.2 mm are what an agent of CARLA's needs to see who stands there.
+#[test]
+fn a_car_that_steers_as_carlas_lands_some_millimetres_aside_and_any_other_where_it_was_put() {
+    let beside_m = |steering, x_m: f32, height_m: f32| {
+        let mut world = world();
+        let pose = schemas::level_pose(Vec3::new(x_m, LANE_Y_M, height_m), 0.0);
+        let car = spawn_at(&mut world, "vehicle.tesla.model3", pose, 0.0);
+        steer_as(&mut world, car, steering);
+        run(&mut world, 1);
+        let at_first_m = (position_m(&world, car).y - LANE_Y_M).abs();
+        assert!(at_first_m < 0.005, "{at_first_m} m in the first tick");
+        run(&mut world, 40);
+        (position_m(&world, car).y - LANE_Y_M).abs()
+    };
+    for x_m in [0.0, 3.0, 7.0, 12.0] {
+        for height_m in [0.05, 0.1, 0.3, 0.5] {
+            let aside_m = beside_m(Steering::Carla, x_m, height_m);
+            eprintln!("{x_m} {height_m}: {aside_m}");
+            assert!((0.006..0.02).contains(&aside_m), "{aside_m} m from {height_m} m up");
+            assert_eq!(aside_m, beside_m(Steering::Carla, x_m, height_m));
+            assert!(beside_m(Steering::Real, x_m, height_m) < 0.001);
+        }
+    }
 }

@@ -53,6 +53,10 @@ impl Chassis {
         self.axes.column(0).into_owned()
     }
 
+    pub(super) fn origin_m(&self) -> Vec3 {
+        self.origin_m
+    }
+
     pub(super) fn left(&self) -> Vec3 {
         self.axes.column(1).into_owned()
     }
