@@ -10,6 +10,8 @@ config = zenoh.Config()
 for name, value in {
     "mode": f'"{mode}"',
     "connect/endpoints": f'["{endpoint}"]',
+    # A router has a port of its own, whichever is free.
+    "listen/endpoints": '["tcp/127.0.0.1:0"]',
     "scouting/multicast/enabled": "false",
     "transport/unicast/qos/enabled": "false" if low_latency == "yes" else "true",
     "transport/unicast/lowlatency": "true" if low_latency == "yes" else "false",

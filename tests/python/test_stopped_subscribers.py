@@ -14,6 +14,7 @@ import sys
 import time
 from pathlib import Path
 
+from causeway import bus
 from neighbours import Neighbours, Round, median_ratio
 
 STRANGER = Path(__file__).with_name("stopping_subscriber.py")
@@ -30,6 +31,12 @@ STEP_SECS_MAX = 10.0
 CLOSED_SECS_MAX = 60.0
 # What else the machine does may spoil a round.
 ATTEMPTS = 3
+#: So many that every thread that serves links ends one of theirs at the same time.
+CROWD = 12
+#: From when they are stopped until their links have ended, and a little more.
+CROWD_SECS = 15.0
+# A socket whose other end takes nothing took ten seconds to close.
+NEWCOMER_SECS_MAX = 6.0
 
 
 def held_up(beside: Round, quiet: Round) -> bool:
@@ -106,3 +113,19 @@ def test_subscribers_of_every_kind_that_are_stopped_hold_up_no_step(start_site):
     print(f"p99 beside who is stopped / quiet: {p99:.2f}")
     assert median_ratio(beside, quiet, 0.5) < RATIO_MAX
     assert p99 < RATIO_P99_MAX
+
+
+def test_who_comes_to_the_bus_while_links_of_many_that_stand_still_end_is_served(start_site):
+    site = start_site("--no-render")
+    waited = []
+    with Neighbours(site.base_url, SESSIONS), contextlib.ExitStack() as strangers:
+        for _ in range(CROWD):
+            strangers.enter_context(stopped_subscriber(site.endpoint, "client", "no"))
+        until = time.monotonic() + CROWD_SECS
+        while time.monotonic() < until:
+            begun = time.monotonic()
+            with bus.subscribe(site.endpoint, connect_timeout_secs=60.0) as frames:
+                frames.receive(timeout_secs=60.0)
+            waited.append(time.monotonic() - begun)
+    print(f"{len(waited)} newcomers; the longest waited {max(waited):.2f} s for a frame")
+    assert max(waited) < NEWCOMER_SECS_MAX
