@@ -3,13 +3,11 @@
 //! A lamp throws no shadows. It lights nothing nearer than [`MOUNT_M`], so that what carries it
 //! stays as it is.
 
-use std::ops::Range;
-
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::vector::{V3, V8, clamp, clamp01, cross, dot, splat, sub};
-use crate::view::View;
+use crate::rows::Reaching;
+use crate::vector::{V3, V8, clamp, clamp01, cross, splat};
 
 /// Lamps of one picture at most.
 pub const LAMPS_MAX: usize = 64;
@@ -78,55 +76,11 @@ impl Lamp {
         let weakens = fades * fades * leaves / square.max(splat(simd, 1e-3));
         beam * (below * (1.0 - CUT_REST) + CUT_REST) * before * weakens
     }
-
-    /// Rows of a picture that it may light, and more.
-    fn rows(&self, view: &View) -> Range<u32> {
-        let from_eye = sub(self.place_m, view.eye_m);
-        let (ahead, up) = (dot(from_eye, view.forward), dot(from_eye, view.up));
-        if ahead + self.reach_m <= view.near_m {
-            return 0..0;
-        }
-        if ahead - self.reach_m <= view.near_m {
-            return 0..view.height_px;
-        }
-        let slope = |edge: f32, outer: f32| {
-            edge / if edge * outer > 0.0 { ahead - self.reach_m } else { ahead + self.reach_m }
-        };
-        let (highest, lowest) = (slope(up + self.reach_m, 1.0), slope(up - self.reach_m, -1.0));
-        let height = view.height_px as f32;
-        let row = |slope: f32| (0.5 - 0.5 * slope / view.half_extent[1]) * height;
-        let first = (row(highest) - 1.0).clamp(0.0, height);
-        let last = (row(lowest) + 2.0).clamp(0.0, height);
-        first as u32..last as u32
-    }
 }
 
-/// The lamps that may light rows of a picture. It makes no difference to a row if there are more.
-pub(crate) struct Lamps<'a> {
-    first_row: u32,
-    all: Vec<&'a Lamp>,
-    by_row: Vec<Vec<&'a Lamp>>,
-}
-
-impl<'a> Lamps<'a> {
-    pub(crate) fn of(view: &View, lamps: &'a [Lamp], rows: Range<u32>) -> Self {
-        let ranges: Vec<_> =
-            lamps.iter().take(LAMPS_MAX).map(|lamp| (lamp.rows(view), lamp)).collect();
-        let of_row = |row: u32| {
-            let lit = ranges.iter().filter(|(rows, _)| rows.contains(&row));
-            lit.map(|(_, lamp)| *lamp).collect()
-        };
-        let is_lit = |of: &Range<u32>| of.start < rows.end && rows.start < of.end;
-        let all = ranges.iter().filter(|(of, _)| is_lit(of)).map(|(_, lamp)| *lamp).collect();
-        Self { first_row: rows.start, all, by_row: rows.map(of_row).collect() }
-    }
-
-    /// Those that may light pixels of these rows.
-    #[inline(always)]
-    pub(crate) fn of_rows(&self, rows: &[u32]) -> &[&'a Lamp] {
-        let alike = rows.split_first().filter(|(first, rest)| rest.iter().all(|row| row == *first));
-        let of_row = alike.and_then(|(row, _)| self.by_row.get((row - self.first_row) as usize));
-        of_row.unwrap_or(&self.all)
+impl Reaching for Lamp {
+    fn ball(&self) -> (V3, f32) {
+        (self.place_m, self.reach_m)
     }
 }
 
@@ -228,29 +182,5 @@ mod tests {
         assert_eq!(light(&lamp, [2.0, 0.0, 1.0], [1.0, 0.0, 0.0]), 0.0);
         assert_eq!(light(&lamp, [0.4, 0.0, 1.0], [-1.0, 0.0, 0.0]), 0.0);
         assert!(light(&lamp, [2.0, 0.0, 1.0], [-1.0, 0.0, 0.0]) > 1.0);
-    }
-
-    #[test]
-    fn a_lamp_lights_no_row_but_those_that_it_says() {
-        let view = View {
-            eye_m: [0.0, 0.0, 1.5],
-            forward: [1.0, 0.0, 0.0],
-            left: [0.0, 1.0, 0.0],
-            up: UP,
-            half_extent: [1.0, 0.5],
-            width_px: 640,
-            height_px: 360,
-            near_m: 0.1,
-        };
-        let at =
-            |x: f32, z: f32, reach_m: f32| Lamp::round([x, 0.0, z], [1.0; 3], reach_m).rows(&view);
-        // A ball of 5 m at 20 m spans 10 m of the 20 m that the picture is high there, and more.
-        let middle = at(20.0, 1.5, 5.0);
-        assert!(middle.start <= 90 && middle.start > 40, "{middle:?}");
-        assert!(middle.end >= 270 && middle.end < 320, "{middle:?}");
-        assert_eq!(at(3.0, 1.5, 5.0), 0..360);
-        assert!(at(-9.0, 1.5, 5.0).is_empty());
-        let high = at(20.0, 16.5, 5.0);
-        assert!(high.start == 0 && high.end < 60, "{high:?}");
     }
 }

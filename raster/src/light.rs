@@ -5,6 +5,7 @@ use fearless_simd::{Simd, f32x8};
 
 use crate::lamp::{Lamp, lamplight};
 use crate::noise::exp_of_negative;
+use crate::occluder::Occluder;
 use crate::quality::Quality;
 use crate::shadow::ShadowMap;
 use crate::vector::{V3, V8, clamp, clamp01, mix, smoothstep, splat};
@@ -60,6 +61,8 @@ pub(crate) struct Lit<'a> {
     pub(crate) quality: Quality,
     /// That may light what is drawn.
     pub(crate) lamps: &'a [&'a Lamp],
+    /// That may keep the sky from the ground that is drawn.
+    pub(crate) occluders: &'a [&'a Occluder],
 }
 
 impl Light {
@@ -122,9 +125,15 @@ fn curve<S: Simd>(simd: S, x: f32x8<S>) -> f32x8<S> {
 }
 
 impl Lit<'_> {
-    /// Light that arrives at surfaces with these unit normals.
+    /// Light that arrives at surfaces with these unit normals, which see this part of the sky and
+    /// the ground around them.
     #[inline(always)]
-    pub(crate) fn arriving<S: Simd>(&self, simd: S, place_m: V8<S>, normal: V8<S>) -> Arriving<S> {
+    pub(crate) fn arriving<S: Simd>(
+        &self,
+        simd: S,
+        (place_m, normal): (V8<S>, V8<S>),
+        open: f32x8<S>,
+    ) -> Arriving<S> {
         let light = self.light;
         let zero = splat(simd, 0.0);
         let facing = normal.dot(V8::splat(simd, light.to_light)).max(zero);
@@ -140,7 +149,8 @@ impl Lit<'_> {
             sky * 0.62 + light.bounce[at] * light.night
         };
         let above = V8::splat(simd, [above(0), above(1), above(2)]);
-        let mut diffuse = sun.plus(V8::splat(simd, light.bounce).mixed(above, up));
+        let around = V8::splat(simd, light.bounce).mixed(above, up);
+        let mut diffuse = sun.plus(around.scaled(open));
         if !self.lamps.is_empty() {
             diffuse = diffuse.plus(lamplight(simd, self.lamps, place_m, normal));
         }

@@ -5,10 +5,12 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::fill::LANES;
-use crate::lamp::Lamps;
+use crate::lamp::Lamp;
 use crate::light::Lit;
+use crate::occluder::Occluder;
 use crate::pixels::{PIXEL_BYTES, Rays, packed};
 use crate::quality::Quality;
+use crate::rows::ByRow;
 use crate::scene::Family;
 use crate::shade::{Rain, Sight, body, facade, ground, sky};
 use crate::surface::{Looks, Surface};
@@ -58,9 +60,10 @@ impl Eight {
 /// Puts colours on the rows of a target.
 pub(crate) struct Painter<'a> {
     pub(crate) rays: Rays<'a>,
-    /// All that lights but lamps.
+    /// All that lights but lamps and what keeps light away.
     pub(crate) lit: Lit<'a>,
-    pub(crate) lamps: &'a Lamps<'a>,
+    pub(crate) lamps: &'a ByRow<'a, Lamp>,
+    pub(crate) occluders: &'a ByRow<'a, Occluder>,
     pub(crate) rain: Option<Rain<'a>>,
     pub(crate) target: &'a Target,
     /// Of every triangle that is seen: the place of its surface, and 1; 0 for none.
@@ -204,7 +207,9 @@ impl Painter<'_> {
         let ray = self.rays.through(simd, across, up);
         let length = ray.norm();
         let direction = ray.scaled(splat(simd, 1.0) / length);
-        let lit = Lit { lamps: self.lamps.of_rows(&eight.rows), ..self.lit };
+        let lamps = self.lamps.of_rows(&eight.rows);
+        let occluders = self.occluders.of_rows(&eight.rows);
+        let lit = Lit { lamps, occluders, ..self.lit };
         let radiance = match family {
             None => sky(simd, &lit, direction),
             Some(family) => {

@@ -8,11 +8,13 @@ use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 use crate::choose::Prospect;
 use crate::draw::{Drawing, Screen, Seen, draw};
 use crate::fill::LANES;
-use crate::lamp::Lamps;
+use crate::lamp::LAMPS_MAX;
 use crate::light::{Light, Lit};
+use crate::occluder::OCCLUDERS_MAX;
 use crate::paint::Painter;
 use crate::pixels::{Rays, signed, signed_of};
 use crate::quality::Quality;
+use crate::rows::ByRow;
 use crate::scene::Scene;
 use crate::shade::Rain;
 use crate::shadow::ShadowMap;
@@ -64,11 +66,15 @@ impl Canvas {
         self.find_surfaces(scene);
         let Self { target, places, surfaces, .. } = &*self;
         let rows = target.first_row..target.first_row + target.row_count;
-        let lamps = Lamps::of(view, scene.lamps, rows);
+        let lamps = ByRow::of(view, (scene.lamps, LAMPS_MAX), rows.clone());
+        // Low quality shades no ground.
+        let most = if quality == Quality::High { OCCLUDERS_MAX } else { 0 };
+        let occluders = ByRow::of(view, (scene.occluders, most), rows);
         dispatch!(level, simd => Painter {
             rays: Rays::of(view),
-            lit: Lit { light, shadow, quality, lamps: &[] },
+            lit: Lit { light, shadow, quality, lamps: &[], occluders: &[] },
             lamps: &lamps,
+            occluders: &occluders,
             rain: Rain::of(simd, light),
             target,
             places,

@@ -2,6 +2,7 @@
 
 use crate::lamp::Lamp;
 use crate::model::Model;
+use crate::occluder::Occluder;
 
 /// What may be seen.
 #[derive(Clone, Copy)]
@@ -14,6 +15,15 @@ pub struct Scene<'a> {
     pub materials: &'a [Material],
     /// That are lit, those that matter most first; no more than [`LAMPS_MAX`](crate::LAMPS_MAX).
     pub lamps: &'a [Lamp],
+    /// That stand on the ground, the nearest first; no more than
+    /// [`OCCLUDERS_MAX`](crate::OCCLUDERS_MAX).
+    pub occluders: &'a [Occluder],
+}
+
+impl Scene<'_> {
+    /// Nothing.
+    pub const EMPTY: Self =
+        Self { placed: &[], is_hidden: None, materials: &[], lamps: &[], occluders: &[] };
 }
 
 /// A model in the world.

@@ -4,8 +4,8 @@
 
 use fearless_simd::Level;
 use raster::{
-    Canvas, Corner, Family, Lamp, Light, Material, Model, PIXEL_BYTES, Placed, Prospect, Quality,
-    Scene, ShadowMap, SunView, View,
+    Canvas, Corner, Family, Lamp, Light, Material, Model, Occluder, PIXEL_BYTES, Placed, Prospect,
+    Quality, Scene, ShadowMap, SunView, View,
 };
 
 const IN_PLACE: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -106,6 +106,13 @@ fn lamps() -> [Lamp; 2] {
     [beam, Lamp::round([9.0, -2.0, 3.0], [1.0, 4.0, 9.0], 8.0)]
 }
 
+/// A car and a person.
+fn occluders() -> [Occluder; 2] {
+    let car =
+        Occluder { place_m: [8.0, 1.0, 0.0], ahead: [0.8, 0.6], half_m: [2.3, 0.9], height_m: 1.4 };
+    [car, Occluder { place_m: [5.0, -1.0, 0.0], half_m: [0.2, 0.2], height_m: 0.4, ..car }]
+}
+
 /// Level, ahead.
 fn view() -> View {
     View {
@@ -142,6 +149,7 @@ fn picture_of(
         is_hidden: is_hidden.map(|_| hides),
         materials: &materials,
         lamps: &lamps,
+        occluders: &occluders(),
     };
     let sun = SunView {
         right: [0.0, 0.02, 0.0, 0.0],

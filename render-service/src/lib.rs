@@ -31,6 +31,7 @@ mod cpu;
 mod encode;
 mod error;
 mod lamps;
+mod occluders;
 mod pipeline;
 mod renderer;
 mod scene;

@@ -27,6 +27,7 @@ pub(crate) fn text_of(pass: Pass) -> String {
     // Writing to a string cannot fail.
     let _ = writeln!(text, "const MATERIAL_COUNT: u32 = {}u;", Material::ALL.len());
     let _ = writeln!(text, "const LAMPS_MAX: u32 = {}u;", raster::LAMPS_MAX);
+    let _ = writeln!(text, "const OCCLUDERS_MAX: u32 = {}u;", raster::OCCLUDERS_MAX);
     let _ = writeln!(text, "const DEPTH_MAX_M: f32 = {DEPTH_MAX_M:?};");
     text.push_str(COMMON);
     let parts: &[&str] = match pass {

@@ -4,9 +4,12 @@
 
 mod common;
 
-use common::{brightness, camera, draw, frame, job, pillar, pixel, project, renderers, town};
+use common::{
+    brightness, camera, camera_above, car, draw, frame, job, pillar, pixel, project, renderers,
+    town,
+};
 use render_service::{Material, Renderer, Surface};
-use schemas::{Frame, Image, Tick, Vec3, Weather};
+use schemas::{ActorState, Frame, Image, Tick, Vec3, Weather};
 
 /// Cloudless, dry, calm.
 const CLEAR: Weather =
@@ -120,5 +123,31 @@ fn dust_makes_the_air_brown() {
             red - blue
         };
         assert!(warmth(&dusty) > 40 && warmth(&clear) < 0, "{} {}", warmth(&dusty), warmth(&clear));
+    }
+}
+
+#[test]
+fn under_clouds_the_ground_is_darker_the_nearer_it_is_to_a_car() {
+    let overcast = Weather { cloudiness_percent: 100.0, ..CLEAR };
+    let car = car(1, schemas::level_pose(Vec3::new(0.0, 0.0, 0.0), 0.0), 0x00ff_ffff);
+    for mut renderer in renderers() {
+        let camera = camera_above(14.0);
+        let mut at = |actors: Vec<ActorState>| {
+            let frame = Frame { weather: overcast, ..frame(actors) };
+            draw(&mut renderer, &town(&[]), &job(frame, vec![camera.clone()])).remove(0)
+        };
+        let (alone, beside) = (at(vec![]), at(vec![car.clone()]));
+        // On the side of the sun, where no shadow of the car falls.
+        let side = if overcast.sun_azimuth_rad.sin() > 0.0 { -1.0 } else { 1.0 };
+        let share = |y: f32| {
+            let (column, row) = (320.0 - side * y * 320.0 / 14.0, 180.0);
+            let at = |image: &Image| brightness(image, column as u32, row as u32);
+            at(&beside) / at(&alone)
+        };
+        let [near, aside, far] = [1.3, 2.5, 6.0].map(share);
+        assert!(
+            near < 0.93 && near < aside && aside < 0.995 && far > 0.995,
+            "{near} {aside} {far}"
+        );
     }
 }

@@ -30,7 +30,7 @@ pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Lo
         looks
     };
     let normal = looks.normal;
-    let arriving = lit.arriving(simd, sight.place_m, normal);
+    let arriving = lit.arriving(simd, (sight.place_m, normal), splat(simd, 1.0));
     let glowing = looks.colour.scaled(looks.glow * 1.6);
     let gloss = looks.gloss;
     if !gloss.simd_gt(zero).any_true() {

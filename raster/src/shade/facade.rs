@@ -122,7 +122,7 @@ pub(crate) fn facade<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
     let wall = wall(simd, lit.quality, looks, parts.is_ground_floor);
     let trim = wall.mixed(V8::splat(simd, [0.62, 0.60, 0.56]), splat(simd, 0.65));
     let albedo = wall.mixed(trim, parts.frame.max(parts.cornice * 0.8));
-    let arriving = lit.arriving(simd, sight.place_m, looks.normal);
+    let arriving = lit.arriving(simd, (sight.place_m, looks.normal), splat(simd, 1.0));
     let seen = albedo.times(arriving.diffuse);
     let glass = parts.pane * (one - parts.cross_bar * 0.8);
     if !glass.simd_gt(splat(simd, 0.0)).any_true() {

@@ -7,6 +7,7 @@ use super::Sight;
 use crate::lamp::streaks;
 use crate::light::Lit;
 use crate::noise::{hash, noise};
+use crate::occluder::open_sky;
 use crate::quality::Quality;
 use crate::surface::Looks;
 use crate::vector::{V8, clamp01, fract, mix, splat};
@@ -57,7 +58,8 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
     let yellowed = albedo.times(V8::splat(simd, [1.25, 1.05, 0.7]));
     albedo = albedo.mixed(yellowed, is_grass * broad * 0.5);
 
-    let arriving = lit.arriving(simd, sight.place_m, normal);
+    let open = open_sky(simd, lit.occluders, sight.place_m);
+    let arriving = lit.arriving(simd, (sight.place_m, normal), open);
     let wetness = lit.light.wet;
     if wetness <= 0.0 {
         return albedo.times(arriving.diffuse);

@@ -3,10 +3,13 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use raster::{Canvas, Lamp, Level, Material, Placed, Prospect, Quality, Scene, ShadowMap, View};
+use raster::{
+    Canvas, Lamp, Level, Material, Occluder, Placed, Prospect, Quality, Scene, ShadowMap, View,
+};
 use schemas::{Camera, DEPTH_MAX_M, ImageKind, PictureQuality, SemanticTag};
 
 use crate::lamps::lamps_of;
+use crate::occluders::occluders_of;
 use crate::scene::shadow::ShadowView;
 use crate::strip::Strip;
 
@@ -18,6 +21,7 @@ use super::towns::Models;
 struct Seen<'a> {
     placed: Vec<Placed<'a>>,
     lamps: Vec<Lamp>,
+    occluders: Vec<Occluder>,
     prospect: Prospect,
 }
 
@@ -57,10 +61,10 @@ impl<'a> Sight<'a> {
             let mut placed: Vec<_> = self.models.each_ref().map(placed_town).into();
             let quality = painter.quality_of(self.strip.camera());
             seen_bodies(self.strip, quality, &mut placed);
-            let lamps = lamps_of(self.strip);
-            let scene = Scene { placed: &placed, is_hidden: None, materials: &[], lamps: &[] };
+            let (lamps, occluders) = (lamps_of(self.strip), occluders_of(self.strip));
+            let scene = Scene { placed: &placed, ..Scene::EMPTY };
             let prospect = Prospect::of(painter.level, &self.view, &scene);
-            Seen { placed, lamps, prospect }
+            Seen { placed, lamps, occluders, prospect }
         })
     }
 
@@ -128,11 +132,12 @@ impl Painter<'_> {
     }
 
     fn with_scene(&self, sight: &Sight<'_>, then: impl FnOnce(&Scene<'_>, &Prospect)) {
-        let Seen { placed, lamps, prospect } = sight.scene(self);
+        let Seen { placed, lamps, occluders, prospect } = sight.scene(self);
         let hidden = sight.strip.hidden;
         let is_hidden = |thing: u32| hidden.contains(thing);
         let is_hidden: &(dyn Fn(u32) -> bool + Sync) = &is_hidden;
         let is_hidden = (!hidden.is_none()).then_some(is_hidden);
-        then(&Scene { placed, is_hidden, materials: self.materials, lamps }, prospect);
+        let materials = self.materials;
+        then(&Scene { placed, is_hidden, materials, lamps, occluders }, prospect);
     }
 }

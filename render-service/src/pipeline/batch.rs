@@ -6,6 +6,7 @@ use bodies::{Detail, Instance, Shape};
 use schemas::{Camera, ImageKind, Vec3};
 
 use crate::lamps::lamps_of;
+use crate::occluders::occluders_of;
 use crate::scene::exposure::Tone;
 use crate::scene::instance::Body;
 use crate::scene::material::Family;
@@ -14,7 +15,7 @@ use crate::scene::town::Tile;
 use crate::strip::{Strip, row_pitch_bytes};
 
 use super::buffers::VIEWS_PER_BATCH_MAX;
-use super::uniform::ViewUniform;
+use super::uniform::{Around, ViewUniform};
 
 /// Bytes of all pictures of one submission, as they are read back.
 const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
@@ -94,8 +95,8 @@ impl<'a> Batch<'a> {
             bodies: self.place_shading(strip, &shadow),
         });
         let tone = Tone::of(&strip.camera().exposure, strip.light.dim);
-        let lamps = lamps_of(strip);
-        let light = (strip.light, &tone, lamps.as_slice());
+        let around = Around { lamps: &lamps_of(strip), occluders: &occluders_of(strip) };
+        let light = (strip.light, &tone, &around);
         self.views.push(ViewUniform::new(strip.view, width_px, light, (&shadow, side_px)));
         let pictures = strip.cameras.iter().map(|camera| self.place_picture(camera, strip));
         let pictures = pictures.collect();

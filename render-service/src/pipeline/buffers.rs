@@ -10,7 +10,7 @@ use super::uniform::ViewUniform;
 /// Views of one submission.
 pub(crate) const VIEWS_PER_BATCH_MAX: usize = 64;
 /// Distance of two views in the view buffer, in bytes: the device's alignment of offsets.
-const VIEW_STRIDE_BYTES: u64 = 4_608;
+const VIEW_STRIDE_BYTES: u64 = 6_656;
 const _: () = assert!(size_of::<ViewUniform>() <= VIEW_STRIDE_BYTES as usize);
 
 /// Indexed triangles on the device.

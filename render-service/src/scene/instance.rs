@@ -1,13 +1,16 @@
 //! From the actors of a frame to what is drawn of them.
 
 use bodies::Placed;
-use raster::Lamp;
-use schemas::{ActorId, ActorState, Frame, PosedLimb, Vec3};
+use raster::{Lamp, Occluder};
+use schemas::{ActorId, ActorKind, ActorState, Frame, PosedLimb, Vec3};
 
 mod beams;
 mod numerals;
 pub(crate) mod signal;
 pub(crate) mod street_lamp;
+
+/// Cosine of the angle to the vertical by which something still stands.
+const UPRIGHT: f32 = 0.8;
 
 /// The shapes of one actor and the box around them.
 #[derive(Clone, Debug)]
@@ -22,6 +25,8 @@ pub(crate) struct Body {
     pub parts: Vec<Placed>,
     /// What it throws light with.
     pub lamps: Vec<Lamp>,
+    /// What it keeps the light of the sky from the ground with, if it stands.
+    pub occluder: Option<Occluder>,
 }
 
 /// Shapes of every actor of a frame that is shown, in the frame's order, and limbs where somebody
@@ -42,5 +47,21 @@ fn body(actor: &ActorState, (frame, limbs): (&Frame, &[PosedLimb])) -> Body {
         radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6,
         lamps: sources.map(|source| beams::lamp(&actor.world_from_actor, source)).collect(),
         parts: placed.parts,
+        occluder: occluder(actor, centre.coords),
     }
+}
+
+/// The box of a vehicle or person that stands upright.
+fn occluder(actor: &ActorState, centre_m: Vec3) -> Option<Occluder> {
+    let turn = actor.world_from_actor.rotation;
+    let (ahead, up) = (turn * Vec3::x(), turn * Vec3::z());
+    let stands = matches!(actor.kind, ActorKind::Vehicle | ActorKind::Walker) && up.z > UPRIGHT;
+    stands.then(|| {
+        let half_m = actor.box_half_extent_m;
+        let place_m = centre_m - up * half_m.z;
+        let level = ahead.xy().normalize();
+        let height_m = 2.0 * half_m.z.min(half_m.x).min(half_m.y);
+        let (ahead, half_m) = ([level.x, level.y], [half_m.x, half_m.y]);
+        Occluder { place_m: place_m.into(), ahead, half_m, height_m }
+    })
 }

@@ -34,7 +34,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
         normal = normalize(normal + leafy.bend);
         albedo *= leafy.tint;
     }
-    let light = arriving(in.world, normal);
+    let light = arriving(in.world, normal, 1.0);
 
     // Clear coat or glass over the colour: sky above, dark ground below the horizon.
     let gloss = in.look.x;

@@ -23,14 +23,17 @@ struct View {
     horizon: vec4<f32>,
     // rgb, w width of a shadow map's pixel in metres.
     bounce: vec4<f32>,
-    // Distance in metres at which haze begins, rain 0..1, phase of the rain 0..1, count of lamps.
+    // Distance in metres at which haze begins, rain 0..1, phase of the rain 0..1, unused.
     air: vec4<f32>,
     // What radiance is multiplied by before the curve: rows of a matrix; w how fast haze thins
     // upwards, per metre.
     tone_red: vec4<f32>,
     tone_green: vec4<f32>,
     tone_blue: vec4<f32>,
+    // Of lamps, of occluders, unused, unused.
+    counts: vec4<f32>,
     lamps: array<Lamp, LAMPS_MAX>,
+    occluders: array<Occluder, OCCLUDERS_MAX>,
 };
 
 // As `raster::Lamp`.
@@ -43,6 +46,14 @@ struct Lamp {
     ahead: vec4<f32>,
     // xyz to the left, w inverse tangent of its half height.
     left: vec4<f32>,
+};
+
+// As `raster::Occluder`.
+struct Occluder {
+    // xyz middle of the footprint, w height of the sides.
+    place: vec4<f32>,
+    // xy along its length, zw half of length and width.
+    ahead_half: vec4<f32>,
 };
 
 struct Material {

@@ -56,7 +56,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     var albedo = mix(wall, trim, max(frame, cornice * 0.8));
 
     let glass = pane * (1.0 - 0.8 * cross_bar);
-    let light = arriving(in.world, normal);
+    let light = arriving(in.world, normal, 1.0);
     let cell = vec2<f32>(floor(bay) + in.look.z * 7.0, floor(storey));
     let chance = hash21(cell + 3.0);
     let room = mix(vec3<f32>(0.022, 0.028, 0.036), vec3<f32>(0.16, 0.15, 0.13), step(0.72, chance) * 0.7);

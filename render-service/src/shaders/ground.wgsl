@@ -2,6 +2,30 @@
 //
 // In: Surface. Out: display colour, linear, to an sRGB target.
 
+// Part of the sky that is seen from level ground among what stands on it: beside a wall that is `h`
+// high, at `s` from it, all but (1 - s / sqrt(s * s + h * h)) / 2; below an underside alike, with
+// the gap for the height.
+fn open_sky(world: vec3<f32>) -> f32 {
+    var open = 1.0;
+    for (var at = 0u; at < u32(view.counts.y); at++) {
+        let occluder = view.occluders[at];
+        let beside = world - occluder.place.xyz;
+        let height = occluder.place.w;
+        let ahead = occluder.ahead_half.xy;
+        let sides = vec2<f32>(dot(beside.xy, ahead), beside.y * ahead.x - beside.x * ahead.y);
+        let beyond = abs(sides) - occluder.ahead_half.zw;
+        let outside = length(max(beyond, vec2<f32>(0.0)));
+        let inside = min(max(beyond.x, beyond.y), 0.0);
+        let away = outside + inside;
+        let wall = select(height, height * 0.15, inside < 0.0);
+        let part = 0.5 * (1.0 - away / sqrt(away * away + wall * wall));
+        let fades = clamp(1.0 - outside / (3.0 * height), 0.0, 1.0);
+        let level = clamp(2.0 - abs(beside.z), 0.0, 1.0);
+        open *= 1.0 - part * fades * level;
+    }
+    return open;
+}
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let to_eye = view.eye.xyz - in.world;
@@ -42,7 +66,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
 
     let wet = view.horizon.w * (1.0 - is_grass) * clamp(0.35 + broad, 0.0, 1.0);
     albedo *= 1.0 - 0.45 * wet;
-    let light = arriving(in.world, normal);
+    let light = arriving(in.world, normal, open_sky(in.world));
     let mirrored = reflect(direction, normal);
     let glance = 1.0 - max(dot(normal, -direction), 0.0);
     let glance2 = glance * glance;

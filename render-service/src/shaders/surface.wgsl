@@ -98,7 +98,7 @@ fn sent(lamp: Lamp, direction: vec3<f32>, square: f32) -> f32 {
 // Light of all lamps that arrives at a surface.
 fn lamplight(world: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
-    for (var at = 0u; at < u32(view.air.w); at++) {
+    for (var at = 0u; at < u32(view.counts.x); at++) {
         let lamp = view.lamps[at];
         let from_lamp = world - lamp.place.xyz;
         let square = dot(from_lamp, from_lamp);
@@ -115,7 +115,7 @@ fn lamplight(world: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
 fn streaks(world: vec3<f32>, mirrored: vec3<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     let level = max(dot(mirrored.xy, mirrored.xy), 1e-6);
-    for (var at = 0u; at < u32(view.air.w); at++) {
+    for (var at = 0u; at < u32(view.counts.x); at++) {
         let lamp = view.lamps[at];
         let from_lamp = world - lamp.place.xyz;
         let square = dot(from_lamp, from_lamp);
@@ -138,12 +138,13 @@ struct Light {
     sun: vec3<f32>,
 };
 
-// Light that arrives at a surface.
-fn arriving(world: vec3<f32>, normal: vec3<f32>) -> Light {
+// Light that arrives at a surface, which sees this part of the sky and the ground around it.
+fn arriving(world: vec3<f32>, normal: vec3<f32>, open: f32) -> Light {
     let facing = max(dot(normal, view.to_light.xyz), 0.0);
     let sun = view.direct.rgb * (facing * sunlit(world, normal));
     let up = normal.z * 0.5 + 0.5;
     // At night street lamps throw from above what the ground throws back by day.
     let above = mix(view.horizon.rgb, view.zenith.rgb, 0.55) * 0.62 + view.bounce.rgb * view.direct.w;
-    return Light(sun + mix(view.bounce.rgb, above, up) + lamplight(world, normal), sun);
+    let around = mix(view.bounce.rgb, above, up) * open;
+    return Light(sun + around + lamplight(world, normal), sun);
 }

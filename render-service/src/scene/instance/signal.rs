@@ -109,6 +109,7 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
         radius_m: top_m / 2.0 + 1.0,
         parts: placer.parts,
         lamps: Vec::new(),
+        occluder: None,
     };
     let mut bodies = vec![body];
     if let (Some(body), Some(head)) = (bodies.first().cloned(), head) {

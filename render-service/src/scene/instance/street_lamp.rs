@@ -97,6 +97,7 @@ impl StreetLamp {
             centre_m: place,
             radius_m: 0.4,
             parts: placer.parts,
+            occluder: None,
             lamps: vec![Lamp { left: left.into(), narrow: NARROW, ..lamp }],
         }
     }
