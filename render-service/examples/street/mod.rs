@@ -84,7 +84,7 @@ pub(crate) fn camera(view: &str, kind: ImageKind) -> Camera {
         "parade" => Pose::from_parts(Vec3::new(2.0, 0.0, 7.0).into(), down(0.42)),
         "above" => Pose::from_parts(Vec3::new(-8.0, 2.0, 9.0).into(), down(0.35)),
         "high" => Pose::from_parts(Vec3::new(-80.0, 0.0, 90.0).into(), down(0.6)),
-        _ => level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
+        _ => level_pose(Vec3::new(2.5, 0.0, 1.5), 0.0),
     };
     let (width_px, height_px) = if view == "large" { (1920, 1080) } else { (640, 360) };
     Camera {
@@ -103,8 +103,13 @@ pub(crate) fn camera(view: &str, kind: ImageKind) -> Camera {
     }
 }
 
-/// Cars and people around an ego car at `start`; the cars have their lights on by night.
+/// How far a spawn point is above its road, in metres.
+const DROP_M: f32 = 0.5;
+
+/// Cars and people around an ego car on the road below the spawn point `start`; the cars have their
+/// lights on by night.
 pub(crate) fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bool) -> Frame {
+    let start = start * level_pose(Vec3::new(0.0, 0.0, -DROP_M), 0.0);
     let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
     let mut frame = Frame {
         tick: Tick(33),
@@ -135,7 +140,7 @@ pub(crate) fn street(map: &roads::Map, start: Pose, weather: Weather, parade: bo
     push(&mut frame, EGO, ActorKind::Vehicle, "vehicle.tesla.model3", ego);
     for at in 0..9u32 {
         let pose =
-            place(6.0 + 4.5 * at as f32, -2.8 - 0.3 * (at % 3) as f32, 0.95, 0.4 * at as f32);
+            place(6.0 + 4.5 * at as f32, -2.8 - 0.3 * (at % 3) as f32, 1.08, 0.4 * at as f32);
         let person = (pose, [0.19, 0.19, 0.93], 0);
         push(&mut frame, 100 + at, ActorKind::Walker, "walker.pedestrian.0001", person);
         if let Some(actor) = frame.actors.last_mut() {
