@@ -97,10 +97,10 @@ def standing_still(site, service, secs):
         os.kill(stopped, signal.SIGCONT)
 
 
-def start_for(service, start_site):
+def start_for(service, start_site, *flags):
     """A site that serves, and how long a service of it may be away."""
     begun = time.monotonic()
-    site = start_site() if service == "render" else start_site("--no-render")
+    site = start_site(*flags) if service == "render" else start_site("--no-render", *flags)
     # The renderer may still be on its way.
     secs_until_served(site, service, begun)
     return site, BUSY_SECS + 2 * (time.monotonic() - begun)
@@ -262,13 +262,16 @@ def test_clients_of_carla_go_on_when_their_gateway_stood_still(start_site):
 
 
 def test_clients_of_carla_are_served_soon_after_their_gateway_was_killed_under_load(start_site):
-    """Three who load maps, spawn, measure and go, again and again, when it is killed."""
+    """Three who load maps, spawn, measure and go, again and again, when it is killed, each at an
+    endpoint of its own."""
+    ports = endurance.ports_of_endpoints(4)
     # Visits have cameras.
-    site, away_secs = start_for("render", start_site)
+    site, away_secs = start_for("render", start_site, "--carla", ",".join(map(str, ports)))
     said = []
     with contextlib.ExitStack() as visitors:
-        for seed in range(3):
-            where = (site.base_url, site.endpoint, site.carla_port)
+        visited = [port for port in ports if port != site.carla_port]
+        for seed, port in enumerate(visited[:3]):
+            where = (site.base_url, site.endpoint, port)
             visit = endurance.running("churn.py", *where, "visits", seed, noted=said.append)
             visitors.enter_context(visit)
         wait_until(lambda: "visits" in said, "a visit before")
