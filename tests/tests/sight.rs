@@ -10,9 +10,10 @@ use blueprints::Class;
 use nalgebra::Point3;
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
-    ActorId, ActorState, Attribute, Camera, Command, Exposure, Frame, ImageKind, Measurement, Pose,
-    RenderJob, SensorCommand, Staging, TagId, UnitQuaternion, Vec3, VehicleCommand, VehicleControl,
-    WalkerCommand, WalkerControl, WorldId, level_pose,
+    ActorId, ActorKind, ActorState, Attribute, BonePose, BonesChange, Camera, Command, Exposure,
+    Frame, ImageKind, Measurement, Pose, PosedLimb, RenderJob, SemanticLidarPoint, SensorCommand,
+    SplitMix64, Staging, TagId, UnitQuaternion, Vec3, VehicleCommand, VehicleControl,
+    WalkerCommand, WalkerControl, WalkerPose, WorldId, level_pose, skeleton,
 };
 use world::{Town, World, WorldConfig};
 
@@ -83,16 +84,29 @@ fn moving(blueprint: &str, class: Class) -> (World, ActorId) {
     (world, actor)
 }
 
+/// Somebody in the middle of the lane, at rest.
+fn standing(blueprint: &str) -> (World, ActorId) {
+    let mut world = world();
+    let pose = level_pose(Vec3::new(0.0, -3.0, 0.95), 0.6);
+    let actor = world.apply(&Command::spawn(blueprint, pose, Vec3::zeros())).unwrap().unwrap();
+    (0..10).for_each(|_| world.tick().unwrap());
+    (world, actor)
+}
+
 /// A camera that looks at an actor so that it fills much of the picture.
 fn camera_at(actor: &ActorState, yaw_rad: f32, down_rad: f32) -> Camera {
     let middle = actor.world_from_actor * Point3::from(actor.box_centre_m);
     let away_m = 1.2 * actor.box_half_extent_m.norm() / (FOV_RAD / 2.0).sin() + 0.3;
     let turn = UnitQuaternion::from_euler_angles(0.0, down_rad, yaw_rad);
     let eye_m = middle.coords - turn * Vec3::x() * away_m;
+    camera_in(Pose::from_parts(eye_m.into(), turn))
+}
+
+fn camera_in(world_from_camera: Pose) -> Camera {
     Camera {
         id: 1,
         carrier: None,
-        carrier_from_camera: Pose::from_parts(eye_m.into(), turn),
+        carrier_from_camera: world_from_camera,
         width_px: SIDE_PX,
         height_px: SIDE_PX,
         horizontal_fov_rad: FOV_RAD,
@@ -180,6 +194,26 @@ fn check(renderer: &mut Renderer, blueprint: &str, world: &World, actor: ActorId
     sum
 }
 
+/// Arms and a leg where no walk has them, the head turned.
+fn strike_a_pose(world: &mut World, actor: ActorId, share: f32) {
+    let height_m = 2.0 * world.actor(actor).unwrap().box_half_extent_m.z;
+    let posed = |bone: &str, at: [f32; 3], turn_rad: [f32; 3]| BonePose {
+        bone: skeleton::number_of(bone).unwrap(),
+        parent_from_bone: Pose::new(Vec3::from(at) * height_m, Vec3::from(turn_rad)),
+    };
+    let bones = vec![
+        posed("crl_arm__L", [0.0, 0.095, 0.0], [1.4, 0.0, 0.3]),
+        posed("crl_foreArm__L", [0.0, 0.0, -0.165], [1.2, -0.4, 0.0]),
+        posed("crl_arm__R", [0.0, -0.095, 0.0], [-2.6, 0.5, 0.0]),
+        posed("crl_thigh__R", [0.0, -0.048, -0.03], [-0.6, -1.1, 0.0]),
+        posed("crl_leg__R", [0.0, 0.0, -0.25], [0.0, 1.3, 0.0]),
+        posed("crl_spine__C", [0.0, 0.0, 0.08], [0.1, 0.35, -0.2]),
+        posed("crl_Head__C", [0.0, 0.0, 0.05], [0.0, -0.2, 0.9]),
+    ];
+    let change = BonesChange { afresh: true, bones, share: Some(share) };
+    world.apply(&Command::Walker(WalkerCommand::Bones { actor, change })).unwrap();
+}
+
 fn renderer() -> Renderer {
     Renderer::new(AdapterChoice::Software).unwrap()
 }
@@ -205,6 +239,24 @@ fn rays_meet_vehicles_and_their_riders_where_and_as_pictures_show_them() {
 #[test]
 fn rays_meet_people_in_their_stride_where_pictures_show_them() {
     assert!(check_all(|class| matches!(class, Class::Walker(_))) > 20);
+}
+
+/// Whoever has no pose of its own walks in a copy of the world: the picture there is another one.
+#[test]
+fn rays_meet_posed_people_where_pictures_show_them() {
+    let mut renderer = renderer();
+    for (blueprint, share) in [("walker.pedestrian.0001", 1.0), ("walker.pedestrian.0048", 0.6)] {
+        let class = blueprints::find(blueprint).unwrap().class;
+        let (mut world, actor) = moving(blueprint, class);
+        let walking = world.fork(world.id());
+        strike_a_pose(&mut world, actor, share);
+        world.tick().unwrap();
+        check(&mut renderer, blueprint, &world, actor);
+        let camera = camera_at(&walking.actor(actor).unwrap(), 3.6, 0.35);
+        let [posed, walked] =
+            [&world, &walking].map(|world| compare(&mut renderer, world, actor, &camera).at_it);
+        assert!(posed > walked, "arms that are out take more of a picture: {posed} {walked}");
+    }
 }
 
 #[test]
@@ -253,28 +305,60 @@ fn nothing_of_an_actor_is_outside_of_its_bounds() {
                 linear_velocity_mps: Vec3::x() * 10.0,
                 ..world.actor(actor).unwrap()
             };
-            let [low_m, high_m] = bodies::bounds(&state);
-            let parts = bodies::place(&state, &blueprint.id, 0.0, &[]).parts;
-            assert!(!parts.is_empty(), "{}", blueprint.id);
-            for part in parts {
-                for vertex in part.shape.mesh().vertices {
-                    let [x, y, z] = vertex.position;
-                    let row = |[a, b, c, d]: [f32; 4]| a * x + b * y + c * z + d;
-                    let at_m = Vec3::from(part.instance.world_from_shape.map(row));
-                    let is_within = at_m >= low_m && at_m <= high_m;
-                    assert!(is_within, "{}: {:?} at {at_m}", blueprint.id, part.shape);
-                }
-            }
+            assert_within_bounds(&state, &blueprint.id, &[]);
         }
     }
 }
 
+/// Of somebody at the origin of the world.
+fn assert_within_bounds(state: &ActorState, type_id: &str, limbs: &[PosedLimb]) {
+    let [low_m, high_m] = bodies::bounds(state, limbs);
+    let parts = bodies::place(state, type_id, 0.0, limbs).parts;
+    assert!(!parts.is_empty(), "{type_id}");
+    for part in parts {
+        for vertex in part.shape.mesh().vertices {
+            let [x, y, z] = vertex.position;
+            let row = |[a, b, c, d]: [f32; 4]| a * x + b * y + c * z + d;
+            let at_m = Vec3::from(part.instance.world_from_shape.map(row));
+            let is_within = at_m >= low_m && at_m <= high_m;
+            assert!(is_within, "{type_id}: {:?} at {at_m}", part.shape);
+        }
+    }
+}
+
+/// Every bone turned as by chance, and pulled out of its joint; with all that people wear.
 #[test]
-fn points_of_lidars_are_where_single_rays_meet() {
-    let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
-    let (mut world, actor) = moving(&blueprint.id, blueprint.class);
-    let pose = level_pose(Vec3::new(-6.0, -3.0, 1.2), 0.0);
-    let attributes = [("channels", "64"), ("points_per_second", "600000"), ("range", "30")];
+fn nothing_of_a_posed_walker_is_outside_of_its_bounds() {
+    let mut chance = SplitMix64::new(11);
+    let mut number = |size: f32| size * ((chance.next_u64() >> 40) as f32 / (1 << 23) as f32 - 1.0);
+    for id in 1..200 {
+        let id = ActorId::new(id).unwrap();
+        let half_m = Vec3::new(0.19, 0.19, 0.5 + 0.5 * number(1.0).abs());
+        let state = ActorState {
+            box_half_extent_m: half_m,
+            ..ActorState::at_rest(id, ActorKind::Walker, 0, Pose::identity())
+        };
+        let bones = (0..skeleton::BONES as u8).map(|bone| BonePose {
+            bone,
+            parent_from_bone: Pose::new(
+                Vec3::from([0.3; 3].map(&mut number)),
+                Vec3::from([3.1; 3].map(&mut number)),
+            ),
+        });
+        let pose = WalkerPose { walker: id, share: 1.0, bones: bones.collect() };
+        let limbs = skeleton::limbs(&state, Some(&pose));
+        assert_within_bounds(&state, "walker.pedestrian.0001", &limbs);
+    }
+}
+
+/// A dense semantic lidar that somebody listens to.
+fn spawn_lidar(world: &mut World, pose: Pose) {
+    let attributes = [
+        ("channels", "64"),
+        ("points_per_second", "1200000"),
+        ("range", "30"),
+        ("rotation_frequency", "20"),
+    ];
     let lidar = world.apply(&Command::SpawnActor {
         blueprint: "sensor.lidar.ray_cast_semantic".to_owned(),
         reference_from_actor: pose,
@@ -287,13 +371,61 @@ fn points_of_lidars_are_where_single_rays_meet() {
     });
     let sensor = lidar.unwrap().unwrap();
     world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
+}
+
+/// What the lidar measured of an actor in the last tick.
+fn points_at(world: &World, actor: ActorId) -> impl Iterator<Item = &SemanticLidarPoint> {
+    let Measurement::SemanticLidar(scan) = &world.sensors()[0].measurement else {
+        panic!("{:?}", world.sensors())
+    };
+    scan.points.iter().filter(move |point| point.actor == actor.get())
+}
+
+#[test]
+fn points_of_lidars_are_on_an_arm_where_pictures_show_it() {
+    let (mut world, actor) = standing("walker.pedestrian.0001");
+    let posed_m = world.actor(actor).unwrap().world_from_actor;
+    let turn = UnitQuaternion::from_euler_angles(0.0, 0.1, std::f32::consts::PI + 0.6);
+    let eye_m = posed_m.translation.vector - turn * Vec3::x() * 3.0;
+    let pose = Pose::from_parts(eye_m.into(), turn);
+    spawn_lidar(&mut world, pose);
+    // Out to the side, where no walk has it.
+    let is_aside = |point: &&SemanticLidarPoint| {
+        let at_m = posed_m.inverse() * pose * Point3::from(point.position_m);
+        at_m.y.abs() > 0.35
+    };
+    let aside = |world: &World| {
+        points_at(world, actor).filter(is_aside).cloned().collect::<Vec<SemanticLidarPoint>>()
+    };
+    let two_ticks = |world: &mut World| (0..2).for_each(|_| world.tick().unwrap());
+    two_ticks(&mut world);
+    assert!(aside(&world).is_empty(), "the arms hang down");
+    strike_a_pose(&mut world, actor, 1.0);
+    two_ticks(&mut world);
+    let points = aside(&world);
+    assert!(points.len() > 20, "only {} points on the arm", points.len());
+    let (depth_m, labels) = draw(&mut renderer(), world.frame(), &camera_in(pose));
+    let half = (FOV_RAD / 2.0).tan();
+    let place_of = |across: f32| ((1.0 - across / half) / 2.0 * SIDE_PX as f32) as usize;
+    let is_drawn = |point: &&SemanticLidarPoint| {
+        let [x, y, z] = point.position_m;
+        let at = place_of(z / x) * SIDE_PX as usize + place_of(y / x);
+        labels[at].id == actor.get() && (depth_m[at] - x).abs() <= NEAR_M
+    };
+    let drawn = points.iter().filter(is_drawn).count();
+    assert!(drawn as f32 >= SHARE_MIN * points.len() as f32, "{drawn} of {}", points.len());
+}
+
+#[test]
+fn points_of_lidars_are_where_single_rays_meet() {
+    let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
+    let (mut world, actor) = moving(&blueprint.id, blueprint.class);
+    let pose = level_pose(Vec3::new(-6.0, -3.0, 1.2), 0.0);
+    spawn_lidar(&mut world, pose);
     let mut tags = std::collections::BTreeMap::new();
     for _ in 0..2 {
         world.tick().unwrap();
-        let Measurement::SemanticLidar(scan) = &world.sensors()[0].measurement else {
-            panic!("{:?}", world.sensors())
-        };
-        for point in scan.points.iter().filter(|point| point.actor == actor.get()) {
+        for point in points_at(&world, actor) {
             let along = Vec3::from(point.position_m);
             let direction = pose.rotation * along;
             let hit = world.project_point(pose.translation.vector, direction, 30.0);

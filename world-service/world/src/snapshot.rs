@@ -22,7 +22,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 20;
+const VERSION: u32 = 21;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 /// About what a world and each of its actors take, rather more than less.
@@ -152,6 +152,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     }
     if !state.halts_fit() {
         return Err(damaged("somebody is at rest who is not there"));
+    }
+    if !state.poses_fit() {
+        return Err(damaged("somebody is posed as no walker can be"));
     }
     if !state.drivers_fit(town) {
         return Err(damaged("a driver is not on the map's lanes"));
