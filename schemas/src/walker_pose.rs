@@ -29,7 +29,7 @@ pub struct WalkerPose {
 pub struct BonesChange {
     /// Bones that were posed before walk again.
     pub afresh: bool,
-    /// Those that are not named stay as they are; of a bone that is named twice the last one counts.
+    /// Those that are not named stay as they are; of a bone named twice the last one counts.
     pub bones: Vec<BonePose>,
     /// As [`WalkerPose::share`]; `None`: it stays.
     pub share: Option<f32>,
