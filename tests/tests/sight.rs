@@ -241,7 +241,7 @@ fn rays_meet_people_in_their_stride_where_pictures_show_them() {
     assert!(check_all(|class| matches!(class, Class::Walker(_))) > 20);
 }
 
-/// Whoever has no pose of its own walks in a copy of the world: the picture there is another one.
+/// In a copy of the world nobody is posed: the picture there is another one.
 #[test]
 fn rays_meet_posed_people_where_pictures_show_them() {
     let mut renderer = renderer();
@@ -251,7 +251,7 @@ fn rays_meet_posed_people_where_pictures_show_them() {
         let walking = world.fork(world.id());
         strike_a_pose(&mut world, actor, share);
         world.tick().unwrap();
-        check(&mut renderer, blueprint, &world, actor);
+        println!("{blueprint}: {:?}", check(&mut renderer, blueprint, &world, actor));
         let camera = camera_at(&walking.actor(actor).unwrap(), 3.6, 0.35);
         let [posed, walked] =
             [&world, &walking].map(|world| compare(&mut renderer, world, actor, &camera).at_it);
