@@ -81,7 +81,8 @@ impl World {
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
     ///   what is hidden, bodies, wheels, controls, pilots, agents, traffic, what lights and signs
-    ///   say to vehicles, and how walkers are posed. Not the world's id and epoch, so that forks agree.
+    ///   say to vehicles, and how walkers are posed. Not the world's id and epoch, so that forks
+    ///   agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
