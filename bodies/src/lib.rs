@@ -1,8 +1,9 @@
 //! What actors look like: shapes made of triangles, and where each of an actor's shapes is.
 //!
 //! Pictures and rays both take it from here, so that a lidar meets what a camera shows: bodies,
-//! wheels that steer, doors that are open, limbs that swing, riders, lit lamps. Everything follows
-//! from an [`ActorState`](schemas::ActorState), the type's name and the time; nothing is kept.
+//! wheels that steer, doors that are open, limbs that swing or are posed, riders, lit lamps.
+//! Everything follows from an [`ActorState`](schemas::ActorState), the type's name, the time and
+//! the limbs that somebody posed; nothing is kept.
 //!
 //! - **Units:** metres, radians; x ahead, y left, z up.
 //! - **Determinism:** equal states give equal places and triangles, bit for bit, on every machine:

@@ -67,8 +67,9 @@ pub fn is_shown(actor: &ActorState) -> bool {
     has_body && numbers.all(|part| part.is_finite()) && extent.iter().all(|part| *part > 0.0)
 }
 
-/// The shapes of an actor of a type at a moment, with its limbs where somebody put them; none of
-/// an actor that is not [shown](is_shown).
+/// The shapes of an actor of a type at a moment, with its limbs where somebody put them
+/// ([`skeleton::limbs`](schemas::skeleton::limbs)); none of an actor that is not
+/// [shown](is_shown).
 ///
 /// - **Frame:** shapes in the world, sources of light in the actor's.
 /// - **Cost:** a microsecond or two.

@@ -4,14 +4,16 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, SharedFrame, WorldId};
+use schemas::{
+    ActorDescription, ActorId, ActorKind, ActorState, BonesChange, Pose, SharedFrame, WalkerPose,
+    WorldId,
+};
 
 use crate::catalogue;
 use crate::dialect::{Actor, ActorRef};
 use crate::navigation::Navigation;
 use crate::pictures::{Film, TextureId};
 use crate::rpc::Refusal;
-use crate::skeleton::Custom;
 use crate::snapshot::ReplayedLight;
 use crate::stream::{StreamId, token};
 
@@ -33,6 +35,8 @@ pub(crate) struct Episode {
     /// Who is otherwise by now: what clients changed since the frame, so that they read what they
     /// wrote.
     changed: BTreeMap<ActorId, ActorState>,
+    /// As [`changed`](Self::changed): how walkers are posed.
+    posed: BTreeMap<ActorId, WalkerPose>,
     pub(crate) spectator: Option<ActorId>,
     actors: BTreeMap<ActorId, Actor>,
     signals: BTreeMap<ActorId, String>,
@@ -44,8 +48,6 @@ pub(crate) struct Episode {
     textured: BTreeSet<ActorId>,
     /// Vehicles that sensors do not see, by sensor.
     ignored: BTreeMap<ActorId, Vec<ActorId>>,
-    /// Poses that clients made, by walker.
-    custom_poses: BTreeMap<ActorId, Custom>,
     /// Actors whose physics clients switched off.
     unsimulated: BTreeSet<ActorId>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
@@ -77,6 +79,7 @@ impl Episode {
             map_name,
             frame,
             changed: BTreeMap::new(),
+            posed: BTreeMap::new(),
             spectator: None,
             actors: BTreeMap::new(),
             signals: BTreeMap::new(),
@@ -85,7 +88,6 @@ impl Episode {
             texture_streams: BTreeMap::new(),
             textured: BTreeSet::new(),
             ignored: BTreeMap::new(),
-            custom_poses: BTreeMap::new(),
             unsimulated: BTreeSet::new(),
             wheel_angles: BTreeMap::new(),
             replayed_lights: BTreeMap::new(),
@@ -96,6 +98,7 @@ impl Episode {
     pub(crate) fn show(&mut self, frame: SharedFrame) {
         self.frame = frame;
         self.changed.clear();
+        self.posed.clear();
     }
 
     /// All actors, as clients changed them.
@@ -145,7 +148,6 @@ impl Episode {
         self.texture_streams.retain(|(camera, _), _| *camera != actor);
         self.textured.remove(&actor);
         self.ignored.remove(&actor);
-        self.custom_poses.remove(&actor);
         self.note_physics(actor, true);
         for stream in &streams {
             self.actor_of_stream.remove(stream);
@@ -159,24 +161,17 @@ impl Episode {
         self.stream(actor).into_iter().chain(textures.map(|(_, stream)| *stream))
     }
 
-    /// The pose that a client made for a walker.
-    pub(crate) fn custom_pose(&self, walker: ActorId) -> Option<&Custom> {
-        self.custom_poses.get(&walker)
+    /// How clients posed a walker, as of now.
+    pub(crate) fn walker_pose(&self, walker: ActorId) -> Option<&WalkerPose> {
+        self.posed.get(&walker).or_else(|| self.frame.walker_pose(walker))
     }
 
-    /// The poses that clients made.
-    pub(crate) fn custom_poses(&self) -> &BTreeMap<ActorId, Custom> {
-        &self.custom_poses
-    }
-
-    /// As [`custom_pose`](Self::custom_pose), begun where there was none.
-    pub(crate) fn custom_pose_mut(&mut self, walker: ActorId) -> &mut Custom {
-        self.custom_poses.entry(walker).or_default()
-    }
-
-    /// A walker moves its limbs itself again.
-    pub(crate) fn drop_custom_pose(&mut self, walker: ActorId) {
-        self.custom_poses.remove(&walker);
+    /// Notes what the next frame will tell of the bones of a walker.
+    pub(crate) fn note_bones(&mut self, walker: ActorId, change: &BonesChange) {
+        let known = self.walker_pose(walker).cloned();
+        let mut pose = known.unwrap_or_else(|| WalkerPose::none(walker));
+        pose.change(change);
+        self.posed.insert(walker, pose);
     }
 
     /// The stream of a camera's texture, which is `next` if it had none yet; `None` for what is no

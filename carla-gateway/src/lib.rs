@@ -5,7 +5,7 @@
 //!   its streams.
 //! - `server` is one CARLA server: its `lobby`, where clients wait for their turn, and its
 //!   `endpoint`, the episode and its streams; `calls` is what each call does with that.
-//! - `skeleton` is where the limbs of pedestrians are.
+//! - `skeleton` is what clients say of bones of pedestrians, and how their limbs moved.
 //! - `recorder` and `replayer` write and replay CARLA's recordings; `archive` opens them.
 //! - `allowance` is how much of a site its tenant may use.
 //! - `site` is the world service behind the bus; `collecting_site` has worlds freed that nobody

@@ -233,11 +233,9 @@ impl Recording {
         if are_new {
             self.lamps = lamps.to_vec();
         }
-        let additional = self.has_additional.then(|| Further {
-            platform_secs: self.began.elapsed().as_secs_f64(),
-            physics,
-            custom_poses: episode.custom_poses().clone(),
-        });
+        let additional = self
+            .has_additional
+            .then(|| Further { platform_secs: self.began.elapsed().as_secs_f64(), physics });
         let companion = self.companion.as_mut();
         let foreign = companion.map_or_else(Vec::new, |it| it.packets(&episode.frame));
         Shot {

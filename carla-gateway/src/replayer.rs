@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use recording::{Event, Player, Position, Span, Step};
 use roads::MapLayer;
-use schemas::{BodyCommand, Command, TrafficLightCommand};
+use schemas::{BodyCommand, BonesChange, Command, TrafficLightCommand, WalkerCommand};
 
 use crate::archive::{Known, OpenError, Opened};
 use crate::config::AfterReplays;
@@ -299,7 +299,9 @@ impl Endpoint {
             self.pending.push(Command::TrafficLight(TrafficLightCommand::Freeze { frozen: false }));
         }
         for walker in &replay.said.posed {
-            self.episode()?.drop_custom_pose(*walker);
+            let change = BonesChange::none();
+            self.episode()?.note_bones(*walker, &change);
+            self.pending.push(Command::Walker(WalkerCommand::Bones { actor: *walker, change }));
         }
         let drives = self.config.after_replays == AfterReplays::Drive;
         for member in replay.cast.members().filter(|member| member.has_physics()) {

@@ -48,7 +48,7 @@ impl<'a> Strip<'a> {
         let ignored = &self.camera().ignored;
         let is_ignored = |id| ignored.contains(&id);
         let of_actors = self.of_actors.get_or_init(|| {
-            let mut bodies = bodies(self.frame, &self.staging.limbs);
+            let mut bodies = bodies(self.frame);
             let hour = (self.hidden, self.frame.weather.sun_altitude_rad <= 0.0);
             bodies.extend(self.town.street_lamps.bodies(hour, &self.staging.street_lights));
             bodies

@@ -1,14 +1,16 @@
-//! Do exposure and white balance do what their numbers say, and limbs what somebody wants?
+//! Do exposure and white balance do what their numbers say, and bones what somebody wants?
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod common;
 
+use std::f32::consts::FRAC_PI_2;
+
 use common::{brightness, camera, draw, frame, job, pixel, renderers, town};
 use render_service::Renderer;
 use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Exposure, Frame, Image, Limb, Pose, PosedLimb,
-    RenderJob, Staging, UnitQuaternion, Vec3, Weather,
+    ActorId, ActorKind, ActorState, BonePose, Camera, Exposure, Frame, Image, Pose, RenderJob,
+    UnitQuaternion, Vec3, WalkerPose, Weather, skeleton,
 };
 
 fn exposed(renderer: &mut Renderer, exposure: Exposure, sun_altitude_rad: f32) -> Image {
@@ -51,7 +53,7 @@ fn a_colour_temperature_takes_its_colour_out_of_the_picture() {
 }
 
 #[test]
-fn a_walker_shows_its_limbs_where_somebody_put_them() {
+fn a_walker_shows_its_limbs_as_somebody_posed_its_bones() {
     for mut renderer in renderers() {
         let id = ActorId::new(7).unwrap();
         let pose = Pose::translation(4.0, 0.0, 0.9);
@@ -62,30 +64,21 @@ fn a_walker_shows_its_limbs_where_somebody_put_them() {
         let types = vec!["walker.pedestrian.0001".to_owned()];
         let frame = Frame { types, ..frame(vec![walker]) };
         let plain = job(frame, vec![camera()]);
-        let joint = |limb: Limb, y: f32, z: f32, aside_rad: f32| PosedLimb {
-            walker: id,
-            limb,
-            world_from_limb: Pose::from_parts(
-                Vec3::new(4.0, y, z).into(),
-                UnitQuaternion::from_axis_angle(&Vec3::x_axis(), aside_rad),
+        // Arms straight out to both sides.
+        let aside = |bone: &str, side: f32| BonePose {
+            bone: skeleton::number_of(bone).unwrap(),
+            parent_from_bone: Pose::from_parts(
+                Vec3::new(0.0, side * 0.17, 0.0).into(),
+                UnitQuaternion::from_axis_angle(&Vec3::x_axis(), side * FRAC_PI_2),
             ),
         };
-        // Arms straight out to both sides.
-        let aside = std::f32::consts::FRAC_PI_2;
-        let limbs = vec![
-            joint(Limb::Trunk, 0.0, 1.31, 0.0),
-            joint(Limb::Head, 0.0, 1.6, 0.0),
-            joint(Limb::LeftArm, 0.22, 1.45, aside),
-            joint(Limb::LeftForearm, 0.52, 1.45, aside),
-            joint(Limb::RightArm, -0.22, 1.45, -aside),
-            joint(Limb::RightForearm, -0.52, 1.45, -aside),
-            joint(Limb::LeftThigh, 0.09, 0.9, 0.0),
-            joint(Limb::LeftShin, 0.09, 0.45, 0.0),
-            joint(Limb::RightThigh, -0.09, 0.9, 0.0),
-            joint(Limb::RightShin, -0.09, 0.45, 0.0),
-        ];
-        let staging = Staging { street_lights: Vec::new(), limbs };
-        let posed = RenderJob { staging, ..plain.clone() };
+        let bones = vec![aside("crl_arm__L", 1.0), aside("crl_arm__R", -1.0)];
+        let posed = |share| {
+            let walker_poses = vec![WalkerPose { walker: id, share, bones: bones.clone() }];
+            let frame = Frame { walker_poses, ..plain.frame.clone() };
+            RenderJob { frame, ..plain.clone() }
+        };
+        let (hidden, posed) = (posed(0.0), posed(1.0));
         let mut at = |job: &RenderJob, y: f32, z: f32| {
             let image = draw(&mut renderer, &town(&[]), job).remove(0);
             let (column, row) = common::project(&camera(), &Vec3::new(4.0, y, z));
@@ -93,7 +86,9 @@ fn a_walker_shows_its_limbs_where_somebody_put_them() {
         };
         let empty = job(Frame { actors: Vec::new(), ..plain.frame.clone() }, vec![camera()]);
         for y in [0.75, -0.75] {
-            assert_eq!(at(&plain, y, 1.45), at(&empty, y, 1.45), "arms hang down");
+            for down in [&plain, &hidden] {
+                assert_eq!(at(down, y, 1.45), at(&empty, y, 1.45), "arms hang down");
+            }
             assert_ne!(at(&posed, y, 1.45), at(&empty, y, 1.45), "arms are out");
         }
         assert_ne!(at(&posed, 0.0, 1.2), at(&empty, 0.0, 1.2), "the trunk is there");

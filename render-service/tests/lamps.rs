@@ -215,7 +215,7 @@ fn street_lights_light_the_road_below_by_night_as_they_were_set() {
     let set = |on: bool, colour_rgb: u32, brightness: f32| {
         let light = |index: u32| StreetLight { index, on, colour_rgb, brightness };
         let street_lights = (0..2_000).map(light).collect();
-        RenderJob { staging: Staging { street_lights, limbs: Vec::new() }, ..plain.clone() }
+        RenderJob { staging: Staging { street_lights }, ..plain.clone() }
     };
     for mut renderer in renderers() {
         let mut seen = |job: &RenderJob| draw(&mut renderer, &scene, job).remove(0);

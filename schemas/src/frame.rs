@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActorId, Halt, HiddenScenery, Pose, Tick, Vec3, WorldId};
+use crate::{ActorId, Halt, HiddenScenery, Pose, Tick, Vec3, WalkerPose, WorldId};
 
 /// What an actor is, coarsely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -322,6 +322,8 @@ pub struct Frame {
     /// Of those vehicles that have broken any rule of the road, in a world that has the map's
     /// lights and signs; ordered by actor.
     pub rules_broken: Vec<RulesBroken>,
+    /// Of those walkers that somebody posed, ordered by walker.
+    pub walker_poses: Vec<WalkerPose>,
 }
 
 impl Frame {
@@ -345,7 +347,14 @@ impl Frame {
             hidden: HiddenScenery::default(),
             halted: Vec::new(),
             rules_broken: Vec::new(),
+            walker_poses: Vec::new(),
         }
+    }
+
+    /// How somebody posed a walker; `None` for one that walks with all its bones.
+    pub fn walker_pose(&self, walker: ActorId) -> Option<&WalkerPose> {
+        let at = self.walker_poses.binary_search_by_key(&walker, |pose| pose.walker).ok()?;
+        self.walker_poses.get(at)
     }
 
     /// How often a vehicle has broken rules of the road; `None` for one that never has.

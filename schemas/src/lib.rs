@@ -37,12 +37,14 @@ mod shared_frame;
 mod staging;
 mod v2x;
 mod vehicle;
+mod walker_pose;
 mod weather;
 
 pub mod carla;
 pub mod gait;
 pub mod keys;
 pub mod limits;
+pub mod skeleton;
 pub mod wire;
 
 pub use alive::{Alive, Load, ServiceKind};
@@ -70,12 +72,14 @@ pub use request::{
 pub use semantics::{SemanticTag, TagId};
 pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoint, SensorDatum};
 pub use shared_frame::{FrameBytes, SharedFrame};
-pub use staging::{Exposure, Limb, PosedLimb, Staging, StreetLight};
+pub use skeleton::{Limb, PosedLimb};
+pub use staging::{Exposure, Staging, StreetLight};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, Steering, VehiclePhysics, VehicleTelemetry,
     WheelPhysics, WheelTelemetry,
 };
+pub use walker_pose::{BonePose, BonesChange, WalkerPose};
 
 /// The schema of [`Frame`] in FlatBuffers' binary form, for files that carry frames.
 pub const FRAME_SCHEMA: &[u8] = include_bytes!("../bfbs/frame.bfbs");

@@ -41,6 +41,8 @@ pub const ROUTE_PLACES_MAX: usize = 4_096;
 pub const WALKER_STAGES_MAX: usize = 64;
 /// Longest wait at one of them, in seconds.
 pub const WALKER_WAIT_SECS_MAX: f32 = 86_400.0;
+/// Walkers of one world whose bones are posed.
+pub const POSED_WALKERS_MAX: usize = 1_024;
 /// Rays of one request.
 pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
 /// Things of one map that can be hidden.
@@ -58,8 +60,6 @@ pub const SUBSTEPS_MAX: u32 = 100;
 
 /// Street lights of one job that are not as the hour has them.
 pub const STREET_LIGHTS_MAX: usize = 16_384;
-/// Limbs of walkers of one job that do not simply walk.
-pub const LIMBS_MAX: usize = 10_240;
 /// Cameras of one world of CARLA's clients: a tick may be a picture of each.
 pub const CAMERAS_PER_WORLD_MAX: u32 = 1_024;
 /// Cameras of one job.

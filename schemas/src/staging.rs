@@ -1,6 +1,4 @@
-//! How things look that no frame tells of: what clients did to lamps of a map and to limbs.
-
-use crate::{ActorId, Pose};
+//! How things look that no frame tells of: what clients did to lamps of a map.
 
 /// What a render job shows besides its frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -8,14 +6,12 @@ pub struct Staging {
     /// Of the street lights of a map, those that are not as the hour has them; at most
     /// [`STREET_LIGHTS_MAX`](crate::limits::STREET_LIGHTS_MAX).
     pub street_lights: Vec<StreetLight>,
-    /// Limbs of walkers that do not simply walk; at most [`LIMBS_MAX`](crate::limits::LIMBS_MAX).
-    pub limbs: Vec<PosedLimb>,
 }
 
 impl Staging {
     /// Whether everything looks as the frame tells.
     pub fn is_empty(&self) -> bool {
-        self.street_lights.is_empty() && self.limbs.is_empty()
+        self.street_lights.is_empty()
     }
 }
 
@@ -30,59 +26,6 @@ pub struct StreetLight {
     pub colour_rgb: u32,
     /// As a part of what a street light has by itself; 0 or more.
     pub brightness: f32,
-}
-
-/// One limb of a walker.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PosedLimb {
-    /// Whose.
-    pub walker: ActorId,
-    /// Which.
-    pub limb: Limb,
-    /// Its joint in the world: x ahead, y left, z up for a person who stands with arms down.
-    pub world_from_limb: Pose,
-}
-
-/// The limbs that a picture moves, each from its joint to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum Limb {
-    /// From the hips up, with what is on the back.
-    Trunk,
-    /// From the neck up.
-    Head,
-    /// Left, from the shoulder.
-    LeftArm,
-    /// Left, from the elbow.
-    LeftForearm,
-    /// Right, from the shoulder.
-    RightArm,
-    /// Right, from the elbow.
-    RightForearm,
-    /// Left, from the hip.
-    LeftThigh,
-    /// Left, from the knee.
-    LeftShin,
-    /// Right, from the hip.
-    RightThigh,
-    /// Right, from the knee.
-    RightShin,
-}
-
-impl Limb {
-    /// Every limb, at the place of its number.
-    pub const ALL: [Self; 10] = [
-        Self::Trunk,
-        Self::Head,
-        Self::LeftArm,
-        Self::LeftForearm,
-        Self::RightArm,
-        Self::RightForearm,
-        Self::LeftThigh,
-        Self::LeftShin,
-        Self::RightThigh,
-        Self::RightShin,
-    ];
 }
 
 /// How light becomes a colour picture.

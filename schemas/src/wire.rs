@@ -19,6 +19,7 @@ mod sensor;
 mod staging;
 mod v2x;
 mod vehicle;
+mod walker_pose;
 
 pub use alive::{decode_alive, decode_load, encode_alive, encode_load};
 pub use camera::{decode_render_job, encode_render_job};

@@ -4,7 +4,7 @@ mod sample;
 
 use proptest::prelude::*;
 use schemas::limits::{FORKS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, TICKS_PER_REQUEST_MAX};
-use schemas::{ErrorCode, Load, Request, TickItem, WorldId, wire};
+use schemas::{ErrorCode, Load, Request, TickItem, WalkerPose, WorldId, wire};
 
 #[test]
 fn a_frame_comes_back_bit_for_bit() {
@@ -90,6 +90,20 @@ fn numbers_that_are_none_are_refused() {
     frame.actors[0].linear_velocity_mps.x = f32::NAN;
     let refusal = wire::decode_frame(&wire::encode_frame(&frame).0).unwrap_err();
     assert!(refusal.message.contains("linear velocity"), "{refusal}");
+}
+
+#[test]
+fn a_pose_that_no_walker_can_have_is_refused() {
+    let refusal = |spoil: fn(&mut WalkerPose)| {
+        let mut frame = sample::frame();
+        spoil(&mut frame.walker_poses[0]);
+        wire::decode_frame(&wire::encode_frame(&frame).0).unwrap_err().to_string()
+    };
+    assert!(refusal(|pose| pose.bones[0].bone = 66).contains("0 to 65"));
+    let place = |pose: &mut WalkerPose| pose.bones[0].parent_from_bone.translation.x = f32::NAN;
+    assert!(refusal(place).contains("parent_from_bone"));
+    assert!(refusal(|pose| pose.share = f32::NAN).contains("0 to 1"));
+    assert!(refusal(|pose| pose.bones = vec![pose.bones[0]; 67]).contains("at most 66"));
 }
 
 proptest! {

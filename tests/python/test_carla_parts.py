@@ -168,6 +168,59 @@ def test_a_pose_of_bones_is_told_as_far_as_it_is_blended(world):
     assert neck() == pytest.approx((own + 0.5) / 2, abs=1e-4)
 
 
+def raise_arm(walker: carla.Walker) -> None:
+    """The right arm straight out to the side."""
+    aside = carla.Transform(carla.Location(y=0.17), carla.Rotation(roll=-90.0))
+    walker.set_bones(carla.WalkerBoneControlIn([("crl_arm__R", aside)]))
+    walker.blend_pose(1.0)
+
+
+def test_lidars_meet_a_raised_arm_where_the_bones_say_it_is(site, world):
+    walker = spawn_walker(world)
+    ticks(world, 10)
+    blueprint = world.get_blueprint_library().find("sensor.lidar.ray_cast_semantic")
+    for name, value in {
+        "channels": "64",
+        "points_per_second": "1000000",
+        "rotation_frequency": "20",
+        "upper_fov": "20",
+        "lower_fov": "-20",
+    }.items():
+        blueprint.set_attribute(name, value)
+    place = walker.get_transform()
+    place.location += 3.0 * place.get_forward_vector()
+    lidar = world.spawn_actor(blueprint, place)
+    measured = queue.Queue()
+    lidar.listen(measured.put)
+
+    def points_aside() -> list[carla.Location]:
+        """On the walker, out to its right, in the world."""
+        world.tick()
+        while (scan := measured.get(timeout=30.0)).frame < world.get_snapshot().frame:
+            pass
+        here = walker.get_transform()
+        met = [place.transform(one.point) for one in scan if one.object_idx == walker.id]
+        right = here.get_right_vector()
+        return [point for point in met if (point - here.location).dot(right) > 0.4]
+
+    assert not points_aside()
+    raise_arm(walker)
+    points = points_aside()
+    assert len(points) > 10
+    # Another client is told of the same bones.
+    other = connect(site.carla_port).get_world().get_actor(walker.id)
+    bones = {bone.name: bone.world.location for bone in other.get_bones().bone_transforms}
+    elbow, hand = bones["crl_foreArm__R"], bones["crl_handMiddleEnd__R"]
+    along = hand - elbow
+    for point in points:
+        share = (point - elbow).dot(along) / along.dot(along)
+        nearest = elbow + min(max(share, 0.0), 1.0) * along
+        assert point.distance(nearest) < 0.12
+    walker.hide_pose()
+    assert not points_aside()
+    lidar.stop()
+
+
 def test_friction_triggers_hold_inside_their_box(world):
     car = spawn_car(world)
     ticks(world, 5)

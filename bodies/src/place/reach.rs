@@ -1,6 +1,6 @@
 //! How far an actor's shapes reach.
 
-use schemas::{ActorKind, ActorState, Vec3};
+use schemas::{ActorKind, ActorState, Limb, PosedLimb, Vec3};
 
 /// Beyond the box of a vehicle: plates and lamps at its ends, wheels, mirrors, lamps on the roof.
 const TRIM_M: [f32; 3] = [0.15, 0.12, 0.1];
@@ -15,11 +15,26 @@ const LIMBS: [f32; 2] = [0.45, 0.25];
 /// Beyond the soles and the crown of a person.
 const SOLE_M: f32 = 0.1;
 
-/// A box around all shapes of an actor whose limbs nobody put elsewhere, without placing them:
-/// its lowest and highest corner.
+/// How far the shapes of a limb that somebody put elsewhere are from its joint at most, in heights
+/// of the person.
+fn reach_of(limb: Limb) -> f32 {
+    match limb {
+        Limb::Trunk => 0.32,
+        Limb::Head => 0.16,
+        Limb::LeftArm | Limb::RightArm => 0.20,
+        Limb::LeftForearm | Limb::RightForearm => 0.24,
+        Limb::LeftThigh | Limb::RightThigh => 0.29,
+        Limb::LeftShin | Limb::RightShin => 0.29,
+    }
+}
+
+/// A box around all shapes of an actor, without placing them: its lowest and highest corner.
 ///
 /// - **Frame:** the actor's.
-pub fn bounds(actor: &ActorState) -> [Vec3; 2] {
+pub fn bounds(actor: &ActorState, limbs: &[PosedLimb]) -> [Vec3; 2] {
+    if !limbs.is_empty() {
+        return bounds_of_limbs(actor, limbs);
+    }
     let half = actor.box_half_extent_m;
     let mut reach = half;
     match actor.kind {
@@ -40,4 +55,19 @@ pub fn bounds(actor: &ActorState) -> [Vec3; 2] {
         _ => {}
     }
     [actor.box_centre_m - reach, actor.box_centre_m + reach]
+}
+
+fn bounds_of_limbs(actor: &ActorState, limbs: &[PosedLimb]) -> [Vec3; 2] {
+    let height_m = 2.0 * actor.box_half_extent_m.z;
+    let actor_from_world = actor.world_from_actor.inverse();
+    let around = |limb: &PosedLimb| {
+        let joint_m = (actor_from_world * limb.world_from_limb).translation.vector;
+        let reach_m = Vec3::repeat(reach_of(limb.limb) * height_m);
+        [joint_m - reach_m, joint_m + reach_m]
+    };
+    let nothing = [Vec3::repeat(f32::INFINITY), Vec3::repeat(f32::NEG_INFINITY)];
+    limbs
+        .iter()
+        .map(around)
+        .fold(nothing, |[low_m, high_m], [low, high]| [low_m.inf(&low), high_m.sup(&high)])
 }

@@ -9,9 +9,8 @@ use super::clothes::Clothes;
 use crate::shape::Shape;
 
 pub(super) fn place(placer: &mut Placer, actor: &ActorState, limbs: &[PosedLimb]) {
-    let mut own = limbs.iter().filter(|limb| limb.walker == actor.id).peekable();
-    if own.peek().is_some() {
-        return place_limbs(placer, actor, own);
+    if !limbs.is_empty() {
+        return place_limbs(placer, actor, limbs);
     }
     let clothes = Clothes::of(actor.id);
     let height_m = 2.0 * actor.box_half_extent_m.z;
@@ -38,11 +37,7 @@ pub(super) fn place(placer: &mut Placer, actor: &ActorState, limbs: &[PosedLimb]
 }
 
 /// Limbs where somebody put them, bent at knees and elbows.
-fn place_limbs<'a>(
-    placer: &mut Placer,
-    actor: &ActorState,
-    limbs: impl Iterator<Item = &'a PosedLimb>,
-) {
+fn place_limbs(placer: &mut Placer, actor: &ActorState, limbs: &[PosedLimb]) {
     let clothes = Clothes::of(actor.id);
     let height = Matrix4::new_scaling(2.0 * actor.box_half_extent_m.z);
     for limb in limbs {

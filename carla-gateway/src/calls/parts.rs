@@ -5,13 +5,12 @@
 //! CARLA the sockets of a mesh are its bones.
 
 use blueprints::VehicleModel;
-use schemas::{ActorId, ActorKind, ActorState, Pose, Translation3, UnitQuaternion, Vec3};
+use schemas::{ActorId, ActorKind, ActorState, Pose, Translation3, UnitQuaternion, Vec3, skeleton};
 
 use crate::dialect::{ActorRef, Transform};
 use crate::endpoint::Endpoint;
 use crate::episode::Episode;
 use crate::rpc::Refusal;
-use crate::skeleton;
 use crate::wheels::{model, wheel_rad};
 
 /// Of the vehicle itself, before those of its wheels.
@@ -147,7 +146,7 @@ fn components(episode: &Episode, state: &ActorState) -> Vec<Part> {
 
 fn bones(episode: &Episode, state: &ActorState) -> Vec<Part> {
     match state.kind {
-        ActorKind::Walker => skeleton::posed(state, episode.custom_pose(state.id))
+        ActorKind::Walker => skeleton::posed(state, episode.walker_pose(state.id))
             .into_iter()
             .map(|bone| Part {
                 name: bone.name.to_owned(),

@@ -1,5 +1,6 @@
 //! The dispatcher against a world service that does whatever it is told, and against its own page.
 
+mod bones;
 mod recordings;
 mod toy;
 

@@ -1,7 +1,10 @@
 //! Calls about pedestrians.
 
 use blueprints::Class;
-use schemas::{ActorKind, ActorState, BodyCommand, Command, PushKind, Vec3, WalkerCommand};
+use schemas::{
+    ActorId, ActorKind, ActorState, BodyCommand, BonesChange, Command, PushKind, Vec3,
+    WalkerCommand,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::dialect::{ActorRef, Transform};
@@ -28,7 +31,7 @@ pub(super) struct Wanted {
 
 pub(super) fn bones(endpoint: &mut Endpoint, id: ActorRef) -> Result<Bones, Refusal> {
     let state = walker(endpoint, id)?;
-    let posed = skeleton::posed(&state, endpoint.episode()?.custom_pose(state.id));
+    let posed = schemas::skeleton::posed(&state, endpoint.episode()?.walker_pose(state.id));
     let told = posed.iter().map(|bone| {
         let [world, component, relative] =
             [bone.in_world, bone.in_component, bone.in_parent].map(|pose| Transform::of(&pose));
@@ -37,28 +40,41 @@ pub(super) fn bones(endpoint: &mut Endpoint, id: ActorRef) -> Result<Bones, Refu
     Ok(Bones { bones: told.collect() })
 }
 
-pub(super) fn set_bones(
+pub(super) async fn set_bones(
     endpoint: &mut Endpoint,
     id: ActorRef,
     wanted: Wanted,
 ) -> Result<(), Refusal> {
     let walker = walker(endpoint, id)?.id;
-    let bones = wanted.bones.into_iter().map(|(name, transform)| (name, transform.ours()));
-    endpoint.episode()?.custom_pose_mut(walker).set(bones);
-    Ok(())
+    let wanted = wanted.bones.into_iter().map(|(name, transform)| (name, transform.ours()));
+    let bones = skeleton::named(wanted);
+    change_bones(endpoint, walker, BonesChange { bones, ..BonesChange::default() }).await
 }
 
-pub(super) fn blend_pose(endpoint: &mut Endpoint, id: ActorRef, share: f32) -> Result<(), Refusal> {
+pub(super) async fn blend_pose(
+    endpoint: &mut Endpoint,
+    id: ActorRef,
+    share: f32,
+) -> Result<(), Refusal> {
     let walker = walker(endpoint, id)?.id;
-    endpoint.episode()?.custom_pose_mut(walker).blend(share);
-    Ok(())
+    let share = Some(share.clamp(0.0, 1.0));
+    change_bones(endpoint, walker, BonesChange { share, ..BonesChange::default() }).await
 }
 
 /// The pose of the walk becomes the one that a client changes.
-pub(super) fn take_pose(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
+pub(super) async fn take_pose(endpoint: &mut Endpoint, id: ActorRef) -> Result<(), Refusal> {
     let state = walker(endpoint, id)?;
-    endpoint.episode()?.custom_pose_mut(state.id).copy(&state);
-    Ok(())
+    let bones = skeleton::walked(&state);
+    change_bones(endpoint, state.id, BonesChange { afresh: true, bones, share: None }).await
+}
+
+async fn change_bones(
+    endpoint: &mut Endpoint,
+    actor: ActorId,
+    change: BonesChange,
+) -> Result<(), Refusal> {
+    endpoint.episode()?.note_bones(actor, &change);
+    endpoint.queue(Command::Walker(WalkerCommand::Bones { actor, change })).await
 }
 
 /// Knocks a walker over backwards: it lies until it is put elsewhere.

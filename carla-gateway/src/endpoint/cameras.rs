@@ -9,7 +9,6 @@ pub(crate) use order::EventMemories;
 use std::sync::Arc;
 use std::time::Duration;
 
-use schemas::limits::LIMBS_MAX;
 use schemas::{ActorId, ActorKind, Camera, Frame, ImageKind, Pose, Staging, TagId};
 use tokio::time::Instant;
 
@@ -68,20 +67,21 @@ impl Endpoint {
         let cameras: Vec<Ordered> =
             due.into_iter().filter_map(|id| self.order_of(episode, id, before)).collect();
         let moves_limbs = cameras.iter().any(Ordered::needs_flow);
+        let staging = Staging { street_lights: self.lamps.unusual(self.is_night()) };
         let order = Order {
             hub: Arc::clone(&self.hub),
             site: Arc::clone(&self.site),
             allowance: self.config.allowance.clone(),
             event_memories: Arc::clone(&self.event_memories),
             cameras,
-            movement: movement(before, episode, moves_limbs),
+            movement: movement(before, &episode.frame, moves_limbs),
             shapes: Arc::clone(&self.shapes),
             frame_number: self.frame_number,
             sim_secs: episode.frame.sim_secs,
             is_night: episode.frame.weather.sun_altitude_rad <= 0.0,
             waits: self.settings.synchronous_mode,
         };
-        let drawing = order.deliver(episode.frame.clone(), self.staging(episode));
+        let drawing = order.deliver(episode.frame.clone(), staging);
         self.pictures = Some(self.workers.spawn(drawing));
     }
 
@@ -117,17 +117,6 @@ impl Endpoint {
             optics,
         })
     }
-
-    /// What a renderer has to know that no frame tells.
-    fn staging(&self, episode: &Episode) -> Staging {
-        let walkers = episode.custom_poses().iter();
-        let limbs =
-            walkers.filter_map(|(id, pose)| Some(skeleton::limbs(episode.state(*id)?, pose)));
-        Staging {
-            street_lights: self.lamps.unusual(self.is_night()),
-            limbs: limbs.flatten().take(LIMBS_MAX).collect(),
-        }
-    }
 }
 
 fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {
@@ -135,8 +124,7 @@ fn pose_in(frame: Option<&Frame>, id: ActorId) -> Option<Pose> {
 }
 
 /// What moved since an earlier frame; limbs only where somebody wants to know.
-fn movement(before: Option<&Frame>, episode: &Episode, moves_limbs: bool) -> Movement {
-    let frame = &episode.frame;
+fn movement<'a>(before: Option<&'a Frame>, frame: &'a Frame, moves_limbs: bool) -> Movement {
     let moved = frame.actors.iter().filter_map(|actor| {
         let before = pose_in(before, actor.id).filter(|pose| *pose != actor.world_from_actor)?;
         Some((actor.id.get() % TagId::SCENERY, before * actor.world_from_actor.inverse()))
@@ -145,7 +133,8 @@ fn movement(before: Option<&Frame>, episode: &Episode, moves_limbs: bool) -> Mov
     let walkers = frame.actors.iter().filter(is_walker).filter(|_| moves_limbs);
     let limbs = walkers.filter_map(|walker| {
         let then = before?.actor(walker.id)?;
-        let moved = skeleton::moved([then, walker], episode.custom_pose(walker.id));
+        let pose_in = |frame: &'a Frame| frame.walker_pose(walker.id);
+        let moved = skeleton::moved([(then, pose_in(before?)), (walker, pose_in(frame))]);
         Some((walker.id.get() % TagId::SCENERY, moved))
     });
     Movement { before_from_now: moved.collect(), limbs: limbs.collect() }

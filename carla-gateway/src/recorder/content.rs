@@ -13,7 +13,6 @@ use schemas::{ActorId, ActorKind, ActorState, Frame, SharedFrame, TrafficLightSt
 
 use super::arrivals::Arrival;
 use crate::dialect::{ActorDescription, LightState as Lamp, WeatherParameters};
-use crate::skeleton::Custom;
 use crate::snapshot::colour_index;
 use crate::wheels;
 
@@ -43,8 +42,6 @@ pub(super) struct Further {
     pub(super) platform_secs: f64,
     /// Of vehicles that were inspected.
     pub(super) physics: Vec<PhysicsControl>,
-    /// Poses that clients made, by walker.
-    pub(super) custom_poses: BTreeMap<ActorId, Custom>,
 }
 
 /// What earlier frames of a recording said.
@@ -262,7 +259,7 @@ impl Notes {
             trigger_volumes: volumes.collect(),
             platform_secs: further.platform_secs,
             physics: further.physics,
-            bones: poses::bones_of(frame, &further.custom_poses),
+            bones: poses::bones_of(frame),
             light_times: self.light_times(frame),
         }
     }

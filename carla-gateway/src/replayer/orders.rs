@@ -6,7 +6,7 @@ use recording::{
     Add, Bones, Class, Kinematics, Packet, Position, Rotation, Vector, VehicleControl as Control,
 };
 use schemas::{
-    ActorId, AgentBehaviour, BodyCommand, BodySwitch, Command, Pose, TrafficCommand,
+    ActorId, AgentBehaviour, BodyCommand, BodySwitch, BonesChange, Command, Pose, TrafficCommand,
     TrafficLightCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand, WalkerControl,
 };
 
@@ -14,6 +14,7 @@ use super::cast::{Cast, Member};
 use crate::dialect::{Transform, Vector3D, WeatherParameters, spin_from_deg};
 use crate::endpoint::Endpoint;
 use crate::rpc::Refusal;
+use crate::skeleton;
 use crate::snapshot::ReplayedLight;
 use crate::snapshot::{colour_index, colour_of};
 
@@ -255,18 +256,25 @@ impl Endpoint {
 
     /// Walkers hold their limbs as recorded, those that ours have.
     fn hold_bones(&mut self, cast: &Cast, said: &mut Said, all: &[Bones]) -> Result<(), Refusal> {
-        let episode = self.episode()?;
         for one in all {
             let walker = cast.member(one.id).filter(|member| member.class == Class::WALKER);
-            let Some(walker) = walker else { continue };
+            let Some(actor) = walker.map(|member| member.id) else { continue };
             let poses = one
                 .bones
                 .iter()
                 .map(|bone| (bone.name.clone(), pose_at(bone.location, bone.rotation)));
-            let custom = episode.custom_pose_mut(walker.id);
-            custom.set(poses.filter(|(_, pose)| is_finite(pose)));
-            custom.blend(1.0);
-            said.posed.insert(walker.id);
+            let mut bones = skeleton::named(poses.filter(|(_, pose)| is_finite(pose)));
+            let episode = self.episode()?;
+            let held = episode.walker_pose(actor);
+            let held_in_parent = |bone| held.and_then(|pose| pose.of_bone(bone));
+            bones.retain(|it| held_in_parent(it.bone) != Some(&it.parent_from_bone));
+            said.posed.insert(actor);
+            if bones.is_empty() && held.is_some_and(|pose| pose.share == 1.0) {
+                continue;
+            }
+            let change = BonesChange { afresh: false, bones, share: Some(1.0) };
+            episode.note_bones(actor, &change);
+            self.pending.push(Command::Walker(WalkerCommand::Bones { actor, change }));
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use bodies::Placed;
 use raster::{Lamp, Occluder};
-use schemas::{ActorId, ActorKind, ActorState, Frame, PosedLimb, Vec3};
+use schemas::{ActorId, ActorKind, ActorState, Frame, Vec3, skeleton};
 
 mod beams;
 mod numerals;
@@ -29,36 +29,43 @@ pub(crate) struct Body {
     pub occluder: Option<Occluder>,
 }
 
-/// Shapes of every actor of a frame that is shown, in the frame's order, and limbs where somebody
-/// put them.
-pub(crate) fn bodies(frame: &Frame, limbs: &[PosedLimb]) -> Vec<Body> {
+/// Shapes of every actor of a frame that is shown, in the frame's order.
+pub(crate) fn bodies(frame: &Frame) -> Vec<Body> {
     let shown = frame.actors.iter().filter(|actor| ::bodies::is_shown(actor));
-    shown.map(|actor| body(actor, (frame, limbs))).collect()
+    shown.map(|actor| body(actor, frame)).collect()
 }
 
-fn body(actor: &ActorState, (frame, limbs): (&Frame, &[PosedLimb])) -> Body {
-    let placed = ::bodies::place(actor, frame.type_of(actor), frame.sim_secs, limbs);
-    let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
+fn body(actor: &ActorState, frame: &Frame) -> Body {
+    let limbs = skeleton::limbs(actor, frame.walker_pose(actor.id));
+    let placed = ::bodies::place(actor, frame.type_of(actor), frame.sim_secs, &limbs);
+    let (centre_m, half_m) = if limbs.is_empty() {
+        (actor.box_centre_m, actor.box_half_extent_m)
+    } else {
+        let [low_m, high_m] = ::bodies::bounds(actor, &limbs);
+        ((low_m + high_m) / 2.0, (high_m - low_m) / 2.0)
+    };
+    let centre = actor.world_from_actor * nalgebra::Point3::from(centre_m);
     let sources = placed.sources.iter();
     // Limbs, mirrors and riders reach out of the box.
     Body {
         actor: Some(actor.id),
         centre_m: centre.coords,
-        radius_m: actor.box_half_extent_m.norm() * 1.1 + 0.6,
+        radius_m: half_m.norm() * 1.1 + 0.6,
         lamps: sources.map(|source| beams::lamp(&actor.world_from_actor, source)).collect(),
         parts: placed.parts,
-        occluder: occluder(actor, centre.coords),
+        occluder: occluder(actor),
     }
 }
 
 /// The box of a vehicle or person that stands upright.
-fn occluder(actor: &ActorState, centre_m: Vec3) -> Option<Occluder> {
+fn occluder(actor: &ActorState) -> Option<Occluder> {
     let turn = actor.world_from_actor.rotation;
     let (ahead, up) = (turn * Vec3::x(), turn * Vec3::z());
     let stands = matches!(actor.kind, ActorKind::Vehicle | ActorKind::Walker) && up.z > UPRIGHT;
     stands.then(|| {
         let half_m = actor.box_half_extent_m;
-        let place_m = centre_m - up * half_m.z;
+        let centre = actor.world_from_actor * nalgebra::Point3::from(actor.box_centre_m);
+        let place_m = centre.coords - up * half_m.z;
         let level = ahead.xy().normalize();
         let height_m = 2.0 * half_m.z.min(half_m.x).min(half_m.y);
         let (ahead, half_m) = ([level.x, level.y], [half_m.x, half_m.y]);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActorId, Pose, Vec3, WalkerControl};
+use crate::{ActorId, BonesChange, Pose, Vec3, WalkerControl};
 
 /// A place that a walker goes straight to, and how long it stays there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,5 +63,12 @@ pub enum WalkerCommand {
         world_from_actor: Pose,
         /// How fast its legs go.
         speed_mps: f32,
+    },
+    /// Poses bones of a walker, to be shown and met with or instead of its walk.
+    Bones {
+        /// Which walker.
+        actor: ActorId,
+        /// How.
+        change: BonesChange,
     },
 }

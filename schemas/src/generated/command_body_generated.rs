@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 34;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 35;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 35] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 36] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -51,6 +51,7 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 35] = [
   CommandBody::SendV2x,
   CommandBody::IgnoreVehicles,
   CommandBody::SetWalkerTrajectory,
+  CommandBody::SetWalkerBones,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -93,9 +94,10 @@ impl CommandBody {
   pub const SendV2x: Self = Self(32);
   pub const IgnoreVehicles: Self = Self(33);
   pub const SetWalkerTrajectory: Self = Self(34);
+  pub const SetWalkerBones: Self = Self(35);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 34;
+  pub const ENUM_MAX: u8 = 35;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -132,6 +134,7 @@ impl CommandBody {
     Self::SendV2x,
     Self::IgnoreVehicles,
     Self::SetWalkerTrajectory,
+    Self::SetWalkerBones,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -171,6 +174,7 @@ impl CommandBody {
       Self::SendV2x => Some("SendV2x"),
       Self::IgnoreVehicles => Some("IgnoreVehicles"),
       Self::SetWalkerTrajectory => Some("SetWalkerTrajectory"),
+      Self::SetWalkerBones => Some("SetWalkerBones"),
       _ => None,
     }
   }

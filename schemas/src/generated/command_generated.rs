@@ -534,6 +534,20 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_set_walker_bones(&self) -> Option<SetWalkerBones<'a>> {
+    if self.body_type() == CommandBody::SetWalkerBones {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { SetWalkerBones::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -579,6 +593,7 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::SendV2x => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SendV2x>>("CommandBody::SendV2x", pos),
           CommandBody::IgnoreVehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<IgnoreVehicles>>("CommandBody::IgnoreVehicles", pos),
           CommandBody::SetWalkerTrajectory => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerTrajectory>>("CommandBody::SetWalkerTrajectory", pos),
+          CommandBody::SetWalkerBones => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerBones>>("CommandBody::SetWalkerBones", pos),
           _ => Ok(()),
         }
      })?
@@ -867,6 +882,13 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SetWalkerTrajectory => {
           if let Some(x) = self.body_as_set_walker_trajectory() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::SetWalkerBones => {
+          if let Some(x) = self.body_as_set_walker_bones() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -44,6 +44,7 @@ impl<'a> Frame<'a> {
   pub const VT_HIDDEN_SCENERY: flatbuffers::VOffsetT = 34;
   pub const VT_HALTED: flatbuffers::VOffsetT = 36;
   pub const VT_RULES_BROKEN: flatbuffers::VOffsetT = 38;
+  pub const VT_WALKER_POSES: flatbuffers::VOffsetT = 40;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -62,6 +63,7 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.walker_poses { builder.add_walker_poses(x); }
     if let Some(x) = args.rules_broken { builder.add_rules_broken(x); }
     if let Some(x) = args.halted { builder.add_halted(x); }
     if let Some(x) = args.hidden_scenery { builder.add_hidden_scenery(x); }
@@ -217,6 +219,14 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, RulesBroken>>>(Frame::VT_RULES_BROKEN, None)}
   }
+  /// Of those walkers that somebody posed. Ordered by walker.
+  #[inline]
+  pub fn walker_poses(&self) -> Option<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<WalkerPose<'a>>>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<WalkerPose>>>>(Frame::VT_WALKER_POSES, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -244,6 +254,7 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("hidden_scenery", Self::VT_HIDDEN_SCENERY, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Halt>>>("halted", Self::VT_HALTED, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, RulesBroken>>>("rules_broken", Self::VT_RULES_BROKEN, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<WalkerPose>>>>("walker_poses", Self::VT_WALKER_POSES, false)?
      .finish();
     Ok(())
   }
@@ -267,6 +278,7 @@ pub struct FrameArgs<'a> {
     pub hidden_scenery: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
     pub halted: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Halt>>>,
     pub rules_broken: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, RulesBroken>>>,
+    pub walker_poses: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<WalkerPose<'a>>>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -290,6 +302,7 @@ impl<'a> Default for FrameArgs<'a> {
       hidden_scenery: None,
       halted: None,
       rules_broken: None,
+      walker_poses: None,
     }
   }
 }
@@ -372,6 +385,10 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_RULES_BROKEN, rules_broken);
   }
   #[inline]
+  pub fn add_walker_poses(&mut self, walker_poses: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<WalkerPose<'b >>>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_WALKER_POSES, walker_poses);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -413,6 +430,7 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("hidden_scenery", &self.hidden_scenery());
       ds.field("halted", &self.halted());
       ds.field("rules_broken", &self.rules_broken());
+      ds.field("walker_poses", &self.walker_poses());
       ds.finish()
   }
 }

@@ -30,7 +30,6 @@ impl<'a> RenderJob<'a> {
   pub const VT_FRAME: flatbuffers::VOffsetT = 6;
   pub const VT_CAMERAS: flatbuffers::VOffsetT = 8;
   pub const VT_STREET_LIGHTS: flatbuffers::VOffsetT = 10;
-  pub const VT_LIMBS: flatbuffers::VOffsetT = 12;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -42,7 +41,6 @@ impl<'a> RenderJob<'a> {
     args: &'args RenderJobArgs<'args>
   ) -> flatbuffers::WIPOffset<RenderJob<'bldr>> {
     let mut builder = RenderJobBuilder::new(_fbb);
-    if let Some(x) = args.limbs { builder.add_limbs(x); }
     if let Some(x) = args.street_lights { builder.add_street_lights(x); }
     if let Some(x) = args.cameras { builder.add_cameras(x); }
     if let Some(x) = args.frame { builder.add_frame(x); }
@@ -88,13 +86,6 @@ impl<'a> RenderJob<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, StreetLight>>>(RenderJob::VT_STREET_LIGHTS, None)}
   }
-  #[inline]
-  pub fn limbs(&self) -> Option<flatbuffers::Vector<'a, PosedLimb>> {
-    // Safety:
-    // Created from valid Table for this object
-    // which contains a valid value in this slot
-    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, PosedLimb>>>(RenderJob::VT_LIMBS, None)}
-  }
 }
 
 impl flatbuffers::Verifiable for RenderJob<'_> {
@@ -108,7 +99,6 @@ impl flatbuffers::Verifiable for RenderJob<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u8>>>("frame", Self::VT_FRAME, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<Camera>>>>("cameras", Self::VT_CAMERAS, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, StreetLight>>>("street_lights", Self::VT_STREET_LIGHTS, false)?
-     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, PosedLimb>>>("limbs", Self::VT_LIMBS, false)?
      .finish();
     Ok(())
   }
@@ -118,7 +108,6 @@ pub struct RenderJobArgs<'a> {
     pub frame: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u8>>>,
     pub cameras: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<Camera<'a>>>>>,
     pub street_lights: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, StreetLight>>>,
-    pub limbs: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, PosedLimb>>>,
 }
 impl<'a> Default for RenderJobArgs<'a> {
   #[inline]
@@ -128,7 +117,6 @@ impl<'a> Default for RenderJobArgs<'a> {
       frame: None, // required field
       cameras: None, // required field
       street_lights: None,
-      limbs: None,
     }
   }
 }
@@ -155,10 +143,6 @@ impl<'a: 'b, 'b> RenderJobBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RenderJob::VT_STREET_LIGHTS, street_lights);
   }
   #[inline]
-  pub fn add_limbs(&mut self, limbs: flatbuffers::WIPOffset<flatbuffers::Vector<'b , PosedLimb>>) {
-    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(RenderJob::VT_LIMBS, limbs);
-  }
-  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> RenderJobBuilder<'a, 'b> {
     let start = _fbb.start_table();
     RenderJobBuilder {
@@ -183,7 +167,6 @@ impl core::fmt::Debug for RenderJob<'_> {
       ds.field("frame", &self.frame());
       ds.field("cameras", &self.cameras());
       ds.field("street_lights", &self.street_lights());
-      ds.field("limbs", &self.limbs());
       ds.finish()
   }
 }

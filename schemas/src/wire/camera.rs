@@ -23,7 +23,7 @@ pub fn encode_render_job<F: FrameBytes>(job: &RenderJob<F>) -> Vec<u8> {
     let tenant = builder.create_string(job.tenant.as_str());
     let frame = builder.create_vector(&frame);
     let cameras = cameras_out(&mut builder, &job.cameras);
-    let (street_lights, limbs) = staging_out(&mut builder, &job.staging);
+    let street_lights = staging_out(&mut builder, &job.staging);
     let root = fb::RenderJob::create(
         &mut builder,
         &fb::RenderJobArgs {
@@ -31,7 +31,6 @@ pub fn encode_render_job<F: FrameBytes>(job: &RenderJob<F>) -> Vec<u8> {
             frame: Some(frame),
             cameras: Some(cameras),
             street_lights,
-            limbs,
         },
     );
     builder.finish(root, Some(JOB.identifier));

@@ -121,7 +121,8 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         Body::SetWalkerControl
         | Body::SetWalkerState
         | Body::SetWalkerAgent
-        | Body::SetWalkerTrajectory => walker::command_in(raw),
+        | Body::SetWalkerTrajectory
+        | Body::SetWalkerBones => walker::command_in(raw),
         Body::SetTrafficLight | Body::FreezeTrafficLights | Body::ResetTrafficLights => {
             light::command_in(raw)
         }

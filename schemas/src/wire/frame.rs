@@ -7,6 +7,7 @@ use super::parts::{
     finite, finite_double, halt_reason_in, halt_reason_out, pose_in, pose_out, vec3_in, vec3_out,
     world_in,
 };
+use super::walker_pose::{poses_in, poses_out};
 use super::{Kind, agent, check_count, root, scenery};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
@@ -50,6 +51,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let halted = (!halted.is_empty()).then(|| builder.create_vector(&halted));
     let broken: Vec<fb::RulesBroken> = frame.rules_broken.iter().map(broken_out).collect();
     let rules_broken = (!broken.is_empty()).then(|| builder.create_vector(&broken));
+    let walker_poses = poses_out(&mut builder, &frame.walker_poses);
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -72,6 +74,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             hidden_scenery,
             halted,
             rules_broken,
+            walker_poses,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -114,6 +117,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         hidden: scenery::hidden_in(&raw)?,
         halted: raw.halted().iter().flatten().map(halt_in).collect::<Result<_, _>>()?,
         rules_broken: broken.iter().flatten().map(broken_in).collect::<Result<_, _>>()?,
+        walker_poses: poses_in(raw.walker_poses())?,
     })
 }
 

@@ -3,19 +3,18 @@
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use super::check_count;
-use super::parts::{finite, pose_in, pose_out};
+use super::parts::finite;
 use crate::generated as fb;
-use crate::limits::{LIMBS_MAX, STREET_LIGHTS_MAX};
-use crate::{ActorId, Error, ErrorCode, Exposure, Limb, PosedLimb, Staging, StreetLight};
+use crate::limits::STREET_LIGHTS_MAX;
+use crate::{Error, Exposure, Staging, StreetLight};
 
 type Lights<'a> = WIPOffset<Vector<'a, fb::StreetLight>>;
-type Limbs<'a> = WIPOffset<Vector<'a, fb::PosedLimb>>;
 
 /// Nothing where nothing is told.
 pub(super) fn staging_out<'a>(
     b: &mut FlatBufferBuilder<'a>,
     staging: &Staging,
-) -> (Option<Lights<'a>>, Option<Limbs<'a>>) {
+) -> Option<Lights<'a>> {
     let lights: Vec<fb::StreetLight> = staging
         .street_lights
         .iter()
@@ -23,24 +22,14 @@ pub(super) fn staging_out<'a>(
             fb::StreetLight::new(light.index, light.colour_rgb, light.brightness, light.on)
         })
         .collect();
-    let limbs: Vec<fb::PosedLimb> = staging
-        .limbs
-        .iter()
-        .map(|limb| {
-            let pose = pose_out(&limb.world_from_limb);
-            fb::PosedLimb::new(limb.walker.get(), limb.limb as u8, &pose)
-        })
-        .collect();
-    let lights = (!lights.is_empty()).then(|| b.create_vector(&lights));
-    (lights, (!limbs.is_empty()).then(|| b.create_vector(&limbs)))
+    (!lights.is_empty()).then(|| b.create_vector(&lights))
 }
 
 /// # Errors
 /// For too much of it, and for numbers that are none.
 pub(super) fn staging_in(raw: &fb::RenderJob<'_>) -> Result<Staging, Error> {
-    let (lights, limbs) = (raw.street_lights(), raw.limbs());
+    let lights = raw.street_lights();
     check_count("street lights", lights.map_or(0, |raw| raw.len()), STREET_LIGHTS_MAX)?;
-    check_count("limbs", limbs.map_or(0, |raw| raw.len()), LIMBS_MAX)?;
     let street_lights = lights.iter().flatten().map(|raw| {
         Ok(StreetLight {
             index: raw.index(),
@@ -49,25 +38,7 @@ pub(super) fn staging_in(raw: &fb::RenderJob<'_>) -> Result<Staging, Error> {
             brightness: finite(raw.brightness(), "brightness")?,
         })
     });
-    Ok(Staging {
-        street_lights: street_lights.collect::<Result<_, Error>>()?,
-        limbs: limbs.iter().flatten().map(limb_in).collect::<Result<_, Error>>()?,
-    })
-}
-
-fn limb_in(raw: &fb::PosedLimb) -> Result<PosedLimb, Error> {
-    let refused = |what: &str| Error::new(ErrorCode::InvalidMessage, what.to_owned());
-    let limb = Limb::ALL.get(usize::from(raw.limb())).ok_or_else(|| {
-        refused("a walker has no such limb")
-            .wanted(format_args!("0 to {}", Limb::ALL.len() - 1))
-            .found(raw.limb())
-    })?;
-    Ok(PosedLimb {
-        walker: ActorId::new(raw.walker())
-            .ok_or_else(|| refused("a limb of nobody").wanted("an actor's id").found(0))?,
-        limb: *limb,
-        world_from_limb: pose_in(raw.world_from_limb(), "world_from_limb")?,
-    })
+    Ok(Staging { street_lights: street_lights.collect::<Result<_, Error>>()? })
 }
 
 /// Nothing for a plain picture's.

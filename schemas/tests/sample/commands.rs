@@ -1,13 +1,13 @@
 //! Commands for driving, for bodies, and for what surrounds them.
 
 use schemas::{
-    AckermannControl, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, BodySwitch, Command,
-    Proximity, PushKind, SceneryCommand, SensorCommand, TrafficCommand, TrafficLightColour,
-    TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand, WalkerStage,
+    AckermannControl, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, BodySwitch,
+    BonesChange, Command, Proximity, PushKind, SceneryCommand, SensorCommand, TrafficCommand,
+    TrafficLightColour, TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand, WalkerStage,
 };
 
 use super::vehicles::{gains, physics};
-use super::{actor, walker_control};
+use super::{actor, bones, walker_control};
 
 pub(crate) fn driving_commands() -> Vec<Command> {
     let control = AckermannControl {
@@ -101,6 +101,14 @@ pub(crate) fn body_commands(pose: schemas::Pose) -> Vec<Command> {
             actor: actor(2),
             world_from_actor: pose,
             speed_mps: 1.4,
+        }),
+        Command::Walker(WalkerCommand::Bones {
+            actor: actor(2),
+            change: BonesChange { afresh: true, bones: bones(), share: None },
+        }),
+        Command::Walker(WalkerCommand::Bones {
+            actor: actor(2),
+            change: BonesChange { share: Some(0.0), ..BonesChange::default() },
         }),
         Command::Body(BodyCommand::SetConstantVelocity {
             actor: actor(1),

@@ -8,12 +8,12 @@ mod vehicles;
 
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
-    AttachmentKind, Attribute, BodyCommand, Camera, Collision, Command, EncodedFrame, Error,
-    ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding, ImageKind,
-    Images, Lease, Limb, MapRef, PictureQuality, PilotMode, PosedLimb, RayHit, RenderJob, Reply,
-    Request, RulesBroken, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome,
-    TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl,
-    VehicleFailure, VehicleReport, WalkerControl, Weather, WorldId, WorldInfo, level_pose, wire,
+    AttachmentKind, Attribute, BodyCommand, BonePose, Camera, Collision, Command, EncodedFrame,
+    Error, ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding,
+    ImageKind, Images, Lease, MapRef, PictureQuality, PilotMode, RayHit, RenderJob, Reply, Request,
+    RulesBroken, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome, TickResult,
+    TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl, VehicleFailure,
+    VehicleReport, WalkerControl, WalkerPose, Weather, WorldId, WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -98,6 +98,14 @@ fn walker() -> ActorState {
     }
 }
 
+fn bones() -> Vec<BonePose> {
+    let bone = |bone, yaw_rad| BonePose {
+        bone,
+        parent_from_bone: level_pose(Vec3::new(0.0, 0.125, -0.25), yaw_rad),
+    };
+    vec![bone(5, 0.5), bone(65, -0.25)]
+}
+
 fn collision() -> Collision {
     Collision {
         actor: actor(1),
@@ -143,6 +151,7 @@ pub(crate) fn frame() -> Frame {
             right_of_way: 3,
             crossings: 4,
         }],
+        walker_poses: vec![WalkerPose { walker: actor(2), share: 0.5, bones: bones() }],
         sim_secs: 2.1,
     }
 }
@@ -338,9 +347,7 @@ pub(crate) fn render_job() -> RenderJob {
         cameras.push(Camera { kind, encoding: kind.encodings()[0], ..fixed.clone() });
     }
     let light = StreetLight { index: 3, on: true, colour_rgb: 0x01_02_03, brightness: 0.5 };
-    let world_from_limb = level_pose(Vec3::new(1.0, 2.0, 3.0), 0.5);
-    let limb = PosedLimb { walker: actor(4), limb: Limb::RightShin, world_from_limb };
-    let staging = Staging { street_lights: vec![light], limbs: vec![limb] };
+    let staging = Staging { street_lights: vec![light] };
     RenderJob { tenant: "lab-1".parse().unwrap(), frame: frame(), cameras, staging }
 }
 

@@ -77,7 +77,7 @@ pub(super) fn difference(recorded: &Frame, replayed: &Frame) -> Option<Differenc
     }
     let whole: Option<Values> = first_of!(recorded, replayed;
         tick, dt_secs, sim_secs, seed, map, weather, types, collisions, traffic_lights, agents,
-        halted, rules_broken, state_hash);
+        halted, rules_broken, walker_poses, state_hash);
     let whole = whole.unwrap_or_else(|| values("frame", recorded, replayed));
     Some(found(None, whole))
 }

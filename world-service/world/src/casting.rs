@@ -84,7 +84,7 @@ impl State {
             let state = actor.state(&self.motion_of(actor), 0);
             (state, actor.blueprint().id.as_str())
         });
-        Actors::new(states, self.sim_secs)
+        Actors::new(states, |walker| self.walker_pose(walker), self.sim_secs)
     }
 }
 

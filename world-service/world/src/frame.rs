@@ -48,6 +48,7 @@ impl World {
             hidden: self.state.hidden.clone(),
             halted: self.state.halted.clone(),
             rules_broken: self.broken(),
+            walker_poses: self.state.walker_poses.clone(),
             sim_secs: self.state.sim_secs,
         }
     }
@@ -79,8 +80,9 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   what is hidden, bodies, wheels, controls, pilots, agents, traffic, and what lights and
-    ///   signs say to vehicles. Not the world's id and epoch, so that forks agree.
+    ///   what is hidden, bodies, wheels, controls, pilots, agents, traffic, what lights and signs
+    ///   say to vehicles, and how walkers are posed. Not the world's id and epoch, so that forks
+    ///   agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
@@ -100,6 +102,9 @@ impl World {
         }
         if !state.halted.is_empty() {
             hasher.value(&state.halted);
+        }
+        if !state.walker_poses.is_empty() {
+            hasher.value(&state.walker_poses);
         }
         if let Some(lights) = &state.traffic {
             hasher.value(lights);

@@ -84,6 +84,7 @@ impl State {
         self.contacts.forget(id);
         self.sensors.remove(id);
         self.resume(id);
+        self.forget_pose(id);
     }
 
     pub(crate) fn note_halt(&mut self, actor: ActorId, reason: HaltReason) {

@@ -36,6 +36,7 @@ mod agent;
 mod attributes;
 mod blueprint;
 mod body;
+mod bones;
 mod casting;
 mod check;
 mod collision;

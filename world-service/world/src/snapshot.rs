@@ -22,7 +22,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 20;
+const VERSION: u32 = 21;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 /// About what a world and each of its actors take, rather more than less.
@@ -153,26 +153,31 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !state.halts_fit() {
         return Err(damaged("somebody is at rest who is not there"));
     }
+    if !state.poses_fit() {
+        return Err(damaged("somebody is posed as no walker can be"));
+    }
     if !state.drivers_fit(town) {
         return Err(damaged("a driver is not on the map's lanes"));
     }
     if !state.sensors.is_consistent(state) {
         return Err(damaged("a sensor is not that of its actor"));
     }
-    let numbers = |actor: &Actor| {
-        let walker = actor.walker.as_deref();
-        let vehicle = actor.vehicle.as_deref();
-        vehicle.is_none_or(|vehicle| vehicle.values().all(f32::is_finite))
-            && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
-            && actor.outside.values().all(f32::is_finite)
-    };
     if !state.sim_secs.is_finite()
         || check::weather(&state.weather).is_err()
-        || !actors.iter().all(numbers)
+        || !actors.iter().all(has_numbers)
     {
         return Err(damaged("a value is not a number"));
     }
     state.check().map_err(|_| damaged("a body is nowhere"))
+}
+
+/// Whether all values that decide how an actor goes on are numbers.
+fn has_numbers(actor: &Actor) -> bool {
+    let walker = actor.walker.as_deref();
+    let vehicle = actor.vehicle.as_deref();
+    vehicle.is_none_or(|vehicle| vehicle.values().all(f32::is_finite))
+        && walker.is_none_or(|walker| walker.values().all(f32::is_finite))
+        && actor.outside.values().all(f32::is_finite)
 }
 
 /// Whether only things of the town are hidden, and all of the layers that are not loaded.

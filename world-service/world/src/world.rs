@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use schemas::{
     ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, SplitMix64,
-    Tick, Weather, WorldId, limits,
+    Tick, WalkerPose, Weather, WorldId, limits,
 };
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +78,8 @@ pub(crate) struct State {
     pub hybrid_m: Option<f32>,
     /// Ordered by actor.
     pub halted: Vec<Halt>,
+    /// Ordered by walker.
+    pub walker_poses: Vec<WalkerPose>,
 }
 
 impl State {
@@ -119,6 +121,7 @@ impl World {
                 sensors: Sensors::default(),
                 hybrid_m: None,
                 halted: Vec::new(),
+                walker_poses: Vec::new(),
             },
             readings: Readings::default(),
         })

@@ -10,7 +10,6 @@ use crate::dialect::ActorRef;
 const COMPONENTS: &str =
     "mesh, box and blinkers of vehicles; capsule and mesh of walkers; a root of others";
 const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
-const NO_RAYS: &str = "bones and pictures show the pose; rays meet the walk";
 const OPEN_DOORS: &str = "drawn, and met by rays; bodies pass through open doors";
 const NO_SENDER: &str = "no client of 0.9.16 sends it";
 
@@ -114,9 +113,9 @@ pub(super) static ACTORS: &[Method] = &[
     partly("restore_physx_physics", NO_EFFECT, no_effect!(ActorRef)),
     full("apply_control_to_walker", command!(WalkerControl(id, control))),
     full("get_bones_transform", value!(walker::bones(id))),
-    partly("set_bones_transform", NO_RAYS, void!(walker::set_bones(id, wanted))),
-    partly("blend_pose", NO_RAYS, void!(walker::blend_pose(id, share))),
-    full("get_pose_from_animation", void!(walker::take_pose(id))),
+    full("set_bones_transform", void!(walker::set_bones(id, wanted).await)),
+    full("blend_pose", void!(walker::blend_pose(id, share).await)),
+    full("get_pose_from_animation", void!(walker::take_pose(id).await)),
     full("set_traffic_light_state", command!(TrafficLight(id, colour))),
     full("set_traffic_light_green_time", void!(lights::set_green_secs(id, secs).await)),
     full("set_traffic_light_yellow_time", void!(lights::set_yellow_secs(id, secs).await)),

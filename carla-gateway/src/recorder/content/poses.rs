@@ -1,16 +1,13 @@
 //! Where actors are and how they move, in the units of recordings: centimetres and degrees.
 
-use std::collections::BTreeMap;
-
 use recording::{
     Biker, Bone, Bones, Box3, Class, FrameContent, Kinematics, Long, Position, Rotation, Vector,
     VehicleControl, VehicleLights, WalkerSpeed, WheelPose, Wheels,
 };
-use schemas::{ActorId, ActorKind, ActorState, Frame, Pose, Translation3, Vec3};
+use schemas::{ActorKind, ActorState, Frame, Pose, Translation3, Vec3, skeleton};
 
 use super::{Known, Notes};
 use crate::dialect::{Transform, Vector3D, spin_deg};
-use crate::skeleton::{self, Custom};
 use crate::wheels::wheel_rad;
 
 /// Recordings have lengths in centimetres.
@@ -66,10 +63,10 @@ pub(super) fn kinematics_of(actor: &ActorState) -> Option<Kinematics> {
 }
 
 /// The limbs of all walkers.
-pub(super) fn bones_of(frame: &Frame, custom: &BTreeMap<ActorId, Custom>) -> Vec<Bones> {
+pub(super) fn bones_of(frame: &Frame) -> Vec<Bones> {
     let walkers = frame.actors.iter().filter(|actor| actor.kind == ActorKind::Walker);
     let bones = |walker: &ActorState| {
-        let posed = skeleton::posed(walker, custom.get(&walker.id));
+        let posed = skeleton::posed(walker, frame.walker_pose(walker.id));
         let bones = posed.iter().map(|bone| {
             let (location, rotation) = in_file(&bone.in_parent);
             Bone { name: bone.name.to_owned(), location, rotation }

@@ -7,8 +7,9 @@ use crate::generated as fb;
 use crate::limits::WALKER_STAGES_MAX;
 use crate::wire::frame::{walker_in, walker_out};
 use crate::wire::parts::{actor_in, finite, pose_in, pose_out, vec3_in, vec3_out};
+use crate::wire::walker_pose::{bones_in, bones_out};
 use crate::wire::{check_count, needed};
-use crate::{ActorId, Command, Error, Proximity, Vec3, WalkerCommand, WalkerStage};
+use crate::{ActorId, BonesChange, Command, Error, Proximity, Vec3, WalkerCommand, WalkerStage};
 
 pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &WalkerCommand) -> Body {
     match command {
@@ -31,6 +32,16 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &WalkerCommand
         }
         WalkerCommand::Trajectory { actor, stages, trigger } => {
             trajectory_out(b, *actor, stages, trigger.as_ref())
+        }
+        WalkerCommand::Bones { actor, change } => {
+            let bones = (!change.bones.is_empty()).then(|| bones_out(b, &change.bones));
+            let args = fb::SetWalkerBonesArgs {
+                actor: actor.get(),
+                afresh: change.afresh,
+                bones,
+                share: change.share,
+            };
+            table!(b, SetWalkerBones, args)
         }
     }
 }
@@ -108,6 +119,14 @@ pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     }
     if let Some(set) = raw.body_as_set_walker_trajectory() {
         return Ok(Command::Walker(trajectory_in(&set)?));
+    }
+    if let Some(set) = raw.body_as_set_walker_bones() {
+        let change = BonesChange {
+            afresh: set.afresh(),
+            bones: set.bones().map_or(Ok(Vec::new()), bones_in)?,
+            share: set.share().map(|share| finite(share, "share")).transpose()?,
+        };
+        return Ok(Command::Walker(WalkerCommand::Bones { actor: actor_in(set.actor())?, change }));
     }
     let set = needed(raw.body_as_set_walker_state(), "a known command")?;
     Ok(Command::Walker(WalkerCommand::State {

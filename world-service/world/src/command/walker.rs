@@ -1,7 +1,11 @@
 //! Commands for walkers.
 
-use schemas::{ActorId, Error, ErrorCode, Pose, Vec3, WalkerCommand, WalkerControl, limits};
+use schemas::{
+    ActorId, BonesChange, Error, ErrorCode, Pose, Vec3, WalkerCommand, WalkerControl, WalkerPose,
+    limits,
+};
 
+use crate::bones;
 use crate::check;
 use crate::place;
 use crate::world::World;
@@ -19,6 +23,7 @@ impl World {
             WalkerCommand::State { actor, world_from_actor, speed_mps } => {
                 self.set_walker_state(*actor, world_from_actor, *speed_mps)
             }
+            WalkerCommand::Bones { actor, change } => self.set_walker_bones(*actor, change),
         }
     }
 
@@ -67,6 +72,15 @@ impl World {
             self.state.physics.set_velocity(body, velocity_mps, Vec3::zeros());
         }
         Ok(())
+    }
+
+    fn set_walker_bones(&mut self, id: ActorId, change: &BonesChange) -> Result<(), Error> {
+        bones::check_bones(&change.bones)?;
+        change.share.map_or(Ok(()), bones::check_share)?;
+        self.walker_index(id)?;
+        let mut pose = self.state.walker_pose(id).cloned().unwrap_or_else(|| WalkerPose::none(id));
+        pose.change(change);
+        self.state.keep_pose(pose)
     }
 
     /// # Errors

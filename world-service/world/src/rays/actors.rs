@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use bodies::{Placed, Shape};
 use nalgebra::{Matrix3, Point3};
-use schemas::{ActorId, ActorState, Vec3};
+use schemas::{ActorId, ActorState, PosedLimb, Vec3, WalkerPose, skeleton};
 
 use super::bounds::Bounds;
 use super::bvh::{Bvh, PacketStack, Stack};
@@ -25,6 +25,8 @@ pub(crate) struct Actors {
 struct Actor {
     state: ActorState,
     type_id: &'static str,
+    /// Where somebody put them; none of an actor that moves its own.
+    limbs: Vec<PosedLimb>,
     parts: OnceCell<Parts>,
 }
 
@@ -61,15 +63,19 @@ fn mesh_of(shape: Shape) -> &'static Mesh {
 }
 
 impl Actors {
-    /// Those that are shown, each with the id of its type.
-    pub(crate) fn new(
+    /// Those that are shown, each with the id of its type; `pose_of` tells how somebody posed a
+    /// walker.
+    pub(crate) fn new<'a>(
         states: impl Iterator<Item = (ActorState, &'static str)>,
+        pose_of: impl Fn(ActorId) -> Option<&'a WalkerPose>,
         sim_secs: f64,
     ) -> Self {
         let shown = states.filter(|(state, _)| bodies::is_shown(state));
-        let actors: Vec<Actor> = shown
-            .map(|(state, type_id)| Actor { state, type_id, parts: OnceCell::new() })
-            .collect();
+        let actor = |(state, type_id): (ActorState, &'static str)| {
+            let limbs = skeleton::limbs(&state, pose_of(state.id));
+            Actor { state, type_id, limbs, parts: OnceCell::new() }
+        };
+        let actors: Vec<Actor> = shown.map(actor).collect();
         let bounds: Vec<Bounds> = actors.iter().map(Actor::bounds).collect();
         let bvh = Bvh::new(&bounds, 1, |items| items.first().copied().unwrap_or(0));
         Self { actors, sim_secs, bvh }
@@ -155,7 +161,7 @@ impl Actors {
 impl Actor {
     /// Around all of its parts, wherever they are, world frame.
     fn bounds(&self) -> Bounds {
-        let [low_m, high_m] = bodies::bounds(&self.state);
+        let [low_m, high_m] = bodies::bounds(&self.state, &self.limbs);
         let pose = &self.state.world_from_actor;
         let centre_m = (pose * Point3::from((low_m + high_m) / 2.0)).coords;
         let turn = pose.rotation.to_rotation_matrix().into_inner();
@@ -165,7 +171,7 @@ impl Actor {
 
     fn parts(&self, sim_secs: f64) -> &Parts {
         self.parts.get_or_init(|| {
-            let placed = bodies::place(&self.state, self.type_id, sim_secs, &[]);
+            let placed = bodies::place(&self.state, self.type_id, sim_secs, &self.limbs);
             let parts: Vec<Part> = placed.parts.iter().filter_map(Part::new).collect();
             let bounds: Vec<Bounds> = parts.iter().map(Part::bounds).collect();
             let bvh = Bvh::new(&bounds, 1, |items| items.first().copied().unwrap_or(0));
@@ -272,7 +278,7 @@ mod tests {
                 Pose::translation(10.0, 0.0, 0.0),
             )
         };
-        let actors = Actors::new(std::iter::once((state, "vehicle.tesla.model3")), 0.0);
+        let actors = Actors::new(std::iter::once((state, "vehicle.tesla.model3")), |_| None, 0.0);
         let mut stack = Stack::new();
         let mut cast = |x: f32, z: f32, along: f32| {
             let ray = Ray::new(Vec3::new(x, 0.35, z), Vec3::x() * along);

@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use schemas::{
     ActorId, AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute,
-    BodyCommand, BodySwitch, Command, PilotMode, PushKind, SceneryCommand, SensorCommand,
-    TrafficCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand, WalkerControl, Weather,
-    level_pose,
+    BodyCommand, BodySwitch, BonePose, BonesChange, Command, PilotMode, PushKind, SceneryCommand,
+    SensorCommand, TrafficCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand,
+    WalkerControl, Weather, level_pose,
 };
 
 fn any_actor() -> impl Strategy<Value = ActorId> + Clone {
@@ -50,6 +50,22 @@ fn any_thing() -> impl Strategy<Value = Command> {
     )
 }
 
+/// Poses of bones, now and then one that no walker has.
+fn any_bones() -> impl Strategy<Value = Command> {
+    let turn = -3.2f32..3.2;
+    let bone = (0u8..67, any_vector(0.5), turn).prop_map(|(bone, at_m, yaw_rad)| BonePose {
+        bone,
+        parent_from_bone: level_pose(at_m, yaw_rad),
+    });
+    let bones = prop::collection::vec(bone, 0..4);
+    (any_actor(), any::<bool>(), bones, prop::option::of(-0.1f32..1.1)).prop_map(
+        |(actor, afresh, bones, share)| {
+            let change = BonesChange { afresh, bones, share };
+            Command::Walker(WalkerCommand::Bones { actor, change })
+        },
+    )
+}
+
 /// What is done to bodies and walkers from outside.
 fn any_handling() -> impl Strategy<Value = Command> {
     let kind = prop_oneof![
@@ -83,6 +99,7 @@ fn any_handling() -> impl Strategy<Value = Command> {
     prop_oneof![
         3 => walk,
         1 => place,
+        2 => any_bones(),
         2 => (any_actor(), prop::option::of(any_vector(12.0)))
             .prop_map(|(actor, velocity_mps)| Command::Body(BodyCommand::SetConstantVelocity { actor, velocity_mps })),
         2 => (any_actor(), kind, any_vector(9_000.0))

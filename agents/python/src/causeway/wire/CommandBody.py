@@ -38,3 +38,4 @@ class CommandBody(object):
     SendV2x = 32
     IgnoreVehicles = 33
     SetWalkerTrajectory = 34
+    SetWalkerBones = 35

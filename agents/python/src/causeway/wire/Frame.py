@@ -312,8 +312,34 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
         return o == 0
 
+    # Of those walkers that somebody posed. Ordered by walker.
+    # Frame
+    def WalkerPoses(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(40))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 4
+            x = self._tab.Indirect(x)
+            from causeway.wire.WalkerPose import WalkerPose
+            obj = WalkerPose()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def WalkerPosesLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(40))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def WalkerPosesIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(40))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(18)
+    builder.StartObject(19)
 
 def Start(builder):
     FrameStart(builder)
@@ -473,6 +499,18 @@ def FrameStartRulesBrokenVector(builder, numElems):
 
 def StartRulesBrokenVector(builder, numElems: int) -> int:
     return FrameStartRulesBrokenVector(builder, numElems)
+
+def FrameAddWalkerPoses(builder, walkerPoses):
+    builder.PrependUOffsetTRelativeSlot(18, flatbuffers.number_types.UOffsetTFlags.py_type(walkerPoses), 0)
+
+def AddWalkerPoses(builder, walkerPoses):
+    FrameAddWalkerPoses(builder, walkerPoses)
+
+def FrameStartWalkerPosesVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartWalkerPosesVector(builder, numElems: int) -> int:
+    return FrameStartWalkerPosesVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()

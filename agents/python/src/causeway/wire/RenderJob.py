@@ -121,32 +121,8 @@ class RenderJob(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
         return o == 0
 
-    # RenderJob
-    def Limbs(self, j):
-        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
-        if o != 0:
-            x = self._tab.Vector(o)
-            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 36
-            from causeway.wire.PosedLimb import PosedLimb
-            obj = PosedLimb()
-            obj.Init(self._tab.Bytes, x)
-            return obj
-        return None
-
-    # RenderJob
-    def LimbsLength(self):
-        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
-        if o != 0:
-            return self._tab.VectorLen(o)
-        return 0
-
-    # RenderJob
-    def LimbsIsNone(self):
-        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(12))
-        return o == 0
-
 def RenderJobStart(builder):
-    builder.StartObject(5)
+    builder.StartObject(4)
 
 def Start(builder):
     RenderJobStart(builder)
@@ -199,18 +175,6 @@ def RenderJobStartStreetLightsVector(builder, numElems):
 
 def StartStreetLightsVector(builder, numElems: int) -> int:
     return RenderJobStartStreetLightsVector(builder, numElems)
-
-def RenderJobAddLimbs(builder, limbs):
-    builder.PrependUOffsetTRelativeSlot(4, flatbuffers.number_types.UOffsetTFlags.py_type(limbs), 0)
-
-def AddLimbs(builder, limbs):
-    RenderJobAddLimbs(builder, limbs)
-
-def RenderJobStartLimbsVector(builder, numElems):
-    return builder.StartVector(36, numElems, 4)
-
-def StartLimbsVector(builder, numElems: int) -> int:
-    return RenderJobStartLimbsVector(builder, numElems)
 
 def RenderJobEnd(builder):
     return builder.EndObject()

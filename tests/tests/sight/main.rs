@@ -4,6 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
+mod posed;
+
 use std::sync::{Arc, LazyLock};
 
 use blueprints::Class;
@@ -11,8 +13,8 @@ use nalgebra::Point3;
 use render_service::{AdapterChoice, Renderer, TownScene};
 use schemas::{
     ActorId, ActorState, Attribute, Camera, Command, Exposure, Frame, ImageKind, Measurement, Pose,
-    RenderJob, SensorCommand, Staging, TagId, UnitQuaternion, Vec3, VehicleCommand, VehicleControl,
-    WalkerCommand, WalkerControl, WorldId, level_pose,
+    PosedLimb, RenderJob, SemanticLidarPoint, SensorCommand, Staging, TagId, UnitQuaternion, Vec3,
+    VehicleCommand, VehicleControl, WalkerCommand, WalkerControl, WorldId, level_pose,
 };
 use world::{Town, World, WorldConfig};
 
@@ -89,10 +91,14 @@ fn camera_at(actor: &ActorState, yaw_rad: f32, down_rad: f32) -> Camera {
     let away_m = 1.2 * actor.box_half_extent_m.norm() / (FOV_RAD / 2.0).sin() + 0.3;
     let turn = UnitQuaternion::from_euler_angles(0.0, down_rad, yaw_rad);
     let eye_m = middle.coords - turn * Vec3::x() * away_m;
+    camera_in(Pose::from_parts(eye_m.into(), turn))
+}
+
+fn camera_in(world_from_camera: Pose) -> Camera {
     Camera {
         id: 1,
         carrier: None,
-        carrier_from_camera: Pose::from_parts(eye_m.into(), turn),
+        carrier_from_camera: world_from_camera,
         width_px: SIDE_PX,
         height_px: SIDE_PX,
         horizontal_fov_rad: FOV_RAD,
@@ -253,28 +259,35 @@ fn nothing_of_an_actor_is_outside_of_its_bounds() {
                 linear_velocity_mps: Vec3::x() * 10.0,
                 ..world.actor(actor).unwrap()
             };
-            let [low_m, high_m] = bodies::bounds(&state);
-            let parts = bodies::place(&state, &blueprint.id, 0.0, &[]).parts;
-            assert!(!parts.is_empty(), "{}", blueprint.id);
-            for part in parts {
-                for vertex in part.shape.mesh().vertices {
-                    let [x, y, z] = vertex.position;
-                    let row = |[a, b, c, d]: [f32; 4]| a * x + b * y + c * z + d;
-                    let at_m = Vec3::from(part.instance.world_from_shape.map(row));
-                    let is_within = at_m >= low_m && at_m <= high_m;
-                    assert!(is_within, "{}: {:?} at {at_m}", blueprint.id, part.shape);
-                }
-            }
+            assert_within_bounds(&state, &blueprint.id, &[]);
         }
     }
 }
 
-#[test]
-fn points_of_lidars_are_where_single_rays_meet() {
-    let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
-    let (mut world, actor) = moving(&blueprint.id, blueprint.class);
-    let pose = level_pose(Vec3::new(-6.0, -3.0, 1.2), 0.0);
-    let attributes = [("channels", "64"), ("points_per_second", "600000"), ("range", "30")];
+/// Of somebody at the origin of the world.
+fn assert_within_bounds(state: &ActorState, type_id: &str, limbs: &[PosedLimb]) {
+    let [low_m, high_m] = bodies::bounds(state, limbs);
+    let parts = bodies::place(state, type_id, 0.0, limbs).parts;
+    assert!(!parts.is_empty(), "{type_id}");
+    for part in parts {
+        for vertex in part.shape.mesh().vertices {
+            let [x, y, z] = vertex.position;
+            let row = |[a, b, c, d]: [f32; 4]| a * x + b * y + c * z + d;
+            let at_m = Vec3::from(part.instance.world_from_shape.map(row));
+            let is_within = at_m >= low_m && at_m <= high_m;
+            assert!(is_within, "{type_id}: {:?} at {at_m}", part.shape);
+        }
+    }
+}
+
+/// A dense semantic lidar that somebody listens to.
+fn spawn_lidar(world: &mut World, pose: Pose) {
+    let attributes = [
+        ("channels", "64"),
+        ("points_per_second", "1200000"),
+        ("range", "30"),
+        ("rotation_frequency", "20"),
+    ];
     let lidar = world.apply(&Command::SpawnActor {
         blueprint: "sensor.lidar.ray_cast_semantic".to_owned(),
         reference_from_actor: pose,
@@ -287,13 +300,26 @@ fn points_of_lidars_are_where_single_rays_meet() {
     });
     let sensor = lidar.unwrap().unwrap();
     world.apply(&Command::Sensor(SensorCommand::Listen { sensor, on: true })).unwrap();
+}
+
+/// What the lidar measured of an actor in the last tick.
+fn points_at(world: &World, actor: ActorId) -> impl Iterator<Item = &SemanticLidarPoint> {
+    let Measurement::SemanticLidar(scan) = &world.sensors()[0].measurement else {
+        panic!("{:?}", world.sensors())
+    };
+    scan.points.iter().filter(move |point| point.actor == actor.get())
+}
+
+#[test]
+fn points_of_lidars_are_where_single_rays_meet() {
+    let blueprint = blueprints::find("vehicle.yamaha.yzf").unwrap();
+    let (mut world, actor) = moving(&blueprint.id, blueprint.class);
+    let pose = level_pose(Vec3::new(-6.0, -3.0, 1.2), 0.0);
+    spawn_lidar(&mut world, pose);
     let mut tags = std::collections::BTreeMap::new();
     for _ in 0..2 {
         world.tick().unwrap();
-        let Measurement::SemanticLidar(scan) = &world.sensors()[0].measurement else {
-            panic!("{:?}", world.sensors())
-        };
-        for point in scan.points.iter().filter(|point| point.actor == actor.get()) {
+        for point in points_at(&world, actor) {
             let along = Vec3::from(point.position_m);
             let direction = pose.rotation * along;
             let hit = world.project_point(pose.translation.vector, direction, 30.0);
