@@ -108,17 +108,8 @@ impl Bus {
         job: &RenderJob,
         deadline: Duration,
     ) -> Result<Vec<u8>, Error> {
-        self.draw_bytes(worker, wire::encode_render_job(job), deadline).await
-    }
-
-    /// [`draw`](Self::draw) with a job that is already encoded.
-    pub(crate) async fn draw_bytes(
-        &self,
-        worker: &ServiceId,
-        job: Vec<u8>,
-        deadline: Duration,
-    ) -> Result<Vec<u8>, Error> {
-        ask(&self.session, &keys::render_job(worker), job, limits::REPLY_BYTES_MAX, deadline).await
+        let (key, job) = (keys::render_job(worker), wire::encode_render_job(job));
+        ask(&self.session, &key, job, limits::REPLY_BYTES_MAX, deadline).await
     }
 
     /// The OpenDRIVE text of a map, by its digest, from any service that has it.
