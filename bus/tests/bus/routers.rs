@@ -98,6 +98,15 @@ async fn a_channel_gives_up_what_is_asked_when_its_router_goes_and_leads_on_by_a
     until("a channel by the second router", answers).await;
 }
 
+/// A service that is started anew while the first of its routers is down comes up.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_only_connects_comes_by_whichever_router_is_there() {
+    let there = router(&[]).await;
+    let connect = vec![BusAddress::loopback(free_port()), there.listening()[0].clone()];
+    let opening = Bus::open(BusConfig { connect, ..BusConfig::default() });
+    tokio::time::timeout(deadline(), opening).await.expect("it waits for the first").unwrap();
+}
+
 /// As in a list of routers that all are given, of which one is the reader itself.
 #[tokio::test(flavor = "multi_thread")]
 async fn routers_that_name_each_other_and_themselves_serve() {
