@@ -1,4 +1,4 @@
-//! The way to one service that is asked often: a shortcut where there is one, and queries elsewhere.
+//! The way to one service that is asked often: a shortcut where there is one, else queries.
 
 use std::time::{Duration, Instant};
 
@@ -16,7 +16,7 @@ use crate::{Bus, BusError};
 const GREETING_DEADLINE: Duration = Duration::from_millis(500);
 /// After a greeting that was not answered, the first; each further one is twice as long.
 const GREETING_PAUSE: Duration = Duration::from_millis(50);
-/// The last of them: 3 s after the first greeting where nobody is there, 6 s where answers are late.
+/// The last of them: all take 3 s where nobody is there, 6 s where answers are late.
 const GREETING_PAUSE_MAX: Duration = Duration::from_millis(1_600);
 
 /// A fast way to one service. Cheap to ask; one per service is enough for a process.

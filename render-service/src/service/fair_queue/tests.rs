@@ -32,8 +32,8 @@ fn what_is_not_used_is_not_saved_up() {
     assert_eq!(queue.count, 0);
 }
 
-/// How many things a tenant that was served once gets when it comes back after another had ten, until
-/// that one has its turn; both have four.
+/// How many things a tenant that was served once gets, when it comes back after another had ten,
+/// before that one has its turn; both ask for four.
 fn turns_of_one_who_comes_back(saved_max: u64) -> usize {
     let mut queue = FairQueue::new(16, saved_max);
     let serve = |queue: &mut FairQueue<bool>| {
