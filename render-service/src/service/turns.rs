@@ -29,7 +29,7 @@ pub(crate) trait Begin<T> {
     /// What its turn costs until others have theirs, in nanoseconds.
     fn cost_of_turn(&self, thing: &T) -> u64;
 
-    /// Begins it; gives its turn and what that costs, in nanoseconds. `None`: nothing is to be done.
+    /// Begins it; gives its turn and what that costs, in nanoseconds. `None`: there is none.
     fn begin(&mut self, whose: &Whose, thing: T) -> Option<(Self::Turn, u64)>;
 }
 
