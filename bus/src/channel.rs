@@ -1,4 +1,4 @@
-//! Fast channels: a shortcut to one service where there is one, and queries where there is none.
+//! The way to one service that is asked often: a shortcut where there is one, else queries.
 
 use std::time::{Duration, Instant};
 
@@ -12,17 +12,40 @@ use crate::session::reply_of;
 use crate::shortcut::Shortcut;
 use crate::{Bus, BusError};
 
-/// Between two greetings of a service that has not answered yet, and until it counts as absent.
+/// How long one greeting of a service waits for its answer.
+const GREETING_DEADLINE: Duration = Duration::from_millis(500);
+/// After a greeting that was not answered, the first; each further one is twice as long.
 const GREETING_PAUSE: Duration = Duration::from_millis(50);
-const GREETING_DEADLINE: Duration = Duration::from_secs(5);
+/// The last of them: all take 3 s where nobody is there, 6 s where answers are late.
+const GREETING_PAUSE_MAX: Duration = Duration::from_millis(1_600);
 
 /// A fast way to one service. Cheap to ask; one per service is enough for a process.
 pub struct Channel {
     bus: Bus,
     key: String,
     shortcut: Option<Shortcut>,
-    is_gone: watch::Receiver<bool>,
+    heard: watch::Receiver<Heard>,
     _presence: Subscriber<()>,
+}
+
+/// Whether the bus hears a service.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Heard {
+    is_gone: bool,
+    /// How often it has gone: one that is back at once is not seen to be gone.
+    goings: u64,
+}
+
+impl Heard {
+    fn note(&mut self, change: SampleKind) {
+        self.is_gone = change == SampleKind::Delete;
+        self.goings += u64::from(self.is_gone);
+    }
+
+    /// Whether what was asked then may be answered by nobody.
+    fn has_gone_since(&self, then: Self) -> bool {
+        self.is_gone || self.goings != then.goings
+    }
 }
 
 impl Bus {
@@ -31,49 +54,42 @@ impl Bus {
     /// [`serve_shortcut`](Self::serve_shortcut).
     ///
     /// # Errors
-    /// [`BusError::Declare`] when the bus refuses, or when the service does not answer.
+    /// [`BusError::Declare`] when the bus refuses.
     pub async fn channel(
         &self,
         key: &str,
         (kind, id): (ServiceKind, &ServiceId),
     ) -> Result<Channel, BusError> {
         let alive = keys::alive(kind, id);
-        let (gone, is_gone) = watch::channel(false);
-        let on_presence = move |sample: Sample| {
-            gone.send_replace(sample.kind() == SampleKind::Delete);
-        };
+        let (noted, heard) = watch::channel(Heard::default());
+        let on_presence =
+            move |sample: Sample| noted.send_modify(|heard| heard.note(sample.kind()));
         let presence = self.session.liveliness().declare_subscriber(&alive).callback(on_presence);
         let presence = presence
             .await
             .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })?;
-        self.greet(&alive).await?;
+        self.greet(&alive).await;
         Ok(Channel {
             bus: self.clone(),
             key: key.to_owned(),
             shortcut: self.shortcut(key).await,
-            is_gone,
+            heard,
             _presence: presence,
         })
     }
 
-    /// Waits until a service says what it is: its keys may be known later than its presence.
-    async fn greet(&self, alive: &str) -> Result<(), BusError> {
-        let begun = Instant::now();
-        loop {
-            let bytes_max = limits::REQUEST_BYTES_MAX;
-            let pause = GREETING_PAUSE;
-            match ask(&self.session, alive, Vec::new(), bytes_max, pause).await {
-                Ok(_) => return Ok(()),
-                Err(error) if begun.elapsed() > GREETING_DEADLINE => {
-                    let (key, cause) = (alive.to_owned(), error.to_string());
-                    return Err(BusError::Declare { key, cause });
-                }
-                // An error of the transport comes at once; it is not asked again in a hurry.
-                Err(error) if error.code == ErrorCode::Unreachable => {
-                    tokio::time::sleep(pause).await;
-                }
-                Err(_) => {}
+    /// Waits a while until a service says what it is: its keys may be known later than its
+    /// presence, and that of its shortcut is asked for only once.
+    async fn greet(&self, alive: &str) {
+        let mut pause = GREETING_PAUSE;
+        while pause <= GREETING_PAUSE_MAX {
+            let (bytes_max, deadline) = (limits::REQUEST_BYTES_MAX, GREETING_DEADLINE);
+            match ask(&self.session, alive, Vec::new(), bytes_max, deadline).await {
+                Ok(_) => return,
+                Err(error) => tracing::debug!(alive, %error, "it does not say what it is"),
             }
+            tokio::time::sleep(pause).await;
+            pause *= 2;
         }
     }
 }
@@ -87,22 +103,45 @@ impl Channel {
     /// # Errors
     /// As for [`Bus::request`].
     pub async fn request(&self, request: &Request, deadline: Duration) -> Result<Reply, Error> {
-        let payload = wire::encode_request(request);
-        // Never asks twice: the first question may have been heard by a service that is gone.
+        let question = wire::encode_request(request);
+        reply_of(&self.ask(&question, limits::REQUEST_BYTES_MAX, deadline).await?)
+    }
+
+    /// The same with any question, and the reply as it came. Asks once: a service that is gone may
+    /// have heard the question.
+    pub(crate) async fn ask(
+        &self,
+        question: &[u8],
+        question_bytes_max: usize,
+        deadline: Duration,
+    ) -> Result<Vec<u8>, Error> {
         let asked_at = Instant::now();
+        let left = || deadline.saturating_sub(asked_at.elapsed());
         if let Some(shortcut) = &self.shortcut
             && let Ok(connection) = shortcut.connect_within(deadline).await
         {
-            let left = deadline.saturating_sub(asked_at.elapsed());
-            let asked = connection.ask(&payload, left).await;
-            return reply_of(&asked.map_err(|cause| self.unreachable().found(cause))??);
+            let asked = connection.ask(question, left()).await;
+            return asked.map_err(|cause| self.unreachable().found(cause))?;
         }
-        let mut is_gone = self.is_gone.clone();
-        let deadline = deadline.saturating_sub(asked_at.elapsed());
+        let (session, question) = (&self.bus.session, question.to_vec());
+        self.while_heard(ask(session, &self.key, question, question_bytes_max, left())).await
+    }
+
+    /// An answer of this service, by whichever key it was asked, as long as the bus hears it. A
+    /// question that is on its way when the service or a router dies may be lost without a word.
+    ///
+    /// # Errors
+    /// As asked, or [`ErrorCode::Unreachable`].
+    pub async fn while_heard<T>(
+        &self,
+        asked: impl Future<Output = Result<T, Error>>,
+    ) -> Result<T, Error> {
+        let mut heard = self.heard.clone();
+        let then = *heard.borrow();
         tokio::select! {
             biased;
-            _ = is_gone.wait_for(|is_gone| *is_gone) => Err(self.unreachable()),
-            answer = self.bus.request_bytes(&self.key, payload, deadline) => answer,
+            _ = heard.wait_for(|heard| heard.has_gone_since(then)) => Err(self.unreachable()),
+            answer = asked => answer,
         }
     }
 
@@ -121,5 +160,24 @@ impl Channel {
 
     fn unreachable(&self) -> Error {
         Error::new(ErrorCode::Unreachable, format!("nobody answers on {:?}", self.key))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_that_was_gone_for_a_moment_has_lost_what_it_was_asked_before() {
+        let mut heard = Heard::default();
+        let then = heard;
+        assert!(!heard.has_gone_since(then));
+        // Told again that it is up, as it comes by another router.
+        heard.note(SampleKind::Put);
+        assert!(!heard.has_gone_since(then));
+        heard.note(SampleKind::Delete);
+        assert!(heard.has_gone_since(then) && heard.has_gone_since(heard));
+        heard.note(SampleKind::Put);
+        assert!(heard.has_gone_since(then) && !heard.has_gone_since(heard));
     }
 }

@@ -30,7 +30,7 @@ const STUCK_RECEIVER_MICROS: u64 = 1_000_000;
 /// the usual two, whoever sends waits for it: 0.9 MB then take 0.9 ms on their way and not 0.7.
 const PARTS_WAITING_MAX: usize = 16;
 /// First and longest pause between two attempts to connect.
-const RETRY_MILLIS: (u64, u64) = (10, 500);
+pub(crate) const RETRY_MILLIS: (u64, u64) = (10, 500);
 
 /// How a process sits on the bus.
 ///
@@ -63,6 +63,11 @@ impl BusConfig {
         Self { connect: vec![address], ..Self::default() }
     }
 
+    /// Whether routing is left to others.
+    pub(crate) fn only_connects(&self) -> bool {
+        self.listen.is_empty()
+    }
+
     /// The transport's settings.
     pub(crate) fn to_zenoh(&self) -> Result<zenoh::Config, BusError> {
         let quoted = |addresses: &[BusAddress]| {
@@ -72,14 +77,16 @@ impl BusConfig {
         };
         // Peers that only connect do not hear of each other's declarations through the one in the
         // middle, and may ask before they hear of its own; clients have neither trouble.
-        let mode = if self.listen.is_empty() { "\"client\"" } else { "\"router\"" };
+        let mode = if self.only_connects() { "\"client\"" } else { "\"router\"" };
         let connect_millis = match self.connect_deadline {
+            // Each address once: with more time the first would be tried until that is over.
+            _ if self.only_connects() => "0".to_owned(),
             Some(deadline) => deadline.as_millis().to_string(),
             None => "-1".to_owned(),
         };
         let (retry_first, retry_max) = RETRY_MILLIS;
         // Who listens serves those who come, whether or not the others answer that it should join.
-        let waits_for_others = self.listen.is_empty();
+        let waits_for_others = self.only_connects();
         let settings = [
             ("mode", mode.to_owned()),
             ("listen/endpoints", quoted(&self.listen)),

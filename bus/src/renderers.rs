@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use schemas::{
     Alive, Error, ErrorCode, FrameBytes, Images, RenderJob, Reply, ServiceId, ServiceKind, keys,
-    wire,
+    limits, wire,
 };
 use tokio::sync::watch;
+use tokio::task::JoinSet;
 use tokio::time::Instant;
 
-use crate::shortcut::Shortcut;
-use crate::{Bus, Draining, Presence};
+use crate::{Bus, Channel, Draining, Presence};
 
 /// How long a job waits for a renderer to come, or to come back.
 const RENDERER_WAIT: Duration = Duration::from_secs(5);
@@ -33,11 +33,10 @@ pub struct Renderers {
 /// A renderer that is up.
 #[derive(Clone)]
 struct Live {
-    bus: Bus,
     /// The count of its coming.
     coming: usize,
-    /// Past whoever routes, which large pictures are worth.
-    shortcut: Option<Arc<Shortcut>>,
+    /// By a shortcut past whoever routes, which large pictures are worth.
+    channel: Arc<Channel>,
     /// Pixels that this process waits for from it.
     waiting: Arc<AtomicU64>,
 }
@@ -80,16 +79,25 @@ impl Renderers {
             Ok(draining) => drop(self.draining.set(draining)),
             Err(error) => tracing::error!(%error, "renderers that end cannot be told apart"),
         }
+        let (mut comings, mut opening) = (BTreeMap::new(), JoinSet::new());
         for coming in 0.. {
-            match presence.next().await {
-                Presence::Up(Alive { id, .. }) => {
-                    let shortcut = bus.shortcut(&keys::render_job(&id)).await.map(Arc::new);
-                    tracing::debug!(renderer = %id, found = shortcut.is_some(), "shortcut");
-                    let waiting = Arc::default();
-                    let renderer = Live { bus: bus.clone(), coming, shortcut, waiting };
-                    self.live.send_modify(|live| drop(live.insert(id, renderer)));
+            tokio::select! {
+                change = presence.next() => match change {
+                    Presence::Up(Alive { id, .. }) => {
+                        comings.insert(id.clone(), coming);
+                        opening.spawn(open(bus.clone(), id, coming));
+                    }
+                    Presence::Down(_, id) => {
+                        comings.remove(&id);
+                        self.live.send_modify(|live| drop(live.remove(&id)));
+                    }
+                },
+                Some(Ok(Some((id, renderer)))) = opening.join_next() => {
+                    // It may have gone meanwhile, and come again.
+                    if comings.get(&id) == Some(&renderer.coming) {
+                        self.live.send_modify(|live| drop(live.insert(id, renderer)));
+                    }
                 }
-                Presence::Down(_, id) => self.live.send_modify(|live| drop(live.remove(&id))),
             }
         }
     }
@@ -141,7 +149,10 @@ impl Renderers {
                 continue;
             };
             let waiting = Waiting::new(&renderer.waiting, pixels);
-            let asked = self.ask(&id, &renderer, job).await;
+            let channel = &renderer.channel;
+            let asked = channel.ask(job, limits::REPLY_BYTES_MAX, DRAW_DEADLINE);
+            // One that stands still is not waited for where another may draw.
+            let asked = channel.while_heard(asked).await;
             drop(waiting);
             match asked {
                 Err(lost) if lost.code == ErrorCode::Unreachable => {
@@ -157,36 +168,6 @@ impl Renderers {
             }
             tried.insert((id, renderer.coming));
         }
-    }
-
-    /// Asks by the shortcut; where that leads nowhere, on the bus.
-    async fn ask(&self, id: &ServiceId, renderer: &Live, job: &[u8]) -> Result<Vec<u8>, Error> {
-        if let Some(shortcut) = &renderer.shortcut {
-            let asked = async { shortcut.connect().await?.ask(job, DRAW_DEADLINE).await };
-            let asked = tokio::select! {
-                asked = asked => asked,
-                // Of one that stands still only the bus takes notice.
-                () = self.until_gone(id, renderer.coming) => Err(std::io::ErrorKind::TimedOut.into()),
-            };
-            match asked {
-                Ok(answer) => return answer,
-                Err(cause) => tracing::debug!(renderer = %id, %cause, "asked on the bus instead"),
-            }
-        }
-        let asked = renderer.bus.draw_bytes(id, job.to_vec(), DRAW_DEADLINE);
-        tokio::select! {
-            biased;
-            asked = asked => asked,
-            // What was asked of one that died at that moment is answered by nobody.
-            () = self.until_gone(id, renderer.coming) => Err(is_gone(id)),
-        }
-    }
-
-    async fn until_gone(&self, id: &ServiceId, coming: usize) {
-        let is_up = |live: &Live| live.coming == coming;
-        let mut live = self.live.subscribe();
-        // The sender is not dropped before this value.
-        let _ = live.wait_for(|live| !live.get(id).is_some_and(is_up)).await;
     }
 
     fn next_but(&self, tried: &BTreeSet<(ServiceId, usize)>) -> Option<(ServiceId, Live)> {
@@ -207,14 +188,25 @@ impl Renderers {
     }
 }
 
+/// Opens the way to a renderer that has come up.
+async fn open(bus: Bus, id: ServiceId, coming: usize) -> Option<(ServiceId, Live)> {
+    match bus.channel(&keys::render_job(&id), (ServiceKind::Render, &id)).await {
+        Ok(channel) => {
+            tracing::debug!(renderer = %id, found = channel.has_shortcut(), "shortcut");
+            let (channel, waiting) = (Arc::new(channel), Arc::default());
+            Some((id, Live { coming, channel, waiting }))
+        }
+        Err(error) => {
+            tracing::warn!(renderer = %id, %error, "a renderer cannot be asked");
+            None
+        }
+    }
+}
+
 /// The place of the least, in turn among equals.
 fn least(waiting: &[u64], turn: usize) -> Option<usize> {
     let first = turn.checked_rem(waiting.len())?;
     (first..waiting.len()).chain(0..first).min_by_key(|place| waiting.get(*place))
-}
-
-fn is_gone(id: &ServiceId) -> Error {
-    Error::new(ErrorCode::Unreachable, "the renderer has gone").found(id)
 }
 
 fn none_came(tried: &BTreeSet<(ServiceId, usize)>) -> Error {

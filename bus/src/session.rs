@@ -1,13 +1,14 @@
 //! One process's place on the bus.
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use schemas::wire;
 use schemas::{Error, ErrorCode, RenderJob, Reply, Request, ServiceId, keys, limits};
 use tokio::sync::oneshot;
 use zenoh::Wait;
 
+use crate::config::RETRY_MILLIS;
 use crate::publishing::Publishing;
 use crate::query::{ask, ask_all, ask_every};
 use crate::{BusAddress, BusConfig, BusError};
@@ -32,7 +33,7 @@ impl Bus {
                 .with_port()
                 .map_err(|cause| BusError::Listen { address: address.clone(), cause })?;
         }
-        match open_apart(config.to_zenoh()?).await {
+        match open_in_time(&config).await? {
             Ok(session) => {
                 let publishing = Arc::new(Publishing::of(session.clone()));
                 Ok(Self { session, listening: config.listen, publishing })
@@ -108,17 +109,8 @@ impl Bus {
         job: &RenderJob,
         deadline: Duration,
     ) -> Result<Vec<u8>, Error> {
-        self.draw_bytes(worker, wire::encode_render_job(job), deadline).await
-    }
-
-    /// [`draw`](Self::draw) with a job that is already encoded.
-    pub(crate) async fn draw_bytes(
-        &self,
-        worker: &ServiceId,
-        job: Vec<u8>,
-        deadline: Duration,
-    ) -> Result<Vec<u8>, Error> {
-        ask(&self.session, &keys::render_job(worker), job, limits::REPLY_BYTES_MAX, deadline).await
+        let (key, job) = (keys::render_job(worker), wire::encode_render_job(job));
+        ask(&self.session, &key, job, limits::REPLY_BYTES_MAX, deadline).await
     }
 
     /// The OpenDRIVE text of a map, by its digest, from any service that has it.
@@ -141,6 +133,22 @@ pub(crate) fn reply_of(bytes: &[u8]) -> Result<Reply, Error> {
     match wire::decode_reply(bytes)? {
         Reply::Error(error) => Err(error),
         reply => Ok(reply),
+    }
+}
+
+/// Opens the transport; who only connects tries until somebody answers, or the deadline.
+async fn open_in_time(config: &BusConfig) -> Result<Result<zenoh::Session, String>, BusError> {
+    let begun = Instant::now();
+    let (first, pause_max) = RETRY_MILLIS;
+    let (mut pause, pause_max) = (Duration::from_millis(first), Duration::from_millis(pause_max));
+    loop {
+        let opened = open_apart(config.to_zenoh()?).await;
+        let is_over = config.connect_deadline.is_some_and(|time| begun.elapsed() + pause > time);
+        if opened.is_ok() || is_over || !config.only_connects() {
+            return Ok(opened);
+        }
+        tokio::time::sleep(pause).await;
+        pause = (pause * 3 / 2).min(pause_max);
     }
 }
 

@@ -6,4 +6,5 @@ pub(crate) mod figures;
 pub(crate) mod job_queue;
 pub(crate) mod prompt_askers;
 pub(crate) mod towns;
+pub(crate) mod turns;
 pub(crate) mod worker;

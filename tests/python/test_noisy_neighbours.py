@@ -90,7 +90,12 @@ def seconds_of_a_picture(session: causeway.Session) -> float:
 
 
 def test_small_pictures_come_beside_large_ones(start_site):
-    """One picture in one go takes as long as dozens of small ones, which then wait for it."""
+    """One picture in one go takes as long as dozens of small ones, which then wait for it.
+
+    Tells that large pictures are drawn in slices. That whoever asks again at once is waited for
+    changes what this finds by less than other work of the machine does: it passes without. That,
+    and the shares of tenants, are told in the time of a model (`render-service/src/service/turns`).
+    """
     site = start_site()
     ratios = []
     with causeway.Session(site.base_url) as session:

@@ -76,10 +76,12 @@ impl Worlds {
             return Ok(Reply::Ticked(self.tick(items).await?));
         }
         if let Some(world) = world_of(&request) {
+            let (key, patience) = (keys::world(&self.tenant, world), self.patience.ask);
+            if let Some(host) = self.hosts.of_world(world) {
+                return host.request(&key, &request, patience).await;
+            }
             let bus = self.hosts.bus().ok_or_else(nobody)?;
-            return bus
-                .request(&keys::world(&self.tenant, world), &request, self.patience.ask)
-                .await;
+            return bus.request(&key, &request, patience).await;
         }
         match request {
             Request::ListMaps => Ok(Reply::Maps(self.maps().await?)),
@@ -201,7 +203,7 @@ impl Worlds {
 
     async fn ask_once(&self, host: &Host, request: &Request) -> Result<Reply, Error> {
         let key = keys::worlds_of(&self.tenant, &host.id);
-        host.bus.request(&key, request, self.patience.ask).await
+        host.request(&key, request, self.patience.ask).await
     }
 
     /// What all that are heard answer, by name: those who do so soon after the first has. Waits
@@ -210,11 +212,11 @@ impl Worlds {
         let until = Instant::now() + START_WAIT;
         let mut changes = self.hosts.changes();
         loop {
-            let Some(bus) = self.hosts.bus().filter(|_| self.hosts.is_any_up()) else {
+            if !self.hosts.is_any_up() {
                 wait_for_change(&mut changes, until).await?;
                 continue;
-            };
-            match self.ask_heard(&bus, request).await {
+            }
+            match self.ask_heard(request).await {
                 Err(error) if is_passing(&error) && Instant::now() < until => {
                     tokio::time::sleep(RETRY_PAUSE).await;
                 }
@@ -223,16 +225,14 @@ impl Worlds {
         }
     }
 
-    async fn ask_heard(
-        &self,
-        bus: &Bus,
-        request: &Request,
-    ) -> Result<BTreeMap<ServiceId, Reply>, Error> {
+    async fn ask_heard(&self, request: &Request) -> Result<BTreeMap<ServiceId, Reply>, Error> {
         let mut asked = tokio::task::JoinSet::new();
-        for id in self.hosts.heard() {
-            let (bus, request) = (bus.clone(), request.clone());
-            let (key, deadline) = (keys::worlds_of(&self.tenant, &id), self.patience.ask);
-            asked.spawn(async move { (id, bus.request(&key, &request, deadline).await) });
+        for host in self.hosts.heard() {
+            let (client, request) = (self.clone(), request.clone());
+            asked.spawn(async move {
+                let answer = client.ask_once(&host, &request).await;
+                (host.id, answer)
+            });
         }
         let mut answers = BTreeMap::new();
         let mut refusal = nobody();

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use bus::{Bus, BusError, Channel, Draining, Loads, Presence, Watch};
-use schemas::{ServiceId, ServiceKind, WorldId, keys};
+use schemas::{Error, Reply, Request, ServiceId, ServiceKind, WorldId, keys};
 use tokio::sync::{mpsc, watch};
 use tokio::task::{AbortHandle, JoinSet};
 
@@ -23,6 +24,25 @@ pub struct Host {
     pub id: ServiceId,
     /// The fast way to it; `None` until it is open.
     pub channel: Option<Arc<Channel>>,
+}
+
+impl Host {
+    /// Asks by a key that it serves, as long as the bus hears it.
+    ///
+    /// # Errors
+    /// As for [`Bus::request`].
+    pub(crate) async fn request(
+        &self,
+        key: &str,
+        request: &Request,
+        deadline: Duration,
+    ) -> Result<Reply, Error> {
+        let asked = self.bus.request(key, request, deadline);
+        match &self.channel {
+            Some(channel) => channel.while_heard(asked).await,
+            None => asked.await,
+        }
+    }
 }
 
 /// The world services of a bus. Cheap to clone.
@@ -107,8 +127,10 @@ impl Hosts {
     }
 
     /// Those that are heard on the bus, by name.
-    pub fn heard(&self) -> Vec<ServiceId> {
-        lock(&self.roster).heard()
+    pub fn heard(&self) -> Vec<Host> {
+        let Some(bus) = self.bus() else { return Vec::new() };
+        let heard = lock(&self.roster).heard().into_iter();
+        heard.map(|(id, channel)| Host { bus: bus.clone(), id, channel }).collect()
     }
 
     /// Who has a world, if that is known and up.
@@ -218,7 +240,7 @@ impl Follower {
         }
     }
 
-    /// Opens the way to a host; where that fails, it is asked by queries for good.
+    /// Opens the way to a host; until then it is asked by queries.
     fn open(&mut self, id: ServiceId, coming: Coming) {
         let (bus, tell) = (self.bus.clone(), self.tell.clone());
         self.working.spawn(async move {

@@ -16,7 +16,8 @@ use crate::budget::{Budget, Share};
 pub const RECOVERY_TICKS: u32 = 200;
 /// Bytes of commands that are repeated then, but for those of the last request.
 pub const RECOVERY_BYTES: usize = 256 * 1024;
-/// How long each attempt to make a world again may take, but for repeated ticks: a town is built.
+/// How long each answer in an attempt to make a world again may take, and all of them together, but
+/// for repeated ticks: a town is built.
 const PATIENCE: [Duration; 3] =
     [Duration::from_secs(3), Duration::from_secs(6), Duration::from_secs(12)];
 /// How long each repeated tick may take then.
@@ -154,16 +155,13 @@ impl Recovery {
     pub async fn remake<M: Maker>(&self, maker: &M, seen: &Frame) -> Remade<M::World> {
         let mut last = gone();
         for patience in PATIENCE {
-            let patience = patience + REPEATED_TICK * self.ticks;
-            match tokio::time::timeout(patience, self.try_remake(maker, seen)).await {
-                Ok(Ok(Some(world))) => return Remade::Whole(world),
-                Ok(Ok(None)) => return Remade::Never(gone()),
-                Ok(Err(error)) if error.code == ErrorCode::Capacity => return Remade::Later(error),
-                Ok(Err(error)) if is_passing(error.code) => last = error,
-                Ok(Err(error)) => return Remade::Never(error),
-                Err(_) => {
-                    last = Error::new(ErrorCode::TimedOut, "the world was not made again in time");
-                }
+            let attempt = self.try_remake(maker, seen, patience);
+            match within(patience + REPEATED_TICK * self.ticks, attempt).await {
+                Ok(Some(world)) => return Remade::Whole(world),
+                Ok(None) => return Remade::Never(gone()),
+                Err(error) if error.code == ErrorCode::Capacity => return Remade::Later(error),
+                Err(error) if is_passing(error.code) => last = error,
+                Err(error) => return Remade::Never(error),
             }
         }
         Remade::Later(last)
@@ -174,8 +172,9 @@ impl Recovery {
         &self,
         maker: &M,
         seen: &Frame,
+        patience: Duration,
     ) -> Result<Option<M::World>, Error> {
-        let (first, world) = maker.make(&self.state).await?;
+        let (first, world) = within(patience, maker.make(&self.state)).await?;
         let mut frame = SharedFrame::decode(first)?;
         for done in &self.done {
             let item = TickItem {
@@ -184,10 +183,20 @@ impl Recovery {
                 dt_secs: done.dt_secs,
                 ..TickItem::new(M::id(&world), done.tick_count)
             };
-            frame = SharedFrame::decode(maker.tick(item).await?)?;
+            let patience = patience + REPEATED_TICK * done.tick_count;
+            frame = SharedFrame::decode(within(patience, maker.tick(item)).await?)?;
         }
         Ok(is_same(&frame, seen).then_some(world))
     }
+}
+
+/// An answer, or that it did not come in time.
+async fn within<T>(
+    patience: Duration,
+    answer: impl Future<Output = Result<T, Error>>,
+) -> Result<T, Error> {
+    let late = || Error::new(ErrorCode::TimedOut, "the world was not made again in time");
+    tokio::time::timeout(patience, answer).await.unwrap_or_else(|_| Err(late()))
 }
 
 /// Whether two frames are of the same state; says so if they are not.

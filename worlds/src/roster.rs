@@ -204,10 +204,11 @@ impl<W: Clone> Roster<W> {
         drains && self.is_open()
     }
 
-    /// Those that are heard, by name.
-    pub(crate) fn heard(&self) -> Vec<ServiceId> {
+    /// Those that are heard, by name, and the ways there.
+    pub(crate) fn heard(&self) -> Vec<(ServiceId, Option<W>)> {
         let heard = self.hosts.iter().filter(|(_, known)| known.voice == Voice::Heard);
-        heard.map(|(id, _)| id.clone()).collect()
+        let way = |known: &Known<W>| known.way.as_ref().map(|way| way.way.clone());
+        heard.map(|(id, known)| (id.clone(), way(known))).collect()
     }
 
     /// Whether one is up.

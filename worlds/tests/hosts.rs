@@ -376,3 +376,35 @@ async fn who_asks_before_anybody_is_up_waits() {
     asking.await.unwrap().unwrap();
     assert_eq!(toy.made(), 1);
 }
+
+/// Where a router dies, what is on its way is lost without a word.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_a_host_does_not_answer_is_not_waited_for_once_it_is_not_heard() {
+    let site = Site::open().await;
+    let (inbox, mut kept) = tokio::sync::mpsc::unbounded_channel();
+    let swallow = move |incoming: Incoming| inbox.send(incoming).unwrap();
+    let keys = [keys::any_worlds_of(&id("world-a")), keys::any_world(number("world-a"))];
+    let mut serving = Vec::new();
+    for key in &keys {
+        serving.push(site.service.serve(key, swallow.clone()).await.unwrap());
+    }
+    let announcement = announce(&site.service, "world-a", number("world-a")).await;
+    let worlds = site.worlds();
+    until_up(&worlds, &["world-a"]).await;
+    let snapshot = Request::SnapshotWorld { world: world("world-a") };
+    let asking = [create(), Request::ListMaps, snapshot].map(|request| {
+        let worlds = worlds.clone();
+        tokio::spawn(async move { worlds.ask(request).await })
+    });
+    let mut unanswered = Vec::new();
+    for _ in &asking {
+        unanswered.push(kept.recv().await.unwrap());
+    }
+    drop(announcement);
+    let toy = Toy::start(&site.service, "world-b").await;
+    let [created, maps, snapshot] = asking;
+    assert!(matches!(created.await.unwrap(), Ok(Reply::WorldCreated { .. })));
+    assert!(matches!(maps.await.unwrap(), Ok(Reply::Maps(_))));
+    assert_eq!(snapshot.await.unwrap().unwrap_err().code, ErrorCode::Unreachable);
+    assert_eq!(toy.made(), 1);
+}

@@ -153,8 +153,9 @@ async fn a_service_that_keeps_silent_is_a_time_out_and_a_dropped_question_an_err
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_channel_to_nobody_is_not_opened() {
+async fn a_channel_to_nobody_says_that_nobody_answers() {
     let site = Site::open().await;
-    let opened = site.client.channel(&key(), (ServiceKind::World, &host())).await;
-    assert!(opened.is_err());
+    let channel = channel(&site.client).await;
+    let asked = channel.request(&ticks(1, 1), deadline()).await;
+    assert_eq!(asked.unwrap_err().code, ErrorCode::Unreachable);
 }

@@ -4,7 +4,9 @@
 use std::time::Duration;
 
 use bus::{Bus, BusAddress, BusConfig, Incoming, Serving};
-use schemas::{Alive, Reply, Request, ServiceId, ServiceKind, TickItem, WorldId, keys};
+use schemas::{
+    Alive, Error, ErrorCode, Reply, Request, ServiceId, ServiceKind, TickItem, WorldId, keys,
+};
 
 use crate::common::{deadline, tenant, until};
 
@@ -19,6 +21,18 @@ async fn router(connect: &[&Bus]) -> Bus {
 
 async fn behind(router: &Bus) -> Bus {
     Bus::open(BusConfig::connecting(router.listening()[0].clone())).await.unwrap()
+}
+
+fn alive(host: &ServiceId) -> Alive {
+    Alive {
+        kind: ServiceKind::World,
+        id: host.clone(),
+        version: String::new(),
+        pid: 1,
+        capacity: 1,
+        detail: String::new(),
+        number: 0,
+    }
 }
 
 async fn large_replies(bus: &Bus, key: &str) -> Serving {
@@ -52,16 +66,7 @@ async fn a_lane_crosses_two_routers() {
     let key = keys::batch_tick(&host);
     let answer = |incoming: Incoming| incoming.reply(&Reply::Snapshot(vec![7; 10]));
     let _serving = service.serve(&key, answer).await.unwrap();
-    let alive = Alive {
-        kind: ServiceKind::World,
-        id: host.clone(),
-        version: String::new(),
-        pid: 1,
-        capacity: 1,
-        detail: String::new(),
-        number: 0,
-    };
-    let _announcement = service.announce(alive).await.unwrap();
+    let _announcement = service.announce(alive(&host)).await.unwrap();
     let channel = asker.channel(&key, (ServiceKind::World, &host)).await.unwrap();
     let ticks = Request::TickWorlds(vec![TickItem::new(WorldId::new(1).unwrap(), 1)]);
     until("a channel over two routers", || async {
@@ -69,6 +74,37 @@ async fn a_lane_crosses_two_routers() {
             == Ok(Reply::Snapshot(vec![7; 10]))
     })
     .await;
+}
+
+/// Nobody need answer what was asked through the first one.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_channel_gives_up_what_is_asked_when_its_router_goes_and_leads_on_by_another() {
+    let first = router(&[]).await;
+    let second = router(&[&first]).await;
+    let service = behind(&second).await;
+    let connect = [&first, &second].map(|router| router.listening()[0].clone()).to_vec();
+    let asker = Bus::open(BusConfig { connect, ..BusConfig::default() }).await.unwrap();
+    let host: ServiceId = "world-1".parse().unwrap();
+    let key = keys::batch_tick(&host);
+    let _serving = large_replies(&service, &key).await;
+    let _announcement = service.announce(alive(&host)).await.unwrap();
+    let channel = asker.channel(&key, (ServiceKind::World, &host)).await.unwrap();
+    let ticks = Request::TickWorlds(vec![TickItem::new(WorldId::new(1).unwrap(), 1)]);
+    let answers = || async { channel.request(&ticks, deadline()).await.is_ok() };
+    until("a channel by the first router", answers).await;
+    let asked = channel.while_heard(std::future::pending::<Result<(), Error>>());
+    let (lost, ()) = tokio::join!(tokio::time::timeout(deadline(), asked), first.close());
+    assert_eq!(lost.expect("it waits on").unwrap_err().code, ErrorCode::Unreachable);
+    until("a channel by the second router", answers).await;
+}
+
+/// A service that is started anew while the first of its routers is down comes up.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_only_connects_comes_by_whichever_router_is_there() {
+    let there = router(&[]).await;
+    let connect = vec![BusAddress::loopback(free_port()), there.listening()[0].clone()];
+    let opening = Bus::open(BusConfig { connect, ..BusConfig::default() });
+    tokio::time::timeout(deadline(), opening).await.expect("it waits for the first").unwrap();
 }
 
 /// As in a list of routers that all are given, of which one is the reader itself.

@@ -77,16 +77,7 @@ impl<K, W> Default for Shares<K, W> {
 }
 
 impl<K: Ord + Clone, W: Waiting> Shares<K, W> {
-    /// The share of somebody who has something to wait from now on.
-    fn joined(&mut self, key: K, saved_max: u64) -> &mut W {
-        let used_min = self.served.saturating_sub(saved_max);
-        let share = self.share(key);
-        if share.waiting.count() == 0 {
-            share.used = share.used.max(used_min);
-        }
-        &mut share.waiting
-    }
-
+    /// The share of somebody, who may be new.
     fn share(&mut self, key: K) -> &mut Share<W> {
         let served = self.served;
         self.of.entry(key).or_insert_with(|| Share { used: served, waiting: W::default() })
@@ -180,9 +171,9 @@ impl<T> FairQueue<T> {
         }
         let saved_max = self.saved_max;
         self.tenants.forget_idle(saved_max);
-        let sessions = self.tenants.joined(tenant, saved_max);
+        let sessions = &mut self.tenants.share(tenant).waiting;
         sessions.forget_idle(saved_max);
-        sessions.joined(session, saved_max).push_back(thing);
+        sessions.share(session).waiting.push_back(thing);
         self.count += 1;
         Ok(())
     }

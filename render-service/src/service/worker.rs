@@ -13,22 +13,13 @@ use crate::sliced::{Portion, SlicedJob, Work};
 use crate::{RenderError, Renderer};
 
 use super::cost::CostModel;
-use super::fair_queue::{FairQueue, Next, Whose};
+use super::fair_queue::{FairQueue, Whose};
 use super::figures::Figures;
 use super::job_queue::{Arrived, JOBS_MAX, JobQueue, Taken, Wait, is_ending};
 use super::prompt_askers::PromptAskers;
 use super::towns::{BuiltTown, Towns};
+use super::turns::{Awaited, Begin, Round, SAVED_NANOS_MAX, SLICE_NANOS, next_round};
 
-/// Jobs drawn together: more would only make the first ones wait for the last ones.
-const TOGETHER_MAX: usize = 16;
-/// Once what is drawn together costs so much, nothing more joins it.
-const TOGETHER_NANOS: u64 = 10_000_000;
-/// A job that costs more is drawn in slices that cost about so much; others come in between.
-const SLICE_NANOS: u64 = 30_000_000;
-/// Before a turn that costs more, whoever is owed time and asks again at once is waited for.
-const HELD_NANOS: u64 = 5_000_000;
-/// What a tenant or session that asks for nothing is owed later, at most.
-const SAVED_NANOS_MAX: u64 = 2 * SLICE_NANOS;
 /// Jobs that are drawn in slices, begun and not answered: each keeps up to 64 MiB.
 const LARGE_MAX: usize = 16;
 /// Of them, those of one tenant.
@@ -39,15 +30,21 @@ pub(crate) struct Worker {
     renderer: Result<Renderer, RenderError>,
     queue: Arc<JobQueue>,
     runtime: Handle,
-    towns: Towns,
     waiting: FairQueue<Task>,
-    cost: CostModel,
-    large: Vec<(Tenant, Weak<Large>)>,
     prompt_askers: PromptAskers,
-    /// For whom nothing is drawn, and since when.
-    held: Option<(Instant, Vec<Whose>)>,
+    desk: Desk,
+    /// For whom nothing is drawn.
+    held: Option<Awaited>,
     /// Processors that draw, unless a GPU does.
     threads: Option<u32>,
+    figures: Figures,
+}
+
+/// What it takes to begin a job.
+struct Desk {
+    towns: Towns,
+    cost: CostModel,
+    large: Vec<(Tenant, Weak<Large>)>,
     figures: Figures,
 }
 
@@ -82,6 +79,7 @@ struct Turn {
     job: Begun,
     portion: Portion,
     work: Work,
+    /// What it costs, in nanoseconds.
     estimate: u64,
 }
 
@@ -94,17 +92,20 @@ impl Worker {
     ) -> Self {
         let runtime = Handle::current();
         let is_software = renderer.as_ref().is_ok_and(Renderer::is_software);
-        let cost = CostModel::new(is_software);
+        let desk = Desk {
+            towns: Towns::new(bus, runtime.clone(), Arc::clone(&queue)),
+            cost: CostModel::new(is_software),
+            large: Vec::new(),
+            figures: figures.clone(),
+        };
         let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
         Self {
             renderer,
-            towns: Towns::new(bus, runtime.clone(), Arc::clone(&queue)),
             queue,
             runtime,
             waiting: FairQueue::new(JOBS_MAX, SAVED_NANOS_MAX),
-            cost,
-            large: Vec::new(),
             prompt_askers: PromptAskers::default(),
+            desk,
             held: None,
             threads: is_software.then_some(u32::try_from(processors).unwrap_or(u32::MAX)),
             figures,
@@ -118,10 +119,20 @@ impl Worker {
         let mut wait = Wait::Ever;
         while let Some(arrived) = queue.take(wait) {
             let _turn = pulse.begin(Instant::now());
-            self.settle_hold();
+            if let Some(held) = self.held.take() {
+                held.settle(&mut self.waiting, Instant::now());
+            }
             self.take_in(arrived);
-            let (turns, without_turns) = self.next_turns();
-            wait = if turns.is_empty() { without_turns } else { Wait::No };
+            let Self { waiting, prompt_askers, desk, .. } = &mut self;
+            desk.large.retain(|(_, large)| large.strong_count() > 0);
+            let Round { turns, awaited } = next_round(waiting, prompt_askers, desk, Instant::now());
+            // Nobody pays for a moment in which something else is drawn.
+            self.held = awaited.filter(|_| turns.is_empty());
+            wait = match &self.held {
+                _ if !turns.is_empty() => Wait::No,
+                Some(held) => Wait::Until(held.until),
+                None => Wait::Ever,
+            };
             self.draw(turns);
         }
         for task in self.waiting.remove(|_| true) {
@@ -144,9 +155,9 @@ impl Worker {
             }
         }
         for BuiltTown { digest, town } in towns {
-            self.towns.note_end(&digest);
+            self.desk.towns.note_end(&digest);
             match town {
-                Ok(town) => self.towns.keep(&digest, town),
+                Ok(town) => self.desk.towns.keep(&digest, town),
                 Err(error) => {
                     for task in self.waiting.remove(|task| task.stage.lacks(&digest)) {
                         self.figures.refuse(task.asker.incoming, error.clone());
@@ -159,7 +170,7 @@ impl Worker {
             Stage::New(job) => Some((tenant, &job.frame.map)),
             Stage::Begun(_) => None,
         });
-        self.towns.want(wanted);
+        self.desk.towns.want(wanted);
     }
 
     fn enqueue(&mut self, came_at: Instant, incoming: Incoming, job: Box<RenderJob>) {
@@ -169,110 +180,6 @@ impl Worker {
         if let Err((task, error)) = self.waiting.push(whose, Task { asker, stage: Stage::New(job) })
         {
             self.figures.refuse(task.asker.incoming, error);
-        }
-    }
-
-    /// The jobs whose turn it is, and what is drawn of each; how long to wait if there are none.
-    fn next_turns(&mut self) -> (Vec<Turn>, Wait) {
-        let (mut turns, mut sum) = (Vec::new(), 0);
-        self.large.retain(|(_, large)| large.strong_count() > 0);
-        while turns.len() < TOGETHER_MAX {
-            let Some(next) = self.next() else { break };
-            let costs = self.waiting.front(&next).map_or(0, |task| self.cost_of_turn(task));
-            if !turns.is_empty() && sum + costs > TOGETHER_NANOS {
-                break;
-            }
-            if costs > HELD_NANOS
-                && let Some((until, awaited)) = self.awaited_before(&next)
-            {
-                if turns.is_empty() {
-                    self.held = Some((Instant::now(), awaited));
-                }
-                return (turns, Wait::Until(until));
-            }
-            let Some((whose, task)) = self.waiting.take(next) else { break };
-            if task.asker.incoming.is_given_up() {
-                self.figures.given_up.inc();
-                task.asker.incoming.refuse(Error::new(ErrorCode::TimedOut, "nobody waits for it"));
-                continue;
-            }
-            let Some(turn) = self.turn(whose, task) else { continue };
-            sum += turn.estimate;
-            // What it is in truth is known afterwards.
-            self.waiting.charge(&turn.whose, turn.estimate as i64);
-            turns.push(turn);
-        }
-        (turns, Wait::Ever)
-    }
-
-    /// Those who would come before the next turn and should ask in a moment, and until when.
-    fn awaited_before(&self, next: &Next) -> Option<(Instant, Vec<Whose>)> {
-        let is_owed = |whose: &Whose| self.waiting.is_owed(whose, next);
-        let awaited = self.prompt_askers.expected(Instant::now(), is_owed);
-        let until = awaited.iter().map(|(_, until)| *until).max()?;
-        Some((until, awaited.into_iter().map(|(whose, _)| whose).collect()))
-    }
-
-    /// Has those pay who were waited for while nothing was drawn: the time was theirs.
-    fn settle_hold(&mut self) {
-        let Some((since, awaited)) = self.held.take() else { return };
-        let each = since.elapsed().as_nanos() / awaited.len().max(1) as u128;
-        let each = i64::try_from(each).unwrap_or(i64::MAX);
-        for whose in &awaited {
-            self.waiting.charge(whose, each);
-        }
-    }
-
-    /// The next job whose town is there, unless it is one large job too many.
-    fn next(&self) -> Option<Next> {
-        let Self { waiting, towns, large, cost, .. } = self;
-        let has_room = |tenant: &Tenant| {
-            let of_tenant = large.iter().filter(|(other, _)| other == tenant).count();
-            of_tenant < LARGE_OF_TENANT_MAX && large.len() < LARGE_MAX
-        };
-        waiting.next(|tenant, task| match &task.stage {
-            Stage::Begun(_) => true,
-            Stage::New(job) => {
-                towns.has(&job.frame.map.digest) && (!is_large(job, cost) || has_room(tenant))
-            }
-        })
-    }
-
-    /// What a job costs until others have their turn, in nanoseconds.
-    fn cost_of_turn(&self, task: &Task) -> u64 {
-        match &task.stage {
-            Stage::New(job) => self.cost.nanos(&Work::of(job)).min(SLICE_NANOS),
-            Stage::Begun(job) => {
-                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
-                self.cost.nanos(&job.work_of(&portion))
-            }
-        }
-    }
-
-    fn turn(&mut self, whose: Whose, Task { mut asker, stage }: Task) -> Option<Turn> {
-        let begun = match stage {
-            Stage::Begun(job) => Ok(job),
-            Stage::New(job) => {
-                if is_large(&job, &self.cost) {
-                    let large = Arc::new(Large);
-                    self.large.push((whose.0.clone(), Arc::downgrade(&large)));
-                    asker.large = Some(large);
-                }
-                let town = self.towns.get(&job.frame.map.digest)?;
-                SlicedJob::new(town, job).map(Box::new)
-            }
-        };
-        match begun {
-            Ok(job) => {
-                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
-                let work = job.work_of(&portion);
-                let estimate = self.cost.nanos(&work);
-                Some(Turn { whose, asker, job, portion, work, estimate })
-            }
-            Err(error) => {
-                self.figures.refuse(asker.incoming, error);
-                None
-            }
         }
     }
 
@@ -313,7 +220,7 @@ impl Worker {
             let used = Duration::from_nanos(u64::try_from(cost).unwrap_or_default());
             self.figures.tenant_seconds.add(turn.whose.0.as_str(), used);
         }
-        self.cost.learn(&work, took);
+        self.desk.cost.learn(&work, took);
     }
 
     fn answer(&mut self, whose: Whose, asker: Asker, job: Begun) {
@@ -347,6 +254,72 @@ impl Worker {
         } else {
             answer();
         }
+    }
+}
+
+impl Begin<Task> for Desk {
+    type Turn = Turn;
+
+    /// Once its town is there, unless it is one large job too many.
+    fn can_begin(&self, tenant: &Tenant, task: &Task) -> bool {
+        match &task.stage {
+            Stage::Begun(_) => true,
+            Stage::New(job) => {
+                self.towns.has(&job.frame.map.digest)
+                    && (!is_large(job, &self.cost) || self.has_room(tenant))
+            }
+        }
+    }
+
+    fn cost_of_turn(&self, task: &Task) -> u64 {
+        match &task.stage {
+            Stage::New(job) => self.cost.nanos(&Work::of(job)).min(SLICE_NANOS),
+            Stage::Begun(job) => {
+                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
+                self.cost.nanos(&job.work_of(&portion))
+            }
+        }
+    }
+
+    fn begin(&mut self, whose: &Whose, Task { mut asker, stage }: Task) -> Option<(Turn, u64)> {
+        if asker.incoming.is_given_up() {
+            self.figures.given_up.inc();
+            asker.incoming.refuse(Error::new(ErrorCode::TimedOut, "nobody waits for it"));
+            return None;
+        }
+        let begun = match stage {
+            Stage::Begun(job) => Ok(job),
+            Stage::New(job) => {
+                if is_large(&job, &self.cost) {
+                    let large = Arc::new(Large);
+                    self.large.push((whose.0.clone(), Arc::downgrade(&large)));
+                    asker.large = Some(large);
+                }
+                let town = self.towns.get(&job.frame.map.digest)?;
+                SlicedJob::new(town, job).map(Box::new)
+            }
+        };
+        match begun {
+            Ok(job) => {
+                let portion = job.portion(SLICE_NANOS, |work| self.cost.nanos(work));
+                let work = job.work_of(&portion);
+                let estimate = self.cost.nanos(&work);
+                let whose = whose.clone();
+                Some((Turn { whose, asker, job, portion, work, estimate }, estimate))
+            }
+            Err(error) => {
+                self.figures.refuse(asker.incoming, error);
+                None
+            }
+        }
+    }
+}
+
+impl Desk {
+    /// Whether one more large job may be begun.
+    fn has_room(&self, tenant: &Tenant) -> bool {
+        let of_tenant = self.large.iter().filter(|(other, _)| other == tenant).count();
+        of_tenant < LARGE_OF_TENANT_MAX && self.large.len() < LARGE_MAX
     }
 }
 

@@ -16,6 +16,8 @@ struct Toys {
     made: AtomicUsize,
     /// How many attempts to make one fail, and how.
     failures: Mutex<Vec<ErrorCode>>,
+    /// How many questions for one are lost before.
+    lost: AtomicUsize,
 }
 
 impl Toys {
@@ -36,6 +38,10 @@ impl Maker for Toys {
     type World = WorldId;
 
     async fn make(&self, state: &State) -> Result<(EncodedFrame, WorldId), Error> {
+        let is_lost = |left: usize| left.checked_sub(1);
+        if self.lost.fetch_update(Ordering::Relaxed, Ordering::Relaxed, is_lost).is_ok() {
+            return std::future::pending().await;
+        }
         if let Some(code) = self.failures.lock().unwrap().pop() {
             return Err(Error::new(code, "a toy"));
         }
@@ -144,6 +150,23 @@ async fn services_that_come_and_go_are_tried_again_and_full_ones_later() {
     assert!(matches!(remade(&[Unreachable; 3]).await, Remade::Later(_)));
     assert!(matches!(remade(&[Capacity]).await, Remade::Later(_)));
     assert!(matches!(remade(&[InvalidMessage]).await, Remade::Never(_)));
+}
+
+/// However many ticks would have to be repeated after it: that would be 13 s.
+#[tokio::test]
+async fn a_question_that_is_lost_takes_only_its_own_time() {
+    let toys = Toys::default();
+    let (world, mut recovery) = drive(&toys, new_world()).await;
+    let item = TickItem { expected_tick: None, ..TickItem::new(world, 1) };
+    for _ in 0..RECOVERY_TICKS - 4 {
+        let expected_tick = Some(toys.seen(world).tick);
+        toys.tick(TickItem { expected_tick, ..item.clone() }).await.unwrap();
+        assert!(recovery.note(Vec::new(), 1, None));
+    }
+    let seen = toys.seen(world);
+    toys.lost.store(1, Ordering::Relaxed);
+    let remade = tokio::time::timeout(3 * PATIENCE[0], recovery.remake(&toys, &seen)).await;
+    assert!(matches!(remade, Ok(Remade::Whole(_))), "{remade:?}");
 }
 
 #[test]

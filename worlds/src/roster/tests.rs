@@ -65,7 +65,7 @@ fn who_falls_silent_on_this_machine_keeps_its_worlds_until_it_is_dead() {
     let (coming, way) = roster.fall_silent(&id("a")).unwrap();
     assert_eq!(way, 1);
     assert_eq!(roster.host_of(world(1)), Some((&id("a"), Some(&1))));
-    assert_eq!(roster.heard(), [id("b")]);
+    assert_eq!(roster.heard(), [(id("b"), Some(2))]);
     assert_eq!(places(&mut roster, 20), BTreeMap::from([(id("b"), 20)]));
     roster.die(&id("a"), coming + 1);
     assert!(roster.host_of(world(1)).is_some(), "another coming was meant");

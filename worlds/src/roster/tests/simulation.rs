@@ -187,7 +187,8 @@ impl Simulation {
         self.tell_draining();
         let running = || HOSTS.iter().zip(&self.hosts).filter(|(_, host)| host.process.is_some());
         let ids: Vec<ServiceId> = running().map(|(name, _)| id(name)).collect();
-        assert_eq!(self.roster.heard(), ids);
+        let heard: Vec<ServiceId> = self.roster.heard().into_iter().map(|(id, _)| id).collect();
+        assert_eq!(heard, ids);
         assert_eq!(self.roster.hosts.len(), ids.len(), "somebody is known that is gone");
         let is_open = running().any(|(_, host)| !host.is_draining);
         for (name, host) in running() {
