@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use generated::town;
 use nalgebra::{Point3, Vector3};
-use roads::mesh::{GroundMesh, Material, ground, render};
 use roads::LaneTypes;
+use roads::mesh::{GroundMesh, Material, ground, render};
 
 /// What drives below a bridge is lower than this, in metres.
 const BRIDGE_CLEAR_M: f64 = 4.5;
