@@ -11,6 +11,7 @@ mod grid;
 mod places;
 mod rings;
 mod stops;
+mod ways;
 
 use std::collections::BTreeMap;
 
@@ -21,11 +22,8 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use crossings::Crossing;
 use grid::Grid;
+use ways::Entered;
 
-/// Ways into a junction that begin this much turned from each other begin opposite.
-const ONCOMING_RAD: f32 = 2.4;
-/// Who comes from the right begins turned to the left by this much.
-const FROM_RIGHT_RAD: std::ops::Range<f32> = 0.7..2.4;
 /// Nobody begins where a lane is narrower.
 const PLACE_WIDTH_M: f32 = 2.2;
 
@@ -58,6 +56,10 @@ pub(crate) struct Lane {
     pub right: Option<Beside>,
     /// The junction it leads through.
     pub junction: Option<u32>,
+    /// Where its traffic came into that; its own entry outside of junctions.
+    pub entered: Entered,
+    /// Whether its traffic keeps to the left of the road.
+    keeps_left: bool,
     /// Lanes of the junction that come near it, in order of lanes.
     pub conflicts: Vec<Conflict>,
     /// Where its traffic may have to stop, in order.
@@ -314,18 +316,6 @@ impl Lane {
     pub(crate) fn conflict(&self, other: LaneId) -> Option<&Conflict> {
         let at = self.conflicts.binary_search_by_key(&other, |conflict| conflict.lane).ok()?;
         self.conflicts.get(at)
-    }
-
-    /// Whether it begins against the direction in which another lane begins.
-    pub(crate) fn is_oncoming(&self, other: &Self) -> bool {
-        let turn_rad = wrapped(self.at(0.0).heading_rad - other.at(0.0).heading_rad);
-        turn_rad.abs() > ONCOMING_RAD
-    }
-
-    /// Whether it comes from the right of where another lane begins.
-    pub(crate) fn is_from_right_of(&self, other: &Self) -> bool {
-        let turn_rad = wrapped(self.at(0.0).heading_rad - other.at(0.0).heading_rad);
-        FROM_RIGHT_RAD.contains(&turn_rad)
     }
 
     /// Where its line of this kind is; its end if it has none.

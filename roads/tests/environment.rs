@@ -1,18 +1,13 @@
 //! Environment objects: everything of a town has an id, a label, a layer and a box.
 
+#[path = "common/towns.rs"]
+mod generated;
+
 use std::collections::{BTreeMap, BTreeSet};
 
+use generated::{town, towns};
 use roads::{Map, MapLayer, SceneryKind};
 use schemas::SemanticTag;
-
-fn town(name: &str) -> Map {
-    let text = roads::town::build(name).expect("the town is ours");
-    Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn towns() -> impl Iterator<Item = Map> {
-    roads::town::names().filter(|name| !name.ends_with("_Opt")).map(town)
-}
 
 #[test]
 fn ids_are_unique_and_the_same_in_every_run_and_under_both_names() {

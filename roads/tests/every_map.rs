@@ -2,11 +2,14 @@
 //!
 //! The real ones are skipped with a message where they are absent, as `oracle.rs` says.
 
+#[path = "common/towns.rs"]
+mod generated;
 #[path = "common/maps.rs"]
 mod maps;
 
 use std::collections::HashMap;
 
+use generated::towns;
 use nalgebra::{Point3, Vector3};
 use roads::mesh::{GroundMesh, ground, render};
 use roads::{LaneType, LaneTypes, Map};
@@ -75,9 +78,8 @@ fn height([a, b, c]: [Vector3<f64>; 3], x: f64, y: f64) -> Option<f64> {
 }
 
 fn each(run: impl Fn(&str, &Map)) {
-    for name in roads::town::names().filter(|name| !name.ends_with("_Opt")) {
-        let text = roads::town::build(name).expect("it is listed");
-        run(name, &Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}")));
+    for map in towns() {
+        run(map.name(), &map);
     }
     for judged in maps::all() {
         run(&judged.name, &judged.map);

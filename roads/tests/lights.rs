@@ -1,5 +1,7 @@
 //! Traffic lights, signs and speed limits of our own towns and of real maps.
 
+#[path = "common/towns.rs"]
+mod generated;
 #[path = "common/grid.rs"]
 mod grid;
 #[path = "common/maps.rs"]
@@ -7,6 +9,7 @@ mod maps;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use generated::towns;
 use nalgebra::Point3;
 use roads::{LaneType, LaneTypes, Map, SignKind, TrafficLights, TriggerBox, Waypoint};
 
@@ -14,18 +17,6 @@ type Lane = (u32, u32, i32);
 
 fn key(place: &Waypoint) -> Lane {
     (place.road, place.section, place.lane)
-}
-
-fn town(name: &str) -> Map {
-    let text = roads::town::build(name).expect("the name is listed");
-    Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// One of each pair of names.
-fn towns() -> Vec<Map> {
-    let names: Vec<&str> = roads::town::names().filter(|name| !name.ends_with("_Opt")).collect();
-    assert_eq!(names.len(), 8);
-    names.into_iter().map(town).collect()
 }
 
 fn heading(map: &Map, place: &Waypoint) -> f64 {

@@ -1,18 +1,17 @@
 //! Meshes of the generated town: nothing falls through, nothing looks the wrong way.
 
+#[path = "common/towns.rs"]
+mod generated;
+
 use std::time::Instant;
 
+use generated::town;
 use nalgebra::{Point3, Vector3};
+use roads::LaneTypes;
 use roads::mesh::{GroundMesh, Material, ground, render};
-use roads::{LaneTypes, Map};
 
 /// What drives below a bridge is lower than this, in metres.
 const BRIDGE_CLEAR_M: f64 = 4.5;
-
-fn town() -> Map {
-    let text = roads::town::build("Town10HD_Opt").expect("the town is ours");
-    Map::parse("Town10HD_Opt", &text).unwrap_or_else(|error| panic!("{error}"))
-}
 
 /// Heights of the ground below a point, by looking at every triangle.
 fn heights(mesh: &GroundMesh, x: f64, y: f64) -> Vec<(f64, Material)> {
@@ -39,7 +38,7 @@ fn highest(mesh: &GroundMesh, x: f64, y: f64) -> f64 {
 
 #[test]
 fn there_is_level_road_under_every_driving_lane_also_across_lane_and_road_borders() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let mesh = ground(&map);
     for (index, place) in map.generate_waypoints(7.3).unwrap().into_iter().enumerate() {
         // From edge to edge of the lane, so that the seams are met as well.
@@ -52,8 +51,7 @@ fn there_is_level_road_under_every_driving_lane_also_across_lane_and_road_border
 
 #[test]
 fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
-    let text = roads::town::build("Town04_Opt").expect("the town is ours");
-    let map = Map::parse("Town04_Opt", &text).unwrap();
+    let map = town("Town04_Opt");
     let mesh = ground(&map);
     let is_beside_the_land = |place: &roads::Waypoint| {
         (15..=18).contains(&place.road) && place.lane == -1 && place.s > 30.0
@@ -76,7 +74,7 @@ fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
 
 #[test]
 fn sidewalks_are_a_kerb_higher_than_the_road() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let mesh = ground(&map);
     for spawn in map.spawn_points().iter().step_by(5) {
         let at: Point3<f64> = spawn.translation.vector.into();
@@ -89,7 +87,7 @@ fn sidewalks_are_a_kerb_higher_than_the_road() {
 
 #[test]
 fn the_middle_of_every_junction_is_paved() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let mesh = ground(&map);
     for (x, y) in [(60.0, 0.0), (-200.0, 0.0), (60.0, 100.0), (-70.0, 100.0), (200.0, -100.0)] {
         for (dx, dy) in [(0.0, 0.0), (7.3, 7.3), (-7.4, 7.4), (7.2, -7.2), (-6.8, -7.3)] {
@@ -104,7 +102,7 @@ fn the_middle_of_every_junction_is_paved() {
 
 #[test]
 fn every_level_face_of_the_ground_looks_up() {
-    let mesh = ground(&town());
+    let mesh = ground(&town("Town10HD_Opt"));
     for triangle in &mesh.indices {
         let [a, b, c] = triangle.map(|i| Vector3::from(mesh.positions_m[i as usize]));
         let normal = (b - a).cross(&(c - a));
@@ -115,7 +113,7 @@ fn every_level_face_of_the_ground_looks_up() {
 
 #[test]
 fn the_meshes_stay_within_their_budgets() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let ground = ground(&map);
     let picture = render(&map);
     let drawn: usize = picture.surfaces.iter().map(|surface| surface.indices.len()).sum();
@@ -133,7 +131,7 @@ fn the_meshes_stay_within_their_budgets() {
 
 #[test]
 fn every_surface_lies_in_its_box_and_has_unit_normals_that_agree_with_its_triangles() {
-    for surface in render(&town()).surfaces {
+    for surface in render(&town("Town10HD_Opt")).surfaces {
         assert_eq!(surface.positions_m.len(), surface.normals.len());
         for position in &surface.positions_m {
             let inside = (0..3)
@@ -157,7 +155,7 @@ fn a_town_with_its_ground_is_ready_in_milliseconds() {
     // A bound far above the usual few milliseconds: it catches a lost order of magnitude, and
     // not a busy machine. The bench measures.
     let started = Instant::now();
-    let map = town();
+    let map = town("Town10HD_Opt");
     let parsed = started.elapsed();
     let mesh = ground(&map);
     let meshed = started.elapsed();

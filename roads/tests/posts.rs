@@ -1,13 +1,16 @@
 //! Posts of lights and signs in every town.
 
-use roads::{Carried, Map};
+#[path = "common/towns.rs"]
+mod generated;
+
+use generated::towns;
+use roads::Carried;
 
 #[test]
 fn every_light_of_a_town_has_a_post_with_lamps_and_no_post_stands_where_cars_drive() {
     let mut signs = 0;
-    for name in roads::town::names().filter(|name| !name.ends_with("_Opt")) {
-        let map = Map::parse(name, &roads::town::build(name).expect("it is listed"))
-            .unwrap_or_else(|error| panic!("{error}"));
+    for map in towns() {
+        let name = map.name();
         let posts = map.posts();
         let with_lamps = posts.iter().filter(|post| post.carried == Carried::Lamps);
         let lights: Vec<Option<usize>> = with_lamps.map(|post| post.light).collect();

@@ -1,12 +1,11 @@
 //! Where vehicles begin in the towns of our own.
 
+#[path = "common/towns.rs"]
+mod generated;
+
+use generated::town;
 use nalgebra::{Isometry3, Point3};
 use roads::Map;
-
-fn town(name: &str) -> Map {
-    let text = roads::town::build(name).expect("the name is listed");
-    Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"))
-}
 
 /// CARLA's numbers of spawn points, which programs count on.
 const CARLA: [(&str, usize); 8] = [

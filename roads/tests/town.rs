@@ -1,12 +1,11 @@
 //! The generated town, read back through the parser: every street can be driven, and driven on.
 
+#[path = "common/towns.rs"]
+mod generated;
+
+use generated::town;
 use nalgebra::Point3;
 use roads::{LaneChange, LaneType, LaneTypes, Map, Waypoint};
-
-fn town() -> Map {
-    let text = roads::town::build("Town10HD_Opt").expect("the town is ours");
-    Map::parse("Town10HD_Opt", &text).unwrap_or_else(|error| panic!("{error}"))
-}
 
 fn driving_places(map: &Map, step_m: f64) -> Vec<Waypoint> {
     map.generate_waypoints(step_m).expect("a step above 0")
@@ -16,14 +15,14 @@ fn driving_places(map: &Map, step_m: f64) -> Vec<Waypoint> {
 fn the_town_is_the_same_in_every_run_and_unknown_names_give_none() {
     let build = || roads::town::build("Town10HD_Opt").unwrap();
     assert_eq!(build(), build());
-    assert_eq!(town().digest(), town().digest());
-    assert_eq!(town().digest().len(), 64);
+    assert_eq!(town("Town10HD_Opt").digest(), town("Town10HD_Opt").digest());
+    assert_eq!(town("Town10HD_Opt").digest().len(), 64);
     assert!(roads::town::build("Town99").is_none());
 }
 
 #[test]
 fn spawn_points_lie_on_driving_lanes_half_a_metre_up_and_look_along_them() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     assert!(map.spawn_points().len() > 200, "{}", map.spawn_points().len());
     for spawn in map.spawn_points() {
         let place = map.nearest(spawn.translation.vector.into(), LaneTypes::ANY).unwrap();
@@ -40,7 +39,7 @@ fn spawn_points_lie_on_driving_lanes_half_a_metre_up_and_look_along_them() {
 
 #[test]
 fn every_driving_lane_leads_on_and_can_be_reached() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     for place in driving_places(&map, 10.0) {
         assert!(!map.next(&place, 60.0).is_empty(), "dead end after {place:?}");
         assert!(!map.previous(&place, 60.0).is_empty(), "no way to {place:?}");
@@ -49,7 +48,7 @@ fn every_driving_lane_leads_on_and_can_be_reached() {
 
 #[test]
 fn every_driving_lane_can_be_driven_to_with_lane_changes_where_they_are_allowed() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let start = map.nearest(Point3::origin(), LaneTypes::DRIVING).unwrap();
     let key = |w: &Waypoint| (w.road, w.section, w.lane);
     let lanes: std::collections::BTreeSet<_> = driving_places(&map, 2.0).iter().map(key).collect();
@@ -76,7 +75,7 @@ fn every_driving_lane_can_be_driven_to_with_lane_changes_where_they_are_allowed(
 
 #[test]
 fn lane_ends_meet_within_a_centimetre_and_a_tenth_of_a_degree() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     for (from, to) in map.lane_joints() {
         let (end, start) = (map.pose(&from), map.pose(&to));
         let gap_m = (end.translation.vector - start.translation.vector).norm();
@@ -88,7 +87,7 @@ fn lane_ends_meet_within_a_centimetre_and_a_tenth_of_a_degree() {
 
 #[test]
 fn the_avenue_offers_lanes_on_both_sides_and_150_m_straight_ahead() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     let suitable = map.spawn_points().iter().filter(|spawn| {
         let place = map.nearest(spawn.translation.vector.into(), LaneTypes::DRIVING).unwrap();
         let both_sides =
@@ -105,7 +104,7 @@ fn the_avenue_offers_lanes_on_both_sides_and_150_m_straight_ahead() {
 
 #[test]
 fn streets_have_two_driving_lanes_per_direction_and_broken_lines_between_them() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     for place in driving_places(&map, 20.0) {
         let info = map.lane(&place);
         assert!((info.width_m - 3.5).abs() < 1e-9);
@@ -125,7 +124,7 @@ fn streets_have_two_driving_lanes_per_direction_and_broken_lines_between_them() 
 
 #[test]
 fn houses_trees_and_posts_stand_off_the_driving_lanes() {
-    let map = town();
+    let map = town("Town10HD_Opt");
     assert!(map.scenery().len() > 400, "{}", map.scenery().len());
     for place in driving_places(&map, 3.0) {
         let at = map.pose(&place).translation.vector;

@@ -9,6 +9,7 @@ pub(crate) mod config;
 pub(crate) mod crowd;
 pub(crate) mod decision;
 pub(crate) mod free_roam;
+mod goal;
 pub(crate) mod lanes;
 pub(crate) mod maze;
 pub(crate) mod people;

@@ -1,13 +1,12 @@
 //! Clients that do anything at any time, over worlds whose answers are lost, late, doubled or too
 //! short and whose service dies, on a virtual clock: every call is answered once and in time,
 //! frames come in order, what is refused or given up changes nothing, and nothing is left.
-//!
-//! A thousand seeds by default; `CAUSEWAY_SEEDS=100000` or `CAUSEWAY_SEEDS=77..78` for others.
 
 mod clock;
+#[path = "../../tests/seeds.rs"]
+mod seeds;
 mod worlds;
 
-use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -327,32 +326,18 @@ fn simulate(seed: u64) -> Simulation {
     simulation
 }
 
-/// A number of seeds, or a range of them.
-fn seeds() -> Range<u64> {
-    let Ok(wanted) = std::env::var("CAUSEWAY_SEEDS") else { return 0..1_000 };
-    let number = |text: &str| text.trim().parse().expect("CAUSEWAY_SEEDS is N or FROM..TO");
-    match wanted.split_once("..") {
-        Some((from, to)) => number(from)..number(to),
-        None => 0..number(&wanted),
-    }
-}
-
 #[test]
 fn whatever_the_worlds_do_every_call_is_answered_and_nothing_is_left() {
     let (mut outcomes, mut met) = ([0_usize; 5], [0_usize; 6]);
-    for seed in seeds() {
-        let run = std::panic::catch_unwind(|| simulate(seed));
-        let simulation = run.unwrap_or_else(|panic| {
-            eprintln!("repeat it with CAUSEWAY_SEEDS={seed}..{}", seed + 1);
-            std::panic::resume_unwind(panic)
-        });
+    seeds::each(|seed| {
+        let simulation = simulate(seed);
         for (_, _, outcome) in simulation.history.lock().unwrap().iter() {
             outcomes[*outcome as usize] += 1;
         }
         for (sum, count) in met.iter_mut().zip(&simulation.worlds.met) {
             *sum += count.load(std::sync::atomic::Ordering::Relaxed);
         }
-    }
+    });
     println!("done, refused, lost, given up, full: {outcomes:?}; misfortunes: {met:?}");
     assert!(outcomes.iter().chain(&met).all(|count| *count > 0), "{outcomes:?}, {met:?}");
 }

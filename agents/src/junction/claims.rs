@@ -3,7 +3,8 @@
 //! A way through a junction is claimed as a whole before it is entered. Ways that come near each
 //! other exclude each other. Whoever is kept by oncoming traffic alone may claim the part before
 //! it, enter, and wait there. Of those who wait, the one with the higher rank goes first, then who
-//! comes from the right, then the one who asks first. Lane changes are told here too.
+//! comes from the right (where traffic keeps to the left, from the left), then the one who asks
+//! first. Lane changes are told here too.
 
 mod judge;
 
@@ -17,10 +18,10 @@ pub use judge::Entering;
 /// Somebody with a higher rank who is nearer than this to a junction is let through.
 const GAP_SECS: f32 = 4.0;
 /// Of two equals who come at times nearer to each other than this, or both within that gap, who
-/// comes from the right goes first.
+/// comes from the right goes first; where traffic keeps to the left, from the left.
 const TOGETHER_SECS: f32 = 1.0;
-/// The rank of those whom neither sign nor a long wait tells who goes first: who comes from the
-/// right does.
+/// The rank of those whom neither sign nor a long wait tells who goes first: the side they come
+/// from does.
 const EQUAL: u8 = 1;
 /// The rank of blue lights.
 pub(super) const URGENT: u8 = 3;
@@ -72,23 +73,21 @@ pub(crate) struct Asker {
     pub id: ActorId,
     /// Who goes first: see [`Passage::rank`](super::Passage::rank).
     pub rank: u8,
-    /// Until it is at the junction.
+    /// Until its front is at the junction.
     pub eta_secs: f32,
 }
 
 impl Asker {
     /// Whether it is let through by somebody who asks as well: it goes first, and comes soon.
-    /// `from_right` says whether it comes from the other's right.
-    fn goes_before(&self, other: &Self, from_right: impl FnOnce() -> bool) -> bool {
+    /// `from_side` says whether it comes from the side of the other that goes first.
+    fn goes_before(&self, other: &Self, from_side: impl FnOnce() -> bool) -> bool {
         let until_secs = match (self.rank, other.rank) {
             (EQUAL, EQUAL) => GAP_SECS.max(other.eta_secs + TOGETHER_SECS),
             (own, others) if own > others => GAP_SECS,
             _ => return false,
         };
         // What costs most is asked last.
-        self.id != other.id
-            && self.eta_secs < until_secs
-            && (self.rank > other.rank || from_right())
+        self.id != other.id && self.eta_secs < until_secs && (self.rank > other.rank || from_side())
     }
 }
 
@@ -126,7 +125,8 @@ impl Claims {
                 self.held.extend(lane.next.iter().filter(inside).map(hold));
             }
             if body.is_urgent {
-                let eta_secs = left_m / body.velocity_mps.norm().max(1.0);
+                let front_m = (left_m - body.half_m.x).max(0.0);
+                let eta_secs = front_m / body.velocity_mps.norm().max(1.0);
                 let asker = Asker { id: body.id, rank: URGENT, eta_secs };
                 let inside = lane.next.iter().copied();
                 self.wishes.extend(inside.map(|lane| Wish { lane, asker }));
@@ -226,9 +226,9 @@ impl Claims {
         });
         let first = self.wishes.iter().filter(move |wish| {
             let lanes = || network.lane(wish.lane).zip(own);
-            let from_right = || lanes().is_some_and(|(other, own)| other.is_from_right_of(own));
+            let from_side = || lanes().is_some_and(|(other, own)| other.is_from_first_side_of(own));
             let crosses = || lanes().is_some_and(|(other, _)| other.conflict(lane).is_some());
-            wish.asker.goes_before(&asker, from_right) && crosses()
+            wish.asker.goes_before(&asker, from_side) && crosses()
         });
         let held = held.map(|hold| (hold.lane, hold.id));
         held.chain(first.map(|wish| (wish.lane, wish.asker.id)))
@@ -332,6 +332,37 @@ mod tests {
         }
     }
 
+    /// A car on a lane, turned from its direction by so much and this fast.
+    fn car(network: &Network, (lane, at_m): (LaneId, f32), turn_rad: f32, mps: f32) -> Body {
+        let point = network.lane(lane).unwrap().at(at_m);
+        let heading_rad = point.heading_rad + turn_rad;
+        let forward = schemas::Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
+        Body {
+            id: id(1),
+            is_walker: false,
+            is_urgent: false,
+            centre_m: point.point_m,
+            forward,
+            half_m: schemas::Vec3::new(2.4, 0.9, 0.8),
+            velocity_mps: forward * mps,
+        }
+    }
+
+    #[test]
+    fn blue_lights_are_at_a_junction_when_their_front_is() {
+        let network = network();
+        let [_, straight, _] = left_turn(&network);
+        let before = *network.lane(straight).unwrap().previous.first().unwrap();
+        let end_m = network.lane(before).unwrap().length_m();
+        for (left_m, eta_secs) in [(12.4, 2.0), (1.0, 0.0)] {
+            let body = car(&network, (before, end_m - left_m), 0.0, 5.0);
+            let mut claims = Claims::default();
+            claims.occupy(&network, &Body { is_urgent: true, ..body });
+            let wish = claims.wishes.iter().find(|wish| wish.lane == straight).unwrap();
+            assert!((wish.asker.eta_secs - eta_secs).abs() < 0.02, "{wish:?}");
+        }
+    }
+
     #[test]
     fn who_asks_nobody_holds_what_it_is_on_and_may_enter_soon() {
         let network = network();
@@ -340,18 +371,7 @@ mod tests {
         let end_m = network.lane(before).unwrap().length_m();
         let left = way(&network, left);
         let grant = |lane: LaneId, at_m: f32, turn_rad: f32, mps: f32| {
-            let point = network.lane(lane).unwrap().at(at_m);
-            let heading_rad = point.heading_rad + turn_rad;
-            let forward = schemas::Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0);
-            let body = Body {
-                id: id(1),
-                is_walker: false,
-                is_urgent: false,
-                centre_m: point.point_m,
-                forward,
-                half_m: schemas::Vec3::new(2.4, 0.9, 0.8),
-                velocity_mps: forward * mps,
-            };
+            let body = car(&network, (lane, at_m), turn_rad, mps);
             let mut claims = Claims::default();
             claims.occupy(&network, &body);
             claims.grant(&network, &left, &asker(2, 1))
@@ -413,7 +433,7 @@ mod tests {
             let lane = network.lane(id)?;
             let mut met = lane.conflicts.iter().map(|conflict| conflict.lane);
             let right = met.find(|other| {
-                network.lane(*other).is_some_and(|other| other.is_from_right_of(lane))
+                network.lane(*other).is_some_and(|other| other.is_from_first_side_of(lane))
             });
             Some([id, right?])
         });

@@ -144,7 +144,8 @@ impl Passage {
 
     /// As others see it that asks for a way.
     pub(super) fn asker(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> Asker {
-        let eta_secs = way.entry_m / senses.view.velocity_mps.norm().max(1.0);
+        let front_m = (way.entry_m - senses.body.half_m.x).max(0.0);
+        let eta_secs = front_m / senses.view.velocity_mps.norm().max(1.0);
         Asker { id: senses.body.id, rank: self.rank(senses, path, way), eta_secs }
     }
 
@@ -192,7 +193,12 @@ fn room_beyond(
 
 #[cfg(test)]
 mod tests {
+    use schemas::{Pose, Vec3};
+
     use super::*;
+    use crate::network::Network;
+    use crate::pilot::VehicleView;
+    use crate::scene::{Body, Scene};
 
     const WAY: Way = Way { lanes: Vec::new(), entry_m: 10.0, exit_m: 30.0, next_m: f32::INFINITY };
 
@@ -203,6 +209,32 @@ mod tests {
 
     fn beyond(queue: &[Ahead], way: &Way) -> Result<(), Option<u32>> {
         room_beyond(queue, way, 2.5, 2.0).map_err(|id| id.map(ActorId::get))
+    }
+
+    /// When a vehicle is at the junction 10 m ahead of its middle, at 5 m/s.
+    fn eta_secs(half_m: f32) -> f32 {
+        let (network, scene) = (Network::default(), Scene::new(Vec::new(), Vec::new()));
+        let velocity_mps = Vec3::x() * 5.0;
+        let body = Body {
+            id: ActorId::FIRST,
+            is_walker: false,
+            is_urgent: false,
+            centre_m: Vec3::zeros(),
+            forward: Vec3::x(),
+            half_m: Vec3::new(half_m, 1.0, 1.0),
+            velocity_mps,
+        };
+        let view = VehicleView::of_car(Pose::identity(), velocity_mps);
+        let senses =
+            Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
+        Passage::default().asker(&senses, &Path::default(), &WAY).eta_secs
+    }
+
+    #[test]
+    fn a_vehicle_is_at_a_junction_when_its_front_is() {
+        for (half_m, wanted_secs) in [(2.0, 1.6), (6.0, 0.8), (11.0, 0.0)] {
+            assert!((eta_secs(half_m) - wanted_secs).abs() < 1.0e-6, "{half_m} m");
+        }
     }
 
     #[test]

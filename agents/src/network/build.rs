@@ -5,7 +5,7 @@ use schemas::yaw_rad;
 
 use super::grid::Grid;
 use super::{
-    Beside, Lane, LaneId, LanePoint, Network, conflicts, crossings, rings, stops, wrapped,
+    Beside, Lane, LaneId, LanePoint, Network, conflicts, crossings, rings, stops, ways, wrapped,
 };
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
@@ -25,6 +25,7 @@ pub(super) fn network(map: &Map) -> Network {
         network.lanes.push(lane(map, entry, exit));
     }
     link(&mut network, map);
+    ways::enter(&mut network);
     for (id, (entry, exit)) in (0..).zip(&spans) {
         let sides = [map.left_driving(entry), map.right_driving(entry)];
         let [left, right] = sides.map(|beside| network.place(&beside?).map(|place| place.lane));
@@ -64,6 +65,7 @@ fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
         exit_s: exit.s,
         points,
         junction: info.is_junction.then_some(info.junction_id.unwrap_or(u32::MAX)),
+        keeps_left: !info.is_right_hand_traffic,
         ..Lane::default()
     }
 }

@@ -27,12 +27,14 @@ pub(super) fn mark(network: &mut Network) {
         }
     }
     let is_ring = |id: &LaneId| network.lane(*id).is_some_and(|lane| lane.is_ring);
-    let enters: Vec<bool> = network
-        .lanes
-        .iter()
-        .map(|lane| {
-            let from_ring = lane.previous.iter().any(is_ring);
-            lane.junction.is_some() && !lane.is_ring && !from_ring && lane.next.iter().any(is_ring)
+    let enters: Vec<bool> = (0..)
+        .zip(&network.lanes)
+        .map(|(id, lane)| {
+            let first = network.lane(lane.entered.lane);
+            let last = network.through(id).last().and_then(|last| network.lane(last));
+            let from_ring = first.is_some_and(|first| first.previous.iter().any(is_ring));
+            let to_ring = last.is_some_and(|last| last.next.iter().any(is_ring));
+            lane.junction.is_some() && !lane.is_ring && !from_ring && to_ring
         })
         .collect();
     for (lane, enters) in network.lanes.iter_mut().zip(enters) {

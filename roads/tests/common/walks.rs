@@ -1,23 +1,21 @@
 //! Generated towns with their navigation meshes, and what is asked about both.
 #![allow(dead_code, reason = "not every test asks everything")]
 
+#[path = "towns.rs"]
+mod towns;
+
 use nalgebra::Point3;
 use roads::nav::{NavMesh, Polygon};
 use roads::{LaneTypes, Map};
+pub(crate) use towns::names;
 
 /// How far a walker's middle keeps from the borders of a sidewalk, in metres.
 pub(crate) const WALKER_RADIUS_M: f64 = 0.3;
 /// Height of sidewalks above the road, in metres.
 pub(crate) const KERB_M: f64 = 0.15;
 
-/// One of each pair of names.
-pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    roads::town::names().filter(|name| !name.ends_with("_Opt"))
-}
-
 pub(crate) fn town(name: &str) -> (Map, NavMesh) {
-    let text = roads::town::build(name).expect("the name is listed");
-    let map = Map::parse(name, &text).unwrap_or_else(|error| panic!("{error}"));
+    let map = towns::town(name);
     let mesh = NavMesh::new(&map).unwrap_or_else(|error| panic!("{name}: {error}"));
     (map, mesh)
 }

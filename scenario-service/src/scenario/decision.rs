@@ -21,6 +21,14 @@ impl Side {
         }
     }
 
+    /// The other one.
+    pub(crate) const fn opposite(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+
     /// 1 to the right, -1 to the left.
     pub(crate) const fn sign_right(self) -> f64 {
         match self {

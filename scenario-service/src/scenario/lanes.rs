@@ -1,7 +1,9 @@
 //! The questions about lanes that scenarios and observations ask of a map.
 
-use roads::{LaneTypes, Map, Waypoint};
+use roads::{LaneType, LaneTypes, Map, Waypoint};
 use schemas::{Pose, Translation3, Vec3};
+
+use super::decision::Side;
 
 /// A place on a driving lane.
 pub(crate) type Place = Waypoint;
@@ -52,6 +54,19 @@ impl<'m> Lanes<'m> {
     pub(crate) fn turn_rad(self, from: Place, to: Place) -> f64 {
         let turn = self.heading_rad(to) - self.heading_rad(from);
         turn.sin().atan2(turn.cos())
+    }
+
+    /// The lane to a side of the traffic here, of whatever type and direction.
+    pub(crate) fn beside(self, place: Place, side: Side) -> Option<Place> {
+        match side {
+            Side::Left => self.map.left(&place),
+            Side::Right => self.map.right(&place),
+        }
+    }
+
+    /// What the lane is for.
+    pub(crate) fn lane_type(self, place: Place) -> LaneType {
+        self.map.lane(&place).lane_type
     }
 
     /// How wide the lane is here, in metres.

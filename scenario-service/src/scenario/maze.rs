@@ -4,9 +4,10 @@ use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::decision::EgoLane;
+use super::goal::Goal;
 use super::lanes::Lanes;
 use super::spawn::{self, Beside, Site, Wanted};
-use super::{Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric, routes};
+use super::{Common, Facts, Overrides, Profile, Progress, Rubric, routes};
 use super::{Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use crate::openenv::coerce::Bounds;
@@ -39,14 +40,11 @@ pub(crate) struct Maze {
 
 #[derive(Clone, Debug, Default)]
 struct Episode {
-    goal_m: Option<Vec3>,
+    goal: Goal,
     straight_m: f64,
     route_m: f64,
     drive_secs: f64,
     distance_m: Option<f32>,
-    reached: bool,
-    collided: bool,
-    reward: f64,
 }
 
 impl Maze {
@@ -127,7 +125,7 @@ impl Scenario for Maze {
             };
             let (weather, weather_name) = self.common.weather.resolve(&mut rng);
             self.episode = Episode {
-                goal_m: Some(lanes.pose(goal.place).translation.vector),
+                goal: Goal::at(lanes.pose(goal.place).translation.vector),
                 straight_m,
                 route_m: goal.route_m,
                 drive_secs: goal.drive_secs,
@@ -160,19 +158,8 @@ impl Scenario for Maze {
     fn on_action(&mut self, _: &Action, _: EgoLane) {}
 
     fn on_frame(&mut self, facts: &Facts) -> Progress {
-        let within = |m: f32| f64::from(m) < self.success_radius_m;
-        let reached = facts.goal_distance_m.is_some_and(within);
-        let collided = facts.things_hit > 0;
-        let out_of_steps = facts.step_count >= u64::from(self.common.max_steps);
-        let (reward, done) = match (collided, reached) {
-            (true, _) => (-1.0, Some(DoneReason::Collision)),
-            (false, true) => (1.0, Some(DoneReason::GoalReached)),
-            (false, false) => (0.0, out_of_steps.then_some(DoneReason::MaxSteps)),
-        };
-        let episode = &mut self.episode;
-        episode.distance_m = facts.goal_distance_m;
-        (episode.reached, episode.collided, episode.reward) = (reached, collided, reward);
-        Progress { reward, done, truncated: done == Some(DoneReason::MaxSteps) }
+        self.episode.distance_m = facts.goal_distance_m;
+        self.episode.goal.judge(facts, self.success_radius_m, self.common.max_steps)
     }
 
     fn takes_several_egos(&self) -> bool {
@@ -190,17 +177,13 @@ impl Scenario for Maze {
     }
 
     fn outcome(&self) -> Map<String, Value> {
-        object(json!({
-            "scenario": self.common.name,
-            "goal_reached": self.episode.reached,
-            "goal_distance": self.episode.distance_m,
-            "collision": self.episode.collided,
-            "reward": self.episode.reward,
-        }))
+        let mut outcome = self.episode.goal.outcome(&self.common.name);
+        outcome.insert("goal_distance".to_owned(), json!(self.episode.distance_m));
+        outcome
     }
 
     fn goal_m(&self) -> Option<Vec3> {
-        self.episode.goal_m
+        self.episode.goal.at_m
     }
 
     fn rubric(&self) -> Rubric {

@@ -3,6 +3,7 @@
 //! Each begins beside the road and goes when the ego is near, so that a car which keeps its speed
 //! meets the first of them in the middle of its lane; who brakes does not.
 
+mod kerb;
 mod site;
 
 use schemas::carla::mps;
@@ -11,21 +12,25 @@ use serde_json::{Map, Value, json};
 
 use super::config::wrong;
 use super::decision::{EgoLane, Side};
+use super::goal::Goal;
 use super::lanes::{Lanes, Place};
-use super::{Common, DoneReason, Driver, Facts, Overrides, Placement, Profile, Progress, Rubric};
+use super::{Common, Driver, Facts, Overrides, Placement, Profile, Progress, Rubric};
 use super::{Scenario, ScenarioError, WorldSpec, object, spawn};
 use crate::action::Action;
 use crate::limits::CROSSING_CROWD_MAX;
 use crate::openenv::coerce::Bounds;
-use site::{Crossing, SIDES, Wish, opposite};
+use kerb::KERB_M_MIN;
+use site::{Crossing, SIDES, Wish};
 
 /// The ego's speed at the start; a slower one makes people go as for this one.
 const SPEED_KMH: f64 = 40.0;
 /// Ordinary walking speed.
 const WALK_MPS: f64 = 1.4;
+/// They begin so long after the ego does.
+const BEGUN_SECS: f64 = 0.5;
 /// The goal lies so far beyond the people, and is reached so near to it.
 const GOAL_M: f64 = 20.0;
-const REACHED_M: f32 = 5.0;
+const REACHED_M: f64 = 5.0;
 /// Who hesitates stops so far before the middle of the ego's lane...
 const STOPS_M: f64 = 0.6;
 /// ...for a time between these.
@@ -64,7 +69,7 @@ pub(crate) struct People {
 /// What reset drew and what happened since.
 #[derive(Clone, Debug, Default)]
 struct Episode {
-    goal_m: Option<Vec3>,
+    goal: Goal,
     spawned: usize,
     /// Whether the map has a crossing where they cross.
     is_marked: bool,
@@ -73,9 +78,6 @@ struct Episode {
     /// Whether who hesitates goes back.
     returns: Option<bool>,
     pedestrians_hit: u32,
-    reached: bool,
-    collided: bool,
-    reward: f64,
 }
 
 impl People {
@@ -98,15 +100,42 @@ impl People {
     /// How near an ego is that meets somebody in the middle of its lane who begins `beside_m` away
     /// from there.
     fn trigger_m(&self, beside_m: f64) -> f64 {
-        let ego_mps = f64::from(mps(self.common.initial_speed_kmh.max(SPEED_KMH) as f32));
-        let along_m = ego_mps * beside_m / self.speed_mps;
+        let along_m = self.ego_mps() * beside_m / self.speed_mps;
         self.trigger_m.unwrap_or_else(|| (along_m * along_m + beside_m * beside_m).sqrt())
+    }
+
+    /// The speed for which people go.
+    fn ego_mps(&self) -> f64 {
+        f64::from(mps(self.common.initial_speed_kmh.max(SPEED_KMH) as f32))
+    }
+
+    /// Whether somebody who begins so far from the middle of the ego's lane is there with the ego.
+    fn is_in_time(&self, beside_m: f64) -> bool {
+        self.trigger_m.is_some() || beside_m < self.beside_m_max()
     }
 
     /// The farthest from the middle of the ego's lane that somebody can begin.
     fn beside_m_max(&self) -> f64 {
-        let ego_mps = f64::from(mps(self.common.initial_speed_kmh.max(SPEED_KMH) as f32));
-        (self.start_distance_m - ego_mps * 0.5) * self.speed_mps / ego_mps
+        let ego_mps = self.ego_mps();
+        (self.start_distance_m - ego_mps * BEGUN_SECS) * self.speed_mps / ego_mps
+    }
+
+    /// Refuses what would let nobody be in time, whatever the map.
+    fn check_in_time(&self) -> Result<(), ScenarioError> {
+        if self.is_in_time(KERB_M_MIN) {
+            return Ok(());
+        }
+        let (ego_mps, speed_mps) = (self.ego_mps(), self.speed_mps);
+        let least_m = ego_mps * (BEGUN_SECS + KERB_M_MIN / speed_mps);
+        Err(ScenarioError::Config {
+            key: "start_distance_m".to_owned(),
+            wanted: format!(
+                "more than {least_m:.1} for people who walk at {speed_mps} m/s before a car at \
+                 {:.0} km/h (a higher pedestrian_speed or a crossing_trigger_m does as well)",
+                ego_mps * 3.6
+            ),
+            found: self.start_distance_m.to_string(),
+        })
     }
 
     /// Those who cross at a place; `None` where there is no room for half of them.
@@ -119,7 +148,7 @@ impl People {
         let lanes = Lanes::new(map);
         let crossing = Crossing::of(lanes, over)?;
         let people = match self.kind {
-            Kind::Crowd => self.crowd(lanes, &crossing, rng),
+            Kind::Crowd => self.crowd(lanes, &crossing, rng)?,
             Kind::Crosses | Kind::Hesitates => self.one(lanes, &crossing, rng)?,
         };
         let free: Vec<Placement> =
@@ -134,19 +163,19 @@ impl People {
         crossing: &Crossing,
         rng: &mut SplitMix64,
     ) -> Option<Vec<Placement>> {
-        let sides: Vec<Side> = SIDES
-            .into_iter()
-            .filter(|side| self.trigger_m.is_some() || crossing.kerb_m(*side) < self.beside_m_max())
-            .collect();
-        let side = *rng.choose(&sides)?;
-        let begin_m = crossing.kerb_m(side);
+        let begin = |side: Side| {
+            let begin_m = crossing.begins_m(side).into_iter().find(|m| self.is_in_time(*m))?;
+            Some((side, begin_m))
+        };
+        let begins: Vec<(Side, f64)> = SIDES.into_iter().filter_map(begin).collect();
+        let (side, begin_m) = *rng.choose(&begins)?;
         let trigger_m = self.trigger_m(begin_m);
         let stage = |place_m: f64, wait_secs: f32| WalkerStage {
             to_m: crossing.at(lanes, 0.0, place_m),
             speed_mps: self.speed_mps as f32,
             wait_secs,
         };
-        let far_m = opposite(side).sign_right() * crossing.kerb_m(opposite(side));
+        let far_m = side.opposite().sign_right() * crossing.kerb_m(side.opposite());
         let (least, most) = HESITATES_SECS;
         let wait_secs = least + (most - least) * share(rng);
         let returns = rng.next_u64().is_multiple_of(2);
@@ -173,9 +202,12 @@ impl People {
         lanes: Lanes<'_>,
         crossing: &Crossing,
         rng: &mut SplitMix64,
-    ) -> Vec<Placement> {
-        let nearest_m = SIDES.map(|side| crossing.kerb_m(side));
-        let trigger_m = self.trigger_m(nearest_m[0].min(nearest_m[1]));
+    ) -> Option<Vec<Placement>> {
+        let nearest_m = SIDES.map(|side| crossing.kerb_m(side)).into_iter().reduce(f64::min)?;
+        if !self.is_in_time(nearest_m) {
+            return None;
+        }
+        let trigger_m = self.trigger_m(nearest_m);
         let rows = self.count.div_ceil(2 * FILES_M.len() as u32);
         let mut people = Vec::new();
         for index in 0..self.count {
@@ -184,7 +216,7 @@ impl People {
             let row = index / (2 * FILES_M.len() as u32);
             let along_m = if side == Side::Right { FILES_M[file] } else { -FILES_M[file] };
             let begin_m = side.sign_right() * (crossing.kerb_m(side) + f64::from(row) * ROW_M);
-            let beyond = opposite(side);
+            let beyond = side.opposite();
             let behind_m = f64::from(rows - 1 - row) * ROW_M;
             let end_m = beyond.sign_right() * (crossing.kerb_m(beyond) + behind_m);
             let stage = |place_m: f64, wait_secs: f32| WalkerStage {
@@ -200,7 +232,7 @@ impl People {
         }
         self.episode.from = "both";
         self.episode.trigger_m = trigger_m;
-        people
+        Some(people)
     }
 }
 
@@ -233,7 +265,7 @@ impl Scenario for People {
         if self.kind == Kind::Crowd {
             overrides.integer("num_pedestrians", &mut self.count, 1, CROSSING_CROWD_MAX)?;
         }
-        Ok(())
+        self.check_in_time()
     }
 
     fn reset(&mut self, seed: u64, map: &roads::Map) -> Result<WorldSpec, ScenarioError> {
@@ -249,7 +281,7 @@ impl Scenario for People {
                 let Some(over) = wish.over(lanes, &marked, *start) else { continue };
                 let Some(others) = self.people(map, over, &mut rng) else { continue };
                 let Some(goal) = lanes.ahead(over, GOAL_M) else { continue };
-                self.episode.goal_m = Some(lanes.pose(goal).translation.vector);
+                self.episode.goal = Goal::at(lanes.pose(goal).translation.vector);
                 self.episode.spawned = others.len();
                 self.episode.is_marked = wish.is_marked;
                 let world_from_ego = lanes.pose(*start);
@@ -285,18 +317,8 @@ impl Scenario for People {
     fn on_action(&mut self, _: &Action, _: EgoLane) {}
 
     fn on_frame(&mut self, facts: &Facts) -> Progress {
-        let reached = facts.goal_distance_m.is_some_and(|m| m < REACHED_M);
-        let collided = facts.things_hit > 0;
-        let out_of_steps = facts.step_count >= u64::from(self.common.max_steps);
-        let (reward, done) = match (collided, reached) {
-            (true, _) => (-1.0, Some(DoneReason::Collision)),
-            (false, true) => (1.0, Some(DoneReason::GoalReached)),
-            (false, false) => (0.0, out_of_steps.then_some(DoneReason::MaxSteps)),
-        };
-        let episode = &mut self.episode;
-        episode.pedestrians_hit = facts.pedestrians_hit;
-        (episode.reached, episode.collided, episode.reward) = (reached, collided, reward);
-        Progress { reward, done, truncated: done == Some(DoneReason::MaxSteps) }
+        self.episode.pedestrians_hit = facts.pedestrians_hit;
+        self.episode.goal.judge(facts, REACHED_M, self.common.max_steps)
     }
 
     fn info(&self) -> Map<String, Value> {
@@ -310,20 +332,18 @@ impl Scenario for People {
 
     fn outcome(&self) -> Map<String, Value> {
         let hesitation = self.episode.returns.map(|returns| if returns { "back" } else { "on" });
-        object(json!({
-            "scenario": self.common.name,
-            "goal_reached": self.episode.reached,
-            "collision": self.episode.collided,
+        let mut outcome = self.episode.goal.outcome(&self.common.name);
+        outcome.extend(object(json!({
             "actual_pedestrians_hit": self.episode.pedestrians_hit,
             "from_side": self.episode.from,
             "crossing_trigger_m": self.episode.trigger_m,
             "hesitation": hesitation,
-            "reward": self.episode.reward,
-        }))
+        })));
+        outcome
     }
 
     fn goal_m(&self) -> Option<Vec3> {
-        self.episode.goal_m
+        self.episode.goal.at_m
     }
 
     fn rubric(&self) -> Rubric {

@@ -174,7 +174,7 @@ impl<'a> RulesBroken {
     }
   }
 
-  /// Junctions that it drove into before somebody who was to go first and came soon.
+  /// Junctions that it drove into before traffic or an agent that was to go first and came soon.
   pub fn right_of_way(&self) -> u32 {
     let mut mem = core::mem::MaybeUninit::<<u32 as EndianScalar>::Scalar>::uninit();
     // Safety:

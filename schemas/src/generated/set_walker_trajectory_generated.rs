@@ -63,7 +63,7 @@ impl<'a> SetWalkerTrajectory<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, WalkerStage>>>(SetWalkerTrajectory::VT_STAGES, None).unwrap()}
   }
-  /// It begins when this vehicle is nearer than the distance; 0: at once.
+  /// It begins when this actor, a vehicle or a walker, is nearer than the distance; 0: at once.
   #[inline]
   pub fn vehicle(&self) -> u32 {
     // Safety:

@@ -206,6 +206,10 @@ impl State {
     /// Lets agents and drivers of traffic choose this tick's controls.
     pub(crate) fn navigate(&mut self, town: &Town) {
         if !self.has_lookers() {
+            if self.has_people_to_let_over(town) {
+                let scene = self.scene();
+                self.judge_people(town, &scene);
+            }
             return;
         }
         let scene = self.scene();

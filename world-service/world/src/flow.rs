@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use agents::{Agent, Claims, Driver, Held, Scene, Senses};
+use agents::{Agent, Body, Claims, Driver, Held, Scene, Senses};
 use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3, limits};
 
 use crate::actor::Actor;
@@ -10,7 +10,7 @@ use crate::blueprint::{self, BodySpec};
 use crate::spawn::Wish;
 use crate::step;
 use crate::town::Town;
-use crate::traffic::Broken;
+use crate::traffic::{Broken, RoadRules};
 use crate::wheel::{AtTheWheel, TrafficDriver};
 use crate::world::{State, World};
 
@@ -141,26 +141,48 @@ impl State {
                 agent.look(senses, &town.roads, &mut claims, &mut || rng.next_u64());
             });
         }
-        self.judge(town, scene, &claims);
+        self.judge_people(town, scene);
+        self.judge_ways(town, scene, &claims);
         claims
     }
 
-    /// Counts who takes the way of others, where lights and signs are.
-    fn judge(&mut self, town: &Town, scene: &Scene, claims: &Claims) {
+    /// Whether there is somebody whom a vehicle could have to let over a crossing, where lights and
+    /// signs are.
+    pub(crate) fn has_people_to_let_over(&self, town: &Town) -> bool {
+        let is_judged = self.traffic.is_some() && town.has_crossings;
+        is_judged && self.actors.iter().any(|actor| actor.walker.is_some())
+    }
+
+    /// Counts who does not let people over crossings, where lights and signs are.
+    pub(crate) fn judge_people(&mut self, town: &Town, scene: &Scene) {
+        if self.traffic.is_some() && town.has_crossings {
+            self.judge(|rules, _, body| rules.judge_people(town.network(), scene, body));
+        }
+    }
+
+    /// Counts who drives into junctions before others, where lights and signs are.
+    fn judge_ways(&mut self, town: &Town, scene: &Scene, claims: &Claims) {
         if self.traffic.is_none() {
             return;
         }
         let network = town.network();
+        self.judge(|rules, asks, body| {
+            if !asks {
+                rules.judge_way(claims.entering(network, scene, body));
+            }
+        });
+    }
+
+    /// Calls for every vehicle on the road, with whether it asks for junctions.
+    fn judge(&mut self, judge: impl Fn(&mut RoadRules, bool, &Body)) {
         for index in 0..self.actors.len() {
             let actor = &self.actors[index];
             if actor.vehicle.is_none() || !actor.is_solid() {
                 continue;
             }
             let (asks, body) = (actor.asks(), self.seen(actor));
-            let Some(vehicle) = self.actors[index].vehicle_mut() else { continue };
-            vehicle.rules.judge_people(network, scene, &body);
-            if !asks {
-                vehicle.rules.judge_way(claims.entering(network, scene, &body));
+            if let Some(vehicle) = self.actors[index].vehicle_mut() {
+                judge(&mut vehicle.rules, asks, &body);
             }
         }
     }

@@ -20,6 +20,8 @@ pub struct Town {
     pub(crate) scenery: Scenery,
     pub(crate) traffic: TrafficPlan,
     pub(crate) rays: TownRays,
+    /// Whether people have crossings over its roads.
+    pub(crate) has_crossings: bool,
     network: OnceLock<Network>,
     beginnings: OnceLock<Vec<Pose>>,
     nav: OnceLock<Option<NavMesh>>,
@@ -36,8 +38,9 @@ impl Town {
         let map = MapRef { name: roads.name().to_owned(), digest: roads.digest().to_owned() };
         let traffic = TrafficPlan::new(&roads);
         let rays = TownRays::new(Arc::clone(&roads));
+        let has_crossings = !roads.crosswalks().is_empty();
         let (network, beginnings, nav) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Self { roads, ground, scenery, traffic, rays, network, beginnings, nav, map }
+        Self { roads, ground, scenery, traffic, rays, has_crossings, network, beginnings, nav, map }
     }
 
     /// Where people walk, made when the first of them asks; `None` on maps without sidewalks.

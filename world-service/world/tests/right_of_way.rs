@@ -2,106 +2,18 @@
 #![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
 mod common;
+mod ways;
 
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 use common::*;
 use roads::{LaneTypes, Map};
 use schemas::{
     ActorId, AgentBehaviour, AgentCommand, AgentOptions, Command, TrafficCommand, Vec3,
-    VehicleControl, WorldId, level_pose,
+    VehicleControl, level_pose,
 };
-use world::{Town, World, WorldConfig};
-
-/// One lane 3.5 m wide around a reference line that is one line or arc.
-struct Way {
-    id: u32,
-    from_m: (f64, f64),
-    heading_rad: f64,
-    curvature_per_m: f64,
-    length_m: f64,
-    junction: i32,
-    before: Option<u32>,
-    after: Option<u32>,
-    /// Type of a sign at its end.
-    sign: Option<&'static str>,
-}
-
-impl Way {
-    fn xodr(&self) -> String {
-        let link = |tag: &str, id: Option<u32>, contact: &str| {
-            let to_junction = || self.junction < 0 && tag == "successor";
-            id.map_or_else(String::new, |id| match to_junction() {
-                true => format!("<{tag} elementType=\"junction\" elementId=\"{id}\"/>"),
-                false => format!(
-                    "<{tag} elementType=\"road\" elementId=\"{id}\" contactPoint=\"{contact}\"/>"
-                ),
-            })
-        };
-        let inside = self.junction >= 0;
-        let lane_link =
-            if inside { "<link><predecessor id=\"-1\"/><successor id=\"-1\"/></link>" } else { "" };
-        let shape = match self.curvature_per_m {
-            0.0 => "<line/>".to_owned(),
-            curvature => format!("<arc curvature=\"{curvature}\"/>"),
-        };
-        let sign = self.sign.map_or_else(String::new, |kind| {
-            format!(
-                "<signal id=\"9\" name=\"sign\" s=\"{}\" t=\"-3\" zOffset=\"0\" orientation=\"-\" \
-                 type=\"{kind}\" subtype=\"-1\" country=\"OpenDRIVE\" value=\"-1\" dynamic=\"no\">\
-                 <validity fromLane=\"-1\" toLane=\"-1\"/></signal>",
-                self.length_m - 1.0
-            )
-        });
-        format!(
-            "<road name=\"{0}\" length=\"{1}\" id=\"{0}\" junction=\"{2}\"><link>{3}{4}</link>\
-             <planView><geometry s=\"0\" x=\"{5}\" y=\"{6}\" hdg=\"{7}\" length=\"{1}\">{shape}\
-             </geometry></planView><lanes><laneOffset s=\"0\" a=\"1.75\" b=\"0\" c=\"0\" d=\"0\"/>\
-             <laneSection s=\"0\"><center><lane id=\"0\" type=\"none\" level=\"false\"/></center>\
-             <right><lane id=\"-1\" type=\"driving\" level=\"false\">{lane_link}\
-             <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection>\
-             </lanes><signals>{sign}</signals></road>",
-            self.id,
-            self.length_m,
-            self.junction,
-            link("predecessor", self.before, "end"),
-            link("successor", self.after, "start"),
-            self.from_m.0,
-            self.from_m.1,
-            self.heading_rad
-        )
-    }
-}
-
-/// Roads, and the ways that lead from one to another through junctions.
-fn world_with(ways: &[Way]) -> (World, Arc<Map>) {
-    let mut text = "<?xml version=\"1.0\"?><OpenDRIVE><header revMajor=\"1\" revMinor=\"4\" \
-                    name=\"crossing\" version=\"1\" north=\"0\" south=\"0\" east=\"0\" west=\"0\"/>"
-        .to_owned();
-    text.extend(ways.iter().map(Way::xodr));
-    let mut junctions: Vec<i32> =
-        ways.iter().map(|way| way.junction).filter(|id| *id >= 0).collect();
-    junctions.dedup();
-    for junction in junctions {
-        write!(text, "<junction id=\"{junction}\" name=\"{junction}\">").unwrap();
-        for (index, way) in ways.iter().filter(|way| way.junction == junction).enumerate() {
-            let (incoming, id) = (way.before.unwrap(), way.id);
-            write!(
-                text,
-                "<connection id=\"{index}\" incomingRoad=\"{incoming}\" connectingRoad=\"{id}\" \
-                 contactPoint=\"start\"><laneLink from=\"-1\" to=\"-1\"/></connection>"
-            )
-            .unwrap();
-        }
-        text.push_str("</junction>");
-    }
-    text.push_str("</OpenDRIVE>");
-    let roads = Arc::new(Map::parse("crossing", &text).unwrap());
-    let (id, map) = (WorldId::new(1).unwrap(), Arc::new(Town::new(Arc::clone(&roads))));
-    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
-    (World::with_traffic(config).unwrap(), roads)
-}
+use ways::{Way, straight, world_with};
+use world::World;
 
 /// A car at a place, driven by an agent or by traffic.
 fn driven(world: &mut World, place_m: (f32, f32), heading_rad: f32, is_agent: bool) -> ActorId {
@@ -144,11 +56,6 @@ fn first(world: &mut World, roads: &Map, goals: [(ActorId, u32); 2]) -> ActorId 
 }
 
 const UP: f64 = std::f64::consts::FRAC_PI_2;
-
-fn straight(id: u32, from_m: (f64, f64), heading_rad: f64, length_m: f64) -> Way {
-    let (curvature_per_m, junction, before, after, sign) = (0.0, -1, None, None, None);
-    Way { id, from_m, heading_rad, curvature_per_m, length_m, junction, before, after, sign }
-}
 
 /// A ring of 20 m around the origin, driven around to the left, with a road onto it from the south.
 /// Roads 1 and 2 are of the ring, road 3 leads to it.
@@ -202,12 +109,30 @@ fn beside_crossing(side: u32, ahead_m: f64) -> ((f64, f64), f64) {
 /// Four roads that meet at right angles: road 1 to 4 lead to the crossing from the four sides, the
 /// straight ways on lead to 5 to 8. Signs of these types stand at their ends.
 fn crossing(signs: [Option<&'static str>; 4]) -> (World, Arc<Map>) {
+    world_with(&crossing_ways(signs))
+}
+
+/// The same, without signs, where traffic keeps to the left.
+fn crossing_on_the_left() -> (World, Arc<Map>) {
+    let ways = crossing_ways([None; 4]);
+    let on_the_left = |way: Way| Way { keeps_left: true, ..way };
+    world_with(&ways.into_iter().map(on_the_left).collect::<Vec<Way>>())
+}
+
+/// The same with ways through it whose lanes are cut into two sections.
+fn crossing_of_sections(signs: [Option<&'static str>; 4]) -> (World, Arc<Map>) {
+    let ways = crossing_ways(signs);
+    let cut = |way: Way| Way { is_cut: way.junction >= 0, ..way };
+    world_with(&ways.into_iter().map(cut).collect::<Vec<Way>>())
+}
+
+fn crossing_ways(signs: [Option<&'static str>; 4]) -> Vec<Way> {
     let way = |id: u32, side: u32, ahead_m: f64, length_m: f64| {
         let (from_m, heading_rad) = beside_crossing(side, ahead_m);
         straight(id, from_m, heading_rad, length_m)
     };
     let sides = (0..4).zip(signs);
-    let ways: Vec<Way> = sides
+    sides
         .flat_map(|(side, sign)| {
             let [to, on, within] = [1 + side, 5 + side, 11 + side];
             [
@@ -221,8 +146,7 @@ fn crossing(signs: [Option<&'static str>; 4]) -> (World, Arc<Map>) {
                 },
             ]
         })
-        .collect();
-    world_with(&ways)
+        .collect()
 }
 
 /// A car that comes to the crossing from a side at 8 m/s, and the road that it is to reach.
@@ -250,6 +174,32 @@ fn of_two_who_come_at_once_who_comes_from_the_right_goes_first() {
                 assert_eq!(found, cars[1].0, "{left_m}, {right_m}, {is_agent}, {right_is_older}");
             }
         }
+    }
+}
+
+#[test]
+fn where_traffic_keeps_to_the_left_who_comes_from_the_left_goes_first() {
+    for is_agent in [false, true] {
+        for right_is_older in [false, true] {
+            let (mut world, roads) = crossing_on_the_left();
+            let mut sides = [0, 1];
+            if right_is_older {
+                sides.reverse();
+            }
+            let mut cars = sides.map(|side| comes(&mut world, side, 60.0, is_agent));
+            if right_is_older {
+                cars.reverse();
+            }
+            let found = first(&mut world, &roads, cars);
+            assert_eq!(found, cars[0].0, "agents {is_agent}, {right_is_older}");
+        }
+    }
+    for (other, taken) in [(3, 1), (1, 0)] {
+        let (mut world, _) = crossing_on_the_left();
+        comes(&mut world, other, 70.0, false);
+        let rolls = rolls(&mut world, 0, 60.0);
+        run(&mut world, 240);
+        assert_eq!(right_of_way_taken(&world, rolls), taken, "from side {other}");
     }
 }
 
@@ -307,6 +257,57 @@ fn whoever_drives_in_before_those_who_go_first_is_counted() {
         run(&mut world, 240);
         assert_eq!(right_of_way_taken(&world, rolls), taken, "from side {other}, {signs:?}");
     }
+}
+
+#[test]
+fn who_rolls_in_behind_somebody_that_is_past_takes_nothing() {
+    /// How far from the crossing's middle cars are whose front comes into the junction, or whose
+    /// rear leaves it.
+    const ENTRY_M: f32 = 12.3;
+    const LEAVES_M: f32 = -ENTRY_M;
+    let (mut before, mut behind) = (0, 0);
+    for ahead_m in (50..110).step_by(2) {
+        let (mut world, _) = crossing([None; 4]);
+        let (other, _) = comes(&mut world, 1, 66.0, false);
+        let rolls = rolls(&mut world, 0, f64::from(ahead_m));
+        while position_m(&world, rolls).y < -ENTRY_M {
+            run(&mut world, 1);
+        }
+        let other_x_m = position_m(&world, other).x;
+        run(&mut world, 40);
+        let taken = right_of_way_taken(&world, rolls);
+        match other_x_m {
+            // It is still to come, and goes first.
+            15.0..35.0 => {
+                before += 1;
+                assert_eq!(taken, 1, "from {ahead_m} m, the other at {other_x_m} m");
+            }
+            // Its rear has left the way of who rolls in, but not the junction.
+            LEAVES_M..-3.5 => {
+                behind += 1;
+                assert_eq!(taken, 0, "from {ahead_m} m, the other at {other_x_m} m");
+            }
+            _ => {}
+        }
+    }
+    assert!(before > 2 && behind > 2, "{before} before it, {behind} behind it");
+}
+
+#[test]
+fn a_junction_of_several_sections_is_entered_once() {
+    for (other, signs, taken) in
+        [(1, [None; 4], 1), (3, [None; 4], 0), (3, [Some("205"), None, None, None], 1)]
+    {
+        let (mut world, _) = crossing_of_sections(signs);
+        comes(&mut world, other, 70.0, false);
+        let rolls = rolls(&mut world, 0, 60.0);
+        run(&mut world, 240);
+        assert_eq!(right_of_way_taken(&world, rolls), taken, "from side {other}, {signs:?}");
+    }
+    let (mut world, _) = crossing_of_sections([Some("206"), None, None, None]);
+    let rolls = rolls(&mut world, 0, 60.0);
+    run(&mut world, 240);
+    assert_eq!(world.frame().broken_by(rolls).map(|broken| broken.stop_signs), Some(1));
 }
 
 #[test]

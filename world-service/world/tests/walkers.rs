@@ -176,6 +176,34 @@ fn a_trajectory_is_walked_within_ticks_and_goes_on_bit_for_bit_in_a_restored_wor
 }
 
 #[test]
+fn who_runs_slows_down_before_its_places_and_stops_there() {
+    let mut world = world();
+    let walker = walker(&mut world, 0.0, 0.0);
+    let begin_m = position_m(&world, walker);
+    let stage = |beside_m: f32, wait_secs: f32| WalkerStage {
+        to_m: begin_m + Vec3::y() * beside_m,
+        speed_mps: 5.0,
+        wait_secs,
+    };
+    let (stages, trigger) = (vec![stage(12.0, 1.0), stage(0.0, 0.0)], None);
+    let follow = WalkerCommand::Trajectory { actor: walker, stages, trigger };
+    world.apply(&Command::Walker(follow)).unwrap();
+    let mut ways_m = Vec::new();
+    for _ in 0..180 {
+        run(&mut world, 1);
+        ways_m.push((position_m(&world, walker) - begin_m).y);
+    }
+    let fastest_mps = ways_m.windows(2).map(|way| (way[1] - way[0]) / 0.05).fold(0.0_f32, f32::max);
+    let most_m = ways_m.iter().copied().fold(0.0, f32::max);
+    let least_m = ways_m.iter().copied().fold(0.0, f32::min);
+    assert!((4.9..5.1).contains(&fastest_mps), "{fastest_mps}");
+    assert!((11.85..12.1).contains(&most_m) && least_m > -0.1, "{least_m}, {most_m}");
+    let stood = ways_m.windows(2).filter(|way| way[0] > 11.85 && way[0] == way[1]).count();
+    assert!((15..30).contains(&stood), "{stood} ticks of 0.05 s at its place");
+    assert!(ways_m[179].abs() < 0.15 && ways_m[179] == ways_m[170], "{}", ways_m[179]);
+}
+
+#[test]
 fn a_trajectory_begins_when_its_vehicle_is_near_and_another_control_ends_it() {
     let mut world = world();
     let (walker, car) = (walker(&mut world, 0.0, 3.0), car(&mut world, -40.0, 10.0));

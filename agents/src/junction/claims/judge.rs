@@ -39,33 +39,36 @@ impl Claims {
     pub fn entering(&self, network: &Network, scene: &Scene, body: &Body) -> Entering {
         let heading_rad = nalgebra::RealField::atan2(body.forward.y, body.forward.x);
         let front_m = body.centre_m + body.forward * body.half_m.x;
-        let ways: Vec<LaneId> = network
+        let lanes: Vec<LaneId> = network
             .near(&front_m, BESIDE_M)
             .into_iter()
             .filter(|near| {
-                let inside = network.lane(near.place.lane).is_some_and(|it| it.junction.is_some());
+                let Some(lane) = network.lane(near.place.lane) else { return false };
                 let same_way = wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
-                inside && same_way && (0.1..ENTERED_M).contains(&near.place.at_m)
+                let inside_m = lane.entered.before_m + near.place.at_m;
+                lane.junction.is_some() && same_way && (0.1..ENTERED_M).contains(&inside_m)
             })
             .map(|near| near.place.lane)
             .collect();
-        if ways.is_empty() {
+        if lanes.is_empty() {
             return Entering::No;
         }
         if body.velocity_mps.dot(&body.forward) < MOVING_MPS {
             return Entering::Unclear;
         }
-        let taken = ways.iter().filter(|way| self.is_taken(network, scene, **way, body)).count();
+        let taken = lanes.iter().filter(|lane| self.is_taken(network, scene, **lane, body)).count();
         match taken {
             0 => Entering::Free,
-            all if all == ways.len() => Entering::Taking,
+            all if all == lanes.len() => Entering::Taking,
             _ => Entering::Unclear,
         }
     }
 
     /// Whether somebody who goes before whoever is on a way of a junction comes soon.
-    fn is_taken(&self, network: &Network, scene: &Scene, way: LaneId, body: &Body) -> bool {
-        let Some(own) = network.lane(way) else { return false };
+    fn is_taken(&self, network: &Network, scene: &Scene, on: LaneId, body: &Body) -> bool {
+        let entry = |lane: LaneId| network.lane(network.lane(lane)?.entered.lane);
+        let Some(own) = entry(on) else { return false };
+        let ways: Vec<LaneId> = network.through(own.entered.lane).collect();
         let own_yields = yields(network, own);
         let stopped = |line: Stop| match line {
             Stop::Light(light) => matches!(scene.light(light), Red | Yellow),
@@ -74,31 +77,39 @@ impl Claims {
         if at_entry(network, own, stopped) {
             return false;
         }
+        // Where on another's lane the way is left behind.
+        let left_m = |lane: LaneId| {
+            let other = network.lane(lane)?;
+            let met = ways.iter().filter_map(|way| other.conflict(*way));
+            met.map(|conflict| conflict.until_m).max_by(f32::total_cmp)
+        };
         let first = |lane: LaneId| {
-            let other = network.lane(lane).filter(|other| other.conflict(way).is_some());
-            other.is_some_and(|other| goes_first(network, other, (own, own_yields)))
+            entry(lane).is_some_and(|other| goes_first(network, other, (own, own_yields)))
         };
         let wished = self.wishes.iter().any(|Wish { lane, asker }| {
-            asker.id != body.id && asker.eta_secs < GAP_SECS && first(*lane)
+            let soon = asker.id != body.id && asker.eta_secs < GAP_SECS;
+            soon && left_m(*lane).is_some() && first(*lane)
         });
         let held = |hold: &Hold| {
-            let conflict = network.lane(hold.lane).and_then(|other| other.conflict(way));
-            let is_past = conflict.is_some_and(|it| hold.rear_m >= it.until_m + CLEAR_M);
-            hold.id != body.id && hold.eta_secs < GAP_SECS && !is_past && first(hold.lane)
+            let soon = hold.id != body.id && hold.eta_secs < GAP_SECS;
+            let meets = || left_m(hold.lane).is_some_and(|left_m| hold.rear_m < left_m + CLEAR_M);
+            soon && meets() && first(hold.lane)
         };
         wished || self.held.iter().any(held)
     }
 }
 
 /// Whether a way through a junction goes before another one: who has no sign, of equals who comes
-/// from the right, and oncoming traffic before who turns left.
+/// from the right, and oncoming traffic before who turns left; where traffic keeps to the left, who
+/// comes from the left, and oncoming traffic before who turns right.
 fn goes_first(network: &Network, other: &Lane, (own, own_yields): (&Lane, bool)) -> bool {
     match (yields(network, other), own_yields) {
         (false, true) => true,
         (true, false) => false,
         _ => {
-            let passes = other.is_oncoming(own) && turn_rad(own) > TURN_RAD;
-            other.is_from_right_of(own) || (passes && turn_rad(other) < TURN_RAD)
+            let crosses = |lane: &Lane| network.across_rad(lane.entered.lane) > TURN_RAD;
+            let passes = other.is_oncoming(own) && crosses(own) && !crosses(other);
+            other.is_from_first_side_of(own) || passes
         }
     }
 }
@@ -117,9 +128,4 @@ fn at_entry(network: &Network, lane: &Lane, is_such: impl Fn(Stop) -> bool) -> b
         before.stops.iter().any(|line| line.at_m > from_m && is_such(line.why))
     });
     inside || before
-}
-
-/// By how much a lane turns from its entry to its exit, positive to the left.
-fn turn_rad(lane: &Lane) -> f32 {
-    wrapped(lane.at(lane.length_m()).heading_rad - lane.at(0.0).heading_rad)
 }

@@ -1,10 +1,10 @@
 //! Clients that do anything at any time, services that die, and events that come late, twice or
 //! never, on a virtual clock: every call is answered once, frames come in order, nothing is left.
-//!
-//! A thousand seeds by default; `CAUSEWAY_SEEDS=100000` or `CAUSEWAY_SEEDS=77..78` for others.
+
+#[path = "../../../../tests/seeds.rs"]
+mod seeds;
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::time::Duration;
 
 use schemas::SplitMix64;
@@ -195,25 +195,9 @@ impl Simulation {
     }
 }
 
-/// A number of seeds, or a range of them.
-fn seeds() -> Range<u64> {
-    let Ok(wanted) = std::env::var("CAUSEWAY_SEEDS") else { return 0..1_000 };
-    let number = |text: &str| text.trim().parse().expect("CAUSEWAY_SEEDS is N or FROM..TO");
-    match wanted.split_once("..") {
-        Some((from, to)) => number(from)..number(to),
-        None => 0..number(&wanted),
-    }
-}
-
 #[test]
 fn whatever_happens_every_call_is_answered_once_and_nothing_is_left() {
-    for seed in seeds() {
-        let run = std::panic::catch_unwind(|| Simulation::run(seed));
-        if let Err(panic) = run {
-            eprintln!("repeat it with CAUSEWAY_SEEDS={seed}..{}", seed + 1);
-            std::panic::resume_unwind(panic);
-        }
-    }
+    seeds::each(|seed| drop(Simulation::run(seed)));
 }
 
 #[test]

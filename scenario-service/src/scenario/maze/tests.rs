@@ -1,6 +1,7 @@
 use serde_json::json;
 
 use super::*;
+use crate::scenario::DoneReason;
 use crate::testing;
 
 fn begun(seed: u64) -> (Maze, WorldSpec) {

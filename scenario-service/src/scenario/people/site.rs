@@ -3,6 +3,7 @@
 use roads::Map;
 use schemas::{SplitMix64, Translation3, Vec3};
 
+use super::kerb::{Kerb, kerb};
 use crate::scenario::decision::Side;
 use crate::scenario::lanes::{Lanes, Place};
 use crate::scenario::spawn::{self, Facing};
@@ -10,44 +11,41 @@ use crate::scenario::{Placement, crowd};
 
 /// Places of the way at which its turn is looked at.
 const LOOKS: u32 = 16;
-/// Kerbs are looked for in such steps, no farther from the middle of the lane than this.
-const STEP_M: f64 = 0.25;
-const KERB_M_MAX: f64 = 16.0;
-/// People stand so far behind the edge of the last lane.
-const BEHIND_M: f64 = 0.8;
-/// Marked crossings are looked for so much nearer or farther than asked.
+/// Marked crossings are looked for so much nearer or farther than asked, in steps.
 const MARKED_M: f64 = 15.0;
+const STEP_M: f64 = 0.25;
 
 /// Of a lane, as its traffic sees them.
 pub(super) const SIDES: [Side; 2] = [Side::Right, Side::Left];
-
-/// The other one.
-pub(super) const fn opposite(side: Side) -> Side {
-    match side {
-        Side::Right => Side::Left,
-        Side::Left => Side::Right,
-    }
-}
 
 /// The way over a road at a place of a lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
     over: Place,
-    /// From the middle of the lane to where people stand.
-    right_m: f64,
-    left_m: f64,
+    right: Kerb,
+    left: Kerb,
 }
 
 impl Crossing {
-    /// `None` where lanes do not end within reach on both sides.
+    /// `None` where the road does not end within reach on both sides.
     pub(super) fn of(lanes: Lanes<'_>, over: Place) -> Option<Self> {
-        let [right_m, left_m] = SIDES.map(|side| kerb_m(lanes, over, side));
-        Some(Self { over, right_m: right_m?, left_m: left_m? })
+        let [right, left] = SIDES.map(|side| kerb(lanes, over, side));
+        Some(Self { over, right: right?, left: left? })
     }
 
     /// From the middle of the lane to where people stand on a side.
     pub(super) fn kerb_m(&self, side: Side) -> f64 {
-        if side == Side::Right { self.right_m } else { self.left_m }
+        self.kerb(side).stands_m
+    }
+
+    /// From the middle of the lane to where people may begin on a side, the best place first.
+    pub(super) fn begins_m(&self, side: Side) -> [f64; 2] {
+        let kerb = self.kerb(side);
+        [kerb.stands_m, kerb.steps_out_m]
+    }
+
+    fn kerb(&self, side: Side) -> &Kerb {
+        if side == Side::Right { &self.right } else { &self.left }
     }
 
     /// A place on the road, ahead of the way over it and right of the middle of the lane; world
@@ -167,14 +165,4 @@ fn holds(corners: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
 fn beside(lanes: Lanes<'_>, place: Place, ahead_m: f64, right_m: f64) -> Vec3 {
     let lane_from_point = Translation3::new(ahead_m as f32, -right_m as f32, 0.0);
     (lanes.pose(place) * lane_from_point).translation.vector
-}
-
-/// From the middle of a lane to a little behind the edge of the last lane on a side.
-fn kerb_m(lanes: Lanes<'_>, over: Place, side: Side) -> Option<f64> {
-    let steps = (KERB_M_MAX / STEP_M) as u32;
-    let mut places = (4..steps).map(|step| f64::from(step) * STEP_M);
-    let off = |beside_m: &f64| {
-        lanes.under(beside(lanes, over, 0.0, side.sign_right() * *beside_m)).is_none()
-    };
-    places.find(off).map(|edge_m| edge_m + BEHIND_M)
 }

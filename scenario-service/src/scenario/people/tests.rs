@@ -1,4 +1,5 @@
 use super::*;
+use crate::scenario::DoneReason;
 use crate::testing;
 
 fn begun(kind: Kind, seed: u64) -> (People, WorldSpec) {
@@ -20,24 +21,37 @@ fn seen(spec: &WorldSpec, place_m: Vec3) -> (f32, f32) {
     (there.x, there.y)
 }
 
-#[test]
-fn one_begins_at_a_kerb_and_goes_over_to_the_other_as_the_ego_comes() {
-    let (mut left, mut right) = (0, 0);
+/// How many of 40 seeds begin on the left and on the right of an ego that starts so far away.
+fn sides(start_m: f32) -> [usize; 2] {
+    let mut scenario = People::new("people", Kind::Crosses, Profile::Documented);
+    scenario.start_distance_m = f64::from(start_m);
+    let mut sides = [0, 0];
     for seed in 0..40 {
-        let (_, spec) = begun(Kind::Crosses, seed);
+        let spec = scenario.reset(seed, &testing::map()).unwrap();
         let [walker] = &spec.others[..] else { panic!("{:?}", spec.others) };
         let (ahead_m, left_m) = seen(&spec, walker.world_from_actor.translation.vector);
-        assert!((58.0..62.0).contains(&ahead_m), "{ahead_m}");
+        assert!((ahead_m - start_m).abs() < 2.0, "{ahead_m}");
         let ([begin, end], within_m) = follows(walker);
         let (_, end_m) = seen(&spec, end.to_m);
         assert!(left_m.abs() > 2.0 && left_m * end_m < 0.0, "over the lane: {left_m}, {end_m}");
+        let wide_m = (left_m - end_m).abs();
+        assert!((15.0..25.0).contains(&wide_m), "from kerb to kerb of 4 or 6 lanes: {wide_m}");
         assert_eq!(begin.wait_secs, 0.0);
         // At 40 km/h the ego takes as long as the walker at 1.4 m/s to the middle of the lane.
         let ego_secs = (within_m * within_m - left_m * left_m).sqrt() * 3.6 / 40.0;
         assert!((ego_secs - left_m.abs() / 1.4).abs() < 0.2, "{ego_secs}, {left_m}");
-        assert!(within_m < 60.0, "nobody is on the way when it begins: {within_m}");
-        if left_m > 0.0 { left += 1 } else { right += 1 }
+        assert!(within_m < start_m, "nobody is on the way when it begins: {within_m}");
+        sides[usize::from(left_m < 0.0)] += 1;
     }
+    sides
+}
+
+#[test]
+fn one_begins_at_a_kerb_and_goes_over_to_the_other_as_the_ego_comes() {
+    // The far kerb of two lanes each way is 10 m away: 7 s on foot.
+    let [left, right] = sides(60.0);
+    assert_eq!((left, right), (0, 40));
+    let [left, right] = sides(100.0);
     assert!(left >= 2 && right >= 2, "{left} and {right}");
 }
 
@@ -94,6 +108,34 @@ fn settings_change_who_goes_when() {
         let values = json!({ key: value }).as_object().unwrap().clone();
         let error = scenario.configure(&mut Overrides::new(&values)).unwrap_err().to_string();
         assert!(error.contains(key), "{error}");
+    }
+}
+
+#[test]
+fn settings_with_which_nobody_could_be_in_time_on_any_map_are_refused_at_once() {
+    let configured = |kind: Kind, config: Value| {
+        let mut scenario = People::new("people", kind, Profile::Documented);
+        let values = config.as_object().unwrap().clone();
+        let mut overrides = Overrides::new(&values);
+        scenario.common_mut().configure(&mut overrides)?;
+        scenario.configure(&mut overrides)
+    };
+    for kind in [Kind::Crosses, Kind::Hesitates, Kind::Crowd] {
+        let slow = json!({ "pedestrian_speed": 0.3 });
+        let error = configured(kind, slow.clone()).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "scenario_config.start_distance_m must be more than 72.2 for people who walk at 0.3 m/s \
+             before a car at 40 km/h (a higher pedestrian_speed or a crossing_trigger_m does as \
+             well), not 60"
+        );
+        let fast = json!({ "initial_speed_kmh": 200, "start_distance_m": 50 });
+        assert!(configured(kind, fast).unwrap_err().to_string().contains("at 200 km/h"));
+        for more in [json!({ "start_distance_m": 73 }), json!({ "crossing_trigger_m": 20 })] {
+            let mut config = slow.clone();
+            config.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+            assert_eq!(configured(kind, config), Ok(()));
+        }
     }
 }
 

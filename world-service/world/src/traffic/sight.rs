@@ -46,7 +46,7 @@ pub struct Broken {
     pub red_lights: u32,
     /// Stop signs at which it did not stand.
     pub stop_signs: u32,
-    /// Junctions that it drove into before somebody who was to go first and came soon.
+    /// Junctions that it drove into before traffic or an agent that was to go first and came soon.
     pub right_of_way: u32,
     /// Crossings that it drove onto before people whom it could have let over.
     pub crossings: u32,

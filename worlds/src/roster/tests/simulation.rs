@@ -1,11 +1,11 @@
 //! Hosts that die, stand still and come again, and news of them that comes late, twice or never:
 //! whoever is asked to place a world always can while somebody is up, and once all has been told,
 //! what is known is what is.
-//!
-//! A thousand seeds by default; `CAUSEWAY_SEEDS=100000` or `CAUSEWAY_SEEDS=77..78` for others.
+
+#[path = "../../../../tests/seeds.rs"]
+mod seeds;
 
 use std::collections::VecDeque;
-use std::ops::Range;
 
 use super::*;
 
@@ -214,22 +214,7 @@ fn run(seed: u64) {
     simulation.end();
 }
 
-/// A number of seeds, or a range of them.
-fn seeds() -> Range<u64> {
-    let Ok(wanted) = std::env::var("CAUSEWAY_SEEDS") else { return 0..1_000 };
-    let number = |text: &str| text.trim().parse().expect("CAUSEWAY_SEEDS is N or FROM..TO");
-    match wanted.split_once("..") {
-        Some((from, to)) => number(from)..number(to),
-        None => 0..number(&wanted),
-    }
-}
-
 #[test]
 fn whatever_is_told_of_hosts_in_the_end_all_that_run_are_known_and_no_other() {
-    for seed in seeds() {
-        if let Err(panic) = std::panic::catch_unwind(|| run(seed)) {
-            eprintln!("repeat it with CAUSEWAY_SEEDS={seed}..{}", seed + 1);
-            std::panic::resume_unwind(panic);
-        }
-    }
+    seeds::each(run);
 }

@@ -26,7 +26,7 @@ class RulesBroken(object):
     # Stop signs at which it did not stand.
     # RulesBroken
     def StopSigns(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(8))
-    # Junctions that it drove into before somebody who was to go first and came soon.
+    # Junctions that it drove into before traffic or an agent that was to go first and came soon.
     # RulesBroken
     def RightOfWay(self): return self._tab.Get(flatbuffers.number_types.Uint32Flags, self._tab.Pos + flatbuffers.number_types.UOffsetTFlags.py_type(12))
     # Crossings that it drove onto before people whom it could have let over.

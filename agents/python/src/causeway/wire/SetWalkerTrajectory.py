@@ -60,7 +60,7 @@ class SetWalkerTrajectory(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(6))
         return o == 0
 
-    # It begins when this vehicle is nearer than the distance; 0: at once.
+    # It begins when this actor, a vehicle or a walker, is nearer than the distance; 0: at once.
     # SetWalkerTrajectory
     def Vehicle(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(8))
