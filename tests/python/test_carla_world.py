@@ -64,17 +64,6 @@ def test_weather_comes_back_as_it_was_set(world):
     assert world.get_weather() == carla.WeatherParameters.HardRainNoon
 
 
-def test_the_default_weather_is_that_which_the_map_began_with(client, world):
-    fresh = client.reload_world(False)
-    began = fresh.get_weather()
-    fresh.set_weather(carla.WeatherParameters.HardRainSunset)
-    fresh.tick()
-    fresh.set_weather(carla.WeatherParameters.Default)
-    fresh.tick()
-    assert fresh.get_weather() == began
-    assert began.sun_altitude_angle > 10.0 and began.precipitation == 0.0
-
-
 def test_a_new_map_is_a_new_episode_without_the_old_actors(client, world):
     spawn_car(world)
     world.tick()
