@@ -25,9 +25,10 @@ pub struct Flags {
 }
 
 /// CARLA's flags that scripts also write with two dashes, which it takes as well.
-const WITH_TWO_DASHES: [&str; 12] = [
+const WITH_TWO_DASHES: [&str; 13] = [
     "--carla-rpc-port",
     "--carla-port",
+    "--carla-world-port",
     "--world-port",
     "--carla-streaming-port",
     "--carla-secondary-port",
@@ -65,7 +66,9 @@ pub fn translate(arguments: impl IntoIterator<Item = String>, flags: Flags) -> T
         }
         (is_value, is_carlas_value) = (false, argument.ends_with('='));
         match (name.trim_start_matches('-'), value) {
-            ("carla-rpc-port" | "carla-port" | "world-port", port) if !port.is_empty() => {
+            ("carla-rpc-port" | "carla-port" | "carla-world-port" | "world-port", port)
+                if !port.is_empty() =>
+            {
                 translated.arguments.extend([flags.port.to_owned(), port.to_owned()]);
             }
             ("carla-streaming-port", port) if !port.is_empty() => {
@@ -131,6 +134,10 @@ mod tests {
         let translated = translate(words("-quality-level=Epic -quality-level=Medium"), FLAGS);
         assert_eq!(translated.arguments, words("--quality high"));
         assert_eq!(translated.ignored, words("-quality-level=Medium"));
+        for name in ["-carla-port", "-world-port", "-carla-world-port", "--carla-world-port"] {
+            let translated = translate(words(&format!("{name}=2010")), FLAGS);
+            assert_eq!(translated.arguments, words("--carla 2010"), "{name}");
+        }
         let gateway = Flags { quality: None, ..FLAGS };
         let translated = translate(words("-quality-level=Low"), gateway);
         assert_eq!(translated.ignored, words("-quality-level=Low"));

@@ -30,7 +30,8 @@ use clap::{CommandFactory as _, FromArgMatches as _};
 fn main() -> ExitCode {
     carla_flags::take_name(std::env::args_os());
     let command = environment::without_empty(cli::Cli::command());
-    let given = command.get_matches_from(carla_flags::translated(std::env::args_os()));
+    let line = carla_flags::translated(std::env::args_os(), &command);
+    let given = command.get_matches_from(line);
     let cli = cli::Cli::from_arg_matches(&given).unwrap_or_else(|wrong| wrong.exit());
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,4 +1,4 @@
 #!/bin/sh
 # Starts a site in the place of a CARLA server, with CARLA's flags: for programs that start
 # $CARLA_ROOT/CarlaUE4.sh themselves. Wants `causeway` on the PATH, or its path in CAUSEWAY_BIN.
-exec "${CAUSEWAY_BIN:-causeway}" CarlaUE4.sh "$@"
+exec "${CAUSEWAY_BIN:-causeway}" CarlaUE4-Linux-Shipping CarlaUE4 "$@"

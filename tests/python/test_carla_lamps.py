@@ -49,6 +49,17 @@ def seen(site, world, lamps):
     return look
 
 
+def test_lamps_are_off_in_the_default_weather_which_is_the_day_of_the_map(world):
+    manager = world.get_lightmanager()
+    lights = manager.get_all_lights()
+    night, default = carla.WeatherParameters.ClearNight, carla.WeatherParameters.Default
+    for weather, burn in ((night, True), (default, False)):
+        world.set_weather(weather)
+        ticks_until(world, lambda burn=burn: set(manager.is_active(lights)) == {burn})
+        assert set(manager.is_active(lights)) == {burn}
+        assert world.get_weather() == weather
+
+
 def test_lamps_are_on_poles_and_belong_to_the_street(world, lamps):
     lights = lamps.get_all_lights(STREET)
     poles = world.get_environment_objects(carla.CityObjectLabel.Poles)

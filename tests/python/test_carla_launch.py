@@ -119,17 +119,24 @@ def test_nobody_need_read_what_a_site_says():
     os.close(reader)
 
 
-@pytest.mark.parametrize("script", ["CarlaUE4.sh", "CarlaUnreal.sh"])
-def test_who_ends_servers_by_name_finds_a_launched_site(script):
-    port = two_free_ports()
-    with launched(script, "-nosound", CARLA_PORT=str(port)) as process:
+@pytest.mark.parametrize("game", ["CarlaUE4", "CarlaUnreal"])
+@pytest.mark.parametrize("itself", [False, True], ids=["script", "program"])
+def test_who_ends_servers_by_name_finds_a_launched_site(game, itself):
+    port, program = two_free_ports(), f"{game}-Linux-Shipping"
+    script = f"{game}/Binaries/Linux/{program}" if itself else f"{game}.sh"
+    flags = [game] if itself else []
+    flags += ["-nosound", "--ros2", "--resx=800", "-carla-rpc-port", "3", f"-carla-rpc-port={port}"]
+    with launched(script, *flags) as process:
 
         def is_named_so():
             name = Path(f"/proc/{process.pid}/comm").read_text().strip()
-            if name != f"{script.removesuffix('.sh')}-Linux-Shipping"[:15]:
+            if name != program[:15]:
                 raise ConnectionError(name)
 
         eventually(is_named_so)
+        # As `pkill -f` reads it.
+        line = Path(f"/proc/{process.pid}/cmdline").read_text().replace("\0", " ")
+        assert f"{program} {game} -nosound" in line
         # A process has its name before it knows what to do when it is to end.
         assert frame_of(port) > 0
 

@@ -160,25 +160,6 @@ def test_a_drawn_line_is_in_the_picture_until_its_time_is_over(world):
     camera.destroy()
 
 
-def test_cameras_rest_while_nothing_is_to_be_drawn(world):
-    camera, pictures = look(world, "rgb", place=high_above(world))
-    settings = world.get_settings()
-    settings.no_rendering_mode = True
-    world.apply_settings(settings)
-    frame = world.tick()
-    world.tick()
-    # Pictures of the frames before may still be on their way.
-    with pytest.raises(queue.Empty):
-        while pictures.get(timeout=0.5).frame < frame:
-            pass
-    settings.no_rendering_mode = False
-    world.apply_settings(settings)
-    frame = world.tick()
-    while pictures.get(timeout=WAIT_SECS).frame < frame:
-        pass
-    camera.destroy()
-
-
 def test_a_car_that_passes_flows_and_the_street_does_not(world):
     car = spawn_car(world)
     ticks(world, 20)

@@ -40,8 +40,17 @@ impl WeatherParameters {
         recorded.0.iter().all(|number| number.is_finite()).then_some(Self(recorded.0))
     }
 
+    /// Whether it is CARLA's `WeatherParameters.Default`, -1 as far as the wetness: the weather that
+    /// a map begins with.
+    fn is_of_the_map(&self) -> bool {
+        self.0[..10].iter().all(|number| *number < 0.0)
+    }
+
     /// In our units; per cents out of range are clamped, as CARLA does.
     pub(crate) fn ours(&self) -> Weather {
+        if self.is_of_the_map() {
+            return Weather::CLEAR_NOON;
+        }
         let [cloudiness, precipitation, deposits, wind, azimuth_deg, altitude_deg, ..] = self.0;
         let [.., density, fog_distance_m, falloff, wetness, scattering, mie, rayleigh, dust] =
             self.0;
@@ -68,6 +77,15 @@ impl WeatherParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn carlas_default_is_the_weather_that_a_map_begins_with() {
+        let mut default = [-1.0; 14];
+        default[10..].copy_from_slice(&[1.0, 0.03, 0.0331, 0.0]);
+        assert_eq!(WeatherParameters(default).ours(), Weather::CLEAR_NOON);
+        default[0] = 0.0;
+        assert!(WeatherParameters(default).ours().sun_altitude_rad < 0.0);
+    }
 
     #[test]
     fn fog_falloff_comes_before_wetness() {

@@ -55,7 +55,7 @@ impl Endpoint {
     /// left out while those of an earlier one are still being drawn.
     pub(super) fn take_pictures(&mut self, due: Vec<ActorId>, before: Option<&Frame>) {
         let busy = self.pictures.as_ref().is_some_and(|pictures| !pictures.is_finished());
-        if due.is_empty() || busy || self.settings.no_rendering_mode {
+        if due.is_empty() || busy {
             return;
         }
         if !self.site.can_draw() {

@@ -64,7 +64,7 @@ impl Optics {
                 actor.number("chromatic_aberration_intensity", 0.0)?.clamp(0.0, 20.0),
                 actor.number("chromatic_aberration_offset", 0.0)?.clamp(0.0, 1.0),
             ],
-            gamma: positive(actor, "gamma", GAMMA)?,
+            gamma: gamma(actor)?,
         };
         Ok(Self { exposure: exposure(actor)?, lens, finish: Some(finish) })
     }
@@ -149,6 +149,12 @@ fn exposure(actor: &Actor) -> Result<Exposure, Refusal> {
         temperature_k: positive(actor, "temp", Exposure::PLAIN.temperature_k)?,
         tint: actor.number("tint", 0.0)?,
     })
+}
+
+/// The usual one where none above 0 is asked for, as Unreal Engine has it.
+fn gamma(actor: &Actor) -> Result<f32, Refusal> {
+    let asked = actor.number("gamma", GAMMA)?;
+    Ok(if asked > 0.0 { asked } else { GAMMA })
 }
 
 /// A number above 0.
@@ -238,7 +244,7 @@ mod tests {
             |gamma: &str, value: u8| finished(&[("gamma", gamma)], &grey(value), false).data[0];
         assert_eq!([of("1.1", 0), of("1.1", 255)], [0, 255]);
         assert!(of("1.1", 128) < 70 && of("4.4", 128) > 175);
-        assert!(Optics::of(&camera(&[("gamma", "0")])).is_err());
+        assert_eq!(of("0.0", 128), of("2.2", 128));
     }
 
     #[test]

@@ -65,7 +65,8 @@ pub(crate) struct Args {
         value_delimiter = ','
     )]
     carla: Vec<PortOfTenant>,
-    /// Where they have the streams of sensors, a port for each [default: the next after each].
+    /// Where they have the streams of sensors, a port for each, 0 for any free one [default: the next
+    /// after each].
     #[arg(long, value_name = "PORT", value_delimiter = ',')]
     carla_stream: Vec<u16>,
     /// Address on which CARLA endpoints listen. Loopback unless told otherwise: nobody is asked for
@@ -185,7 +186,7 @@ pub(crate) struct Plan {
 impl Plan {
     /// # Errors
     /// The first setting that cannot work.
-    pub(crate) fn resolve(args: Args) -> Result<Self, PlanError> {
+    pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
         if let Some(path) = &args.maps {
             check_folder(path)?;
         }
@@ -210,12 +211,15 @@ impl Plan {
             return Err(PlanError::Streams { wanted: wanted.len(), found: streams.len() });
         }
         let streams = streams.iter().copied().map(Some).chain(std::iter::repeat(None));
-        let carla: Vec<PortOfTenant> = std::iter::zip(wanted, streams)
+        let (carla, streams): (Vec<_>, Vec<_>) = std::iter::zip(wanted, streams)
             .map(|(PortOfTenant { port, tenant }, streams)| {
-                let port = ports::free_carla(args.carla_host, *port, streams)?;
-                Ok(PortOfTenant { port, tenant: tenant.clone() })
+                let (port, streams) = ports::free_carla(args.carla_host, *port, streams)?;
+                Ok((PortOfTenant { port, tenant: tenant.clone() }, streams))
             })
             .collect::<Result<_, PortTaken>>()?;
+        if !args.carla_stream.is_empty() {
+            args.carla_stream = streams;
+        }
         let mut services = services(&args, http, &bus, &carla);
         let mut admin = args.admin;
         if let Some(address) = &mut admin.admin {

@@ -32,9 +32,13 @@ pub(crate) fn usable_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> 
     }
 }
 
-/// The port itself, with port 0 replaced by a free one, if that of the streams is free too: the
+/// The ports of calls and of streams, with port 0 replaced by a free one; that of the streams is the
 /// next one unless told.
-pub(crate) fn free_carla(host: IpAddr, port: u16, streams: Option<u16>) -> Result<u16, PortTaken> {
+pub(crate) fn free_carla(
+    host: IpAddr,
+    port: u16,
+    streams: Option<u16>,
+) -> Result<(u16, u16), PortTaken> {
     /// Ports that are tried for a pair.
     const ATTEMPTS: usize = 64;
     let mut outcome = bind_pair(host, port, streams);
@@ -52,12 +56,21 @@ pub(crate) fn free_carla(host: IpAddr, port: u16, streams: Option<u16>) -> Resul
     })
 }
 
-fn bind_pair(host: IpAddr, port: u16, streams: Option<u16>) -> Result<u16, (u16, io::Error)> {
-    let bind = |port: u16| TcpListener::bind((host, port)).map_err(|cause| (port, cause));
-    let calls = bind(port)?;
-    let port = calls.local_addr().map_err(|cause| (port, cause))?.port();
-    let streams = streams.or(port.checked_add(1)).filter(|streams| *streams > 0);
-    bind(streams.ok_or_else(|| (port, io::ErrorKind::AddrInUse.into()))?).map(|_| port)
+/// A port that was asked for, and why it cannot be had.
+type Refused = (u16, io::Error);
+
+fn bind_pair(host: IpAddr, port: u16, streams: Option<u16>) -> Result<(u16, u16), Refused> {
+    let (calls, _held) = bind(host, port)?;
+    let next = || calls.checked_add(1).ok_or_else(|| (calls, io::ErrorKind::AddrInUse.into()));
+    let (streams, _) = bind(host, streams.map_or_else(next, Ok)?)?;
+    Ok((calls, streams))
+}
+
+/// The port itself, with port 0 replaced by a free one, while the listener lives.
+fn bind(host: IpAddr, port: u16) -> Result<(u16, TcpListener), Refused> {
+    let listener = TcpListener::bind((host, port)).map_err(|cause| (port, cause))?;
+    let port = listener.local_addr().map_err(|cause| (port, cause))?.port();
+    Ok((port, listener))
 }
 
 /// The address itself, with port 0 replaced by a free one, if the `count` ports after it are free
@@ -131,6 +144,19 @@ mod tests {
         let foreign = "192.0.2.1:8000".parse().unwrap();
         let refusal = usable_http(foreign).unwrap_err().to_string();
         assert!(refusal.contains("192.0.2.1:8000") && refusal.contains("--http"), "{refusal}");
+    }
+
+    #[test]
+    fn streams_have_the_next_port_or_any_free_one() {
+        let host = IpAddr::from([127, 0, 0, 1]);
+        let (calls, streams) = free_carla(host, 0, None).unwrap();
+        assert_eq!(streams, calls + 1);
+        let (calls, streams) = free_carla(host, calls, Some(0)).unwrap();
+        assert!(streams != 0 && streams != calls);
+        let holder = TcpListener::bind((host, 0)).unwrap();
+        let taken = holder.local_addr().unwrap().port();
+        let refusal = free_carla(host, 0, Some(taken)).unwrap_err().to_string();
+        assert!(refusal.contains("--carla-stream"), "{refusal}");
     }
 
     #[test]
