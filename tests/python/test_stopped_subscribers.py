@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 from causeway import bus
+
 from neighbours import Neighbours, Round, median_ratio
 
 STRANGER = Path(__file__).with_name("stopping_subscriber.py")
