@@ -64,5 +64,6 @@ install_build_packages() {
 
 build_causeway() {
     say "building in $CARGO_TARGET_DIR (minutes the first time)"
-    cargo build --release --locked --quiet --manifest-path "$root/Cargo.toml" -p causeway
+    # In the checkout, as cargo looks for its .cargo/config.toml from where it is.
+    (cd "$root" && cargo build --release --locked --quiet -p causeway)
 }

@@ -29,6 +29,11 @@ const STUCK_RECEIVER_MICROS: u64 = 1_000_000;
 /// Parts of a large message that may wait for the thread that sends, the most there can be. With
 /// the usual two, whoever sends waits for it: 0.9 MB then take 0.9 ms on their way and not 0.7.
 const PARTS_WAITING_MAX: usize = 16;
+/// See `.cargo/config.toml`, which cargo reads where it is run.
+const _: () = assert!(
+    matches!(option_env!("TCP_LINGER_TIMEOUT"), Some(secs) if matches!(secs.as_bytes(), b"0")),
+    "wanted TCP_LINGER_TIMEOUT=0: build in the folder of the checkout"
+);
 /// First and longest pause between two attempts to connect.
 pub(crate) const RETRY_MILLIS: (u64, u64) = (10, 500);
 

@@ -92,7 +92,8 @@ impl Renderers {
                         self.live.send_modify(|live| drop(live.remove(&id)));
                     }
                 },
-                Some(Ok(Some((id, renderer)))) = opening.join_next() => {
+                Some(opened) = opening.join_next() => {
+                    let Ok(Some((id, renderer))) = opened else { continue };
                     // It may have gone meanwhile, and come again.
                     if comings.get(&id) == Some(&renderer.coming) {
                         self.live.send_modify(|live| drop(live.insert(id, renderer)));

@@ -5,7 +5,8 @@ use schemas::{ImageKind, Vec3};
 
 use crate::strip::Strip;
 
-/// Further from the camera nobody sees whether the ground is darker, in metres.
+/// Where pictures are as wide as they are far away, in metres: what is smaller than there darkens
+/// hardly a pixel.
 const AWAY_MAX_M: f32 = 60.0;
 
 /// Vehicles and people that stand on what a strip's colour picture shows, the nearest first. They
@@ -21,7 +22,7 @@ pub(crate) fn occluders_of(strip: &Strip<'_>) -> Vec<Occluder> {
     for body in strip.bodies() {
         let Some(occluder) = body.occluder else { continue };
         let (place_m, reach) = (Vec3::from(occluder.place_m), Vec3::repeat(occluder.reach_m()));
-        let away_m = (place_m - eye_m).norm();
+        let away_m = (place_m - eye_m).norm() * strip.view.half_extent[0];
         if away_m < AWAY_MAX_M && shown.may_see(&(place_m - reach), &(place_m + reach)) {
             found.push((away_m, occluder));
         }

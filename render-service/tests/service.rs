@@ -247,8 +247,9 @@ async fn drawn_beside(sizes_px: &[(u32, u32)]) -> (Vec<usize>, f64) {
 /// are compared and the machine may have other work in one of them.
 ///
 /// Where it has much of it this passes also if nobody is waited for: a small picture takes so long
-/// then that the moment until the next is asked for is little. That waiting gives the shares is told
-/// in the time of a model, `seven_tenants_of_pictures_far_below_a_slice_get_their_eighths_too`.
+/// then that the moment until the next is asked for is little. That waiting gives the shares is
+/// told in the time of a model,
+/// `seven_tenants_of_pictures_far_below_a_slice_get_their_eighths_too`.
 #[tokio::test(flavor = "multi_thread")]
 async fn small_tenants_get_their_share_of_the_time_beside_a_wild_one() {
     let (alike, _) = drawn_beside(&[(320, 180)]).await;

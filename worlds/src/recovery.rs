@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use schemas::{
-    ActorId, AgentCommand, Attribute, Command, EncodedFrame, Error, ErrorCode, Frame, Lease,
-    Request, SceneryCommand, SensorCommand, SharedFrame, TickItem, Vec3, VehicleCommand,
-    VehiclePhysics, WorldId,
+    ActorId, AgentCommand, Attribute, BonePose, Command, EncodedFrame, Error, ErrorCode, Frame,
+    Lease, Request, SceneryCommand, SensorCommand, SharedFrame, TickItem, Vec3, VehicleCommand,
+    VehiclePhysics, WalkerCommand, WorldId,
 };
 
 use crate::budget::{Budget, Share};
@@ -235,6 +235,9 @@ fn bytes_of(commands: &[Command]) -> usize {
             blueprint.len() + attributes.iter().map(held).sum::<usize>()
         }
         Command::Vehicle(VehicleCommand::Physics { physics, .. }) => bytes_of_physics(physics),
+        Command::Walker(WalkerCommand::Bones { change, .. }) => {
+            change.bones.len() * size_of::<BonePose>()
+        }
         Command::Agent(AgentCommand::SetRoute { places_m, .. }) => {
             places_m.len() * size_of::<Vec3>()
         }

@@ -8,6 +8,7 @@ use recording::{
 use schemas::{
     ActorId, AgentBehaviour, BodyCommand, BodySwitch, BonesChange, Command, Pose, TrafficCommand,
     TrafficLightCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand, WalkerControl,
+    limits,
 };
 
 use super::cast::{Cast, Member};
@@ -259,6 +260,9 @@ impl Endpoint {
         for one in all {
             let walker = cast.member(one.id).filter(|member| member.class == Class::WALKER);
             let Some(actor) = walker.map(|member| member.id) else { continue };
+            if said.posed.len() >= limits::POSED_WALKERS_MAX && !said.posed.contains(&actor) {
+                continue;
+            }
             let poses = one
                 .bones
                 .iter()

@@ -18,11 +18,10 @@ const SLAB_M: f32 = 1.5;
 #[inline(always)]
 pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
-    let normal = looks.normal;
     // Width of this pixel on level ground: detail finer than that fades out.
     let slant = sight.direction.z.abs().max(splat(simd, 0.03));
     let footprint = sight.distance_m * sight.pixel / slant;
-    let (x, y) = (sight.place_m.x, sight.place_m.y);
+    let (x, y, normal) = (sight.place_m.x, sight.place_m.y, looks.normal);
 
     let broad = noise(simd, x * 0.23, y * 0.23);
     let (mut grain, mut middle) = (zero, zero);

@@ -45,7 +45,8 @@ impl State {
         let fits = |pose: &WalkerPose| {
             let ordered = pose.bones.windows(2).all(|pair| pair[0].bone < pair[1].bone);
             let walks = self.actor(pose.walker).is_some_and(|actor| actor.walker.is_some());
-            ordered && walks && check_share(pose.share).is_ok() && check_bones(&pose.bones).is_ok()
+            let is_one = check_share(pose.share).is_ok() && check_bones(&pose.bones).is_ok();
+            ordered && walks && is_one && !pose.is_none()
         };
         poses.len() <= limits::POSED_WALKERS_MAX
             && poses.windows(2).all(|pair| pair[0].walker < pair[1].walker)

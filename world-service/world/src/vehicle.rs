@@ -175,8 +175,10 @@ impl VehicleState {
         self.brake_pressure = brakes::pressure(self.brake_pressure, self.control.brake, dt_secs);
 
         let footings = suspension::footings(fit, chassis, ground, self.landing);
+        // One that hangs on fewer wheels than it has stands, though it never lands.
+        let is_moved = self.landing && !suspension::stand(chassis, &footings);
         let settling_mps =
-            if self.landing { wander::settling_mps(fit, chassis.origin_m()) } else { 0.0 };
+            if is_moved { wander::settling_mps(fit, chassis.origin_m()) } else { 0.0 };
         self.carried = suspension::carry(fit, &footings);
         self.landing &= !(self.carried && suspension::stand(chassis, &footings));
         let guard = balance::pitch_guard(fit, &footings);

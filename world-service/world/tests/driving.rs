@@ -295,7 +295,6 @@ fn a_car_that_steers_as_carlas_lands_some_millimetres_aside_and_any_other_where_
     for x_m in [0.0, 3.0, 7.0, 12.0] {
         for height_m in [0.05, 0.1, 0.3, 0.5] {
             let aside_m = beside_m(Steering::Carla, x_m, height_m);
-            eprintln!("{x_m} {height_m}: {aside_m}");
             assert!((0.006..0.02).contains(&aside_m), "{aside_m} m from {height_m} m up");
             assert_eq!(aside_m, beside_m(Steering::Carla, x_m, height_m));
             assert!(beside_m(Steering::Real, x_m, height_m) < 0.001);
