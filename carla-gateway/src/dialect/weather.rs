@@ -40,8 +40,8 @@ impl WeatherParameters {
         recorded.0.iter().all(|number| number.is_finite()).then_some(Self(recorded.0))
     }
 
-    /// Whether it is CARLA's `WeatherParameters.Default`, -1 as far as the wetness: the weather that
-    /// a map begins with.
+    /// Whether it is CARLA's `WeatherParameters.Default`, -1 as far as the wetness: the weather
+    /// that a map begins with.
     fn is_of_the_map(&self) -> bool {
         self.0[..10].iter().all(|number| *number < 0.0)
     }
