@@ -1,5 +1,5 @@
-//! Seeds of simulations: a thousand by default; `CAUSEWAY_SEEDS=100000` or `CAUSEWAY_SEEDS=77..78` for
-//! others.
+//! Seeds of simulations: a thousand by default; `CAUSEWAY_SEEDS=100000` or `CAUSEWAY_SEEDS=77..78`
+//! for others.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};

@@ -65,8 +65,8 @@ pub(crate) struct Args {
         value_delimiter = ','
     )]
     carla: Vec<PortOfTenant>,
-    /// Where they have the streams of sensors, a port for each, 0 for any free one [default: the next
-    /// after each].
+    /// Where they have the streams of sensors, a port for each, 0 for any free one [default: the
+    /// next after each].
     #[arg(long, value_name = "PORT", value_delimiter = ',')]
     carla_stream: Vec<u16>,
     /// Address on which CARLA endpoints listen. Loopback unless told otherwise: nobody is asked for

@@ -32,8 +32,8 @@ pub(crate) fn usable_http(address: SocketAddr) -> Result<SocketAddr, PortTaken> 
     }
 }
 
-/// The ports of calls and of streams, with port 0 replaced by a free one; that of the streams is the
-/// next one unless told.
+/// The ports of calls and of streams, with port 0 replaced by a free one; that of the streams is
+/// the next one unless told.
 pub(crate) fn free_carla(
     host: IpAddr,
     port: u16,
