@@ -59,6 +59,12 @@ def test_who_drives_on_hits_somebody_and_who_brakes_nobody(env, scenario):
         assert walkers_hit(env.state()) == set()
 
 
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_people_begin_where_no_post_or_thing_stands(env, scenario):
+    for seed in range(20):
+        assert walkers(env.reset(scenario_name=scenario, seed=seed).observation), seed
+
+
 def waited(env, scenario, seed, ticks=600, each=4, **config):
     """Where walkers are after each step of an ego that stands before them, by their ids."""
     config = {"initial_speed_kmh": 0.0, "crossing_trigger_m": 200.0, "max_steps": 10_000, **config}

@@ -164,12 +164,17 @@ fn position_m(placement: &Placement) -> Vec3 {
     placement.world_from_actor.translation.vector
 }
 
-/// Whether something of the map stands there or close by.
+/// Whether something of the map, or the post of a light or sign, stands there or close by.
 pub(super) fn blocked(map: &Map, at_m: Vec3) -> bool {
     let at_m = Translation3::from(at_m.cast::<f64>());
-    map.scenery().iter().any(|solid| {
+    let reaches = |offset_m: f64, half_m: f64| offset_m.abs() < half_m + f64::from(WALKER_APART_M);
+    let is_solid = map.scenery().iter().any(|solid| {
         let offset_m = (solid.pose.inverse() * at_m).translation.vector;
-        let reach_m = solid.half_extent_m.add_scalar(f64::from(WALKER_APART_M));
-        offset_m.x.abs() < reach_m.x && offset_m.y.abs() < reach_m.y
-    })
+        reaches(offset_m.x, solid.half_extent_m.x) && reaches(offset_m.y, solid.half_extent_m.y)
+    });
+    is_solid
+        || map.posts().iter().any(|post| {
+            let offset_m = (post.foot.inverse() * at_m).translation.vector;
+            reaches(offset_m.x, post.radius_m) && reaches(offset_m.y, post.radius_m)
+        })
 }
