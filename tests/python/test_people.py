@@ -62,7 +62,8 @@ def test_who_drives_on_hits_somebody_and_who_brakes_nobody(env, scenario):
 @pytest.mark.parametrize("scenario", SCENARIOS)
 def test_people_begin_where_no_post_or_thing_stands(env, scenario):
     for seed in range(20):
-        assert walkers(env.reset(scenario_name=scenario, seed=seed).observation), seed
+        observation = env.reset(scenario_name=scenario, seed=seed).observation
+        assert observation.scenario_name == scenario, seed
 
 
 def waited(env, scenario, seed, ticks=600, each=4, **config):
