@@ -14,7 +14,7 @@ use super::fit::{Fit, WheelFit};
 /// there is none, as controllers at the limit of their tyres bear no push.
 const WAVE_RAD: f32 = 0.001;
 const FADES_MPS: [f32; 2] = [12.0, 16.0];
-/// How fast the road moves aside below a car that lands; it makes 7 to 9 mm.
+/// How fast the road moves aside below a car that lands; it makes 6 to 8 mm.
 const SETTLES_MPS: f32 = 0.05;
 /// Waves over the ground, as parts of a cycle for each metre along x and y: 11 and 14 m long, and
 /// across each other, so that no heading leads along the crests of both.
