@@ -3,9 +3,10 @@
 
 use std::fmt;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::filter::Targets;
+use tracing_subscriber::filter::{FilterExt as _, Targets};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
@@ -15,11 +16,15 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 use tracing_subscriber::{EnvFilter, Layer as _};
 
 use crate::audit::{self, AuditEnd, AuditError};
+use crate::log_pace::LogPace;
 use crate::outlet::Outlet;
 
 /// The transport reports every reconnect as a warning; our services say in their own words who is
 /// gone.
 const FILTER_DEFAULT: &str = "info,zenoh=error,wgpu=warn,naga=warn";
+
+/// Lasts as long as the log, which is the process's.
+static PACE: LazyLock<LogPace> = LazyLock::new(LogPace::default);
 
 /// Starts the log of this process, and what is written down in a folder until the end is dropped.
 /// A second call changes nothing.
@@ -40,7 +45,7 @@ pub(crate) fn init(
         .with_writer(|| Outlet::Error)
         .with_ansi(false)
         .event_format(Line { process })
-        .with_filter(filter);
+        .with_filter(filter.and(&*PACE));
     let audited = Targets::new().with_target("audit", Level::DEBUG);
     let layer = layer.map(|layer| layer.with_filter(audited));
     let _ = tracing_subscriber::registry().with(lines).with(layer).try_init();
@@ -69,6 +74,9 @@ where
         SystemTime.format_time(&mut writer)?;
         write!(writer, " {:<5} {:<8} ", event.metadata().level(), self.process)?;
         context.format_fields(writer.by_ref(), event)?;
-        writeln!(writer)
+        match PACE.take_left_out(&event.metadata().callsite()) {
+            0 => writeln!(writer),
+            count => writeln!(writer, " ({count} lines like this left out)"),
+        }
     }
 }

@@ -12,6 +12,7 @@ mod environment;
 mod failure;
 mod health;
 mod lifeline;
+mod log_pace;
 mod logging;
 mod map;
 mod open_files;

@@ -80,6 +80,10 @@ def test_the_golden_frame_has_the_values_that_rust_wrote():
     (broken,) = frame.rules_broken
     assert broken.tolist() == (1, 1, 2, 3, 4)
 
+    (pose,) = frame.walker_poses
+    assert (pose.walker, pose.share) == (2, 0.5)
+    assert pose.bones["bone"].tolist() == [5, 65]
+
     assert frame.collisions["other"].tolist() == [2, 0]
     assert frame.collisions["started"].tolist() == [True, False]
     assert frame.collisions["impulse_in_world_ns"][0].tolist() == [-420.0, 3.0, 0.0]
@@ -146,6 +150,22 @@ def test_collisions_and_weather_agree_with_the_generated_code():
     for name in frames.WEATHER_DTYPE.names:
         accessor = "".join(part.capitalize() for part in name.split("_"))
         assert frame.weather[name] == getattr(weather, accessor)(), name
+
+
+def test_posed_bones_agree_with_the_generated_code():
+    table, frame = FrameTable.Frame.GetRootAs(GOLDEN), frames.decode(GOLDEN)
+    for posed, shown in zip(
+        (table.WalkerPoses(index) for index in range(table.WalkerPosesLength())),
+        frame.walker_poses,
+        strict=True,
+    ):
+        assert (posed.Walker(), posed.Share()) == (shown.walker, shown.share)
+        assert posed.BonesLength() == len(shown.bones)
+        for index, row in enumerate(shown.bones):
+            bone = posed.Bones(index)
+            pose = bone.ParentFromBone(Pose.Pose())
+            assert row["bone"] == bone.Bone()
+            assert row["parent_from_bone"]["position_m"].tolist() == vector(pose.PositionM)
 
 
 def test_the_numpy_types_have_the_size_of_the_structs():

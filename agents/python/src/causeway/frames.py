@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from causeway.wire import (
     ActorKind,
     ActorState,
+    BonePose,
     Collision,
     Halt,
     RulesBroken,
@@ -24,6 +25,7 @@ from causeway.wire import (
     Weather,
 )
 from causeway.wire import Frame as FrameTable
+from causeway.wire import WalkerPose as WalkerPoseTable
 
 IDENTIFIER = b"CWFR"
 
@@ -150,6 +152,9 @@ RULES_BROKEN_DTYPE = np.dtype(
     [(name, "<u4") for name in ("actor", "red_lights", "stop_signs", "right_of_way", "crossings")]
 )
 
+#: How one bone of a walker is posed; ``bone`` is its place in the order in which CARLA tells bones.
+BONE_POSE_DTYPE = np.dtype([("bone", "u1"), ("_padding", "V3"), ("parent_from_bone", POSE_DTYPE)])
+
 #: CARLA's fourteen weather parameters; percentages run from 0 to 100.
 WEATHER_DTYPE = np.dtype(
     [
@@ -181,6 +186,7 @@ for _name, _dtype, _bytes in (
         TRAFFIC_LIGHT_STATE_DTYPE,
         TrafficLightState.TrafficLightState.SizeOf(),
     ),
+    ("BonePose", BONE_POSE_DTYPE, BonePose.BonePose.SizeOf()),
     ("Halt", HALT_DTYPE, Halt.Halt.SizeOf()),
     ("RulesBroken", RULES_BROKEN_DTYPE, RulesBroken.RulesBroken.SizeOf()),
     ("Weather", WEATHER_DTYPE, Weather.Weather.SizeOf()),
@@ -192,6 +198,18 @@ for _name, _dtype, _bytes in (
         )
 
 Buffer: TypeAlias = bytes | bytearray | memoryview
+
+
+@dataclass(frozen=True)
+class WalkerPose:
+    """Bones of a walker that somebody posed: what is shown and met is between its walk and this."""
+
+    #: Its actor.
+    walker: int
+    #: 0: its walk alone; 1: the pose alone.
+    share: float
+    #: :data:`BONE_POSE_DTYPE`, shape ``(K,)``, ordered by bone; all others walk.
+    bones: NDArray[np.void]
 
 
 @dataclass(frozen=True)
@@ -227,6 +245,8 @@ class Frame:
     halted: NDArray[np.void]
     #: :data:`RULES_BROKEN_DTYPE`, shape ``(B,)``, ordered by actor: those that have broken any.
     rules_broken: NDArray[np.void]
+    #: Of those walkers that somebody posed, ordered by walker.
+    walker_poses: tuple[WalkerPose, ...]
 
     def speeds_mps(self) -> NDArray[np.float32]:
         """Speed of every actor, shape ``(N,)``, metres per second, never negative."""
@@ -297,7 +317,21 @@ def _decode(data: memoryview) -> Frame:
         time_secs=table.SimSecs(),
         halted=halted,
         rules_broken=broken,
+        walker_poses=_walker_poses(table, data),
     )
+
+
+def _walker_poses(table: FrameTable.Frame, data: memoryview) -> tuple[WalkerPose, ...]:
+    # As for types: a damaged length is bounded by what the message can hold.
+    count = min(table.WalkerPosesLength(), len(data) // 4)
+    return tuple(_walker_pose(table.WalkerPoses(index), data) for index in range(count))
+
+
+def _walker_pose(pose: WalkerPoseTable.WalkerPose | None, data: memoryview) -> WalkerPose:
+    if pose is None or pose.BonesIsNone():
+        raise ValueError("a damaged frame: bones of a walker are missing")
+    bones = _array(data, BONE_POSE_DTYPE, pose.Bones(0), pose.BonesLength())
+    return WalkerPose(pose.Walker(), pose.Share(), bones)
 
 
 def _array(data: memoryview, dtype: np.dtype[np.void], first: Any, count: int) -> NDArray[np.void]:
