@@ -381,5 +381,10 @@ impl Lane {
 /// An angle between -π and π.
 pub(crate) fn wrapped(angle_rad: f32) -> f32 {
     use std::f32::consts::{PI, TAU};
+    /// Angles below are what they are; most are.
+    const SMALL_RAD: f32 = 3.0;
+    if angle_rad.abs() < SMALL_RAD {
+        return angle_rad;
+    }
     angle_rad - ((angle_rad + PI) / TAU).floor() * TAU
 }
