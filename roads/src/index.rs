@@ -25,6 +25,8 @@ pub(crate) struct ProjectionIndex {
 }
 
 const LEAF_CHORDS: usize = 8;
+/// Nodes that wait in a search of a town's tree, at most.
+const DEPTH: usize = 32;
 
 impl ProjectionIndex {
     pub(crate) fn new(model: &Model, table: &LaneTable, shapes: &Shapes) -> Self {
@@ -49,7 +51,8 @@ impl ProjectionIndex {
     ) -> Option<(LaneIndex, f64)> {
         let mask = types.bits();
         let mut best: Option<(f64, &Chord)> = None;
-        let mut stack: Vec<(usize, f64)> = vec![(0, 0.0)];
+        let mut stack: Vec<(usize, f64)> = Vec::with_capacity(DEPTH);
+        stack.push((0, 0.0));
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
             if node.bounds.type_bits & mask == 0 || best.is_some_and(|(d2, ..)| box_distance2 >= d2)
@@ -58,9 +61,9 @@ impl ProjectionIndex {
             }
             if node.count == 0 {
                 let children = [node_index + 1, node.first as usize];
-                let mut near = children.map(|child| (child, self.distance2(child, point)));
-                near.sort_by(|a, b| b.1.total_cmp(&a.1));
-                stack.extend(near);
+                let [first, second] = children.map(|child| (child, self.distance2(child, point)));
+                // The nearer one is taken first.
+                stack.extend(if first.1 < second.1 { [second, first] } else { [first, second] });
                 continue;
             }
             let range = node.first as usize..(node.first + node.count) as usize;

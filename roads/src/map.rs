@@ -181,6 +181,12 @@ impl Map {
         neighbours::lane_info(&self.model, waypoint)
     }
 
+    /// Whether the road of a waypoint leads through a junction.
+    #[must_use]
+    pub fn is_in_junction(&self, waypoint: &Waypoint) -> bool {
+        self.model.road(waypoint.road).is_some_and(|road| road.junction.is_some())
+    }
+
     /// All places `distance_m` ahead along the lanes; empty where every way ends before.
     #[must_use]
     pub fn next(&self, waypoint: &Waypoint, distance_m: f64) -> Vec<Waypoint> {

@@ -156,7 +156,8 @@ impl State {
     /// Counts who does not let people over crossings, where lights and signs are.
     pub(crate) fn judge_people(&mut self, town: &Town, scene: &Scene) {
         if self.traffic.is_some() && town.has_crossings {
-            self.judge(|rules, _, body| rules.judge_people(town.network(), scene, body));
+            let all = |_: &Actor| true;
+            self.judge(all, |rules, body| rules.judge_people(town.network(), scene, body));
         }
     }
 
@@ -166,23 +167,22 @@ impl State {
             return;
         }
         let network = town.network();
-        self.judge(|rules, asks, body| {
-            if !asks {
-                rules.judge_way(claims.entering(network, scene, body));
-            }
+        let asks_nobody = |actor: &Actor| !actor.asks();
+        self.judge(asks_nobody, |rules, body| {
+            rules.judge_way(claims.entering(network, scene, body));
         });
     }
 
-    /// Calls for every vehicle on the road, with whether it asks for junctions.
-    fn judge(&mut self, judge: impl Fn(&mut RoadRules, bool, &Body)) {
+    /// Calls for every such vehicle on the road.
+    fn judge(&mut self, is_such: impl Fn(&Actor) -> bool, judge: impl Fn(&mut RoadRules, &Body)) {
         for index in 0..self.actors.len() {
             let actor = &self.actors[index];
-            if actor.vehicle.is_none() || !actor.is_solid() {
+            if actor.vehicle.is_none() || !actor.is_solid() || !is_such(actor) {
                 continue;
             }
-            let (asks, body) = (actor.asks(), self.seen(actor));
+            let body = self.seen(actor);
             if let Some(vehicle) = self.actors[index].vehicle_mut() {
-                judge(&mut vehicle.rules, asks, &body);
+                judge(&mut vehicle.rules, &body);
             }
         }
     }

@@ -3,7 +3,7 @@
 use agents::{Body, Entering, Network, Owed, Scene};
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map};
-use schemas::{ActorId, Pose, TrafficLightColour};
+use schemas::{ActorId, Pose, TrafficLightColour, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Lights, TrafficPlan};
@@ -37,6 +37,10 @@ pub(crate) struct RoadRules {
     /// Whether it was put where it is since it last looked around.
     is_put: bool,
     broken: Broken,
+    /// Where the speed limit is that of: who stands there need not look for it again. Decides
+    /// nothing.
+    #[serde(skip)]
+    limit_of_m: Option<Vec3>,
 }
 
 /// How often a vehicle broke a rule.
@@ -140,10 +144,17 @@ impl RoadRules {
         };
         self.stop = stop;
         self.judge(&before, holder.and_then(|at| passing.lights.colour(at)), passing.speed_mps);
-        let position_m: Vector3<f64> = nalgebra::convert(world_from_vehicle.translation.vector);
+        if self.limit_of_m != Some(world_from_vehicle.translation.vector) {
+            self.find_limit(map, world_from_vehicle.translation.vector);
+        }
+    }
+
+    fn find_limit(&mut self, map: &Map, at_m: Vec3) {
+        self.limit_of_m = Some(at_m);
+        let position_m: Vector3<f64> = nalgebra::convert(at_m);
         let Some(place) = map.nearest(position_m.into(), LaneTypes::DRIVING) else { return };
         // Ways cross in a junction, and the nearest may be another's: the limit of before holds on.
-        if self.speed_limit_mps == 0.0 || !map.lane(&place).is_junction {
+        if self.speed_limit_mps == 0.0 || !map.is_in_junction(&place) {
             self.speed_limit_mps = map.speed_limit_mps(&place).unwrap_or(0.0) as f32;
         }
     }
