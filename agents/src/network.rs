@@ -273,6 +273,7 @@ impl Lane {
     }
 
     /// The middle at a distance from the entry, with the first point beyond it.
+    #[inline]
     fn at_before(&self, after: usize, at_m: f32) -> LanePoint {
         let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
         let (Some(from), Some(to)) = (self.points.get(index - 1), self.points.get(index)) else {

@@ -106,8 +106,16 @@ impl Scene {
         self.lights.get(light as usize).copied().unwrap_or(TrafficLightColour::Unknown)
     }
 
+    /// Somebody's body, in a scene of bodies in the order of their ids.
+    #[must_use]
+    pub fn body(&self, id: ActorId) -> Option<&Body> {
+        let at = self.bodies.binary_search_by_key(&id, |body| body.id).ok()?;
+        self.bodies.get(at)
+    }
+
     /// Whether anybody is on foot.
-    pub(crate) fn has_walkers(&self) -> bool {
+    #[must_use]
+    pub fn has_walkers(&self) -> bool {
         self.has_walkers
     }
 

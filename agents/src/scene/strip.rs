@@ -27,10 +27,7 @@ pub(super) struct Strip<'a> {
 
 impl<'a> Strip<'a> {
     pub(super) fn new(points: &'a [PathPoint], room: &'a Room) -> Self {
-        let bends = points.iter().any(|at| at.point.curvature_per_m != 0.0);
-        let turning = if bends { points.len() } else { 0 };
-        let swing_m: Vec<[f32; 2]> =
-            (0..turning).map(|index| swing_m(points, index, room.front_m)).collect();
+        let swing_m = swing_m(points, room.front_m);
         let swing_m_max = swing_m.iter().flatten().copied().fold(0.0, f32::max);
         let ways = points.windows(2).filter_map(|ends| Some(Way::of(ends.first_chunk()?)));
         Self { points, room, ways: ways.collect(), swing_m, swing_m_max }
@@ -145,21 +142,32 @@ pub(super) fn side_m(room: &Room, body: &Body) -> f32 {
     room.half_width_m + if body.is_walker { room.beside_walkers_m } else { room.beside_m }
 }
 
-/// How far the front corners swing out of the strip while the nose comes to a point.
+/// How far the front corners swing out of the strip while the nose comes to each point; none where
+/// nothing bends.
 ///
 /// In a bend the nose is tangent ahead of the middle, and points outwards besides, because only
 /// the rear axle goes along its own course: each is curvature · half length² / 2, if the rear axle
 /// is half of half the length behind the middle.
-fn swing_m(points: &[PathPoint], index: usize, front_m: f32) -> [f32; 2] {
-    let until = points.get(..=index).unwrap_or_default();
-    let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
-    let under = until.iter().rev().take_while(|at| nose_m - at.ahead_m <= front_m);
-    let bends =
-        under.map(|at| at.point.curvature_per_m.clamp(-CURVATURE_PER_M_MAX, CURVATURE_PER_M_MAX));
-    let (right, left) = bends.fold((0.0_f32, 0.0_f32), |(right, left), bend_per_m| {
-        (right.min(bend_per_m), left.max(bend_per_m))
+fn swing_m(points: &[PathPoint], front_m: f32) -> Vec<[f32; 2]> {
+    if points.iter().all(|at| at.point.curvature_per_m == 0.0) {
+        return Vec::new();
+    }
+    // The first point that is not behind the middle.
+    let mut first = 0;
+    let swing = (0..points.len()).map(|nose| {
+        let until = points.get(..=nose).unwrap_or_default();
+        let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
+        while until.get(first).is_some_and(|at| nose_m - at.ahead_m > front_m) {
+            first += 1;
+        }
+        let under = until.get(first..).unwrap_or_default().iter();
+        let [right, left] = under.fold([0.0_f32; 2], |[right, left], at| {
+            let bend_per_m = at.point.curvature_per_m;
+            [right.min(bend_per_m), left.max(bend_per_m)]
+        });
+        [-right, left].map(|bend_per_m| bend_per_m.min(CURVATURE_PER_M_MAX) * front_m * front_m)
     });
-    [-right, left].map(|bend_per_m| bend_per_m * front_m * front_m)
+    swing.collect()
 }
 
 fn corners_m(body: &Body) -> [Vec3; 4] {
