@@ -49,13 +49,25 @@ impl ProjectionIndex {
         point: &Point3<f64>,
         types: LaneTypes,
     ) -> Option<(LaneIndex, f64)> {
+        self.nearest_within(point, types, f64::INFINITY).map(|(lane, s, _)| (lane, s))
+    }
+
+    /// As [`nearest`](Self::nearest), with the squared distance; `None` if it is not below a limit.
+    pub(crate) fn nearest_within(
+        &self,
+        point: &Point3<f64>,
+        types: LaneTypes,
+        within2: f64,
+    ) -> Option<(LaneIndex, f64, f64)> {
         let mask = types.bits();
         let mut best: Option<(f64, &Chord)> = None;
         let mut stack: Vec<(usize, f64)> = Vec::with_capacity(DEPTH);
         stack.push((0, 0.0));
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
-            if node.bounds.type_bits & mask == 0 || best.is_some_and(|(d2, ..)| box_distance2 >= d2)
+            let limit2 = best.map_or(within2, |(d2, _)| d2);
+            if node.bounds.type_bits & mask == 0
+                || limit2 < f64::INFINITY && box_distance2 >= limit2
             {
                 continue;
             }
@@ -72,13 +84,17 @@ impl ProjectionIndex {
                     continue;
                 }
                 let distance2 = chord.distance2(point);
-                if best.is_none_or(|(d2, _)| distance2 < d2) {
+                let is_nearer = match best {
+                    Some((d2, _)) => distance2 < d2,
+                    None => within2 == f64::INFINITY || distance2 < within2,
+                };
+                if is_nearer {
                     best = Some((distance2, chord));
                 }
             }
         }
-        let (_, chord) = best?;
-        Some((chord.lane, chord.s_after(chord.along_m(point))))
+        let (distance2, chord) = best?;
+        Some((chord.lane, chord.s_after(chord.along_m(point)), distance2))
     }
 
     /// The box around all chords.
