@@ -7,6 +7,7 @@ use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3,
 
 use crate::actor::Actor;
 use crate::blueprint::{self, BodySpec};
+use crate::physics::BodyState;
 use crate::spawn::Wish;
 use crate::step;
 use crate::town::Town;
@@ -217,6 +218,13 @@ impl State {
         }
     }
 
+    /// The body and the motion of a vehicle that was not moved since all looked around.
+    fn as_driver(&self, index: usize, scene: &Scene) -> (Body, BodyState) {
+        let actor = &self.actors[index];
+        let seen = scene.body(actor.id).copied();
+        (seen.unwrap_or_else(|| self.seen(actor)), self.motion_of(actor))
+    }
+
     fn with_driver<T>(
         &mut self,
         index: usize,
@@ -225,7 +233,7 @@ impl State {
         act: impl FnOnce(&mut Driver, &Senses<'_>, &mut SplitMix64) -> T,
     ) -> Option<T> {
         self.actors[index].vehicle.as_deref()?.wheel.traffic()?;
-        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let (body, motion) = self.as_driver(index, scene);
         let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
@@ -247,7 +255,7 @@ impl State {
         if !self.actors[index].vehicle.as_deref()?.wheel.is_agent() {
             return None;
         }
-        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let (body, motion) = self.as_driver(index, scene);
         let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
