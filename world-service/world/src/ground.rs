@@ -210,7 +210,9 @@ impl Face {
     /// Whether the outline seen from above, widened by [`EDGE_M`], holds the point.
     fn covers(&self, point: Vec3) -> bool {
         let from_corner = point.xy() - self.corner.xy();
-        self.edges.iter().all(|edge| edge.across.dot(&from_corner) >= edge.outside)
+        // All three in any case: which of them fails cannot be foretold.
+        let inside = |edge: &Edge| edge.across.dot(&from_corner) >= edge.outside;
+        self.edges.iter().fold(true, |all, edge| all & inside(edge))
     }
 
     /// Whether it covers a point between these ones, or beside them by little.
