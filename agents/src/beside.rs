@@ -66,7 +66,8 @@ impl Neighbour {
     }
 }
 
-/// Calls for every vehicle about a place on the lane beside that drives the lane's way.
+/// Calls for every vehicle about a place on the lane beside, on it or on the next ones, that drives
+/// the lane's way.
 pub(crate) fn neighbours(
     scene: &Scene,
     own: &Body,
@@ -75,16 +76,19 @@ pub(crate) fn neighbours(
 ) {
     let along = heading(place);
     scene.near(&own.centre_m, BACK_M, |body: &Body| {
-        let body_rad = RealField::atan2(body.forward.y, body.forward.x);
-        let turned = wrapped(body_rad - place.heading_rad).abs() > TURN_RAD;
-        if body.id == own.id || body.is_walker || turned {
+        let away = body.centre_m - place.point_m;
+        let left_m = along.x * away.y - along.y * away.x;
+        if body.id == own.id || body.is_walker || left_m.abs() >= LANES_M {
             return;
         }
-        let away = body.centre_m - place.point_m;
+        let body_rad = RealField::atan2(body.forward.y, body.forward.x);
+        if wrapped(body_rad - place.heading_rad).abs() > TURN_RAD {
+            return;
+        }
         tell(&Neighbour {
             id: body.id,
             back_m: -away.dot(&along),
-            left_m: along.x * away.y - along.y * away.x,
+            left_m,
             reach_m: own.half_m.x + body.half_m.x,
             along_mps: along.dot(&body.velocity_mps).max(0.0),
             left_mps: along.x * body.velocity_mps.y - along.y * body.velocity_mps.x,

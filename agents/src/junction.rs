@@ -59,10 +59,10 @@ impl Passage {
         let wishes =
             |way: &Way| self.comes && (urgent || !waits_at_light(senses, path, way.entry_m));
         if let Some(way) = way.filter(wishes) {
-            claims.wish(&way, &self.asker(senses, path, &way));
+            claims.wish(network, &way, &self.asker(senses, path, &way));
         }
         if let Some((way, _)) = self.grants.part(path) {
-            claims.wish(&way, &Asker { eta_secs: 0.0, ..self.asker(senses, path, &way) });
+            claims.wish(network, &way, &Asker { eta_secs: 0.0, ..self.asker(senses, path, &way) });
         }
         let asks = matches!(self.held, Held::Claim(_));
         self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);

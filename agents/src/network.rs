@@ -273,6 +273,7 @@ impl Lane {
     }
 
     /// The middle at a distance from the entry, with the first point beyond it.
+    #[inline]
     fn at_before(&self, after: usize, at_m: f32) -> LanePoint {
         let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
         let (Some(from), Some(to)) = (self.points.get(index - 1), self.points.get(index)) else {
@@ -381,5 +382,10 @@ impl Lane {
 /// An angle between -π and π.
 pub(crate) fn wrapped(angle_rad: f32) -> f32 {
     use std::f32::consts::{PI, TAU};
+    /// Angles below are what they are; most are.
+    const SMALL_RAD: f32 = 3.0;
+    if angle_rad.abs() < SMALL_RAD {
+        return angle_rad;
+    }
     angle_rad - ((angle_rad + PI) / TAU).floor() * TAU
 }

@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 use crate::network::{Lane, LaneId, LanePoint, Network, Place, Stop, wrapped};
 pub(crate) use change::NextChange;
 
+/// Samples for which there is room at once.
+const POINTS: usize = 128;
+
 /// One lane of the way, or the change from it to the lane beside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Leg {
@@ -196,6 +199,7 @@ impl Path {
         points: &mut Vec<PathPoint>,
     ) {
         points.clear();
+        points.reserve(((horizon_m.min(self.length_m()) / step_m) as usize + 2).min(POINTS));
         let mut ahead_m = 0.0;
         let mut done_m = 0.0;
         for (index, leg) in self.legs.iter().enumerate() {
@@ -293,6 +297,9 @@ pub(crate) fn curvature_per_m(points: &[PathPoint], index: usize) -> f32 {
     let own = here.point.curvature_per_m.abs();
     let Some(next) = points.get(index + 1) else { return own };
     let turn_rad = wrapped(next.point.heading_rad - here.point.heading_rad).abs();
+    if turn_rad <= KINK_RAD_MIN {
+        return own;
+    }
     let step_m = (next.ahead_m - here.ahead_m).max(STEP_M_MIN);
     own.max((turn_rad - KINK_RAD_MIN) / step_m)
 }

@@ -1,10 +1,12 @@
 //! What drivers see of the world around them.
 
+mod extent;
 mod strip;
 
 use schemas::{ActorId, TrafficLightColour, Vec3};
 
 use crate::path::PathPoint;
+use extent::Extent;
 use strip::Strip;
 
 /// Side of a cell of the scene's grid.
@@ -39,6 +41,8 @@ pub struct Scene {
     cells: Vec<([i32; 2], u32)>,
     lights: Vec<TrafficLightColour>,
     has_walkers: bool,
+    /// From the middle of a body to its corners, seen from above, at most.
+    around_m_max: f32,
 }
 
 /// The first body on a path.
@@ -93,7 +97,8 @@ impl Scene {
             (0..).zip(&bodies).map(|(index, body)| (cell(&body.centre_m), index)).collect();
         cells.sort_unstable();
         let has_walkers = bodies.iter().any(|body| body.is_walker);
-        Self { bodies, cells, lights, has_walkers }
+        let around_m_max = bodies.iter().map(Body::around_m).fold(0.0, f32::max);
+        Self { bodies, cells, lights, has_walkers, around_m_max }
     }
 
     /// What a light shows; unknown in a world without lights.
@@ -101,15 +106,26 @@ impl Scene {
         self.lights.get(light as usize).copied().unwrap_or(TrafficLightColour::Unknown)
     }
 
+    /// Somebody's body, in a scene of bodies in the order of their ids.
+    #[must_use]
+    pub fn body(&self, id: ActorId) -> Option<&Body> {
+        let at = self.bodies.binary_search_by_key(&id, |body| body.id).ok()?;
+        self.bodies.get(at)
+    }
+
     /// Whether anybody is on foot.
-    pub(crate) fn has_walkers(&self) -> bool {
+    #[must_use]
+    pub fn has_walkers(&self) -> bool {
         self.has_walkers
     }
 
     /// Calls for every body whose middle is within about `radius_m`, in a fixed order.
-    pub(crate) fn near(&self, centre_m: &Vec3, radius_m: f32, mut tell: impl FnMut(&Body)) {
-        let reach = Vec3::new(radius_m, radius_m, 0.0);
-        let (low, high) = (cell(&(centre_m - reach)), cell(&(centre_m + reach)));
+    pub(crate) fn near(&self, centre_m: &Vec3, radius_m: f32, tell: impl FnMut(&Body)) {
+        self.within(cells_around(centre_m, radius_m), tell);
+    }
+
+    /// Calls for every body whose middle is in these cells, from the lowest to the highest.
+    fn within(&self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&Body)) {
         for x in low[0]..=high[0] {
             let first = self.cells.partition_point(|(cell, _)| *cell < [x, low[1]]);
             for (cell, index) in self.cells.get(first..).unwrap_or_default() {
@@ -134,15 +150,37 @@ impl Scene {
         let (Some(first), Some(last)) = (points.first(), points.last()) else { return queue };
         let middle_m = (first.point.point_m + last.point.point_m) / 2.0;
         let radius_m = last.ahead_m / 2.0 + 10.0;
-        let strip = Strip::new(points, room);
-        self.near(&middle_m, radius_m, |body| {
-            if body.id != room.id {
-                queue.extend(strip.ahead(body));
+        let extent = Extent::of(points, room);
+        let cells = common(cells_around(&middle_m, radius_m), extent.cells(self.around_m_max));
+        // Most who are about are not on the way: the strip is made for the first who may be.
+        let mut strip = None;
+        self.within(cells, |body| {
+            if body.id != room.id && extent.may_hold(body) {
+                queue.extend(strip.get_or_insert_with(|| Strip::new(points, room)).ahead(body));
             }
         });
         queue.sort_by(|a, b| a.gap_m.total_cmp(&b.gap_m));
         queue
     }
+}
+
+impl Body {
+    /// From its middle to its corners, seen from above.
+    fn around_m(&self) -> f32 {
+        self.half_m.xy().norm()
+    }
+}
+
+/// The lowest and the highest cell of a square around a point.
+fn cells_around(centre_m: &Vec3, radius_m: f32) -> [[i32; 2]; 2] {
+    let reach = Vec3::new(radius_m, radius_m, 0.0);
+    [cell(&(centre_m - reach)), cell(&(centre_m + reach))]
+}
+
+/// The cells of both rectangles.
+fn common(a: [[i32; 2]; 2], b: [[i32; 2]; 2]) -> [[i32; 2]; 2] {
+    let [low, high] = [0, 1].map(|end| [0, 1].map(|axis| [a[end][axis], b[end][axis]]));
+    [low.map(|[a, b]| a.max(b)), high.map(|[a, b]| a.min(b))]
 }
 
 fn cell(point_m: &Vec3) -> [i32; 2] {

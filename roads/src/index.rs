@@ -25,6 +25,8 @@ pub(crate) struct ProjectionIndex {
 }
 
 const LEAF_CHORDS: usize = 8;
+/// Nodes that wait in a search of a town's tree, at most.
+const DEPTH: usize = 32;
 
 impl ProjectionIndex {
     pub(crate) fn new(model: &Model, table: &LaneTable, shapes: &Shapes) -> Self {
@@ -47,20 +49,33 @@ impl ProjectionIndex {
         point: &Point3<f64>,
         types: LaneTypes,
     ) -> Option<(LaneIndex, f64)> {
+        self.nearest_within(point, types, f64::INFINITY).map(|(lane, s, _)| (lane, s))
+    }
+
+    /// As [`nearest`](Self::nearest), with the squared distance; `None` if it is not below a limit.
+    pub(crate) fn nearest_within(
+        &self,
+        point: &Point3<f64>,
+        types: LaneTypes,
+        within2: f64,
+    ) -> Option<(LaneIndex, f64, f64)> {
         let mask = types.bits();
         let mut best: Option<(f64, &Chord)> = None;
-        let mut stack: Vec<(usize, f64)> = vec![(0, 0.0)];
+        let mut stack: Vec<(usize, f64)> = Vec::with_capacity(DEPTH);
+        stack.push((0, 0.0));
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
-            if node.bounds.type_bits & mask == 0 || best.is_some_and(|(d2, ..)| box_distance2 >= d2)
+            let limit2 = best.map_or(within2, |(d2, _)| d2);
+            if node.bounds.type_bits & mask == 0
+                || limit2 < f64::INFINITY && box_distance2 >= limit2
             {
                 continue;
             }
             if node.count == 0 {
                 let children = [node_index + 1, node.first as usize];
-                let mut near = children.map(|child| (child, self.distance2(child, point)));
-                near.sort_by(|a, b| b.1.total_cmp(&a.1));
-                stack.extend(near);
+                let [first, second] = children.map(|child| (child, self.distance2(child, point)));
+                // The nearer one is taken first.
+                stack.extend(if first.1 < second.1 { [second, first] } else { [first, second] });
                 continue;
             }
             let range = node.first as usize..(node.first + node.count) as usize;
@@ -69,13 +84,17 @@ impl ProjectionIndex {
                     continue;
                 }
                 let distance2 = chord.distance2(point);
-                if best.is_none_or(|(d2, _)| distance2 < d2) {
+                let is_nearer = match best {
+                    Some((d2, _)) => distance2 < d2,
+                    None => within2 == f64::INFINITY || distance2 < within2,
+                };
+                if is_nearer {
                     best = Some((distance2, chord));
                 }
             }
         }
-        let (_, chord) = best?;
-        Some((chord.lane, chord.s_after(chord.along_m(point))))
+        let (distance2, chord) = best?;
+        Some((chord.lane, chord.s_after(chord.along_m(point)), distance2))
     }
 
     /// The box around all chords.

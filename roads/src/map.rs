@@ -126,6 +126,19 @@ impl Map {
         self.waypoint_on(lane, s)
     }
 
+    /// As [`Map::nearest`], with how far away it is, and found faster than that: `None` when it is
+    /// `within_m` away or farther.
+    #[must_use]
+    pub fn nearest_within(
+        &self,
+        point: Point3<f64>,
+        types: LaneTypes,
+        within_m: f64,
+    ) -> Option<(Waypoint, f64)> {
+        let (lane, s, away2) = self.index.nearest_within(&point, types, within_m * within_m)?;
+        Some((self.waypoint_on(lane, s)?, away2.sqrt()))
+    }
+
     /// As [`Map::nearest`], but `None` when the point lies beside that lane: further from its
     /// middle, seen from above, than half its width.
     #[must_use]
@@ -179,6 +192,12 @@ impl Map {
     #[must_use]
     pub fn lane(&self, waypoint: &Waypoint) -> LaneInfo {
         neighbours::lane_info(&self.model, waypoint)
+    }
+
+    /// Whether the road of a waypoint leads through a junction.
+    #[must_use]
+    pub fn is_in_junction(&self, waypoint: &Waypoint) -> bool {
+        self.model.road(waypoint.road).is_some_and(|road| road.junction.is_some())
     }
 
     /// All places `distance_m` ahead along the lanes; empty where every way ends before.

@@ -147,3 +147,19 @@ fn spawn_points_stand_in_driving_lanes() {
         assert!(off * 50 <= map.spawn_points().len(), "{name}: {off}");
     });
 }
+
+#[test]
+fn the_nearest_lane_is_the_same_within_every_distance_beyond_it() {
+    each(|name, map| {
+        for spawn in map.spawn_points() {
+            let at = spawn * Point3::new(1.0, 3.0, 0.2);
+            let within = |within_m: f64| map.nearest_within(at, LaneTypes::DRIVING, within_m);
+            let (place, away_m) = within(f64::INFINITY).expect("it has lanes");
+            assert_eq!(map.nearest(at, LaneTypes::DRIVING), Some(place), "{name}");
+            for more_m in [1.0e-6, 0.01, 1.0, 100.0] {
+                assert_eq!(within(away_m + more_m), Some((place, away_m)), "{name}");
+            }
+            assert_eq!(within(away_m * 0.999), None, "{name}");
+        }
+    });
+}

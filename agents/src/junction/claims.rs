@@ -8,6 +8,8 @@
 
 mod judge;
 
+use std::collections::BTreeMap;
+
 use schemas::ActorId;
 
 use super::grants::Way;
@@ -36,9 +38,16 @@ const APART_M: f32 = 0.5;
 /// What is claimed and wished for, by lane, and who changes lanes.
 #[derive(Debug, Default)]
 pub struct Claims {
+    /// By junction: ways through different ones do not meet.
+    junctions: BTreeMap<u32, Told>,
+    changes: Vec<Change>,
+}
+
+/// What is claimed and wished for in one junction, in the order in which it was told.
+#[derive(Debug, Default)]
+struct Told {
     held: Vec<Hold>,
     wishes: Vec<Wish>,
-    changes: Vec<Change>,
 }
 
 /// Somebody who changes lanes.
@@ -114,29 +123,31 @@ impl Claims {
             if lane.junction.is_some() {
                 let rear_m = near.place.at_m - body.half_m.x;
                 let lane = near.place.lane;
-                self.held.push(Hold { rear_m, ..Hold::of(lane, body.id) });
+                self.tell(network, Hold { rear_m, ..Hold::of(lane, body.id) });
             }
             let left_m = lane.length_m() - near.place.at_m;
             if left_m < 3.0 + body.half_m.x + SOON_SECS * body.velocity_mps.norm() {
-                let inside =
-                    |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.junction.is_some());
                 let rear_m = -left_m - body.half_m.x;
-                let hold = |lane: &LaneId| Hold { rear_m, ..Hold::of(*lane, body.id) };
-                self.held.extend(lane.next.iter().filter(inside).map(hold));
+                for next in &lane.next {
+                    self.tell(network, Hold { rear_m, ..Hold::of(*next, body.id) });
+                }
             }
             if body.is_urgent {
                 let front_m = (left_m - body.half_m.x).max(0.0);
                 let eta_secs = front_m / body.velocity_mps.norm().max(1.0);
                 let asker = Asker { id: body.id, rank: URGENT, eta_secs };
-                let inside = lane.next.iter().copied();
-                self.wishes.extend(inside.map(|lane| Wish { lane, asker }));
+                for next in &lane.next {
+                    self.ask(network, Wish { lane: *next, asker });
+                }
             }
         }
     }
 
     /// Tells all who ask later in this tick what somebody was granted before.
-    pub(crate) fn tell(&mut self, hold: Hold) {
-        self.held.push(hold);
+    pub(crate) fn tell(&mut self, network: &Network, hold: Hold) {
+        if let Some(told) = self.told_mut(network, hold.lane) {
+            told.held.push(hold);
+        }
     }
 
     /// Tells all who ask later in this tick that somebody changes lanes.
@@ -149,9 +160,10 @@ impl Claims {
         self.changes.iter().any(|change| change.id == id && change.to_left == to_left)
     }
 
-    pub(crate) fn wish(&mut self, way: &Way, asker: &Asker) {
-        let wishes = way.lanes.iter().map(|lane| Wish { lane: *lane, asker: *asker });
-        self.wishes.extend(wishes);
+    pub(crate) fn wish(&mut self, network: &Network, way: &Way, asker: &Asker) {
+        for lane in &way.lanes {
+            self.ask(network, Wish { lane: *lane, asker: *asker });
+        }
     }
 
     /// Claims a way if nobody holds or is to have what crosses it; else tells who.
@@ -166,7 +178,7 @@ impl Claims {
                 return Err(other);
             }
         }
-        self.hold(way, asker.id, None);
+        self.hold(network, way, asker.id, None);
         Ok(())
     }
 
@@ -188,7 +200,8 @@ impl Claims {
         let let_through = |(other, _): (LaneId, ActorId)| {
             network.lane(other).is_some_and(|other| other.is_oncoming(lane) && !other.joins(lane))
         };
-        if self.held.iter().any(|hold| hold.id != id && waits(hold))
+        let held = self.told(network, *lane_id).map_or(&[][..], |told| told.held.as_slice());
+        if held.iter().any(|hold| hold.id != id && waits(hold))
             || !self.blockers(network, *lane_id, asker).all(let_through)
         {
             return None;
@@ -201,7 +214,7 @@ impl Claims {
         if until_m < INSIDE_M_MIN {
             return None;
         }
-        self.hold(way, id, Some(until_m));
+        self.hold(network, way, id, Some(until_m));
         Some(until_m)
     }
 
@@ -213,7 +226,10 @@ impl Claims {
         asker: &Asker,
     ) -> impl Iterator<Item = (LaneId, ActorId)> {
         let (own, asker) = (network.lane(lane), *asker);
-        let held = self.held.iter().filter(move |hold| {
+        let told = self.told(network, lane);
+        let held = told.map_or(&[][..], |told| told.held.as_slice());
+        let wishes = told.map_or(&[][..], |told| told.wishes.as_slice());
+        let held = held.iter().filter(move |hold| {
             let other = (hold.id != asker.id).then(|| network.lane(hold.lane)).flatten();
             let met = other.and_then(|other| Some((other, other.conflict(lane)?)));
             met.is_some_and(|(other, conflict)| {
@@ -224,7 +240,7 @@ impl Claims {
                 !short && hold.rear_m < conflict.until_m + CLEAR_M
             })
         });
-        let first = self.wishes.iter().filter(move |wish| {
+        let first = wishes.iter().filter(move |wish| {
             let lanes = || network.lane(wish.lane).zip(own);
             let from_side = || lanes().is_some_and(|(other, own)| other.is_from_first_side_of(own));
             let crosses = || lanes().is_some_and(|(other, _)| other.conflict(lane).is_some());
@@ -234,11 +250,27 @@ impl Claims {
         held.chain(first.map(|wish| (wish.lane, wish.asker.id)))
     }
 
-    fn hold(&mut self, way: &Way, id: ActorId, until_m: Option<f32>) {
+    fn hold(&mut self, network: &Network, way: &Way, id: ActorId, until_m: Option<f32>) {
         let rear_m = -way.entry_m;
-        let hold = |lane: &LaneId| Hold { rear_m, until_m, ..Hold::of(*lane, id) };
-        let holds = way.lanes.iter().map(hold);
-        self.held.extend(holds);
+        for lane in &way.lanes {
+            self.tell(network, Hold { rear_m, until_m, ..Hold::of(*lane, id) });
+        }
+    }
+
+    fn ask(&mut self, network: &Network, wish: Wish) {
+        if let Some(told) = self.told_mut(network, wish.lane) {
+            told.wishes.push(wish);
+        }
+    }
+
+    /// What was told of the junction that a lane leads through; nobody crosses another one's way
+    /// outside of junctions.
+    fn told(&self, network: &Network, lane: LaneId) -> Option<&Told> {
+        self.junctions.get(&network.lane(lane)?.junction?)
+    }
+
+    fn told_mut(&mut self, network: &Network, lane: LaneId) -> Option<&mut Told> {
+        Some(self.junctions.entry(network.lane(lane)?.junction?).or_default())
     }
 }
 
@@ -303,7 +335,7 @@ mod tests {
         );
         assert_eq!(claims.grant_part(&network, &left, &asker(4, 1)), None, "one at a time");
         let mut claims = Claims::default();
-        claims.hold(&left, id(2), Some(until_m));
+        claims.hold(&network, &left, id(2), Some(until_m));
         assert_eq!(claims.grant(&network, &crossing, &asker(5, 1)), Err(id(2)));
     }
 
@@ -315,7 +347,7 @@ mod tests {
         let left = way(&network, left);
         for (rear_m, free) in [(until_m, false), (until_m + CLEAR_M + 0.1, true)] {
             let mut claims = Claims::default();
-            claims.tell(Hold { rear_m, ..Hold::of(straight, id(1)) });
+            claims.tell(&network, Hold { rear_m, ..Hold::of(straight, id(1)) });
             assert_eq!(claims.grant(&network, &left, &asker(2, 1)).is_ok(), free, "{rear_m} m");
         }
     }
@@ -326,7 +358,7 @@ mod tests {
         let [left, straight, _] = left_turn(&network).map(|it| way(&network, it));
         for (eta_secs, rank, lets) in [(2.0, 2, true), (2.0, 1, false), (5.0, 2, false)] {
             let mut claims = Claims::default();
-            claims.wish(&straight, &Asker { eta_secs, ..asker(1, rank) });
+            claims.wish(&network, &straight, &Asker { eta_secs, ..asker(1, rank) });
             let wanted = if lets { Err(id(1)) } else { Ok(()) };
             assert_eq!(claims.grant(&network, &left, &asker(2, 1)), wanted, "{eta_secs} s, {rank}");
         }
@@ -358,7 +390,8 @@ mod tests {
             let body = car(&network, (before, end_m - left_m), 0.0, 5.0);
             let mut claims = Claims::default();
             claims.occupy(&network, &Body { is_urgent: true, ..body });
-            let wish = claims.wishes.iter().find(|wish| wish.lane == straight).unwrap();
+            let told = claims.told(&network, straight).unwrap();
+            let wish = told.wishes.iter().find(|wish| wish.lane == straight).unwrap();
             assert!((wish.asker.eta_secs - eta_secs).abs() < 0.02, "{wish:?}");
         }
     }
@@ -450,7 +483,7 @@ mod tests {
         for (rank, other_rank, lets) in [(1, 1, true), (0, 0, false), (2, 1, false), (2, 2, false)]
         {
             let mut claims = Claims::default();
-            claims.wish(&right, &Asker { eta_secs: 2.0, ..asker(1, other_rank) });
+            claims.wish(&network, &right, &Asker { eta_secs: 2.0, ..asker(1, other_rank) });
             let wanted = if lets { Err(id(1)) } else { Ok(()) };
             assert_eq!(
                 claims.grant(&network, &left, &asker(2, rank)),
@@ -458,7 +491,7 @@ mod tests {
                 "{rank}, {other_rank}"
             );
             let mut claims = Claims::default();
-            claims.wish(&left, &Asker { eta_secs: 2.0, ..asker(1, 1) });
+            claims.wish(&network, &left, &Asker { eta_secs: 2.0, ..asker(1, 1) });
             assert_eq!(claims.grant(&network, &right, &asker(2, 1)), Ok(()));
         }
     }

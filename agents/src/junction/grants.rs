@@ -149,7 +149,10 @@ impl Grants {
                 None => network.lane(lane).map_or(0.0, Lane::length_m) + left_m,
             };
             let eta_secs = (-at_m - half_m).max(0.0) / body.velocity_mps.norm().max(1.0);
-            claims.tell(Hold { lane, id: body.id, rear_m: at_m - half_m, until_m, eta_secs });
+            claims.tell(
+                network,
+                Hold { lane, id: body.id, rear_m: at_m - half_m, until_m, eta_secs },
+            );
         }
     }
 

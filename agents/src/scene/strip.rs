@@ -8,8 +8,10 @@ use crate::path::{PathPoint, heading};
 
 /// Bodies higher or lower than this are on another storey.
 const STOREY_M: f32 = 2.5;
+/// How much farther than computed something may be, by rounding.
+pub(super) const ROUNDING_M: f32 = 0.1;
 /// No vehicle turns more tightly.
-const CURVATURE_PER_M_MAX: f32 = 0.2;
+pub(super) const CURVATURE_PER_M_MAX: f32 = 0.2;
 
 /// The path of a vehicle with the room that its box needs beside it.
 pub(super) struct Strip<'a> {
@@ -17,15 +19,15 @@ pub(super) struct Strip<'a> {
     room: &'a Room,
     /// From each point to the next one, seen from above.
     ways: Vec<Way>,
-    /// How far a front corner swings out where the nose is at a point, to the left and right.
+    /// How far a front corner swings out where the nose is at a point, to the left and right; none
+    /// of a path that nowhere bends.
     swing_m: Vec<[f32; 2]>,
     swing_m_max: f32,
 }
 
 impl<'a> Strip<'a> {
     pub(super) fn new(points: &'a [PathPoint], room: &'a Room) -> Self {
-        let swing_m: Vec<[f32; 2]> =
-            (0..points.len()).map(|index| swing_m(points, index, room.front_m)).collect();
+        let swing_m = swing_m(points, room.front_m);
         let swing_m_max = swing_m.iter().flatten().copied().fold(0.0, f32::max);
         let ways = points.windows(2).filter_map(|ends| Some(Way::of(ends.first_chunk()?)));
         Self { points, room, ways: ways.collect(), swing_m, swing_m_max }
@@ -33,35 +35,29 @@ impl<'a> Strip<'a> {
 
     /// A body as circles along its length, and its corners, each held against the path.
     pub(super) fn ahead(&self, body: &Body) -> Option<Ahead> {
-        let Room { front_m, half_width_m, beside_m, beside_walkers_m, .. } = *self.room;
+        let front_m = self.room.front_m;
         let radius_m = body.half_m.y.min(body.half_m.x);
-        let side_m = half_width_m + if body.is_walker { beside_walkers_m } else { beside_m };
-        let around_m = body.half_m.xy().norm();
+        let (side_m, around_m) = (side_m(self.room, body), body.around_m());
         // No circle and no corner meets the path before the box could.
         let within_m = side_m + around_m + self.swing_m_max + 0.01;
         let start = self.comes_near(&body.centre_m, within_m)?;
         let mut nearest: Option<(f32, usize)> = None;
-        let mut note = |along_m: f32, segment: usize| {
-            if nearest.is_none_or(|(least_m, _)| along_m < least_m) {
-                nearest = Some((along_m, segment));
-            }
+        // What the path meets later than something else need not be found.
+        let until_m = |nearest: Option<(f32, usize)>| {
+            nearest.map_or(f32::INFINITY, |(least_m, _)| least_m + ROUNDING_M)
         };
         let reach_m = (body.half_m.x - radius_m).max(0.0);
         let count = (reach_m / radius_m.max(0.2)).ceil().min(8.0) as i32;
         for circle in -count..=count {
             let offset_m = if count == 0 { 0.0 } else { reach_m * circle as f32 / count as f32 };
             let centre_m = body.centre_m + body.forward * offset_m;
-            if let Some((along_m, segment)) = self.meet(start, &centre_m, side_m + radius_m) {
-                note(along_m - radius_m, segment);
-            }
+            let met = self.meet((start, until_m(nearest) + radius_m), &centre_m, side_m + radius_m);
+            nearest = sooner(nearest, met.map(|(along_m, segment)| (along_m - radius_m, segment)));
         }
         // People are as round as a circle. Corners beside the own flank have been passed.
         for corner_m in corners_m(body).into_iter().filter(|_| !body.is_walker) {
-            let met = self.meet(start, &corner_m, side_m);
-            let met = met.filter(|(along_m, _)| *along_m >= front_m);
-            if let Some((along_m, segment)) = met {
-                note(along_m, segment);
-            }
+            let met = self.meet((start, until_m(nearest)), &corner_m, side_m);
+            nearest = sooner(nearest, met.filter(|(along_m, _)| *along_m >= front_m));
         }
         let (along_m, segment) = nearest?;
         let along_mps =
@@ -91,11 +87,19 @@ impl<'a> Strip<'a> {
 
     /// Where a path that comes within a distance of a point, or farther by the swing of the
     /// corners, is nearest to it, the first time that it comes so near, and on which segment. It
-    /// does not on those before `start`.
-    fn meet(&self, start: usize, centre_m: &Vec3, within_m: f32) -> Option<(f32, usize)> {
+    /// does not on those before `start`, and may not be found from `until_m` along the path on.
+    fn meet(
+        &self,
+        (start, until_m): (usize, f32),
+        centre_m: &Vec3,
+        within_m: f32,
+    ) -> Option<(f32, usize)> {
         let mut index = start;
         let mut met: Option<(f32, f32, usize)> = None;
         while let Some((from, way)) = self.segment(index) {
+            if met.is_none() && from.ahead_m > until_m {
+                return None;
+            }
             let beside = Beside::of(from, way, centre_m);
             let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
             let behind = index == 0 && beside.along_m < 0.0;
@@ -125,21 +129,45 @@ impl<'a> Strip<'a> {
     }
 }
 
-/// How far the front corners swing out of the strip while the nose comes to a point.
+/// Of two places that a path meets the one that it meets first; the known one if it is both.
+fn sooner(known: Option<(f32, usize)>, met: Option<(f32, usize)>) -> Option<(f32, usize)> {
+    match (known, met) {
+        (Some(known), Some(met)) if met.0 < known.0 => Some(met),
+        (known, met) => known.or(met),
+    }
+}
+
+/// Half the width that a vehicle needs beside a body.
+pub(super) fn side_m(room: &Room, body: &Body) -> f32 {
+    room.half_width_m + if body.is_walker { room.beside_walkers_m } else { room.beside_m }
+}
+
+/// How far the front corners swing out of the strip while the nose comes to each point; none where
+/// nothing bends.
 ///
 /// In a bend the nose is tangent ahead of the middle, and points outwards besides, because only
 /// the rear axle goes along its own course: each is curvature · half length² / 2, if the rear axle
 /// is half of half the length behind the middle.
-fn swing_m(points: &[PathPoint], index: usize, front_m: f32) -> [f32; 2] {
-    let until = points.get(..=index).unwrap_or_default();
-    let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
-    let under = until.iter().rev().take_while(|at| nose_m - at.ahead_m <= front_m);
-    let bends =
-        under.map(|at| at.point.curvature_per_m.clamp(-CURVATURE_PER_M_MAX, CURVATURE_PER_M_MAX));
-    let (right, left) = bends.fold((0.0_f32, 0.0_f32), |(right, left), bend_per_m| {
-        (right.min(bend_per_m), left.max(bend_per_m))
+fn swing_m(points: &[PathPoint], front_m: f32) -> Vec<[f32; 2]> {
+    if points.iter().all(|at| at.point.curvature_per_m == 0.0) {
+        return Vec::new();
+    }
+    // The first point that is not behind the middle.
+    let mut first = 0;
+    let swing = (0..points.len()).map(|nose| {
+        let until = points.get(..=nose).unwrap_or_default();
+        let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
+        while until.get(first).is_some_and(|at| nose_m - at.ahead_m > front_m) {
+            first += 1;
+        }
+        let under = until.get(first..).unwrap_or_default().iter();
+        let [right, left] = under.fold([0.0_f32; 2], |[right, left], at| {
+            let bend_per_m = at.point.curvature_per_m;
+            [right.min(bend_per_m), left.max(bend_per_m)]
+        });
+        [-right, left].map(|bend_per_m| bend_per_m.min(CURVATURE_PER_M_MAX) * front_m * front_m)
     });
-    [-right, left].map(|bend_per_m| bend_per_m * front_m * front_m)
+    swing.collect()
 }
 
 fn corners_m(body: &Body) -> [Vec3; 4] {

@@ -169,3 +169,36 @@ fn whoever_would_be_touched_in_a_turn_is_seen_before() {
     }
     assert!((300..900).contains(&touched), "{touched} of 1000");
 }
+
+/// A way of 78 m that bends to the left after 20 m.
+fn bend() -> Vec<PathPoint> {
+    let mut points = way();
+    let (mut at_m, mut heading_rad) = (Vec3::zeros(), 0.0f32);
+    for point in &mut points {
+        let curvature_per_m = if point.ahead_m > 20.0 { 0.05 } else { 0.0 };
+        (point.point.point_m, point.point.heading_rad) = (at_m, heading_rad);
+        point.point.curvature_per_m = curvature_per_m;
+        at_m += Vec3::new(heading_rad.cos(), heading_rad.sin(), 0.0) * 2.0;
+        heading_rad += 2.0 * curvature_per_m;
+    }
+    points
+}
+
+#[test]
+fn who_is_left_out_unseen_is_not_in_the_way() {
+    let points = bend();
+    let others = (0..4_000u16).map(|index| {
+        let [x, y, turn] = [7.0, 11.0, 13.0].map(|step| f32::from(index) * step);
+        let centre_m = Vec3::new(x % 101.0 - 20.0, y % 97.0 - 20.0, 0.0);
+        let forward = Vec3::new(turn.cos(), turn.sin(), 0.0);
+        let body = car(2 + u32::from(index), centre_m, forward);
+        let length_m = 0.3 + 6.0 * turn.sin().abs();
+        Body { half_m: Vec3::new(length_m, 1.2, 1.0), is_walker: index % 5 == 0, ..body }
+    });
+    let others: Vec<Body> = others.collect();
+    let room = Room::of(&car(OWN, Vec3::zeros(), Vec3::x()), 0.35, 0.6);
+    let strip = Strip::new(&points, &room);
+    let found = Scene::new(others.clone(), Vec::new()).queue(&points, &room);
+    let all = others.iter().filter(|body| strip.ahead(body).is_some()).count();
+    assert!(found.len() == all && all > 100, "{} of {all}", found.len());
+}

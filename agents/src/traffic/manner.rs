@@ -87,15 +87,16 @@ impl Manner {
 
     /// As fast as limits and curves on the way allow here, and its end after `left_m`.
     pub(super) fn free_mps(&self, points: &[PathPoint], left_m: f32) -> f32 {
-        let mut least_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
+        let end_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
+        let mut least = f32::INFINITY;
         for (index, at) in points.iter().enumerate() {
             let limit_mps = at.point.limit_mps;
             let posted = if limit_mps > 0.0 { self.limit_mps(limit_mps) } else { self.speed_mps };
             let curve = self.curve_mps2 / curvature_per_m(points, index).max(1.0e-4);
             let there = (posted * posted).min(curve);
-            least_mps = least_mps.min((there + 2.0 * self.braking_mps2 * at.ahead_m).sqrt());
+            least = least.min(there + 2.0 * self.braking_mps2 * at.ahead_m);
         }
-        least_mps
+        end_mps.min(least.sqrt())
     }
 
     /// Acceleration with nobody ahead.

@@ -7,6 +7,7 @@ use schemas::{ActorId, AgentBehaviour, Error, ErrorCode, Pose, SplitMix64, Vec3,
 
 use crate::actor::Actor;
 use crate::blueprint::{self, BodySpec};
+use crate::physics::BodyState;
 use crate::spawn::Wish;
 use crate::step;
 use crate::town::Town;
@@ -156,7 +157,8 @@ impl State {
     /// Counts who does not let people over crossings, where lights and signs are.
     pub(crate) fn judge_people(&mut self, town: &Town, scene: &Scene) {
         if self.traffic.is_some() && town.has_crossings {
-            self.judge(|rules, _, body| rules.judge_people(town.network(), scene, body));
+            let all = |_: &Actor| true;
+            self.judge(all, |rules, body| rules.judge_people(town.network(), scene, body));
         }
     }
 
@@ -166,23 +168,22 @@ impl State {
             return;
         }
         let network = town.network();
-        self.judge(|rules, asks, body| {
-            if !asks {
-                rules.judge_way(claims.entering(network, scene, body));
-            }
+        let asks_nobody = |actor: &Actor| !actor.asks();
+        self.judge(asks_nobody, |rules, body| {
+            rules.judge_way(claims.entering(network, scene, body));
         });
     }
 
-    /// Calls for every vehicle on the road, with whether it asks for junctions.
-    fn judge(&mut self, judge: impl Fn(&mut RoadRules, bool, &Body)) {
+    /// Calls for every such vehicle on the road.
+    fn judge(&mut self, is_such: impl Fn(&Actor) -> bool, judge: impl Fn(&mut RoadRules, &Body)) {
         for index in 0..self.actors.len() {
             let actor = &self.actors[index];
-            if actor.vehicle.is_none() || !actor.is_solid() {
+            if actor.vehicle.is_none() || !actor.is_solid() || !is_such(actor) {
                 continue;
             }
-            let (asks, body) = (actor.asks(), self.seen(actor));
+            let body = self.seen(actor);
             if let Some(vehicle) = self.actors[index].vehicle_mut() {
-                judge(&mut vehicle.rules, asks, &body);
+                judge(&mut vehicle.rules, &body);
             }
         }
     }
@@ -217,6 +218,13 @@ impl State {
         }
     }
 
+    /// The body and the motion of a vehicle that was not moved since all looked around.
+    fn as_driver(&self, index: usize, scene: &Scene) -> (Body, BodyState) {
+        let actor = &self.actors[index];
+        let seen = scene.body(actor.id).copied();
+        (seen.unwrap_or_else(|| self.seen(actor)), self.motion_of(actor))
+    }
+
     fn with_driver<T>(
         &mut self,
         index: usize,
@@ -225,7 +233,7 @@ impl State {
         act: impl FnOnce(&mut Driver, &Senses<'_>, &mut SplitMix64) -> T,
     ) -> Option<T> {
         self.actors[index].vehicle.as_deref()?.wheel.traffic()?;
-        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let (body, motion) = self.as_driver(index, scene);
         let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
@@ -247,7 +255,7 @@ impl State {
         if !self.actors[index].vehicle.as_deref()?.wheel.is_agent() {
             return None;
         }
-        let (body, motion) = (self.seen(&self.actors[index]), self.motion_of(&self.actors[index]));
+        let (body, motion) = self.as_driver(index, scene);
         let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;

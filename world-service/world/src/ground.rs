@@ -29,18 +29,21 @@ pub(crate) struct Surface {
     pub friction: f32,
 }
 
-/// One triangle as a plane z = corner + slope · (xy − corner) with its outline.
+/// One triangle as a plane z = corner + slope · (xy − corner) with its outline: no more than what
+/// tells whether a point is above it, as many are looked at for one that is.
 #[derive(Clone, Debug)]
 struct Face {
     corner: Vec3,
     slope: Vector2<f32>,
     /// Of the outline: inside all of them is in the triangle.
     edges: [Edge; 3],
-    normal: Vec3,
-    friction: f32,
-    /// Lowest and highest corner along each axis.
-    bounds: (Vec3, Vec3),
 }
+
+/// Unit normal, upwards, and friction of a face.
+type Skin = (Vec3, f32);
+
+/// Lowest and highest corner along each axis.
+type Bounds = (Vec3, Vec3);
 
 /// A straight border seen from above; inside is where across · (xy − corner) ≥ outside.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +56,8 @@ struct Edge {
 #[derive(Debug)]
 pub(crate) struct Ground {
     faces: Vec<Face>,
+    /// By face.
+    skins: Vec<Skin>,
     /// Face indices of all cells, one after the other.
     cell_faces: Vec<u32>,
     /// Where each cell's faces start in `cell_faces`; one more than there are cells.
@@ -71,8 +76,13 @@ impl Ground {
     /// - **Domain:** `triangles` with the friction coefficient of a dry tyre on them; walls and
     ///   degenerate ones are left out.
     pub(crate) fn new(triangles: impl IntoIterator<Item = ([Vec3; 3], f32)>) -> Self {
-        let faces: Vec<Face> = triangles.into_iter().filter_map(face).collect();
-        let (low, high) = bounds(&faces);
+        let (mut faces, mut skins, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        for (face, skin, corners) in triangles.into_iter().filter_map(face) {
+            faces.push(face);
+            skins.push(skin);
+            bounds.push(corners);
+        }
+        let (low, high) = around(&bounds);
         let size = high - low;
         let cell_m = cell_side_m(size.x, size.y);
         let columns = cells_along(size.x, cell_m);
@@ -80,6 +90,7 @@ impl Ground {
         let mut ground = Self {
             open_land: Surface { height_m: low.z, normal: Vec3::z(), friction: OPEN_LAND_FRICTION },
             faces,
+            skins,
             cell_faces: Vec::new(),
             cell_starts: Vec::new(),
             cell_tops_m: Vec::new(),
@@ -88,7 +99,7 @@ impl Ground {
             columns,
             rows,
         };
-        ground.fill_cells();
+        ground.fill_cells(&bounds);
         ground
     }
 
@@ -96,18 +107,21 @@ impl Ground {
     ///
     /// - **Cost:** about 20 ns on a street.
     pub(crate) fn below(&self, point: Vec3) -> Surface {
-        let mut best: Option<Surface> = None;
+        let mut best: Option<(f32, u32)> = None;
         for &index in self.cell_at(point) {
             let face = &self.faces[index as usize];
             if !face.covers(point) {
                 continue;
             }
             let height_m = face.height_m(point);
-            if height_m <= point.z && best.is_none_or(|best| best.height_m < height_m) {
-                best = Some(Surface { height_m, normal: face.normal, friction: face.friction });
+            if height_m <= point.z && best.is_none_or(|(best_m, _)| best_m < height_m) {
+                best = Some((height_m, index));
             }
         }
-        best.unwrap_or(self.open_land)
+        best.map_or(self.open_land, |(height_m, index)| {
+            let (normal, friction) = self.skins[index as usize];
+            Surface { height_m, normal, friction }
+        })
     }
 
     /// Whether there is surely no ground above a point, found faster than the ground itself.
@@ -136,10 +150,10 @@ impl Ground {
     }
 
     /// Two passes: count the faces of each cell, then place them.
-    fn fill_cells(&mut self) {
+    fn fill_cells(&mut self, bounds: &[Bounds]) {
         let mut starts = vec![0u32; self.columns * self.rows + 1];
-        for face in &self.faces {
-            self.for_cells_of(face, |cell| starts[cell + 1] += 1);
+        for (face, corners) in self.faces.iter().zip(bounds) {
+            self.for_cells_of(face, corners, |cell| starts[cell + 1] += 1);
         }
         for cell in 1..starts.len() {
             starts[cell] += starts[cell - 1];
@@ -147,11 +161,12 @@ impl Ground {
         let mut next = starts.clone();
         let mut cell_faces = vec![0u32; starts.last().copied().unwrap_or(0) as usize];
         let mut tops_m = vec![f32::NEG_INFINITY; self.columns * self.rows];
-        for (index, face) in self.faces.iter().enumerate() {
-            self.for_cells_of(face, |cell| {
+        for (index, (face, corners)) in self.faces.iter().zip(bounds).enumerate() {
+            self.for_cells_of(face, corners, |cell| {
                 cell_faces[next[cell] as usize] = index as u32;
                 next[cell] += 1;
-                tops_m[cell] = tops_m[cell].max(self.top_m(face, cell));
+                let top_m = self.top_m(face, cell).min(corners.1.z) + EDGE_M;
+                tops_m[cell] = tops_m[cell].max(top_m);
             });
         }
         self.cell_tops_m = tops_m;
@@ -159,20 +174,20 @@ impl Ground {
         self.cell_faces = cell_faces;
     }
 
-    /// The highest that a face can be inside a cell.
+    /// The highest that the plane of a face is inside a cell.
     fn top_m(&self, face: &Face, cell: usize) -> f32 {
-        let (column, row) = ((cell % self.columns) as f32, (cell / self.columns) as f32);
-        let corner = |x: f32, y: f32| {
-            let xy_m = self.origin_m + Vector2::new(column + x, row + y) * self.cell_m;
-            face.height_m(Vec3::new(xy_m.x, xy_m.y, 0.0))
-        };
-        let corners_m = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
-        let plane_m = corners_m.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        plane_m.min(face.bounds.1.z) + EDGE_M
+        let corners_m = self.corners_m(cell).map(|xy_m| face.height_m(xy_m.push(0.0)));
+        corners_m.into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 
-    fn for_cells_of(&self, face: &Face, mut visit: impl FnMut(usize)) {
-        let (low, high) = face.bounds;
+    fn corners_m(&self, cell: usize) -> [Vector2<f32>; 4] {
+        let (column, row) = ((cell % self.columns) as f32, (cell / self.columns) as f32);
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+            .map(|(x, y)| self.origin_m + Vector2::new(column + x, row + y) * self.cell_m)
+    }
+
+    /// Calls for the cells of which a face may cover a point.
+    fn for_cells_of(&self, face: &Face, (low, high): &Bounds, mut visit: impl FnMut(usize)) {
         let index = |coordinate: f32, origin: f32, count: usize| {
             (((coordinate - origin) / self.cell_m).max(0.0) as usize).min(count - 1)
         };
@@ -182,7 +197,10 @@ impl Ground {
             ..=index(high.y + EDGE_M, self.origin_m.y, self.rows)
         {
             for column in columns.clone() {
-                visit(row * self.columns + column);
+                let cell = row * self.columns + column;
+                if face.may_cover(&self.corners_m(cell)) {
+                    visit(cell);
+                }
             }
         }
     }
@@ -192,7 +210,23 @@ impl Face {
     /// Whether the outline seen from above, widened by [`EDGE_M`], holds the point.
     fn covers(&self, point: Vec3) -> bool {
         let from_corner = point.xy() - self.corner.xy();
-        self.edges.iter().all(|edge| edge.across.dot(&from_corner) >= edge.outside)
+        // All three in any case: which of them fails cannot be foretold.
+        let inside = |edge: &Edge| edge.across.dot(&from_corner) >= edge.outside;
+        self.edges.iter().fold(true, |all, edge| all & inside(edge))
+    }
+
+    /// Whether it covers a point between these ones, or beside them by little.
+    fn may_cover(&self, corners_m: &[Vector2<f32>; 4]) -> bool {
+        /// More than what rounding makes of a coordinate.
+        const ROUNDING: f32 = 1.0e-5;
+        let from_corner = corners_m.map(|xy_m| xy_m - self.corner.xy());
+        let places = corners_m.iter().chain(&from_corner);
+        let reach_m = places.map(|place| place.abs().sum()).fold(0.0, f32::max);
+        let beside_m = 2.0 * EDGE_M + ROUNDING * reach_m;
+        self.edges.iter().all(|Edge { across, outside }| {
+            let least = outside - beside_m * across.abs().sum();
+            from_corner.iter().any(|it| across.dot(it) >= least)
+        })
     }
 
     fn height_m(&self, point: Vec3) -> f32 {
@@ -211,7 +245,7 @@ impl Edge {
 }
 
 /// A face with upward normal and counter-clockwise corners; `None` for walls and slivers.
-fn face((corners, friction): ([Vec3; 3], f32)) -> Option<Face> {
+fn face((corners, friction): ([Vec3; 3], f32)) -> Option<(Face, Skin, Bounds)> {
     let [a, mut b, mut c] = corners;
     let cross = (b - a).cross(&(c - a));
     let mut normal = cross.try_normalize(1.0e-9)?;
@@ -222,20 +256,19 @@ fn face((corners, friction): ([Vec3; 3], f32)) -> Option<Face> {
     if normal.z < 0.0 {
         (b, c, normal) = (c, b, -normal);
     }
-    Some(Face {
+    let face = Face {
         corner: a,
         slope: -normal.xy() / normal.z,
         edges: [(a, b), (b, c), (c, a)].map(|(from, to)| Edge::new(a, from, to)),
-        normal,
-        friction,
-        bounds: (a.inf(&b).inf(&c), a.sup(&b).sup(&c)),
-    })
+    };
+    Some((face, (normal, friction), (a.inf(&b).inf(&c), a.sup(&b).sup(&c))))
 }
 
-fn bounds(faces: &[Face]) -> (Vec3, Vec3) {
-    faces
+/// The box around all faces.
+fn around(bounds: &[Bounds]) -> Bounds {
+    bounds
         .iter()
-        .map(|face| face.bounds)
+        .copied()
         .reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
         .unwrap_or((Vec3::zeros(), Vec3::zeros()))
 }

@@ -9,6 +9,7 @@
 mod contact;
 mod fault;
 mod near_pairs;
+mod put;
 mod shapes;
 mod switch;
 mod touch;
@@ -340,21 +341,6 @@ impl Physics {
 
     pub(crate) fn wake(&mut self, handle: BodyHandle) {
         self.bodies[handle].wake_up(true);
-    }
-
-    pub(crate) fn set_velocity(
-        &mut self,
-        handle: BodyHandle,
-        linear_mps: Vec3,
-        angular_radps: Vec3,
-    ) {
-        let body = &mut self.bodies[handle];
-        body.set_linvel(to_rapier(linear_mps), true);
-        body.set_angvel(to_rapier(angular_radps), true);
-    }
-
-    pub(crate) fn set_pose(&mut self, handle: BodyHandle, world_from_body: &Pose) {
-        self.bodies[handle].set_position(pose_to_rapier(world_from_body), true);
     }
 
     /// Advances all bodies under gravity and contacts; those whose motion became impossible, among

@@ -86,7 +86,8 @@ impl Claims {
         let first = |lane: LaneId| {
             entry(lane).is_some_and(|other| goes_first(network, other, (own, own_yields)))
         };
-        let wished = self.wishes.iter().any(|Wish { lane, asker }| {
+        let Some(told) = self.told(network, on) else { return false };
+        let wished = told.wishes.iter().any(|Wish { lane, asker }| {
             let soon = asker.id != body.id && asker.eta_secs < GAP_SECS;
             soon && left_m(*lane).is_some() && first(*lane)
         });
@@ -95,7 +96,7 @@ impl Claims {
             let meets = || left_m(hold.lane).is_some_and(|left_m| hold.rear_m < left_m + CLEAR_M);
             soon && meets() && first(hold.lane)
         };
-        wished || self.held.iter().any(held)
+        wished || told.held.iter().any(held)
     }
 }
 

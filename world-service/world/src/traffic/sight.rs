@@ -3,7 +3,7 @@
 use agents::{Body, Entering, Network, Owed, Scene};
 use nalgebra::Vector3;
 use roads::{LaneTypes, Map};
-use schemas::{ActorId, Pose, TrafficLightColour};
+use schemas::{ActorId, Pose, TrafficLightColour, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Lights, TrafficPlan};
@@ -37,6 +37,26 @@ pub(crate) struct RoadRules {
     /// Whether it was put where it is since it last looked around.
     is_put: bool,
     broken: Broken,
+    /// Where it last looked for its speed limit; saves time and decides nothing.
+    #[serde(skip)]
+    looked: Option<Looked>,
+}
+
+/// Where a vehicle looked for the nearest lane, and how far away that was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Looked {
+    at_m: Vec3,
+    away_m: f64,
+}
+
+impl Looked {
+    /// Some lane is nearer to a place than this.
+    fn within_m(&self, place_m: &Vector3<f64>) -> f64 {
+        /// For rounding.
+        const MORE_M: f64 = 1.0e-3;
+        let before_m: Vector3<f64> = nalgebra::convert(self.at_m);
+        self.away_m + (place_m - before_m).norm() + MORE_M
+    }
 }
 
 /// How often a vehicle broke a rule.
@@ -140,10 +160,23 @@ impl RoadRules {
         };
         self.stop = stop;
         self.judge(&before, holder.and_then(|at| passing.lights.colour(at)), passing.speed_mps);
-        let position_m: Vector3<f64> = nalgebra::convert(world_from_vehicle.translation.vector);
-        let Some(place) = map.nearest(position_m.into(), LaneTypes::DRIVING) else { return };
+        let at_m = world_from_vehicle.translation.vector;
+        // Who stands where it looked need not look again.
+        if self.looked.is_none_or(|looked| looked.at_m != at_m) {
+            self.find_limit(map, at_m);
+        }
+    }
+
+    fn find_limit(&mut self, map: &Map, at_m: Vec3) {
+        let position_m: Vector3<f64> = nalgebra::convert(at_m);
+        let nearest =
+            |within_m: f64| map.nearest_within(position_m.into(), LaneTypes::DRIVING, within_m);
+        // The lane of before is no farther away than by what the vehicle moved.
+        let known = self.looked.and_then(|looked| nearest(looked.within_m(&position_m)));
+        let Some((place, away_m)) = known.or_else(|| nearest(f64::INFINITY)) else { return };
+        self.looked = Some(Looked { at_m, away_m });
         // Ways cross in a junction, and the nearest may be another's: the limit of before holds on.
-        if self.speed_limit_mps == 0.0 || !map.lane(&place).is_junction {
+        if self.speed_limit_mps == 0.0 || !map.is_in_junction(&place) {
             self.speed_limit_mps = map.speed_limit_mps(&place).unwrap_or(0.0) as f32;
         }
     }
