@@ -36,7 +36,7 @@ impl Maps {
         }
     }
 
-    /// The map that a client means: with or without a path, with or without `_Opt`.
+    /// The map that a client means: with or without a path, with or without `_Opt`, in any case.
     ///
     /// # Errors
     /// `Map 'X' not found`, those of the site, or what is wrong with the map.
@@ -51,16 +51,23 @@ impl Maps {
     }
 }
 
-/// The map with this name, else the one that differs by `_Opt` alone.
+/// The map with this name, else the one that differs by case alone, else by `_Opt` and case.
 fn resolve<'a>(name: &str, list: &'a [MapRef]) -> Option<&'a MapRef> {
     let stem = name.rsplit('/').next()?;
     let stem = stem.strip_suffix(".umap").unwrap_or(stem);
-    let twin = match stem.strip_suffix("_Opt") {
+    let twin = match without_suffix(stem) {
         Some(plain) => plain.to_owned(),
         None => format!("{stem}_Opt"),
     };
-    let named = |wanted: &str| list.iter().find(|map| map.name == wanted);
+    let alike = |wanted: &str| list.iter().find(|map| map.name.eq_ignore_ascii_case(wanted));
+    let named = |wanted: &str| list.iter().find(|map| map.name == wanted).or_else(|| alike(wanted));
     named(stem).or_else(|| named(&twin))
+}
+
+/// The name before `_Opt`, in any case.
+fn without_suffix(name: &str) -> Option<&str> {
+    let (plain, suffix) = name.split_at_checked(name.len().checked_sub(4)?)?;
+    suffix.eq_ignore_ascii_case("_Opt").then_some(plain)
 }
 
 /// Whether a map has layers that clients may load and unload: as in CARLA, those named `_Opt`.
@@ -95,7 +102,26 @@ mod tests {
         ] {
             assert_eq!(resolve(asked, &list).unwrap().name, found);
         }
-        assert!(resolve("Town99", &list).is_none());
+        for name in ["Town99", "\u{e9}", "Opt", "_Opt"] {
+            assert!(resolve(name, &list).is_none());
+        }
         assert!(resolve("", &list).is_none());
+    }
+
+    #[test]
+    fn names_are_found_in_any_case_and_the_exact_one_first() {
+        let list: Vec<MapRef> = ["Town03", "town03", "Town10HD_Opt"]
+            .map(|name| MapRef { name: name.to_owned(), digest: String::new() })
+            .into();
+        for (asked, found) in [
+            ("town03", "town03"),
+            ("Town03", "Town03"),
+            ("TOWN03", "Town03"),
+            ("/Game/Carla/Maps/town10hd_opt", "Town10HD_Opt"),
+            ("town10hd", "Town10HD_Opt"),
+            ("town03_opt", "town03"),
+        ] {
+            assert_eq!(resolve(asked, &list).unwrap().name, found, "{asked}");
+        }
     }
 }

@@ -100,6 +100,47 @@ fn the_middle_of_every_junction_is_paved() {
     }
 }
 
+/// A junction of two roads that cross; one has a planted lane where the other one drives.
+fn planted_crossing() -> String {
+    let lane = |id: i32, kind: &str| {
+        format!(
+            "<lane id=\"{id}\" type=\"{kind}\"><width sOffset=\"0\" a=\"4\" b=\"0\" c=\"0\" d=\"0\"/>\
+             </lane>"
+        )
+    };
+    let road = |id: i32, pose: &str, left: &str| {
+        let (left, right) = (lane(1, left), lane(-1, "driving"));
+        format!(
+            "<road id=\"{id}\" length=\"40\" junction=\"9\"><link/><planView>\
+             <geometry s=\"0\" {pose} length=\"40\"><line/></geometry></planView>\
+             <lanes><laneSection s=\"0\"><left>{left}</left>\
+             <center><lane id=\"0\" type=\"none\"/></center><right>{right}</right>\
+             </laneSection></lanes></road>"
+        )
+    };
+    format!(
+        "<OpenDRIVE><header/>{}{}<junction id=\"9\">\
+         <connection id=\"0\" incomingRoad=\"1\" connectingRoad=\"1\"/>\
+         <connection id=\"1\" incomingRoad=\"1\" connectingRoad=\"2\"/></junction></OpenDRIVE>",
+        road(1, "x=\"-20\" y=\"0\" hdg=\"0\"", "none"),
+        road(2, "x=\"0\" y=\"-20\" hdg=\"1.5707963267948966\"", "driving"),
+    )
+}
+
+#[test]
+fn nothing_is_planted_where_a_road_crosses_another_ones_planted_lane() {
+    let map = roads::Map::parse("crossing", &planted_crossing()).unwrap();
+    let mesh = ground(&map);
+    // Where both roads are, and between the lanes beside it.
+    for (x, y) in [(1.0, 2.0), (-1.0, 3.0), (6.0, 2.0)] {
+        let found = heights(&mesh, x, y);
+        let top = highest(&mesh, x, y);
+        let on_top = |(z, _): &&(f64, Material)| top - z < 0.005;
+        let planted = found.iter().filter(on_top).any(|(_, what)| *what == Material::Grass);
+        assert!(!planted && top.abs() < 1e-4, "at {x} {y}: {found:?}");
+    }
+}
+
 #[test]
 fn every_level_face_of_the_ground_looks_up() {
     let mesh = ground(&town("Town10HD_Opt"));

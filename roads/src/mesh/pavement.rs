@@ -21,6 +21,9 @@ const BANK_M_PER_M: f64 = 5.0;
 const LEVEL_M: f64 = 1e-3;
 /// How far below the connecting roads the floor of a sloping junction lies, in metres.
 const SLOPING_DROP_M: f64 = 0.05;
+/// How far below other lanes the planted ones of connecting roads lie, in metres: roads cross them.
+/// No crack that a wheel would feel.
+const PLANTED_DROP_M: f64 = 0.008;
 
 /// Whether kerb stones get faces of their own, which only a camera needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +88,12 @@ fn lane_surface(
 ) {
     let material = material(lane.lane_type);
     let raised = lane.lane_type == LaneType::Sidewalk;
-    let height_m = if raised { KERB_M } else { 0.0 };
+    let crossed = material == Material::Grass && road.junction.is_some();
+    let height_m = match (raised, crossed) {
+        (true, _) => KERB_M,
+        (_, true) => -PLANTED_DROP_M,
+        _ => 0.0,
+    };
     let sign = f64::from(lane.id.signum());
     let [inner_edge, outer_edge] = open_edges(road, section, lane);
     let bank_width_m = BANK_M_PER_M * style.bank_m;
