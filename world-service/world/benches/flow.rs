@@ -5,8 +5,8 @@
 //! once with dynamics only near that one and once all with. Prints Markdown; times are those that
 //! the thread was on a processor.
 //!
-//! `-- full 200` measures one case alone, for a profiler: `without`, `hybrid` or `full` dynamics and
-//! how many vehicles. It tells the state at the end as well: while nothing changes how vehicles
+//! `-- full 200` measures one case alone, for a profiler: `without`, `hybrid` or `full` dynamics
+//! and how many vehicles. It tells the state at the end as well: while nothing changes how vehicles
 //! drive, it stays the same.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench fails loudly")]
 
