@@ -126,6 +126,14 @@ impl Painter<'_> {
     ) {
         let step = if self.lit.quality == Quality::Low { 2 } else { 1 };
         let mut column = start;
+        // Pairs begin at even columns, so that upright edges on a surface stay upright.
+        if step == 2
+            && start % 2 == 1
+            && let Some(nearness) = nearness.get(start)
+        {
+            self.wait(simd, (start, row), (*nearness, surface, 1), (kind, waiting), out);
+            column += 1;
+        }
         while let Some(nearness) = nearness.get(column..column + LANES * step)
             && column + LANES * step <= end
         {
@@ -142,15 +150,30 @@ impl Painter<'_> {
             }
             column += LANES * step;
         }
-        let Some(eight) = waiting.get_mut(kind) else { return };
         while let Some(nearness) = nearness.get(column).filter(|_| column < end) {
-            eight.push((column, row), *nearness, surface, step.min(end - column));
-            if eight.count == LANES {
-                let colours = self.finish(simd, kind, eight);
-                out.put(eight, &colours);
-                eight.count = 0;
-            }
-            column += step;
+            let width = step.min(end - column);
+            self.wait(simd, (column, row), (*nearness, surface, width), (kind, waiting), out);
+            column += width;
+        }
+    }
+
+    /// Has a pixel, and those right of it that get its colour, wait for others of its kind; paints
+    /// them once they are eight.
+    #[inline(always)]
+    fn wait<S: Simd>(
+        &self,
+        simd: S,
+        place: (usize, u32),
+        (nearness, surface, width): (f32, u32, usize),
+        (kind, waiting): (usize, &mut [Eight; KINDS]),
+        out: &mut Out<'_>,
+    ) {
+        let Some(eight) = waiting.get_mut(kind) else { return };
+        eight.push(place, nearness, surface, width);
+        if eight.count == LANES {
+            let colours = self.finish(simd, kind, eight);
+            out.put(eight, &colours);
+            eight.count = 0;
         }
     }
 

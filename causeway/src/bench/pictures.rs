@@ -233,8 +233,8 @@ impl Case {
 /// How far a spawn point is above its road, in metres.
 const DROP_M: f32 = 0.5;
 
-/// A street of the town with cars ahead and people aside, seen by a car on the road below one of its
-/// spawn points.
+/// A street of the town with cars ahead and people aside, seen by a car on the road below one of
+/// its spawn points.
 fn job(map: &roads::Map, spawn: usize, count: u32, case: &Case) -> RenderJob {
     let points = map.spawn_points();
     let above =
