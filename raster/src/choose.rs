@@ -41,8 +41,10 @@ pub(crate) struct Chosen {
     /// Place in the list of locals.
     pub(crate) local: u32,
     pub(crate) cluster: u32,
-    /// Rows of the picture that it may reach.
-    pub(crate) rows: [f32; 2],
+    /// First and last column, first and last row of the picture that it may reach.
+    pub(crate) ends: [f32; 4],
+    /// Nothing of it is nearer to the viewer than this; unused for the sun.
+    pub(crate) nearest_m: f32,
     step: u32,
 }
 
@@ -149,15 +151,16 @@ impl Looker<'_> {
             if rest == 0 {
                 continue;
             }
-            let (top, bottom) = self.rows(simd, centre, w, reach);
-            let (top, bottom, distance) = (top.to_array(), bottom.to_array(), distance.to_array());
+            let ends = self.ends(simd, centre, w, reach).map(|end| end.to_array());
+            let distance = distance.to_array();
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize;
                 rest &= rest - 1;
                 found.push(Chosen {
                     local: self.number,
                     cluster: (block * LANES + lane) as u32,
-                    rows: [top[lane], bottom[lane]],
+                    ends: ends.map(|end| end[lane]),
+                    nearest_m: distance[lane],
                     step: distance[lane].to_bits().saturating_sub(least_step) >> STEP_BITS,
                 });
             }
@@ -195,27 +198,29 @@ impl Looker<'_> {
             & (half_height - y + reach * norms[1]).simd_ge(zero)
     }
 
-    /// First and last row that balls may reach, generously.
+    /// First and last column, first and last row that balls may reach, generously.
     #[inline(always)]
-    fn rows<S: Simd>(
-        &self,
-        simd: S,
-        centre: V8<S>,
-        w: f32x8<S>,
-        reach: f32x8<S>,
-    ) -> (f32x8<S>, f32x8<S>) {
+    fn ends<S: Simd>(&self, simd: S, centre: V8<S>, w: f32x8<S>, reach: f32x8<S>) -> [f32x8<S>; 4] {
         let (first, last) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
         if self.local.is_sun {
-            return (first, last);
+            return [first, last, first, last];
         }
-        let y = centre.row(self.local.y);
-        let spread = reach * self.local.focal_px[1];
-        let (low, high) = (y - spread, y + spread);
         let (near, far) = (w - reach, w + reach);
-        let zero = splat(simd, 0.0);
-        let top = low / low.simd_ge(zero).select(far, near) + (self.local.centre_px[1] - 1.5);
-        let bottom = high / high.simd_ge(zero).select(near, far) + (self.local.centre_px[1] + 1.5);
         let is_ahead = near.simd_gt(splat(simd, self.local.near_m));
-        (is_ahead.select(top, first), is_ahead.select(bottom, last))
+        let along = |axis: usize, row: [f32; 4]| {
+            let (middle, spread) = (centre.row(row), reach * self.local.focal_px[axis]);
+            let (low, high) = (middle - spread, middle + spread);
+            let zero = splat(simd, 0.0);
+            let begins = low / low.simd_ge(zero).select(far, near);
+            let ends = high / high.simd_ge(zero).select(near, far);
+            let from = self.local.centre_px[axis];
+            [
+                is_ahead.select(begins + (from - 1.5), first),
+                is_ahead.select(ends + (from + 1.5), last),
+            ]
+        };
+        let [left, right] = along(0, self.local.x);
+        let [top, bottom] = along(1, self.local.y);
+        [left, right, top, bottom]
     }
 }

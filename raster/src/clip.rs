@@ -58,7 +58,10 @@ impl Clipped {
         let mut clipped = Self { corners: [empty; 9], count: 0 };
         triangle.into_iter().for_each(|corner| clipped.push(corner));
         for limit in 0..5 {
-            clipped = clipped.cut(limit, projection.near_m);
+            let corners = clipped.corners.get(..clipped.count).unwrap_or_default();
+            if corners.iter().any(|corner| corner.inside(limit, projection.near_m) < 0.0) {
+                clipped = clipped.cut(limit, projection.near_m);
+            }
         }
         clipped
     }

@@ -15,6 +15,11 @@ use crate::view::Projection;
 /// Room for the corners of a cluster: as many as a byte numbers, so that none is out of it.
 const CORNERS_MAX: usize = 256;
 
+/// How much nearer than it is something counts as before it is left out as hidden: more than
+/// numbers are rounded by.
+const NEARER: f32 = 0.999;
+const NEARER_M: f32 = 1e-3;
+
 /// A triangle that some pixel has shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
@@ -72,8 +77,12 @@ fn draw_all<S: Simd>(
     let Prospect { locals, chosen } = drawing.prospect;
     let first_row = target.first_row as f32;
     let end_row = first_row + target.row_count as f32;
-    for Chosen { local, cluster, rows: [top, bottom], .. } in chosen {
+    for Chosen { local, cluster, ends, nearest_m, .. } in chosen {
+        let [_, _, top, bottom] = ends;
         if *bottom < first_row || *top > end_row {
+            continue;
+        }
+        if target.hides(simd, *ends, 1.0 / (nearest_m * NEARER - NEARER_M)) {
             continue;
         }
         let Some(Local { placed: at, projection: local }) = locals.get(*local as usize) else {

@@ -61,11 +61,16 @@ impl Edge {
         self.along[0] * (y - self.anchor[1])
     }
 
+    /// The part that a column of pixels shares.
+    #[inline(always)]
+    fn of_column<S: Simd>(&self, x: f32x8<S>) -> f32x8<S> {
+        (x - self.anchor[0]) * self.along[1]
+    }
+
     /// Which pixels of a row are on the inner side.
     #[inline(always)]
-    fn holds<S: Simd>(&self, simd: S, of_row: f32, x: f32x8<S>) -> mask32x8<S> {
-        let value = splat(simd, of_row) - (x - self.anchor[0]) * self.along[1];
-        value.simd_gt(splat(simd, self.threshold))
+    fn holds<S: Simd>(&self, simd: S, of_row: f32, of_column: f32x8<S>) -> mask32x8<S> {
+        (splat(simd, of_row) - of_column).simd_gt(splat(simd, self.threshold))
     }
 
     /// Narrows the ends of a row to what may be covered, generously.
@@ -151,6 +156,10 @@ pub(crate) fn fill<S: Simd>(
         return false;
     }
     let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
+    let columns = [left as usize & !(LANES - 1), right as usize];
+    if columns[1] - columns[0] < 2 * LANES {
+        return fill_narrow(simd, target, (columns, [top, bottom]), (&edges, plane), id);
+    }
     let is_wide = right - left > WIDE_PX as f32;
     let mut is_seen = false;
     for row in top as u32..=bottom as u32 {
@@ -166,11 +175,11 @@ pub(crate) fn fill<S: Simd>(
             }
         }
         let first = (ends[0] as usize) & !(LANES - 1);
-        let offset = (row - target.first_row) as usize * target.stride;
+        let line = (row - target.first_row) as usize;
         is_seen |= fill_row(
             simd,
             target,
-            (offset, first, ends[1] as usize),
+            (line, first, ends[1] as usize),
             (&edges, of_row),
             (plane, y),
             id,
@@ -179,42 +188,92 @@ pub(crate) fn fill<S: Simd>(
     is_seen
 }
 
+/// As [`fill`], of a triangle that reaches over a few columns: what rows share is computed once.
+#[inline(always)]
+fn fill_narrow<S: Simd>(
+    simd: S,
+    target: &mut Target,
+    ([first, last], [top, bottom]): ([usize; 2], [f32; 2]),
+    (edges, plane): (&[Edge; 3], &Plane),
+    id: u32,
+) -> bool {
+    let mut is_seen = false;
+    for at in (first..=last).step_by(LANES) {
+        let eight = Eight::new(simd, at, edges, plane);
+        for row in top as u32..=bottom as u32 {
+            let y = row as f32 + 0.5;
+            let of_row = [edges[0].of_row(y), edges[1].of_row(y), edges[2].of_row(y)];
+            let line = (row - target.first_row) as usize;
+            is_seen |= eight.fill(simd, target, line, (edges, of_row), (plane, y), id);
+        }
+    }
+    is_seen
+}
+
 #[inline(always)]
 fn fill_row<S: Simd>(
     simd: S,
     target: &mut Target,
-    (offset, first, last): (usize, usize, usize),
+    (line, first, last): (usize, usize, usize),
     (edges, of_row): (&[Edge; 3], [f32; 3]),
     (plane, y): (&Plane, f32),
     id: u32,
 ) -> bool {
-    let nearness = plane.nearness + plane.down * (y - plane.anchor[1]);
-    let has_ids = !target.ids.is_empty();
     let mut is_seen = false;
-    let mut at = first;
-    while at <= last {
-        let x = middles(simd, at);
-        let [a, b, c] = edges;
-        let inside = a.holds(simd, of_row[0], x) & b.holds(simd, of_row[1], x);
-        let inside = inside & c.holds(simd, of_row[2], x);
-        let near = splat(simd, nearness) + (x - plane.anchor[0]) * plane.across;
-        let near = near.max(splat(simd, plane.least)).min(splat(simd, plane.most));
-        let range = offset + at..offset + at + LANES;
-        if let Some(slot) = target.nearness.get_mut(range.clone()) {
-            let old = f32x8::from_slice(simd, slot);
-            let wins = inside & near.simd_gt(old);
-            if wins.any_true() {
-                is_seen = true;
-                wins.select(near, old).store_slice(slot);
-                if has_ids && let Some(slot) = target.ids.get_mut(range) {
-                    let old = u32x8::from_slice(simd, slot);
-                    wins.select(u32x8::splat(simd, id), old).store_slice(slot);
-                }
-            }
-        }
-        at += LANES;
+    for at in (first..=last).step_by(LANES) {
+        let eight = Eight::new(simd, at, edges, plane);
+        is_seen |= eight.fill(simd, target, line, (edges, of_row), (plane, y), id);
     }
     is_seen
+}
+
+/// Eight columns of pixels: what their rows share.
+struct Eight<S: Simd> {
+    at: usize,
+    of_columns: [f32x8<S>; 3],
+    nearness: f32x8<S>,
+}
+
+impl<S: Simd> Eight<S> {
+    #[inline(always)]
+    fn new(simd: S, at: usize, [a, b, c]: &[Edge; 3], plane: &Plane) -> Self {
+        let x = middles(simd, at);
+        let of_columns = [a.of_column(x), b.of_column(x), c.of_column(x)];
+        Self { at, of_columns, nearness: (x - plane.anchor[0]) * plane.across }
+    }
+
+    /// Puts a triangle on a line of them; whether any pixel shows it.
+    #[inline(always)]
+    fn fill(
+        &self,
+        simd: S,
+        target: &mut Target,
+        line: usize,
+        ([a, b, c], of_row): (&[Edge; 3], [f32; 3]),
+        (plane, y): (&Plane, f32),
+        id: u32,
+    ) -> bool {
+        let inside = a.holds(simd, of_row[0], self.of_columns[0])
+            & b.holds(simd, of_row[1], self.of_columns[1])
+            & c.holds(simd, of_row[2], self.of_columns[2]);
+        let of_line = plane.nearness + plane.down * (y - plane.anchor[1]);
+        let near = splat(simd, of_line) + self.nearness;
+        let near = near.max(splat(simd, plane.least)).min(splat(simd, plane.most));
+        let first = line * target.stride + self.at;
+        let Some(slot) = target.nearness.get_mut(first..first + LANES) else { return false };
+        let old = f32x8::from_slice(simd, slot);
+        let wins = inside & near.simd_gt(old);
+        if !wins.any_true() {
+            return false;
+        }
+        wins.select(near, old).store_slice(slot);
+        if let Some(slot) = target.ids.get_mut(first..first + LANES) {
+            let old = u32x8::from_slice(simd, slot);
+            wins.select(u32x8::splat(simd, id), old).store_slice(slot);
+            target.touch(line, self.at);
+        }
+        true
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Colours of what a canvas shows: pixels of one kind of surface together, eight at a time,
 //! wherever they are in the picture.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, u32x8};
 
 use crate::fill::LANES;
 use crate::lamp::Lamp;
@@ -21,27 +23,39 @@ use crate::vector::{V8, splat};
 const KINDS: usize = 4;
 const SKY: usize = 0;
 
+/// Pixels beside each other that show one triangle.
+struct Run {
+    row: u32,
+    columns: Range<usize>,
+    /// What they show.
+    surface: u32,
+    kind: usize,
+}
+
 /// Eight pixels that are shaded together.
 #[derive(Clone, Copy, Debug, Default)]
 struct Eight {
-    columns: [u32; LANES],
-    rows: [u32; LANES],
+    /// Whole numbers.
+    columns: [f32; LANES],
+    /// Whole numbers.
+    rows: [f32; LANES],
     nearness: [f32; LANES],
     /// What they show; all of one family.
     surfaces: [u32; LANES],
-    /// Whether the pixel on the right gets the same colour.
-    is_double: [bool; LANES],
+    /// How many pixels from each to the right get its colour.
+    widths: [usize; LANES],
     count: usize,
 }
 
 impl Eight {
-    fn push(&mut self, (column, row): (u32, u32), nearness: f32, surface: u32, is_double: bool) {
+    #[inline(always)]
+    fn push(&mut self, (column, row): (usize, u32), nearness: f32, surface: u32, width: usize) {
         let at = self.count % LANES;
-        self.columns[at] = column;
-        self.rows[at] = row;
+        self.columns[at] = column as f32;
+        self.rows[at] = row as f32;
         self.nearness[at] = nearness;
         self.surfaces[at] = surface;
-        self.is_double[at] = is_double;
+        self.widths[at] = width;
         self.count += 1;
     }
 
@@ -52,7 +66,7 @@ impl Eight {
             self.rows[at] = self.rows[0];
             self.nearness[at] = self.nearness[0];
             self.surfaces[at] = self.surfaces[0];
-            self.is_double[at] = self.is_double[0];
+            self.widths[at] = self.widths[0];
         }
     }
 }
@@ -77,79 +91,89 @@ impl Painter<'_> {
     pub(crate) fn paint<S: Simd>(&self, simd: S, (out, pitch_bytes): (&mut [u8], usize)) {
         let mut waiting = [Eight::default(); KINDS];
         let mut out = Out { bytes: out, pitch_bytes, first_row: self.target.first_row };
-        let step = if self.lit.quality == Quality::Low { 2 * LANES } else { LANES };
+        let width = self.target.width_px as usize;
         for row in self.target.first_row..self.target.first_row + self.target.row_count {
-            for at in (0..self.target.width_px as usize).step_by(step) {
-                if !self.paint_alike(simd, (row, at), &mut out) {
-                    self.paint_mixed(simd, (row, at), &mut waiting, &mut out);
-                }
+            let (nearness, ids) = self.target.row(row);
+            let mut column = 0;
+            while let Some(id) = ids.get(column).filter(|_| column < width) {
+                let end = (column + alike(simd, *id, &ids[column..])).min(width);
+                let surface = self.surface(*id);
+                let kind = self.kind(surface);
+                let run = Run { row, columns: column..end, surface, kind };
+                self.paint_run(simd, run, nearness, &mut waiting, &mut out);
+                column = end;
             }
         }
         for (kind, mut eight) in waiting.into_iter().enumerate() {
             if eight.count > 0 {
                 eight.fill_up();
-                self.finish(simd, kind, &eight, &mut out);
+                let colours = self.finish(simd, kind, &eight);
+                out.put(&eight, &colours);
             }
         }
     }
 
-    /// Paints neighbours that all show one triangle; whether they do.
+    /// Paints pixels of one triangle, eight at a time; has the rest wait for others of their kind,
+    /// and paints those that are eight.
     #[inline(always)]
-    fn paint_alike<S: Simd>(&self, simd: S, (row, at): (u32, usize), out: &mut Out<'_>) -> bool {
-        let (nearness, ids) = self.target.row(row);
-        let is_low = self.lit.quality == Quality::Low;
-        let count = if is_low { 2 * LANES } else { LANES };
-        let (Some(ids), Some(nearness)) = (ids.get(at..at + count), nearness.get(at..at + count))
-        else {
-            return false;
-        };
-        let first = ids[0];
-        if at + count > self.target.width_px as usize || ids.iter().any(|id| *id != first) {
-            return false;
-        }
-        let step = if is_low { 2 } else { 1 };
-        let mut eight = Eight {
-            rows: [row; LANES],
-            surfaces: [self.surface(first); LANES],
-            is_double: [is_low; LANES],
-            ..Eight::default()
-        };
-        for lane in 0..LANES {
-            eight.columns[lane] = (at + lane * step) as u32;
-            eight.nearness[lane] = nearness[lane * step];
-        }
-        self.finish(simd, self.kind(eight.surfaces[0]), &eight, out);
-        true
-    }
-
-    /// Has pixels wait for others of their kind, and paints those that are eight.
-    #[inline(always)]
-    fn paint_mixed<S: Simd>(
+    fn paint_run<S: Simd>(
         &self,
         simd: S,
-        (row, at): (u32, usize),
+        Run { row, columns: Range { start, end }, surface, kind }: Run,
+        nearness: &[f32],
         waiting: &mut [Eight; KINDS],
         out: &mut Out<'_>,
     ) {
-        let (nearness, ids) = self.target.row(row);
-        let is_low = self.lit.quality == Quality::Low;
-        let count = if is_low { 2 * LANES } else { LANES };
-        let end = (at + count).min(self.target.width_px as usize);
-        let (ids, nearness) = (ids.get(..end), nearness.get(..end));
-        let (Some(ids), Some(nearness)) = (ids, nearness) else { return };
-        let mut column = at;
-        while column < end {
-            let id = ids[column];
-            let is_double = is_low && ids.get(column + 1) == Some(&id);
-            let surface = self.surface(id);
-            let kind = self.kind(surface);
-            let eight = &mut waiting[kind];
-            eight.push((column as u32, row), nearness[column], surface, is_double);
-            if eight.count == LANES {
-                self.finish(simd, kind, eight, out);
-                eight.count = 0;
+        let step = if self.lit.quality == Quality::Low { 2 } else { 1 };
+        let mut column = start;
+        // Pairs begin at even columns, so that upright edges on a surface stay upright.
+        if step == 2
+            && start % 2 == 1
+            && let Some(nearness) = nearness.get(start)
+        {
+            self.wait(simd, (start, row), (*nearness, surface, 1), (kind, waiting), out);
+            column += 1;
+        }
+        while let Some(nearness) = nearness.get(column..column + LANES * step)
+            && column + LANES * step <= end
+        {
+            let mut eight =
+                Eight { rows: [row as f32; LANES], surfaces: [surface; LANES], ..Eight::default() };
+            for lane in 0..LANES {
+                eight.columns[lane] = column as f32 + (lane * step) as f32;
+                eight.nearness[lane] = nearness[lane * step];
             }
-            column += if is_double { 2 } else { 1 };
+            let colours = self.finish(simd, kind, &eight);
+            match step {
+                1 => out.put_run::<1>((column, row), &colours),
+                _ => out.put_run::<2>((column, row), &colours),
+            }
+            column += LANES * step;
+        }
+        while let Some(nearness) = nearness.get(column).filter(|_| column < end) {
+            let width = step.min(end - column);
+            self.wait(simd, (column, row), (*nearness, surface, width), (kind, waiting), out);
+            column += width;
+        }
+    }
+
+    /// Has a pixel, and those right of it that get its colour, wait for others of its kind; paints
+    /// them once they are eight.
+    #[inline(always)]
+    fn wait<S: Simd>(
+        &self,
+        simd: S,
+        place: (usize, u32),
+        (nearness, surface, width): (f32, u32, usize),
+        (kind, waiting): (usize, &mut [Eight; KINDS]),
+        out: &mut Out<'_>,
+    ) {
+        let Some(eight) = waiting.get_mut(kind) else { return };
+        eight.push(place, nearness, surface, width);
+        if eight.count == LANES {
+            let colours = self.finish(simd, kind, eight);
+            out.put(eight, &colours);
+            eight.count = 0;
         }
     }
 
@@ -174,10 +198,10 @@ impl Painter<'_> {
         self.surfaces.get((surface as usize).wrapping_sub(1))
     }
 
-    /// Shades eight pixels and writes them.
+    /// Colours of eight pixels of a kind.
     #[inline(never)]
-    fn finish<S: Simd>(&self, simd: S, kind: usize, eight: &Eight, out: &mut Out<'_>) {
-        let colours = match kind {
+    fn finish<S: Simd>(&self, simd: S, kind: usize, eight: &Eight) -> [u32; LANES] {
+        match kind {
             SKY => simd.vectorize(
                 #[inline(always)]
                 || self.shade(simd, eight, None),
@@ -194,15 +218,14 @@ impl Painter<'_> {
                 #[inline(always)]
                 || self.shade(simd, eight, Some(Family::Body)),
             ),
-        };
-        out.put(eight, colours);
+        }
     }
 
     /// Colours of eight pixels as the display wants them, packed.
     #[inline(always)]
     fn shade<S: Simd>(&self, simd: S, eight: &Eight, family: Option<Family>) -> [u32; LANES] {
-        let column = f32x8::load_array(simd, eight.columns.map(|column| column as f32)) + 0.5;
-        let row = f32x8::load_array(simd, eight.rows.map(|row| row as f32)) + 0.5;
+        let column = f32x8::load_array(simd, eight.columns) + 0.5;
+        let row = f32x8::load_array(simd, eight.rows) + 0.5;
         let (across, up) = (self.rays.across_at(column), self.rays.up_at(simd, row));
         let ray = self.rays.through(simd, across, up);
         let length = ray.norm();
@@ -251,6 +274,21 @@ impl Painter<'_> {
     }
 }
 
+/// How many of some numbers, from the first on, are this one.
+#[inline(always)]
+fn alike<S: Simd>(simd: S, id: u32, ids: &[u32]) -> usize {
+    let mut count = 0;
+    while let Some(eight) = ids.get(count..count + LANES) {
+        let same = u32x8::from_slice(simd, eight).simd_eq(u32x8::splat(simd, id)).to_bitmask();
+        let same = same.trailing_ones() as usize;
+        if same < LANES {
+            return count + same;
+        }
+        count += LANES;
+    }
+    count + ids.iter().skip(count).take_while(|other| **other == id).count()
+}
+
 /// Where colours go.
 struct Out<'a> {
     bytes: &'a mut [u8],
@@ -259,18 +297,30 @@ struct Out<'a> {
 }
 
 impl Out<'_> {
-    fn put(&mut self, eight: &Eight, colours: [u32; LANES]) {
-        for (lane, colour) in colours.into_iter().enumerate() {
-            let row = (eight.rows[lane] - self.first_row) as usize;
-            let at = row * self.pitch_bytes + eight.columns[lane] as usize * PIXEL_BYTES;
-            if let Some(slot) = self.bytes.get_mut(at..at + PIXEL_BYTES) {
-                slot.copy_from_slice(&colour.to_le_bytes());
-            }
-            if eight.is_double[lane]
-                && let Some(slot) = self.bytes.get_mut(at + PIXEL_BYTES..at + 2 * PIXEL_BYTES)
-            {
-                slot.copy_from_slice(&colour.to_le_bytes());
+    fn put(&mut self, eight: &Eight, colours: &[u32; LANES]) {
+        for (lane, colour) in colours.iter().enumerate() {
+            let at = self.place((eight.columns[lane] as usize, eight.rows[lane] as u32));
+            let pixels = self.bytes.get_mut(at..at + eight.widths[lane] * PIXEL_BYTES);
+            for pixel in pixels.unwrap_or_default().as_chunks_mut::<PIXEL_BYTES>().0 {
+                *pixel = colour.to_le_bytes();
             }
         }
+    }
+
+    /// Puts colours beside each other, of so many pixels each.
+    #[inline(always)]
+    fn put_run<const WIDTH: usize>(&mut self, place: (usize, u32), colours: &[u32; LANES]) {
+        let at = self.place(place);
+        let Some(pixels) = self.bytes.get_mut(at..at + LANES * WIDTH * PIXEL_BYTES) else { return };
+        let (pixels, _) = pixels.as_chunks_mut::<PIXEL_BYTES>();
+        for (pixels, colour) in pixels.as_chunks_mut::<WIDTH>().0.iter_mut().zip(colours) {
+            *pixels = [colour.to_le_bytes(); WIDTH];
+        }
+    }
+
+    /// Where the bytes of a pixel begin.
+    #[inline(always)]
+    fn place(&self, (column, row): (usize, u32)) -> usize {
+        (row - self.first_row) as usize * self.pitch_bytes + column * PIXEL_BYTES
     }
 }

@@ -23,6 +23,9 @@ use crate::target::Target;
 use crate::vector::{V8, splat};
 use crate::view::View;
 
+/// In the place of a normal's bytes: it is not the same all over its triangle.
+const BENT: u32 = u32::MAX;
+
 /// Some rows of what a view shows, before it is a picture. Kept from one view to the next, it saves
 /// memory being fetched anew.
 #[derive(Debug, Default)]
@@ -171,45 +174,64 @@ impl Canvas {
     ) {
         self.find_surfaces(scene);
         let this = &*self;
+        let whole: Vec<u32> = this.whole_normals(view);
         dispatch!(level, simd => this.each_eight(
             (out, pitch_bytes),
             pixel_bytes,
             #[inline(always)]
-            |row, at| this.eight_normals(simd, view, (row, at)),
+            |row, at| this.eight_normals(simd, (view, &whole), (row, at)),
         ));
+    }
+
+    /// By id, the bytes of the normal that all of a triangle has, or that it is bent.
+    fn whole_normals(&self, view: &View) -> Vec<u32> {
+        let of_place = |place: &u32| {
+            let surface = self.surfaces.get((*place as usize).wrapping_sub(1))?;
+            if !surface.is_flat {
+                return Some(BENT);
+            }
+            let part = |axis: [f32; 3]| signed_of(crate::vector::dot(surface.normals[0], axis));
+            Some(bytes_of([part(view.forward), part(view.left), part(view.up)]))
+        };
+        let of_all = self.places.iter().map(|place| of_place(place).unwrap_or(0));
+        std::iter::once(0).chain(of_all).collect()
     }
 
     #[inline(always)]
     fn eight_normals<S: Simd>(
         &self,
         simd: S,
-        view: &View,
+        (view, whole): (&View, &[u32]),
         (row, at): (u32, usize),
     ) -> [u32; LANES] {
         let (_, ids) = self.load(simd, row, at);
         let ids = ids.to_array();
+        let mut pixels = ids.map(
+            #[inline(always)]
+            |id| whole.get(id as usize).copied().unwrap_or(0),
+        );
+        let Some(bent) = pixels.iter().position(|pixel| *pixel == BENT) else { return pixels };
         let surface = |id: u32| {
             let place = self.places.get((id as usize).wrapping_sub(1))?;
             self.surfaces.get((*place as usize).wrapping_sub(1))
         };
-        let Some(any) = ids.into_iter().find_map(surface) else { return [0; LANES] };
+        let Some(any) = surface(ids[bent]) else { return pixels };
+        let places = self.places_of(simd, view, (row, at));
         let normal = if ids.iter().all(|id| *id == ids[0]) {
-            if any.is_flat {
-                let normal = any.normals[0];
-                let part = |axis: [f32; 3]| signed_of(crate::vector::dot(normal, axis));
-                return [bytes_of([part(view.forward), part(view.left), part(view.up)]); LANES];
-            }
-            any.at(simd, self.places_of(simd, view, (row, at))).0
+            any.at(simd, places).0
         } else {
-            let each = ids.map(|id| surface(id).unwrap_or(any));
-            at_each(simd, &each, self.places_of(simd, view, (row, at))).0
+            let is_bent = pixels.map(|pixel| pixel == BENT);
+            let mut each = [any; LANES];
+            for (lane, slot) in each.iter_mut().enumerate().filter(|(lane, _)| is_bent[*lane]) {
+                *slot = surface(ids[lane]).unwrap_or(any);
+            }
+            at_each(simd, &each, places).0
         };
         let ahead = signed(simd, normal.dot(V8::splat(simd, view.forward)));
         let left = signed(simd, normal.dot(V8::splat(simd, view.left)));
         let up = signed(simd, normal.dot(V8::splat(simd, view.up)));
-        let mut pixels = [0; LANES];
         for (lane, pixel) in pixels.iter_mut().enumerate() {
-            if surface(ids[lane]).is_some() {
+            if *pixel == BENT {
                 *pixel = bytes_of([ahead[lane], left[lane], up[lane]]);
             }
         }

@@ -54,11 +54,12 @@ impl<'a, T: Reaching> ByRow<'a, T> {
         Self { first_row: rows.start, all, by_row: rows.map(of_row).collect() }
     }
 
-    /// Those that may matter to pixels of these rows.
+    /// Those that may matter to pixels of these rows, which are whole numbers.
     #[inline(always)]
-    pub(crate) fn of_rows(&self, rows: &[u32]) -> &[&'a T] {
+    pub(crate) fn of_rows(&self, rows: &[f32]) -> &[&'a T] {
         let alike = rows.split_first().filter(|(first, rest)| rest.iter().all(|row| row == *first));
-        let of_row = alike.and_then(|(row, _)| self.by_row.get((row - self.first_row) as usize));
+        let of_row =
+            alike.and_then(|(row, _)| self.by_row.get((*row as u32 - self.first_row) as usize));
         of_row.unwrap_or(&self.all)
     }
 }

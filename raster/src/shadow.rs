@@ -93,12 +93,15 @@ impl ShadowMap {
         } else {
             self.view.clone_from(&other.view);
             self.pixel_m = other.pixel_m;
-            let Target { stride, width_px, first_row, row_count, .. } = other.target;
             let mut nearness = std::mem::take(&mut self.target.nearness);
             nearness.clear();
             nearness.extend_from_slice(&other.target.nearness);
-            let ids = Vec::new();
-            self.target = Target { stride, width_px, first_row, row_count, nearness, ids };
+            self.target = Target::default();
+            self.target.stride = other.target.stride;
+            self.target.width_px = other.target.width_px;
+            self.target.first_row = other.target.first_row;
+            self.target.row_count = other.target.row_count;
+            self.target.nearness = nearness;
         }
         self.touched.clear();
         self.base = Some(other.number);

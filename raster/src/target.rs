@@ -1,5 +1,11 @@
 //! What is seen in each pixel: how near, and which triangle.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8};
+
+use crate::fill::LANES;
+use crate::vector::splat;
+
 /// Nearness and triangle of every pixel of some rows; rows are filled up to a multiple of eight.
 #[derive(Debug, Default)]
 pub(crate) struct Target {
@@ -10,6 +16,17 @@ pub(crate) struct Target {
     pub(crate) nearness: Vec<f32>,
     /// Place of the triangle in the list of those that are seen, and 1; 0 for none.
     pub(crate) ids: Vec<u32>,
+    /// Squares of eight pixels a side, in rows; none if there are no ids.
+    blocks: Vec<Block>,
+}
+
+/// What is known of a square of pixels.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    /// No pixel is less near than this.
+    least: f32,
+    /// Whether pixels have become nearer since.
+    is_old: bool,
 }
 
 /// Nearness where nothing is.
@@ -24,6 +41,74 @@ impl Target {
         let count = self.stride * rows.len();
         refill(&mut self.nearness, count, NOTHING);
         refill(&mut self.ids, if has_ids { count } else { 0 }, 0);
+        let blocks = self.stride / LANES * rows.len().div_ceil(LANES);
+        let block = Block { least: NOTHING, is_old: false };
+        refill(&mut self.blocks, if has_ids { blocks } else { 0 }, block);
+    }
+
+    /// Notes that some of eight neighbours have become nearer.
+    #[inline(always)]
+    pub(crate) fn touch(&mut self, line: usize, at: usize) {
+        let place = self.block(line, at);
+        if let Some(block) = self.blocks.get_mut(place) {
+            block.is_old = true;
+        }
+    }
+
+    #[inline(always)]
+    fn block(&self, line: usize, at: usize) -> usize {
+        line / LANES * (self.stride / LANES) + at / LANES
+    }
+
+    /// Whether all pixels of a box, from a first to a last column and row, show what is at least so
+    /// near: nothing that is less near is seen there.
+    #[inline(always)]
+    pub(crate) fn hides<S: Simd>(
+        &mut self,
+        simd: S,
+        [left, right, top, bottom]: [f32; 4],
+        nearness: f32,
+    ) -> bool {
+        let last_row = (self.first_row + self.row_count) as f32 - 1.0;
+        let (left, right) = (left.max(0.0), right.min(self.width_px as f32 - 1.0));
+        let (top, bottom) = (top.max(self.first_row as f32), bottom.min(last_row));
+        if self.blocks.is_empty() || left > right || top > bottom {
+            return false;
+        }
+        let first_row = self.first_row as usize;
+        let [top, bottom] = [top as usize, bottom as usize].map(|row| (row - first_row) / LANES);
+        for line in top..=bottom {
+            for column in left as usize / LANES..=right as usize / LANES {
+                if self.least(simd, (line * LANES, column * LANES), nearness) < nearness {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// The least nearness in a square, or one that it is no less than if that is enough.
+    #[inline(always)]
+    fn least<S: Simd>(&mut self, simd: S, (line, at): (usize, usize), enough: f32) -> f32 {
+        let place = self.block(line, at);
+        let Some(Block { least, is_old }) = self.blocks.get(place).copied() else {
+            return NOTHING;
+        };
+        if least >= enough || !is_old {
+            return least;
+        }
+        let mut lowest = splat(simd, f32::INFINITY);
+        for line in line..(line + LANES).min(self.row_count as usize) {
+            let first = line * self.stride + at;
+            if let Some(eight) = self.nearness.get(first..first + LANES) {
+                lowest = lowest.min(f32x8::from_slice(simd, eight));
+            }
+        }
+        let least = lowest.to_array().into_iter().fold(f32::INFINITY, f32::min);
+        if let Some(block) = self.blocks.get_mut(place) {
+            *block = Block { least, is_old: false };
+        }
+        least
     }
 
     /// Nearness and triangles of a row of the picture.

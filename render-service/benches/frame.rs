@@ -116,11 +116,15 @@ fn of_kinds(mut job: RenderJob, kinds: &[ImageKind]) -> RenderJob {
     job
 }
 
-/// A street of the town, seen by a car at one of its spawn points.
+/// How far a spawn point is above its road, in metres.
+const DROP_M: f32 = 0.5;
+
+/// A street of the town, seen by a car on the road below one of its spawn points.
 fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> RenderJob {
     let points = map.spawn_points();
-    let start =
+    let above =
         points.get(spawn * 7 % points.len().max(1)).map_or_else(Pose::identity, |pose| pose.cast());
+    let start = above * level_pose(Vec3::new(0.0, 0.0, -DROP_M), 0.0);
     let mut actors = Vec::new();
     for at in 0..12u32 {
         let row = at as f32;

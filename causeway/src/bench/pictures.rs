@@ -230,11 +230,16 @@ impl Case {
     }
 }
 
-/// A street of the town with cars ahead and people aside, seen by a car at one of its spawn points.
+/// How far a spawn point is above its road, in metres.
+const DROP_M: f32 = 0.5;
+
+/// A street of the town with cars ahead and people aside, seen by a car on the road below one of
+/// its spawn points.
 fn job(map: &roads::Map, spawn: usize, count: u32, case: &Case) -> RenderJob {
     let points = map.spawn_points();
-    let start =
+    let above =
         points.get(spawn * 7 % points.len().max(1)).map_or_else(Pose::identity, |pose| pose.cast());
+    let start = above * level_pose(Vec3::new(0.0, 0.0, -DROP_M), 0.0);
     let mut actors = Vec::new();
     for at in 0..count {
         let row = at as f32;

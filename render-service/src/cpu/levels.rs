@@ -16,6 +16,8 @@ pub(crate) struct ShapeLevel {
     pub(crate) model: Model,
     /// How far it is off along each axis, at most, in the shape's own unit.
     error: Vec3,
+    /// Half of what it spans along each axis.
+    half: Vec3,
 }
 
 /// Levels of every shape at the place of its number, fine ones first.
@@ -23,9 +25,16 @@ static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> =
     LazyLock::new(|| Shape::ALL.iter().map(|shape| levels_of(*shape)).collect());
 
 /// The coarsest level of a shape whose corners are off by no more than `error_m` in the world, if
-/// its axes are stretched like this.
-pub(crate) fn level_of(shape: Shape, stretch: Vec3, error_m: f32) -> Option<&'static Model> {
+/// its axes are stretched like this; `None` if it is within a ball of `least_m`.
+pub(crate) fn level_of(
+    shape: Shape,
+    stretch: Vec3,
+    [error_m, least_m]: [f32; 2],
+) -> Option<&'static Model> {
     let levels = LEVELS.get(shape as usize)?;
+    if levels.first()?.half.component_mul(&stretch).norm() < least_m {
+        return None;
+    }
     let is_good = |level: &&ShapeLevel| level.error.component_mul(&stretch).norm() <= error_m;
     let level = levels.iter().rev().find(is_good).or_else(|| levels.first())?;
     Some(&level.model)
@@ -39,7 +48,11 @@ pub(crate) fn prepare() {
 fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
     let fine = shape.mesh();
     let mut count = fine.indices.len();
-    let mut levels = vec![ShapeLevel { model: model_of(&fine), error: Vec3::zeros() }];
+    let level = |mesh: &Mesh, error: Vec3| {
+        let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
+        ShapeLevel { model: model_of(mesh), error, half: half.into() }
+    };
+    let mut levels = vec![level(&fine, Vec3::zeros())];
     for part in CELLS {
         let cell = part * shape.coarse_cell();
         let mesh = fine.coarse(cell);
@@ -47,7 +60,7 @@ fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
         let is_there = (0..3).all(|axis| span(&mesh, axis) > 0.6 * span(&fine, axis));
         if is_there && (mesh.indices.len() as f32) < WORTH_IT * count as f32 {
             count = mesh.indices.len();
-            levels.push(ShapeLevel { model: model_of(&mesh), error: fine.coarse_error(cell) });
+            levels.push(level(&mesh, fine.coarse_error(cell)));
         }
     }
     levels
@@ -89,7 +102,7 @@ mod tests {
     #[test]
     fn the_last_level_of_a_shape_has_at_most_half_its_triangles() {
         let of = |shape: Shape, error_m: f32| {
-            level_of(shape, Vec3::new(2.4, 1.0, 0.74), error_m).unwrap().triangle_count()
+            level_of(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0]).unwrap().triangle_count()
         };
         for shape in [Shape::Sedan, Shape::Bus, Shape::Torso, Shape::Leg, Shape::Wheel] {
             let (fine, middle, far) = (of(shape, 0.0), of(shape, 0.3), of(shape, 10.0));

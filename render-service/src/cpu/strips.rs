@@ -20,6 +20,8 @@ const LOW_ERROR_PX_MAX: f32 = 1.2;
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
 const BODY_RADIUS_PX_MIN: f32 = 0.6;
+/// So are parts of them: the rasteriser would leave their clusters out.
+const PART_RADIUS_PX_MIN: f32 = 0.35;
 
 /// A strip's camera.
 pub(crate) fn view_of(strip: &Strip<'_>) -> View {
@@ -48,6 +50,7 @@ pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<
     let error_px = if quality == Quality::Low { LOW_ERROR_PX_MAX } else { ERROR_PX_MAX };
     let pixel = 2.0 * strip.view.half_extent[0] / strip.camera().width_px as f32;
     let eye_m = strip.view.eye_m();
+    let forward = strip.view.world_from_camera.rotation * Vec3::x();
     let height_px = strip.camera().height_px;
     let shown = strip.view.rows(&(0..height_px), height_px);
     for body in strip.bodies() {
@@ -59,7 +62,9 @@ pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<
             continue;
         }
         let nearest_m = (distance_m - body.radius_m).max(NEAR_M);
-        place(body, error_px * pixel * nearest_m, placed);
+        let ahead_m = (forward.dot(&(body.centre_m - eye_m)) - body.radius_m).max(NEAR_M);
+        let least_m = PART_RADIUS_PX_MIN * pixel * ahead_m;
+        place(body, [error_px * pixel * nearest_m, least_m], placed);
     }
 }
 
@@ -70,25 +75,28 @@ pub(crate) fn shading_bodies(
     side_px: u32,
     placed: &mut Vec<Placed<'_>>,
 ) {
-    let error_m = SHADOW_ERROR_PX_MAX * 2.0 * REACH_M / side_px as f32;
+    let pixel_m = 2.0 * REACH_M / side_px as f32;
+    let limits_m = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
     for body in strip.bodies() {
         let reach = Vec3::repeat(body.radius_m);
         if shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
-            place(body, error_m, placed);
+            place(body, limits_m, placed);
         }
     }
 }
 
-fn place(body: &Body, error_m: f32, placed: &mut Vec<Placed<'_>>) {
-    placed.extend(body.parts.iter().filter_map(|part| place_part(part, error_m)));
+/// Parts of a body whose corners are off by no more than the first length, without those within a
+/// ball of the second.
+fn place(body: &Body, limits_m: [f32; 2], placed: &mut Vec<Placed<'_>>) {
+    placed.extend(body.parts.iter().filter_map(|part| place_part(part, limits_m)));
 }
 
-fn place_part(part: &Part, error_m: f32) -> Option<Placed<'static>> {
+fn place_part(part: &Part, limits_m: [f32; 2]) -> Option<Placed<'static>> {
     let Instance { world_from_shape, tints, label } = part.instance;
     let [a, b, c] = world_from_shape;
     let length = |at: usize| Vec3::new(a[at], b[at], c[at]).norm();
     let stretch = Vec3::new(length(0), length(1), length(2));
-    let model = level_of(part.shape, stretch, error_m)?;
+    let model = level_of(part.shape, stretch, limits_m)?;
     Some(Placed { model, world_from_model: world_from_shape, tints, label })
 }
 
