@@ -3,10 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 
-use crate::fill::LANES;
 use crate::model::Model;
 use crate::scene::{Placed, Scene};
-use crate::vector::{V8, affine, splat};
+use crate::vector::{LANES, V8, affine, splat};
 use crate::view::{Projection, View, seen_from};
 
 /// Balls that would be smaller than this in the picture, in pixels, are left out.

@@ -5,11 +5,11 @@ use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 use crate::choose::{Chosen, Local, Prospect};
 use crate::clip::{Clipped, Homogeneous, REACH_PX, SNAP};
-use crate::fill::{LANES, Plane, Point, doubled_area, ends_of, fill};
+use crate::fill::{Plane, Point, doubled_area, ends_of, fill};
 use crate::model::{Cluster, Model};
 use crate::scene::Placed;
 use crate::target::Target;
-use crate::vector::{V8, splat};
+use crate::vector::{LANES, V8, splat};
 use crate::view::Projection;
 
 /// Room for the corners of a cluster: as many as a byte numbers, so that none is out of it.

@@ -7,10 +7,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, mask32x8, u32x8};
 
 use crate::target::Target;
-use crate::vector::{middles, splat};
+use crate::vector::{LANES, middles, splat};
 
-/// Lanes of a vector.
-pub(crate) const LANES: usize = 8;
 /// Triangles wider than this have the ends of each row computed first.
 const WIDE_PX: i32 = 24;
 

@@ -6,7 +6,6 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
-use crate::fill::LANES;
 use crate::lamp::Lamp;
 use crate::light::Lit;
 use crate::occluder::Occluder;
@@ -17,7 +16,7 @@ use crate::scene::Family;
 use crate::shade::{Rain, Sight, body, facade, ground, sky};
 use crate::surface::{Looks, Surface};
 use crate::target::Target;
-use crate::vector::{V8, splat};
+use crate::vector::{LANES, V8, splat};
 
 /// Families of surfaces, and the sky.
 const KINDS: usize = 4;

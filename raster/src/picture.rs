@@ -7,7 +7,6 @@ use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 
 use crate::choose::Prospect;
 use crate::draw::{Drawing, Screen, Seen, draw};
-use crate::fill::LANES;
 use crate::lamp::LAMPS_MAX;
 use crate::light::{Light, Lit};
 use crate::occluder::OCCLUDERS_MAX;
@@ -20,7 +19,7 @@ use crate::shade::Rain;
 use crate::shadow::ShadowMap;
 use crate::surface::{Surface, at_each};
 use crate::target::Target;
-use crate::vector::{V8, splat};
+use crate::vector::{LANES, V8, splat};
 use crate::view::View;
 
 /// In the place of a normal's bytes: it is not the same all over its triangle.

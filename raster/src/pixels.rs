@@ -3,8 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
-use crate::fill::LANES;
-use crate::vector::{V8, clamp, middles, splat};
+use crate::vector::{LANES, V8, clamp, middles, splat};
 use crate::view::{RayParts, View};
 
 /// Bytes of a pixel, of every kind of picture.

@@ -4,9 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::draw::Seen;
-use crate::fill::LANES;
 use crate::scene::{Family, Material, Placed};
-use crate::vector::{V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
+use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
 
 /// A triangle in the world, as shading needs it.
 #[derive(Clone, Debug)]

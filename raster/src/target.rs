@@ -3,8 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::fill::LANES;
-use crate::vector::splat;
+use crate::vector::{LANES, splat};
 
 /// Nearness and triangle of every pixel of some rows; rows are filled up to a multiple of eight.
 #[derive(Debug, Default)]

@@ -3,6 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
+/// Numbers that are computed at once.
+pub(crate) const LANES: usize = 8;
+
 /// Three numbers.
 pub(crate) type V3 = [f32; 3];
 
