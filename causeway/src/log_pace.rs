@@ -1,4 +1,7 @@
 //! How many lines one place of the program may log: strangers decide how often some are said.
+//!
+//! What is only said on demand (`debug`, `trace`) is left alone, and so are records of the crate
+//! `log`, which have no places of their own.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -7,7 +10,7 @@ use std::time::Instant;
 
 use tracing::callsite::Identifier;
 use tracing::subscriber::Interest;
-use tracing::{Event, Metadata, Subscriber};
+use tracing::{Event, Level, Metadata, Subscriber};
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::layer::{Context, Filter};
 
@@ -77,7 +80,9 @@ impl<S: Subscriber> Filter<S> for &'static LogPace {
     }
 
     fn event_enabled(&self, event: &Event<'_>, _: &Context<'_, S>) -> bool {
-        self.admit(event.metadata().callsite(), Instant::now())
+        let said = event.metadata();
+        let is_paced = *said.level() <= Level::INFO && said.target() != "log";
+        !is_paced || self.admit(said.callsite(), Instant::now())
     }
 }
 

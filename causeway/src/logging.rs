@@ -80,3 +80,49 @@ where
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::sync::{Arc, Mutex};
+    use std::time::Duration;
+
+    use super::*;
+
+    #[derive(Clone, Default)]
+    struct Page(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Page {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn one_place_fills_no_log_and_the_next_line_tells_what_is_missing() {
+        let page = Page::default();
+        let writer = page.clone();
+        let lines = tracing_subscriber::fmt::layer()
+            .with_writer(move || writer.clone())
+            .event_format(Line { process: "test" })
+            .with_filter(EnvFilter::new("debug").and(&*PACE));
+        tracing::subscriber::with_default(tracing_subscriber::registry().with(lines), || {
+            for round in [150, 1] {
+                (0..round).for_each(|count| tracing::warn!(count, "again"));
+                std::thread::sleep(Duration::from_millis(150));
+            }
+            (0..150).for_each(|_| tracing::debug!("asked for"));
+            tracing::info!("from another place");
+        });
+        let text = String::from_utf8(page.0.lock().unwrap().clone()).unwrap();
+        let count = |what: &str| text.lines().filter(|line| line.contains(what)).count();
+        // A slow machine lets some more through.
+        assert!((101..=130).contains(&count("again")), "{}", count("again"));
+        assert_eq!(count("lines like this left out)"), 1);
+        assert_eq!((count("asked for"), count("from another place")), (150, 1));
+    }
+}

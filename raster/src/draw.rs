@@ -82,7 +82,8 @@ fn draw_all<S: Simd>(
         if *bottom < first_row || *top > end_row {
             continue;
         }
-        if target.hides(simd, *ends, 1.0 / (nearest_m * NEARER - NEARER_M)) {
+        let least_m = nearest_m * NEARER - NEARER_M;
+        if least_m > 0.0 && target.hides(simd, *ends, 1.0 / least_m) {
             continue;
         }
         let Some(Local { placed: at, projection: local }) = locals.get(*local as usize) else {

@@ -125,3 +125,50 @@ fn refill<T: Copy>(values: &mut Vec<T>, count: usize, value: T) {
     values.clear();
     values.resize(count, value);
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+
+    const WIDTH: u32 = 20;
+
+    /// Rows 4 to 15, all as near as this.
+    fn filled(nearness: f32) -> Target {
+        let mut target = Target::default();
+        target.clear(WIDTH, 4..16, true);
+        for line in 0..12 {
+            for at in (0..24).step_by(LANES) {
+                target.touch(line, at);
+            }
+        }
+        target.nearness.fill(nearness);
+        target
+    }
+
+    fn hides(target: &mut Target, ends: [f32; 4], nearness: f32) -> bool {
+        dispatch!(Level::new(), simd => target.hides(simd, ends, nearness))
+    }
+
+    #[test]
+    fn what_is_less_near_than_all_of_its_box_is_hidden_and_nothing_else() {
+        let box_of_all = [-3.0, 40.0, 0.0, 99.0];
+        assert!(hides(&mut filled(0.5), box_of_all, 0.4));
+        assert!(!hides(&mut filled(0.5), box_of_all, 0.6), "it is nearer");
+        let mut target = filled(0.5);
+        target.nearness[9 * target.stride + 18] = 0.1;
+        assert!(!hides(&mut target, [17.0, 19.0, 12.0, 14.0], 0.4), "a hole in its square");
+        assert!(hides(&mut target, [0.0, 15.0, 12.0, 14.0], 0.4), "beside the hole");
+    }
+
+    #[test]
+    fn nothing_is_hidden_where_nothing_is_or_outside_of_the_rows() {
+        let mut target = filled(0.5);
+        assert!(!hides(&mut target, [0.0, 19.0, 0.0, 2.0], 0.1));
+        target.clear(WIDTH, 4..16, true);
+        assert!(!hides(&mut target, [0.0, 19.0, 4.0, 15.0], 0.1));
+        target.clear(WIDTH, 4..16, false);
+        assert!(!hides(&mut target, [0.0, 19.0, 4.0, 15.0], 0.1), "without ids nothing is known");
+    }
+}

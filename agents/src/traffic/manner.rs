@@ -96,7 +96,7 @@ impl Manner {
             let there = (posted * posted).min(curve);
             least = least.min(there + 2.0 * self.braking_mps2 * at.ahead_m);
         }
-        end_mps.min(least.sqrt())
+        end_mps.min(least.max(0.0).sqrt())
     }
 
     /// Acceleration with nobody ahead.

@@ -32,7 +32,7 @@ pub(crate) fn level_of(
     [error_m, least_m]: [f32; 2],
 ) -> Option<&'static Model> {
     let levels = LEVELS.get(shape as usize)?;
-    if levels.first()?.half.component_mul(&stretch).norm() < least_m {
+    if levels.first()?.half.norm() * stretch.max() < least_m {
         return None;
     }
     let is_good = |level: &&ShapeLevel| level.error.component_mul(&stretch).norm() <= error_m;

@@ -328,6 +328,35 @@ mod tests {
     }
 
     #[test]
+    fn cells_hold_all_faces_that_cover_a_point_in_them() {
+        let random = |at: u32| {
+            let mixed = at.wrapping_mul(0x9e37_79b1) ^ (at >> 5);
+            ((mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d) >> 8) as f32 / 16_777_216.0
+        };
+        for origin_m in [0.0, -3_000.0, 20_000.0] {
+            let place = |at: u32, reach_m: f32| {
+                let [x, y, z] = [0, 1, 2].map(|axis| random(3 * at + axis));
+                Vec3::new(origin_m + reach_m * x, origin_m - reach_m * y, 9.0 * z)
+            };
+            let triangles = (0..400).map(|at| {
+                let middle = place(at, 90.0);
+                let off = |corner: u32| place(1_000 + 3 * at + corner, 14.0);
+                let base = Vec3::new(origin_m, origin_m, 0.0);
+                ([0, 1, 2].map(|corner| middle + off(corner) - base), 1.0)
+            });
+            let ground = Ground::new(triangles);
+            for point in (9_000..13_000).map(|at| place(at, 104.0) + Vec3::z() * 3.0) {
+                let covering = ground.faces.iter().filter(|face| face.covers(point));
+                let below = covering.map(|face| face.height_m(point)).filter(|z| *z <= point.z);
+                let highest_m = below.fold(f32::NEG_INFINITY, f32::max);
+                let wanted_m =
+                    if highest_m.is_finite() { highest_m } else { ground.open_land.height_m };
+                assert_eq!(ground.below(point).height_m, wanted_m, "{point:?}");
+            }
+        }
+    }
+
+    #[test]
     fn there_is_no_gap_on_the_seam_of_two_triangles() {
         let ground = Ground::new(square(0.0, 7.0, 3.0, 0.0));
         for step in 0..=700 {

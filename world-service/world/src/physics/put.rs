@@ -20,7 +20,8 @@ impl Physics {
     pub(crate) fn set_pose(&mut self, handle: BodyHandle, world_from_body: &Pose) {
         let pose = pose_to_rapier(world_from_body);
         // A body that is lent to be changed costs as if it were, and many only stand.
-        if *self.bodies[handle].position() != pose {
+        let body = &self.bodies[handle];
+        if [body.position(), body.next_position()] != [&pose; 2] {
             self.bodies[handle].set_position(pose, true);
         }
     }
