@@ -183,8 +183,10 @@ def test_a_host_that_ends_gives_its_worlds_to_others_and_nobody_waits_long(tmp_p
         counted = figures(face.admin)
         moved = counted["causeway_scenario_move_seconds_count"]
         assert (moved, counted["causeway_scenario_worlds_recovered_total"]) == (there, 0)
-        pause = counted["causeway_scenario_move_seconds_sum"] / moved
-        print(f"{there} worlds moved; {1e3 * pause:.1f} ms each on average")
+        times = "causeway_scenario_move_seconds"
+        within = {ms: counted[f"{times}_bucket{{le={ms / 1e3}}}"] for ms in (10, 20, 50)}
+        mean_ms = 1e3 * counted[f"{times}_sum"] / moved
+        print(f"{there} worlds moved, {mean_ms:.1f} ms each on average; by ms: {within}")
         assert actions(audits["face"] / "scenario.jsonl")["move world"] == there
         did = actions(audits["a"] / "world.jsonl")
         assert min(did["make world"], did["destroy world"]) >= there
