@@ -2,7 +2,7 @@
 
 Usage, with CAUSEWAY_BIN naming the program and `agents/python/src` on PYTHONPATH:
 
-    python tests/python/measure_site.py [resets] [metrics] [container] [pictures]
+    python tests/python/measure_site.py [resets] [metrics] [placement] [container] [pictures]
 
 All of them unless some are named. `container` wants an engine with the image `--image`, `pictures`
 wants root, as its renderers run as another user so that no shortcut leads past the bus.
@@ -11,6 +11,7 @@ wants root, as its renderers run as another user so that no shortcut leads past 
 import argparse
 import contextlib
 import http.client
+import itertools
 import multiprocessing
 import os
 import shutil
@@ -19,19 +20,25 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import causeway
 
 from containers import wait_until_healthy
 from running_site import binary, start, stop, two_free_ports
-from watched import services
+from watched import Service, bus, figures, services
 
 CLIENTS = 8
 LOOK_SECS = 5.0
 REQUESTS = 200
 CONTAINERS = 5
 PICTURES, ROUNDS = 100, 5
+#: Sessions on three world services, and those that come when there is a fourth.
+PLACED, PLACED_LATER = 300, 100
+#: Cars of their worlds, in turn.
+WEIGHTS = (0, 2, 8)
+SETTLE_SECS = 30.0
 
 
 def told(name: str, secs: list[float]) -> None:
@@ -113,6 +120,60 @@ def metrics() -> None:
         finally:
             for process in busy:
                 process.kill()
+
+
+def placement() -> None:
+    """How evenly worlds of several weights are spread, and what a world service that joins gets."""
+    with (
+        tempfile.TemporaryDirectory() as name,
+        bus(Path(name)) as begin,
+        contextlib.ExitStack() as sessions,
+        ThreadPoolExecutor(CLIENTS) as pool,
+    ):
+        hosts = [ready(begin("world")) for _ in range(3)]
+        faces = [begin("scenario", "--http", "127.0.0.1:0") for _ in range(2)]
+        urls = [
+            "http://" + ready(face).find(r"OpenEnv face listens address=(\S+)") for face in faces
+        ]
+        numbers = itertools.count()
+
+        def opened(_) -> causeway.Session:
+            number = next(numbers)
+            session = sessions.enter_context(causeway.Session(urls[number % 2]))
+            config = {"num_npc_vehicles": WEIGHTS[number % len(WEIGHTS)]}
+            session.reset("free_roam", scenario_config=config, seed=number)
+            return session
+
+        def counts() -> list[int]:
+            return [int(figures(host.admin)["causeway_world_worlds"]) for host in hosts]
+
+        playing = list(pool.map(opened, range(PLACED)))
+        until, spent = time.monotonic() + SETTLE_SECS, [0.0] * len(hosts)
+        while time.monotonic() < until:
+            before = [processor_secs(host) for host in hosts]
+            list(pool.map(lambda session: session.step(), playing))
+            for index, host in enumerate(hosts):
+                spent[index] += processor_secs(host) - before[index]
+        print(f"worlds by service {counts()}, most / mean {uneven(counts()):.2f}")
+        print(f"processor time, most / mean {uneven(spent):.2f}")
+        hosts.append(ready(begin("world")))
+        playing += pool.map(opened, range(PLACED_LATER))
+        print(f"of the next {PLACED_LATER} worlds one that joins has {counts()[-1]}")
+
+
+def ready(service: Service) -> Service:
+    service.until("/readyz", 200)
+    return service
+
+
+def processor_secs(service: Service) -> float:
+    """What it has used since it began."""
+    return figures(service.admin)["process_cpu_seconds_total"]
+
+
+def uneven(amounts: list[float]) -> float:
+    """The largest beside the mean."""
+    return max(amounts) / statistics.mean(amounts)
 
 
 def container(image: str) -> None:
@@ -205,7 +266,13 @@ def seen_by_camera(begin, way: str, folder: Path, another: tuple):
 
 
 def main() -> None:
-    rows = {"resets": resets, "metrics": metrics, "container": container, "pictures": pictures}
+    rows = {
+        "resets": resets,
+        "metrics": metrics,
+        "placement": placement,
+        "container": container,
+        "pictures": pictures,
+    }
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("rows", nargs="*", choices=[*rows, []], metavar="ROW", help=", ".join(rows))
     parser.add_argument("--image", default="causeway", help="of `container`")
