@@ -17,6 +17,26 @@ pub(crate) struct Args {
     arguments: Vec<OsString>,
 }
 
+/// Becomes the module named first among its arguments, if Python has the package.
+const RUN: &str = r#"
+import importlib.util, runpy, sys
+module = sys.argv.pop(1)
+try:
+    found = importlib.util.find_spec(module)
+except ModuleNotFoundError as error:
+    if error.name != "causeway":
+        raise
+    found = None
+if found is None:
+    print(
+        f"causeway: {sys.executable} has no module {module}: install agents/python there, or name "
+        "a Python that has it with CAUSEWAY_PYTHON",
+        file=sys.stderr,
+    )
+    sys.exit(2)
+runpy.run_module(module, run_name="__main__", alter_sys=True)
+"#;
+
 /// Becomes a module of the package, with this program as its engine.
 ///
 /// # Errors
@@ -25,7 +45,7 @@ pub(crate) fn run(module: &str, args: Args) -> Result<(), Failure> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     let python = set("CAUSEWAY_PYTHON").unwrap_or_else(|| "python3".into());
     let mut command = Command::new(&python);
-    command.arg("-m").arg(module).args(args.arguments);
+    command.args(["-c", RUN, module]).args(args.arguments);
     if set("CAUSEWAY_BIN").is_none()
         && let Ok(program) = std::env::current_exe()
     {

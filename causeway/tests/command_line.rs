@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 use std::io::{BufRead as _, BufReader};
+use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Command, Output, Stdio};
 
 fn causeway(arguments: &[&str]) -> Output {
@@ -38,12 +39,31 @@ fn commands_of_the_package_are_those_of_the_python_that_is_named() {
     };
     // `echo` says what it was to run.
     let (code, said) = told("echo", &["evaluate", "--help", "--seeds", "1", "2"]);
-    assert_eq!((code, &*said), (Some(0), "-m causeway.evaluate --help --seeds 1 2\n"));
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.starts_with("-c "), "{said}");
+    assert!(said.ends_with(" causeway.evaluate --help --seeds 1 2\n"), "{said}");
     let (_, said) = told("echo", &["record-episodes", "lane-keep", "--", "-x"]);
-    assert!(said.starts_with("-m causeway.record_episodes lane-keep "), "{said}");
+    assert!(said.contains(" causeway.record_episodes lane-keep "), "{said}");
     let (code, said) = told("/python/of/nobody", &["evaluate"]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("CAUSEWAY_PYTHON"), "{said}");
+}
+
+#[test]
+fn a_python_without_the_package_is_named() {
+    let folder = std::env::temp_dir().join(format!("causeway-python-{}", std::process::id()));
+    let python = folder.join("python");
+    // Without folders of packages, but beside a folder of our name.
+    std::fs::create_dir_all(folder.join("causeway")).unwrap();
+    std::fs::write(&python, "#!/bin/sh\nexec python3 -S -E \"$@\"\n").unwrap();
+    std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
+    command.args(["evaluate", "--help"]).env("CAUSEWAY_PYTHON", &python);
+    let output = command.current_dir(&folder).output().unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("has no module causeway.evaluate: install agents/python"), "{said}");
 }
 
 #[test]
