@@ -259,9 +259,18 @@ impl Lane {
         self.at_before(self.after(at_m), at_m)
     }
 
-    /// Points up to a distance from the entry.
+    /// How many points there are up to a distance from the entry.
     pub(crate) fn after(&self, at_m: f32) -> usize {
-        self.points.partition_point(|point| point.at_m <= at_m)
+        // They are about evenly spaced, and a search would leap through all of them.
+        let share = (at_m / self.length_m().max(1.0e-6)).clamp(0.0, 1.0);
+        let mut after = (share * self.points.len() as f32) as usize;
+        while after > 0 && self.points.get(after - 1).is_none_or(|point| point.at_m > at_m) {
+            after -= 1;
+        }
+        while self.points.get(after).is_some_and(|point| point.at_m <= at_m) {
+            after += 1;
+        }
+        after
     }
 
     /// As [`at`](Self::at), for places in order: `after` is that of the place before.
@@ -276,7 +285,7 @@ impl Lane {
     #[inline]
     fn at_before(&self, after: usize, at_m: f32) -> LanePoint {
         let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
-        let (Some(from), Some(to)) = (self.points.get(index - 1), self.points.get(index)) else {
+        let Some([from, to]) = self.points.get(index - 1..=index) else {
             return LanePoint {
                 at_m: 0.0,
                 point_m: Vec3::zeros(),
@@ -291,7 +300,7 @@ impl Lane {
         let turn_rad = wrapped(to.heading_rad - from.heading_rad);
         LanePoint {
             at_m: from.at_m + span_m * share,
-            point_m: from.point_m.lerp(&to.point_m, share),
+            point_m: to.point_m * share + from.point_m * (1.0 - share),
             heading_rad: from.heading_rad + turn_rad * share,
             curvature_per_m: from.curvature_per_m
                 + (to.curvature_per_m - from.curvature_per_m) * share,
@@ -349,7 +358,7 @@ impl Lane {
 
     fn s_at(&self, at_m: f32) -> f64 {
         let last = self.points.len().saturating_sub(1).max(1);
-        let after = self.points.partition_point(|point| point.at_m <= at_m).clamp(1, last);
+        let after = self.after(at_m).clamp(1, last);
         let (Some(from), Some(to)) = (self.points.get(after - 1), self.points.get(after)) else {
             return self.entry_s;
         };

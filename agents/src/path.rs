@@ -2,6 +2,7 @@
 
 mod change;
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 
 use nalgebra::ComplexField;
@@ -13,6 +14,19 @@ pub(crate) use change::NextChange;
 
 /// Samples for which there is room at once.
 const POINTS: usize = 128;
+
+thread_local! {
+    /// Used again from driver to driver.
+    static ROOM: Cell<Vec<PathPoint>> = const { Cell::new(Vec::new()) };
+}
+
+/// Works with room for the samples of a way; whatever is in it is left from before.
+pub(crate) fn with_room<T>(work: impl FnOnce(&mut Vec<PathPoint>) -> T) -> T {
+    let mut points = ROOM.take();
+    let result = work(&mut points);
+    ROOM.set(points);
+    result
+}
 
 /// One lane of the way, or the change from it to the lane beside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -207,13 +221,14 @@ impl Path {
             let length_m = (leg.to_m - start_m).max(0.0);
             let lane = network.lane(leg.lane).filter(|_| leg.onto.is_none());
             let mut after = lane.map_or(0, |lane| lane.after(start_m));
-            while ahead_m <= done_m + length_m && ahead_m <= horizon_m {
+            let until_m = done_m + length_m;
+            while ahead_m <= until_m && ahead_m <= horizon_m {
                 let at_m = start_m + ahead_m - done_m;
-                let point = match lane {
-                    Some(lane) => Some(lane.at_next(at_m, &mut after)),
-                    None => leg.point(network, at_m),
-                };
-                points.extend(point.map(|point| PathPoint { point, ahead_m }));
+                if let Some(lane) = lane {
+                    points.push(PathPoint { point: lane.at_next(at_m, &mut after), ahead_m });
+                } else if let Some(point) = leg.point(network, at_m) {
+                    points.push(PathPoint { point, ahead_m });
+                }
                 ahead_m += step_m;
             }
             done_m += length_m;

@@ -126,15 +126,12 @@ impl Scene {
 
     /// Calls for every body whose middle is in these cells, from the lowest to the highest.
     fn within(&self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&Body)) {
-        for x in low[0]..=high[0] {
-            let first = self.cells.partition_point(|(cell, _)| *cell < [x, low[1]]);
-            for (cell, index) in self.cells.get(first..).unwrap_or_default() {
-                if *cell > [x, high[1]] {
-                    break;
-                }
-                if let Some(body) = self.bodies.get(*index as usize) {
-                    tell(body);
-                }
+        let first = self.cells.partition_point(|(cell, _)| *cell < low);
+        let columns = self.cells.get(first..).unwrap_or_default().iter();
+        for (cell, index) in columns.take_while(|(cell, _)| cell[0] <= high[0]) {
+            let is_within = low[1] <= cell[1] && cell[1] <= high[1];
+            if let Some(body) = self.bodies.get(*index as usize).filter(|_| is_within) {
+                tell(body);
             }
         }
     }
@@ -156,7 +153,8 @@ impl Scene {
         let mut strip = None;
         self.within(cells, |body| {
             if body.id != room.id && extent.may_hold(body) {
-                queue.extend(strip.get_or_insert_with(|| Strip::new(points, room)).ahead(body));
+                let known = || Strip::new(points, room, extent.swing_m);
+                queue.extend(strip.get_or_insert_with(known).ahead(body));
             }
         });
         queue.sort_by(|a, b| a.gap_m.total_cmp(&b.gap_m));

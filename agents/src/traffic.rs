@@ -17,7 +17,7 @@ use crate::beside::neighbours;
 use crate::crossing::Crossings;
 use crate::junction::{Approach, Claims, Held, Passage};
 use crate::network::{LaneId, Network};
-use crate::path::Path;
+use crate::path::{Path, PathPoint, with_room};
 use crate::pilot::VehicleView;
 use crate::scene::Room;
 use crate::senses::Senses;
@@ -254,15 +254,24 @@ impl Driver {
 
     /// The acceleration that way, lights, junctions and others allow.
     fn accelerate(&mut self, senses: &Senses<'_>, claims: &mut Claims) -> f32 {
+        with_room(|points| self.accelerate_along(senses, claims, points))
+    }
+
+    /// As [`accelerate`](Self::accelerate), with room for the samples of its way.
+    fn accelerate_along(
+        &mut self,
+        senses: &Senses<'_>,
+        claims: &mut Claims,
+        points: &mut Vec<PathPoint>,
+    ) -> f32 {
         let view = senses.view;
         let manner = Manner::of(self.behaviour, view.grip);
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward).max(0.0);
-        let mut points = Vec::new();
         let horizon_m = manner.horizon_m(speed_mps);
-        self.path.sample(senses.network, horizon_m, SPACING_M, &mut points);
-        let free_mps = manner.free_mps(&points, self.path.length_m());
-        let queue = senses.scene.queue(&points, &room(senses));
+        self.path.sample(senses.network, horizon_m, SPACING_M, points);
+        let free_mps = manner.free_mps(points, self.path.length_m());
+        let queue = senses.scene.queue(points, &room(senses));
         let ahead = queue.first().copied();
         let mut least = manner.free(speed_mps, free_mps);
         if let Some(ahead) = &ahead {
@@ -270,8 +279,8 @@ impl Driver {
         }
         // Until a change is done, those on the other lane count as well as those in the way.
         if let Some(changed) = self.path.changed(senses.network, 0) {
-            changed.sample(senses.network, horizon_m, SPACING_M, &mut points);
-            if let Some(beside) = senses.scene.ahead(&points, &room(senses)) {
+            changed.sample(senses.network, horizon_m, SPACING_M, points);
+            if let Some(beside) = senses.scene.ahead(points, &room(senses)) {
                 least = least.min(manner.behind(speed_mps, free_mps, beside.leader()));
             }
         }

@@ -66,16 +66,16 @@ impl ProjectionIndex {
         while let Some((node_index, box_distance2)) = stack.pop() {
             let Some(node) = self.nodes.get(node_index) else { continue };
             let limit2 = best.map_or(within2, |(d2, _)| d2);
-            if node.bounds.type_bits & mask == 0
-                || limit2 < f64::INFINITY && box_distance2 >= limit2
-            {
+            let is_near = |distance2: f64| limit2 == f64::INFINITY || distance2 < limit2;
+            if node.bounds.type_bits & mask == 0 || !is_near(box_distance2) {
                 continue;
             }
             if node.count == 0 {
                 let children = [node_index + 1, node.first as usize];
                 let [first, second] = children.map(|child| (child, self.distance2(child, point)));
                 // The nearer one is taken first.
-                stack.extend(if first.1 < second.1 { [second, first] } else { [first, second] });
+                let order = if first.1 < second.1 { [second, first] } else { [first, second] };
+                stack.extend(order.into_iter().filter(|(_, distance2)| is_near(*distance2)));
                 continue;
             }
             let range = node.first as usize..(node.first + node.count) as usize;
@@ -110,8 +110,10 @@ impl ProjectionIndex {
                 .map(|axis| {
                     let p = point[axis];
                     let Bounds { min, max, .. } = &node.bounds;
-                    let outside = (min[axis] - p).max(p - max[axis]).max(0.0);
-                    outside * outside
+                    let (before, beyond) = (min[axis] - p, p - max[axis]);
+                    // `f64::max` also asks which of both is no number.
+                    let outside = if before > beyond { before } else { beyond };
+                    if outside > 0.0 { outside * outside } else { 0.0 }
                 })
                 .sum()
         })

@@ -255,4 +255,18 @@ mod tests {
         assert!(!is_too_tight(&lanes(0.5, 6.2, 10.0).lanes[0]), "half a turn about 13.5 m");
         assert!(!is_too_tight(&lanes(0.66, 2.0, 0.0).lanes[0]), "a sharp corner of 76°");
     }
+
+    #[test]
+    fn the_points_up_to_a_place_are_counted_wherever_it_is() {
+        let text = roads::town::build("Town02_Opt").unwrap();
+        let network = Network::new(&Map::parse("Town02_Opt", &text).unwrap());
+        for lane in &network.lanes {
+            let within = (-2..=41).map(|step| lane.length_m() * step as f32 / 40.0);
+            let at_points = lane.points.iter().map(|point| point.at_m);
+            for at_m in within.chain(at_points).chain([f32::NAN, f32::INFINITY]) {
+                let wanted = lane.points.partition_point(|point| point.at_m <= at_m);
+                assert_eq!(lane.after(at_m), wanted, "{at_m} m");
+            }
+        }
+    }
 }

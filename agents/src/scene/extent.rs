@@ -18,7 +18,7 @@ pub(super) struct Extent<'a> {
     parts: Vec<Bounds>,
     room: &'a Room,
     /// At least what any corner of the vehicle swings out.
-    swing_m: f32,
+    pub(super) swing_m: f32,
 }
 
 /// A box along the axes.
@@ -32,13 +32,16 @@ impl<'a> Extent<'a> {
     pub(super) fn of(points: &'a [PathPoint], room: &'a Room) -> Self {
         let segments = points.len().saturating_sub(1).max(1);
         let mut parts = Vec::with_capacity(segments.div_ceil(PART));
+        let mut bend_per_m = 0.0_f32;
         for first in (0..segments).step_by(PART) {
             let end = (first + PART + 1).min(points.len());
-            parts.push(Bounds::of(points.get(first..end).unwrap_or_default()));
+            let part = points.get(first..end).unwrap_or_default();
+            parts.push(Bounds::of(part));
+            let bends = part.iter().map(|at| at.point.curvature_per_m.abs());
+            bend_per_m = bend_per_m.max(bends.fold(0.0, most));
         }
         let whole = parts.iter().fold(Bounds::NOWHERE, |whole, part| whole.with(part));
-        let bends = points.iter().map(|at| at.point.curvature_per_m.abs());
-        let bend_per_m = bends.fold(0.0, f32::max).min(CURVATURE_PER_M_MAX);
+        let bend_per_m = bend_per_m.min(CURVATURE_PER_M_MAX);
         Self { points, whole, parts, room, swing_m: bend_per_m * room.front_m * room.front_m }
     }
 
@@ -87,7 +90,10 @@ impl Bounds {
     }
 
     fn with(&self, other: &Self) -> Self {
-        Self { low_m: self.low_m.inf(&other.low_m), high_m: self.high_m.sup(&other.high_m) }
+        Self {
+            low_m: self.low_m.zip_map(&other.low_m, least),
+            high_m: self.high_m.zip_map(&other.high_m, most),
+        }
     }
 
     fn is_within(&self, point_m: &Vector2<f32>, within_m: f32) -> bool {
@@ -125,4 +131,13 @@ impl BesideBody {
             | u8::from(left_m > self.reach_m.y) << 2
             | u8::from(left_m < -self.reach_m.y) << 3
     }
+}
+
+// `f32::min` and `f32::max` also ask which of both is no number.
+fn least(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+fn most(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
 }

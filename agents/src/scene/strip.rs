@@ -1,5 +1,7 @@
 //! The strip of road that a vehicle needs on its path, and what is in it.
 
+use std::cell::Cell;
+
 use nalgebra::Vector2;
 use schemas::Vec3;
 
@@ -17,20 +19,17 @@ pub(super) const CURVATURE_PER_M_MAX: f32 = 0.2;
 pub(super) struct Strip<'a> {
     points: &'a [PathPoint],
     room: &'a Room,
-    /// From each point to the next one, seen from above.
-    ways: Vec<Way>,
-    /// How far a front corner swings out where the nose is at a point, to the left and right; none
-    /// of a path that nowhere bends.
-    swing_m: Vec<[f32; 2]>,
+    /// From each point to the next one, seen from above, worked out when it is first asked for:
+    /// bodies are near few of them.
+    ways: Vec<Cell<Option<Way>>>,
+    /// At least what any front corner swings out.
     swing_m_max: f32,
 }
 
 impl<'a> Strip<'a> {
-    pub(super) fn new(points: &'a [PathPoint], room: &'a Room) -> Self {
-        let swing_m = swing_m(points, room.front_m);
-        let swing_m_max = swing_m.iter().flatten().copied().fold(0.0, f32::max);
-        let ways = points.windows(2).filter_map(|ends| Some(Way::of(ends.first_chunk()?)));
-        Self { points, room, ways: ways.collect(), swing_m, swing_m_max }
+    pub(super) fn new(points: &'a [PathPoint], room: &'a Room, swing_m_max: f32) -> Self {
+        let ways = vec![Cell::new(None); points.len().saturating_sub(1)];
+        Self { points, room, ways, swing_m_max }
     }
 
     /// A body as circles along its length, and its corners, each held against the path.
@@ -76,7 +75,7 @@ impl<'a> Strip<'a> {
     fn comes_near(&self, centre_m: &Vec3, within_m: f32) -> Option<usize> {
         let mut index = 0;
         while let Some((from, way)) = self.segment(index) {
-            let beside = Beside::of(from, way, centre_m);
+            let beside = Beside::of(from, &way, centre_m);
             if beside.away_m < within_m {
                 return Some(index);
             }
@@ -100,13 +99,16 @@ impl<'a> Strip<'a> {
             if met.is_none() && from.ahead_m > until_m {
                 return None;
             }
-            let beside = Beside::of(from, way, centre_m);
+            let beside = Beside::of(from, &way, centre_m);
             let same_storey = (centre_m.z - from.point.point_m.z).abs() < STOREY_M;
             let behind = index == 0 && beside.along_m < 0.0;
             let along_m = from.ahead_m + beside.along_m.clamp(0.0, beside.length_m);
-            let swing_m =
-                if along_m < self.room.front_m { 0.0 } else { self.swing(index, &beside) };
-            let within = beside.away_m < within_m + swing_m && same_storey && !behind;
+            let may_be_within = beside.away_m < within_m + self.swing_m_max;
+            let within = may_be_within && same_storey && !behind && {
+                let swings = along_m >= self.room.front_m;
+                let swing_m = if swings { self.swing_m(index + 1, beside.on_left) } else { 0.0 };
+                beside.away_m < within_m + swing_m
+            };
             if within && met.is_none_or(|(least_m, _, _)| beside.away_m < least_m) {
                 met = Some((beside.away_m, along_m, index));
                 index += 1;
@@ -119,13 +121,33 @@ impl<'a> Strip<'a> {
         met.map(|(_, along_m, segment)| (along_m, segment))
     }
 
-    fn segment(&self, index: usize) -> Option<(&'a PathPoint, &Way)> {
-        self.points.get(index).zip(self.ways.get(index))
+    fn segment(&self, index: usize) -> Option<(&'a PathPoint, Way)> {
+        let (known, from) = (self.ways.get(index)?, self.points.get(index)?);
+        if let Some(way) = known.get() {
+            return Some((from, way));
+        }
+        let way = Way::of(from, self.points.get(index + 1)?);
+        known.set(Some(way));
+        Some((from, way))
     }
 
-    fn swing(&self, segment: usize, beside: &Beside) -> f32 {
-        let [left_m, right_m] = self.swing_m.get(segment + 1).copied().unwrap_or_default();
-        if beside.on_left { left_m } else { right_m }
+    /// How far the front corner on one side swings out of the strip while the nose comes to a
+    /// point.
+    ///
+    /// In a bend the nose is tangent ahead of the middle, and points outwards besides, because only
+    /// the rear axle goes along its own course: each is curvature · half length² / 2, if the rear
+    /// axle is half of half the length behind the middle.
+    fn swing_m(&self, nose: usize, on_left: bool) -> f32 {
+        if self.swing_m_max == 0.0 {
+            return 0.0;
+        }
+        let front_m = self.room.front_m;
+        let until = self.points.get(..=nose).unwrap_or_default();
+        let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
+        let under = until.iter().rev().take_while(|at| nose_m - at.ahead_m <= front_m);
+        let outwards = if on_left { -1.0 } else { 1.0 };
+        let bends = under.map(|at| outwards * at.point.curvature_per_m);
+        bends.fold(0.0, f32::max).min(CURVATURE_PER_M_MAX) * front_m * front_m
     }
 }
 
@@ -142,34 +164,6 @@ pub(super) fn side_m(room: &Room, body: &Body) -> f32 {
     room.half_width_m + if body.is_walker { room.beside_walkers_m } else { room.beside_m }
 }
 
-/// How far the front corners swing out of the strip while the nose comes to each point; none where
-/// nothing bends.
-///
-/// In a bend the nose is tangent ahead of the middle, and points outwards besides, because only
-/// the rear axle goes along its own course: each is curvature · half length² / 2, if the rear axle
-/// is half of half the length behind the middle.
-fn swing_m(points: &[PathPoint], front_m: f32) -> Vec<[f32; 2]> {
-    if points.iter().all(|at| at.point.curvature_per_m == 0.0) {
-        return Vec::new();
-    }
-    // The first point that is not behind the middle.
-    let mut first = 0;
-    let swing = (0..points.len()).map(|nose| {
-        let until = points.get(..=nose).unwrap_or_default();
-        let nose_m = until.last().map_or(0.0, |nose| nose.ahead_m);
-        while until.get(first).is_some_and(|at| nose_m - at.ahead_m > front_m) {
-            first += 1;
-        }
-        let under = until.get(first..).unwrap_or_default().iter();
-        let [right, left] = under.fold([0.0_f32; 2], |[right, left], at| {
-            let bend_per_m = at.point.curvature_per_m;
-            [right.min(bend_per_m), left.max(bend_per_m)]
-        });
-        [-right, left].map(|bend_per_m| bend_per_m.min(CURVATURE_PER_M_MAX) * front_m * front_m)
-    });
-    swing.collect()
-}
-
 fn corners_m(body: &Body) -> [Vec3; 4] {
     let length_m = body.forward * body.half_m.x;
     let width_m = Vec3::new(-body.forward.y, body.forward.x, 0.0) * body.half_m.y;
@@ -178,13 +172,14 @@ fn corners_m(body: &Body) -> [Vec3; 4] {
 }
 
 /// From one point of a path to the next.
+#[derive(Clone, Copy)]
 struct Way {
     by_m: Vector2<f32>,
     length_m: f32,
 }
 
 impl Way {
-    fn of([from, to]: &[PathPoint; 2]) -> Self {
+    fn of(from: &PathPoint, to: &PathPoint) -> Self {
         let by_m = (to.point.point_m - from.point.point_m).xy();
         Self { by_m, length_m: by_m.norm().max(1.0e-3) }
     }

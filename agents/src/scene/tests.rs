@@ -202,3 +202,28 @@ fn who_is_left_out_unseen_is_not_in_the_way() {
     let all = others.iter().filter(|body| strip.ahead(body).is_some()).count();
     assert!(found.len() == all && all > 100, "{} of {all}", found.len());
 }
+
+#[test]
+fn all_in_some_cells_are_told_of_once_by_column_and_row() {
+    let bodies: Vec<Body> = (0..300u32)
+        .map(|number| {
+            let [x, y] = [7, 13].map(|times| (number * times * 31 % 211) as f32 - 100.0);
+            car(number + 1, Vec3::new(x, y, 0.0), Vec3::x())
+        })
+        .collect();
+    let scene = Scene::new(bodies.clone(), Vec::new());
+    for low in [[-9, -9], [-3, -2], [0, 0], [2, -7]] {
+        for high in [[-8, 9], [-1, 1], [3, 0], [9, 9], [1, -8]] {
+            let is_within = |body: &&Body| {
+                let [x, y] = cell(&body.centre_m);
+                (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y)
+            };
+            let mut wanted: Vec<&Body> = bodies.iter().filter(is_within).collect();
+            wanted.sort_by_key(|body| cell(&body.centre_m));
+            let mut found = Vec::new();
+            scene.within([low, high], |body| found.push(body.id));
+            let wanted: Vec<ActorId> = wanted.iter().map(|body| body.id).collect();
+            assert_eq!(found, wanted, "{low:?} to {high:?}");
+        }
+    }
+}

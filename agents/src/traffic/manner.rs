@@ -92,9 +92,11 @@ impl Manner {
         for (index, at) in points.iter().enumerate() {
             let limit_mps = at.point.limit_mps;
             let posted = if limit_mps > 0.0 { self.limit_mps(limit_mps) } else { self.speed_mps };
-            let curve = self.curve_mps2 / curvature_per_m(points, index).max(1.0e-4);
-            let there = (posted * posted).min(curve);
-            least = least.min(there + 2.0 * self.braking_mps2 * at.ahead_m);
+            let (posted2, bend_per_m) = (posted * posted, curvature_per_m(points, index));
+            // Most of a way bends too little to count.
+            let counts = posted2 * bend_per_m.max(1.0e-4) > 0.99 * self.curve_mps2;
+            let curve = if counts { self.curve_mps2 / bend_per_m.max(1.0e-4) } else { posted2 };
+            least = least.min(posted2.min(curve) + 2.0 * self.braking_mps2 * at.ahead_m);
         }
         end_mps.min(least.max(0.0).sqrt())
     }

@@ -95,7 +95,6 @@ impl State {
 
     /// Lets walkers with somewhere to go choose how they walk during this tick.
     pub(crate) fn stroll(&mut self, town: &Town, scene: &Scene) {
-        let Some(mesh) = town.nav() else { return };
         let dt_secs = self.dt_secs as f32;
         let network = self.traffic.as_ref().map(|_| town.network());
         let mut near = Vec::new();
@@ -106,6 +105,8 @@ impl State {
             if !matches!(errand, Some(Errand::Strolls(_))) {
                 continue;
             }
+            // Made when the first of them asks.
+            let Some(mesh) = town.nav() else { return };
             let body = self.seen(&self.actors[index]);
             near.clear();
             let reach = Reach { centre_m: body.centre_m, radius_m: OBSTACLES_M };

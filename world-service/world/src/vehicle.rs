@@ -14,6 +14,7 @@ mod chassis;
 pub(crate) mod check;
 mod drivetrain;
 mod fit;
+mod rolling;
 mod stability;
 mod steering;
 mod suspension;
@@ -30,10 +31,13 @@ pub(crate) use fit::{Fit, GRAVITY_MPS2, Tuning};
 pub(crate) use telemetry::telemetry;
 
 use crate::ground::{Ground, Surface};
+use balance::PitchGuard;
 use brakes::WheelBrake;
 use drivetrain::Drivetrain;
-use fit::WheelFit;
+use fit::{WHEELS_MAX, WheelFit};
+use rolling::{Rolling, Rollings};
 use stability::Stability;
+use suspension::Footings;
 use telemetry::Contact;
 use tyre::{Tyre, TyreInput};
 
@@ -189,21 +193,10 @@ impl VehicleState {
         let drive = self.drivetrain.advance(fit, &control, &self.wheels, dt_secs);
         let mut impulse = chassis::air_drag(fit, chassis, dt_secs);
         impulse += balance::rider(fit, chassis, &footings, self.road_wheel_rad, dt_secs);
+        let mut rollings: Rollings = [const { None }; WHEELS_MAX];
         for (index, footing) in footings.iter().take(fit.wheels.len()).enumerate() {
             let wheel = &fit.wheels[index];
-            let mut brake = brakes::wheel(
-                wheel,
-                (self.brake_pressure, self.control.hand_brake),
-                fit.physics.anti_lock,
-            );
-            brake.torque_nm *= guard.brake_share(wheel);
-            brake.take(wheel, &self.stability.share(fit, wheel));
-            if brake.anti_lock {
-                brake.low_n = brakes::low_n(fit, &footings, index, grip);
-            }
-            if brakes::holds(self.control.throttle, self.wheels[index].spin_radps, forward_mps) {
-                brake.torque_nm = brake.torque_nm.max(wheel.physics.brake_nm_max);
-            }
+            let brake = self.brake(fit, index, (&footings, &guard), (forward_mps, grip));
             let input = WheelInput {
                 fit,
                 wheel,
@@ -214,18 +207,46 @@ impl VehicleState {
                 grip,
                 dt_secs,
             };
-            impulse += self.wheel_substep(index, &input, chassis, footing.as_ref());
+            rollings[index] = self.roll(index, &input, chassis, footing.as_ref());
+        }
+        let forces = rolling::advance(&mut self.wheels, &rollings);
+        for (rolling, force) in rollings.iter().zip(forces) {
+            let Some(rolling) = rolling else { continue };
+            impulse += chassis.impulse_at(rolling.point_m, rolling.force_n(&force) * dt_secs);
         }
         impulse
     }
 
-    fn wheel_substep(
+    /// What pedal, hand brake and stability control do at a wheel.
+    fn brake(
+        &self,
+        fit: &Fit,
+        index: usize,
+        (footings, guard): (&Footings, &PitchGuard),
+        (forward_mps, grip): (f32, f32),
+    ) -> WheelBrake {
+        let wheel = &fit.wheels[index];
+        let pulled = (self.brake_pressure, self.control.hand_brake);
+        let mut brake = brakes::wheel(wheel, pulled, fit.physics.anti_lock);
+        brake.torque_nm *= guard.brake_share(wheel);
+        brake.take(wheel, &self.stability.share(fit, wheel));
+        if brake.anti_lock {
+            brake.low_n = brakes::low_n(fit, footings, index, grip);
+        }
+        if brakes::holds(self.control.throttle, self.wheels[index].spin_radps, forward_mps) {
+            brake.torque_nm = brake.torque_nm.max(wheel.physics.brake_nm_max);
+        }
+        brake
+    }
+
+    /// How a wheel rolls on the ground; one in the air spins on alone.
+    fn roll(
         &mut self,
         index: usize,
         input: &WheelInput,
         chassis: &Chassis,
         footing: Option<&Footing>,
-    ) -> Impulse {
+    ) -> Option<Rolling> {
         let WheelInput { fit, wheel: own, brake, dt_secs, .. } = *input;
         let traction_control = self.control.throttle > 0.0;
         let steer_rad = steering::wheel_rad(fit, own, self.road_wheel_rad);
@@ -234,7 +255,7 @@ impl VehicleState {
             wheel.tyre = Tyre::default();
             wheel.spin_radps = brakes::free_spin(wheel.spin_radps, brake.torque_nm, input);
             wheel.contact = Contact::default();
-            return Impulse::default();
+            return None;
         };
 
         let (forward, left) = chassis.contact_axes(footing.surface.normal, steer_rad);
@@ -260,12 +281,8 @@ impl VehicleState {
             traction_control,
             dt_secs,
         };
-        let force = tyre::advance(wheel, &tyre_input);
-        wheel.contact = Contact::new(&tyre_input, &force, wheel.spin_radps);
-        let total_n = footing.surface.normal * footing.load_n
-            + forward * force.forward_n
-            + left * force.left_n;
-        chassis.impulse_at(footing.point_m, total_n * dt_secs)
+        let Footing { point_m, surface, .. } = *footing;
+        Some(Rolling { input: tyre_input, point_m, forward, left, normal: surface.normal })
     }
 }
 

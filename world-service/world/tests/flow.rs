@@ -340,3 +340,20 @@ fn nobody_drives_into_an_open_door() {
         assert_eq!(passed, !open, "{}", position_m(&world, own));
     }
 }
+
+#[test]
+fn restored_traffic_knows_the_same_limits_though_nobody_remembers_where_it_looked() {
+    let mut world = world_in(town());
+    let spawn = TrafficCommand::Spawn { count: 30, behaviour: None };
+    world.apply(&Command::Traffic(spawn)).unwrap();
+    run(&mut world, 60);
+    for round in 0..20 {
+        let mut restored =
+            World::restore(&world.snapshot(), world.id(), 1, |_| Some(town())).unwrap();
+        for tick in 0..10 {
+            run(&mut world, 1);
+            run(&mut restored, 1);
+            assert_eq!(restored.state_hash(), world.state_hash(), "{round}, {tick}");
+        }
+    }
+}

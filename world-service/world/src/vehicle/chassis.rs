@@ -80,7 +80,10 @@ impl Chassis {
         // A vehicle standing on its nose has no heading in the plane; its wheels then do not roll.
         let ahead = in_plane.try_normalize(1.0e-3).unwrap_or_else(|| self.left().cross(&normal));
         let beside = normal.cross(&ahead);
-        let (sine, cosine) = ComplexField::sin_cos(steer_rad);
+        // Half of all wheels never steer.
+        let is_straight = steer_rad == 0.0;
+        let (sine, cosine) =
+            if is_straight { (steer_rad, 1.0) } else { ComplexField::sin_cos(steer_rad) };
         (ahead * cosine + beside * sine, beside * cosine - ahead * sine)
     }
 

@@ -90,6 +90,7 @@ pub(super) struct TyreForce {
 }
 
 /// Advances spin and deflection and returns the force on the chassis.
+#[inline(always)]
 pub(super) fn advance(wheel: &mut Wheel, input: &TyreInput) -> TyreForce {
     let contact = Contact::new(input, wheel.spin_radps);
     // The second pass uses the stiffness at the deflection that the first one found.
@@ -102,11 +103,13 @@ pub(super) fn advance(wheel: &mut Wheel, input: &TyreInput) -> TyreForce {
 }
 
 /// Highest force of a tyre in its plane: less than proportional to the load.
+#[inline(always)]
 pub(super) fn friction_n(input: &TyreInput) -> f32 {
     friction_of(input.load_n, input.nominal_load_n, input.friction)
 }
 
 /// The same of a load, beside the one at which the coefficient holds.
+#[inline(always)]
 pub(super) fn friction_of(load_n: f32, nominal_load_n: f32, friction: f32) -> f32 {
     let overload = load_n / nominal_load_n - 1.0;
     let sensitivity = (1.0 - LOAD_SENSITIVITY * overload).clamp(0.7, 1.1);
@@ -128,6 +131,7 @@ struct Contact {
 }
 
 impl Contact {
+    #[inline(always)]
     fn new(input: &TyreInput, spin_radps: f32) -> Self {
         let stiffening_n = input.load_n.min(input.lateral_load_max * input.nominal_load_n);
         let rolling_mps = input.forward_mps.abs().max((spin_radps * input.radius_m).abs());
@@ -146,6 +150,7 @@ impl Contact {
     }
 
     /// Normalised deflection: what the linear force would be over the highest friction.
+    #[inline(always)]
     fn normalised(&self, tyre: Tyre) -> f32 {
         let forward = self.forward_n_per_m * tyre.forward_m;
         let left = self.left_n_per_m * tyre.left_m / LATERAL_SHARE;
@@ -153,11 +158,13 @@ impl Contact {
     }
 
     /// Force at this deflection over the linear one.
+    #[inline(always)]
     fn softening(&self, tyre: Tyre) -> f32 {
         softening(self.normalised(tyre), self.brush)
     }
 
     /// The wheel after the substep, with a force that grows linearly by `softening`.
+    #[inline(always)]
     fn solve(&self, wheel: &Wheel, softening: f32, input: &TyreInput) -> Wheel {
         let dt = input.dt_secs;
         let Tyre { forward_m, left_m } = wheel.tyre;
@@ -183,6 +190,7 @@ impl Contact {
         }
     }
 
+    #[inline(always)]
     fn force(&self, wheel: &Wheel, input: &TyreInput) -> TyreForce {
         let slip_mps = wheel.spin_radps * input.radius_m - input.forward_mps;
         let deflected = Tyre {
@@ -197,6 +205,7 @@ impl Contact {
     }
 
     /// Lets a patch that slides keep no more deflection than sliding needs.
+    #[inline(always)]
     fn slide(&self, tyre: Tyre) -> Tyre {
         let sliding = 1.0 + (SLIDING - 1.0) * self.brush;
         let scale = sliding / self.normalised(tyre).max(sliding);
@@ -205,11 +214,13 @@ impl Contact {
 }
 
 /// Force over friction limit at a normalised deflection, divided by that deflection.
+#[inline(always)]
 fn softening(deflection: f32, brush: f32) -> f32 {
     let linear = 1.0 / deflection.max(1.0);
     linear + (brush_softening(deflection) - linear) * brush
 }
 
+#[inline(always)]
 fn brush_softening(deflection: f32) -> f32 {
     if deflection < PEAK {
         // Parabolic pressure over the patch.
@@ -221,6 +232,7 @@ fn brush_softening(deflection: f32) -> f32 {
 }
 
 /// Slip at which a wheel is held, near the peak of friction.
+#[inline(always)]
 fn controlled_slip(input: &TyreInput) -> f32 {
     let peak = PEAK * input.friction / input.longitudinal_stiffness;
     let softness = (USUAL_STIFFNESS / input.longitudinal_stiffness).max(1.0);
@@ -228,6 +240,7 @@ fn controlled_slip(input: &TyreInput) -> f32 {
 }
 
 /// Holds a driven wheel at the slip of the highest friction.
+#[inline(always)]
 fn traction(free_radps: f32, input: &TyreInput) -> f32 {
     if !input.traction_control || input.drive_nm == 0.0 {
         return free_radps;
@@ -239,6 +252,7 @@ fn traction(free_radps: f32, input: &TyreInput) -> f32 {
 }
 
 /// Spin after brake and rolling resistance, which can stop the wheel but not turn it.
+#[inline(always)]
 fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
     let friction_nm = brake_nm(input)
         + ROLLING_RESISTANCE * input.load_n * input.radius_m
@@ -256,6 +270,7 @@ fn brake(free_radps: f32, resistance: f32, input: &TyreInput) -> f32 {
 }
 
 /// Torque of the brake, as far as anti-lock lets it.
+#[inline(always)]
 fn brake_nm(input: &TyreInput) -> f32 {
     let brake = &input.brake;
     if !brake.anti_lock || input.forward_mps.abs() < ANTI_LOCK_MPS {
