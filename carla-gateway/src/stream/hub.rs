@@ -41,7 +41,9 @@ pub(crate) struct Hub {
 #[derive(Default)]
 struct Streams {
     open: BTreeMap<StreamId, Stream>,
-    /// Listeners of streams that ended, who still have messages to read.
+    /// Listeners of streams that ended, who keep their connections.
+    resting: BTreeSet<u64>,
+    /// Those of them who are to read the rest and leave.
     leaving: BTreeSet<u64>,
     /// Streams that have lost their last listener since somebody asked.
     deserted: BTreeSet<StreamId>,
@@ -88,22 +90,50 @@ impl Hub {
         self.lock().open.entry(stream).or_insert(opened);
     }
 
-    /// Ends a stream; its listeners are disconnected when they have read what was sent.
+    /// Whether somebody may listen to a stream.
+    pub(crate) fn is_open(&self, stream: StreamId) -> bool {
+        self.lock().open.contains_key(&stream)
+    }
+
+    /// Ends a stream. Its listeners keep their connections: a client whose connection ends comes
+    /// back at once, again and again.
     pub(crate) fn close(&self, stream: StreamId) {
         let mut streams = self.lock();
-        let listeners = streams.open.remove(&stream).map(|stream| stream.listeners);
+        let ended = streams.open.remove(&stream);
         streams.deserted.remove(&stream);
-        streams.leaving.extend(listeners.into_iter().flatten().map(|(id, _)| id));
+        // A client that has listened twice has lost sight of the earlier connection, and ends with
+        // an error when it would come back for that one.
+        let newest = ended.and_then(|stream| stream.listeners.into_keys().next_back());
+        streams.resting.extend(newest);
+    }
+
+    /// Whether the listener of a stream that ended is to read the rest and leave.
+    pub(crate) fn is_leaving(&self, listener: u64) -> bool {
+        self.lock().leaving.contains(&listener)
+    }
+
+    /// Something has changed: somebody has come, has left or is to leave.
+    pub(crate) fn changes(&self) -> watch::Receiver<u64> {
+        self.changes.subscribe()
     }
 
     /// Waits until the listeners of all streams that ended have read everything and left.
     pub(crate) async fn wait_for_leaving(&self, until: Instant) {
+        self.ask_to_leave();
         let mut changes = self.changes.subscribe();
         while !self.lock().leaving.is_empty() {
             if tokio::time::timeout_at(until, changes.changed()).await.is_err() {
                 return;
             }
         }
+    }
+
+    fn ask_to_leave(&self) {
+        let mut streams = self.lock();
+        let resting = std::mem::take(&mut streams.resting);
+        streams.leaving.extend(resting);
+        drop(streams);
+        self.changes.send_modify(|version| *version += 1);
     }
 
     /// How many listen.
@@ -137,6 +167,7 @@ impl Hub {
     /// Gives a place up.
     pub(crate) fn leave(&self, stream: StreamId, listener: u64) {
         let mut streams = self.lock();
+        streams.resting.remove(&listener);
         if streams.leaving.remove(&listener) {
             self.changes.send_modify(|version| *version += 1);
         }

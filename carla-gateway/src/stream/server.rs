@@ -21,6 +21,8 @@ const NAME_WAIT: Duration = Duration::from_secs(5);
 const MESSAGE_WAIT: Duration = Duration::from_secs(30);
 /// How long a client may take to read the rest of a stream that ended.
 const REST_WAIT: Duration = Duration::from_secs(2);
+/// Before the connection of a stream that is over gives way to another one.
+const COMING_BACK: Duration = Duration::from_millis(100);
 
 /// Accepts listeners for ever.
 pub(crate) async fn serve(entrance: Entrance, hub: Arc<Hub>) {
@@ -31,7 +33,8 @@ pub(crate) async fn serve(entrance: Entrance, hub: Arc<Hub>) {
     }
 }
 
-/// Delivers a stream once it is named. Who names none gives way to who comes when seats are rare.
+/// Delivers a stream once it is named. Who names none, or one that is over, gives way to who comes
+/// when seats are rare.
 async fn attend(mut socket: TcpStream, seat: &Seat, hub: &Hub) {
     let mut name = [0; 4];
     let named = tokio::select! {
@@ -43,39 +46,67 @@ async fn attend(mut socket: TcpStream, seat: &Seat, hub: &Hub) {
     let stream = StreamId(u32::from_le_bytes(name));
     let Some(listener) = hub.listen(stream) else {
         tracing::debug!(stream = stream.0, "a client wants a stream that does not exist");
-        return;
+        return rest(&mut socket, seat, std::future::pending()).await;
     };
     let id = listener.id;
-    deliver(socket, listener, MESSAGE_WAIT).await;
+    // Who is sent away from a stream that goes on is to come back.
+    if deliver(&mut socket, listener, MESSAGE_WAIT).await && !hub.is_open(stream) {
+        rest(&mut socket, seat, asked_to_leave(hub, id)).await;
+        if hub.is_leaving(id) && socket.shutdown().await.is_ok() {
+            // The client closes its side when it has dealt with everything before the end.
+            let _ = tokio::time::timeout(REST_WAIT, socket.read(&mut [0; 16])).await;
+        }
+    }
     hub.leave(stream, id);
 }
 
-/// Sends messages until the stream ends or the client goes.
-async fn deliver(socket: TcpStream, mut listener: Listener, message_wait: Duration) {
-    let (mut reader, mut writer) = socket.into_split();
+/// Keeps a connection on which nothing more comes, until the client goes, somebody else needs the
+/// seat, or something else ends it.
+async fn rest(socket: &mut TcpStream, seat: &Seat, ended: impl Future<Output = ()>) {
+    seat.rest();
+    let mut nothing = [0; 16];
+    tokio::select! {
+        // Clients say nothing more: whatever this gives, they are gone.
+        _ = socket.read(&mut nothing) => {}
+        // Who is sent away comes back at once.
+        () = seat.wanted() => tokio::time::sleep(COMING_BACK).await,
+        () = ended => {}
+    }
+}
+
+/// Returns when a listener is to read the rest and leave.
+async fn asked_to_leave(hub: &Hub, listener: u64) {
+    let mut changes = hub.changes();
+    while !hub.is_leaving(listener) {
+        if changes.changed().await.is_err() {
+            return;
+        }
+    }
+}
+
+/// Sends messages until no more come, which gives true, or the client goes.
+async fn deliver(socket: &mut TcpStream, mut listener: Listener, message_wait: Duration) -> bool {
+    let (mut reader, mut writer) = socket.split();
     let mut nothing = [0; 16];
     loop {
         let letter = tokio::select! {
             letter = listener.letters.recv() => letter,
             // Clients say nothing more: whatever this gives, they are gone.
-            _ = reader.read(&mut nothing) => return,
+            _ = reader.read(&mut nothing) => return false,
         };
-        let Some(letter) = letter else { break };
+        let Some(letter) = letter else { return true };
         let length = (letter.message.len() as u32).to_le_bytes();
         let mut framed = Buf::chain(&length[..], &letter.message[..]);
         while framed.has_remaining() {
             match tokio::time::timeout(message_wait, writer.write_buf(&mut framed)).await {
                 Ok(Ok(_)) => {}
-                Ok(Err(_)) => return,
+                Ok(Err(_)) => return false,
                 Err(_) => {
-                    return tracing::warn!("a listener that takes nothing is disconnected");
+                    tracing::warn!("a listener that takes nothing is disconnected");
+                    return false;
                 }
             }
         }
-    }
-    // The client closes its side when it has dealt with everything before the end.
-    if writer.shutdown().await.is_ok() {
-        let _ = tokio::time::timeout(REST_WAIT, reader.read(&mut nothing)).await;
     }
 }
 
@@ -83,6 +114,7 @@ async fn deliver(socket: TcpStream, mut listener: Listener, message_wait: Durati
 mod tests {
     use std::net::Ipv4Addr;
 
+    use seats::Seats;
     use tokio::net::TcpListener;
 
     use super::*;
@@ -91,7 +123,7 @@ mod tests {
     async fn a_listener_that_takes_nothing_is_disconnected_in_any_mode() {
         let listening = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let _asleep = TcpStream::connect(listening.local_addr().unwrap()).await.unwrap();
-        let (socket, _) = listening.accept().await.unwrap();
+        let (mut socket, _) = listening.accept().await.unwrap();
         let hub = Hub::new();
         hub.open(StreamId(7), false);
         let listener = hub.listen(StreamId(7)).unwrap();
@@ -99,6 +131,60 @@ mod tests {
             // More than the system keeps for a socket.
             hub.publish(StreamId(7), vec![0; 16 * 1024 * 1024], false).await;
         }
-        deliver(socket, listener, Duration::from_millis(20)).await;
+        assert!(!deliver(&mut socket, listener, Duration::from_millis(20)).await);
+    }
+
+    /// A connection that has named a stream, and the task that attends to it.
+    async fn connection(hub: &Arc<Hub>, stream: u32) -> TcpStream {
+        let listening = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let mut client = TcpStream::connect(listening.local_addr().unwrap()).await.unwrap();
+        let (socket, peer) = listening.accept().await.unwrap();
+        let (hub, seat) = (Arc::clone(hub), Seats::new(1).take(peer.ip()).await);
+        tokio::spawn(async move { attend(socket, &seat, &hub).await });
+        client.write_all(&stream.to_le_bytes()).await.unwrap();
+        client
+    }
+
+    /// Whether a client finds its connection ended within a moment.
+    async fn is_ended(client: &mut TcpStream) -> bool {
+        let read =
+            tokio::time::timeout(Duration::from_millis(100), client.read(&mut [0; 16])).await;
+        read.is_ok()
+    }
+
+    #[tokio::test]
+    async fn who_is_sent_away_from_a_stream_that_goes_on_is_disconnected() {
+        let hub = Arc::new(Hub::new());
+        hub.open(StreamId(7), false);
+        let late = tokio::time::Instant::now() + Duration::from_secs(5);
+        let mut client = connection(&hub, 7).await;
+        hub.wait_for(StreamId(7), 1, late).await;
+        assert!(!is_ended(&mut client).await);
+        hub.leave(StreamId(7), 0);
+        assert!(is_ended(&mut client).await);
+    }
+
+    #[tokio::test]
+    async fn who_listens_to_what_is_over_keeps_the_connection_until_a_load() {
+        let hub = Arc::new(Hub::new());
+        hub.open(StreamId(7), false);
+        let late = tokio::time::Instant::now() + Duration::from_secs(5);
+        let mut earlier = connection(&hub, 7).await;
+        hub.wait_for(StreamId(7), 1, late).await;
+        let mut newest = connection(&hub, 7).await;
+        hub.wait_for(StreamId(7), 2, late).await;
+        hub.close(StreamId(7));
+        let mut nowhere = connection(&hub, 8).await;
+        for client in [&mut earlier, &mut newest, &mut nowhere] {
+            assert!(!is_ended(client).await);
+        }
+        let loading = tokio::spawn({
+            let hub = Arc::clone(&hub);
+            async move { hub.wait_for_leaving(late).await }
+        });
+        assert!(is_ended(&mut newest).await && !is_ended(&mut earlier).await);
+        drop(newest);
+        loading.await.unwrap();
+        assert!(tokio::time::Instant::now() < late, "nobody was noticed to leave");
     }
 }

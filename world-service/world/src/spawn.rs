@@ -153,15 +153,25 @@ impl World {
                 .wanted("a sensor, a prop or a marker")
                 .found(&blueprint.id));
         }
-        let parent = &self.state.actors[self.state.index_of(to.parent)?];
-        if !self.state.can_carry(parent) {
-            return Err(Error::new(ErrorCode::InvalidArgument, "too many actors hang in a row")
-                .wanted("a parent nearer to what carries them all")
-                .found(to.parent));
-        }
-        let world_from_actor = self.state.pose_of(parent) * parent_from_actor;
+        let world_from_parent = match self.fixed_pose(to.parent) {
+            Some(pose) => pose,
+            None => self.pose_of_carrier(to.parent)?,
+        };
+        let world_from_actor = world_from_parent * parent_from_actor;
         check::pose(&world_from_actor)?;
         Ok(Attached { to, parent_from_actor: *parent_from_actor, world_from_actor })
+    }
+
+    /// # Errors
+    /// `UnknownActor`; `InvalidArgument` for the end of a long chain.
+    fn pose_of_carrier(&self, parent: ActorId) -> Result<Pose, Error> {
+        let carrier = &self.state.actors[self.state.index_of(parent)?];
+        if !self.state.can_carry(carrier) {
+            return Err(Error::new(ErrorCode::InvalidArgument, "too many actors hang in a row")
+                .wanted("a parent nearer to what carries them all")
+                .found(parent));
+        }
+        Ok(self.state.pose_of(carrier))
     }
 
     /// # Errors

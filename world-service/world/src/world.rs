@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use schemas::{
-    ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, SplitMix64,
-    Tick, WalkerPose, Weather, WorldId, limits,
+    ActorId, ActorState, Collision, Error, ErrorCode, Halt, HiddenScenery, MapRef, Pose,
+    SplitMix64, Tick, WalkerPose, Weather, WorldId, limits,
 };
 use serde::{Deserialize, Serialize};
 
@@ -200,6 +200,12 @@ impl World {
     pub(crate) fn is_fixed(&self, id: ActorId) -> bool {
         let position = self.town.traffic.position(id, self.state.first_actor);
         position.is_some_and(|position| position < self.fixed_count())
+    }
+
+    /// Where a light or sign of the town stands, in a world that has them.
+    pub(crate) fn fixed_pose(&self, id: ActorId) -> Option<Pose> {
+        let position = self.town.traffic.position(id, self.state.first_actor)?;
+        self.fixed_actors().nth(position).map(|actor| actor.world_from_actor)
     }
 
     /// Its map.

@@ -105,6 +105,40 @@ fn lights_and_signs_are_the_first_actors_of_a_world_that_asks_for_them() {
 }
 
 #[test]
+fn what_hangs_on_a_light_or_sign_stands_where_it_was_put_on_it() {
+    let mut world = world();
+    let frame = world.frame();
+    let (light, sign) = (&frame.actors[0], frame.actors.last().unwrap());
+    let mount = Pose::translation(0.5, 0.0, 4.0);
+    for parent in [light, sign] {
+        let camera = Command::SpawnActor {
+            blueprint: "sensor.camera.rgb".to_owned(),
+            reference_from_actor: mount,
+            linear_velocity_mps: Vec3::zeros(),
+            attributes: Vec::new(),
+            attachment: Some(schemas::Attachment {
+                parent: parent.id,
+                kind: schemas::AttachmentKind::Rigid,
+            }),
+            id: None,
+        };
+        let camera = world.apply(&camera).unwrap().unwrap();
+        let seen = |world: &World| world.frame().actor(camera).unwrap().clone();
+        assert_eq!(seen(&world).parent, Some(parent.id));
+        assert_eq!(seen(&world).world_from_actor, parent.world_from_actor * mount);
+        let lower = Pose::translation(0.5, 0.0, 2.0);
+        let set = BodyCommand::SetPose { actor: camera, reference_from_actor: lower };
+        world.apply(&Command::Body(set)).unwrap();
+        run(&mut world, 2);
+        assert_eq!(seen(&world).world_from_actor, parent.world_from_actor * lower);
+        let mut forked =
+            World::restore(&world.snapshot(), world.id(), 1, |_| Some(town())).unwrap();
+        run(&mut forked, 1);
+        assert_eq!(seen(&forked).world_from_actor, parent.world_from_actor * lower);
+    }
+}
+
+#[test]
 fn the_volume_of_a_light_reaches_across_its_lanes_along_its_own_forward_axis() {
     let frame = world().frame();
     let map = roads();

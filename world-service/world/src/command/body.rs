@@ -125,6 +125,8 @@ impl World {
     fn set_pose(&mut self, id: ActorId, reference_from_actor: &Pose) -> Result<(), Error> {
         check::pose(reference_from_actor)?;
         let index = self.state.index_of(id)?;
+        let parent = self.state.actors[index].body.attachment().map(|to| to.parent);
+        let world_from_fixed = parent.and_then(|parent| self.fixed_pose(parent));
         let physics = &mut self.state.physics;
         let actor = &mut self.state.actors[index];
         let blueprint = actor.blueprint();
@@ -137,6 +139,10 @@ impl World {
             }
             Body::Attached(attached) => {
                 attached.parent_from_actor = *reference_from_actor;
+                // Others are carried there with the next tick.
+                if let Some(world_from_parent) = world_from_fixed {
+                    attached.world_from_actor = world_from_parent * reference_from_actor;
+                }
                 return Ok(());
             }
         };
