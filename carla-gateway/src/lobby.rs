@@ -262,6 +262,8 @@ impl Lobby {
                         return self.change_over(ticket, answer, now, acts);
                     }
                 }
+                let steps = expects_step && self.managers.count(ticket.client) > 0;
+                let timing = self.late.timing(ticket.client, timing, steps);
                 self.answer_in_time(ticket, answer, timing, now, acts);
             }
             Purpose::Prepare(ticket) => {

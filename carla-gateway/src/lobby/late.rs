@@ -10,13 +10,19 @@
 //! middle of a step with a snapshot that has the vehicle still ends the process. Each step ends
 //! with a batch: where they come, the second one after that frame is awaited. The first may be that
 //! of a step which began before the snapshot was read, and on a busy machine steps are long.
+//!
+//! Where clients tick, the newest snapshot has a vehicle until the tick after it was destroyed. A
+//! change of the settings has the Traffic Managers of its client take a step: in one with such a
+//! vehicle they end the process. When the change is to asynchronous mode its answer waits for the
+//! frame without it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use tokio::time::Instant;
 
 use super::CALLS_MAX;
+use super::messages::Timing;
 use crate::rpc::{Answer, ConnectionId, Ticket};
 
 /// Batches of Traffic Managers after which none is in the middle of a step with an old snapshot.
@@ -32,6 +38,8 @@ pub(super) struct LateAnswers {
     waiting: Vec<LateAnswer>,
     /// When each client sent its newest batch.
     batches: BTreeMap<ConnectionId, Instant>,
+    /// Who has destroyed vehicles that the newest snapshot still has.
+    destroyers: BTreeSet<ConnectionId>,
 }
 
 #[derive(Debug)]
@@ -78,6 +86,15 @@ impl LateAnswers {
         if steps { STEPS } else { 0 }
     }
 
+    /// When a call is answered after which its client's Traffic Managers step, if they do.
+    pub(super) fn timing(&mut self, client: ConnectionId, told: Timing, steps: bool) -> Timing {
+        if told == Timing::AfterManagersStep {
+            self.destroyers.insert(client);
+        }
+        let has_destroyed = self.destroyers.contains(&client);
+        if steps && has_destroyed { Timing::WithNextFrame } else { told }
+    }
+
     /// A client sends a batch: its Traffic Manager has stepped.
     pub(super) fn note_batch(&mut self, client: ConnectionId, now: Instant) {
         self.batches.insert(client, now);
@@ -93,6 +110,7 @@ impl LateAnswers {
 
     /// A frame was shown: what was called before it is due at that time.
     pub(super) fn note_frame(&mut self, frame_number: u64, due: Instant) {
+        self.destroyers.clear();
         for late in &mut self.waiting {
             if late.called_in != frame_number {
                 late.due.get_or_insert(due);
@@ -116,6 +134,7 @@ impl LateAnswers {
     pub(super) fn forget(&mut self, client: ConnectionId) {
         self.waiting.retain(|late| late.ticket.client != client);
         self.batches.remove(&client);
+        self.destroyers.remove(&client);
     }
 
     #[cfg(test)]

@@ -82,6 +82,34 @@ fn who_destroys_a_vehicle_waits_for_steps_while_they_come() {
 }
 
 #[test]
+fn a_manager_steps_into_asynchronous_mode_when_destroyed_vehicles_are_out_of_sight() {
+    for (manager_of, destroys, ticks, waits) in [
+        (1, true, false, true),
+        (1, false, false, false),
+        (1, true, true, false),
+        (2, true, false, false),
+    ] {
+        let mut stage = Stage::with(2, true);
+        stage.start_manager(manager_of, 8_000);
+        if destroys {
+            let destroy = stage.call(1, "destroy_actor", ());
+            stage.finish_one(Timing::AfterManagersStep, true);
+            assert!(stage.is_answered(1, destroy), "no frame comes");
+        }
+        if ticks {
+            stage.call_and_finish(1, "tick_cue", ());
+        }
+        stage.settings.synchronous_mode = false;
+        let change = stage.call(1, "set_episode_settings", ());
+        stage.finish_one(Timing::Now, true);
+        let case = format!("manager of {manager_of}, destroys: {destroys}, ticks: {ticks}");
+        assert_eq!(!stage.is_answered(1, change), waits, "{case}");
+        stage.pass(PERIOD * 2);
+        assert!(stage.is_answered(1, change), "{case}");
+    }
+}
+
+#[test]
 fn nothing_waits_for_who_is_gone() {
     let mut stage = Stage::with(2, false);
     stage.call(2, "spawn_actor", ());
