@@ -48,6 +48,17 @@ def test_many_are_what_as_many_single_ones_are(make, mode):
     causeway.vector.check(envs.unwrapped, steps=400)
 
 
+def test_modes_go_by_the_names_of_a_batch_and_own_settings_are_not_overridden_unsaid(make):
+    named = make(2, autoreset_mode="same_step").unwrapped
+    assert named.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    for setting in ({"worlds": 64}, {"agents": 2}, {"autoreset": "same_step"}):
+        (name,) = setting
+        with pytest.raises(ValueError, match=f"{name} is .* in this environment, not"):
+            make(2, **setting)
+        with pytest.raises(ValueError, match=f"{name} is .* in this environment, not"):
+            gymnasium.make("causeway.vector:causeway/Drive-v0", program=str(binary()), **setting)
+
+
 def test_seeds_come_as_a_number_as_a_list_or_not_at_all(make):
     envs = make(3)
     first, info = envs.reset(seed=5)

@@ -7,6 +7,9 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+#: What brings the packages that recordings and tables of episodes need.
+EXTRA = "pip install './agents/python[data]' brings it"
+
 
 def add_engine(parser: argparse.ArgumentParser) -> None:
     """Options that say which engine runs, and what it knows beside its own towns and tasks."""
@@ -24,6 +27,9 @@ def ended(name: str, work: Callable[[], int]) -> int:
     """The status that work ends with: 2 for what cannot be, which is told on standard error."""
     try:
         return work()
+    except ModuleNotFoundError as error:
+        print(f"{name}: {error} ({EXTRA})", file=sys.stderr)
+        return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f"{name}: {error}", file=sys.stderr)
         return 2

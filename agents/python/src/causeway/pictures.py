@@ -79,7 +79,7 @@ class Camera:
             ValueError: it is no such text.
         """
         width, times, height = text.partition("x")
-        if not (times and width.isdecimal() and height.isdecimal()):
+        if not (times and width.isdecimal() and height.isdecimal() and int(width) and int(height)):
             raise ValueError(f"a camera is WIDTHxHEIGHT, as 256x144, not {text!r}")
         return cls(width=int(width), height=int(height))
 

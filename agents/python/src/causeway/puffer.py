@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from causeway.rollout import Batch, Flags, Floats
-from causeway.spaces import action_space, observation_space
+from causeway.spaces import action_space, observation_space, with_own
 
 try:
     from pufferlib import PufferEnv as _Base  # type: ignore[import-not-found]
@@ -85,7 +85,7 @@ class DriveEnv(_Base):  # type: ignore[misc]
     ) -> None:
         """Opens a batch."""
         own = {"worlds": worlds, "autoreset": "same_step", "seed": seed}
-        self.batch = Batch(**{**settings, **own})
+        self.batch = Batch(**with_own(settings, **own))
         self.single_observation_space = observation_space(self.batch)
         self.single_action_space = action_space()
         self.num_agents = self.batch.rows

@@ -12,7 +12,7 @@ from pathlib import Path
 from causeway import policy
 from causeway.bus import DEFAULT_ENDPOINT
 from causeway.commands import add_engine, ended, engine
-from causeway.dataset import play, write
+from causeway.dataset import play
 from causeway.evaluate.episodes import CAUSES
 from causeway.pictures import Camera, Renderer
 
@@ -33,13 +33,20 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--tier", default="physics", help="(%(default)s)")
     parser.add_argument("--policy", default="follow", help=f"{', '.join(policy.NAMES)}, FILE.npz")
     parser.add_argument("--observation", help="what is recorded; by default what the policy reads")
-    parser.add_argument("--camera", type=Camera.parse, metavar="WIDTHxHEIGHT", help="draws it, too")
+    parser.add_argument("--camera", type=camera, metavar="WIDTHxHEIGHT", help="draws it, too")
     parser.add_argument(
         "--bus", default=DEFAULT_ENDPOINT, help="of the site that draws (%(default)s)"
     )
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.mcap")
     add_engine(parser)
     return parser.parse_args()
+
+
+def camera(text: str) -> Camera:
+    try:
+        return Camera.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def opened(options: argparse.Namespace) -> int:
@@ -50,6 +57,8 @@ def opened(options: argparse.Namespace) -> int:
 
 
 def record(options: argparse.Namespace, seen: tuple[Renderer, Camera] | None) -> int:
+    from causeway.dataset import write
+
     settings = {"town": options.town, "tier": options.tier, "normalise": True}
     if options.observation:
         settings["observation"] = options.observation

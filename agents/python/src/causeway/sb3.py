@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from causeway.rollout import Batch
-from causeway.spaces import action_space, observation_space
+from causeway.spaces import action_space, observation_space, with_own
 
 try:
     from stable_baselines3.common.vec_env import VecEnv as _Base  # type: ignore[import-not-found]
@@ -63,7 +63,7 @@ class DriveVecEnv(_Base):  # type: ignore[misc]
     def __init__(self, num_envs: int = 1, **settings: Any) -> None:
         """Opens a batch."""
         own = {"worlds": num_envs, "agents": 1, "autoreset": "same_step"}
-        self.batch = Batch(**{**settings, **own})
+        self.batch = Batch(**with_own(settings, **own))
         self.metadata: dict[str, Any] = {"render_modes": []}
         super().__init__(num_envs, observation_space(self.batch), action_space())
 

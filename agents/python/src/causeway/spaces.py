@@ -1,6 +1,9 @@
-"""Gymnasium spaces of a batch's rows, for all faces that need them."""
+"""What all environments over a batch share: Gymnasium's spaces of its rows, and their settings."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -22,3 +25,16 @@ def observation_space(batch: Batch) -> spaces.Box[np.float32]:
 def action_space() -> spaces.Box[np.float32]:
     """Steering wheel, positive to the left, and pedal, positive for throttle."""
     return spaces.Box(-1.0, 1.0, shape=(ACTION_WIDTH,), dtype=np.float32)
+
+
+def with_own(settings: Mapping[str, Any], **own: Any) -> dict[str, Any]:
+    """Settings of the batch of an environment that chooses some of them itself.
+
+    Raises:
+        ValueError: other values are given for those.
+    """
+    for name, value in own.items():
+        given = settings.get(name, value)
+        if given != value:
+            raise ValueError(f"{name} is {value!r} in this environment, not {given!r}")
+    return {**settings, **own}

@@ -21,7 +21,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from causeway.rollout import Autoreset, Batch
-from causeway.spaces import action_space, observation_space
+from causeway.spaces import action_space, observation_space, with_own
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -53,7 +53,7 @@ class DriveEnv(gymnasium.Env[Floats, Floats]):
         """Opens a batch of one world with these settings."""
         if render_mode is not None:
             raise ValueError(f"render_mode is None, as there are no pictures; not {render_mode!r}")
-        self.batch = Batch(**{**settings, "worlds": 1, "agents": 1, "autoreset": "disabled"})
+        self.batch = Batch(**with_own(settings, worlds=1, agents=1, autoreset="disabled"))
         self.observation_space = observation_space(self.batch)
         self.action_space = action_space()
 
@@ -99,17 +99,17 @@ class DriveVectorEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
 
         Args:
             num_envs: how many worlds.
-            autoreset_mode: when the next episode begins.
+            autoreset_mode: when the next episode begins, by either name of the mode.
             copy: returns copies of observations; else views that later steps write.
             render_mode: there are no pictures.
             **settings: of :class:`causeway.rollout.Batch`.
         """
         if render_mode is not None:
             raise ValueError(f"render_mode is None, as there are no pictures; not {render_mode!r}")
-        self._mode = AutoresetMode(autoreset_mode)
-        self.batch = Batch(
-            **{**settings, "worlds": num_envs, "agents": 1, "autoreset": _MODES[self._mode]}
-        )
+        named: dict[AutoresetMode | str, AutoresetMode] = {it: mode for mode, it in _MODES.items()}
+        self._mode = AutoresetMode(named.get(autoreset_mode, autoreset_mode))
+        own = {"worlds": num_envs, "agents": 1, "autoreset": _MODES[self._mode]}
+        self.batch = Batch(**with_own(settings, **own))
         self.num_envs = num_envs
         self.render_mode = None
         self.metadata = {"render_modes": [], "autoreset_mode": self._mode}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from causeway.rollout import ACTION_WIDTH, Batch
-from causeway.spaces import action_space, observation_space
+from causeway.spaces import action_space, observation_space, with_own
 
 Floats = NDArray[np.float32]
 Info = dict[str, Any]
@@ -37,7 +37,7 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
     def __init__(self, task: str = "lane-keep", *, agents: int = 2, **settings: Any) -> None:
         """Opens a batch of one world."""
         own = {"worlds": 1, "agents": agents, "autoreset": "disabled"}
-        self.batch = Batch(task, **{**settings, **own})
+        self.batch = Batch(task, **with_own(settings, **own))
         self.render_mode = None
         self.possible_agents = [f"ego_{number}" for number in range(agents)]
         self.agents: list[str] = []

@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 from causeway.commands import ended
-from causeway.dataset import export_lerobot, export_parquet, read
 
 
 def main() -> int:
@@ -25,6 +24,8 @@ def main() -> int:
 
 
 def export_all(options: argparse.Namespace) -> int:
+    from causeway.dataset import export_lerobot, export_parquet, read
+
     for folder, export in (
         (options.parquet, export_parquet),
         (options.lerobot, export_lerobot),
