@@ -25,6 +25,12 @@ pub const SHOWN_CHARS_MAX: usize = 64;
 pub const LANE_STEPS_MAX: f64 = 2e7;
 /// Flat pieces all lanes of a map are cut into; each is up to ten triangles of a mesh.
 pub const LANE_PIECES_MAX: f64 = 2e6;
+/// Flat pieces of sidewalks that are looked at for roads that cross them.
+pub const CROSSED_PIECES_MAX: usize = 400_000;
+/// Places at which roads cross sidewalks, about; beyond them sidewalks stay as they are.
+pub const CROSSED_PLACES_MAX: usize = 20_000;
+/// Steps of the search for those places.
+pub const CROSSED_TRIES_MAX: usize = 50_000_000;
 /// Corners and stripes of all crosswalks, and windows of all houses.
 pub const PARTS_MAX: f64 = 1e6;
 /// Largest turn of one arc or spiral, in radians: thirty times round.

@@ -12,6 +12,7 @@ use crate::kinds::LaneTypes;
 use crate::landmarks::Landmarks;
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
 use crate::links::Links;
+use crate::mesh::kerbs::Kerbs;
 use crate::model::{Model, Object, Road};
 use crate::neighbours::{self, Side};
 use crate::place::{LaneInfo, Waypoint};
@@ -44,6 +45,7 @@ pub struct Map {
     spawn_points: OnceLock<SpawnPoints>,
     surroundings: OnceLock<Vec<Vec<Object>>>,
     scenery: OnceLock<Vec<SceneryBox>>,
+    kerbs: OnceLock<Kerbs>,
     environment: OnceLock<Vec<EnvironmentObject>>,
 }
 
@@ -89,6 +91,7 @@ impl Map {
             spawn_points: OnceLock::new(),
             surroundings: OnceLock::new(),
             scenery: OnceLock::new(),
+            kerbs: OnceLock::new(),
             environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
@@ -301,6 +304,10 @@ impl Map {
         self.speed_limits.get_or_init(|| SpeedLimits::new(self))
     }
 
+    pub(crate) fn kerbs(&self) -> &Kerbs {
+        self.kerbs.get_or_init(|| Kerbs::new(self))
+    }
+
     /// The solid things beside the roads: from the map's objects, or generated surroundings.
     ///
     /// **Cost:** made on the first call.
@@ -367,7 +374,7 @@ impl Map {
     }
 
     #[inline]
-    fn waypoint_on(&self, lane: LaneIndex, s: f64) -> Option<Waypoint> {
+    pub(crate) fn waypoint_on(&self, lane: LaneIndex, s: f64) -> Option<Waypoint> {
         let LaneEntry { road_id, section, lane_id, .. } = *self.table.get(lane)?;
         Some(Waypoint { road: road_id, section, lane: lane_id, s })
     }

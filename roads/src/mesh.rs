@@ -2,6 +2,7 @@
 
 mod building;
 mod ground;
+pub(crate) mod kerbs;
 mod markings;
 mod pavement;
 mod plants;
@@ -14,7 +15,7 @@ use nalgebra::Point3;
 pub(crate) use building::panes;
 pub use ground::{GroundMesh, ground};
 pub(crate) use markings::stripes;
-pub(crate) use pavement::{KERB_M, convex_hull};
+pub(crate) use pavement::convex_hull;
 pub use render::{Surface, TILE_M, TownMesh, render};
 
 /// What a triangle is made of.

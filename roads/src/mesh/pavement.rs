@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
-use super::strip::{cuts, pieces};
+use super::kerbs::{CROSSED_DROP_M, Kerbs};
+use super::strip::pieces;
 use super::terrain::{drop_m, skirt_m};
 use super::{Material, Sink};
 use crate::Map;
@@ -10,8 +11,6 @@ use crate::kinds::LaneType;
 use crate::lanes::{lateral, lateral_point};
 use crate::model::{Lane, Object, Road, Section};
 
-/// Height of sidewalks above the road, in metres.
-pub(crate) const KERB_M: f64 = 0.15;
 /// Width of the stones along a sidewalk's inner edge, in metres.
 const STONE_M: f64 = 0.2;
 /// Width of the bank from a road without kerb down to the land, for each metre of height: flat
@@ -21,9 +20,6 @@ const BANK_M_PER_M: f64 = 5.0;
 const LEVEL_M: f64 = 1e-3;
 /// How far below the connecting roads the floor of a sloping junction lies, in metres.
 const SLOPING_DROP_M: f64 = 0.05;
-/// How far below other lanes the planted ones of connecting roads lie, in metres: roads cross them.
-/// No crack that a wheel would feel.
-const PLANTED_DROP_M: f64 = 0.008;
 
 /// Whether kerb stones get faces of their own, which only a camera needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,15 +30,16 @@ pub(super) enum Detail {
 
 /// How a map is paved.
 #[derive(Clone, Copy, Debug)]
-struct Style {
+struct Style<'m> {
     detail: Detail,
+    kerbs: &'m Kerbs,
     /// How far below the road its sides reach, in metres.
     skirt_m: f64,
     /// How far below the road its banks end, in metres.
     bank_m: f64,
 }
 
-impl Style {
+impl Style<'_> {
     /// How deep the side of a road goes on below its bank; `None` where the land is met there.
     fn below_bank_m(self) -> Option<f64> {
         (self.skirt_m > self.bank_m).then_some(-self.skirt_m)
@@ -51,12 +48,17 @@ impl Style {
 
 /// All that is paved.
 pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
-    let style = Style { detail, skirt_m: skirt_m(map), bank_m: drop_m(map) };
+    let kerbs = map.kerbs();
+    let style = Style { detail, kerbs, skirt_m: skirt_m(map), bank_m: drop_m(map) };
     for road in &map.model.roads {
         for section in &road.sections {
-            let cuts = cuts(road, section);
+            let cuts = kerbs.cuts(road, section);
             for lane in section.lanes.iter().filter(|lane| lane.id != 0) {
-                lane_surface(road, section, lane, &cuts, style, sink);
+                if lane.lane_type == LaneType::Sidewalk {
+                    sidewalk(road, section, lane, &cuts, style, sink);
+                } else {
+                    lane_surface(road, section, lane, &cuts, style, sink);
+                }
             }
         }
         for object in road.objects.iter().filter(|object| object.object_type == "patch") {
@@ -78,33 +80,71 @@ fn material(lane_type: LaneType) -> Material {
     }
 }
 
+/// A sidewalk with its kerb stones and its outer edge.
+fn sidewalk(
+    road: &Road,
+    section: &Section,
+    lane: &Lane,
+    cuts: &[f64],
+    style: Style<'_>,
+    sink: &mut impl Sink,
+) {
+    let sign = f64::from(lane.id.signum());
+    for ends in pieces(cuts) {
+        // Lateral places of the inner edge, of the stones' other edge and of the outer edge.
+        let edges = ends.map(|s| {
+            let at = lateral(road, section, lane.id, s);
+            let wide = (at.outer - at.inner).abs() > STONE_M;
+            [at.inner, if wide { at.inner + sign * STONE_M } else { at.outer }, at.outer]
+        });
+        let height_m = |end: usize| {
+            let [inner, _, outer] = edges[end];
+            style.kerbs.height_m(road, ends[end], [inner, outer])
+        };
+        let (top, foot, deep) = ([height_m(0), height_m(1)], [0.0; 2], [-style.skirt_m; 2]);
+        let mut band = |material, [t, u]: [usize; 2], [low, high]: [[f64; 2]; 2]| {
+            let point =
+                |end: usize, edge: usize, z| lateral_point(road, ends[end], edges[end][edge], z);
+            let corners = [
+                point(0, t, low[0]),
+                point(0, u, high[0]),
+                point(1, u, high[1]),
+                point(1, t, low[1]),
+            ];
+            sink.quad(material, turned(corners, sign > 0.0));
+        };
+        if style.detail == Detail::Picture {
+            band(Material::Curb, [0, 1], [top; 2]);
+            band(Material::Sidewalk, [1, 2], [top; 2]);
+        } else {
+            band(Material::Sidewalk, [0, 2], [top; 2]);
+        }
+        band(Material::Curb, [0, 0], [foot, top]);
+        band(Material::Curb, [2, 2], [top, deep]);
+    }
+}
+
+/// Any other lane, and the banks beside it.
 fn lane_surface(
     road: &Road,
     section: &Section,
     lane: &Lane,
     cuts: &[f64],
-    style: Style,
+    style: Style<'_>,
     sink: &mut impl Sink,
 ) {
     let material = material(lane.lane_type);
-    let raised = lane.lane_type == LaneType::Sidewalk;
     let crossed = material == Material::Grass && road.junction.is_some();
-    let height_m = match (raised, crossed) {
-        (true, _) => KERB_M,
-        (_, true) => -PLANTED_DROP_M,
-        _ => 0.0,
-    };
+    let height_m = if crossed { -CROSSED_DROP_M } else { 0.0 };
     let sign = f64::from(lane.id.signum());
     let [inner_edge, outer_edge] = open_edges(road, section, lane);
     let bank_width_m = BANK_M_PER_M * style.bank_m;
     let borders = |s: f64| {
         let at = lateral(road, section, lane.id, s);
-        let wide = (at.outer - at.inner).abs() > STONE_M;
-        [at.inner, if wide { at.inner + sign * STONE_M } else { at.outer }, at.outer]
+        [at.inner, at.outer]
     };
     for [from_s, to_s] in pieces(cuts) {
-        let [inner0, stone0, outer0] = borders(from_s);
-        let [inner1, stone1, outer1] = borders(to_s);
+        let ([inner0, outer0], [inner1, outer1]) = (borders(from_s), borders(to_s));
         let point = |s: f64, t: f64, z: f64| lateral_point(road, s, t, z);
         let mut band = |material, [t0, t1]: [f64; 2], [u0, u1]: [f64; 2], z: [f64; 2]| {
             let corners = [
@@ -115,17 +155,8 @@ fn lane_surface(
             ];
             sink.quad(material, turned(corners, sign > 0.0));
         };
-        let level = [height_m; 2];
-        if raised && style.detail == Detail::Picture {
-            band(Material::Curb, [inner0, inner1], [stone0, stone1], level);
-            band(material, [stone0, stone1], [outer0, outer1], level);
-        } else {
-            band(material, [inner0, inner1], [outer0, outer1], level);
-        }
-        if raised {
-            band(Material::Curb, [inner0, inner1], [inner0, inner1], [0.0, KERB_M]);
-            band(Material::Curb, [outer0, outer1], [outer0, outer1], [KERB_M, -style.skirt_m]);
-        } else if outer_edge {
+        band(material, [inner0, inner1], [outer0, outer1], [height_m; 2]);
+        if outer_edge {
             let [foot0, foot1] = [outer0, outer1].map(|t| t + sign * bank_width_m);
             band(Material::Grass, [outer0, outer1], [foot0, foot1], [0.0, -style.bank_m]);
             if let Some(deep_m) = style.below_bank_m() {

@@ -7,8 +7,8 @@ use crate::Map;
 use crate::kinds::LaneType;
 use crate::lanes::{lateral, lateral_point};
 use crate::limits;
-use crate::mesh::KERB_M;
-use crate::mesh::strip::{cuts, pieces};
+use crate::mesh::kerbs::Kerbs;
+use crate::mesh::strip::pieces;
 use crate::model::{Road, Section};
 
 /// Radius of a walker: how far the middle of one keeps from both borders of a sidewalk, in metres.
@@ -106,7 +106,7 @@ pub(super) fn cut(map: &Map, weld: &mut Weld) {
             road.junction.is_some() && (walkable(road.predecessor) || walkable(road.successor));
         if walkable(road.id) || joins {
             for section in &road.sections {
-                cut_section(index, road, section, piece_max_m, weld);
+                cut_section(map.kerbs(), index, road, section, piece_max_m, weld);
             }
             patch_ends(index, road, weld);
         }
@@ -116,9 +116,16 @@ pub(super) fn cut(map: &Map, weld: &mut Weld) {
     }
 }
 
-fn cut_section(index: u32, road: &Road, section: &Section, piece_max_m: f64, weld: &mut Weld) {
+fn cut_section(
+    kerbs: &Kerbs,
+    index: u32,
+    road: &Road,
+    section: &Section,
+    piece_max_m: f64,
+    weld: &mut Weld,
+) {
     let bands = bands(section);
-    let cuts = refined(&cuts(road, section), piece_max_m);
+    let cuts = refined(&kerbs.cuts(road, section), piece_max_m);
     let use_of = |position: Option<usize>| {
         position.and_then(|position| bands.get(position)).map(|band| band.lane_use)
     };
@@ -126,10 +133,15 @@ fn cut_section(index: u32, road: &Road, section: &Section, piece_max_m: f64, wel
         let beside = [use_of(position.checked_sub(1)), use_of(Some(position + 1))];
         for [from_s, to_s] in pieces(&cuts) {
             let ends = [from_s, to_s].map(|s| (s, band.borders(road, section, s)));
-            let mut strip = |class, across: &dyn Fn([f64; 2]) -> [f64; 2], heights_m: [f64; 2]| {
+            // How high the left and the right border are, as shares of the kerb's height.
+            let mut strip = |class, across: &dyn Fn([f64; 2]) -> [f64; 2], raised: [f64; 2]| {
                 let corners = ends.map(|(s, borders)| {
                     let [left, right] = across(borders);
-                    [(s, left, heights_m[0]), (s, right, heights_m[1])]
+                    let kerb_m = match band.lane_use {
+                        Use::Walk => kerbs.height_m(road, s, borders),
+                        _ => 0.0,
+                    };
+                    [(s, left, raised[0] * kerb_m), (s, right, raised[1] * kerb_m)]
                 });
                 let [[left0, right0], [left1, right1]] = corners;
                 let ring = [right0, right1, left1, left0];
@@ -139,12 +151,12 @@ fn cut_section(index: u32, road: &Road, section: &Section, piece_max_m: f64, wel
                 Use::Neither => {}
                 Use::Drive => strip(Class::Road, &|borders| borders, [0.0; 2]),
                 Use::Walk => {
-                    strip(Class::Sidewalk, &narrowed, [KERB_M; 2]);
+                    strip(Class::Sidewalk, &narrowed, [1.0; 2]);
                     if beside[0] == Some(Use::Drive) {
-                        strip(Class::Kerb, &|b| [b[0], narrowed(b)[0]], [0.0, KERB_M]);
+                        strip(Class::Kerb, &|b| [b[0], narrowed(b)[0]], [0.0, 1.0]);
                     }
                     if beside[1] == Some(Use::Drive) {
-                        strip(Class::Kerb, &|b| [narrowed(b)[1], b[1]], [KERB_M, 0.0]);
+                        strip(Class::Kerb, &|b| [narrowed(b)[1], b[1]], [1.0, 0.0]);
                     }
                 }
             }

@@ -1,0 +1,246 @@
+//! How high sidewalks are: a step above the road, but level with it where another road's driving
+//! lane leads across.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Vector2};
+
+use super::strip::{across, cuts, pieces};
+use crate::Map;
+use crate::kinds::LaneType;
+use crate::lanes::lateral;
+use crate::limits::{CROSSED_PIECES_MAX, CROSSED_PLACES_MAX, CROSSED_TRIES_MAX};
+use crate::model::{Lane, Road, Section};
+
+/// Height of sidewalks above the road, in metres.
+pub(crate) const KERB_M: f64 = 0.15;
+/// How far below other lanes those lie that roads cross, in metres. No crack that a wheel would
+/// feel.
+pub(super) const CROSSED_DROP_M: f64 = 0.008;
+/// Climb of a sidewalk from where it is crossed, in metres for each metre.
+const CLIMB_M_PER_M: f64 = 0.15;
+/// How far a sidewalk stays level beyond the last place where it is known to be crossed, in metres:
+/// no less than the distance of such places.
+const LEVEL_M: f64 = 0.5;
+/// Distance of the places at which a sidewalk is looked at, and longest piece of one that climbs,
+/// in metres.
+const STEP_M: f64 = 0.5;
+/// Share of a driving lane's width on which wheels run.
+const WHEELS_SHARE: f64 = 0.8;
+/// A lane that lies farther below a sidewalk than this is of another storey, in metres.
+const STOREY_M: f64 = 0.5;
+/// From here on a place where a sidewalk is crossed makes it no lower, in metres.
+const REACH_M: f64 = LEVEL_M + (KERB_M + STOREY_M) / CLIMB_M_PER_M;
+/// Side of the squares by which pieces of sidewalks are found, in metres.
+const SQUARE_M: f64 = 16.0;
+/// Pieces with a box longer than this are no sidewalk's and no lane's, in metres.
+const PIECE_MAX_M: f64 = 100.0;
+
+/// Where the sidewalks of a map are lower than elsewhere.
+#[derive(Debug, Default)]
+pub(crate) struct Kerbs {
+    /// Places of sidewalks which they must not be higher than, ordered by x.
+    crossed: Vec<Point3<f64>>,
+}
+
+impl Kerbs {
+    /// Looks for driving lanes that lead across the sidewalks of other roads.
+    pub(crate) fn new(map: &Map) -> Self {
+        let mut walks = Vec::new();
+        each_piece(map, LaneType::Sidewalk, 1.0, &mut |piece| {
+            walks.push(piece);
+            walks.len() < CROSSED_PIECES_MAX
+        });
+        if walks.is_empty() {
+            return Self::default();
+        }
+        let mut squares: BTreeMap<[i32; 2], Vec<&Piece>> = BTreeMap::new();
+        for walk in &walks {
+            for square in squares_of(walk.bounds()) {
+                squares.entry(square).or_default().push(walk);
+            }
+        }
+        let (mut crossed, mut tries) = (Vec::new(), 0);
+        each_piece(map, LaneType::Driving, WHEELS_SHARE, &mut |lane| {
+            let [low, high] = lane.bounds();
+            for square in squares_of([low, high]) {
+                let walks = squares.get(&square).map_or(&[][..], Vec::as_slice);
+                tries += 1 + walks.len();
+                for walk in walks {
+                    let [walk_low, walk_high] = walk.bounds();
+                    let (from, to) = (low.sup(&walk_low), high.inf(&walk_high));
+                    let meets = from.x < to.x && from.y < to.y && walk.road != lane.road;
+                    // Both may share several squares.
+                    if meets && square_of(&from) == square {
+                        tries += walk.look(&lane, &mut crossed);
+                    }
+                }
+            }
+            tries < CROSSED_TRIES_MAX && crossed.len() < CROSSED_PLACES_MAX
+        });
+        crossed.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        Self { crossed }
+    }
+
+    /// Height above the road of a sidewalk between two lateral places, in metres: all of its width
+    /// is as high as its lowest place.
+    pub(crate) fn height_m(&self, road: &Road, s: f64, t: [f64; 2]) -> f64 {
+        if self.crossed.is_empty() {
+            return KERB_M;
+        }
+        let [from, to] = across(road, s, t, 0.0);
+        let along = to.xy() - from.xy();
+        let length2 = along.norm_squared().max(f64::MIN_POSITIVE);
+        let near = self.near([from.x.min(to.x), from.x.max(to.x)]);
+        let heights = near.filter(|place| place.z - from.z > -STOREY_M).map(|place| {
+            let share = ((place.xy() - from.xy()).dot(&along) / length2).clamp(0.0, 1.0);
+            let away_m = (place.xy() - from.xy() - along * share).norm();
+            place.z - from.z + CLIMB_M_PER_M * (away_m - LEVEL_M).max(0.0)
+        });
+        heights.fold(KERB_M, f64::min)
+    }
+
+    /// Where a section is cut, also where the height of its sidewalks changes.
+    pub(crate) fn cuts(&self, road: &Road, section: &Section) -> Vec<f64> {
+        let cuts = cuts(road, section);
+        let is_walk = |lane: &&Lane| lane.lane_type == LaneType::Sidewalk;
+        let walks: Vec<i32> = section.lanes.iter().filter(is_walk).map(|lane| lane.id).collect();
+        if self.crossed.is_empty() || walks.is_empty() {
+            return cuts;
+        }
+        let borders = |lane: i32, s: f64| {
+            let at = lateral(road, section, lane, s);
+            [at.inner, at.outer]
+        };
+        let is_low =
+            |s: f64| walks.iter().any(|lane| self.height_m(road, s, borders(*lane, s)) < KERB_M);
+        let mut finer = Vec::with_capacity(cuts.len());
+        for [from_s, to_s] in pieces(&cuts) {
+            finer.push(from_s);
+            let corners = walks.iter().flat_map(|lane| {
+                [from_s, to_s].into_iter().flat_map(|s| across(road, s, borders(*lane, s), 0.0))
+            });
+            if self.is_near(corners) {
+                let all = steps(to_s - from_s).map(|share| from_s + (to_s - from_s) * share);
+                let all: Vec<_> = all.map(|s| (s, is_low(s))).collect();
+                let changing = all.windows(3).filter(|around| around.iter().any(|(_, low)| *low));
+                finer.extend(changing.filter_map(|around| Some(around.get(1)?.0)));
+            }
+        }
+        finer.extend(cuts.last());
+        finer
+    }
+
+    /// Whether some crossed place may make a piece with these corners lower.
+    fn is_near(&self, corners: impl Iterator<Item = Point3<f64>>) -> bool {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
+        let [xs, [low_y, high_y]] =
+            corners.fold([none; 2], |[xs, ys], corner| [grown(xs, corner.x), grown(ys, corner.y)]);
+        let ys = low_y - REACH_M..=high_y + REACH_M;
+        self.near(xs).any(|place| ys.contains(&place.y))
+    }
+
+    fn near(&self, [low_x, high_x]: [f64; 2]) -> impl Iterator<Item = &Point3<f64>> {
+        let first = self.crossed.partition_point(|place| place.x < low_x - REACH_M);
+        let later = self.crossed.iter().skip(first);
+        later.take_while(move |place| place.x <= high_x + REACH_M)
+    }
+}
+
+/// A flat piece of a lane.
+#[derive(Debug)]
+struct Piece {
+    /// Position in the model.
+    road: usize,
+    /// Around it, from the inner corner at its start.
+    corners: [Point3<f64>; 4],
+}
+
+impl Piece {
+    fn bounds(&self) -> [Vector2<f64>; 2] {
+        let [first, rest @ ..] = self.corners.map(|corner| corner.coords.xy());
+        rest.iter().fold([first; 2], |[low, high], at| [low.inf(at), high.sup(at)])
+    }
+
+    /// Adds the places of this sidewalk that a lane crosses; tells how many were looked at.
+    fn look(&self, lane: &Self, crossed: &mut Vec<Point3<f64>>) -> usize {
+        let [a, b, c, d] = self.corners.map(|corner| corner.coords);
+        let long_m = (b - a).norm().max((c - d).norm());
+        let wide_m = (d - a).norm().max((c - b).norm());
+        let mut count = 0;
+        for u in steps(long_m) {
+            let [inner, outer] = [a + (b - a) * u, d + (c - d) * u];
+            for v in steps(wide_m) {
+                let place = inner + (outer - inner) * v;
+                count += 1;
+                let Some(z) = lane.height_at(place.xy()) else { continue };
+                let height_m = z - CROSSED_DROP_M - place.z;
+                if (-STOREY_M..KERB_M).contains(&height_m) {
+                    crossed.push(Point3::new(place.x, place.y, z - CROSSED_DROP_M));
+                }
+            }
+        }
+        count
+    }
+
+    fn height_at(&self, place: Vector2<f64>) -> Option<f64> {
+        let [a, b, c, d] = self.corners;
+        [[a, b, c], [a, c, d]].into_iter().find_map(|[a, b, c]| {
+            let (to_b, to_c, to) = (b.xy() - a.xy(), c.xy() - a.xy(), place - a.coords.xy());
+            let area = to_b.perp(&to_c);
+            let [of_b, of_c] = [to.perp(&to_c) / area, to_b.perp(&to) / area];
+            // Written so that a triangle without area has no places.
+            let is_inside = of_b >= 0.0 && of_c >= 0.0 && of_b + of_c <= 1.0;
+            is_inside.then(|| a.z + of_b * (b.z - a.z) + of_c * (c.z - a.z))
+        })
+    }
+}
+
+/// Calls `take` with the pieces of all lanes of a type, of which a share of the width counts,
+/// until it says no.
+fn each_piece(map: &Map, lane_type: LaneType, share: f64, take: &mut impl FnMut(Piece) -> bool) {
+    let margin = (1.0 - share) / 2.0;
+    for (index, road) in map.model.roads.iter().enumerate() {
+        for section in &road.sections {
+            let wanted = || section.lanes.iter().filter(|lane| lane.lane_type == lane_type);
+            if wanted().all(|lane| lane.id == 0) {
+                continue;
+            }
+            let cuts = cuts(road, section);
+            for lane in wanted().filter(|lane| lane.id != 0) {
+                let ends = |s: f64| {
+                    let at = lateral(road, section, lane.id, s);
+                    let less = (at.outer - at.inner) * margin;
+                    across(road, s, [at.inner + less, at.outer - less], 0.0)
+                };
+                for [from_s, to_s] in pieces(&cuts) {
+                    let ([a, d], [b, c]) = (ends(from_s), ends(to_s));
+                    let piece = Piece { road: index, corners: [a, b, c, d] };
+                    let [low, high] = piece.bounds();
+                    // Written so that places that are no numbers are left out.
+                    if (high - low).iter().all(|side_m| *side_m < PIECE_MAX_M) && !take(piece) {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Shares of a length from 0 to 1, no more than [`STEP_M`] apart.
+fn steps(length_m: f64) -> impl Iterator<Item = f64> {
+    let count = (length_m / STEP_M).ceil().max(1.0);
+    let all = std::iter::successors(Some(0.0), |k| Some(k + 1.0));
+    all.take_while(move |k| *k <= count).map(move |k| k / count)
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "maps are smaller than the earth")]
+fn square_of(at: &Vector2<f64>) -> [i32; 2] {
+    [at.x, at.y].map(|v| (v / SQUARE_M).floor() as i32)
+}
+
+fn squares_of([low, high]: [Vector2<f64>; 2]) -> impl Iterator<Item = [i32; 2]> {
+    let ([x0, y0], [x1, y1]) = (square_of(&low), square_of(&high));
+    (x0..=x1).flat_map(move |x| (y0..=y1).map(move |y| [x, y]))
+}
