@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 
-use crate::model::Model;
+use crate::model::{Block, Model};
 use crate::scene::{Placed, Scene};
 use crate::vector::{LANES, V8, affine, splat};
 use crate::view::{Projection, View, seen_from};
@@ -48,12 +48,17 @@ pub(crate) struct Chosen {
 }
 
 impl Prospect {
-    /// What a view may show of a scene.
-    pub fn of(level: Level, view: &View, scene: &Scene<'_>) -> Self {
-        Self::new(level, &view.projection(), scene.placed)
+    /// What a view may show of a scene, where things of several levels may be off by so
+    /// many pixels.
+    pub fn of(level: Level, view: &View, scene: &Scene<'_>, error_px: f32) -> Self {
+        Self::new(level, &view.projection(), (scene.placed, error_px))
     }
 
-    pub(crate) fn new(level: Level, projection: &Projection, placed: &[Placed<'_>]) -> Self {
+    pub(crate) fn new(
+        level: Level,
+        projection: &Projection,
+        (placed, error_px): (&[Placed<'_>], f32),
+    ) -> Self {
         let mut prospect = Self::default();
         let mut found = Vec::new();
         for (at, one) in placed.iter().enumerate() {
@@ -68,7 +73,8 @@ impl Prospect {
             prospect.locals.push(Local { placed: at as u32, projection: local });
             let eye =
                 if local.is_sun { None } else { seen_from(&one.world_from_model, local.eye_m()) };
-            let looker = Looker { local: &local, stretch, eye, number };
+            let per_error = stretch * local.focal_px[0].max(local.focal_px[1]) / error_px;
+            let looker = Looker { local: &local, stretch, eye, number, per_error };
             dispatch!(level, simd => looker.choose(simd, one.model, &mut found));
         }
         prospect.order(&found);
@@ -123,6 +129,8 @@ struct Looker<'a> {
     /// `None` if no cluster can be told to turn away.
     eye: Option<[f32; 3]>,
     number: u32,
+    /// At which distance something may be off by a metre of the model's own.
+    per_error: f32,
 }
 
 impl Looker<'_> {
@@ -146,6 +154,9 @@ impl Looker<'_> {
                 let along = to_centre.dot(V8 { x: ax, y: ay, z: az });
                 may_show &= along.simd_lt(sine * to_centre.norm() + radius);
             }
+            if clusters.has_levels {
+                may_show &= self.is_of_level(simd, clusters);
+            }
             let mut rest = may_show.to_bitmask();
             if rest == 0 {
                 continue;
@@ -164,6 +175,20 @@ impl Looker<'_> {
                 });
             }
         }
+    }
+
+    /// Which clusters are of the level of their things that is drawn: the coarsest one that is off
+    /// by little enough.
+    #[inline(always)]
+    fn is_of_level<S: Simd>(&self, simd: S, clusters: &Block) -> mask32x8<S> {
+        let [x, y, z, radius] =
+            clusters.level_balls.each_ref().map(|part| f32x8::from_slice(simd, part));
+        let [from_m, to_m] = &clusters.errors_m;
+        let from_m = f32x8::from_slice(simd, from_m) * self.per_error;
+        let to_m = f32x8::from_slice(simd, to_m) * self.per_error;
+        let w = V8 { x, y, z }.row(self.local.w);
+        let distance = self.distance(simd, w, radius * self.stretch);
+        distance.simd_ge(from_m) & distance.simd_lt(to_m)
     }
 
     /// How near balls come; for the sun, 1.
@@ -200,26 +225,35 @@ impl Looker<'_> {
     /// First and last column, first and last row that balls may reach, generously.
     #[inline(always)]
     fn ends<S: Simd>(&self, simd: S, centre: V8<S>, w: f32x8<S>, reach: f32x8<S>) -> [f32x8<S>; 4] {
-        let (first, last) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
         if self.local.is_sun {
+            let (first, last) = (splat(simd, f32::NEG_INFINITY), splat(simd, f32::INFINITY));
             return [first, last, first, last];
         }
+        let [left, right] = self.ends_along(simd, (0, centre.row(self.local.x)), w, reach);
+        let [top, bottom] = self.ends_along(simd, (1, centre.row(self.local.y)), w, reach);
+        [left, right, top, bottom]
+    }
+
+    /// As [`Self::ends`], along one axis.
+    #[inline(always)]
+    fn ends_along<S: Simd>(
+        &self,
+        simd: S,
+        (axis, middle): (usize, f32x8<S>),
+        w: f32x8<S>,
+        reach: f32x8<S>,
+    ) -> [f32x8<S>; 2] {
         let (near, far) = (w - reach, w + reach);
         let is_ahead = near.simd_gt(splat(simd, self.local.near_m));
-        let along = |axis: usize, row: [f32; 4]| {
-            let (middle, spread) = (centre.row(row), reach * self.local.focal_px[axis]);
-            let (low, high) = (middle - spread, middle + spread);
-            let zero = splat(simd, 0.0);
-            let begins = low / low.simd_ge(zero).select(far, near);
-            let ends = high / high.simd_ge(zero).select(near, far);
-            let from = self.local.centre_px[axis];
-            [
-                is_ahead.select(begins + (from - 1.5), first),
-                is_ahead.select(ends + (from + 1.5), last),
-            ]
-        };
-        let [left, right] = along(0, self.local.x);
-        let [top, bottom] = along(1, self.local.y);
-        [left, right, top, bottom]
+        let spread = reach * self.local.focal_px[axis];
+        let (low, high) = (middle - spread, middle + spread);
+        let zero = splat(simd, 0.0);
+        let begins = low / low.simd_ge(zero).select(far, near);
+        let ends = high / high.simd_ge(zero).select(near, far);
+        let from = self.local.centre_px[axis];
+        [
+            is_ahead.select(begins + (from - 1.5), splat(simd, f32::NEG_INFINITY)),
+            is_ahead.select(ends + (from + 1.5), splat(simd, f32::INFINITY)),
+        ]
     }
 }

@@ -56,6 +56,12 @@ impl Clipped {
     pub(crate) fn new(triangle: [Homogeneous; 3], projection: &Projection) -> Self {
         let empty = Homogeneous { x: 0.0, y: 0.0, w: 0.0 };
         let mut clipped = Self { corners: [empty; 9], count: 0 };
+        let is_beyond = |limit: usize| {
+            triangle.iter().all(|corner| corner.inside(limit, projection.near_m) < 0.0)
+        };
+        if (0..5).any(is_beyond) {
+            return clipped;
+        }
         triangle.into_iter().for_each(|corner| clipped.push(corner));
         for limit in 0..5 {
             let corners = clipped.corners.get(..clipped.count).unwrap_or_default();

@@ -5,7 +5,7 @@ use fearless_simd::{Level, Simd, dispatch, f32x8};
 
 use crate::choose::{Chosen, Local, Prospect};
 use crate::clip::{Clipped, Homogeneous, REACH_PX, SNAP};
-use crate::fill::{Plane, Point, doubled_area, ends_of, fill};
+use crate::fill::{Plane, Point, covers_an_end, doubled_area, ends_of, fill};
 use crate::model::{Cluster, Model};
 use crate::scene::Placed;
 use crate::target::Target;
@@ -216,13 +216,23 @@ impl OneCluster<'_> {
         if rest == 0 {
             return;
         }
+        // Most that are small lie between the middles of pixels.
+        let one = splat(simd, 1.0);
+        let is_small = (right - left).simd_le(one) & (bottom - top).simd_le(one);
+        if (is_small & may_show).any_true() {
+            let corners = ([ax, ay], [bx, by], [cx, cy]);
+            let ends = [left, right, top, bottom];
+            let covers = covers_an_end(simd, corners, area.simd_gt(zero), ends);
+            rest &= (covers | !is_small).to_bitmask();
+        }
         let ends = [left, right, top, bottom].map(|end| end.to_array());
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let points = triangles.map(|numbers| self.point(numbers[lane]));
+            let [a, b, c] = triangles;
+            let points = [self.point(a[lane]), self.point(b[lane]), self.point(c[lane])];
             let plane = Plane::new(&points, self.drawing.slope);
-            let ends = ends.map(|end| end[lane]);
+            let ends = [ends[0][lane], ends[1][lane], ends[2][lane], ends[3][lane]];
             self.draw_one(simd, first + lane, (points, plane, ends), target, seen);
         }
     }

@@ -135,6 +135,70 @@ pub(crate) fn ends_of([a, b, c]: [[f32; 2]; 3]) -> [f32; 4] {
     [first(0), last(0), first(1), last(1)]
 }
 
+/// Of eight triangles, in pictures as [`Edge`] has them, whether they cover the middle of any pixel
+/// at the ends of their boxes. `is_clockwise` is how their corners run.
+#[inline(always)]
+pub(crate) fn covers_an_end<S: Simd>(
+    simd: S,
+    (a, b, c): ([f32x8<S>; 2], [f32x8<S>; 2], [f32x8<S>; 2]),
+    is_clockwise: mask32x8<S>,
+    [left, right, top, bottom]: [f32x8<S>; 4],
+) -> mask32x8<S> {
+    let second = [is_clockwise.select(b[0], c[0]), is_clockwise.select(b[1], c[1])];
+    let third = [is_clockwise.select(c[0], b[0]), is_clockwise.select(c[1], b[1])];
+    let edges = [
+        EightEdges::new(simd, a, second),
+        EightEdges::new(simd, second, third),
+        EightEdges::new(simd, third, a),
+    ];
+    let (x, y) = ([left + 0.5, right + 0.5], [top + 0.5, bottom + 0.5]);
+    let [first, second, third] = &edges;
+    let of_first = first.holds_ends(x, y);
+    let of_second = second.holds_ends(x, y);
+    let of_third = third.holds_ends(x, y);
+    (of_first[0] & of_second[0] & of_third[0])
+        | (of_first[1] & of_second[1] & of_third[1])
+        | (of_first[2] & of_second[2] & of_third[2])
+        | (of_first[3] & of_second[3] & of_third[3])
+}
+
+/// An [`Edge`] of eight triangles each: the same numbers.
+struct EightEdges<S: Simd> {
+    anchor: [f32x8<S>; 2],
+    along: [f32x8<S>; 2],
+    threshold: f32x8<S>,
+}
+
+impl<S: Simd> EightEdges<S> {
+    #[inline(always)]
+    fn new(simd: S, from: [f32x8<S>; 2], to: [f32x8<S>; 2]) -> Self {
+        let zero = splat(simd, 0.0);
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let is_first = from[1].simd_lt(to[1]) | (from[1].simd_eq(to[1]) & from[0].simd_le(to[0]));
+        let owns_line = along[1].simd_lt(zero) | (along[1].simd_eq(zero) & along[0].simd_gt(zero));
+        Self {
+            anchor: [is_first.select(from[0], to[0]), is_first.select(from[1], to[1])],
+            along,
+            threshold: owns_line.select(splat(simd, -f32::MIN_POSITIVE), zero),
+        }
+    }
+
+    /// Whether places are on the inner side: in two columns, of two rows each.
+    #[inline(always)]
+    fn holds_ends(&self, x: [f32x8<S>; 2], y: [f32x8<S>; 2]) -> [mask32x8<S>; 4] {
+        let upper = self.along[0] * (y[0] - self.anchor[1]);
+        let lower = self.along[0] * (y[1] - self.anchor[1]);
+        let left = (x[0] - self.anchor[0]) * self.along[1];
+        let right = (x[1] - self.anchor[0]) * self.along[1];
+        [
+            (upper - left).simd_gt(self.threshold),
+            (lower - left).simd_gt(self.threshold),
+            (upper - right).simd_gt(self.threshold),
+            (lower - right).simd_gt(self.threshold),
+        ]
+    }
+}
+
 /// Draws a triangle whose corners run clockwise, with the ends of its box; whether any pixel shows
 /// it.
 #[inline(always)]
@@ -276,6 +340,8 @@ impl<S: Simd> Eight<S> {
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::{Level, dispatch};
+
     use super::*;
 
     /// Goal: nearness is a number at every pixel. Method: corners that are as good as one place,
@@ -292,5 +358,61 @@ mod tests {
         let corners = [point(0.0, 0.0, 1.0), point(4.0, 0.0, 3.0), point(0.0, 2.0, 2.0)];
         let plane = Plane::new(&corners, 0.0);
         assert_eq!((plane.across, plane.down), (0.5, 0.5));
+    }
+
+    /// A number from 0 to 1 that follows from another.
+    fn random(seed: u32) -> f32 {
+        let mixed = seed.wrapping_mul(0x9e37_79b1) ^ (seed >> 3);
+        ((mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d) >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Goal: a triangle is left out if and only if it covers no pixel's middle. Method: small
+    /// triangles on a grid that has middles on corners and sides, eight together and drawn alone.
+    #[test]
+    fn small_triangles_are_left_out_where_they_cover_nothing() {
+        fn of_eight<S: Simd>(simd: S, eight: &[[[f32; 2]; 3]; LANES]) -> [bool; LANES] {
+            let part = |corner: usize, axis: usize| {
+                f32x8::load_array(simd, eight.map(|corners| corners[corner][axis]))
+            };
+            let corners = [0, 1, 2].map(|at| [part(at, 0), part(at, 1)]);
+            let ends = eight.map(ends_of);
+            let end = |which: usize| f32x8::load_array(simd, ends.map(|ends| ends[which]));
+            let areas = f32x8::load_array(simd, eight.map(doubled_area));
+            let [a, b, c] = corners;
+            let is_clockwise = areas.simd_gt(splat(simd, 0.0));
+            let ends = [end(0), end(1), end(2), end(3)];
+            let shows = covers_an_end(simd, (a, b, c), is_clockwise, ends).to_bitmask();
+            std::array::from_fn(|lane| shows >> lane & 1 == 1)
+        }
+        fn is_filled<S: Simd>(simd: S, corners: [[f32; 2]; 3]) -> bool {
+            let mut target = Target::default();
+            target.clear(16, 0..16, true);
+            let [a, b, c] =
+                corners.map(|place| Point { snapped: place, exact: place, nearness: 1.0 });
+            let points = if doubled_area(corners) > 0.0 { [a, b, c] } else { [a, c, b] };
+            let plane = Plane::new(&points, 0.0);
+            fill(simd, &mut target, (&points, ends_of(corners)), &plane, 1)
+        }
+        let mut count = [0; 2];
+        for seed in 0..4_000u32 {
+            let eight: [[[f32; 2]; 3]; LANES] = std::array::from_fn(|lane| {
+                let part = |at: u32| random(seed * 64 + lane as u32 * 8 + at);
+                let grid = |at: u32, size: f32| (part(at) * size * 4.0).floor() / 4.0;
+                let (x, y) = (3.0 + grid(6, 4.0), 3.0 + grid(7, 4.0));
+                [0, 2, 4].map(|at| [x + grid(at, 2.5), y + grid(at + 1, 2.5)])
+            });
+            let shows = dispatch!(Level::new(), simd => of_eight(simd, &eight));
+            for (corners, shows) in eight.into_iter().zip(shows) {
+                let [left, right, top, bottom] = ends_of(corners);
+                if doubled_area(corners) == 0.0 || left > right || top > bottom {
+                    continue;
+                }
+                let is_filled = dispatch!(Level::new(), simd => is_filled(simd, corners));
+                let is_small = right - left <= 1.0 && bottom - top <= 1.0;
+                assert!(shows == is_filled || !is_small, "{corners:?}");
+                count[usize::from(shows)] += usize::from(is_small);
+            }
+        }
+        assert!(count[0] > 1_000 && count[1] > 1_000, "{count:?}");
     }
 }

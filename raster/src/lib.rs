@@ -35,7 +35,7 @@ pub use choose::Prospect;
 pub use fearless_simd::Level;
 pub use lamp::{LAMPS_MAX, Lamp};
 pub use light::Light;
-pub use model::{Corner, Model};
+pub use model::{Corner, Model, ThingLevel};
 pub use occluder::{OCCLUDERS_MAX, Occluder};
 pub use picture::Canvas;
 pub use pixels::PIXEL_BYTES;

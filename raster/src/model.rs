@@ -1,6 +1,6 @@
 //! Triangles cut into clusters that a view can skip.
 
-use std::ops::Range;
+use std::ops;
 
 use crate::vector::{V3, add, cross, dot, norm, scale, sub, unit};
 
@@ -50,13 +50,36 @@ pub struct Model {
     radius: f32,
 }
 
+/// One of several ways to draw a thing.
+#[derive(Clone, Debug, Default)]
+pub struct ThingLevel {
+    /// Numbers of the corners.
+    pub triangles: Vec<[u32; 3]>,
+    /// How far it is off, at most, in the model's own unit.
+    pub error_m: f32,
+}
+
+/// Where clusters are drawn that are one level of a thing.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    /// Middle and radius of a ball around the thing.
+    ball: [f32; 4],
+    /// How far this level is off, and the next coarser one.
+    errors_m: [f32; 2],
+}
+
+impl Range {
+    /// At every distance.
+    const ALL: Self = Self { ball: [0.0; 4], errors_m: [0.0, f32::INFINITY] };
+}
+
 /// Some triangles that are near each other and face alike.
 #[derive(Clone, Debug)]
 pub(crate) struct Cluster {
     /// Of the coordinates.
-    pub(crate) corners: Range<usize>,
+    pub(crate) corners: ops::Range<usize>,
     /// Of the triangles.
-    pub(crate) triangles: Range<usize>,
+    pub(crate) triangles: ops::Range<usize>,
 }
 
 /// Where eight clusters are and where they face; those that are missing are nowhere.
@@ -66,6 +89,11 @@ pub(crate) struct Block {
     pub(crate) balls: [[f32; 8]; 4],
     /// Mean normals, and sines of the angles within which all normals are; no angle is 2.
     pub(crate) cones: [[f32; 8]; 4],
+    /// As in [`Range`].
+    pub(crate) level_balls: [[f32; 8]; 4],
+    pub(crate) errors_m: [[f32; 8]; 2],
+    /// Whether any of them is one of two levels.
+    pub(crate) has_levels: bool,
 }
 
 impl Model {
@@ -74,21 +102,43 @@ impl Model {
     /// a missing corner, without an area or with a place that is no number are left out.
     pub fn new(corners: Vec<Corner>, triangles: &[[u32; 3]], things: &[Option<u32>]) -> Self {
         let mut model = Self { corners, ..Self::default() };
-        let mut parts: Vec<Part> = Vec::with_capacity(triangles.len());
+        let thing = |at: usize| things.get(at).copied().flatten();
+        let mut parts = model.parts(triangles, thing);
+        model.cut(&mut parts, Range::ALL);
+        (model.centre, model.radius) = ball(model.corners.iter().map(|corner| corner.position));
+        model
+    }
+
+    /// Adds a thing of the same corners that is drawn at one of some levels, fine ones first: the
+    /// first one is off by nothing, each other one by more than the one before. `thing` is what it
+    /// can be hidden by.
+    pub fn add(&mut self, levels: &[ThingLevel], thing: Option<u32>) {
+        let corners = levels.iter().flat_map(|level| &level.triangles).flatten();
+        let places = corners.filter_map(|at| self.corners.get(*at as usize));
+        let ([x, y, z], radius) = ball(places.map(|corner| corner.position));
+        for (at, level) in levels.iter().enumerate() {
+            let next_m = levels.get(at + 1).map_or(f32::INFINITY, |next| next.error_m);
+            let range = Range { ball: [x, y, z, radius], errors_m: [level.error_m, next_m] };
+            let mut parts = self.parts(&level.triangles, |_| thing);
+            self.cut(&mut parts, range);
+        }
+    }
+
+    /// Triangles that can be drawn, each with the thing that its number says.
+    fn parts(&self, triangles: &[[u32; 3]], thing: impl Fn(usize) -> Option<u32>) -> Vec<Part> {
+        let mut parts = Vec::with_capacity(triangles.len());
         for (at, triangle) in triangles.iter().enumerate() {
-            let Some([a, b, c]) = model.corners_of(triangle) else { continue };
+            let Some([a, b, c]) = self.corners_of(triangle) else { continue };
             let normal = cross(sub(b.position, a.position), sub(c.position, a.position));
             let length = norm(normal);
             if length.is_finite() && length > 0.0 {
                 let centre = scale(add(add(a.position, b.position), c.position), 1.0 / 3.0);
                 let normal = scale(normal, 1.0 / length);
-                let thing = things.get(at).copied().flatten().unwrap_or(NO_THING);
+                let thing = thing(at).unwrap_or(NO_THING);
                 parts.push(Part { centre, normal, triangle: *triangle, thing });
             }
         }
-        model.cut(&mut parts);
-        (model.centre, model.radius) = ball(model.corners.iter().map(|corner| corner.position));
-        model
+        parts
     }
 
     /// How many triangles, with those that fill clusters up.
@@ -108,17 +158,18 @@ impl Model {
 
     /// The corners of a triangle.
     pub(crate) fn corners_of(&self, triangle: &[u32; 3]) -> Option<[&Corner; 3]> {
-        let [a, b, c] = triangle.map(|index| self.corners.get(index as usize));
-        Some([a?, b?, c?])
+        let [a, b, c] = *triangle;
+        let corner = |index: u32| self.corners.get(index as usize);
+        Some([corner(a)?, corner(b)?, corner(c)?])
     }
 
-    fn cut(&mut self, parts: &mut [Part]) {
+    fn cut(&mut self, parts: &mut [Part], range: Range) {
         if parts.is_empty() {
             return;
         }
         if parts.len() <= CLUSTER_MAX {
             parts.sort_by_key(|part| part.triangle);
-            self.push(parts);
+            self.push(parts, range);
             return;
         }
         let axis = widest(parts);
@@ -128,11 +179,11 @@ impl Model {
             place(a).total_cmp(&place(b)).then_with(|| a.triangle.cmp(&b.triangle))
         });
         let (low, high) = parts.split_at_mut(middle);
-        self.cut(low);
-        self.cut(high);
+        self.cut(low, range);
+        self.cut(high, range);
     }
 
-    fn push(&mut self, parts: &[Part]) {
+    fn push(&mut self, parts: &[Part], range: Range) {
         let (first_corner, first_triangle) = (self.xyz[0].len(), self.triangles.len());
         let mut known: Vec<u32> = Vec::new();
         for part in parts {
@@ -148,7 +199,7 @@ impl Model {
         }
         let corners = known.iter().filter_map(|index| self.corners.get(*index as usize));
         let (centre, radius) = ball(corners.map(|corner| corner.position));
-        self.push_ball((centre, radius), cone(parts));
+        self.push_ball((centre, radius), cone(parts), range);
         self.clusters.push(Cluster {
             corners: first_corner..self.xyz[0].len(),
             triangles: first_triangle..self.triangles.len(),
@@ -168,14 +219,33 @@ impl Model {
     }
 
     /// Notes where the next cluster is and where it faces.
-    fn push_ball(&mut self, ([x, y, z], radius): (V3, f32), ([ax, ay, az], sine): (V3, f32)) {
+    fn push_ball(
+        &mut self,
+        ([x, y, z], radius): (V3, f32),
+        ([ax, ay, az], sine): (V3, f32),
+        range: Range,
+    ) {
         let lane = self.clusters.len() % 8;
         if lane == 0 {
-            self.blocks.push(Block { balls: [[f32::NAN; 8]; 4], cones: [[f32::NAN; 8]; 4] });
+            let nowhere = [[f32::NAN; 8]; 4];
+            self.blocks.push(Block {
+                balls: nowhere,
+                cones: nowhere,
+                level_balls: [[0.0; 8]; 4],
+                errors_m: [[0.0; 8], [f32::INFINITY; 8]],
+                has_levels: false,
+            });
         }
-        if let Some(Block { balls, cones }) = self.blocks.last_mut() {
-            balls.iter_mut().zip([x, y, z, radius]).for_each(|(parts, part)| parts[lane] = part);
-            cones.iter_mut().zip([ax, ay, az, sine]).for_each(|(parts, part)| parts[lane] = part);
+        if let Some(block) = self.blocks.last_mut() {
+            let put = |slots: &mut [[f32; 8]; 4], parts: [f32; 4]| {
+                slots.iter_mut().zip(parts).for_each(|(slots, part)| slots[lane] = part);
+            };
+            put(&mut block.balls, [x, y, z, radius]);
+            put(&mut block.cones, [ax, ay, az, sine]);
+            put(&mut block.level_balls, range.ball);
+            block.errors_m[0][lane] = range.errors_m[0];
+            block.errors_m[1][lane] = range.errors_m[1];
+            block.has_levels |= range.errors_m != Range::ALL.errors_m;
         }
     }
 
@@ -267,7 +337,7 @@ mod tests {
         let model = strip(1_000);
         let mut seen: Vec<[u32; 3]> = Vec::new();
         for (at, cluster) in model.clusters.iter().enumerate() {
-            let Block { balls, cones } = &model.blocks[at / 8];
+            let Block { balls, cones, .. } = &model.blocks[at / 8];
             let [x, y, z, radius] = balls.map(|part| part[at % 8]);
             assert!(cluster.triangles.len() <= CLUSTER_MAX && cones[3][at % 8] < 0.01);
             for triangle in &model.triangles[cluster.triangles.clone()] {

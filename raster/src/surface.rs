@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::draw::Seen;
+use crate::model::Corner;
 use crate::scene::{Family, Material, Placed};
 use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
 
@@ -32,13 +33,16 @@ impl Surface {
         let triangle = placed.model.triangles.get(seen.triangle as usize)?;
         let corners = placed.model.corners_of(triangle)?;
         let matrix = &placed.world_from_model;
-        let places = corners.map(|corner| matrix.map(|row| affine(row, corner.position)));
+        let place = |Corner { position, .. }: &Corner| {
+            let [a, b, c] = matrix;
+            [affine(*a, *position), affine(*b, *position), affine(*c, *position)]
+        };
         let is_flat = corners.iter().all(|other| other.normal == corners[0].normal);
         let first_normal = world_normal(matrix, corners[0].normal);
         let normal = |at: usize| world_normal(matrix, corners[at].normal);
         let normals =
             if is_flat { [first_normal; 3] } else { [first_normal, normal(1), normal(2)] };
-        let [first, second, third] = places;
+        let [first, second, third] = [place(corners[0]), place(corners[1]), place(corners[2])];
         let (along, aside) = (sub(second, first), sub(third, first));
         let upright = cross(along, aside);
         let per_area = 1.0 / dot(upright, upright).max(1e-30);

@@ -59,7 +59,7 @@ fn depths(view: &View, models: &[Model], band: u32) -> Vec<f32> {
     };
     let placed: Vec<_> = models.iter().map(place).collect();
     let scene = Scene { placed: &placed, ..Scene::EMPTY };
-    let prospect = Prospect::of(Level::new(), view, &scene);
+    let prospect = Prospect::of(Level::new(), view, &scene, 0.5);
     let (mut canvas, mut bytes) = (Canvas::default(), Vec::new());
     let pitch = view.width_px as usize * PIXEL_BYTES;
     for start in (0..view.height_px).step_by(band as usize) {

@@ -162,7 +162,7 @@ fn picture_of(
     let pitch = view.width_px as usize * PIXEL_BYTES;
     let mut pictures = [const { Vec::new() }; 5];
     let mut canvas = Canvas::default();
-    let prospect = Prospect::of(level, view, &scene);
+    let prospect = Prospect::of(level, view, &scene, 0.5);
     for start in (0..view.height_px).step_by(band as usize) {
         let rows = start..(start + band).min(view.height_px);
         canvas.look(level, view, rows.clone(), (&scene, &prospect));

@@ -1,5 +1,6 @@
 //! Drawing by our own rasteriser: no device, no driver.
 
+mod block;
 mod drawing;
 mod levels;
 mod shadows;

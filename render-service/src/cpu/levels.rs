@@ -6,15 +6,21 @@ use bodies::{Mesh, Shape, Vertex};
 use raster::{Corner, Model};
 use schemas::Vec3;
 
+use super::block::block_of;
+
 /// Sides of the cells in which corners are drawn together, as parts of a shape's coarse cell.
-const CELLS: [f32; 4] = [0.5, 1.0, 2.0, 3.5];
+const CELLS: [f32; 6] = [0.5, 1.0, 2.0, 3.5, 5.0, 8.0];
+/// From this part on, and for blocks, an error counts for more, as they keep little of a shape:
+/// half a pixel as 0.7.
+const STRICT_FROM: f32 = 5.0;
+const STRICT: f32 = 1.4;
 /// A level is worth its memory if it has fewer triangles than this part of the one before.
 const WORTH_IT: f32 = 0.8;
 
 /// One shape at one level of detail.
 pub(crate) struct ShapeLevel {
     pub(crate) model: Model,
-    /// How far it is off along each axis, at most, in the shape's own unit.
+    /// How far it is off along each axis, at most, in the shape's own unit; more of strict ones.
     error: Vec3,
     /// Half of what it spans along each axis.
     half: Vec3,
@@ -24,6 +30,12 @@ pub(crate) struct ShapeLevel {
 static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> =
     LazyLock::new(|| Shape::ALL.iter().map(|shape| levels_of(*shape)).collect());
 
+/// Radius of a ball around a shape whose axes are stretched like this.
+pub(crate) fn radius_m(shape: Shape, stretch: Vec3) -> f32 {
+    let fine = LEVELS.get(shape as usize).and_then(|levels| levels.first());
+    fine.map_or(0.0, |level| level.half.norm() * stretch.max())
+}
+
 /// The coarsest level of a shape whose corners are off by no more than `error_m` in the world, if
 /// its axes are stretched like this; `None` if it is within a ball of `least_m`.
 pub(crate) fn level_of(
@@ -31,10 +43,10 @@ pub(crate) fn level_of(
     stretch: Vec3,
     [error_m, least_m]: [f32; 2],
 ) -> Option<&'static Model> {
-    let levels = LEVELS.get(shape as usize)?;
-    if levels.first()?.half.norm() * stretch.max() < least_m {
+    if radius_m(shape, stretch) < least_m {
         return None;
     }
+    let levels = LEVELS.get(shape as usize)?;
     let is_good = |level: &&ShapeLevel| level.error.component_mul(&stretch).norm() <= error_m;
     let level = levels.iter().rev().find(is_good).or_else(|| levels.first())?;
     Some(&level.model)
@@ -60,10 +72,24 @@ fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
         let is_there = (0..3).all(|axis| span(&mesh, axis) > 0.6 * span(&fine, axis));
         if is_there && (mesh.indices.len() as f32) < WORTH_IT * count as f32 {
             count = mesh.indices.len();
-            levels.push(level(&mesh, fine.coarse_error(cell)));
+            let counts = if part < STRICT_FROM { 1.0 } else { STRICT };
+            levels.push(level(&mesh, fine.coarse_error(cell) * counts));
         }
     }
+    if is_limb(shape) {
+        let (mesh, error) = block_of(&fine);
+        levels.push(level(&mesh, error * STRICT));
+    }
     levels
+}
+
+/// Whether a shape is a part of a person, who is told from far by colours and outline alone.
+fn is_limb(shape: Shape) -> bool {
+    use Shape::{Arm, Backpack, Forearm, Head, Leg, LongHair, Shin, Thigh, Torso, UpperArm};
+    matches!(
+        shape,
+        Arm | Backpack | Forearm | Head | Leg | LongHair | Shin | Thigh | Torso | UpperArm
+    )
 }
 
 fn span(mesh: &Mesh, axis: usize) -> f32 {
@@ -108,6 +134,17 @@ mod tests {
             let (fine, middle, far) = (of(shape, 0.0), of(shape, 0.3), of(shape, 10.0));
             assert!(fine >= middle && middle >= far && far > 0, "{shape:?} {fine} {middle} {far}");
             assert!(far * 2 <= fine, "{shape:?}: {far} of {fine}");
+        }
+    }
+
+    #[test]
+    fn parts_of_people_far_away_are_blocks_and_near_ones_are_not() {
+        for shape in Shape::ALL.into_iter().filter(|shape| is_limb(*shape)) {
+            let of = |error_m: f32| {
+                level_of(shape, Vec3::repeat(1.86), [error_m, 0.0]).unwrap().triangle_count()
+            };
+            // Twelve triangles, filled up.
+            assert_eq!((of(0.5), of(0.01) > 16), (16, true), "{shape:?}");
         }
     }
 }

@@ -13,7 +13,7 @@ use super::sight::Sight;
 const BYTES_MAX: usize = 128 * 1024 * 1024;
 
 /// Maps kept, however small they are.
-const MAPS_MAX: usize = 128;
+const MAPS_MAX: usize = 512;
 
 /// What a map of a town's shadows follows from.
 #[derive(Clone, PartialEq)]
@@ -110,4 +110,28 @@ pub(crate) fn sun_view(shadow: &ShadowView, side_px: u32) -> SunView {
         [row[0], row[1], row[2], row[3]]
     };
     SunView { right: row(0), up: row(1), depth: row(2), side_px }
+}
+
+#[cfg(test)]
+mod tests {
+    use raster::Model;
+
+    use super::super::strips::placed_town;
+    use super::*;
+
+    /// Goal: as many cameras as one batch has, each in a square of its own, find their maps again.
+    #[test]
+    fn small_maps_of_256_squares_are_kept() {
+        let (shadows, model) = (TownShadows::default(), Model::default());
+        let get = |at: u32| {
+            let right = [1.0 / 56.0, 0.0, 0.0, at as f32];
+            let up = [0.0, 1.0 / 56.0, 0.0, 0.0];
+            let view = SunView { right, up, depth: [0.0, 0.0, -0.01, 0.5], side_px: 64 };
+            let hidden = HiddenScenery::default();
+            shadows.get(Level::new(), ("town", &hidden), &placed_town(&model), &view)
+        };
+        let first = get(0);
+        (1..256).for_each(|at| drop(get(at)));
+        assert!(Arc::ptr_eq(&first, &get(0)));
+    }
 }

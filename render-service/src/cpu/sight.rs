@@ -14,7 +14,7 @@ use crate::scene::shadow::ShadowView;
 use crate::strip::Strip;
 
 use super::shadows::{ShadowPool, TownShadows, shadow_side_px, sun_view};
-use super::strips::{light_of, placed_town, seen_bodies, shading_bodies, view_of};
+use super::strips::{light_of, placed_town, seen_bodies, shading_bodies, town_error_px, view_of};
 use super::towns::Models;
 
 /// What a strip may show.
@@ -63,7 +63,8 @@ impl<'a> Sight<'a> {
             seen_bodies(self.strip, quality, &mut placed);
             let (lamps, occluders) = (lamps_of(self.strip), occluders_of(self.strip));
             let scene = Scene { placed: &placed, ..Scene::EMPTY };
-            let prospect = Prospect::of(painter.level, &self.view, &scene);
+            let error_px = town_error_px(quality);
+            let prospect = Prospect::of(painter.level, &self.view, &scene, error_px);
             Seen { placed, lamps, occluders, prospect }
         })
     }
@@ -72,7 +73,8 @@ impl<'a> Sight<'a> {
     pub(crate) fn shadow(&self, painter: &Painter<'_>) -> &ShadowMap {
         self.shadow.get_or_init(|| {
             let strip = self.strip;
-            let side_px = shadow_side_px(strip.camera(), painter.quality_of(strip.camera()));
+            let quality = painter.quality_of(strip.camera());
+            let side_px = shadow_side_px(strip.camera(), quality);
             let sun = ShadowView::of(strip.view, &strip.light.to_light);
             let view = sun_view(&sun, side_px);
             let town = (strip.town.digest(), strip.hidden);
@@ -83,7 +85,7 @@ impl<'a> Sight<'a> {
                 map.copy_from(of_town);
             }
             let mut bodies = Vec::new();
-            shading_bodies(strip, &sun, side_px, &mut bodies);
+            shading_bodies(strip, &sun, (side_px, quality), &mut bodies);
             map.add(painter.level, &bodies, None);
             map
         })

@@ -1,6 +1,6 @@
 //! A strip as the rasteriser reads it: models at their places, light, view.
 
-use bodies::{Instance, Material as SceneMaterial, Placed as Part};
+use bodies::{Instance, Material as SceneMaterial, Placed as Part, Shape};
 use raster::{Light, Material, Model, Placed, Quality, View};
 use schemas::{Camera, Vec3};
 
@@ -11,13 +11,18 @@ use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
 use crate::strip::Strip;
 
-use super::levels::level_of;
+use super::levels::{level_of, radius_m};
 
 /// Corners may be off by so much in the picture, in pixels: in those of high and of low quality.
 const ERROR_PX_MAX: f32 = 0.7;
 const LOW_ERROR_PX_MAX: f32 = 1.2;
+/// What of a town has levels may be off by so much in pictures of high quality.
+const TOWN_ERROR_PX_MAX: f32 = 0.5;
 /// Corners of what throws a shadow may be off by so much on the map, in its pixels.
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
+/// In pictures of low quality, parts that are smaller than this part of the largest one of their
+/// body throw no shadow: wheels, heads.
+const LOW_SHADOW_PART_MIN: f32 = 0.5;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
 const BODY_RADIUS_PX_MIN: f32 = 0.6;
 /// So are parts of them: the rasteriser would leave their clusters out.
@@ -37,6 +42,11 @@ pub(crate) fn view_of(strip: &Strip<'_>) -> View {
         height_px,
         near_m: NEAR_M,
     }
+}
+
+/// What of a town has levels may be off by so much in the picture, in pixels.
+pub(crate) fn town_error_px(quality: Quality) -> f32 {
+    if quality == Quality::Low { LOW_ERROR_PX_MAX } else { TOWN_ERROR_PX_MAX }
 }
 
 /// A town where it is.
@@ -72,17 +82,30 @@ pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<
 pub(crate) fn shading_bodies(
     strip: &Strip<'_>,
     shadow: &ShadowView,
-    side_px: u32,
+    (side_px, quality): (u32, Quality),
     placed: &mut Vec<Placed<'_>>,
 ) {
     let pixel_m = 2.0 * REACH_M / side_px as f32;
-    let limits_m = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
+    let [error_m, least_m] = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
     for body in strip.bodies() {
         let reach = Vec3::repeat(body.radius_m);
-        if shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
-            place(body, limits_m, placed);
+        if !shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
+            continue;
         }
+        let least_m = match quality {
+            Quality::High => least_m,
+            Quality::Low => least_m.max(LOW_SHADOW_PART_MIN * largest_m(body)),
+        };
+        // Arches lie flat on their bodies.
+        let parts = body.parts.iter().filter(|part| part.shape != Shape::WheelArch);
+        placed.extend(parts.filter_map(|part| place_part(part, [error_m, least_m])));
     }
+}
+
+/// Radius of a ball around the largest part of a body.
+fn largest_m(body: &Body) -> f32 {
+    let radii_m = body.parts.iter().map(|part| radius_m(part.shape, stretch(part)));
+    radii_m.fold(0.0, f32::max)
 }
 
 /// Parts of a body whose corners are off by no more than the first length, without those within a
@@ -93,11 +116,15 @@ fn place(body: &Body, limits_m: [f32; 2], placed: &mut Vec<Placed<'_>>) {
 
 fn place_part(part: &Part, limits_m: [f32; 2]) -> Option<Placed<'static>> {
     let Instance { world_from_shape, tints, label } = part.instance;
-    let [a, b, c] = world_from_shape;
-    let length = |at: usize| Vec3::new(a[at], b[at], c[at]).norm();
-    let stretch = Vec3::new(length(0), length(1), length(2));
-    let model = level_of(part.shape, stretch, limits_m)?;
+    let model = level_of(part.shape, stretch(part), limits_m)?;
     Some(Placed { model, world_from_model: world_from_shape, tints, label })
+}
+
+/// How much longer than in its own frame a part is along each of its axes.
+fn stretch(part: &Part) -> Vec3 {
+    let [a, b, c] = part.instance.world_from_shape;
+    let length = |at: usize| Vec3::new(a[at], b[at], c[at]).norm();
+    Vec3::new(length(0), length(1), length(2))
 }
 
 /// Light as the rasteriser reads it.

@@ -1,12 +1,15 @@
 //! Towns as models: built once per map, forgotten when too many others came since.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use bodies::Material;
 use lru::LruCache;
-use raster::Model;
+use raster::{Corner, Model, ThingLevel};
 use schemas::TagId;
 
+use crate::scene::foliage::{FarCrown, FarLevel};
 use crate::scene::material::Family;
 use crate::scene::town::TownScene;
 
@@ -70,26 +73,63 @@ fn models_of(town: &TownScene) -> Models {
 }
 
 fn model_of(town: &TownScene, indices: &[u32]) -> Model {
+    let mut corners = Corners { town, numbers: vec![u32::MAX; town.vertices.len()], own: vec![] };
+    let mut crowns: BTreeMap<u32, Vec<[u32; 3]>> =
+        town.far_crowns.iter().map(|crown| (crown.label, Vec::new())).collect();
     let (triangles, _) = indices.as_chunks::<3>();
-    let mut numbers: Vec<u32> = vec![u32::MAX; town.vertices.len()];
-    let mut corners = Vec::new();
-    let mut number = |index: u32| -> Option<u32> {
-        let slot = numbers.get_mut(index as usize)?;
-        if *slot == u32::MAX {
-            *slot = corners.len() as u32;
-            corners.push(corner_of(town.vertices.get(index as usize)?));
-        }
-        Some(*slot)
-    };
     let mut own = Vec::with_capacity(triangles.len());
     let mut things = Vec::with_capacity(triangles.len());
-    for [a, b, c] in triangles {
-        if let (Some(a), Some(b), Some(c)) = (number(*a), number(*b), number(*c)) {
+    for triangle in triangles {
+        let [Some(a), Some(b), Some(c)] = triangle.map(|index| corners.number(index)) else {
+            continue;
+        };
+        let first = corners.own.get(a as usize).copied().unwrap_or_default();
+        let is_leaf = first.material == Material::Foliage as u8;
+        if let Some(fine) = crowns.get_mut(&first.label).filter(|_| is_leaf) {
+            fine.push([a, b, c]);
+        } else {
             own.push([a, b, c]);
+            things.push(TagId::place_of(first.label));
         }
     }
-    for [first, ..] in &own {
-        things.push(corners.get(*first as usize).and_then(|corner| TagId::place_of(corner.label)));
+    crowns.retain(|_, fine| !fine.is_empty());
+    let far = town.far_crowns.iter().filter_map(|FarCrown { label, levels }| {
+        let fine = ThingLevel { triangles: crowns.remove(label)?, error_m: 0.0 };
+        let levels = levels.iter().map(|level| corners.far(level));
+        Some((std::iter::once(fine).chain(levels).collect(), TagId::place_of(*label)))
+    });
+    let far: Vec<(Vec<ThingLevel>, Option<u32>)> = far.collect();
+    let mut model = Model::new(corners.own, &own, &things);
+    far.iter().for_each(|(levels, thing)| model.add(levels, *thing));
+    model
+}
+
+/// Corners of a model as they are needed.
+struct Corners<'a> {
+    town: &'a TownScene,
+    /// Of the town's vertices in the model.
+    numbers: Vec<u32>,
+    own: Vec<Corner>,
+}
+
+impl Corners<'_> {
+    /// The number of one of the town's vertices.
+    fn number(&mut self, index: u32) -> Option<u32> {
+        let slot = self.numbers.get_mut(index as usize)?;
+        if *slot == u32::MAX {
+            *slot = self.own.len() as u32;
+            self.own.push(corner_of(self.town.vertices.get(index as usize)?));
+        }
+        Some(*slot)
     }
-    Model::new(corners, &own, &things)
+
+    fn far(&mut self, FarLevel { corners, error_m }: &FarLevel) -> ThingLevel {
+        let first = self.own.len() as u32;
+        self.own.extend(corners.iter().map(corner_of));
+        let triangles = (0..corners.len() as u32 / 3).map(|at| {
+            let first = first + 3 * at;
+            [first, first + 1, first + 2]
+        });
+        ThingLevel { triangles: triangles.collect(), error_m: *error_m }
+    }
 }

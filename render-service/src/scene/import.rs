@@ -6,7 +6,7 @@ use bodies::Material;
 use roads::mesh::Material as RoadMaterial;
 use schemas::{TagId, Vec3};
 
-use super::foliage::rounded;
+use super::foliage::{far_crowns, rounded};
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
 use super::town::{Surface, TownScene, WallKind};
@@ -35,12 +35,14 @@ impl TownScene {
                 }
             }
         }
+        let mut crowns = Vec::new();
         if let Some(leaves) = merged.get_mut(&RoadMaterial::Foliage) {
+            crowns = far_crowns(leaves);
             *leaves = rounded(leaves);
         }
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
         let (signals, street_lamps) = (Signals::of_map(map), StreetLamps::of_map(map));
-        Self { signals, street_lamps, ..scene }
+        Self { signals, street_lamps, far_crowns: crowns, ..scene }
     }
 }
 

@@ -7,6 +7,7 @@ use bodies::{Material, Vertex, pack};
 use schemas::{HiddenScenery, TagId, Vec3};
 
 use super::facade::facade_coordinates;
+use super::foliage::FarCrown;
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
 use super::material::Family;
@@ -70,6 +71,8 @@ pub struct TownScene {
     pub(crate) tiles: Vec<Tile>,
     pub(crate) signals: Signals,
     pub(crate) street_lamps: StreetLamps,
+    /// In place of crowns whose triangles are in the tiles.
+    pub(crate) far_crowns: Vec<FarCrown>,
 }
 
 /// One square of a town.
@@ -97,6 +100,7 @@ impl TownScene {
             tiles: Vec::new(),
             signals: Signals::default(),
             street_lamps: StreetLamps::default(),
+            far_crowns: Vec::new(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {
