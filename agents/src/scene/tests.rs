@@ -197,7 +197,7 @@ fn who_is_left_out_unseen_is_not_in_the_way() {
     });
     let others: Vec<Body> = others.collect();
     let room = Room::of(&car(OWN, Vec3::zeros(), Vec3::x()), 0.35, 0.6);
-    let strip = Strip::new(&points, &room);
+    let strip = Strip::new(&points, &room, Extent::of(&points, &room).swing_m);
     let found = Scene::new(others.clone(), Vec::new()).queue(&points, &room);
     let all = others.iter().filter(|body| strip.ahead(body).is_some()).count();
     assert!(found.len() == all && all > 100, "{} of {all}", found.len());
