@@ -1,5 +1,7 @@
 //! Stop signs, yield signs and speed limits, and where they count.
 
+mod crossing;
+
 use std::collections::BTreeMap;
 
 use crate::landmarks::Landmark;
@@ -37,6 +39,8 @@ pub struct TrafficSign {
     pub pose: SignalPose,
     /// One on every driving lane it applies to, right before its place there.
     pub boxes: Vec<TriggerBox>,
+    /// Of a stop or yield sign on a way through a junction: boxes along the ways that cross it.
+    pub crossing: Vec<TriggerBox>,
 }
 
 impl Map {
@@ -57,15 +61,19 @@ impl Map {
                     let half_m = share * width_m;
                     BoxSize { half_along_m: half_m, half_across_m: half_m, back_m: half_m }
                 };
-                let boxes = landmarks
-                    .get(id)
-                    .into_iter()
-                    .flatten()
+                let places = || landmarks.get(id).into_iter().flatten();
+                let boxes = places()
                     .flat_map(|landmark| driving_lanes(self, landmark))
                     .filter_map(|place| TriggerBox::behind(self, place, size))
                     .collect();
+                let crossing = match kind {
+                    SignKind::Stop | SignKind::Yield => {
+                        places().flat_map(|landmark| crossing::boxes(self, landmark)).collect()
+                    }
+                    SignKind::SpeedLimit { .. } => Vec::new(),
+                };
                 let pose = *self.landmarks.poses.get(id)?;
-                Some(TrafficSign { id: id.to_owned(), kind, pose, boxes })
+                Some(TrafficSign { id: id.to_owned(), kind, pose, boxes, crossing })
             })
             .collect()
     }

@@ -5,12 +5,12 @@
 
 use schemas::AgentStatus;
 
-use super::Agent;
 use super::change::{LENGTH_M_MIN, has_room};
 use super::traits::Traits;
+use super::{Agent, CURVE_MPS2, SPACING_M};
 use crate::beside::neighbours;
 use crate::network::{Beside, Network, Place};
-use crate::path::{Leg, Path};
+use crate::path::{Leg, Path, curvature_per_m};
 use crate::route;
 use crate::senses::Senses;
 
@@ -42,7 +42,7 @@ impl Agent {
             return;
         }
         self.calm_secs = THINK_SECS;
-        if let Some(path) = self.aside(senses, speed_mps) {
+        if let Some(path) = self.aside(senses, traits, speed_mps) {
             self.path = path;
             self.calm_secs = AGAIN_SECS;
         }
@@ -60,8 +60,9 @@ impl Agent {
         pressed
     }
 
-    /// The way over the lane on the right, else over that on the left, if it has room.
-    fn aside(&self, senses: &Senses<'_>, speed_mps: f32) -> Option<Path> {
+    /// The way over the lane on the right, else over that on the left, if it has room and no bend
+    /// too sharp for the change.
+    fn aside(&self, senses: &Senses<'_>, traits: &Traits, speed_mps: f32) -> Option<Path> {
         let network = senses.network;
         let (_, lane) = self.path.own(network)?;
         if lane.junction.is_some() || self.path.is_changing() {
@@ -74,7 +75,9 @@ impl Agent {
             let path = self.path.aside(network, beside.lane, length_m).filter(|_| marked)?;
             let change = path.next_change(network)?;
             let free = network.lane(beside.lane)?.goes_on || self.status == AgentStatus::OnRoute;
-            if !free || !has_room(senses, &path, &change, speed_mps) {
+            let calm =
+                sideways_mps2(network, &path, length_m, speed_mps) < CURVE_MPS2 * traits.grip;
+            if !free || !calm || !has_room(senses, &path, &change, speed_mps) {
                 return None;
             }
             match self.status {
@@ -83,6 +86,14 @@ impl Agent {
             }
         })
     }
+}
+
+/// The most that the first part of a way asks for at a speed.
+fn sideways_mps2(network: &Network, path: &Path, length_m: f32, speed_mps: f32) -> f32 {
+    let mut points = Vec::new();
+    path.sample(network, length_m, SPACING_M, &mut points);
+    let bends = (0..points.len()).map(|index| curvature_per_m(&points, index));
+    speed_mps * speed_mps * bends.fold(0.0, f32::max)
 }
 
 /// The way aside, and back to the old way where it passes no place by.
@@ -110,4 +121,74 @@ fn back(network: &Network, old: &Path, aside: &Path, speed_mps: f32) -> Option<P
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use roads::Map;
+    use schemas::{ActorId, AgentOptions, Pose, Vec3};
+
+    use super::*;
+    use crate::network::LaneId;
+    use crate::path::heading;
+    use crate::pilot::VehicleView;
+    use crate::scene::{Body, Scene};
+
+    /// A road with two lanes to one side, 300 m long.
+    fn road(curvature_per_m: f32) -> Network {
+        let lane = |id: i32| {
+            format!(
+                "<lane id=\"{id}\" type=\"driving\">\
+                 <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/>\
+                 <roadMark sOffset=\"0\" type=\"broken\" weight=\"standard\" color=\"white\" \
+                 width=\"0.1\" laneChange=\"both\"/></lane>"
+            )
+        };
+        let text = format!(
+            "<OpenDRIVE><header/><road id=\"1\" length=\"300\" junction=\"-1\"><link/><planView>\
+             <geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"300\">\
+             <arc curvature=\"{curvature_per_m}\"/></geometry></planView><lanes>\
+             <laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center>\
+             <right>{}{}</right></laneSection></lanes></road></OpenDRIVE>",
+            lane(-1),
+            lane(-2)
+        );
+        Network::new(&Map::parse("road", &text).unwrap())
+    }
+
+    /// Whether an agent without a destination may make way at a speed.
+    fn makes_way(network: &Network, speed_mps: f32) -> bool {
+        let ids = 0..network.lane_count() as LaneId;
+        let mut inner = ids.filter(|id| network.lane(*id).is_some_and(|lane| lane.right.is_some()));
+        let id = inner.next().unwrap();
+        let lane = network.lane(id).unwrap();
+        let mut agent = Agent::new(AgentOptions::default());
+        agent.path.push(Leg { lane: id, from_m: 50.0, to_m: lane.length_m(), onto: None });
+        // Ways along lanes that end lead nowhere, but for who is on a route.
+        agent.status = AgentStatus::OnRoute;
+        let at = lane.at(50.0);
+        let forward = heading(&at);
+        let body = Body {
+            id: ActorId::FIRST,
+            is_walker: false,
+            is_urgent: false,
+            centre_m: at.point_m,
+            forward,
+            half_m: Vec3::new(2.4, 0.9, 0.7),
+            velocity_mps: forward * speed_mps,
+        };
+        let scene = Scene::new(vec![body], Vec::new());
+        let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
+        let senses = Senses { network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
+        let traits = Traits::of(&AgentOptions::default(), 1.0);
+        agent.aside(&senses, &traits, speed_mps).is_some()
+    }
+
+    #[test]
+    fn nobody_makes_way_in_a_bend_that_is_too_sharp_for_a_change_at_that_speed() {
+        let (straight, bend) = (road(1.0e-6), road(0.02));
+        assert!(makes_way(&straight, 13.0));
+        assert!(makes_way(&bend, 8.0));
+        assert!(!makes_way(&bend, 13.0));
+    }
 }

@@ -1,9 +1,9 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{Error, Steering, Tick, Vec3, Weather};
+use schemas::{ActorId, Error, Steering, Tick, Vec3, Weather};
 
-use crate::actor::Vehicle;
+use crate::actor::{Actor, Vehicle};
 use crate::check;
 use crate::collision::ContactLog;
 use crate::overlap::OrientedBox;
@@ -192,11 +192,17 @@ impl State {
         let Some(lights) = &mut self.traffic else { return };
         lights.advance(&town.traffic, self.dt_secs);
         let mut near = Vec::new();
+        let others = match town.traffic.has_crossings() {
+            true => self.at_no_sign(),
+            false => Vec::new(),
+        };
+        let Some(lights) = &self.traffic else { return };
         for actor in &mut self.actors {
             let Some(body) = actor.rigid() else { continue };
-            let (blueprint, led_by_hand) = (actor.blueprint(), !actor.switches.physics);
+            let (id, blueprint, led_by_hand) =
+                (actor.id, actor.blueprint(), !actor.switches.physics);
             let Some(vehicle) = actor.vehicle_mut() else { continue };
-            let waits = vehicle.rules.is_held_for_a_time();
+            let waits = vehicle.rules.waits(&town.traffic, self.first_actor);
             if self.physics.is_asleep(body) && !led_by_hand && !waits {
                 continue;
             }
@@ -204,13 +210,26 @@ impl State {
             let outline = OrientedBox::new(&motion.world_from_body, blueprint);
             let signals = (&town.traffic, self.first_actor);
             let passing = Passing {
+                id,
+                others: &others,
                 world_from_vehicle: &motion.world_from_body,
                 outline: &outline,
                 speed_mps: motion.linear_mps.norm(),
-                lights: &*lights,
+                lights,
             };
             vehicle.rules.update(&town.roads, signals, &passing, &mut near, self.dt_secs);
         }
+    }
+
+    /// The boxes of all vehicles that are at no stop or yield sign.
+    fn at_no_sign(&self) -> Vec<(ActorId, OrientedBox)> {
+        let outline = |actor: &Actor| {
+            let body = actor.rigid()?;
+            actor.vehicle.as_deref().filter(|vehicle| !vehicle.rules.is_at_sign())?;
+            let pose = self.physics.state(body).world_from_body;
+            Some((actor.id, OrientedBox::new(&pose, actor.blueprint())))
+        };
+        self.actors.iter().filter_map(outline).collect()
     }
 
     /// Pushes and velocities that clients gave since the last tick count, as in CARLA.

@@ -614,3 +614,92 @@ fn who_is_put_elsewhere_before_a_red_light_or_stop_sign_has_run_neither() {
     run(&mut world, 120);
     assert_eq!(red_lights(&world), 1);
 }
+
+/// Two roads that cross in a junction; a sign of this type stands on the way to the east.
+fn signed_crossing(sign: &str) -> Arc<Map> {
+    let road =
+        |id: u32, junction: i32, [x, y, hdg, length]: [f64; 4], link: &str, signals: &str| {
+            format!(
+                "<road id=\"{id}\" length=\"{length}\" junction=\"{junction}\"><link>{link}</link>\
+             <planView><geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"{hdg}\" length=\"{length}\">\
+             <line/></geometry></planView><lanes><laneSection s=\"0\">\
+             <center><lane id=\"0\" type=\"none\"/></center><right>\
+             <lane id=\"-1\" type=\"driving\">\
+             <link><predecessor id=\"-1\"/><successor id=\"-1\"/></link>\
+             <width sOffset=\"0\" a=\"4\" b=\"0\" c=\"0\" d=\"0\"/></lane></right>\
+             </laneSection></lanes><signals>{signals}</signals></road>"
+            )
+        };
+    let north = std::f64::consts::FRAC_PI_2;
+    let to = |way: &str, kind: &str, id: u32, end: &str| {
+        format!("<{way} elementType=\"{kind}\" elementId=\"{id}\" contactPoint=\"{end}\"/>")
+    };
+    let into = to("successor", "junction", 9, "start");
+    let through = |from: u32, on: u32| {
+        to("predecessor", "road", from, "end") + &to("successor", "road", on, "start")
+    };
+    let sign = format!(
+        "<signal id=\"77\" s=\"3\" t=\"-5\" type=\"{sign}\" subtype=\"-1\" country=\"OpenDRIVE\" \
+         dynamic=\"no\" orientation=\"-\" zOffset=\"2\" value=\"-1\" name=\"\"/>"
+    );
+    let connection = |id: u32, from: u32, way: u32| {
+        format!(
+            "<connection id=\"{id}\" incomingRoad=\"{from}\" connectingRoad=\"{way}\" \
+             contactPoint=\"start\"><laneLink from=\"-1\" to=\"-1\"/></connection>"
+        )
+    };
+    let text = [
+        "<OpenDRIVE><header/>".to_owned(),
+        road(1, -1, [-70.0, 2.0, 0.0, 60.0], &into, ""),
+        road(2, -1, [10.0, 2.0, 0.0, 60.0], &to("predecessor", "junction", 9, "end"), ""),
+        road(3, -1, [-2.0, -70.0, north, 60.0], &into, ""),
+        road(4, -1, [-2.0, 10.0, north, 60.0], &to("predecessor", "junction", 9, "end"), ""),
+        road(10, 9, [-10.0, 2.0, 0.0, 20.0], &through(1, 2), &sign),
+        road(11, 9, [-2.0, -10.0, north, 20.0], &through(3, 4), ""),
+        format!("<junction id=\"9\">{}{}</junction>", connection(0, 1, 10), connection(1, 3, 11)),
+        "</OpenDRIVE>".to_owned(),
+    ];
+    Arc::new(Map::parse("signed crossing", &text.concat()).unwrap())
+}
+
+#[test]
+fn a_sign_on_a_way_through_a_junction_holds_a_vehicle_while_others_cross() {
+    for (sign, holds_at_first) in [("205", false), ("206", true)] {
+        let map = Arc::new(Town::new(signed_crossing(sign)));
+        let mut world = World::with_traffic(WorldConfig { map, ..config() }).unwrap();
+        let spawn = |world: &mut World, x: f32, y: f32, yaw_rad: f32| {
+            let pose = schemas::level_pose(Vec3::new(x, y, 0.3), yaw_rad);
+            let car = Command::spawn("vehicle.lincoln.mkz", pose, Vec3::zeros());
+            let actor = world.apply(&car).unwrap().unwrap();
+            let control = schemas::VehicleControl { brake: 1.0, ..Default::default() };
+            world.apply(&Command::Vehicle(VehicleCommand::Control { actor, control })).unwrap();
+            actor
+        };
+        let frame = world.frame();
+        let sign = frame.actors.iter().find(|actor| actor.kind == ActorKind::TrafficSign);
+        let sign = sign.unwrap().id;
+        let car = spawn(&mut world, -9.0, 0.0, 0.0);
+        let holder = |world: &World| world.frame().actor(car).unwrap().traffic_light;
+        run(&mut world, 5);
+        assert_eq!(holder(&world), holds_at_first.then_some(sign));
+        // Long enough for it to sleep.
+        run(&mut world, 80);
+        assert_eq!(holder(&world), None);
+        // On the way that crosses, and before the junction.
+        for y in [-4.0, -14.0] {
+            let other = spawn(&mut world, 0.0, y, std::f32::consts::FRAC_PI_2);
+            run(&mut world, 80);
+            assert_eq!(holder(&world), Some(sign), "{y}");
+            world.apply(&Command::DestroyActor { actor: other }).unwrap();
+            run(&mut world, 2);
+            assert_eq!(holder(&world), None, "{y}");
+        }
+        // Who comes from the same road, and who is far away, goes first in nothing.
+        spawn(&mut world, -20.0, 0.0, 0.0);
+        spawn(&mut world, 0.0, -40.0, std::f32::consts::FRAC_PI_2);
+        run(&mut world, 10);
+        assert_eq!(holder(&world), None);
+        let broken = world.rules_broken().map(|(_, broken)| broken.stop_signs).sum::<u32>();
+        assert_eq!(broken, 0);
+    }
+}

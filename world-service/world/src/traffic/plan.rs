@@ -1,5 +1,7 @@
 //! The lights and signs of a town, as actors that never move.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use roads::{Map, SignKind, SignalPose, TriggerBox};
 use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, Vec3};
@@ -9,6 +11,8 @@ use crate::scenery::{Reach, Scenery};
 
 /// Speed limits that have a blueprint, in km/h: the tens from 10 to 130.
 const LIMIT_KMH_MAX: u32 = 130;
+/// The blueprint of stop signs.
+const STOP: &str = "traffic.stop";
 
 /// Everything about lights and signs that worlds of one town share.
 #[derive(Debug, Default)]
@@ -27,10 +31,12 @@ pub(crate) struct TrafficPlan {
     pub controller_of: Vec<usize>,
     /// Position of the group, by light.
     group_of: Vec<u16>,
-    /// Where vehicles wait for lights and at stop signs.
+    /// Where vehicles wait for lights and at signs that hold them.
     boxes: Option<Scenery>,
-    /// Position of the light or stop sign, by box.
+    /// Position of the light or sign, by box.
     holder_of_box: Vec<usize>,
+    /// Boxes on the ways whose vehicles go first, by the position of the sign that says so.
+    crossing: BTreeMap<usize, Vec<OrientedBox>>,
 }
 
 impl TrafficPlan {
@@ -55,7 +61,12 @@ impl TrafficPlan {
             let Some(blueprint) = blueprint_of(sign.kind) else { continue };
             let at = plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
             plan.signals.push(sign.id);
-            if sign.kind == SignKind::Stop {
+            if !sign.crossing.is_empty() {
+                let boxes = sign.crossing.iter().map(placed);
+                let boxes = boxes.map(|(pose, half_m)| OrientedBox::of(&pose, half_m));
+                plan.crossing.insert(at, boxes.collect());
+            }
+            if sign.kind == SignKind::Stop || !sign.crossing.is_empty() {
                 boxes.extend(sign.boxes.iter().map(placed));
                 plan.holder_of_box.resize(boxes.len(), at);
             }
@@ -137,8 +148,31 @@ impl TrafficPlan {
         }
     }
 
-    /// The position of the light or stop sign in one of whose boxes a vehicle is; of several the
-    /// one with the nearest box.
+    /// Whether who is at the sign at a position lets others go first.
+    pub(crate) fn gives_way(&self, position: usize) -> bool {
+        self.crossing.contains_key(&position)
+    }
+
+    /// Whether any sign has who is at it let others go first.
+    pub(crate) fn has_crossings(&self) -> bool {
+        !self.crossing.is_empty()
+    }
+
+    /// Whether a vehicle is on a way that the sign at a position lets go first.
+    pub(crate) fn is_crossed(&self, position: usize, vehicle: &OrientedBox) -> bool {
+        let boxes = self.crossing.get(&position);
+        boxes.into_iter().flatten().any(|on_way| on_way.overlaps(vehicle))
+    }
+
+    /// Whether a stop sign stands at a position.
+    pub(crate) fn is_stop(&self, position: usize) -> bool {
+        let actor = self.actors.get(position);
+        let blueprint = actor.and_then(|actor| self.types.get(usize::from(actor.type_index)));
+        blueprint.is_some_and(|blueprint| blueprint == STOP)
+    }
+
+    /// The position of the light or sign that holds vehicles in one of whose boxes a vehicle is; of
+    /// several the one with the nearest box.
     ///
     /// `near` is scratch space.
     pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
@@ -174,7 +208,7 @@ const fn tag(kind: ActorKind) -> u8 {
 /// `None` for a limit that CARLA has no sign for.
 fn blueprint_of(kind: SignKind) -> Option<String> {
     match kind {
-        SignKind::Stop => Some("traffic.stop".to_owned()),
+        SignKind::Stop => Some(STOP.to_owned()),
         SignKind::Yield => Some("traffic.yield".to_owned()),
         SignKind::SpeedLimit { limit_mps } => {
             let kmh = (limit_mps * 3.6).round();

@@ -22,7 +22,7 @@ pub(crate) struct RoadRules {
     pub speed_limit_mps: f32,
     /// The light in whose box it is.
     light: Option<ActorId>,
-    /// The stop sign in whose box it is.
+    /// The stop or yield sign in whose box it is.
     stop: Option<ActorId>,
     /// For how long that will hold it.
     stop_secs: f32,
@@ -75,14 +75,25 @@ pub struct Broken {
 /// Where a vehicle is and how fast, and what the lights show.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passing<'a> {
+    pub id: ActorId,
     pub world_from_vehicle: &'a Pose,
     pub outline: &'a OrientedBox,
     pub speed_mps: f32,
     pub lights: &'a Lights,
+    /// Who may be on a way whose vehicles go first: vehicles that are at no sign.
+    pub others: &'a [(ActorId, OrientedBox)],
+}
+
+impl Passing<'_> {
+    /// Whether somebody else is on a way whose vehicles go first before who is at this sign.
+    fn must_give_way(&self, plan: &TrafficPlan, sign: usize) -> bool {
+        plan.gives_way(sign)
+            && self.others.iter().any(|(id, other)| *id != self.id && plan.is_crossed(sign, other))
+    }
 }
 
 impl RoadRules {
-    /// The light in whose box it is, or the stop sign that holds it.
+    /// The light in whose box it is, or the sign that holds it.
     pub(crate) fn holder(&self) -> Option<ActorId> {
         self.light.or(self.stop.filter(|_| self.is_held_for_a_time()))
     }
@@ -115,13 +126,18 @@ impl RoadRules {
     }
 
     /// Counts the box that it drove out of, and remembers what it did in the one that it is in.
-    fn judge(&mut self, before: &Self, colour: Option<TrafficLightColour>, speed_mps: f32) {
+    fn judge(
+        &mut self,
+        (before, was_at_stop): (&Self, bool),
+        colour: Option<TrafficLightColour>,
+        speed_mps: f32,
+    ) {
         let is_red = colour == Some(TrafficLightColour::Red);
         let left = (before.light, before.stop) != (self.light, self.stop);
         let was_put = std::mem::take(&mut self.is_put);
         if left && !was_put {
             self.broken.red_lights += u32::from(before.light.is_some() && before.red_all_along);
-            let passed = before.stop.is_some() && before.slowest_mps > STOPPED_MPS;
+            let passed = was_at_stop && before.slowest_mps > STOPPED_MPS;
             self.broken.stop_signs += u32::from(passed);
         }
         if left || was_put {
@@ -132,8 +148,19 @@ impl RoadRules {
         }
     }
 
-    pub(crate) fn is_held_for_a_time(&self) -> bool {
+    fn is_held_for_a_time(&self) -> bool {
         self.stop_secs > 0.0
+    }
+
+    /// Whether it is at a stop or yield sign.
+    pub(crate) fn is_at_sign(&self) -> bool {
+        self.stop.is_some()
+    }
+
+    /// Whether what holds it may change while it sleeps.
+    pub(crate) fn waits(&self, plan: &TrafficPlan, first_actor: ActorId) -> bool {
+        let sign = self.stop.and_then(|sign| plan.position(sign, first_actor));
+        self.is_held_for_a_time() || sign.is_some_and(|sign| plan.gives_way(sign))
     }
 
     /// Looks around anew, `dt_secs` after the last time. Ids of lights and signs begin at the
@@ -152,14 +179,23 @@ impl RoadRules {
         let holder = plan.holder_at(passing.outline, near);
         let id_of = |position: usize| first_actor.plus(position as u32);
         self.light = holder.filter(|position| *position < plan.light_count()).map(id_of);
-        let stop = holder.map(id_of).filter(|_| self.light.is_none());
+        let sign = holder.filter(|_| self.light.is_none());
+        let stop = sign.map(id_of);
+        let is_stop = |sign: Option<usize>| sign.is_some_and(|sign| plan.is_stop(sign));
         self.stop_secs = if stop == self.stop {
             (self.stop_secs - dt_secs as f32).max(0.0)
+        } else if is_stop(sign) {
+            STOP_SECS
         } else {
-            stop.map_or(0.0, |_| STOP_SECS)
+            0.0
         };
+        if sign.is_some_and(|sign| passing.must_give_way(plan, sign)) {
+            self.stop_secs = self.stop_secs.max(dt_secs as f32);
+        }
         self.stop = stop;
-        self.judge(&before, holder.and_then(|at| passing.lights.colour(at)), passing.speed_mps);
+        let sign_before = before.stop.and_then(|sign| plan.position(sign, first_actor));
+        let colour = holder.and_then(|at| passing.lights.colour(at));
+        self.judge((&before, is_stop(sign_before)), colour, passing.speed_mps);
         let at_m = world_from_vehicle.translation.vector;
         // Who stands where it looked need not look again.
         if self.looked.is_none_or(|looked| looked.at_m != at_m) {
