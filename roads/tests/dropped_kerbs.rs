@@ -86,7 +86,8 @@ fn every_sidewalk_of_our_towns_is_a_whole_kerb_high() {
 fn crossing(height_m: f64) -> Map {
     let lane = |id: i32, kind: &str| {
         format!(
-            "<lane id=\"{id}\" type=\"{kind}\"><width sOffset=\"0\" a=\"4\" b=\"0\" c=\"0\" d=\"0\"/></lane>"
+            "<lane id=\"{id}\" type=\"{kind}\">\
+             <width sOffset=\"0\" a=\"4\" b=\"0\" c=\"0\" d=\"0\"/></lane>"
         )
     };
     let road = |id: i32, z: f64, pose: &str, lanes: &str| {
