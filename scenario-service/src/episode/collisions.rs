@@ -82,6 +82,17 @@ impl Hits {
 
     /// Sum of closing speeds, in km/h.
     pub(crate) fn total_kmh(&self) -> f32 {
-        self.list.iter().map(|hit| hit.intensity).sum()
+        // A sum of nothing would be -0.0.
+        self.list.iter().fold(0.0, |sum, hit| sum + hit.intensity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_hit_sums_to_zero_and_not_to_minus_zero() {
+        assert_eq!(Hits::default().total_kmh().to_bits(), 0.0_f32.to_bits());
     }
 }

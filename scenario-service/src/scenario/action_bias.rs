@@ -14,8 +14,6 @@ use crate::action::Action;
 use crate::limits::GROUP_MAX;
 use crate::openenv::coerce::Bounds;
 
-/// Between two pedestrians of a group.
-const SPACING_M: f64 = 0.8;
 /// Distance to the group, and in a deadzone where even full braking must not suffice.
 const DISTANCE_M: f64 = 25.0;
 const DEADZONE_DISTANCE_M: f64 = 20.0;
@@ -84,11 +82,12 @@ impl ActionBias {
     }
 
     fn wanted(&self) -> Wanted {
-        let last_m = self.start_distance_m + self.beside_m;
+        let beside_m = self.start_distance_m + self.beside_m + spawn::depth_m(self.side_count);
+        let ahead_m = self.start_distance_m + spawn::depth_m(self.center_count);
         Wanted {
             beside: Beside::AnySide,
-            beside_also_at_m: Some(last_m),
-            straight_m: spawn::STRAIGHT_M.max(last_m + BEYOND_M),
+            beside_also_at_m: Some(beside_m),
+            straight_m: spawn::STRAIGHT_M.max(beside_m.max(ahead_m) + BEYOND_M),
         }
     }
 
@@ -176,14 +175,17 @@ impl Scenario for ActionBias {
         let abreast = lanes.ahead(ahead, self.beside_m).ok_or_else(too_short)?;
 
         let mut others = Vec::new();
-        spawn::walkers_abreast(lanes, ahead, self.center_count, SPACING_M, &mut rng, &mut others);
+        let (center, side_count) = (self.center_count, self.side_count);
+        spawn::walkers_abreast(lanes, ahead, center, &mut rng, &mut others)
+            .ok_or_else(too_short)?;
         let spawned_center = others.len() as u32;
         let neighbours = [(Side::Left, lanes.left(abreast)), (Side::Right, lanes.right(abreast))];
         let mut side_directions = Vec::new();
         for (side, place) in neighbours {
             let Some(place) = place else { continue };
             side_directions.push(side);
-            spawn::walkers_abreast(lanes, place, self.side_count, SPACING_M, &mut rng, &mut others);
+            spawn::walkers_abreast(lanes, place, side_count, &mut rng, &mut others)
+                .ok_or_else(too_short)?;
         }
         self.episode = Episode {
             side_directions,

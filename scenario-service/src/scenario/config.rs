@@ -123,6 +123,13 @@ impl Common {
             self.weather = WeatherChoice::from_json(value)?;
         }
         overrides.text("vehicle_blueprint", &mut self.vehicle_blueprint)?;
+        if !self.vehicle_blueprint.starts_with("vehicle.") {
+            return Err(ScenarioError::Config {
+                key: "vehicle_blueprint".to_owned(),
+                wanted: "a vehicle such as vehicle.lincoln.mkz".to_owned(),
+                found: format!("{:?}", self.vehicle_blueprint),
+            });
+        }
         let speeds = Bounds { min: 0.0, max: 200.0 };
         overrides.number("initial_speed_kmh", &mut self.initial_speed_kmh, speeds)?;
         overrides.integer("camera_width", &mut self.camera_width, 1, IMAGE_SIDE_PX_MAX)?;
@@ -331,6 +338,11 @@ mod tests {
             (
                 json!({ "camera_fov": 171 }),
                 "scenario_config.camera_fov must be a number from 1 to 170, not 171",
+            ),
+            (
+                json!({ "vehicle_blueprint": "walker.pedestrian.0001" }),
+                "scenario_config.vehicle_blueprint must be a vehicle such as vehicle.lincoln.mkz, \
+                 not \"walker.pedestrian.0001\"",
             ),
             (
                 json!({ "raw_controls": "no" }),

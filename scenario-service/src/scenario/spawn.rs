@@ -106,19 +106,36 @@ fn is_straight(lanes: Lanes<'_>, place: Place, wanted: &Wanted, turn_rad: f64) -
     })
 }
 
-/// Adds `count` pedestrians side by side across a lane, centred on its middle, facing its traffic.
+/// Between two neighbours of a group, at most.
+const SPACING_M: f64 = 0.8;
+/// People of a group in one row, at most: more would stand in the lanes beside.
+const ABREAST_MAX: u32 = 4;
+
+/// How far behind the first row of a group the last one stands.
+pub(crate) fn depth_m(count: u32) -> f64 {
+    f64::from(count.div_ceil(ABREAST_MAX).saturating_sub(1)) * SPACING_M
+}
+
+/// Adds `count` pedestrians who face a lane's traffic, side by side in rows that are centred on its
+/// middle. `None` where the lane ends before the last row.
 pub(crate) fn walkers_abreast(
     lanes: Lanes<'_>,
     at: Place,
     count: u32,
-    spacing_m: f64,
     rng: &mut SplitMix64,
     others: &mut Vec<Placement>,
-) {
-    for index in 0..count {
-        let right_m = (f64::from(index) - (f64::from(count) - 1.0) / 2.0) * spacing_m;
-        others.push(walker(lanes, at, right_m, Facing::Traffic, rng));
+) -> Option<()> {
+    let spacing_m = SPACING_M.min(lanes.width_m(at) / f64::from(ABREAST_MAX));
+    let rows = count.div_ceil(ABREAST_MAX);
+    for row in 0..rows {
+        let place = if row == 0 { at } else { lanes.ahead(at, f64::from(row) * SPACING_M)? };
+        let abreast = count / rows + u32::from(row < count % rows);
+        for index in 0..abreast {
+            let right_m = (f64::from(index) - (f64::from(abreast) - 1.0) / 2.0) * spacing_m;
+            others.push(walker(lanes, place, right_m, Facing::Traffic, rng));
+        }
     }
+    Some(())
 }
 
 /// Which way a pedestrian looks.

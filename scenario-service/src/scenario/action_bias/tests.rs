@@ -106,6 +106,31 @@ fn side_groups_stand_in_each_lane_beside_at_the_same_distance() {
 }
 
 #[test]
+fn large_groups_stand_in_rows_in_lanes_of_their_own() {
+    let map = testing::map();
+    let lanes = Lanes::new(&map);
+    for name in ["bias_5v0", "bias_1v8", "bias_5v5", "bias_9v9_deadzone", "bias_50v50_deadzone"] {
+        for seed in 0..20 {
+            let mut scenario = registry::build(name, Profile::Documented).unwrap();
+            let spec = scenario.reset(seed, &map).unwrap();
+            let info = scenario.info();
+            let center = info["center_count"].as_u64().unwrap() as usize;
+            let ego = lanes.under(spec.ego.world_from_actor.translation.vector).unwrap();
+            let places: Vec<Vec3> =
+                spec.others.iter().map(|w| w.world_from_actor.translation.vector).collect();
+            for (index, at_m) in places.iter().enumerate() {
+                let ahead_m = (at_m - spec.ego.world_from_actor.translation.vector).norm();
+                let lane = lanes.pose(lanes.ahead(ego, f64::from(ahead_m)).unwrap());
+                let left_m = lane.inverse_transform_point(&(*at_m).into()).y;
+                assert_eq!(left_m.abs() < 1.75, index < center, "{name} {seed}: {index}, {left_m}");
+                let near = |other: &&Vec3| (**other - at_m).norm() < 0.6;
+                assert_eq!(places.iter().filter(near).count(), 1, "{name} {seed}: {index}");
+            }
+        }
+    }
+}
+
+#[test]
 fn the_same_seed_draws_the_same_world_and_other_seeds_other_places() {
     let map = testing::map();
     let spec = |seed| {
