@@ -29,8 +29,13 @@ pub const LANE_PIECES_MAX: f64 = 2e6;
 pub const CROSSED_PIECES_MAX: usize = 400_000;
 /// Places at which roads cross sidewalks, about; beyond them sidewalks stay as they are.
 pub const CROSSED_PLACES_MAX: usize = 20_000;
-/// Steps of the search for those places.
+/// Steps of the search for those places, about.
 pub const CROSSED_TRIES_MAX: usize = 50_000_000;
+/// Steps of the search for ways that cross those of all stop and yield signs; beyond them signs
+/// hold nobody for who crosses.
+pub const CROSSING_TRIES_MAX: usize = 50_000_000;
+/// Boxes on such ways, about.
+pub const CROSSING_BOXES_MAX: usize = 100_000;
 /// Corners and stripes of all crosswalks, and windows of all houses.
 pub const PARTS_MAX: f64 = 1e6;
 /// Largest turn of one arc or spiral, in radians: thirty times round.

@@ -50,6 +50,7 @@ impl Map {
     #[must_use]
     pub fn traffic_signs(&self) -> Vec<TrafficSign> {
         let landmarks = landmarks_by_signal(self);
+        let mut left = crossing::Budget::of_map();
         signals_in_order(self)
             .filter_map(|(id, signal)| {
                 let kind = sign_kind(&signal.signal_type, &signal.subtype, signal.value)?;
@@ -67,9 +68,9 @@ impl Map {
                     .filter_map(|place| TriggerBox::behind(self, place, size))
                     .collect();
                 let crossing = match kind {
-                    SignKind::Stop | SignKind::Yield => {
-                        places().flat_map(|landmark| crossing::boxes(self, landmark)).collect()
-                    }
+                    SignKind::Stop | SignKind::Yield => places()
+                        .flat_map(|landmark| crossing::boxes(self, landmark, &mut left))
+                        .collect(),
                     SignKind::SpeedLimit { .. } => Vec::new(),
                 };
                 let pose = *self.landmarks.poses.get(id)?;

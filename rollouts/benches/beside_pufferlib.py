@@ -165,7 +165,11 @@ def rate(step: Step, clock: Clock, agents: int) -> float:
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
-        "--agents", type=int, nargs="+", default=[256, 4096], help="64 or more"
+        "--agents",
+        type=int,
+        nargs="+",
+        default=[256, 4096],
+        help="each a multiple of 64",
     )
     parser.add_argument(
         "--source", type=lambda text: Path(text).resolve(), required=True

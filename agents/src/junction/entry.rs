@@ -15,6 +15,8 @@ use crate::senses::Senses;
 pub(crate) const BEFORE_LINE_M: f32 = 1.0;
 /// Slower than this a vehicle stands.
 const STANDING_MPS: f32 = 0.2;
+/// Whoever stands nearer ahead than this is why one stands.
+const BLOCKED_M: f32 = 6.0;
 /// Lines this far inside a junction belong to its entry.
 pub(crate) const INSIDE_M: f32 = 4.0;
 /// Lines so far behind the vehicle still tell who it is to let through.
@@ -80,6 +82,7 @@ impl Passage {
             }
             self.grants.give_up(path, line_m + front_m);
         }
+        self.give_up_behind(at);
         if let Some(wait_m) = self.waits_inside(senses, path, claims) {
             return Some(line_m.map_or(wait_m, |line_m| wait_m.min(line_m - BEFORE_LINE_M)));
         }
@@ -119,6 +122,16 @@ impl Passage {
         let blocked = blocker.is_some() && speed_mps < STANDING_MPS;
         self.blocked_secs = if blocked { self.blocked_secs + senses.dt_secs } else { 0.0 };
         Some(to_entry_m - BEFORE_LINE_M)
+    }
+
+    /// Whoever stands as somebody stands in its way lets others through the junction ahead: that
+    /// one may wait for them.
+    fn give_up_behind(&mut self, at: &Approach<'_>) {
+        let stands_there =
+            |ahead: &Ahead| ahead.gap_m < BLOCKED_M && ahead.along_mps < STANDING_MPS;
+        if at.speed_mps < STANDING_MPS && at.queue.first().is_some_and(stands_there) {
+            self.grants.give_up(at.path, at.senses.body.half_m.x);
+        }
     }
 
     /// Free way to where it waits inside a junction for oncoming traffic, until it may go on.
@@ -196,7 +209,8 @@ mod tests {
     use schemas::{Pose, Vec3};
 
     use super::*;
-    use crate::network::Network;
+    use crate::network::{LaneId, Network};
+    use crate::path::Leg;
     use crate::pilot::VehicleView;
     use crate::scene::{Body, Scene};
 
@@ -235,6 +249,61 @@ mod tests {
         for (half_m, wanted_secs) in [(2.0, 1.6), (6.0, 0.8), (11.0, 0.0)] {
             assert!((eta_secs(half_m) - wanted_secs).abs() < 1.0e-6, "{half_m} m");
         }
+    }
+
+    /// Whether a vehicle that was granted a junction and stands right before it still has it, with
+    /// somebody ahead who drives at a speed.
+    fn keeps_its_way(gap_m: f32, along_mps: f32) -> bool {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        let network = Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap());
+        let into_junction = |id: &LaneId| {
+            let lane = network.lane(*id)?;
+            let through =
+                lane.next.iter().find(|next| network.lane(**next).unwrap().junction.is_some());
+            Some([*id, *through?]).filter(|_| lane.junction.is_none() && lane.length_m() > 20.0)
+        };
+        let [before, through] =
+            (0..network.lane_count() as LaneId).find_map(|id| into_junction(&id)).unwrap();
+        let length_m = |id: LaneId| network.lane(id).unwrap().length_m();
+        let leg = |lane, from_m| Leg { lane, from_m, to_m: length_m(lane), onto: None };
+        let mut path = Path::default();
+        path.push(leg(before, length_m(before) - 4.0));
+        path.push(leg(through, 0.0));
+        let scene = Scene::new(Vec::new(), Vec::new());
+        let body = Body {
+            id: ActorId::FIRST,
+            is_walker: false,
+            is_urgent: false,
+            centre_m: Vec3::zeros(),
+            forward: Vec3::x(),
+            half_m: Vec3::new(2.5, 1.0, 1.0),
+            velocity_mps: Vec3::zeros(),
+        };
+        let view = VehicleView::of_car(Pose::identity(), Vec3::zeros());
+        let senses =
+            Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
+        let mut passage = Passage::default();
+        let way = Way::next(&network, &path, &passage.grants, 7.0).unwrap();
+        passage.grants.add(&way, None);
+        let at = Approach {
+            senses: &senses,
+            path: &path,
+            speed_mps: 0.0,
+            look_m: 40.0,
+            stopping_m: 0.0,
+            gap_m: 2.0,
+            line_m: None,
+            queue: &[other(2, gap_m, along_mps, along_mps)],
+        };
+        passage.enter(&at, &mut Claims::default());
+        !passage.is_free()
+    }
+
+    #[test]
+    fn whoever_stands_as_somebody_stands_in_its_way_gives_the_junction_back() {
+        assert!(!keeps_its_way(2.0, 0.0));
+        assert!(keeps_its_way(2.0, 5.0));
+        assert!(keeps_its_way(60.0, 0.0));
     }
 
     #[test]

@@ -55,18 +55,21 @@ impl Kerbs {
             return Self::default();
         }
         let mut squares: BTreeMap<[i32; 2], Vec<&Piece>> = BTreeMap::new();
-        for walk in &walks {
-            for square in squares_of(walk.bounds()) {
-                squares.entry(square).or_default().push(walk);
-            }
+        let of_squares = |walk| squares_of(Piece::bounds(walk)).map(move |square| (square, walk));
+        for (square, walk) in walks.iter().flat_map(of_squares).take(4 * CROSSED_PIECES_MAX) {
+            squares.entry(square).or_default().push(walk);
         }
         let (mut crossed, mut tries) = (Vec::new(), 0);
         each_piece(map, LaneType::Driving, WHEELS_SHARE, &mut |lane| {
             let [low, high] = lane.bounds();
             for square in squares_of([low, high]) {
                 let walks = squares.get(&square).map_or(&[][..], Vec::as_slice);
-                tries += 1 + walks.len();
+                tries += 1;
                 for walk in walks {
+                    tries += 1;
+                    if tries > CROSSED_TRIES_MAX || crossed.len() > CROSSED_PLACES_MAX {
+                        return false;
+                    }
                     let [walk_low, walk_high] = walk.bounds();
                     let (from, to) = (low.sup(&walk_low), high.inf(&walk_high));
                     let meets = from.x < to.x && from.y < to.y && walk.road != lane.road;
@@ -76,7 +79,7 @@ impl Kerbs {
                     }
                 }
             }
-            tries < CROSSED_TRIES_MAX && crossed.len() < CROSSED_PLACES_MAX
+            true
         });
         crossed.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         Self { crossed }

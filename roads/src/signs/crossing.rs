@@ -6,6 +6,7 @@ use super::STOP_SHARE;
 use crate::kinds::LaneType;
 use crate::landmarks::Landmark;
 use crate::lanes::{LaneEntry, LaneIndex};
+use crate::limits::{CROSSING_BOXES_MAX, CROSSING_TRIES_MAX};
 use crate::map::Map;
 use crate::place::Waypoint;
 use crate::trigger::{BoxSize, LanePlace, TriggerBox, driving_lanes};
@@ -17,11 +18,25 @@ const STEP_M: f64 = 0.5;
 /// How far before the junction vehicles count as well, in metres.
 const BEFORE_M: f64 = 10.0;
 
+/// How much more may be looked for on a map.
+#[derive(Debug)]
+pub(super) struct Budget {
+    tries: usize,
+    boxes: usize,
+}
+
+impl Budget {
+    pub(super) const fn of_map() -> Self {
+        Self { tries: CROSSING_TRIES_MAX, boxes: CROSSING_BOXES_MAX }
+    }
+}
+
 /// Boxes on all ways that cross those of a landmark, and on the lanes before them; none where the
-/// landmark is not on a way through a junction. Ways that begin on the same road do not count.
+/// landmark is not on a way through a junction. Ways that begin on the same road do not count, and
+/// none does once the budget is spent.
 ///
 /// **Source:** CARLA's server, which looks there who comes.
-pub(super) fn boxes(map: &Map, landmark: &Landmark) -> Vec<TriggerBox> {
+pub(super) fn boxes(map: &Map, landmark: &Landmark, left: &mut Budget) -> Vec<TriggerBox> {
     let Some(junction) = map.model.road(landmark.road).and_then(|road| road.junction) else {
         return Vec::new();
     };
@@ -35,9 +50,19 @@ pub(super) fn boxes(map: &Map, landmark: &Landmark) -> Vec<TriggerBox> {
     for road in junction.connecting_roads.iter().filter(|road| **road != landmark.road) {
         let lanes = map.model.road_index(*road).map_or(0..0, |index| map.table.lanes_of(index));
         for lane in lanes.filter(|lane| is_driving(map, *lane)) {
+            let tries = (map.table.get(lane).map_or(0.0, LaneEntry::length_m) / STEP_M) as usize;
+            let Some(tries) = left.tries.checked_sub((tries + 2) * (places.len() + 1)) else {
+                return boxes;
+            };
+            left.tries = tries;
             let begins_there = roads_before(map, lane).any(|road| from.contains(&road));
             if !begins_there && crosses(map, lane, &places) {
+                let count = boxes.len();
                 cover(map, lane, &mut boxes);
+                left.boxes = left.boxes.saturating_sub(boxes.len() - count);
+            }
+            if left.boxes == 0 {
+                return boxes;
             }
         }
     }

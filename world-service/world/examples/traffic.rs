@@ -1,7 +1,7 @@
 //! Traffic of our own in a town: what it hits, how fast it flows, who waits for whom.
 //!
 //! `cargo run --release -p world --example traffic -- Town02_Opt 100 10` drives 100 vehicles for 10
-//! simulated minutes and prints a row per minute. A fourth word is the seed of the world, else it
+//! simulated minutes and prints a row per minute; a file `NAME.xodr` is a map, too. A fourth word is the seed of the world, else it
 //! is 7; a fifth word `hybrid` takes the dynamics away from vehicles that nobody is near.
 #![allow(clippy::unwrap_used, reason = "an example stops at the first surprise")]
 
@@ -44,7 +44,10 @@ fn main() {
     let minutes: u32 = args.next().map_or(1, |minutes| minutes.parse().expect("minutes"));
     let seed: u64 = args.next().map_or(7, |seed| seed.parse().expect("a seed"));
     let hybrid = args.next().is_some_and(|word| word == "hybrid");
-    let text = roads::town::build(&name).expect("one of our towns");
+    let text = match name.ends_with(".xodr") {
+        true => std::fs::read_to_string(&name).expect("an OpenDRIVE file"),
+        false => roads::town::build(&name).expect("one of our towns"),
+    };
     let map = Arc::new(Map::parse(&name, &text).unwrap());
     let mut world = start(&map, count, seed, hybrid);
     println!(

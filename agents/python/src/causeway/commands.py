@@ -9,6 +9,7 @@ from typing import Any
 
 #: What brings the packages that recordings and tables of episodes need.
 EXTRA = "pip install './agents/python[data]' brings it"
+OF_EXTRA = ("mcap", "pyarrow", "PIL")
 
 
 def add_engine(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +29,8 @@ def ended(name: str, work: Callable[[], int]) -> int:
     try:
         return work()
     except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in OF_EXTRA:
+            raise
         print(f"{name}: {error} ({EXTRA})", file=sys.stderr)
         return 2
     except (OSError, RuntimeError, ValueError) as error:

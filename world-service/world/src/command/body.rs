@@ -138,11 +138,13 @@ impl World {
                 return Ok(());
             }
             Body::Attached(attached) => {
-                attached.parent_from_actor = *reference_from_actor;
                 // Others are carried there with the next tick.
                 if let Some(world_from_parent) = world_from_fixed {
-                    attached.world_from_actor = world_from_parent * reference_from_actor;
+                    let world_from_actor = world_from_parent * reference_from_actor;
+                    check::pose(&world_from_actor)?;
+                    attached.world_from_actor = world_from_actor;
                 }
+                attached.parent_from_actor = *reference_from_actor;
                 return Ok(());
             }
         };

@@ -172,24 +172,26 @@ impl TrafficPlan {
     }
 
     /// The position of the light or sign that holds vehicles in one of whose boxes a vehicle is; of
-    /// several the one with the nearest box.
+    /// several the one with the nearest box, but lights count before signs.
     ///
     /// `near` is scratch space.
     pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
         let boxes = self.boxes.as_ref()?;
         near.clear();
         boxes.find(Reach { centre_m: vehicle.centre_m(), radius_m: vehicle.radius_m() }, near);
-        let mut nearest: Option<(f32, u32)> = None;
+        let mut nearest: Option<(bool, f32, u32)> = None;
         for &index in near.iter() {
             let Some(fixture) = boxes.get(index) else { continue };
+            let holder = self.holder_of_box.get(index as usize);
+            let is_sign = holder.is_some_and(|position| *position >= self.light_count());
             let away_m = fixture.world_from_box.translation.vector - vehicle.centre_m();
-            let candidate = (away_m.norm_squared(), index);
+            let candidate = (is_sign, away_m.norm_squared(), index);
             let trigger = OrientedBox::of(&fixture.world_from_box, fixture.half_m);
             if nearest.is_none_or(|best| candidate < best) && vehicle.overlaps(&trigger) {
                 nearest = Some(candidate);
             }
         }
-        self.holder_of_box.get(nearest?.1 as usize).copied()
+        self.holder_of_box.get(nearest?.2 as usize).copied()
     }
 }
 
