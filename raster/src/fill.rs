@@ -135,12 +135,15 @@ pub(crate) fn ends_of([a, b, c]: [[f32; 2]; 3]) -> [f32; 4] {
     [first(0), last(0), first(1), last(1)]
 }
 
+/// One corner of eight triangles each.
+type Corners<S> = [f32x8<S>; 2];
+
 /// Of eight triangles, in pictures as [`Edge`] has them, whether they cover the middle of any pixel
 /// at the ends of their boxes. `is_clockwise` is how their corners run.
 #[inline(always)]
 pub(crate) fn covers_an_end<S: Simd>(
     simd: S,
-    (a, b, c): ([f32x8<S>; 2], [f32x8<S>; 2], [f32x8<S>; 2]),
+    (a, b, c): (Corners<S>, Corners<S>, Corners<S>),
     is_clockwise: mask32x8<S>,
     [left, right, top, bottom]: [f32x8<S>; 4],
 ) -> mask32x8<S> {

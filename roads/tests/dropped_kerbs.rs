@@ -1,5 +1,7 @@
 //! Where another road's driving lane leads across a sidewalk, the sidewalk is level with it.
 
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
+
 #[path = "common/towns.rs"]
 mod generated;
 #[path = "common/maps.rs"]

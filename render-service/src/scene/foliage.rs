@@ -195,7 +195,7 @@ mod tests {
     /// An eighth of a ball, and the seven others.
     fn ball(radius_m: f32, label: u32) -> Surface {
         let mut surface = Surface::empty(Material::Foliage, WallKind::Plaster);
-        let whole = vec![(Vec3::new(3.0, 4.0, 5.0), Vec3::z())];
+        let whole = [(Vec3::new(3.0, 4.0, 5.0), Vec3::z())];
         let (triangles, _) = double_pyramid(&[[whole[0]; 3]], &Vec3::zeros());
         for corners in triangles {
             let first = surface.positions_m.len() as u32;
