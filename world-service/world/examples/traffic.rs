@@ -1,9 +1,9 @@
 //! Traffic of our own in a town: what it hits, how fast it flows, who waits for whom.
 //!
 //! `cargo run --release -p world --example traffic -- Town02_Opt 100 10` drives 100 vehicles for 10
-//! simulated minutes and prints a row per minute; a file `NAME.xodr` is a map, too. A fourth word is
-//! the seed of the world, else it is 7; a fifth word `hybrid` takes the dynamics away from vehicles
-//! that nobody is near.
+//! simulated minutes and prints a row per minute; a file `NAME.xodr` is a map, too. A fourth word
+//! is the seed of the world, else it is 7; a fifth word `hybrid` takes the dynamics away from
+//! vehicles that nobody is near.
 #![allow(clippy::unwrap_used, reason = "an example stops at the first surprise")]
 
 use std::collections::{BTreeMap, BTreeSet};
