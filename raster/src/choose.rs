@@ -72,7 +72,7 @@ impl Prospect {
             let number = prospect.locals.len() as u32;
             prospect.locals.push(Local { placed: at as u32, projection: local });
             let eye =
-                if local.is_sun { None } else { seen_from(&one.world_from_model, local.eye_m()) };
+                if local.is_sun { None } else { seen_from(&one.world_from_model, local.eye_m) };
             let per_error = stretch * local.focal_px[0].max(local.focal_px[1]) / error_px;
             let looker = Looker { local: &local, stretch, eye, number, per_error };
             dispatch!(level, simd => looker.choose(simd, one.model, &mut found));

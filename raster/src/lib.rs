@@ -35,14 +35,14 @@ pub use choose::Prospect;
 pub use fearless_simd::Level;
 pub use lamp::{LAMPS_MAX, Lamp};
 pub use light::Light;
-pub use model::{Corner, Model, ThingLevel};
+pub use model::{ClusterFacts, Corner, Model, ThingLevel};
 pub use occluder::{OCCLUDERS_MAX, Occluder};
 pub use picture::Canvas;
 pub use pixels::PIXEL_BYTES;
 pub use quality::Quality;
 pub use scene::{Family, Material, Placed, Scene};
-pub use shadow::ShadowMap;
-pub use view::{SunView, View};
+pub use shadow::{SHADOW_ERROR_PX_MAX, SHADOW_SLOPE, ShadowMap};
+pub use view::{Projection, SunView, View};
 
 /// Name of the instructions that a level uses.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

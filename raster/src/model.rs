@@ -73,6 +73,26 @@ impl Range {
     const ALL: Self = Self { ball: [0.0; 4], errors_m: [0.0, f32::INFINITY] };
 }
 
+/// What a view needs to know of a cluster, for those who draw models by other means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClusterFacts {
+    /// Middle and radius of a ball around it.
+    pub ball: [f32; 4],
+    /// Mean normal, and sine of the angle within which all normals are; no angle is 2.
+    pub cone: [f32; 4],
+    /// Middle and radius of a ball around the thing of which it is a level.
+    pub level_ball: [f32; 4],
+    /// How far this level is off, and the next coarser one, in the model's unit; infinite for none.
+    pub errors_m: [f32; 2],
+    /// Of the model's triangles, no more than [`TRIANGLES_MAX`](Self::TRIANGLES_MAX).
+    pub triangles: ops::Range<usize>,
+}
+
+impl ClusterFacts {
+    /// Triangles of a cluster.
+    pub const TRIANGLES_MAX: usize = CLUSTER_MAX;
+}
+
 /// Some triangles that are near each other and face alike.
 #[derive(Clone, Debug)]
 pub(crate) struct Cluster {
@@ -144,6 +164,32 @@ impl Model {
     /// How many triangles, with those that fill clusters up.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// All corners.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// The numbers of the corners of every triangle, in the order of the clusters, and what it can
+    /// be hidden by. Those that fill clusters up have three times the same corner.
+    pub fn triangles(&self) -> impl Iterator<Item = ([u32; 3], Option<u32>)> {
+        self.triangles.iter().enumerate().map(|(at, triangle)| (*triangle, self.thing(at)))
+    }
+
+    /// All clusters.
+    pub fn clusters(&self) -> impl Iterator<Item = ClusterFacts> {
+        self.clusters.iter().enumerate().filter_map(|(at, cluster)| {
+            let Block { balls, cones, level_balls, errors_m, .. } = self.blocks.get(at / 8)?;
+            let lane = at % 8;
+            Some(ClusterFacts {
+                ball: balls.map(|part| part[lane]),
+                cone: cones.map(|part| part[lane]),
+                level_ball: level_balls.map(|part| part[lane]),
+                errors_m: errors_m.map(|part| part[lane]),
+                triangles: cluster.triangles.clone(),
+            })
+        })
     }
 
     /// A ball around all of it.

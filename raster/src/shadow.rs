@@ -13,10 +13,10 @@ use crate::view::SunView;
 
 /// What everything is put back by, in its steepest change in a pixel, so that it does not shadow
 /// itself.
-const SLOPE: f32 = 1.5;
+pub const SHADOW_SLOPE: f32 = 1.5;
 
 /// Things of several levels may be off by so much on the map, in its pixels.
-const ERROR_PX_MAX: f32 = 1.0;
+pub const SHADOW_ERROR_PX_MAX: f32 = 1.0;
 
 /// What a line that is copied on its own costs, in pixels of one that is copied with others.
 const COPY_PX: u32 = 32;
@@ -58,8 +58,8 @@ impl ShadowMap {
         placed: &[Placed<'_>],
         is_hidden: Option<&(dyn Fn(u32) -> bool + Sync)>,
     ) {
-        let prospect = Prospect::new(level, &self.view.projection(), (placed, ERROR_PX_MAX));
-        let drawing = Drawing { placed, prospect: &prospect, is_hidden, slope: SLOPE };
+        let prospect = Prospect::new(level, &self.view.projection(), (placed, SHADOW_ERROR_PX_MAX));
+        let drawing = Drawing { placed, prospect: &prospect, is_hidden, slope: SHADOW_SLOPE };
         draw(level, &drawing, &mut Screen::default(), &mut self.target, &mut Vec::new());
         self.number = NUMBERS.fetch_add(1, Ordering::Relaxed);
         let boxes = prospect.boxes(placed);

@@ -42,23 +42,30 @@ pub struct SunView {
 /// How places become pixels: across and down from the middle times the distance along the view,
 /// that distance, and a nearness that grows towards the viewer and is linear in the picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Projection {
-    pub(crate) x: [f32; 4],
-    pub(crate) y: [f32; 4],
-    pub(crate) w: [f32; 4],
+pub struct Projection {
+    /// Across, in pixels times metres.
+    pub x: [f32; 4],
+    /// Down, in pixels times metres.
+    pub y: [f32; 4],
+    /// Metres along the view; 1 for the sun.
+    pub w: [f32; 4],
     /// For the sun alone; a pinhole's is 1 / w.
-    pub(crate) nearness: [f32; 4],
-    pub(crate) near_m: f32,
-    pub(crate) is_sun: bool,
-    pub(crate) centre_px: [f32; 2],
+    pub nearness: [f32; 4],
+    /// Nothing nearer than this is drawn; 0 for the sun.
+    pub near_m: f32,
+    /// Whether it is the sun.
+    pub is_sun: bool,
+    /// Of the picture.
+    pub centre_px: [f32; 2],
     /// What is further than this from the middle, in pixels, is not in the picture.
-    pub(crate) limits: [f32; 2],
+    pub limits: [f32; 2],
     /// How fast the distances from the picture's sides, from those above and below and from what
     /// is nearest grow with a metre.
-    pub(crate) norms: [f32; 3],
-    eye_m: V3,
+    pub norms: [f32; 3],
+    /// Where the viewer is; meaningless for the sun.
+    pub eye_m: [f32; 3],
     /// Pixels that a metre has at a distance of a metre, across and down.
-    pub(crate) focal_px: [f32; 2],
+    pub focal_px: [f32; 2],
 }
 
 impl View {
@@ -73,7 +80,8 @@ impl View {
         }
     }
 
-    pub(crate) fn projection(&self) -> Projection {
+    /// How places become pixels of it.
+    pub fn projection(&self) -> Projection {
         let [half_width, half_height] = self.half_extent;
         let (width, height) = (self.width_px as f32, self.height_px as f32);
         let row = |axis: V3, by: f32| {
@@ -110,7 +118,8 @@ pub(crate) struct RayParts {
 }
 
 impl SunView {
-    pub(crate) fn projection(&self) -> Projection {
+    /// How places become pixels of the map.
+    pub fn projection(&self) -> Projection {
         let half = self.side_px as f32 / 2.0;
         let by = |row: [f32; 4], by: f32| row.map(|part| part * by);
         let negative = by(self.depth, -1.0);
@@ -154,10 +163,6 @@ impl Projection {
         ahead >= -along
             && self.limits[0] * w - x.abs() >= -across
             && self.limits[1] * w - y.abs() >= -down
-    }
-
-    pub(crate) fn eye_m(&self) -> V3 {
-        self.eye_m
     }
 }
 

@@ -2,13 +2,14 @@
 
 use std::ops::Deref;
 use std::sync::Arc;
+use std::time::Duration;
 
 use schemas::{Error, Images, PictureQuality, RenderJob};
 
 use crate::RenderError;
 use crate::cpu::CpuDrawing;
-use crate::pipeline::device::AdapterChoice;
-use crate::pipeline::drawing::Drawing;
+use crate::gpu::adapter::AdapterChoice;
+use crate::gpu::drawing::Drawing;
 use crate::scene::town::TownScene;
 use crate::sliced::{Portion, SlicedJob};
 use crate::strip::{Drawn, Strip};
@@ -88,8 +89,17 @@ impl Renderer {
         &self.adapter_name
     }
 
+    /// What the kernels of the device took since it was opened, by name; empty if it does not tell.
+    pub fn kernel_times(&self) -> Vec<(&'static str, Duration)> {
+        let times = match &self.backend {
+            Backend::Device(Some(drawing)) => drawing.kernel_times(),
+            Backend::Device(None) | Backend::Cpu(_) => None,
+        };
+        times.into_iter().flatten().collect()
+    }
+
     /// Whether processors draw.
-    pub(crate) fn is_software(&self) -> bool {
+    pub fn is_software(&self) -> bool {
         self.is_software
     }
 
@@ -147,7 +157,7 @@ impl Renderer {
                 Backend::Device(device) => device,
             };
             let Some(drawing) = device else { continue };
-            match drawing.draw(strips) {
+            match drawing.draw(strips, self.quality) {
                 Ok(drawn) => return Ok(drawn),
                 Err(fault) => {
                     tracing::warn!(

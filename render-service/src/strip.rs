@@ -10,9 +10,6 @@ use crate::scene::light::Light;
 use crate::scene::town::TownScene;
 use crate::scene::view::View;
 
-/// Rows are handed over at a multiple of this, as GPUs want it.
-const ROW_BYTES_MULTIPLE: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
-
 /// Rows of the pictures that one camera pose gives in one pass.
 pub(crate) struct Strip<'a> {
     pub(crate) town: &'a Arc<TownScene>,
@@ -100,7 +97,7 @@ pub(crate) enum Drawn {
     Rows(Vec<u8>),
 }
 
-/// Bytes from one row to the next, as pictures of this width are read back.
+/// Bytes from one row to the next of a picture of this width that is not encoded yet.
 pub(crate) fn row_pitch_bytes(width_px: u32) -> u32 {
-    (width_px * 4).next_multiple_of(ROW_BYTES_MULTIPLE)
+    width_px * 4
 }

@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<(), PicturesError> {
     let (started, before_mib) = (begun.elapsed(), resident_mib());
     let map = roads::Map::parse(name, &text).map_err(|error| unusable(&error))?;
     let town = Arc::new(TownScene::of_map(&map));
-    let first = job(&map, 0, args.actors, &cases()[0]);
+    let first = job(&map, 0, args.actors, &cases(true)[0]);
     let drawn = renderer.render(&[(Arc::clone(&town), &first)]).remove(0);
     drawn.map_err(|error| unusable(&error))?;
     let millis = |duration: Duration| duration.as_secs_f64() * 1e3;
@@ -87,10 +87,10 @@ pub(crate) fn run(args: &Args) -> Result<(), PicturesError> {
         millis(begun.elapsed() - started),
         resident_mib(),
     );
-    println!("| pictures | size | quality | together | a second | ms | ms of processors | MiB |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("| pictures | size | quality | together | {HEAD}");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let begins = |case: &Case| case.begins().starts_with(&args.only);
-    for case in cases().into_iter().filter(begins) {
+    for case in cases(renderer.is_software()).into_iter().filter(begins) {
         let jobs: Vec<RenderJob> =
             (0..case.together).map(|at| job(&map, at, args.actors, &case)).collect();
         let jobs: Vec<_> = jobs.iter().map(|job| (Arc::clone(&town), job)).collect();
@@ -103,11 +103,15 @@ fn unusable(cause: &dyn std::fmt::Display) -> PicturesError {
     PicturesError::Town(cause.to_string())
 }
 
+/// What is measured.
+const HEAD: &str = "a second | ms | ms of processors | MiB | µs of kernels |";
+
 /// Draws jobs together, again and again: pictures a second, milliseconds of the clock and of
-/// processors for each, and what memory the process has then.
+/// processors for each, what memory the process has then, and what the device's kernels took.
 fn measured(renderer: &mut Renderer, jobs: &[(Arc<TownScene>, &RenderJob)], secs: f64) -> String {
     black_box(renderer.render(jobs));
     let (begun, processors) = (Instant::now(), processor_time());
+    let kernels = renderer.kernel_times();
     let mut pictures = 0;
     while begun.elapsed().as_secs_f64() < secs {
         black_box(renderer.render(black_box(jobs)));
@@ -117,7 +121,15 @@ fn measured(renderer: &mut Renderer, jobs: &[(Arc<TownScene>, &RenderJob)], secs
     let used = (processor_time() - processors).as_secs_f64();
     let count = pictures as f64;
     let (millis, used_millis) = (took * 1e3 / count, used * 1e3 / count);
-    format!("{:.0} | {millis:.2} | {used_millis:.2} | {:.0} |", count / took, resident_mib())
+    let kernels: Vec<String> = kernels
+        .into_iter()
+        .zip(renderer.kernel_times())
+        .map(|((name, before), (_, after))| {
+            format!("{name} {:.2}", (after - before).as_secs_f64() * 1e6 / count)
+        })
+        .collect();
+    let (per_second, mib) = (count / took, resident_mib());
+    format!("{per_second:.0} | {millis:.3} | {used_millis:.3} | {mib:.0} | {} |", kernels.join(", "))
 }
 
 /// Measures the jobs of a folder.
@@ -152,15 +164,17 @@ fn draw_jobs(folder: &Path, args: &Args) -> Result<(), PicturesError> {
         drawn.map_err(|error| failed(path, &error))?;
     }
     println!("drawn by {}", renderer.adapter_name());
-    println!("| jobs together | a second | ms | ms of processors | MiB |");
-    println!("|---|---|---|---|---|");
+    println!("| jobs together | {HEAD}");
+    println!("|---|---|---|---|---|---|");
     println!("| {} | {}", jobs.len(), measured(&mut renderer, &jobs, args.secs));
     Ok(())
 }
 
-fn cases() -> Vec<Case> {
+fn cases(is_software: bool) -> Vec<Case> {
     let mut cases = Vec::new();
-    for (size_px, many) in [((84, 84), [1, 16, 256].as_slice()), ((640, 360), &[1, 8])] {
+    let (small, large): (&[usize], &[usize]) =
+        if is_software { (&[1, 16, 256], &[1, 8]) } else { (&[1, 16, 256, 4_096], &[1, 8, 64]) };
+    for (size_px, many) in [((84, 84), small), ((640, 360), large)] {
         for quality in [PictureQuality::High, PictureQuality::Low] {
             for encoding in [ImageEncoding::Jpeg, ImageEncoding::Rgba8] {
                 let case = |together| Case {

@@ -1,22 +1,20 @@
 //! Strips drawn on all processors.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 use raster::{Canvas, Level, Material};
 use schemas::{Camera, PictureQuality};
 
 use crate::encode::{Encoder, Pixels, is_packed_by};
+use crate::models::levels;
+use crate::models::strips::materials;
+use crate::models::towns::{Models, TownModels, built};
+use crate::parallel::{in_parallel, threads};
 use crate::strip::{Drawn, Strip};
 
-use super::levels;
 use super::shadows::{ShadowPool, TownShadows};
 use super::sight::{Painter, Sight};
-use super::strips::materials;
-use super::towns::{Models, Slot, TownModels};
 
-/// Threads that draw, at most.
-const THREADS_MAX: usize = 64;
 /// Larger pictures are cut into bands, unless there are enough others to keep all threads busy.
 const WHOLE_PX_MAX: u32 = 48_000;
 /// Even larger ones always are.
@@ -62,7 +60,7 @@ impl CpuDrawing {
     /// **Cost:** 10 to 30 ms, once per process.
     pub(crate) fn new() -> Self {
         levels::prepare();
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS_MAX);
+        let threads = threads();
         Self {
             level: Level::new(),
             materials: materials(),
@@ -179,11 +177,6 @@ fn is_cut(strip: &Strip<'_>, strips: usize, threads: usize) -> bool {
     threads > 1 && px > if enough { WHOLE_AMONG_OTHERS_PX_MAX } else { WHOLE_PX_MAX }
 }
 
-/// The models of a town.
-fn built(town: &Slot) -> &Models {
-    town.get().expect("a town that was got is built")
-}
-
 /// Room for the rows of each camera of a strip.
 fn room_for(strip: &Strip<'_>) -> Vec<Vec<u8>> {
     let rows = strip.rows.len();
@@ -212,35 +205,4 @@ fn push_bands<'t, 'a>(
         let rows = start..(start + height).min(strip.rows.end);
         tasks.push(Task::Band(sight, rows, parts.iter_mut().filter_map(Iterator::next).collect()));
     }
-}
-
-/// Does something with all items, on as many threads as there are kept things and items; what came
-/// of each, in order.
-fn in_parallel<K: Send, T: Send, R: Send>(
-    kept: &mut [K],
-    items: Vec<T>,
-    work: impl Fn(&mut K, T) -> R + Sync,
-) -> Vec<R> {
-    let threads = items.len();
-    let items = Mutex::new(items.into_iter().enumerate());
-    let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let run = |kept: &mut K| {
-        let mut done: Vec<(usize, R)> = Vec::new();
-        while let Some((at, item)) = next() {
-            done.push((at, work(kept, item)));
-        }
-        done
-    };
-    let mut kept = kept.iter_mut().take(threads);
-    let Some(own) = kept.next() else { return Vec::new() };
-    let mut done = std::thread::scope(|scope| {
-        let others: Vec<_> = kept.map(|kept| scope.spawn(|| run(kept))).collect();
-        let mut done = run(own);
-        for other in others {
-            done.extend(other.join().expect("drawing does not panic"));
-        }
-        done
-    });
-    done.sort_by_key(|(at, _)| *at);
-    done.into_iter().map(|(_, result)| result).collect()
 }

@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use raster::{Level, Placed, Quality, ShadowMap, SunView};
 use schemas::{Camera, HiddenScenery};
 
-use crate::scene::shadow::ShadowView;
 
 use super::sight::Sight;
 
@@ -103,20 +102,12 @@ pub(crate) fn shadow_side_px(camera: &Camera, quality: Quality) -> u32 {
     if quality == Quality::Low { side_px / 2 } else { side_px }
 }
 
-/// The sun's view as the rasteriser reads it.
-pub(crate) fn sun_view(shadow: &ShadowView, side_px: u32) -> SunView {
-    let row = |at: usize| {
-        let row = shadow.clip_from_world.row(at);
-        [row[0], row[1], row[2], row[3]]
-    };
-    SunView { right: row(0), up: row(1), depth: row(2), side_px }
-}
-
 #[cfg(test)]
 mod tests {
     use raster::Model;
 
-    use super::super::strips::placed_town;
+    use crate::models::strips::placed_town;
+
     use super::*;
 
     /// Goal: as many cameras as one batch has, each in a square of its own, find their maps again.

@@ -9,13 +9,15 @@ use raster::{
 use schemas::{Camera, DEPTH_MAX_M, ImageKind, PictureQuality, SemanticTag};
 
 use crate::lamps::lamps_of;
+use crate::models::strips::{
+    light_of, placed, placed_town, seen_bodies, shading_bodies, sun_view, town_error_px, view_of,
+};
+use crate::models::towns::Models;
 use crate::occluders::occluders_of;
 use crate::scene::shadow::ShadowView;
 use crate::strip::Strip;
 
-use super::shadows::{ShadowPool, TownShadows, shadow_side_px, sun_view};
-use super::strips::{light_of, placed_town, seen_bodies, shading_bodies, town_error_px, view_of};
-use super::towns::Models;
+use super::shadows::{ShadowPool, TownShadows, shadow_side_px};
 
 /// What a strip may show.
 struct Seen<'a> {
@@ -58,9 +60,10 @@ impl<'a> Sight<'a> {
     /// What may be seen.
     fn scene(&self, painter: &Painter<'_>) -> &Seen<'a> {
         self.scene.get_or_init(|| {
-            let mut placed: Vec<_> = self.models.each_ref().map(placed_town).into();
+            let mut all: Vec<_> = self.models.each_ref().map(placed_town).into();
             let quality = painter.quality_of(self.strip.camera());
-            seen_bodies(self.strip, quality, &mut placed);
+            seen_bodies(self.strip, quality, |level, at| all.push(placed(level, at)));
+            let placed = all;
             let (lamps, occluders) = (lamps_of(self.strip), occluders_of(self.strip));
             let scene = Scene { placed: &placed, ..Scene::EMPTY };
             let error_px = town_error_px(quality);
@@ -85,7 +88,9 @@ impl<'a> Sight<'a> {
                 map.copy_from(of_town);
             }
             let mut bodies = Vec::new();
-            shading_bodies(strip, &sun, (side_px, quality), &mut bodies);
+            shading_bodies(strip, &sun, (side_px, quality), |level, at| {
+                bodies.push(placed(level, at));
+            });
             map.add(painter.level, &bodies, None);
             map
         })

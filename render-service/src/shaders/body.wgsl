@@ -1,6 +1,4 @@
-// Colour pass of vehicles, people, things, trees. Appended to common and surface.
-//
-// In: Surface. Out: display colour, linear, to an sRGB target.
+// Radiance of vehicles, people, things, trees. Appended to arriving.
 
 // Clumps of leaves, lighter and darker, that face all ways: what bends the normal, then what the
 // colour is multiplied by. As `raster`'s.
@@ -22,15 +20,11 @@ fn leaves(world: vec3<f32>, footprint: f32) -> Leaves {
     return Leaves(bend * 0.9, vary * yellowed);
 }
 
-@fragment
-fn fragment(in: Surface) -> @location(0) vec4<f32> {
-    let to_eye = view.eye.xyz - in.world;
-    let distance = length(to_eye);
-    let direction = -to_eye / distance;
-    var normal = normalize(in.normal);
+fn body(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+    var normal = in.normal;
     var albedo = in.colour.rgb;
     if in.look.y == 5.0 {
-        let leafy = leaves(in.world, distance * view.left.w);
+        let leafy = leaves(in.world, distance * views[view].left.w);
         normal = normalize(normal + leafy.bend);
         albedo *= leafy.tint;
     }
@@ -39,17 +33,17 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     // Clear coat or glass over the colour: sky above, dark ground below the horizon.
     let gloss = in.look.x;
     let mirrored = reflect(direction, normal);
-    let ground = view.bounce.rgb * 0.6;
+    let ground = views[view].bounce.rgb * 0.6;
     let around = mix(ground, sky(mirrored), smoothstep(-0.12, 0.10, mirrored.z));
     let glance = 1.0 - max(dot(normal, -direction), 0.0);
     let glance2 = glance * glance;
     let shine = gloss * (0.05 + 0.65 * glance2 * glance2 * glance);
-    let toward_sun = max(dot(mirrored, view.to_light.xyz), 0.0);
+    let toward_sun = max(dot(mirrored, views[view].to_light.xyz), 0.0);
     let spark2 = toward_sun * toward_sun;
     let spark8 = spark2 * spark2 * spark2 * spark2;
     let spark = gloss * spark8 * spark8 * spark8 * 0.9;
 
     let glow = in.colour.rgb * (in.colour.a * 1.6);
     let colour = albedo * light.diffuse * (1.0 - 0.5 * shine) + around * shine + light.sun * spark + glow;
-    return displayed(hazed(colour, distance, direction));
+    return colour;
 }

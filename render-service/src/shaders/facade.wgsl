@@ -1,6 +1,4 @@
-// Colour pass of walls: windows and storeys from the facade coordinates. Appended to common and surface.
-//
-// In: Surface. Out: display colour, linear, to an sRGB target.
+// Radiance of walls: windows and storeys from the facade coordinates. Appended to arriving.
 
 const BAY_M: f32 = 3.0;
 const STOREY_M: f32 = 3.3;
@@ -15,13 +13,9 @@ fn covered(x: f32, blur: f32, low: f32, high: f32) -> f32 {
     return (upto_b - upto_a) / blur;
 }
 
-@fragment
-fn fragment(in: Surface) -> @location(0) vec4<f32> {
-    let to_eye = view.eye.xyz - in.world;
-    let distance = length(to_eye);
-    let direction = -to_eye / distance;
-    let normal = normalize(in.normal);
-    let footprint = distance * view.left.w;
+fn facade(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+    let normal = in.normal;
+    let footprint = distance * views[view].left.w;
     let slant = max(abs(dot(normal, direction)), 0.08);
 
     let bay = in.facade_m.x / BAY_M;
@@ -63,8 +57,8 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let mirrored = reflect(direction, normal);
     let glance = 1.0 - max(dot(normal, -direction), 0.0);
     let shine = 0.16 + 0.60 * glance * glance * glance;
-    let lamp = vec3<f32>(1.0, 0.72, 0.38) * (0.55 * view.direct.w * step(0.55, hash21(cell)));
+    let lamp = vec3<f32>(1.0, 0.72, 0.38) * (0.55 * views[view].direct.w * step(0.55, hash21(cell)));
     let seen_in_glass = room * light.diffuse + sky(mirrored) * shine + lamp;
     let colour = mix(albedo * light.diffuse, seen_in_glass, glass);
-    return displayed(hazed(colour, distance, direction));
+    return colour;
 }

@@ -1,14 +1,12 @@
-// Colour pass of roads, sidewalks, lawns, roofs. Appended to common and surface.
-//
-// In: Surface. Out: display colour, linear, to an sRGB target.
+// Radiance of roads, sidewalks, lawns, roofs. Appended to arriving.
 
 // Part of the sky that is seen from level ground among what stands on it: beside a wall that is `h`
 // high, at `s` from it, all but (1 - s / sqrt(s * s + h * h)) / 2; below an underside alike, with
 // the gap for the height.
 fn open_sky(world: vec3<f32>) -> f32 {
     var open = 1.0;
-    for (var at = 0u; at < u32(view.counts.y); at++) {
-        let occluder = view.occluders[at];
+    for (var at = 0u; at < views[view].lists.w; at++) {
+        let occluder = occluders[views[view].lists.z + at];
         let beside = world - occluder.place.xyz;
         let height = occluder.place.w;
         let ahead = occluder.ahead_half.xy;
@@ -26,15 +24,11 @@ fn open_sky(world: vec3<f32>) -> f32 {
     return open;
 }
 
-@fragment
-fn fragment(in: Surface) -> @location(0) vec4<f32> {
-    let to_eye = view.eye.xyz - in.world;
-    let distance = length(to_eye);
-    let direction = -to_eye / distance;
-    let normal = normalize(in.normal);
+fn ground(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+    let normal = in.normal;
     let pattern = in.look.y;
     // Width of this pixel on level ground, in metres: detail finer than that fades out.
-    let footprint = distance * view.left.w / max(abs(direction.z), 0.03);
+    let footprint = distance * views[view].left.w / max(abs(direction.z), 0.03);
     let at = in.world.xy;
 
     let broad = noise(at * 0.23);
@@ -64,7 +58,7 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     var albedo = in.colour.rgb * vary * (1.0 - 0.45 * joint);
     albedo = mix(albedo, albedo * vec3<f32>(1.25, 1.05, 0.7), is_grass * broad * 0.5);
 
-    let wet = view.horizon.w * (1.0 - is_grass) * clamp(0.35 + broad, 0.0, 1.0);
+    let wet = views[view].horizon.w * (1.0 - is_grass) * clamp(0.35 + broad, 0.0, 1.0);
     albedo *= 1.0 - 0.45 * wet;
     let light = arriving(in.world, normal, open_sky(in.world));
     let mirrored = reflect(direction, normal);
@@ -73,5 +67,5 @@ fn fragment(in: Surface) -> @location(0) vec4<f32> {
     let shine = (0.02 + 0.5 * glance2 * glance2 * glance) * wet;
     let around = sky(mirrored) + streaks(in.world, mirrored) * 6.0;
     let colour = albedo * light.diffuse + around * shine;
-    return displayed(hazed(colour, distance, direction));
+    return colour;
 }

@@ -20,6 +20,8 @@ const WORTH_IT: f32 = 0.8;
 /// One shape at one level of detail.
 pub(crate) struct ShapeLevel {
     pub(crate) model: Model,
+    /// Place among all levels of all shapes.
+    pub(crate) number: usize,
     /// How far it is off along each axis, at most, in the shape's own unit; more of strict ones.
     error: Vec3,
     /// Half of what it spans along each axis.
@@ -27,8 +29,17 @@ pub(crate) struct ShapeLevel {
 }
 
 /// Levels of every shape at the place of its number, fine ones first.
-static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> =
-    LazyLock::new(|| Shape::ALL.iter().map(|shape| levels_of(*shape)).collect());
+static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> = LazyLock::new(|| {
+    let mut levels: Vec<_> = Shape::ALL.iter().map(|shape| levels_of(*shape)).collect();
+    let all = levels.iter_mut().flatten();
+    all.enumerate().for_each(|(number, level)| level.number = number);
+    levels
+});
+
+/// All levels of all shapes, at the places of their numbers.
+pub(crate) fn all() -> impl Iterator<Item = &'static ShapeLevel> {
+    LEVELS.iter().flatten()
+}
 
 /// Radius of a ball around a shape whose axes are stretched like this.
 pub(crate) fn radius_m(shape: Shape, stretch: Vec3) -> f32 {
@@ -42,14 +53,13 @@ pub(crate) fn level_of(
     shape: Shape,
     stretch: Vec3,
     [error_m, least_m]: [f32; 2],
-) -> Option<&'static Model> {
+) -> Option<&'static ShapeLevel> {
     if radius_m(shape, stretch) < least_m {
         return None;
     }
     let levels = LEVELS.get(shape as usize)?;
     let is_good = |level: &&ShapeLevel| level.error.component_mul(&stretch).norm() <= error_m;
-    let level = levels.iter().rev().find(is_good).or_else(|| levels.first())?;
-    Some(&level.model)
+    levels.iter().rev().find(is_good).or_else(|| levels.first())
 }
 
 /// Builds all levels now, not with the first picture.
@@ -62,7 +72,7 @@ fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
     let mut count = fine.indices.len();
     let level = |mesh: &Mesh, error: Vec3| {
         let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
-        ShapeLevel { model: model_of(mesh), error, half: half.into() }
+        ShapeLevel { model: model_of(mesh), number: 0, error, half: half.into() }
     };
     let mut levels = vec![level(&fine, Vec3::zeros())];
     for part in CELLS {
@@ -128,7 +138,7 @@ mod tests {
     #[test]
     fn the_last_level_of_a_shape_has_at_most_half_its_triangles() {
         let of = |shape: Shape, error_m: f32| {
-            level_of(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0]).unwrap().triangle_count()
+            level_of(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0]).unwrap().model.triangle_count()
         };
         for shape in [Shape::Sedan, Shape::Bus, Shape::Torso, Shape::Leg, Shape::Wheel] {
             let (fine, middle, far) = (of(shape, 0.0), of(shape, 0.3), of(shape, 10.0));
@@ -141,7 +151,7 @@ mod tests {
     fn parts_of_people_far_away_are_blocks_and_near_ones_are_not() {
         for shape in Shape::ALL.into_iter().filter(|shape| is_limb(*shape)) {
             let of = |error_m: f32| {
-                level_of(shape, Vec3::repeat(1.86), [error_m, 0.0]).unwrap().triangle_count()
+                level_of(shape, Vec3::repeat(1.86), [error_m, 0.0]).unwrap().model.triangle_count()
             };
             // Twelve triangles, filled up.
             assert_eq!((of(0.5), of(0.01) > 16), (16, true), "{shape:?}");

@@ -44,6 +44,14 @@ impl AdapterChoice {
     }
 }
 
+/// What the kernels need.
+const FEATURES: wgpu::Features =
+    wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX);
+/// Buffers of one kernel.
+const BINDINGS_MAX: u32 = 13;
+/// No buffer of ours is larger, whatever the device binds.
+const BINDING_BYTES_MAX: u64 = 2 << 30;
+
 /// An open device.
 pub(crate) struct Gpu {
     pub(crate) device: wgpu::Device,
@@ -99,11 +107,23 @@ impl Gpu {
 
     fn open_device(adapter: &wgpu::Adapter) -> Result<Self, RenderError> {
         let info = adapter.get_info();
+        if !adapter.features().contains(FEATURES) {
+            return Err(RenderError::NoDevice {
+                adapter: info.name,
+                cause: "it cannot compare whole numbers of 64 bits in shared memory, which drawing \
+                        needs (VK_KHR_shader_atomic_int64)"
+                    .to_owned(),
+            });
+        }
+        let limits = adapter.limits();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("causeway"),
+            required_features: FEATURES | (adapter.features() & wgpu::Features::TIMESTAMP_QUERY),
             required_limits: wgpu::Limits {
-                max_buffer_size: adapter.limits().max_buffer_size,
-                ..wgpu::Limits::default().using_resolution(adapter.limits())
+                max_buffer_size: limits.max_buffer_size,
+                max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+                max_storage_buffers_per_shader_stage: BINDINGS_MAX,
+                ..wgpu::Limits::default()
             },
             ..wgpu::DeviceDescriptor::default()
         };
@@ -124,6 +144,12 @@ impl Gpu {
         }));
         let software = is_software(&info);
         Ok(Self { device, queue, adapter_name: info.name, software, fault })
+    }
+
+    /// Bytes that a kernel can be given of one buffer.
+    pub(crate) fn binding_bytes_max(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(BINDING_BYTES_MAX)
     }
 
     /// What went wrong first; the device is of no use afterwards.

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use super::device::Gpu;
+use super::adapter::Gpu;
 
 /// Submissions under way at once: one is drawn while the one before is encoded.
 pub(crate) const RING: usize = 2;

@@ -25,6 +25,11 @@ pub(crate) type Models = [Model; 2];
 
 pub(crate) type Slot = Arc<OnceLock<Models>>;
 
+/// The models of a town that was got.
+pub(crate) fn built(town: &Slot) -> &Models {
+    town.get().expect("a town that was got is built")
+}
+
 /// Models of towns by digest.
 pub(crate) struct TownModels(Mutex<LruCache<String, Slot>>);
 

@@ -1,7 +1,7 @@
-//! A strip as the rasteriser reads it: models at their places, light, view.
+//! A strip as back ends read it: models at their places, light, view.
 
 use bodies::{Instance, Material as SceneMaterial, Placed as Part, Shape};
-use raster::{Light, Material, Model, Placed, Quality, View};
+use raster::{Light, Material, Model, Placed, Quality, SunView, View};
 use schemas::{Camera, Vec3};
 
 use crate::scene::exposure::Tone;
@@ -11,7 +11,7 @@ use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
 use crate::strip::Strip;
 
-use super::levels::{level_of, radius_m};
+use super::levels::{ShapeLevel, level_of, radius_m};
 
 /// Corners may be off by so much in the picture, in pixels: in those of high and of low quality.
 const ERROR_PX_MAX: f32 = 0.7;
@@ -55,8 +55,27 @@ pub(crate) fn placed_town(model: &Model) -> Placed<'_> {
     Placed { model, world_from_model: world_from_shape, tints, label }
 }
 
-/// The bodies in a strip's picture, far ones coarsely; the same for all rows of it.
-pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<Placed<'_>>) {
+/// A shape where it is.
+pub(crate) fn placed(level: &'static ShapeLevel, at: &Instance) -> Placed<'static> {
+    let Instance { world_from_shape, tints, label } = *at;
+    Placed { model: &level.model, world_from_model: world_from_shape, tints, label }
+}
+
+/// The sun's view as the rasteriser reads it.
+pub(crate) fn sun_view(shadow: &ShadowView, side_px: u32) -> SunView {
+    let row = |at: usize| {
+        let row = shadow.clip_from_world.row(at);
+        [row[0], row[1], row[2], row[3]]
+    };
+    SunView { right: row(0), up: row(1), depth: row(2), side_px }
+}
+
+/// The parts of bodies in a strip's picture, far ones coarsely; the same for all rows of it.
+pub(crate) fn seen_bodies(
+    strip: &Strip<'_>,
+    quality: Quality,
+    mut put: impl FnMut(&'static ShapeLevel, &Instance),
+) {
     let error_px = if quality == Quality::Low { LOW_ERROR_PX_MAX } else { ERROR_PX_MAX };
     let pixel = 2.0 * strip.view.half_extent[0] / strip.camera().width_px as f32;
     let eye_m = strip.view.eye_m();
@@ -74,16 +93,18 @@ pub(crate) fn seen_bodies(strip: &Strip<'_>, quality: Quality, placed: &mut Vec<
         let nearest_m = (distance_m - body.radius_m).max(NEAR_M);
         let ahead_m = (forward.dot(&(body.centre_m - eye_m)) - body.radius_m).max(NEAR_M);
         let least_m = PART_RADIUS_PX_MIN * pixel * ahead_m;
-        place(body, [error_px * pixel * nearest_m, least_m], placed);
+        for part in &body.parts {
+            put_part(part, [error_px * pixel * nearest_m, least_m], &mut put);
+        }
     }
 }
 
-/// The bodies that throw shadows into a strip's picture.
+/// The parts of bodies that throw shadows into a strip's picture.
 pub(crate) fn shading_bodies(
     strip: &Strip<'_>,
     shadow: &ShadowView,
     (side_px, quality): (u32, Quality),
-    placed: &mut Vec<Placed<'_>>,
+    mut put: impl FnMut(&'static ShapeLevel, &Instance),
 ) {
     let pixel_m = 2.0 * REACH_M / side_px as f32;
     let [error_m, least_m] = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
@@ -98,7 +119,7 @@ pub(crate) fn shading_bodies(
         };
         // Arches lie flat on their bodies.
         let parts = body.parts.iter().filter(|part| part.shape != Shape::WheelArch);
-        placed.extend(parts.filter_map(|part| place_part(part, [error_m, least_m])));
+        parts.for_each(|part| put_part(part, [error_m, least_m], &mut put));
     }
 }
 
@@ -108,23 +129,26 @@ fn largest_m(body: &Body) -> f32 {
     radii_m.fold(0.0, f32::max)
 }
 
-/// Parts of a body whose corners are off by no more than the first length, without those within a
-/// ball of the second.
-fn place(body: &Body, limits_m: [f32; 2], placed: &mut Vec<Placed<'_>>) {
-    placed.extend(body.parts.iter().filter_map(|part| place_part(part, limits_m)));
+/// Puts a part whose corners are off by no more than the first length, unless it is within a ball
+/// of the second.
+fn put_part(
+    part: &Part,
+    limits_m: [f32; 2],
+    put: &mut impl FnMut(&'static ShapeLevel, &Instance),
+) {
+    if let Some(level) = level_of(part.shape, stretch(part), limits_m) {
+        put(level, &part.instance);
+    }
 }
 
-fn place_part(part: &Part, limits_m: [f32; 2]) -> Option<Placed<'static>> {
-    let Instance { world_from_shape, tints, label } = part.instance;
-    let model = level_of(part.shape, stretch(part), limits_m)?;
-    Some(Placed { model, world_from_model: world_from_shape, tints, label })
-}
-
-/// How much longer than in its own frame a part is along each of its axes.
-fn stretch(part: &Part) -> Vec3 {
-    let [a, b, c] = part.instance.world_from_shape;
+/// How much longer than in its own frame a shape is along each of its axes.
+pub(crate) fn stretch_of([a, b, c]: &[[f32; 4]; 3]) -> Vec3 {
     let length = |at: usize| Vec3::new(a[at], b[at], c[at]).norm();
     Vec3::new(length(0), length(1), length(2))
+}
+
+fn stretch(part: &Part) -> Vec3 {
+    stretch_of(&part.instance.world_from_shape)
 }
 
 /// Light as the rasteriser reads it.

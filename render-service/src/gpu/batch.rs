@@ -1,0 +1,244 @@
+//! What one submission draws: the rows of some plans, each where it is in the buffers.
+
+use std::ops::Range;
+
+use bodies::Instance;
+use schemas::{Camera, HiddenScenery, ImageKind};
+
+use super::adapter::Gpu;
+use super::models::{Models, TownPlace};
+use super::plan::{Plan, PlannedShadows};
+use super::rows::{LampRow, OccluderRow, PlacedRow, TargetRow, ViewRow};
+use super::shadow_maps::{MapKey, TownMaps};
+
+/// Views of one submission.
+const VIEWS_MAX: usize = 4_096;
+/// Bytes of all pictures of one submission, as they are read back.
+const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
+/// Bytes of the samples of one submission, and of its maps of bodies' shadows.
+const SAMPLES_BYTES_MAX: u64 = 512 * 1024 * 1024;
+const SHADOW_BYTES_MAX: u64 = 256 * 1024 * 1024;
+/// Bytes of a sample, and of a pixel of a map of shadows.
+pub(crate) const SAMPLE_BYTES: u64 = 8;
+pub(crate) const SHADOW_PX_BYTES: u64 = 4;
+/// Clusters of a chunk.
+const CHUNK: u32 = 64;
+/// Chunks that the numbers of triangles have room for.
+const CHUNKS_MAX: usize = (1 << 20) - 1;
+/// Side of a tile of pixels that are shaded together.
+const TILE_PX: u32 = 8;
+
+/// Rows of one picture of a view.
+#[derive(Clone, Copy)]
+pub(crate) struct PlannedPicture<'a> {
+    pub(crate) camera: &'a Camera,
+    /// Whether it has all rows.
+    pub(crate) is_whole: bool,
+    /// Its bytes among those that are read back.
+    pub(crate) offset_bytes: usize,
+    pub(crate) bytes: usize,
+}
+
+/// One submission.
+#[derive(Default)]
+pub(crate) struct Batch<'a> {
+    pub(crate) targets: Vec<TargetRow>,
+    pub(crate) placed: Vec<PlacedRow>,
+    /// Places among `placed`, and first clusters.
+    pub(crate) chunks: Vec<[u32; 2]>,
+    pub(crate) views: Vec<ViewRow>,
+    pub(crate) lamps: Vec<LampRow>,
+    pub(crate) occluders: Vec<OccluderRow>,
+    /// Bits of hidden things, one set after the other.
+    pub(crate) hidden: Vec<u32>,
+    pub(crate) samples: u64,
+    /// Pixels of bodies' maps of shadows.
+    pub(crate) shadow_px: u64,
+    /// Pixels of towns' maps of shadows that are drawn anew.
+    pub(crate) new_maps: Vec<Range<u32>>,
+    /// Four bytes each.
+    pub(crate) pixels: u64,
+    pub(crate) tiles_max: u32,
+    pub(crate) pictures: Vec<PlannedPicture<'a>>,
+    /// The plans that it draws.
+    pub(crate) plans: usize,
+    last_hidden: Option<(&'a HiddenScenery, [u32; 2])>,
+}
+
+impl<'a> Batch<'a> {
+    /// As many of the plans as fit into one submission, at least one.
+    ///
+    /// # Errors
+    /// What the device has no room for.
+    pub(crate) fn of(
+        plans: &[Plan<'a>],
+        (gpu, models, maps): (&Gpu, &mut Models, &mut TownMaps),
+    ) -> Result<Self, String> {
+        models.make_room();
+        maps.begin();
+        let mut batch = Self::default();
+        for plan in plans.iter().take(VIEWS_MAX) {
+            if batch.plans > 0 && !batch.has_room(plan, gpu) {
+                break;
+            }
+            let town = match models.get(plan.strip.town) {
+                Some(town) => town,
+                None if batch.plans > 0 && models.is_full() => break,
+                None => models.put(gpu, plan.strip.town)?,
+            };
+            if !batch.add(plan, town, maps) {
+                break;
+            }
+        }
+        if batch.plans == 0 { Err("a picture has no room".to_owned()) } else { Ok(batch) }
+    }
+
+    fn has_room(&self, plan: &Plan<'_>, gpu: &Gpu) -> bool {
+        let most = gpu.binding_bytes_max();
+        let samples = (self.samples + plan.sample_count()) * SAMPLE_BYTES;
+        let shadows = (self.shadow_px + u64::from(plan.shadow_px())) * SHADOW_PX_BYTES;
+        let pixels = (self.pixels + pixels_of(plan)) * 4;
+        samples <= SAMPLES_BYTES_MAX.min(most)
+            && shadows <= SHADOW_BYTES_MAX.min(most / 2)
+            && pixels <= READBACK_BYTES_MAX
+            // A town alone may have many.
+            && self.chunks.len() <= CHUNKS_MAX / 2
+    }
+
+    /// Whether it had room.
+    fn add(&mut self, plan: &Plan<'a>, town: TownPlace, maps: &mut TownMaps) -> bool {
+        let hidden = self.hide(plan.strip.hidden);
+        let mut view = plan.view;
+        if let Some(shadows) = &plan.shadows {
+            let key = MapKey::new(town.number, plan.strip.hidden, &shadows.sun);
+            let Some((first_px, is_new)) = maps.get(&key, plan.shadow_px()) else { return false };
+            if is_new {
+                self.draw_town_map(shadows, town, (first_px, hidden));
+            }
+            let own_px = maps.room_px() + self.shadow_px as u32;
+            self.draw_bodies_map(shadows, own_px);
+            view.shadow[0] = first_px;
+            view.shadow[1] = own_px;
+        }
+        let mut target = plan.target;
+        target.place[0] = self.samples as u32;
+        target.kind[1..3].copy_from_slice(&hidden);
+        view.samples[0] = self.samples as u32;
+        self.samples += plan.sample_count();
+        let number = self.target(target);
+        let of_town = town.models.map(|model| PlacedRow::new(&Instance::IN_PLACE, model, number));
+        of_town.into_iter().for_each(|row| self.place(row));
+        self.place_all(&plan.seen, number);
+        let (lamps, occluders) = (plan.lamps.len() as u32, plan.occluders.len() as u32);
+        view.lists = [self.lamps.len() as u32, lamps, self.occluders.len() as u32, occluders];
+        self.lamps.extend(&plan.lamps);
+        self.occluders.extend(&plan.occluders);
+        self.read_back(plan, &mut view);
+        self.views.push(view);
+        self.plans += 1;
+        true
+    }
+
+    fn draw_town_map(
+        &mut self,
+        shadows: &PlannedShadows,
+        town: TownPlace,
+        (first_px, hidden): (u32, [u32; 2]),
+    ) {
+        let mut target = shadows.target;
+        target.place[0] = first_px;
+        target.kind[1..3].copy_from_slice(&hidden);
+        let number = self.target(target);
+        let [_, standing] = town.models;
+        self.place(PlacedRow::new(&Instance::IN_PLACE, standing, number));
+        let side_px = shadows.sun.side_px;
+        self.new_maps.push(first_px..first_px + side_px * side_px);
+    }
+
+    fn draw_bodies_map(&mut self, shadows: &PlannedShadows, first_px: u32) {
+        let mut target = shadows.target;
+        target.place[0] = first_px;
+        let number = self.target(target);
+        self.place_all(&shadows.shading, number);
+        self.shadow_px += u64::from(shadows.sun.side_px * shadows.sun.side_px);
+    }
+
+    /// Adds a target and gives its number.
+    fn target(&mut self, target: TargetRow) -> u32 {
+        self.targets.push(target);
+        self.targets.len() as u32 - 1
+    }
+
+    fn place_all(&mut self, rows: &[PlacedRow], target: u32) {
+        for row in rows {
+            let mut row = *row;
+            row.seen[0] = target;
+            self.place(row);
+        }
+    }
+
+    fn place(&mut self, row: PlacedRow) {
+        let number = self.placed.len() as u32;
+        let clusters = row.seen[1];
+        let chunks = (0..clusters).step_by(CHUNK as usize);
+        self.chunks.extend(chunks.map(|first| [number, first]));
+        self.placed.push(row);
+    }
+
+    /// Where the bits of hidden things begin, and how many words they are.
+    fn hide(&mut self, hidden: &'a HiddenScenery) -> [u32; 2] {
+        if hidden.is_none() {
+            return [0; 2];
+        }
+        if let Some((last, words)) = self.last_hidden
+            && last == hidden
+        {
+            return words;
+        }
+        let first = self.hidden.len();
+        self.hidden.extend(hidden.bits().chunks(4).map(|bytes| {
+            let mut word = [0; 4];
+            word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+            u32::from_le_bytes(word)
+        }));
+        let words = [first as u32, (self.hidden.len() - first) as u32];
+        self.last_hidden = Some((hidden, words));
+        words
+    }
+
+    /// Makes room for the pictures of a plan. Cameras that want the same share it.
+    fn read_back(&mut self, plan: &Plan<'a>, view: &mut ViewRow) {
+        let strip = plan.strip;
+        let px = u64::from(strip.camera().width_px) * strip.rows.len() as u64;
+        for camera in &strip.cameras {
+            let Some(out) = view.outs.get_mut(out_of(camera.kind)) else { continue };
+            if *out == super::rows::NOWHERE {
+                *out = self.pixels as u32;
+                self.pixels += px;
+            }
+            self.pictures.push(PlannedPicture {
+                camera,
+                is_whole: strip.is_whole(),
+                offset_bytes: *out as usize * 4,
+                bytes: px as usize * 4,
+            });
+        }
+        let tiles = strip.camera().width_px.div_ceil(TILE_PX)
+            * (strip.rows.end - strip.rows.start).div_ceil(TILE_PX);
+        self.tiles_max = self.tiles_max.max(tiles);
+    }
+}
+
+/// Which of a view's pixels a kind of picture is.
+fn out_of(kind: ImageKind) -> usize {
+    match kind {
+        ImageKind::Rgb | ImageKind::Depth => 0,
+        ImageKind::Semantic | ImageKind::Instance => 1,
+        ImageKind::Normals => 2,
+    }
+}
+
+fn pixels_of(plan: &Plan<'_>) -> u64 {
+    let strip = plan.strip;
+    u64::from(strip.camera().width_px) * (strip.rows.len() * strip.cameras.len()) as u64
+}

@@ -1,0 +1,310 @@
+//! One open device and everything on it; gone with the device.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use schemas::PictureQuality;
+
+use crate::RenderError;
+use crate::encode::{Encoder, Pixels};
+use crate::parallel::{in_parallel, threads};
+use crate::strip::{Drawn, Strip, row_pitch_bytes};
+
+use super::adapter::{AdapterChoice, Gpu};
+use super::batch::{Batch, PlannedPicture, SAMPLE_BYTES, SHADOW_PX_BYTES};
+use super::buffers::Scratch;
+use super::kernels::{Kernels, groups_of};
+use super::models::Models;
+use super::plan::{Fineness, Plan};
+use super::readback::{InFlight, RING, Ring};
+use super::rows::material_rows;
+use super::shaders::Kernel;
+use super::shadow_maps::TownMaps;
+use super::timer::{TIMES_BYTES, Timer};
+
+/// Strips that are planned at once.
+const PLANS_MAX: usize = 1_024;
+/// Bytes of the maps of towns' shadows.
+const TOWN_MAPS_BYTES: u64 = 128 * 1024 * 1024;
+const TOWN_MAPS_BYTES_SOFTWARE: u64 = 16 * 1024 * 1024;
+/// Blocks of large triangles that one submission has room for at first.
+const LARGE_FIRST: u64 = 1 << 18;
+/// Bytes of a block's row.
+const LARGE_BYTES: u64 = 8;
+/// What is told of a submission behind its pictures: visible clusters, blocks of large triangles.
+const FOUND_BYTES: u64 = 8;
+/// All that is told, with the kernels' times.
+const TAIL_BYTES: u64 = TIMES_BYTES + FOUND_BYTES;
+
+/// One open device and everything on it.
+pub(crate) struct Drawing {
+    pub(crate) gpu: Gpu,
+    kernels: Kernels,
+    models: Models,
+    maps: TownMaps,
+    buffers: Buffers,
+    ring: Ring,
+    timer: Timer,
+    /// One for each thread.
+    encoders: Vec<Encoder>,
+}
+
+/// What is written anew for every submission, but for shadows of towns.
+struct Buffers {
+    targets: Scratch,
+    placed: Scratch,
+    chunks: Scratch,
+    views: Scratch,
+    lamps: Scratch,
+    occluders: Scratch,
+    hidden: Scratch,
+    materials: Scratch,
+    visible: Scratch,
+    found: Scratch,
+    large: Scratch,
+    visibility: Scratch,
+    shadows: Scratch,
+    pixels: Scratch,
+}
+
+impl Buffers {
+    fn new(gpu: &Gpu) -> Self {
+        let new = |label: &'static str| Scratch::new(gpu, label);
+        let mut buffers = Self {
+            targets: new("targets"),
+            placed: new("placed"),
+            chunks: new("chunks"),
+            views: new("views"),
+            lamps: new("lamps"),
+            occluders: new("occluders"),
+            hidden: new("hidden"),
+            materials: new("materials"),
+            visible: new("visible"),
+            found: new("found"),
+            large: new("large"),
+            visibility: new("visibility"),
+            shadows: new("shadows"),
+            pixels: new("pixels"),
+        };
+        buffers.materials.write(gpu, &material_rows());
+        buffers.large.reserve(gpu, LARGE_FIRST * LARGE_BYTES);
+        buffers
+    }
+}
+
+impl Drawing {
+    /// # Errors
+    /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
+    pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        let gpu = Gpu::open(choice)?;
+        let room = if gpu.software { TOWN_MAPS_BYTES_SOFTWARE } else { TOWN_MAPS_BYTES };
+        let drawing = Self {
+            kernels: Kernels::new(&gpu),
+            models: Models::new(&gpu),
+            maps: TownMaps::new((room / SHADOW_PX_BYTES) as u32),
+            buffers: Buffers::new(&gpu),
+            ring: Ring::default(),
+            timer: Timer::new(&gpu),
+            encoders: std::iter::repeat_with(Encoder::default).take(threads()).collect(),
+            gpu,
+        };
+        match drawing.gpu.fault() {
+            None => Ok(drawing),
+            Some(cause) => {
+                Err(RenderError::NoDevice { adapter: drawing.gpu.adapter_name.clone(), cause })
+            }
+        }
+    }
+
+    /// Draws strips in as few submissions as fit, one drawn while the one before is encoded. Gives
+    /// what came of each strip's cameras, in order. Those that do not say their quality have this
+    /// one.
+    ///
+    /// # Errors
+    /// What happened to the device; it is of no use afterwards.
+    pub(crate) fn draw(
+        &mut self,
+        strips: &[Strip<'_>],
+        quality: PictureQuality,
+    ) -> Result<Vec<Drawn>, String> {
+        loop {
+            if let Some(drawn) = self.try_to_draw(strips, quality)? {
+                return Ok(drawn);
+            }
+        }
+    }
+
+    /// `None` if there was no room for all blocks of large triangles; there is more of it next time.
+    fn try_to_draw(
+        &mut self,
+        strips: &[Strip<'_>],
+        quality: PictureQuality,
+    ) -> Result<Option<Vec<Drawn>>, String> {
+        let fineness = Fineness { quality, is_software: self.gpu.software };
+        let mut drawn = Vec::with_capacity(strips.len());
+        let mut under_way = VecDeque::new();
+        let mut large = 0;
+        for strips in strips.chunks(PLANS_MAX) {
+            let models = &self.models;
+            let plans = in_parallel(&mut self.encoders, strips.iter().collect(), |_, strip| {
+                Plan::new(strip, fineness, models)
+            });
+            let mut rest = plans.as_slice();
+            while !rest.is_empty() {
+                let room = (&self.gpu, &mut self.models, &mut self.maps);
+                let batch = Batch::of(rest, room)?;
+                let flight = self.submit(&batch);
+                rest = rest.get(batch.plans..).unwrap_or_default();
+                under_way.push_back((flight, batch.pictures));
+                if under_way.len() >= RING
+                    && let Some((flight, pictures)) = under_way.pop_front()
+                {
+                    large = large.max(self.collect(flight, &pictures, &mut drawn)?);
+                }
+            }
+        }
+        for (flight, pictures) in under_way {
+            large = large.max(self.collect(flight, &pictures, &mut drawn)?);
+        }
+        let room = self.buffers.large.get().size() / LARGE_BYTES;
+        if large <= room {
+            return Ok(Some(drawn));
+        }
+        let most = self.gpu.binding_bytes_max() / LARGE_BYTES;
+        if large > most {
+            return Err(format!("{large} blocks of large triangles, room for {most}"));
+        }
+        self.buffers.large.reserve(&self.gpu, large * LARGE_BYTES);
+        // Maps of towns may lack triangles.
+        self.maps = TownMaps::new(self.maps.room_px());
+        Ok(None)
+    }
+
+    /// What all kernels took since the device was opened; `None` if it does not tell.
+    pub(crate) fn kernel_times(&self) -> Option<[(&'static str, Duration); Kernel::ALL.len()]> {
+        self.timer.sums()
+    }
+
+    fn submit(&mut self, batch: &Batch<'_>) -> InFlight {
+        self.upload(batch);
+        let gpu = &self.gpu;
+        let buffers = &self.buffers;
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.clear_buffer(buffers.visibility.get(), 0, Some(batch.samples * SAMPLE_BYTES));
+        let shadows = buffers.shadows.get();
+        let px = |px: u32| u64::from(px) * SHADOW_PX_BYTES;
+        if batch.shadow_px > 0 {
+            let bytes = batch.shadow_px * SHADOW_PX_BYTES;
+            encoder.clear_buffer(shadows, px(self.maps.room_px()), Some(bytes));
+        }
+        for map in &batch.new_maps {
+            encoder.clear_buffer(shadows, px(map.start), Some(px(map.end - map.start)));
+        }
+        for kernel in Kernel::ALL {
+            self.run(&mut encoder, kernel, batch);
+        }
+        let bytes = batch.pixels * 4;
+        let readback = self.ring.take(gpu, bytes + TAIL_BYTES);
+        self.timer.copy(&mut encoder, &readback, readback.size() - TAIL_BYTES);
+        let offset = readback.size() - FOUND_BYTES;
+        encoder.copy_buffer_to_buffer(buffers.pixels.get(), 0, &readback, 0, bytes);
+        encoder.copy_buffer_to_buffer(buffers.found.get(), 0, &readback, offset, FOUND_BYTES);
+        InFlight::submit(gpu, encoder, readback)
+    }
+
+    fn upload(&mut self, batch: &Batch<'_>) {
+        let Self { gpu, buffers, maps, .. } = self;
+        buffers.targets.write(gpu, &batch.targets);
+        buffers.placed.write(gpu, &batch.placed);
+        buffers.chunks.write(gpu, &batch.chunks);
+        buffers.views.write(gpu, &batch.views);
+        buffers.lamps.write(gpu, &batch.lamps);
+        buffers.occluders.write(gpu, &batch.occluders);
+        buffers.hidden.write(gpu, &batch.hidden);
+        buffers.found.write(gpu, &[0, 0, batch.chunks.len() as u32, 0]);
+        buffers.visible.reserve(gpu, batch.chunks.len() as u64 * 64 * 4);
+        buffers.visibility.reserve(gpu, batch.samples * SAMPLE_BYTES);
+        buffers.pixels.reserve(gpu, batch.pixels * 4);
+        let of_towns = u64::from(maps.room_px()) * SHADOW_PX_BYTES;
+        let of_bodies = batch.shadow_px * SHADOW_PX_BYTES;
+        buffers.shadows.grow(gpu, of_towns + of_bodies, of_towns);
+    }
+
+    fn run(&self, encoder: &mut wgpu::CommandEncoder, kernel: Kernel, batch: &Batch<'_>) {
+        let Self { buffers, models, kernels, .. } = self;
+        let chunks = batch.chunks.len() as u64;
+        let mut bindings = vec![
+            (1, buffers.placed.get().as_entire_binding()),
+            (2, buffers.chunks.get().as_entire_binding()),
+            (3, models.clusters.get().as_entire_binding()),
+        ];
+        if kernel != Kernel::Shade {
+            bindings.push((0, buffers.targets.get().as_entire_binding()));
+            bindings.push((5, buffers.found.get().as_entire_binding()));
+        }
+        if kernel != Kernel::Cull {
+            bindings.push((6, models.triangles.get().as_entire_binding()));
+            bindings.push((7, models.corners.get().as_entire_binding()));
+            bindings.push((9, buffers.visibility.get().as_entire_binding()));
+            bindings.push((10, buffers.shadows.get().as_entire_binding()));
+        }
+        let groups = match kernel {
+            Kernel::Cull => {
+                bindings.push((4, buffers.visible.get().as_entire_binding()));
+                groups_of(chunks as u32)
+            }
+            Kernel::Small => {
+                bindings.push((4, buffers.visible.get().as_entire_binding()));
+                bindings.push((8, buffers.hidden.get().as_entire_binding()));
+                bindings.push((11, buffers.large.get().as_entire_binding()));
+                kernels.takers(chunks * 64)
+            }
+            Kernel::Large => {
+                bindings.push((8, buffers.hidden.get().as_entire_binding()));
+                bindings.push((11, buffers.large.get().as_entire_binding()));
+                kernels.takers(u64::MAX)
+            }
+            Kernel::Shade => {
+                bindings.push((4, buffers.views.get().as_entire_binding()));
+                bindings.push((5, buffers.lamps.get().as_entire_binding()));
+                bindings.push((8, buffers.occluders.get().as_entire_binding()));
+                bindings.push((11, buffers.materials.get().as_entire_binding()));
+                bindings.push((12, buffers.pixels.get().as_entire_binding()));
+                [groups_of(batch.tiles_max)[0], batch.views.len() as u32]
+            }
+        };
+        kernels.run((&self.gpu, encoder), kernel, bindings, groups, self.timer.of(kernel));
+    }
+
+    /// Takes the pictures of a submission; how many blocks of large triangles it had.
+    fn collect(
+        &mut self,
+        flight: InFlight,
+        pictures: &[PlannedPicture<'_>],
+        drawn: &mut Vec<Drawn>,
+    ) -> Result<u64, String> {
+        let Self { encoders, timer, .. } = self;
+        self.ring.finish(&self.gpu, flight, |bytes| {
+            let times = bytes.len() - TAIL_BYTES as usize..bytes.len() - FOUND_BYTES as usize;
+            timer.add(bytes.get(times).unwrap_or_default());
+            let found = bytes.last_chunk::<4>().copied().map_or(0, u32::from_le_bytes);
+            let pictures = pictures.iter().collect();
+            drawn.extend(in_parallel(encoders, pictures, |encoder, picture| {
+                finished(picture, bytes, encoder)
+            }));
+            u64::from(found)
+        })
+    }
+}
+
+fn finished(picture: &PlannedPicture<'_>, bytes: &[u8], encoder: &mut Encoder) -> Drawn {
+    let range = picture.offset_bytes..picture.offset_bytes + picture.bytes;
+    let bytes = bytes.get(range).unwrap_or_default();
+    if picture.is_whole {
+        let row_pitch_bytes = row_pitch_bytes(picture.camera.width_px) as usize;
+        Drawn::Picture(encoder.encode(picture.camera, &Pixels { bytes, row_pitch_bytes }))
+    } else {
+        Drawn::Rows(bytes.to_vec())
+    }
+}
