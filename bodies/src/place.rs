@@ -1,5 +1,7 @@
 //! From an actor to placed and coloured shapes.
 
+use std::sync::LazyLock;
+
 use bytemuck::{Pod, Zeroable};
 use nalgebra::Matrix4;
 use schemas::{ActorKind, ActorState, PosedLimb, SemanticTag, TagId, Vec3};
@@ -39,6 +41,9 @@ pub struct Placed {
     pub instance: Instance,
 }
 
+/// Room for the parts of most things.
+const PARTS: usize = 16;
+
 /// Collects the parts of one thing.
 #[derive(Clone, Debug)]
 pub struct Placer {
@@ -62,8 +67,9 @@ pub fn is_shown(actor: &ActorState) -> bool {
         | ActorKind::Marker => false,
     };
     let (extent, centre) = (actor.box_half_extent_m, actor.box_centre_m);
-    let pose = actor.world_from_actor.to_homogeneous();
-    let mut numbers = pose.iter().chain(extent.iter()).chain(centre.iter());
+    let pose = &actor.world_from_actor;
+    let turn_and_place = pose.rotation.coords.iter().chain(pose.translation.vector.iter());
+    let mut numbers = turn_and_place.chain(extent.iter()).chain(centre.iter());
     has_body && numbers.all(|part| part.is_finite()) && extent.iter().all(|part| *part > 0.0)
 }
 
@@ -97,7 +103,8 @@ fn box_scale(actor: &ActorState) -> Matrix4<f32> {
 impl Placer {
     /// Without parts.
     pub fn new(world_from_actor: Matrix4<f32>, label: u32) -> Self {
-        Self { world_from_actor, label, parts: Vec::new(), sources: Vec::new() }
+        let parts = Vec::with_capacity(PARTS);
+        Self { world_from_actor, label, parts, sources: Vec::new() }
     }
 
     /// Puts a shape at a place of the thing's own frame.
@@ -126,12 +133,17 @@ impl Instance {
     };
 }
 
-/// Linear colour of an sRGB `0xRRGGBB`.
-pub fn linear(rgb: u32) -> [f32; 3] {
-    [16, 8, 0].map(|shift| {
-        let encoded = ((rgb >> shift) & 0xff) as f32 / 255.0;
+/// Channels of 8 bits, sRGB to linear.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|at| {
+        let encoded = at as f32 / 255.0;
         if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
     })
+});
+
+/// Linear colour of an sRGB `0xRRGGBB`.
+pub fn linear(rgb: u32) -> [f32; 3] {
+    [16, 8, 0].map(|shift| LINEAR[(rgb >> shift) as usize & 0xff])
 }
 
 /// A tint without glow.

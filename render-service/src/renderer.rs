@@ -10,12 +10,16 @@ use crate::RenderError;
 use crate::cpu::CpuDrawing;
 use crate::gpu::adapter::AdapterChoice;
 use crate::gpu::drawing::Drawing;
+use crate::parallel::{in_parallel, threads};
 use crate::scene::town::TownScene;
 use crate::sliced::{Portion, SlicedJob};
 use crate::strip::{Drawn, Strip};
 
 /// Devices that may be lost in a row before the jobs are given up.
 const LOSSES_MAX: u32 = 3;
+
+/// So many jobs are worth several threads before they are drawn and after.
+const MANY_JOBS: usize = 64;
 
 /// A job and the town it takes place in.
 pub type TownJob<'a> = (Arc<TownScene>, &'a RenderJob);
@@ -115,14 +119,18 @@ impl Renderer {
     /// [`RendererUnavailable`](schemas::ErrorCode::RendererUnavailable) when the device is lost
     /// for good.
     pub fn render(&mut self, jobs: &[TownJob<'_>]) -> Vec<Result<Images, Error>> {
+        // One job takes some microseconds before it is drawn and after: many are shared out.
+        let mut threads = vec![(); if jobs.len() < MANY_JOBS { 1 } else { threads() }];
         let mut sliced: Vec<Result<SlicedJob<&RenderJob>, Error>> =
-            jobs.iter().map(|(town, job)| SlicedJob::new(Arc::clone(town), *job)).collect();
+            in_parallel(&mut threads, jobs.iter().collect(), |(), (town, job)| {
+                SlicedJob::new(Arc::clone(town), *job)
+            });
         let whole = sliced.iter_mut().flatten().map(|job| {
             let rest = job.rest();
             (job, rest)
         });
         let drawn = self.draw_portions(whole.collect()).map_err(Error::from);
-        sliced.into_iter().map(|job| drawn.clone().and(job)?.finish()).collect()
+        in_parallel(&mut threads, sliced, |(), job| drawn.clone().and(job)?.finish())
     }
 
     /// Draws portions of jobs, each the next of its job, in as few submissions as fit. The bytes of

@@ -39,9 +39,9 @@ pub(crate) struct PlannedPicture<'a> {
     pub(crate) bytes: usize,
 }
 
-/// One submission.
+/// What one submission uploads; kept from one to the next, it saves memory being fetched anew.
 #[derive(Default)]
-pub(crate) struct Batch<'a> {
+pub(crate) struct Rows {
     pub(crate) targets: Vec<TargetRow>,
     pub(crate) placed: Vec<PlacedRow>,
     /// Places among `placed`, and first clusters.
@@ -51,6 +51,26 @@ pub(crate) struct Batch<'a> {
     pub(crate) occluders: Vec<OccluderRow>,
     /// Bits of hidden things, one set after the other.
     pub(crate) hidden: Vec<u32>,
+}
+
+impl Rows {
+    /// Without any.
+    fn cleared(mut self) -> Self {
+        self.targets.clear();
+        self.placed.clear();
+        self.chunks.clear();
+        self.views.clear();
+        self.lamps.clear();
+        self.occluders.clear();
+        self.hidden.clear();
+        self
+    }
+}
+
+/// One submission.
+#[derive(Default)]
+pub(crate) struct Batch<'a> {
+    pub(crate) rows: Rows,
     pub(crate) samples: u64,
     /// Pixels of bodies' maps of shadows.
     pub(crate) shadow_px: u64,
@@ -66,17 +86,19 @@ pub(crate) struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    /// As many of the plans as fit into one submission, at least one.
+    /// As many of the plans as fit into one submission, at least one; `rows` are those of an older
+    /// one.
     ///
     /// # Errors
     /// What the device has no room for.
     pub(crate) fn of(
         plans: &[Plan<'a>],
         (gpu, models, maps): (&Gpu, &mut Models, &mut TownMaps),
+        rows: Rows,
     ) -> Result<Self, String> {
         models.make_room();
         maps.begin();
-        let mut batch = Self::default();
+        let mut batch = Self { rows: rows.cleared(), ..Self::default() };
         for plan in plans.iter().take(VIEWS_MAX) {
             if batch.plans > 0 && !batch.has_room(plan, gpu) {
                 break;
@@ -102,7 +124,7 @@ impl<'a> Batch<'a> {
             && shadows <= SHADOW_BYTES_MAX.min(most / 2)
             && pixels <= READBACK_BYTES_MAX
             // A town alone may have many.
-            && self.chunks.len() <= CHUNKS_MAX / 2
+            && self.rows.chunks.len() <= CHUNKS_MAX / 2
     }
 
     /// Whether it had room.
@@ -130,11 +152,11 @@ impl<'a> Batch<'a> {
         of_town.into_iter().for_each(|row| self.place(row));
         self.place_all(&plan.seen, number);
         let (lamps, occluders) = (plan.lamps.len() as u32, plan.occluders.len() as u32);
-        view.lists = [self.lamps.len() as u32, lamps, self.occluders.len() as u32, occluders];
-        self.lamps.extend(&plan.lamps);
-        self.occluders.extend(&plan.occluders);
+        view.lists = [self.rows.lamps.len() as u32, lamps, self.rows.occluders.len() as u32, occluders];
+        self.rows.lamps.extend(&plan.lamps);
+        self.rows.occluders.extend(&plan.occluders);
         self.read_back(plan, &mut view);
-        self.views.push(view);
+        self.rows.views.push(view);
         self.plans += 1;
         true
     }
@@ -165,8 +187,8 @@ impl<'a> Batch<'a> {
 
     /// Adds a target and gives its number.
     fn target(&mut self, target: TargetRow) -> u32 {
-        self.targets.push(target);
-        self.targets.len() as u32 - 1
+        self.rows.targets.push(target);
+        self.rows.targets.len() as u32 - 1
     }
 
     fn place_all(&mut self, rows: &[PlacedRow], target: u32) {
@@ -178,11 +200,11 @@ impl<'a> Batch<'a> {
     }
 
     fn place(&mut self, row: PlacedRow) {
-        let number = self.placed.len() as u32;
+        let number = self.rows.placed.len() as u32;
         let clusters = row.seen[1];
         let chunks = (0..clusters).step_by(CHUNK as usize);
-        self.chunks.extend(chunks.map(|first| [number, first]));
-        self.placed.push(row);
+        self.rows.chunks.extend(chunks.map(|first| [number, first]));
+        self.rows.placed.push(row);
     }
 
     /// Where the bits of hidden things begin, and how many words they are.
@@ -195,13 +217,13 @@ impl<'a> Batch<'a> {
         {
             return words;
         }
-        let first = self.hidden.len();
-        self.hidden.extend(hidden.bits().chunks(4).map(|bytes| {
+        let first = self.rows.hidden.len();
+        self.rows.hidden.extend(hidden.bits().chunks(4).map(|bytes| {
             let mut word = [0; 4];
             word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
             u32::from_le_bytes(word)
         }));
-        let words = [first as u32, (self.hidden.len() - first) as u32];
+        let words = [first as u32, (self.rows.hidden.len() - first) as u32];
         self.last_hidden = Some((hidden, words));
         words
     }

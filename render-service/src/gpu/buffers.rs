@@ -40,8 +40,8 @@ impl Scratch {
         }
     }
 
-    /// Writes rows from its beginning on, before the next submission.
-    pub(crate) fn write<T: bytemuck::Pod>(&mut self, gpu: &Gpu, rows: &[T]) {
+    /// Makes sure that it has these rows and nothing else.
+    pub(crate) fn fill<T: bytemuck::Pod>(&mut self, gpu: &Gpu, rows: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         self.reserve(gpu, bytes.len() as u64);
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
@@ -49,6 +49,25 @@ impl Scratch {
 
     pub(crate) fn get(&self) -> &wgpu::Buffer {
         &self.buffer
+    }
+}
+
+/// How a submission's rows come to the device.
+pub(crate) struct Upload<'a> {
+    pub(crate) gpu: &'a Gpu,
+    pub(crate) encoder: &'a mut wgpu::CommandEncoder,
+    pub(crate) belt: &'a mut wgpu::util::StagingBelt,
+}
+
+impl Upload<'_> {
+    /// Writes rows from the beginning of a buffer on.
+    pub(crate) fn write<T: bytemuck::Pod>(&mut self, to: &mut Scratch, rows: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(rows);
+        to.reserve(self.gpu, bytes.len() as u64);
+        if let Some(size) = std::num::NonZeroU64::new(bytes.len() as u64) {
+            let mut view = self.belt.write_buffer(self.encoder, &to.buffer, 0, size);
+            view.copy_from_slice(bytes);
+        }
     }
 }
 

@@ -11,8 +11,8 @@ use crate::parallel::{in_parallel, threads};
 use crate::strip::{Drawn, Strip, row_pitch_bytes};
 
 use super::adapter::{AdapterChoice, Gpu};
-use super::batch::{Batch, PlannedPicture, SAMPLE_BYTES, SHADOW_PX_BYTES};
-use super::buffers::Scratch;
+use super::batch::{Batch, PlannedPicture, Rows, SAMPLE_BYTES, SHADOW_PX_BYTES};
+use super::buffers::{Scratch, Upload};
 use super::kernels::{Kernels, groups_of};
 use super::models::Models;
 use super::plan::{Fineness, Plan};
@@ -29,6 +29,8 @@ const TOWN_MAPS_BYTES: u64 = 128 * 1024 * 1024;
 const TOWN_MAPS_BYTES_SOFTWARE: u64 = 16 * 1024 * 1024;
 /// Blocks of large triangles that one submission has room for at first.
 const LARGE_FIRST: u64 = 1 << 18;
+/// Bytes that are uploaded in one piece.
+const BELT_BYTES: u64 = 4 * 1024 * 1024;
 /// Bytes of a block's row.
 const LARGE_BYTES: u64 = 8;
 /// What is told of a submission behind its pictures: visible clusters, blocks of large triangles.
@@ -44,6 +46,9 @@ pub(crate) struct Drawing {
     maps: TownMaps,
     buffers: Buffers,
     ring: Ring,
+    belt: wgpu::util::StagingBelt,
+    /// Of an older submission.
+    rows: Rows,
     timer: Timer,
     /// One for each thread.
     encoders: Vec<Encoder>,
@@ -86,7 +91,7 @@ impl Buffers {
             shadows: new("shadows"),
             pixels: new("pixels"),
         };
-        buffers.materials.write(gpu, &material_rows());
+        buffers.materials.fill(gpu, &material_rows());
         buffers.large.reserve(gpu, LARGE_FIRST * LARGE_BYTES);
         buffers
     }
@@ -104,6 +109,8 @@ impl Drawing {
             maps: TownMaps::new((room / SHADOW_PX_BYTES) as u32),
             buffers: Buffers::new(&gpu),
             ring: Ring::default(),
+            belt: wgpu::util::StagingBelt::new(gpu.device.clone(), BELT_BYTES),
+            rows: Rows::default(),
             timer: Timer::new(&gpu),
             encoders: std::iter::repeat_with(Encoder::default).take(threads()).collect(),
             gpu,
@@ -152,8 +159,9 @@ impl Drawing {
             let mut rest = plans.as_slice();
             while !rest.is_empty() {
                 let room = (&self.gpu, &mut self.models, &mut self.maps);
-                let batch = Batch::of(rest, room)?;
+                let batch = Batch::of(rest, room, std::mem::take(&mut self.rows))?;
                 let flight = self.submit(&batch);
+                self.rows = batch.rows;
                 rest = rest.get(batch.plans..).unwrap_or_default();
                 under_way.push_back((flight, batch.pictures));
                 if under_way.len() >= RING
@@ -186,11 +194,12 @@ impl Drawing {
     }
 
     fn submit(&mut self, batch: &Batch<'_>) -> InFlight {
-        self.upload(batch);
-        let gpu = &self.gpu;
-        let buffers = &self.buffers;
         let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.upload(&mut encoder, batch);
+        let bytes = batch.pixels * 4;
+        let readback = self.ring.take(&self.gpu, bytes + TAIL_BYTES);
+        let Self { gpu, buffers, .. } = &*self;
         encoder.clear_buffer(buffers.visibility.get(), 0, Some(batch.samples * SAMPLE_BYTES));
         let shadows = buffers.shadows.get();
         let px = |px: u32| u64::from(px) * SHADOW_PX_BYTES;
@@ -204,26 +213,28 @@ impl Drawing {
         for kernel in Kernel::ALL {
             self.run(&mut encoder, kernel, batch);
         }
-        let bytes = batch.pixels * 4;
-        let readback = self.ring.take(gpu, bytes + TAIL_BYTES);
         self.timer.copy(&mut encoder, &readback, readback.size() - TAIL_BYTES);
         let offset = readback.size() - FOUND_BYTES;
         encoder.copy_buffer_to_buffer(buffers.pixels.get(), 0, &readback, 0, bytes);
         encoder.copy_buffer_to_buffer(buffers.found.get(), 0, &readback, offset, FOUND_BYTES);
-        InFlight::submit(gpu, encoder, readback)
+        let flight = InFlight::submit(gpu, encoder, readback);
+        self.belt.recall();
+        flight
     }
 
-    fn upload(&mut self, batch: &Batch<'_>) {
-        let Self { gpu, buffers, maps, .. } = self;
-        buffers.targets.write(gpu, &batch.targets);
-        buffers.placed.write(gpu, &batch.placed);
-        buffers.chunks.write(gpu, &batch.chunks);
-        buffers.views.write(gpu, &batch.views);
-        buffers.lamps.write(gpu, &batch.lamps);
-        buffers.occluders.write(gpu, &batch.occluders);
-        buffers.hidden.write(gpu, &batch.hidden);
-        buffers.found.write(gpu, &[0, 0, batch.chunks.len() as u32, 0]);
-        buffers.visible.reserve(gpu, batch.chunks.len() as u64 * 64 * 4);
+    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder, batch: &Batch<'_>) {
+        let Self { gpu, buffers, maps, belt, .. } = self;
+        let mut way = Upload { gpu, encoder, belt };
+        way.write(&mut buffers.targets, &batch.rows.targets);
+        way.write(&mut buffers.placed, &batch.rows.placed);
+        way.write(&mut buffers.chunks, &batch.rows.chunks);
+        way.write(&mut buffers.views, &batch.rows.views);
+        way.write(&mut buffers.lamps, &batch.rows.lamps);
+        way.write(&mut buffers.occluders, &batch.rows.occluders);
+        way.write(&mut buffers.hidden, &batch.rows.hidden);
+        way.write(&mut buffers.found, &[0, 0, batch.rows.chunks.len() as u32, 0]);
+        belt.finish();
+        buffers.visible.reserve(gpu, batch.rows.chunks.len() as u64 * 64 * 4);
         buffers.visibility.reserve(gpu, batch.samples * SAMPLE_BYTES);
         buffers.pixels.reserve(gpu, batch.pixels * 4);
         let of_towns = u64::from(maps.room_px()) * SHADOW_PX_BYTES;
@@ -233,7 +244,7 @@ impl Drawing {
 
     fn run(&self, encoder: &mut wgpu::CommandEncoder, kernel: Kernel, batch: &Batch<'_>) {
         let Self { buffers, models, kernels, .. } = self;
-        let chunks = batch.chunks.len() as u64;
+        let chunks = batch.rows.chunks.len() as u64;
         let mut bindings = vec![
             (1, buffers.placed.get().as_entire_binding()),
             (2, buffers.chunks.get().as_entire_binding()),
@@ -271,7 +282,7 @@ impl Drawing {
                 bindings.push((8, buffers.occluders.get().as_entire_binding()));
                 bindings.push((11, buffers.materials.get().as_entire_binding()));
                 bindings.push((12, buffers.pixels.get().as_entire_binding()));
-                [groups_of(batch.tiles_max)[0], batch.views.len() as u32]
+                [groups_of(batch.tiles_max)[0], batch.rows.views.len() as u32]
             }
         };
         kernels.run((&self.gpu, encoder), kernel, bindings, groups, self.timer.of(kernel));
