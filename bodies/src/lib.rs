@@ -19,4 +19,4 @@ pub use mesh::{Mesh, Vertex, pack, quantised};
 pub use place::{
     Instance, Placed, Placer, Shine, Source, bounds, glowing, is_shown, linear, opaque, place,
 };
-pub use shape::{Detail, Shape};
+pub use shape::Shape;

@@ -152,18 +152,9 @@ impl Shape {
     }
 }
 
-/// How finely a shape is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Detail {
-    /// Every triangle.
-    Fine,
-    /// For far away and for shadows.
-    Coarse,
-}
-
 impl Shape {
-    /// Side of the cells in which corners are drawn together for [`Detail::Coarse`], in the shape's
-    /// own unit: thinner than its thinnest part that matters.
+    /// Side of the cells in which corners are drawn together far away, in the shape's own unit:
+    /// thinner than its thinnest part that matters.
     pub fn coarse_cell(self) -> f32 {
         match self {
             Self::Torso | Self::Head => 0.06,
@@ -194,14 +185,6 @@ impl Shape {
             | Self::LightBar => 0.18,
         }
     }
-
-    /// Its triangles at a detail.
-    pub fn mesh_at(self, detail: Detail) -> Mesh {
-        match detail {
-            Detail::Fine => self.mesh(),
-            Detail::Coarse => self.mesh().coarse(self.coarse_cell()),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -226,7 +209,7 @@ mod tests {
             parts.clone().fold(f32::MIN, f32::max) - parts.fold(f32::MAX, f32::min)
         };
         for shape in [Shape::Sedan, Shape::Wheel, Shape::Torso, Shape::Leg, Shape::Head] {
-            let (fine, coarse) = (shape.mesh(), shape.mesh_at(Detail::Coarse));
+            let (fine, coarse) = (shape.mesh(), shape.mesh().coarse(shape.coarse_cell()));
             assert!(
                 coarse.indices.len() * 10 < fine.indices.len() * 7,
                 "{shape:?} {} of {}",

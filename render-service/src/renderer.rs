@@ -246,9 +246,7 @@ mod tests {
     }
 
     fn draw_in_slices(renderer: &mut Renderer) {
-        let name = roads::town::names().next().unwrap();
-        let map = roads::Map::parse(name, &roads::town::build(name).unwrap()).unwrap();
-        let town = Arc::new(TownScene::of_map(&map));
+        let (map, town) = a_town();
         for (size_px, slice_px) in [((320, 250), 30_000), ((1_280, 720), 250_000)] {
             let job = street(&map, size_px);
             let mut other = job.clone();
@@ -276,6 +274,100 @@ mod tests {
                 let differing = whole.data.iter().zip(&sliced.data).filter(|(a, b)| a != b).count();
                 assert!(whole == sliced, "{:?} {size_px:?}: {differing} bytes", whole.kind);
             }
+        }
+    }
+
+    /// Mesa's device, which draws as a GPU does: four samples a pixel, soft edges of shadows.
+    fn fine_device() -> Option<Renderer> {
+        let mut renderer = Renderer::new(AdapterChoice::Named("llvmpipe".to_owned())).ok()?;
+        let Backend::Device(Some(drawing)) = &mut renderer.backend else { return None };
+        drawing.gpu.software = false;
+        Some(renderer)
+    }
+
+    fn a_town() -> (roads::Map, Arc<TownScene>) {
+        let name = roads::town::names().next().unwrap();
+        let map = roads::Map::parse(name, &roads::town::build(name).unwrap()).unwrap();
+        let town = Arc::new(TownScene::of_map(&map));
+        (map, town)
+    }
+
+    /// Goal: four samples smooth edges and change nothing else. Method: the same picture with one
+    /// sample a pixel, and by processors with four times the pixels, of which four make one.
+    #[test]
+    fn four_samples_are_what_four_times_the_pixels_are() {
+        let Some(mut fine) = fine_device() else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (map, town) = a_town();
+        let picture = |renderer: &mut Renderer, size_px: (u32, u32)| {
+            let mut job = street(&map, size_px);
+            job.frame.weather.precipitation_percent = 0.0;
+            job.cameras.truncate(1);
+            let images = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap().images;
+            images.into_iter().next().unwrap().data
+        };
+        let smooth = picture(&mut fine, (160, 120));
+        let large = picture(&mut Renderer::new(AdapterChoice::Software).unwrap(), (320, 240));
+        let linear = |byte: u8| (f32::from(byte) / 255.0).powf(2.2);
+        let mut differences = Vec::new();
+        for (at, byte) in smooth.iter().enumerate() {
+            let (pixel, channel) = (at / 4, at % 4);
+            let (x, y) = (pixel % 160 * 2, pixel / 160 * 2);
+            let of = |x: usize, y: usize| linear(large[(y * 320 + x) * 4 + channel]);
+            let mean = (of(x, y) + of(x + 1, y) + of(x, y + 1) + of(x + 1, y + 1)) / 4.0;
+            differences.push((mean.powf(1.0 / 2.2) * 255.0 - f32::from(*byte)).abs());
+        }
+        let count = differences.len() as f32;
+        let mean = differences.iter().sum::<f32>() / count * 4.0 / 3.0;
+        let far = differences.iter().filter(|off| **off > 24.0).count() as f32 / count;
+        eprintln!("mean difference {mean:.2} of 255, {:.2} % far off", 100.0 * far);
+        // Patterns are finer in the larger picture.
+        assert!(mean < 3.0 && far < 0.03, "{mean} {far}");
+        let single = picture(&mut Renderer::new(AdapterChoice::Software).unwrap(), (160, 120));
+        let off = |other: &[u8]| {
+            let off = smooth.iter().zip(other).map(|(a, b)| u64::from(a.abs_diff(*b)));
+            off.sum::<u64>() as f32 / count * 4.0 / 3.0
+        };
+        assert!(off(&single) > 1.2 * mean, "one sample is as near: {}", off(&single));
+    }
+
+    /// Goal: whatever is drawn in the same submission changes no byte. Method: one picture alone,
+    /// before and behind 40 others of another town, weather and size.
+    #[test]
+    fn a_picture_is_the_same_alone_and_among_many() {
+        let Some(mut renderer) = fine_device() else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (map, town) = a_town();
+        let job = street(&map, (96, 72));
+        let plain = Arc::new(TownScene::new("d", &[]));
+        let others: Vec<_> = (0..40)
+            .map(|at| {
+                let mut other = street(&map, (40 + at, 30));
+                other.frame.weather.sun_azimuth_rad += at as f32 / 10.0;
+                if at % 3 == 0 {
+                    other.frame.map.digest = "d".to_owned();
+                }
+                other
+            })
+            .collect();
+        let mut draw = |before: usize| {
+            let mut jobs: Vec<TownJob<'_>> = Vec::new();
+            for other in &others {
+                let town = if other.frame.map.digest == "d" { &plain } else { &town };
+                jobs.push((Arc::clone(town), other));
+            }
+            jobs.truncate(if before == usize::MAX { 0 } else { others.len() });
+            let at = before.min(jobs.len());
+            jobs.insert(at, (Arc::clone(&town), &job));
+            renderer.render(&jobs).remove(at).unwrap()
+        };
+        let alone = draw(usize::MAX);
+        for before in [0, 7, 40] {
+            assert!(draw(before) == alone, "behind {before} others");
         }
     }
 

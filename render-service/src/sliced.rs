@@ -1,7 +1,6 @@
 //! A job that is drawn portion by portion, so that others can be drawn in between.
 
 use std::ops::{Deref, Range};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
@@ -17,9 +16,6 @@ use crate::strip::{Drawn, Strip, row_pitch_bytes};
 /// Pictures are cut at multiples of so many rows: software draws in squares of this side.
 const ROWS_MULTIPLE: u32 = 64;
 
-/// Passes of all jobs so far, which tells their shadows apart.
-static PASSES: AtomicU64 = AtomicU64::new(0);
-
 /// A job that was checked, and what is drawn of it.
 pub(crate) struct SlicedJob<J> {
     town: Arc<TownScene>,
@@ -27,7 +23,6 @@ pub(crate) struct SlicedJob<J> {
     light: Light,
     of_actors: OnceLock<Vec<Body>>,
     passes: Vec<Pass>,
-    first_shadows: u64,
     /// The pass and the row that come next.
     next: (usize, u32),
     /// By camera.
@@ -98,10 +93,9 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
     pub(crate) fn new(town: Arc<TownScene>, job: J) -> Result<Self, Error> {
         let passes = passes_of(&town, &job)?;
         let light = Light::of(&job.frame.weather, job.frame.tick);
-        let first_shadows = PASSES.fetch_add(passes.len() as u64, Ordering::Relaxed);
         let pictures = job.cameras.iter().map(|_| Picture::Rows(Vec::new())).collect();
         let of_actors = OnceLock::new();
-        Ok(Self { town, job, light, of_actors, passes, first_shadows, next: (0, 0), pictures })
+        Ok(Self { town, job, light, of_actors, passes, next: (0, 0), pictures })
     }
 
     /// Its job.
@@ -170,7 +164,6 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
                 view: &pass.view,
                 cameras: cameras.collect(),
                 rows: rows.clone(),
-                shadows_of: self.first_shadows + *at as u64,
             })
         })
     }

@@ -25,8 +25,6 @@ pub(crate) struct Strip<'a> {
     pub(crate) cameras: Vec<&'a Camera>,
     /// Of each picture, from the top; never empty.
     pub(crate) rows: Range<u32>,
-    /// What the shadows are of: strips of one number have the same.
-    pub(crate) shadows_of: u64,
 }
 
 impl<'a> Strip<'a> {

@@ -20,13 +20,14 @@ use schemas::{
 const LOW_BEAM: u32 = 1 << 1;
 const BRAKE: u32 = 1 << 3;
 
-/// Processors, and Mesa's device; `None`, counted as skipped, where that is missing.
+/// Processors, and a GPU or Mesa's device; `None`, counted as skipped, where both are missing.
 fn both() -> Option<[Renderer; 2]> {
     let ours = Renderer::new(AdapterChoice::Software).unwrap();
     assert!(ours.adapter_name().starts_with("causeway-raster"), "{}", ours.adapter_name());
-    let device = common::llvmpipe();
-    if device.is_none() {
-        eprintln!("skipped: no Vulkan adapter");
+    let device = common::device();
+    match &device {
+        Some(device) => eprintln!("compared with {}", device.adapter_name()),
+        None => eprintln!("skipped: no Vulkan adapter"),
     }
     device.map(|device| [ours, device])
 }
@@ -175,7 +176,9 @@ fn colours_are_those_of_a_device_at_every_hour_and_in_every_weather() {
         );
         worst = [worst[0].max(mean), worst[1].max(part)];
     }
-    assert!(worst[0] <= 3.0 && worst[1] <= 0.01, "{worst:?}");
+    // A GPU smooths edges with four samples a pixel.
+    let most = if both[1].is_software() { [0.3, 0.001] } else { [3.0, 0.06] };
+    assert!(worst[0] <= most[0] && worst[1] <= most[1], "{worst:?}");
 }
 
 #[test]
@@ -193,7 +196,7 @@ fn depth_of_a_town_is_that_of_a_device_but_for_edges() {
         eprintln!("spawn {spawn}: {:.3} % of depths differ", 100.0 * wrong);
         worst = worst.max(wrong);
     }
-    assert!(worst <= 0.005, "{worst}");
+    assert!(worst <= 0.002, "{worst}");
 }
 
 #[test]
@@ -219,7 +222,7 @@ fn labels_and_normals_are_those_of_a_device_but_for_edges() {
         eprintln!("spawn {spawn}: {:?} % differ", wrong.map(|part| 100.0 * part));
         worst = [0, 1, 2].map(|at| worst[at].max(wrong[at]));
     }
-    assert!(worst[0] <= 0.01 && worst[1] <= 0.01 && worst[2] <= 0.02, "{worst:?}");
+    assert!(worst.iter().all(|part| *part <= 0.001), "{worst:?}");
 }
 
 #[test]

@@ -129,7 +129,10 @@ fn measured(renderer: &mut Renderer, jobs: &[(Arc<TownScene>, &RenderJob)], secs
         })
         .collect();
     let (per_second, mib) = (count / took, resident_mib());
-    format!("{per_second:.0} | {millis:.3} | {used_millis:.3} | {mib:.0} | {} |", kernels.join(", "))
+    format!(
+        "{per_second:.0} | {millis:.3} | {used_millis:.3} | {mib:.0} | {} |",
+        kernels.join(", ")
+    )
 }
 
 /// Measures the jobs of a folder.

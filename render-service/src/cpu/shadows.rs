@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use raster::{Level, Placed, Quality, ShadowMap, SunView};
 use schemas::{Camera, HiddenScenery};
 
-
 use super::sight::Sight;
 
 /// Bytes of all maps kept, but for the last one used.

@@ -110,9 +110,10 @@ impl Gpu {
         if !adapter.features().contains(FEATURES) {
             return Err(RenderError::NoDevice {
                 adapter: info.name,
-                cause: "it cannot compare whole numbers of 64 bits in shared memory, which drawing \
+                cause:
+                    "it cannot compare whole numbers of 64 bits in shared memory, which drawing \
                         needs (VK_KHR_shader_atomic_int64)"
-                    .to_owned(),
+                        .to_owned(),
             });
         }
         let limits = adapter.limits();

@@ -152,7 +152,8 @@ impl<'a> Batch<'a> {
         of_town.into_iter().for_each(|row| self.place(row));
         self.place_all(&plan.seen, number);
         let (lamps, occluders) = (plan.lamps.len() as u32, plan.occluders.len() as u32);
-        view.lists = [self.rows.lamps.len() as u32, lamps, self.rows.occluders.len() as u32, occluders];
+        view.lists =
+            [self.rows.lamps.len() as u32, lamps, self.rows.occluders.len() as u32, occluders];
         self.rows.lamps.extend(&plan.lamps);
         self.rows.occluders.extend(&plan.occluders);
         self.read_back(plan, &mut view);

@@ -12,9 +12,7 @@ use crate::scene::shadow::{ShadowView, shadow_side_px};
 use crate::strip::Strip;
 
 use super::models::Models;
-use super::rows::{
-    LampRow, OccluderRow, PlacedRow, TargetRow, ViewRow, lamp_row, occluder_row,
-};
+use super::rows::{LampRow, OccluderRow, PlacedRow, TargetRow, ViewRow, lamp_row, occluder_row};
 
 /// Samples of a pixel: smooth edges of lane lines and distant people.
 const SAMPLES: u32 = 4;
@@ -78,9 +76,8 @@ impl<'a> Plan<'a> {
     pub(crate) fn new(strip: &'a Strip<'a>, fineness: Fineness, models: &Models) -> Self {
         let camera = strip.camera();
         let quality = fineness.of(camera);
-        let row = |level: &ShapeLevel, at: &Instance| {
-            PlacedRow::new(at, models.shape(level.number), 0)
-        };
+        let row =
+            |level: &ShapeLevel, at: &Instance| PlacedRow::new(at, models.shape(level.number), 0);
         let mut seen = Vec::new();
         seen_bodies(strip, quality, |level, at| seen.push(row(level, at)));
         let samples = fineness.samples(camera);
@@ -97,8 +94,7 @@ impl<'a> Plan<'a> {
         view.samples = [0, samples, u32::from(is_colour), 0];
         let shadows = is_colour.then(|| {
             let sun = sun_view(&shadow, side_px);
-            let mut target =
-                TargetRow::new(&sun.projection(), SHADOW_ERROR_PX_MAX, SHADOW_SLOPE);
+            let mut target = TargetRow::new(&sun.projection(), SHADOW_ERROR_PX_MAX, SHADOW_SLOPE);
             target.place = [0, side_px, 0, side_px];
             let mut shading = Vec::new();
             let fineness = (side_px, quality);

@@ -138,7 +138,10 @@ mod tests {
     #[test]
     fn the_last_level_of_a_shape_has_at_most_half_its_triangles() {
         let of = |shape: Shape, error_m: f32| {
-            level_of(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0]).unwrap().model.triangle_count()
+            level_of(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0])
+                .unwrap()
+                .model
+                .triangle_count()
         };
         for shape in [Shape::Sedan, Shape::Bus, Shape::Torso, Shape::Leg, Shape::Wheel] {
             let (fine, middle, far) = (of(shape, 0.0), of(shape, 0.3), of(shape, 10.0));

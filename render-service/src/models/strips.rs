@@ -131,11 +131,7 @@ fn largest_m(body: &Body) -> f32 {
 
 /// Puts a part whose corners are off by no more than the first length, unless it is within a ball
 /// of the second.
-fn put_part(
-    part: &Part,
-    limits_m: [f32; 2],
-    put: &mut impl FnMut(&'static ShapeLevel, &Instance),
-) {
+fn put_part(part: &Part, limits_m: [f32; 2], put: &mut impl FnMut(&'static ShapeLevel, &Instance)) {
     if let Some(level) = level_of(part.shape, stretch(part), limits_m) {
         put(level, &part.instance);
     }

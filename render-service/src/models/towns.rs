@@ -68,7 +68,7 @@ fn models_of(town: &TownScene) -> Models {
         for tile in &town.tiles {
             let wanted =
                 |(family, _): &&(Family, Range<u32>)| (*family == Family::Ground) == is_ground;
-            for (_, range) in tile.indices_of.iter().filter(wanted) {
+            for (_, range) in tile.iter().filter(wanted) {
                 let range = range.start as usize..range.end as usize;
                 indices.extend_from_slice(town.indices.get(range).unwrap_or_default());
             }

@@ -1,10 +1,10 @@
-//! The static geometry of one map, cut into tiles that a camera can skip.
+//! The static geometry of one map, square by square.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use bodies::{Material, Vertex, pack};
-use schemas::{HiddenScenery, TagId, Vec3};
+use schemas::Vec3;
 
 use super::facade::facade_coordinates;
 use super::foliage::FarCrown;
@@ -12,7 +12,7 @@ use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
 use super::material::Family;
 
-/// Side of a tile, in metres: small enough to skip most of a town, large enough for few draw calls.
+/// Side of a square, in metres.
 const TILE_M: f32 = 48.0;
 
 /// Triangles of one material.
@@ -75,17 +75,8 @@ pub struct TownScene {
     pub(crate) far_crowns: Vec<FarCrown>,
 }
 
-/// One square of a town.
-#[derive(Debug)]
-pub(crate) struct Tile {
-    pub(crate) min_m: Vec3,
-    pub(crate) max_m: Vec3,
-    /// Ranges of the index buffer; a family that the tile lacks has an empty one.
-    pub(crate) indices_of: [(Family, Range<u32>); 3],
-    /// Places of things of the scenery and their indices, in the order of the indices; one thing
-    /// may have several entries.
-    things: Vec<(u32, Range<u32>)>,
-}
+/// The indices of one square of a town; a family that it lacks has an empty range.
+pub(crate) type Tile = [(Family, Range<u32>); 3];
 
 type TileKey = (i32, i32);
 
@@ -146,64 +137,12 @@ impl TownScene {
     }
 
     fn push_tile(&mut self, mut families: BTreeMap<Family, Vec<u32>>) {
-        let mut min_m = Vec3::repeat(f32::INFINITY);
-        let mut max_m = Vec3::repeat(f32::NEG_INFINITY);
-        let mut things: Vec<(u32, Range<u32>)> = Vec::new();
-        let indices_of = Family::ALL.map(|family| {
+        let tile = Family::ALL.map(|family| {
             let start = self.indices.len() as u32;
-            for index in families.remove(&family).unwrap_or_default() {
-                if let Some(vertex) = self.vertices.get(index as usize) {
-                    let position = Vec3::from(vertex.position);
-                    min_m = min_m.inf(&position);
-                    max_m = max_m.sup(&position);
-                    note_thing(&mut things, vertex.label, self.indices.len() as u32);
-                }
-                self.indices.push(index);
-            }
+            self.indices.extend(families.remove(&family).unwrap_or_default());
             (family, start..self.indices.len() as u32)
         });
-        self.tiles.push(Tile { min_m, max_m, indices_of, things });
-    }
-}
-
-/// Adds an index to the entry of its corner's thing, which all corners of a triangle share.
-fn note_thing(things: &mut Vec<(u32, Range<u32>)>, label: u32, at: u32) {
-    let Some(place) = TagId::place_of(label) else { return };
-    match things.last_mut() {
-        Some((last, range)) if *last == place && range.end == at => range.end = at + 1,
-        _ => things.push((place, at..at + 1)),
-    }
-}
-
-impl Tile {
-    /// Distance from a point to the tile's box, squared.
-    pub(crate) fn distance_squared(&self, point_m: &Vec3) -> f32 {
-        let outside = (self.min_m - point_m).sup(&(point_m - self.max_m)).sup(&Vec3::zeros());
-        outside.norm_squared()
-    }
-
-    /// Visits the parts of one of its ranges of indices that are not hidden, in order.
-    pub(crate) fn shown(
-        &self,
-        range: &Range<u32>,
-        hidden: &HiddenScenery,
-        mut visit: impl FnMut(Range<u32>),
-    ) {
-        let mut start = range.start;
-        if !hidden.is_none() {
-            let first = self.things.partition_point(|(_, part)| part.start < range.start);
-            let things =
-                self.things.iter().skip(first).take_while(|(_, part)| part.end <= range.end);
-            for (_, part) in things.filter(|(place, _)| hidden.contains(*place)) {
-                if start < part.start {
-                    visit(start..part.start);
-                }
-                start = part.end;
-            }
-        }
-        if start < range.end {
-            visit(start..range.end);
-        }
+        self.tiles.push(tile);
     }
 }
 
@@ -218,8 +157,6 @@ fn tile_of(surface: &Surface, triangle: &[u32; 3]) -> Option<TileKey> {
 
 #[cfg(test)]
 mod tests {
-    use schemas::SemanticTag;
-
     use super::*;
 
     fn surface(material: Material, corners: [[f32; 3]; 3]) -> Surface {
@@ -241,40 +178,6 @@ mod tests {
         let scene = TownScene::new("d", &[near, far]);
         assert_eq!(scene.triangle_count(), 2);
         assert_eq!(scene.tiles.len(), 2);
-        assert_eq!(scene.tiles[1].min_m.x, 500.0);
-        assert_eq!(scene.tiles[1].max_m.z, 9.0);
-    }
-
-    #[test]
-    fn hidden_things_leave_gaps_in_the_ranges_of_their_tile() {
-        let mut walls = Surface::empty(Material::Wall, WallKind::Plaster);
-        for (at, place) in [Some(4), Some(7), None, Some(4), Some(9)].into_iter().enumerate() {
-            let first = walls.positions_m.len() as u32;
-            walls.positions_m.extend(
-                [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0]]
-                    .map(|[x, y, z]: [f32; 3]| Vec3::new(x, y + at as f32, z)),
-            );
-            walls.normals.extend([Vec3::y(); 3]);
-            walls.triangles.push([first, first + 1, first + 2]);
-            let label = place.map_or(3, |place| TagId::of_scenery(SemanticTag::Buildings, place));
-            walls.labels.extend([label; 3]);
-        }
-        let scene = TownScene::new("d", &[walls]);
-        let tile = &scene.tiles[0];
-        let (_, all) = tile.indices_of.iter().find(|(_, range)| !range.is_empty()).unwrap();
-        let shown = |places: &[u32]| {
-            let mut hidden = HiddenScenery::default();
-            places.iter().for_each(|place| hidden.set(*place, true));
-            let mut shown = Vec::new();
-            tile.shown(all, &hidden, |part| shown.push([part.start, part.end]));
-            shown
-        };
-        assert_eq!(shown(&[]), [[0, 15]]);
-        assert_eq!(shown(&[5]), [[0, 15]]);
-        assert_eq!(shown(&[4]), [[3, 9], [12, 15]]);
-        assert_eq!(shown(&[4, 7]), [[6, 9], [12, 15]]);
-        assert_eq!(shown(&[9]), [[0, 12]]);
-        assert_eq!(shown(&[4, 7, 9]), [[6, 9]]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What a camera sees: checked, and as matrices.
+//! What a camera sees: checked, and as planes.
 
 use std::ops::Range;
 
@@ -11,14 +11,11 @@ pub(crate) const NEAR_M: f32 = 0.08;
 
 /// A valid camera at its place in the world.
 ///
-/// **Frame:** the camera's x along the view, y left, z up. Clip space is WebGPU's with depth
-/// reversed and without a far plane: 1 at [`NEAR_M`], 0 at infinity.
+/// **Frame:** the camera's x along the view, y left, z up.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct View {
     /// The camera in the world.
     pub world_from_camera: Pose,
-    /// World to clip space.
-    pub clip_from_world: Matrix4<f32>,
     /// Half width and half height of the picture at distance 1.
     pub half_extent: [f32; 2],
     /// Inward normals and offsets of near, left, right, lower and upper plane.
@@ -68,7 +65,6 @@ impl View {
         let (x, y, z, w) = (row(0), row(1), row(2), row(3));
         Self {
             world_from_camera,
-            clip_from_world,
             half_extent: [half_width, half_height],
             planes: [w - z, w + x, w - x, w + y, w - y],
         }
@@ -159,18 +155,6 @@ mod tests {
 
     fn view() -> View {
         View::new(Pose::identity(), [1.0, 0.5])
-    }
-
-    #[test]
-    fn left_is_left_up_is_up_and_depth_falls_with_distance() {
-        let clip = |x: f32, y: f32, z: f32| {
-            let point = view().clip_from_world * Vector4::new(x, y, z, 1.0);
-            point / point.w
-        };
-        // At 10 m, the picture's left edge is 10 m left and its top 5 m up.
-        assert!((clip(10.0, 10.0, 5.0).xy() - nalgebra::Vector2::new(-1.0, 1.0)).norm() < 1e-6);
-        assert!((clip(NEAR_M, 0.0, 0.0).z - 1.0).abs() < 1e-6);
-        assert!(clip(10.0, 0.0, 0.0).z > clip(11.0, 0.0, 0.0).z && clip(1e6, 0.0, 0.0).z > 0.0);
     }
 
     #[test]

@@ -7,8 +7,8 @@ use schemas::Tenant;
 use super::fair_queue::{FairQueue, Whose};
 use super::prompt_askers::PromptAskers;
 
-/// Jobs drawn together: more would only make the first ones wait for the last ones.
-const TOGETHER_MAX: usize = 16;
+/// Jobs drawn together. What they cost bounds them before, but on GPUs.
+const TOGETHER_MAX: usize = 128;
 /// Once what is drawn together costs so much, nothing more joins it.
 const TOGETHER_NANOS: u64 = 10_000_000;
 /// A job that costs more is drawn in slices that cost about so much; others come in between.

@@ -21,7 +21,7 @@ pub(crate) fn renderers() -> impl Iterator<Item = Renderer> {
 }
 
 /// A GPU, else Mesa's software Vulkan; `None` on a machine without Vulkan.
-fn device() -> Option<Renderer> {
+pub(crate) fn device() -> Option<Renderer> {
     let is_gpu = |renderer: &Renderer| !renderer.adapter_name().ends_with("software");
     let gpu = Renderer::new(AdapterChoice::Best).ok().filter(is_gpu);
     gpu.or_else(llvmpipe)
