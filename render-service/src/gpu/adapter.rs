@@ -60,6 +60,7 @@ pub(crate) struct Gpu {
     pub(crate) adapter_name: String,
     /// Drawn by the processor: cheap filters are chosen.
     pub(crate) software: bool,
+    pub(crate) has_own_memory: bool,
     fault: Fault,
 }
 
@@ -144,7 +145,8 @@ impl Gpu {
             move |error: wgpu::Error| fault.note(error.to_string())
         }));
         let software = is_software(&info);
-        Ok(Self { device, queue, adapter_name: info.name, software, fault })
+        let has_own_memory = info.device_type == wgpu::DeviceType::DiscreteGpu;
+        Ok(Self { device, queue, adapter_name: info.name, software, has_own_memory, fault })
     }
 
     /// Bytes that a kernel can be given of one buffer.

@@ -7,8 +7,8 @@ use schemas::{Camera, HiddenScenery, ImageKind};
 
 use super::adapter::Gpu;
 use super::models::{Models, TownPlace};
-use super::plan::{Plan, PlannedShadows};
-use super::rows::{LampRow, OccluderRow, PlacedRow, TargetRow, ViewRow};
+use super::plan::Plan;
+use super::rows::{LampRow, ModelPlace, OccluderRow, PlacedRow, TargetRow, ViewRow};
 use super::shadow_maps::{MapKey, TownMaps};
 
 /// Views of one submission.
@@ -17,14 +17,14 @@ const VIEWS_MAX: usize = 4_096;
 const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
 /// Bytes of the samples of one submission, and of its maps of bodies' shadows.
 const SAMPLES_BYTES_MAX: u64 = 512 * 1024 * 1024;
-const SHADOW_BYTES_MAX: u64 = 256 * 1024 * 1024;
+const SHADOW_BYTES_MAX: u64 = 512 * 1024 * 1024;
 /// Bytes of a sample, and of a pixel of a map of shadows.
 pub(crate) const SAMPLE_BYTES: u64 = 8;
 pub(crate) const SHADOW_PX_BYTES: u64 = 4;
 /// Clusters of a chunk.
-const CHUNK: u32 = 64;
+pub(crate) const CHUNK: u32 = 64;
 /// Chunks that the numbers of triangles have room for.
-const CHUNKS_MAX: usize = (1 << 20) - 1;
+const CHUNKS_MAX: u32 = (1 << 20) - 1;
 /// Side of a tile of pixels that are shaded together.
 const TILE_PX: u32 = 8;
 
@@ -43,9 +43,6 @@ pub(crate) struct PlannedPicture<'a> {
 #[derive(Default)]
 pub(crate) struct Rows {
     pub(crate) targets: Vec<TargetRow>,
-    pub(crate) placed: Vec<PlacedRow>,
-    /// Places among `placed`, and first clusters.
-    pub(crate) chunks: Vec<[u32; 2]>,
     pub(crate) views: Vec<ViewRow>,
     pub(crate) lamps: Vec<LampRow>,
     pub(crate) occluders: Vec<OccluderRow>,
@@ -57,8 +54,6 @@ impl Rows {
     /// Without any.
     fn cleared(mut self) -> Self {
         self.targets.clear();
-        self.placed.clear();
-        self.chunks.clear();
         self.views.clear();
         self.lamps.clear();
         self.occluders.clear();
@@ -80,9 +75,52 @@ pub(crate) struct Batch<'a> {
     pub(crate) pixels: u64,
     pub(crate) tiles_max: u32,
     pub(crate) pictures: Vec<PlannedPicture<'a>>,
-    /// The plans that it draws.
-    pub(crate) plans: usize,
+    /// At the places of the plans that it draws.
+    pub(crate) spots: Vec<Spot>,
+    /// Placed models of all plans, and chunks.
+    pub(crate) placed: u32,
+    pub(crate) chunks: u32,
     last_hidden: Option<(&'a HiddenScenery, [u32; 2])>,
+}
+
+/// Where the models of a plan are among all, and what looks at them.
+#[derive(Clone, Copy)]
+pub(crate) struct Spot {
+    town: TownPlace,
+    /// Number of the picture's target.
+    picture: u32,
+    /// Of the bodies' shadows, if it has any.
+    bodies: Option<u32>,
+    /// Of the town's shadows, if they are drawn anew.
+    standing: Option<u32>,
+    first_placed: u32,
+    pub(crate) placed: u32,
+    pub(crate) chunks: u32,
+}
+
+impl Spot {
+    /// The models of its plan, in order.
+    pub(crate) fn placed<'p>(&self, plan: &'p Plan<'_>) -> impl Iterator<Item = PlacedRow> + 'p {
+        let Self { town, picture, bodies, standing, .. } = *self;
+        let whole =
+            |model: ModelPlace, target: u32| PlacedRow::new(&Instance::IN_PLACE, model, target);
+        let shading = plan.shadows.as_ref().map_or(&[][..], |shadows| &shadows.shading);
+        let of_bodies = shading.iter().map(move |row| row.seen_by(bodies.unwrap_or_default()));
+        standing
+            .map(|target| whole(town.models[1], target))
+            .into_iter()
+            .chain(of_bodies)
+            .chain(town.models.map(|model| whole(model, picture)))
+            .chain(plan.seen.iter().map(move |row| row.seen_by(picture)))
+    }
+
+    /// The chunks of its plan, in order: places among all models, and first clusters.
+    pub(crate) fn chunks<'p>(&self, plan: &'p Plan<'_>) -> impl Iterator<Item = [u32; 2]> + 'p {
+        let numbers = self.first_placed..;
+        self.placed(plan).zip(numbers).flat_map(|(row, number)| {
+            (0..row.clusters()).step_by(CHUNK as usize).map(move |first| [number, first])
+        })
+    }
 }
 
 impl<'a> Batch<'a> {
@@ -100,19 +138,19 @@ impl<'a> Batch<'a> {
         maps.begin();
         let mut batch = Self { rows: rows.cleared(), ..Self::default() };
         for plan in plans.iter().take(VIEWS_MAX) {
-            if batch.plans > 0 && !batch.has_room(plan, gpu) {
+            if !batch.spots.is_empty() && !batch.has_room(plan, gpu) {
                 break;
             }
             let town = match models.get(plan.strip.town) {
                 Some(town) => town,
-                None if batch.plans > 0 && models.is_full() => break,
+                None if !batch.spots.is_empty() && models.is_full() => break,
                 None => models.put(gpu, plan.strip.town)?,
             };
             if !batch.add(plan, town, maps) {
                 break;
             }
         }
-        if batch.plans == 0 { Err("a picture has no room".to_owned()) } else { Ok(batch) }
+        if batch.spots.is_empty() { Err("a picture has no room".to_owned()) } else { Ok(batch) }
     }
 
     fn has_room(&self, plan: &Plan<'_>, gpu: &Gpu) -> bool {
@@ -124,33 +162,31 @@ impl<'a> Batch<'a> {
             && shadows <= SHADOW_BYTES_MAX.min(most / 2)
             && pixels <= READBACK_BYTES_MAX
             // A town alone may have many.
-            && self.rows.chunks.len() <= CHUNKS_MAX / 2
+            && self.chunks <= CHUNKS_MAX / 2
     }
 
     /// Whether it had room.
     fn add(&mut self, plan: &Plan<'a>, town: TownPlace, maps: &mut TownMaps) -> bool {
         let hidden = self.hide(plan.strip.hidden);
         let mut view = plan.view;
+        let (mut bodies, mut standing) = (None, None);
         if let Some(shadows) = &plan.shadows {
             let key = MapKey::new(town.number, plan.strip.hidden, &shadows.sun);
             let Some((first_px, is_new)) = maps.get(&key, plan.shadow_px()) else { return false };
             if is_new {
-                self.draw_town_map(shadows, town, (first_px, hidden));
+                standing = Some(self.target(shadows.target, first_px, hidden));
+                self.new_maps.push(first_px..first_px + plan.shadow_px());
             }
             let own_px = maps.room_px() + self.shadow_px as u32;
-            self.draw_bodies_map(shadows, own_px);
+            bodies = Some(self.target(shadows.target, own_px, [0; 2]));
+            self.shadow_px += u64::from(plan.shadow_px());
             view.shadow[0] = first_px;
             view.shadow[1] = own_px;
         }
-        let mut target = plan.target;
-        target.place[0] = self.samples as u32;
-        target.kind[1..3].copy_from_slice(&hidden);
-        view.samples[0] = self.samples as u32;
+        let first_sample = self.samples as u32;
+        let picture = self.target(plan.target, first_sample, hidden);
+        view.samples[0] = first_sample;
         self.samples += plan.sample_count();
-        let number = self.target(target);
-        let of_town = town.models.map(|model| PlacedRow::new(&Instance::IN_PLACE, model, number));
-        of_town.into_iter().for_each(|row| self.place(row));
-        self.place_all(&plan.seen, number);
         let (lamps, occluders) = (plan.lamps.len() as u32, plan.occluders.len() as u32);
         view.lists =
             [self.rows.lamps.len() as u32, lamps, self.rows.occluders.len() as u32, occluders];
@@ -158,54 +194,39 @@ impl<'a> Batch<'a> {
         self.rows.occluders.extend(&plan.occluders);
         self.read_back(plan, &mut view);
         self.rows.views.push(view);
-        self.plans += 1;
+        self.put(
+            plan,
+            Spot {
+                town,
+                picture,
+                bodies,
+                standing,
+                first_placed: self.placed,
+                placed: 0,
+                chunks: 0,
+            },
+        );
         true
     }
 
-    fn draw_town_map(
-        &mut self,
-        shadows: &PlannedShadows,
-        town: TownPlace,
-        (first_px, hidden): (u32, [u32; 2]),
-    ) {
-        let mut target = shadows.target;
-        target.place[0] = first_px;
+    /// Makes room for the models of a plan.
+    fn put(&mut self, plan: &Plan<'_>, spot: Spot) {
+        let chunks = |model: &ModelPlace| model.clusters.div_ceil(CHUNK);
+        let [ground, standing] = spot.town.models.each_ref().map(chunks);
+        let is_new = u32::from(spot.standing.is_some());
+        let placed = plan.placed + 2 + is_new;
+        let chunks = plan.chunks + ground + standing * (1 + is_new);
+        self.placed += placed;
+        self.chunks += chunks;
+        self.spots.push(Spot { placed, chunks, ..spot });
+    }
+
+    /// Adds a target whose first sample or pixel is this one and gives its number.
+    fn target(&mut self, mut target: TargetRow, first: u32, hidden: [u32; 2]) -> u32 {
+        target.place[0] = first;
         target.kind[1..3].copy_from_slice(&hidden);
-        let number = self.target(target);
-        let [_, standing] = town.models;
-        self.place(PlacedRow::new(&Instance::IN_PLACE, standing, number));
-        let side_px = shadows.sun.side_px;
-        self.new_maps.push(first_px..first_px + side_px * side_px);
-    }
-
-    fn draw_bodies_map(&mut self, shadows: &PlannedShadows, first_px: u32) {
-        let mut target = shadows.target;
-        target.place[0] = first_px;
-        let number = self.target(target);
-        self.place_all(&shadows.shading, number);
-        self.shadow_px += u64::from(shadows.sun.side_px * shadows.sun.side_px);
-    }
-
-    /// Adds a target and gives its number.
-    fn target(&mut self, target: TargetRow) -> u32 {
         self.rows.targets.push(target);
         self.rows.targets.len() as u32 - 1
-    }
-
-    fn place_all(&mut self, rows: &[PlacedRow], target: u32) {
-        for row in rows {
-            let mut row = *row;
-            row.seen[0] = target;
-            self.place(row);
-        }
-    }
-
-    fn place(&mut self, row: PlacedRow) {
-        let number = self.rows.placed.len() as u32;
-        let clusters = row.seen[1];
-        let chunks = (0..clusters).step_by(CHUNK as usize);
-        self.rows.chunks.extend(chunks.map(|first| [number, first]));
-        self.rows.placed.push(row);
     }
 
     /// Where the bits of hidden things begin, and how many words they are.

@@ -64,10 +64,21 @@ impl Upload<'_> {
     pub(crate) fn write<T: bytemuck::Pod>(&mut self, to: &mut Scratch, rows: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         to.reserve(self.gpu, bytes.len() as u64);
-        if let Some(size) = std::num::NonZeroU64::new(bytes.len() as u64) {
-            let mut view = self.belt.write_buffer(self.encoder, &to.buffer, 0, size);
+        if let Some(mut view) = self.begin(to, 0, bytes.len() as u64) {
             view.copy_from_slice(bytes);
         }
+    }
+
+    /// What will be so many bytes of a buffer from an offset on, to be written and dropped before
+    /// the submission; `None` for no bytes.
+    pub(crate) fn begin(
+        &mut self,
+        to: &Scratch,
+        offset_bytes: u64,
+        bytes: u64,
+    ) -> Option<wgpu::BufferViewMut> {
+        let size = std::num::NonZeroU64::new(bytes)?;
+        Some(self.belt.write_buffer(self.encoder, &to.buffer, offset_bytes, size))
     }
 }
 

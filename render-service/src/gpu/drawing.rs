@@ -17,16 +17,23 @@ use super::kernels::{Kernels, groups_of};
 use super::models::Models;
 use super::plan::{Fineness, Plan};
 use super::readback::{InFlight, RING, Ring};
-use super::rows::material_rows;
+use super::rows::{PlacedRow, material_rows};
 use super::shaders::Kernel;
 use super::shadow_maps::TownMaps;
 use super::timer::{TIMES_BYTES, Timer};
 
 /// Strips that are planned at once.
 const PLANS_MAX: usize = 1_024;
-/// Bytes of the maps of towns' shadows.
-const TOWN_MAPS_BYTES: u64 = 128 * 1024 * 1024;
+/// Bytes of the maps of towns' shadows: of a GPU with memory of its own, of one without, and of
+/// software.
+const TOWN_MAPS_BYTES: u64 = 512 * 1024 * 1024;
+const TOWN_MAPS_BYTES_SHARED: u64 = 128 * 1024 * 1024;
 const TOWN_MAPS_BYTES_SOFTWARE: u64 = 16 * 1024 * 1024;
+/// Bytes of rows.
+const PLACED_BYTES: u64 = size_of::<PlacedRow>() as u64;
+const CHUNK_BYTES: u64 = 8;
+/// Plans whose rows one thread writes, at least.
+const PLANS_WRITTEN_MIN: usize = 8;
 /// Blocks of large triangles that one submission has room for at first.
 const LARGE_FIRST: u64 = 1 << 18;
 /// Bytes that are uploaded in one piece.
@@ -102,7 +109,12 @@ impl Drawing {
     /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
     pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
         let gpu = Gpu::open(choice)?;
-        let room = if gpu.software { TOWN_MAPS_BYTES_SOFTWARE } else { TOWN_MAPS_BYTES };
+        let room = match (gpu.software, gpu.has_own_memory) {
+            (true, _) => TOWN_MAPS_BYTES_SOFTWARE,
+            (false, false) => TOWN_MAPS_BYTES_SHARED,
+            (false, true) => TOWN_MAPS_BYTES,
+        };
+        let room = room.min(gpu.binding_bytes_max() / 2);
         let drawing = Self {
             kernels: Kernels::new(&gpu),
             models: Models::new(&gpu),
@@ -160,9 +172,9 @@ impl Drawing {
             while !rest.is_empty() {
                 let room = (&self.gpu, &mut self.models, &mut self.maps);
                 let batch = Batch::of(rest, room, std::mem::take(&mut self.rows))?;
-                let flight = self.submit(&batch);
+                let flight = self.submit(&batch, rest);
                 self.rows = batch.rows;
-                rest = rest.get(batch.plans..).unwrap_or_default();
+                rest = rest.get(batch.spots.len()..).unwrap_or_default();
                 under_way.push_back((flight, batch.pictures));
                 if under_way.len() >= RING
                     && let Some((flight, pictures)) = under_way.pop_front()
@@ -193,10 +205,10 @@ impl Drawing {
         self.timer.sums()
     }
 
-    fn submit(&mut self, batch: &Batch<'_>) -> InFlight {
+    fn submit(&mut self, batch: &Batch<'_>, plans: &[Plan<'_>]) -> InFlight {
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.upload(&mut encoder, batch);
+        self.upload(&mut encoder, batch, plans);
         let bytes = batch.pixels * 4;
         let readback = self.ring.take(&self.gpu, bytes + TAIL_BYTES);
         let Self { gpu, buffers, .. } = &*self;
@@ -222,19 +234,28 @@ impl Drawing {
         flight
     }
 
-    fn upload(&mut self, encoder: &mut wgpu::CommandEncoder, batch: &Batch<'_>) {
-        let Self { gpu, buffers, maps, belt, .. } = self;
+    fn upload(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        batch: &Batch<'_>,
+        plans: &[Plan<'_>],
+    ) {
+        let Self { gpu, buffers, maps, belt, encoders, .. } = self;
         let mut way = Upload { gpu, encoder, belt };
         way.write(&mut buffers.targets, &batch.rows.targets);
-        way.write(&mut buffers.placed, &batch.rows.placed);
-        way.write(&mut buffers.chunks, &batch.rows.chunks);
+        write_models(
+            &mut way,
+            (&mut buffers.placed, &mut buffers.chunks),
+            (batch, plans),
+            encoders,
+        );
         way.write(&mut buffers.views, &batch.rows.views);
         way.write(&mut buffers.lamps, &batch.rows.lamps);
         way.write(&mut buffers.occluders, &batch.rows.occluders);
         way.write(&mut buffers.hidden, &batch.rows.hidden);
-        way.write(&mut buffers.found, &[0, 0, batch.rows.chunks.len() as u32, 0]);
+        way.write(&mut buffers.found, &[0, 0, batch.chunks, 0]);
         belt.finish();
-        buffers.visible.reserve(gpu, batch.rows.chunks.len() as u64 * 64 * 4);
+        buffers.visible.reserve(gpu, u64::from(batch.chunks) * 64 * 4);
         buffers.visibility.reserve(gpu, batch.samples * SAMPLE_BYTES);
         buffers.pixels.reserve(gpu, batch.pixels * 4);
         let of_towns = u64::from(maps.room_px()) * SHADOW_PX_BYTES;
@@ -244,7 +265,7 @@ impl Drawing {
 
     fn run(&self, encoder: &mut wgpu::CommandEncoder, kernel: Kernel, batch: &Batch<'_>) {
         let Self { buffers, models, kernels, .. } = self;
-        let chunks = batch.rows.chunks.len() as u64;
+        let chunks = u64::from(batch.chunks);
         let mut bindings = vec![
             (1, buffers.placed.get().as_entire_binding()),
             (2, buffers.chunks.get().as_entire_binding()),
@@ -307,6 +328,40 @@ impl Drawing {
             u64::from(found)
         })
     }
+}
+
+/// Writes the models of all plans and their chunks straight to where the device takes them from,
+/// some plans each thread.
+fn write_models<K: Send>(
+    way: &mut Upload<'_>,
+    (to_placed, to_chunks): (&mut Scratch, &mut Scratch),
+    (batch, plans): (&Batch<'_>, &[Plan<'_>]),
+    threads: &mut [K],
+) {
+    to_placed.reserve(way.gpu, u64::from(batch.placed) * PLACED_BYTES);
+    to_chunks.reserve(way.gpu, u64::from(batch.chunks) * CHUNK_BYTES);
+    let together = batch.spots.len().div_ceil(2 * threads.len()).max(PLANS_WRITTEN_MIN);
+    let (mut first_placed, mut first_chunk) = (0, 0);
+    let mut parts = Vec::new();
+    for (spots, plans) in batch.spots.chunks(together).zip(plans.chunks(together)) {
+        let placed: u64 = spots.iter().map(|spot| u64::from(spot.placed)).sum();
+        let chunks: u64 = spots.iter().map(|spot| u64::from(spot.chunks)).sum();
+        let own_placed = way.begin(to_placed, first_placed * PLACED_BYTES, placed * PLACED_BYTES);
+        let own_chunks = way.begin(to_chunks, first_chunk * CHUNK_BYTES, chunks * CHUNK_BYTES);
+        (first_placed, first_chunk) = (first_placed + placed, first_chunk + chunks);
+        parts.push((spots, plans, own_placed, own_chunks));
+    }
+    in_parallel(threads, parts, |_, (spots, plans, placed, chunks)| {
+        let all = || spots.iter().zip(plans);
+        if let Some(mut view) = placed {
+            let (rows, _) = view.slice(..).into_chunks::<{ PLACED_BYTES as usize }>();
+            rows.write_iter(all().flat_map(|(spot, plan)| spot.placed(plan)).map(bytemuck::cast));
+        }
+        if let Some(mut view) = chunks {
+            let (rows, _) = view.slice(..).into_chunks::<{ CHUNK_BYTES as usize }>();
+            rows.write_iter(all().flat_map(|(spot, plan)| spot.chunks(plan)).map(bytemuck::cast));
+        }
+    });
 }
 
 fn finished(picture: &PlannedPicture<'_>, bytes: &[u8], encoder: &mut Encoder) -> Drawn {

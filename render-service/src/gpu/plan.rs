@@ -11,6 +11,7 @@ use crate::occluders::occluders_of;
 use crate::scene::shadow::{ShadowView, shadow_side_px};
 use crate::strip::Strip;
 
+use super::batch::CHUNK;
 use super::models::Models;
 use super::rows::{LampRow, OccluderRow, PlacedRow, TargetRow, ViewRow, lamp_row, occluder_row};
 
@@ -42,6 +43,9 @@ pub(crate) struct Plan<'a> {
     pub(crate) shadows: Option<PlannedShadows>,
     pub(crate) lamps: Vec<LampRow>,
     pub(crate) occluders: Vec<OccluderRow>,
+    /// Models of the picture and of its shadows, but for the town, and chunks of them.
+    pub(crate) placed: u32,
+    pub(crate) chunks: u32,
 }
 
 /// Shadows of a strip.
@@ -107,7 +111,10 @@ impl<'a> Plan<'a> {
             Quality::High => occluders_of(strip).iter().map(occluder_row).collect(),
             Quality::Low => Vec::new(),
         };
-        Self { strip, view, target, seen, shadows, lamps, occluders }
+        let shading = shadows.as_ref().map_or(&[][..], |shadows: &PlannedShadows| &shadows.shading);
+        let chunks = seen.iter().chain(shading).map(|row| row.clusters().div_ceil(CHUNK)).sum();
+        let placed = (seen.len() + shading.len()) as u32;
+        Self { strip, view, target, seen, shadows, lamps, occluders, placed, chunks }
     }
 
     /// Bytes of the buffer of visible triangles.

@@ -75,7 +75,7 @@ pub(crate) struct PlacedRow {
     tints: [[u8; 4]; 4],
     parts: [u32; 4],
     /// The target, clusters, the stretch, unused.
-    pub(crate) seen: [u32; 4],
+    seen: [u32; 4],
 }
 
 impl PlacedRow {
@@ -87,6 +87,17 @@ impl PlacedRow {
             parts: [at.label, model.corner, model.triangle, model.cluster],
             seen: [target, model.clusters, stretch.to_bits(), 0],
         }
+    }
+
+    /// The same for a target of this number.
+    pub(crate) fn seen_by(mut self, target: u32) -> Self {
+        self.seen[0] = target;
+        self
+    }
+
+    /// Clusters of its model.
+    pub(crate) fn clusters(&self) -> u32 {
+        self.seen[1]
     }
 }
 
