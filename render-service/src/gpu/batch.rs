@@ -25,6 +25,8 @@ pub(crate) const SHADOW_PX_BYTES: u64 = 4;
 pub(crate) const CHUNK: u32 = 64;
 /// Chunks that the numbers of triangles have room for.
 const CHUNKS_MAX: u32 = (1 << 20) - 1;
+/// Bytes that the visible clusters of a chunk take, at most.
+pub(crate) const VISIBLE_BYTES: u64 = CHUNK as u64 * 4;
 /// Side of a tile of pixels that are shaded together.
 const TILE_PX: u32 = 8;
 
@@ -162,7 +164,7 @@ impl<'a> Batch<'a> {
             && shadows <= SHADOW_BYTES_MAX.min(most / 2)
             && pixels <= READBACK_BYTES_MAX
             // A town alone may have many.
-            && self.chunks <= CHUNKS_MAX / 2
+            && u64::from(self.chunks) <= u64::from(CHUNKS_MAX).min(most / VISIBLE_BYTES) / 2
     }
 
     /// Whether it had room.

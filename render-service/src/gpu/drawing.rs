@@ -11,7 +11,7 @@ use crate::parallel::{in_parallel, threads};
 use crate::strip::{Drawn, Strip, row_pitch_bytes};
 
 use super::adapter::{AdapterChoice, Gpu};
-use super::batch::{Batch, PlannedPicture, Rows, SAMPLE_BYTES, SHADOW_PX_BYTES};
+use super::batch::{Batch, PlannedPicture, Rows, SAMPLE_BYTES, SHADOW_PX_BYTES, VISIBLE_BYTES};
 use super::buffers::{Scratch, Upload};
 use super::kernels::{Kernels, groups_of};
 use super::models::Models;
@@ -255,7 +255,7 @@ impl Drawing {
         way.write(&mut buffers.hidden, &batch.rows.hidden);
         way.write(&mut buffers.found, &[0, 0, batch.chunks, 0]);
         belt.finish();
-        buffers.visible.reserve(gpu, u64::from(batch.chunks) * 64 * 4);
+        buffers.visible.reserve(gpu, u64::from(batch.chunks) * VISIBLE_BYTES);
         buffers.visibility.reserve(gpu, batch.samples * SAMPLE_BYTES);
         buffers.pixels.reserve(gpu, batch.pixels * 4);
         let of_towns = u64::from(maps.room_px()) * SHADOW_PX_BYTES;
