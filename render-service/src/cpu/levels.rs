@@ -30,6 +30,15 @@ pub(crate) struct ShapeLevel {
 static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> =
     LazyLock::new(|| Shape::ALL.iter().map(|shape| levels_of(*shape)).collect());
 
+/// A block for every shape at the place of its number.
+static BLOCKS: LazyLock<Vec<ShapeLevel>> = LazyLock::new(|| {
+    let block = |shape: &Shape| {
+        let (mesh, error) = block_of(&shape.mesh());
+        level(&mesh, error)
+    };
+    Shape::ALL.iter().map(block).collect()
+});
+
 /// Radius of a ball around a shape whose axes are stretched like this.
 pub(crate) fn radius_m(shape: Shape, stretch: Vec3) -> f32 {
     let fine = LEVELS.get(shape as usize).and_then(|levels| levels.first());
@@ -52,18 +61,33 @@ pub(crate) fn level_of(
     Some(&level.model)
 }
 
+/// As [`level_of`], or a block that is off by no more: for outlines alone, as most of a shape's
+/// looks are lost.
+pub(crate) fn outline_of(
+    shape: Shape,
+    stretch: Vec3,
+    [error_m, least_m]: [f32; 2],
+) -> Option<&'static Model> {
+    let level = level_of(shape, stretch, [error_m, least_m])?;
+    let is_good = |block: &&ShapeLevel| block.error.component_mul(&stretch).norm() <= error_m;
+    let block = BLOCKS.get(shape as usize).filter(is_good);
+    Some(block.map_or(level, |block| &block.model))
+}
+
 /// Builds all levels now, not with the first picture.
 pub(crate) fn prepare() {
     LazyLock::force(&LEVELS);
+    LazyLock::force(&BLOCKS);
+}
+
+fn level(mesh: &Mesh, error: Vec3) -> ShapeLevel {
+    let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
+    ShapeLevel { model: model_of(mesh), error, half: half.into() }
 }
 
 fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
     let fine = shape.mesh();
     let mut count = fine.indices.len();
-    let level = |mesh: &Mesh, error: Vec3| {
-        let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
-        ShapeLevel { model: model_of(mesh), error, half: half.into() }
-    };
     let mut levels = vec![level(&fine, Vec3::zeros())];
     for part in CELLS {
         let cell = part * shape.coarse_cell();
@@ -145,6 +169,17 @@ mod tests {
             };
             // Twelve triangles, filled up.
             assert_eq!((of(0.5), of(0.01) > 16), (16, true), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn outlines_are_blocks_where_those_are_near_enough_and_shapes_elsewhere() {
+        for shape in Shape::ALL {
+            let of = |get: fn(Shape, Vec3, [f32; 2]) -> Option<&'static Model>, error_m: f32| {
+                get(shape, Vec3::new(2.4, 1.0, 0.74), [error_m, 0.0]).unwrap().triangle_count()
+            };
+            assert!(of(outline_of, 10.0) <= 16, "{shape:?}");
+            assert_eq!(of(outline_of, 0.0), of(level_of, 0.0), "{shape:?}");
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
 use crate::strip::Strip;
 
-use super::levels::{level_of, radius_m};
+use super::levels::{level_of, outline_of, radius_m};
 
 /// Corners may be off by so much in the picture, in pixels: in those of high and of low quality.
 const ERROR_PX_MAX: f32 = 0.7;
@@ -20,6 +20,7 @@ const LOW_ERROR_PX_MAX: f32 = 1.2;
 const TOWN_ERROR_PX_MAX: f32 = 0.5;
 /// Corners of what throws a shadow may be off by so much on the map, in its pixels.
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
+const LOW_SHADOW_ERROR_PX_MAX: f32 = 1.5;
 /// In pictures of low quality, parts that are smaller than this part of the largest one of their
 /// body throw no shadow: wheels, heads.
 const LOW_SHADOW_PART_MIN: f32 = 0.5;
@@ -86,7 +87,10 @@ pub(crate) fn shading_bodies(
     placed: &mut Vec<Placed<'_>>,
 ) {
     let pixel_m = 2.0 * REACH_M / side_px as f32;
-    let [error_m, least_m] = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
+    let is_low = quality == Quality::Low;
+    let error_px = if is_low { LOW_SHADOW_ERROR_PX_MAX } else { SHADOW_ERROR_PX_MAX };
+    let [error_m, least_m] = [error_px, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
+    let model_of = if is_low { outline_of } else { level_of };
     for body in strip.bodies() {
         let reach = Vec3::repeat(body.radius_m);
         if !shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
@@ -98,7 +102,7 @@ pub(crate) fn shading_bodies(
         };
         // Arches lie flat on their bodies.
         let parts = body.parts.iter().filter(|part| part.shape != Shape::WheelArch);
-        placed.extend(parts.filter_map(|part| place_part(part, [error_m, least_m])));
+        placed.extend(parts.filter_map(|part| place_part(part, model_of, [error_m, least_m])));
     }
 }
 
@@ -111,12 +115,16 @@ fn largest_m(body: &Body) -> f32 {
 /// Parts of a body whose corners are off by no more than the first length, without those within a
 /// ball of the second.
 fn place(body: &Body, limits_m: [f32; 2], placed: &mut Vec<Placed<'_>>) {
-    placed.extend(body.parts.iter().filter_map(|part| place_part(part, limits_m)));
+    placed.extend(body.parts.iter().filter_map(|part| place_part(part, level_of, limits_m)));
 }
 
-fn place_part(part: &Part, limits_m: [f32; 2]) -> Option<Placed<'static>> {
+fn place_part(
+    part: &Part,
+    model_of: fn(Shape, Vec3, [f32; 2]) -> Option<&'static Model>,
+    limits_m: [f32; 2],
+) -> Option<Placed<'static>> {
     let Instance { world_from_shape, tints, label } = part.instance;
-    let model = level_of(part.shape, stretch(part), limits_m)?;
+    let model = model_of(part.shape, stretch(part), limits_m)?;
     Some(Placed { model, world_from_model: world_from_shape, tints, label })
 }
 
