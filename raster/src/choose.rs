@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch, f32x8, mask32x8};
 
 use crate::model::{Block, Model};
+use crate::reach::{Reach, Slack};
 use crate::scene::{Placed, Scene};
 use crate::vector::{LANES, V8, affine, splat};
 use crate::view::{Projection, View, seen_from};
@@ -44,7 +45,7 @@ pub(crate) struct Chosen {
     pub(crate) ends: [f32; 4],
     /// Nothing of it is nearer to the viewer than this; unused for the sun.
     pub(crate) nearest_m: f32,
-    step: u32,
+    pub(crate) step: u32,
 }
 
 impl Prospect {
@@ -60,7 +61,8 @@ impl Prospect {
         (placed, error_px): (&[Placed<'_>], f32),
     ) -> Self {
         let mut prospect = Self::default();
-        let mut found = Vec::new();
+        let mut found = Vec::with_capacity(4 * placed.len());
+        prospect.locals.reserve(placed.len());
         for (at, one) in placed.iter().enumerate() {
             let stretch = stretch(one);
             let (centre, radius) = one.model.ball();
@@ -74,7 +76,8 @@ impl Prospect {
             let eye =
                 if local.is_sun { None } else { seen_from(&one.world_from_model, local.eye_m) };
             let per_error = stretch * local.focal_px[0].max(local.focal_px[1]) / error_px;
-            let looker = Looker { local: &local, stretch, eye, number, per_error };
+            let slack = Slack::of(&local, one.model);
+            let looker = Looker { local: &local, slack, stretch, eye, number, per_error };
             dispatch!(level, simd => looker.choose(simd, one.model, &mut found));
         }
         prospect.order(&found);
@@ -125,6 +128,7 @@ fn stretch(placed: &Placed<'_>) -> f32 {
 /// A view in a model's frame.
 struct Looker<'a> {
     local: &'a Projection,
+    slack: Slack,
     stretch: f32,
     /// `None` if no cluster can be told to turn away.
     eye: Option<[f32; 3]>,
@@ -157,11 +161,21 @@ impl Looker<'_> {
             if clusters.has_levels {
                 may_show &= self.is_of_level(simd, clusters);
             }
-            let mut rest = may_show.to_bitmask();
+            if !may_show.any_true() {
+                continue;
+            }
+            let boxes = Reach::of(simd, self.local, &self.slack, &clusters.boxes);
+            let mut rest = (may_show & (boxes.may_show | !boxes.is_known)).to_bitmask();
             if rest == 0 {
                 continue;
             }
-            let ends = self.ends(simd, centre, w, reach).map(|end| end.to_array());
+            let ends = self.ends(simd, centre, w, reach);
+            let ends = [0, 1, 2, 3].map(
+                #[inline(always)]
+                |at| boxes.is_known.select(boxes.ends[at], ends[at]).to_array(),
+            );
+            let nearest_m = boxes.is_known.select(boxes.nearest_m.max(distance), distance);
+            let nearest_m = nearest_m.to_array();
             let distance = distance.to_array();
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize;
@@ -170,7 +184,7 @@ impl Looker<'_> {
                     local: self.number,
                     cluster: (block * LANES + lane) as u32,
                     ends: ends.map(|end| end[lane]),
-                    nearest_m: distance[lane],
+                    nearest_m: nearest_m[lane],
                     step: distance[lane].to_bits().saturating_sub(least_step) >> STEP_BITS,
                 });
             }

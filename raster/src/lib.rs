@@ -22,6 +22,7 @@ mod paint;
 mod picture;
 mod pixels;
 mod quality;
+mod reach;
 mod rows;
 mod scene;
 mod shade;

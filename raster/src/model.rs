@@ -109,6 +109,8 @@ pub(crate) struct Block {
     pub(crate) balls: [[f32; 8]; 4],
     /// Mean normals, and sines of the angles within which all normals are; no angle is 2.
     pub(crate) cones: [[f32; 8]; 4],
+    /// Least and largest coordinates.
+    pub(crate) boxes: [[[f32; 8]; 3]; 2],
     /// As in [`Range`].
     pub(crate) level_balls: [[f32; 8]; 4],
     pub(crate) errors_m: [[f32; 8]; 2],
@@ -246,6 +248,7 @@ impl Model {
         let corners = known.iter().filter_map(|index| self.corners.get(*index as usize));
         let (centre, radius) = ball(corners.map(|corner| corner.position));
         self.push_ball((centre, radius), cone(parts), range);
+        self.push_box(first_corner);
         self.clusters.push(Cluster {
             corners: first_corner..self.xyz[0].len(),
             triangles: first_triangle..self.triangles.len(),
@@ -277,6 +280,7 @@ impl Model {
             self.blocks.push(Block {
                 balls: nowhere,
                 cones: nowhere,
+                boxes: [[[0.0; 8]; 3]; 2],
                 level_balls: [[0.0; 8]; 4],
                 errors_m: [[0.0; 8], [f32::INFINITY; 8]],
                 has_levels: false,
@@ -292,6 +296,17 @@ impl Model {
             block.errors_m[0][lane] = range.errors_m[0];
             block.errors_m[1][lane] = range.errors_m[1];
             block.has_levels |= range.errors_m != Range::ALL.errors_m;
+        }
+    }
+
+    /// Notes the box around the corners of the next cluster, which are all from this one on.
+    fn push_box(&mut self, first_corner: usize) {
+        let lane = self.clusters.len() % 8;
+        let Some(Block { boxes: [low, high], .. }) = self.blocks.last_mut() else { return };
+        for ((low, high), places) in low.iter_mut().zip(high).zip(&self.xyz) {
+            let places = places.get(first_corner..).unwrap_or_default();
+            low[lane] = places.iter().copied().fold(f32::INFINITY, f32::min);
+            high[lane] = places.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         }
     }
 

@@ -21,14 +21,39 @@ use crate::vector::{LANES, V8, splat};
 /// Families of surfaces, and the sky.
 const KINDS: usize = 4;
 const SKY: usize = 0;
+const GROUND: usize = 1;
+
+/// In the place of what a pixel shows: it was painted with the row above it.
+const PAINTED: u32 = u32::MAX;
 
 /// Pixels beside each other that show one triangle.
 struct Run {
     row: u32,
     columns: Range<usize>,
+    /// Number of the triangle.
+    id: u32,
     /// What they show.
     surface: u32,
     kind: usize,
+}
+
+/// What a row shows, and the one below it if both share colours.
+struct Row<'a> {
+    nearness: &'a [f32],
+    below: &'a mut [u32],
+}
+
+impl Row<'_> {
+    /// Whether all of some pixels below show a triangle, too. If so they count as painted.
+    #[inline(always)]
+    fn takes_below(&mut self, columns: Range<usize>, id: u32) -> bool {
+        let Some(below) = self.below.get_mut(columns) else { return false };
+        let is_alike = below.iter().fold(true, |is_alike, other| is_alike & (*other == id));
+        if is_alike {
+            below.fill(PAINTED);
+        }
+        is_alike
+    }
 }
 
 /// Eight pixels that are shaded together.
@@ -43,18 +68,26 @@ struct Eight {
     surfaces: [u32; LANES],
     /// How many pixels from each to the right get its colour.
     widths: [usize; LANES],
+    /// How many rows from each downwards do.
+    heights: [u32; LANES],
     count: usize,
 }
 
 impl Eight {
     #[inline(always)]
-    fn push(&mut self, (column, row): (usize, u32), nearness: f32, surface: u32, width: usize) {
+    fn push(
+        &mut self,
+        (column, row): (usize, u32),
+        (nearness, surface): (f32, u32),
+        (width, height): (usize, u32),
+    ) {
         let at = self.count % LANES;
         self.columns[at] = column as f32;
         self.rows[at] = row as f32;
         self.nearness[at] = nearness;
         self.surfaces[at] = surface;
         self.widths[at] = width;
+        self.heights[at] = height;
         self.count += 1;
     }
 
@@ -66,6 +99,7 @@ impl Eight {
             self.nearness[at] = self.nearness[0];
             self.surfaces[at] = self.surfaces[0];
             self.widths[at] = self.widths[0];
+            self.heights[at] = self.heights[0];
         }
     }
 }
@@ -79,29 +113,34 @@ pub(crate) struct Painter<'a> {
     pub(crate) occluders: &'a ByRow<'a, Occluder>,
     pub(crate) rain: Option<Rain<'a>>,
     pub(crate) target: &'a Target,
+    /// Of those that are wanted.
+    pub(crate) first_row: u32,
     /// Of every triangle that is seen: the place of its surface, and 1; 0 for none.
     pub(crate) places: &'a [u32],
     pub(crate) surfaces: &'a [Surface],
 }
 
 impl Painter<'_> {
-    /// Writes all rows, which begin `pitch_bytes` from each other.
+    /// Writes all rows that are wanted, which begin `pitch_bytes` from each other. Rows of low
+    /// quality share colours by twos, the first of which are even.
     #[inline(always)]
     pub(crate) fn paint<S: Simd>(&self, simd: S, (out, pitch_bytes): (&mut [u8], usize)) {
         let mut waiting = [Eight::default(); KINDS];
-        let mut out = Out { bytes: out, pitch_bytes, first_row: self.target.first_row };
-        let width = self.target.width_px as usize;
-        for row in self.target.first_row..self.target.first_row + self.target.row_count {
+        let mut out = Out { bytes: out, pitch_bytes, first_row: self.first_row };
+        let is_low = self.lit.quality == Quality::Low;
+        let first = if is_low { self.target.first_row } else { self.first_row };
+        let end = self.target.first_row + self.target.row_count;
+        let (mut own, mut below) = (Vec::new(), Vec::new());
+        for row in first..end {
             let (nearness, ids) = self.target.row(row);
-            let mut column = 0;
-            while let Some(id) = ids.get(column).filter(|_| column < width) {
-                let end = (column + alike(simd, *id, &ids[column..])).min(width);
-                let surface = self.surface(*id);
-                let kind = self.kind(surface);
-                let run = Run { row, columns: column..end, surface, kind };
-                self.paint_run(simd, run, nearness, &mut waiting, &mut out);
-                column = end;
+            std::mem::swap(&mut own, &mut below);
+            below.clear();
+            if is_low && row.is_multiple_of(2) && row + 1 < end {
+                below.extend_from_slice(self.target.row(row + 1).1);
             }
+            let ids = if own.is_empty() { ids } else { &own };
+            let row_of = Row { nearness, below: &mut below };
+            self.paint_row(simd, (row, ids), row_of, &mut waiting, &mut out);
         }
         for (kind, mut eight) in waiting.into_iter().enumerate() {
             if eight.count > 0 {
@@ -112,25 +151,51 @@ impl Painter<'_> {
         }
     }
 
+    #[inline(always)]
+    fn paint_row<S: Simd>(
+        &self,
+        simd: S,
+        (row, ids): (u32, &[u32]),
+        mut shows: Row<'_>,
+        waiting: &mut [Eight; KINDS],
+        out: &mut Out<'_>,
+    ) {
+        let width = self.target.width_px as usize;
+        let mut column = 0;
+        while let Some(id) = ids.get(column).copied().filter(|_| column < width) {
+            let end = (column + alike(simd, id, &ids[column..])).min(width);
+            if id != PAINTED {
+                let surface = self.surface(id);
+                let kind = self.kind(surface);
+                let run = Run { row, columns: column..end, id, surface, kind };
+                self.paint_run(simd, run, &mut shows, waiting, out);
+            }
+            column = end;
+        }
+    }
+
     /// Paints pixels of one triangle, eight at a time; has the rest wait for others of their kind,
     /// and paints those that are eight.
     #[inline(always)]
     fn paint_run<S: Simd>(
         &self,
         simd: S,
-        Run { row, columns: Range { start, end }, surface, kind }: Run,
-        nearness: &[f32],
+        Run { row, columns: Range { start, end }, id, surface, kind }: Run,
+        shows: &mut Row<'_>,
         waiting: &mut [Eight; KINDS],
         out: &mut Out<'_>,
     ) {
         let step = if self.lit.quality == Quality::Low { 2 } else { 1 };
+        // Nothing on them changes with every row.
+        let is_smooth = kind == SKY || kind == GROUND;
+        let nearness = shows.nearness;
         let mut column = start;
         // Pairs begin at even columns, so that upright edges on a surface stay upright.
         if step == 2
             && start % 2 == 1
             && let Some(nearness) = nearness.get(start)
         {
-            self.wait(simd, (start, row), (*nearness, surface, 1), (kind, waiting), out);
+            self.wait(simd, ((start, row), (1, 1)), (*nearness, surface), (kind, waiting), out);
             column += 1;
         }
         while let Some(nearness) = nearness.get(column..column + LANES * step)
@@ -143,32 +208,38 @@ impl Painter<'_> {
                 eight.nearness[lane] = nearness[lane * step];
             }
             let colours = self.finish(simd, kind, &eight);
-            match step {
-                1 => out.put_run::<1>((column, row), &colours),
-                _ => out.put_run::<2>((column, row), &colours),
+            if step == 1 {
+                out.put_run::<1>((column, row), &colours);
+            } else {
+                out.put_run::<2>((column, row), &colours);
+                if is_smooth && shows.takes_below(column..column + LANES * step, id) {
+                    out.put_run::<2>((column, row + 1), &colours);
+                }
             }
             column += LANES * step;
         }
         while let Some(nearness) = nearness.get(column).filter(|_| column < end) {
             let width = step.min(end - column);
-            self.wait(simd, (column, row), (*nearness, surface, width), (kind, waiting), out);
+            let has_below = is_smooth && width == 2 && shows.takes_below(column..column + 2, id);
+            let size = (width, 1 + u32::from(has_below));
+            self.wait(simd, ((column, row), size), (*nearness, surface), (kind, waiting), out);
             column += width;
         }
     }
 
-    /// Has a pixel, and those right of it that get its colour, wait for others of its kind; paints
-    /// them once they are eight.
+    /// Has a pixel, and those right of and below it that get its colour, wait for others of its
+    /// kind; paints them once they are eight.
     #[inline(always)]
     fn wait<S: Simd>(
         &self,
         simd: S,
-        place: (usize, u32),
-        (nearness, surface, width): (f32, u32, usize),
+        (place, size): ((usize, u32), (usize, u32)),
+        shows: (f32, u32),
         (kind, waiting): (usize, &mut [Eight; KINDS]),
         out: &mut Out<'_>,
     ) {
         let Some(eight) = waiting.get_mut(kind) else { return };
-        eight.push(place, nearness, surface, width);
+        eight.push(place, shows, size);
         if eight.count == LANES {
             let colours = self.finish(simd, kind, eight);
             out.put(eight, &colours);
@@ -186,7 +257,7 @@ impl Painter<'_> {
     fn kind(&self, surface: u32) -> usize {
         match self.looked_up(surface).map(|surface| surface.family) {
             None => SKY,
-            Some(Family::Ground) => 1,
+            Some(Family::Ground) => GROUND,
             Some(Family::Facade) => 2,
             Some(Family::Body) => 3,
         }
@@ -205,7 +276,7 @@ impl Painter<'_> {
                 #[inline(always)]
                 || self.shade(simd, eight, None),
             ),
-            1 => simd.vectorize(
+            GROUND => simd.vectorize(
                 #[inline(always)]
                 || self.shade(simd, eight, Some(Family::Ground)),
             ),
@@ -298,10 +369,13 @@ struct Out<'a> {
 impl Out<'_> {
     fn put(&mut self, eight: &Eight, colours: &[u32; LANES]) {
         for (lane, colour) in colours.iter().enumerate() {
-            let at = self.place((eight.columns[lane] as usize, eight.rows[lane] as u32));
-            let pixels = self.bytes.get_mut(at..at + eight.widths[lane] * PIXEL_BYTES);
-            for pixel in pixels.unwrap_or_default().as_chunks_mut::<PIXEL_BYTES>().0 {
-                *pixel = colour.to_le_bytes();
+            let (column, row) = (eight.columns[lane] as usize, eight.rows[lane] as u32);
+            for row in row..row + eight.heights[lane] {
+                let Some(at) = self.place((column, row)) else { continue };
+                let pixels = self.bytes.get_mut(at..at + eight.widths[lane] * PIXEL_BYTES);
+                for pixel in pixels.unwrap_or_default().as_chunks_mut::<PIXEL_BYTES>().0 {
+                    *pixel = colour.to_le_bytes();
+                }
             }
         }
     }
@@ -309,7 +383,7 @@ impl Out<'_> {
     /// Puts colours beside each other, of so many pixels each.
     #[inline(always)]
     fn put_run<const WIDTH: usize>(&mut self, place: (usize, u32), colours: &[u32; LANES]) {
-        let at = self.place(place);
+        let Some(at) = self.place(place) else { return };
         let Some(pixels) = self.bytes.get_mut(at..at + LANES * WIDTH * PIXEL_BYTES) else { return };
         let (pixels, _) = pixels.as_chunks_mut::<PIXEL_BYTES>();
         for (pixels, colour) in pixels.as_chunks_mut::<WIDTH>().0.iter_mut().zip(colours) {
@@ -317,9 +391,10 @@ impl Out<'_> {
         }
     }
 
-    /// Where the bytes of a pixel begin.
+    /// Where the bytes of a pixel begin; `None` above the rows that are wanted.
     #[inline(always)]
-    fn place(&self, (column, row): (usize, u32)) -> usize {
-        (row - self.first_row) as usize * self.pitch_bytes + column * PIXEL_BYTES
+    fn place(&self, (column, row): (usize, u32)) -> Option<usize> {
+        let line = row.checked_sub(self.first_row)?;
+        Some(line as usize * self.pitch_bytes + column * PIXEL_BYTES)
     }
 }

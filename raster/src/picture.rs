@@ -30,6 +30,9 @@ const BENT: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub struct Canvas {
     screen: Screen,
+    /// That somebody wants.
+    rows: Range<u32>,
+    /// These rows, from an even one on.
     target: Target,
     seen: Vec<Seen>,
     /// Of those that are seen: the place of its surface, and 1; 0 for one not asked for yet.
@@ -46,7 +49,9 @@ impl Canvas {
         rows: Range<u32>,
         (scene, prospect): (&Scene<'_>, &Prospect),
     ) {
-        self.target.clear(view.width_px, rows, true);
+        // Rows share colours by twos: the upper one is needed for the lower one.
+        self.target.clear(view.width_px, (rows.start & !1)..rows.end, true);
+        self.rows = rows;
         let drawing =
             Drawing { placed: scene.placed, prospect, is_hidden: scene.is_hidden, slope: 0.0 };
         draw(level, &drawing, &mut self.screen, &mut self.target, &mut self.seen);
@@ -66,7 +71,7 @@ impl Canvas {
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
         self.find_surfaces(scene);
-        let Self { target, places, surfaces, .. } = &*self;
+        let Self { target, places, surfaces, rows: wanted, .. } = &*self;
         let rows = target.first_row..target.first_row + target.row_count;
         let lamps = ByRow::of(view, (scene.lamps, LAMPS_MAX), rows.clone());
         // Low quality shades no ground.
@@ -79,6 +84,7 @@ impl Canvas {
             occluders: &occluders,
             rain: Rain::of(simd, light),
             target,
+            first_row: wanted.start,
             places,
             surfaces,
         }
@@ -264,9 +270,8 @@ impl Canvas {
         pixel_bytes: usize,
         mut eight: impl FnMut(u32, usize) -> [u32; LANES],
     ) {
-        let first = self.target.first_row;
         let width_bytes = self.target.width_px as usize * pixel_bytes;
-        for (line, row) in out.chunks_mut(pitch_bytes).zip(first..first + self.target.row_count) {
+        for (line, row) in out.chunks_mut(pitch_bytes).zip(self.rows.clone()) {
             let line = line.get_mut(..width_bytes).unwrap_or_default();
             for (at, pixels) in line.chunks_mut(LANES * pixel_bytes).enumerate() {
                 let values = eight(row, at * LANES);

@@ -3,7 +3,8 @@
 /// How finely colours are computed. Shapes and their edges are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Quality {
-    /// Every second pixel of a row where both show one triangle, without fine grain.
+    /// Every second pixel of a row where both show one triangle, and of every second row of sky and
+    /// ground; without fine grain.
     Low,
     /// Every pixel, with all that surfaces have.
     #[default]

@@ -32,30 +32,24 @@ impl Surface {
         let placed = placed.get(seen.placed as usize)?;
         let triangle = placed.model.triangles.get(seen.triangle as usize)?;
         let corners = placed.model.corners_of(triangle)?;
+        let corner = corners[0];
+        let material = materials.get(usize::from(corner.material))?;
         let matrix = &placed.world_from_model;
-        let place = |Corner { position, .. }: &Corner| {
-            let [a, b, c] = matrix;
-            [affine(*a, *position), affine(*b, *position), affine(*c, *position)]
-        };
-        let is_flat = corners.iter().all(|other| other.normal == corners[0].normal);
-        let first_normal = world_normal(matrix, corners[0].normal);
+        let is_flat = corners.iter().all(|other| other.normal == corner.normal);
+        let first_normal = world_normal(matrix, corner.normal);
         let normal = |at: usize| world_normal(matrix, corners[at].normal);
         let normals =
             if is_flat { [first_normal; 3] } else { [first_normal, normal(1), normal(2)] };
-        let [first, second, third] = [place(corners[0]), place(corners[1]), place(corners[2])];
-        let (along, aside) = (sub(second, first), sub(third, first));
-        let upright = cross(along, aside);
-        let per_area = 1.0 / dot(upright, upright).max(1e-30);
-        let toward =
-            [scale(cross(aside, upright), per_area), scale(cross(upright, along), per_area)];
-        let corner = corners[0];
-        let material = materials.get(usize::from(corner.material))?;
+        // Where a pixel is on it matters to nothing else.
+        let has_places = !is_flat || material.family == Family::Facade;
+        let (first_m, toward) =
+            if has_places { places(matrix, corners) } else { ([0.0; 3], [[0.0; 3]; 2]) };
         let tint = placed.tints.get(usize::from(material.tint));
         let [r, g, b, glow] =
             tint.map_or([1.0, 1.0, 1.0, 0.0], |tint| tint.map(|part| f32::from(part) / 255.0));
         let [red, green, blue] = material.colour;
         Some(Self {
-            first_m: first,
+            first_m,
             toward,
             normals,
             facade_m: corners.map(|corner| corner.facade_m),
@@ -96,6 +90,17 @@ impl Surface {
         let up = second * (b[1] - a[1]) + third * (c[1] - a[1]) + a[1];
         (normal, [along, up])
     }
+}
+
+/// The first corner in the world, and what changes from it along the surface: 1 at the second
+/// corner, and at the third.
+fn places(matrix: &[[f32; 4]; 3], corners: [&Corner; 3]) -> (V3, [V3; 2]) {
+    let place = |Corner { position, .. }: &Corner| matrix.map(|row| affine(row, *position));
+    let [first, second, third] = corners.map(place);
+    let (along, aside) = (sub(second, first), sub(third, first));
+    let upright = cross(along, aside);
+    let per_area = 1.0 / dot(upright, upright).max(1e-30);
+    (first, [scale(cross(aside, upright), per_area), scale(cross(upright, along), per_area)])
 }
 
 /// World normal of a model's own. A placement is a turn after a stretch along the axes: normals

@@ -36,9 +36,19 @@ static LEVELS: LazyLock<Vec<Vec<ShapeLevel>>> = LazyLock::new(|| {
     levels
 });
 
-/// All levels of all shapes, at the places of their numbers.
+/// A block for every shape at the place of its number.
+static BLOCKS: LazyLock<Vec<ShapeLevel>> = LazyLock::new(|| {
+    let numbers = LEVELS.iter().map(Vec::len).sum::<usize>()..;
+    let blocks = Shape::ALL.iter().zip(numbers).map(|(shape, number)| {
+        let (mesh, error) = block_of(&shape.mesh());
+        ShapeLevel { number, ..level(&mesh, error) }
+    });
+    blocks.collect()
+});
+
+/// All levels of all shapes and their blocks, at the places of their numbers.
 pub(crate) fn all() -> impl Iterator<Item = &'static ShapeLevel> {
-    LEVELS.iter().flatten()
+    LEVELS.iter().flatten().chain(BLOCKS.iter())
 }
 
 /// Radius of a ball around a shape whose axes are stretched like this.
@@ -62,18 +72,33 @@ pub(crate) fn level_of(
     levels.iter().rev().find(is_good).or_else(|| levels.first())
 }
 
+/// As [`level_of`], or a block that is off by no more: for outlines alone, as most of a shape's
+/// looks are lost.
+pub(crate) fn outline_of(
+    shape: Shape,
+    stretch: Vec3,
+    [error_m, least_m]: [f32; 2],
+) -> Option<&'static ShapeLevel> {
+    let level = level_of(shape, stretch, [error_m, least_m])?;
+    let is_good = |block: &&ShapeLevel| block.error.component_mul(&stretch).norm() <= error_m;
+    let block = BLOCKS.get(shape as usize).filter(is_good);
+    Some(block.unwrap_or(level))
+}
+
 /// Builds all levels now, not with the first picture.
 pub(crate) fn prepare() {
     LazyLock::force(&LEVELS);
+    LazyLock::force(&BLOCKS);
+}
+
+fn level(mesh: &Mesh, error: Vec3) -> ShapeLevel {
+    let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
+    ShapeLevel { model: model_of(mesh), number: 0, error, half: half.into() }
 }
 
 fn levels_of(shape: Shape) -> Vec<ShapeLevel> {
     let fine = shape.mesh();
     let mut count = fine.indices.len();
-    let level = |mesh: &Mesh, error: Vec3| {
-        let half = [0, 1, 2].map(|axis| span(mesh, axis) / 2.0);
-        ShapeLevel { model: model_of(mesh), number: 0, error, half: half.into() }
-    };
     let mut levels = vec![level(&fine, Vec3::zeros())];
     for part in CELLS {
         let cell = part * shape.coarse_cell();
@@ -158,6 +183,18 @@ mod tests {
             };
             // Twelve triangles, filled up.
             assert_eq!((of(0.5), of(0.01) > 16), (16, true), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn outlines_are_blocks_where_those_are_near_enough_and_shapes_elsewhere() {
+        for shape in Shape::ALL {
+            let stretch = Vec3::new(2.4, 1.0, 0.74);
+            let count = |level: Option<&ShapeLevel>| level.unwrap().model.triangle_count();
+            let outline = |error_m: f32| count(outline_of(shape, stretch, [error_m, 0.0]));
+            let fine = count(level_of(shape, stretch, [0.0, 0.0]));
+            assert!(outline(10.0) <= 16, "{shape:?}");
+            assert_eq!(outline(0.0), fine, "{shape:?}");
         }
     }
 }

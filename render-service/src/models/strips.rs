@@ -11,7 +11,7 @@ use crate::scene::shadow::{REACH_M, ShadowView};
 use crate::scene::view::NEAR_M;
 use crate::strip::Strip;
 
-use super::levels::{ShapeLevel, level_of, radius_m};
+use super::levels::{ShapeLevel, level_of, outline_of, radius_m};
 
 /// Corners may be off by so much in the picture, in pixels: in those of high and of low quality.
 const ERROR_PX_MAX: f32 = 0.7;
@@ -20,6 +20,7 @@ const LOW_ERROR_PX_MAX: f32 = 1.2;
 const TOWN_ERROR_PX_MAX: f32 = 0.5;
 /// Corners of what throws a shadow may be off by so much on the map, in its pixels.
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
+const LOW_SHADOW_ERROR_PX_MAX: f32 = 1.5;
 /// In pictures of low quality, parts that are smaller than this part of the largest one of their
 /// body throw no shadow: wheels, heads.
 const LOW_SHADOW_PART_MIN: f32 = 0.5;
@@ -94,7 +95,7 @@ pub(crate) fn seen_bodies(
         let ahead_m = (forward.dot(&(body.centre_m - eye_m)) - body.radius_m).max(NEAR_M);
         let least_m = PART_RADIUS_PX_MIN * pixel * ahead_m;
         for part in &body.parts {
-            put_part(part, [error_px * pixel * nearest_m, least_m], &mut put);
+            put_part(part, level_of, [error_px * pixel * nearest_m, least_m], &mut put);
         }
     }
 }
@@ -107,7 +108,10 @@ pub(crate) fn shading_bodies(
     mut put: impl FnMut(&'static ShapeLevel, &Instance),
 ) {
     let pixel_m = 2.0 * REACH_M / side_px as f32;
-    let [error_m, least_m] = [SHADOW_ERROR_PX_MAX, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
+    let is_low = quality == Quality::Low;
+    let error_px = if is_low { LOW_SHADOW_ERROR_PX_MAX } else { SHADOW_ERROR_PX_MAX };
+    let [error_m, least_m] = [error_px, PART_RADIUS_PX_MIN].map(|px| px * pixel_m);
+    let find: FindLevel = if is_low { outline_of } else { level_of };
     for body in strip.bodies() {
         let reach = Vec3::repeat(body.radius_m);
         if !shadow.may_see(&(body.centre_m - reach), &(body.centre_m + reach)) {
@@ -119,7 +123,7 @@ pub(crate) fn shading_bodies(
         };
         // Arches lie flat on their bodies.
         let parts = body.parts.iter().filter(|part| part.shape != Shape::WheelArch);
-        parts.for_each(|part| put_part(part, [error_m, least_m], &mut put));
+        parts.for_each(|part| put_part(part, find, [error_m, least_m], &mut put));
     }
 }
 
@@ -129,10 +133,18 @@ fn largest_m(body: &Body) -> f32 {
     radii_m.fold(0.0, f32::max)
 }
 
+/// Finds the level of a shape that is stretched like this within limits.
+type FindLevel = fn(Shape, Vec3, [f32; 2]) -> Option<&'static ShapeLevel>;
+
 /// Puts a part whose corners are off by no more than the first length, unless it is within a ball
 /// of the second.
-fn put_part(part: &Part, limits_m: [f32; 2], put: &mut impl FnMut(&'static ShapeLevel, &Instance)) {
-    if let Some(level) = level_of(part.shape, stretch(part), limits_m) {
+fn put_part(
+    part: &Part,
+    find: FindLevel,
+    limits_m: [f32; 2],
+    put: &mut impl FnMut(&'static ShapeLevel, &Instance),
+) {
+    if let Some(level) = find(part.shape, stretch(part), limits_m) {
         put(level, &part.instance);
     }
 }
