@@ -89,7 +89,7 @@ async fn converse(stream: TcpStream, peer: SocketAddr, seat: &Seat, monitor: &Mo
             }
         }
         () = tokio::time::sleep(CONNECTION_TIME) => {}
-        () = seat.wanted() => {}
+        _ = seat.wanted() => {}
     }
 }
 

@@ -38,6 +38,8 @@ mod senses;
 mod speed;
 mod steering;
 mod stroller;
+#[cfg(test)]
+mod testing;
 mod track;
 mod traffic;
 mod trajectory;

@@ -126,12 +126,22 @@ impl Scene {
 
     /// Calls for every body whose middle is in these cells, from the lowest to the highest.
     fn within(&self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&Body)) {
-        let first = self.cells.partition_point(|(cell, _)| *cell < low);
-        let columns = self.cells.get(first..).unwrap_or_default().iter();
-        for (cell, index) in columns.take_while(|(cell, _)| cell[0] <= high[0]) {
-            let is_within = low[1] <= cell[1] && cell[1] <= high[1];
-            if let Some(body) = self.bodies.get(*index as usize).filter(|_| is_within) {
-                tell(body);
+        let mut from = low;
+        // Once for each column that has any, however many bodies are elsewhere in it.
+        while from[0] <= high[0] {
+            let first = self.cells.partition_point(|(cell, _)| *cell < from);
+            let later = self.cells.get(first..).unwrap_or_default();
+            let Some(([x, y], _)) = later.first().copied() else { return };
+            if x == from[0] || y >= low[1] {
+                let within = |cell: &[i32; 2]| *cell <= [x.min(high[0]), high[1]];
+                let bodies = later.iter().take_while(|(cell, _)| within(cell));
+                bodies
+                    .filter_map(|(_, index)| self.bodies.get(*index as usize))
+                    .for_each(&mut tell);
+                let Some(next) = x.checked_add(1) else { return };
+                from = [next, low[1]];
+            } else {
+                from = [x, low[1]];
             }
         }
     }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use bus::{Bus, BusConfig, BusError};
 use monitoring::Monitor;
 use schemas::{Alive, ServiceId, ServiceKind};
+use seats::Seats;
 use signals::Termination;
 use tenancy::{Door, DoorError, FOLLOW_EVERY};
 use tokio::net::TcpListener;
@@ -243,8 +244,8 @@ async fn attend(
     let (events, told) = mpsc::channel(EVENTS_MAX);
     let tenant = endpoint.config.allowance.tenant();
     let entrance = |listener, seats| Entrance::new(listener, guests.clone(), tenant.clone(), seats);
-    let (streams, calls) =
-        (entrance(streams, stream::LISTENERS_MAX), entrance(calls, rpc::CONNECTIONS_MAX));
+    let streams = entrance(streams, stream::seats());
+    let calls = entrance(calls, Seats::new(rpc::CONNECTIONS_MAX));
     tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub)));
     tokio::spawn(rpc::serve(calls, events));
     let lobby = Lobby::new(endpoint.config.pacing, Instant::now());

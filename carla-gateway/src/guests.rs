@@ -63,9 +63,9 @@ impl Guests {
 }
 
 impl Entrance {
-    /// With so many seats.
-    pub(crate) fn new(listener: TcpListener, guests: Guests, tenant: Tenant, seats: usize) -> Self {
-        Self { listener, guests, tenant, seats: Seats::new(seats), refusals: Seldom::default() }
+    /// With these seats.
+    pub(crate) fn new(listener: TcpListener, guests: Guests, tenant: Tenant, seats: Seats) -> Self {
+        Self { listener, guests, tenant, seats, refusals: Seldom::default() }
     }
 
     /// The next connection of a guest, and its seat. Others are closed before they say anything.
@@ -115,7 +115,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let nobody = Guests(vec!["10.0.3.0/24".parse().unwrap()]);
-        let entrance = Entrance::new(listener, nobody, "alice".parse().unwrap(), 1);
+        let entrance = Entrance::new(listener, nobody, "alice".parse().unwrap(), Seats::new(1));
         let refused = tokio::spawn(async move { entrance.accept().await });
         let stranger = TcpStream::connect(address).await.unwrap();
         stranger.readable().await.unwrap();

@@ -240,6 +240,7 @@ impl Lobby {
     /// A job is done.
     fn finish(&mut self, report: Report, now: Instant, acts: &mut Vec<Do>) {
         let Some(UnderWay { purpose, newest_client }) = self.under_way.take() else { return };
+        let is_new_frame = report.frame_number != self.frame_number;
         self.learn(&report, newest_client, now);
         let Report { answer, later, again, timing, expects_step, asks_for_frame, .. } = report;
         match purpose {
@@ -263,7 +264,7 @@ impl Lobby {
                     }
                 }
                 let steps = expects_step && self.managers.count(ticket.client) > 0;
-                let timing = self.late.timing(ticket.client, timing, steps);
+                let timing = self.late.timing(ticket.client, timing, steps, is_new_frame);
                 self.answer_in_time(ticket, answer, timing, now, acts);
             }
             Purpose::Prepare(ticket) => {

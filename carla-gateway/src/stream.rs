@@ -5,5 +5,5 @@ mod server;
 mod token;
 
 pub(crate) use hub::Hub;
-pub(crate) use server::{LISTENERS_MAX, serve};
+pub(crate) use server::{seats, serve};
 pub(crate) use token::{StreamId, WORLD_OBSERVER, token};

@@ -7,7 +7,7 @@ use crate::error::{Diagnostic, Report, Severity};
 use crate::geometry::Shape;
 use crate::kinds::LaneType;
 use crate::lanes::{LaneEntry, LaneIndex, parts};
-use crate::limits::ACTOR_ABS_MAX;
+use crate::limits::{ACTOR_ABS_MAX, CROSSED_PIECES_MAX, CROSSED_PLACES_MAX, CROSSING_BOXES_MAX};
 use crate::map::Map;
 use crate::model::Road;
 
@@ -42,6 +42,7 @@ impl Map {
         far(self, &mut report);
         forks::check(self, &mut report);
         joints(self, &mut report);
+        searches(self, &mut report);
         report
     }
 }
@@ -54,6 +55,29 @@ fn fault(
     found: impl Into<String>,
 ) -> Diagnostic {
     Diagnostic { severity, road: Some(road.id), s, wanted: wanted.into(), found: found.into() }
+}
+
+/// Tells of searches that ended at a limit.
+fn searches(map: &Map, report: &mut Report) {
+    let mut tell = |wanted: String, found: &str| {
+        let (severity, found) = (Severity::Suspicious, found.to_owned());
+        report.push(Diagnostic { severity, road: None, s: None, wanted, found });
+    };
+    if !map.kerbs().is_whole() {
+        tell(
+            format!(
+                "at most {CROSSED_PLACES_MAX} places where roads cross {CROSSED_PIECES_MAX} pieces \
+                 of sidewalks"
+            ),
+            "more: the other sidewalks are a step high where roads cross them",
+        );
+    }
+    if !map.has_all_crossings() {
+        tell(
+            format!("at most {CROSSING_BOXES_MAX} boxes on ways that cross those of signs"),
+            "more, or too many ways: the last stop and yield signs hold nobody for who crosses",
+        );
+    }
 }
 
 /// Tells of the first road only: where one is far away, all are.

@@ -7,6 +7,7 @@ mod markings;
 mod pavement;
 mod plants;
 mod render;
+mod squares;
 pub(crate) mod strip;
 mod terrain;
 

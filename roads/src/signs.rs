@@ -49,8 +49,18 @@ impl Map {
     /// **Cost:** linear in the signals of the map.
     #[must_use]
     pub fn traffic_signs(&self) -> Vec<TrafficSign> {
+        self.traffic_signs_within(&mut crossing::Budget::of_map())
+    }
+
+    /// Whether every stop and yield sign knows all ways that cross its own.
+    pub(crate) fn has_all_crossings(&self) -> bool {
+        let mut budget = crossing::Budget::of_map();
+        self.traffic_signs_within(&mut budget);
+        !budget.is_spent()
+    }
+
+    fn traffic_signs_within(&self, left: &mut crossing::Budget) -> Vec<TrafficSign> {
         let landmarks = landmarks_by_signal(self);
-        let mut left = crossing::Budget::of_map();
         signals_in_order(self)
             .filter_map(|(id, signal)| {
                 let kind = sign_kind(&signal.signal_type, &signal.subtype, signal.value)?;
@@ -69,7 +79,7 @@ impl Map {
                     .collect();
                 let crossing = match kind {
                     SignKind::Stop | SignKind::Yield => places()
-                        .flat_map(|landmark| crossing::boxes(self, landmark, &mut left))
+                        .flat_map(|landmark| crossing::boxes(self, landmark, left))
                         .collect(),
                     SignKind::SpeedLimit { .. } => Vec::new(),
                 };

@@ -97,6 +97,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let face = Face {
         sessions: Arc::clone(&sessions),
         mode: config.mode,
+        web: config.web_interface.then(openenv::WebSessions::default),
         door: Arc::clone(&door),
         origins,
     };

@@ -52,6 +52,10 @@ pub struct Args {
     /// simulation, or production without /reset, /step and /state.
     #[arg(long, env = "OPENENV_MODE", default_value = "simulation", value_name = "MODE")]
     pub mode: String,
+    /// Whether there is a page to try environments by hand at `/` and `/web`, and routes below it.
+    #[arg(long, env = "ENABLE_WEB_INTERFACE", default_value = "true", value_name = "true|false",
+        value_parser = is_on, action = clap::ArgAction::Set)]
+    pub web_interface: bool,
     /// Web pages of others that may use the face, e.g. `https://example.com`, whose name may also
     /// be its own; pages of localhost always may.
     #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
@@ -91,6 +95,8 @@ pub(crate) struct Config {
     pub(crate) profile: Profile,
     /// Which endpoints there are.
     pub(crate) mode: Mode,
+    /// Whether people may try environments by hand.
+    pub(crate) web_interface: bool,
     /// Origins of web pages besides the face's own.
     pub(crate) allow_origin: Vec<String>,
     /// Bytes to make worlds again.
@@ -107,6 +113,15 @@ pub struct ConfigError {
     pub setting: &'static str,
     /// What is wrong with it.
     pub why: String,
+}
+
+/// Whether something is on, in the words that OpenEnv's servers know, in any case.
+fn is_on(text: &str) -> Result<bool, String> {
+    match text.trim().to_ascii_lowercase().as_str() {
+        "true" | "1" | "yes" | "on" => Ok(true),
+        "" | "false" | "0" | "no" | "off" => Ok(false),
+        _ => Err("wanted true, 1, yes or on, or false, 0, no or off".to_owned()),
+    }
 }
 
 /// Where a face listens, as typed: a port of the loopback, or an address and a port.
@@ -164,6 +179,7 @@ impl Config {
             default_scenario: args.default_scenario.clone(),
             profile,
             mode,
+            web_interface: args.web_interface,
             allow_origin: args.allow_origin.clone(),
             recovery_bytes: args.recovery_mib.saturating_mul(1 << 20),
             idle: IdleTimes {
@@ -177,6 +193,15 @@ impl Config {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_web_interface_is_off_where_its_variable_says_so() {
+        for (text, wanted) in [("true", true), ("YES", true), ("1", true), ("False", false)] {
+            assert_eq!(is_on(text), Ok(wanted), "{text}");
+        }
+        assert_eq!(is_on(""), Ok(false), "a variable that is set to nothing");
+        assert!(is_on("maybe").unwrap_err().contains("wanted true"));
+    }
 
     #[test]
     fn a_port_alone_is_one_of_the_loopback() {

@@ -17,6 +17,7 @@ mod schema;
 mod serving;
 mod snapshots;
 mod tasks;
+mod web;
 mod ws;
 
 use std::sync::Arc;
@@ -25,6 +26,7 @@ use tenancy::Door;
 
 pub(crate) use origin::OriginRule;
 pub(crate) use serving::{Bounds, serve};
+pub(crate) use web::WebSessions;
 
 use crate::session::table::Sessions;
 
@@ -55,6 +57,8 @@ pub(crate) struct Face {
     pub(crate) sessions: Arc<Sessions>,
     /// Which endpoints there are.
     pub(crate) mode: Mode,
+    /// Where the web interface is on.
+    pub(crate) web: Option<WebSessions>,
     /// Who may come in.
     pub(crate) door: Arc<Door>,
     /// Whose web pages are served.

@@ -2,7 +2,8 @@
 //!
 //! Whoever only connects costs a handle and a seat and can do so without number. A newcomer who
 //! finds no seat therefore gets that of a connection that is silent: of the address that has most
-//! of them, the one that has been silent longest. Where nobody is silent it waits.
+//! of them, the one that has been silent longest. Where nobody is silent it waits. Connections that
+//! rest may be fewer than the seats: beyond that one of them is asked to go though seats are free.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -34,6 +35,8 @@ pub struct Seats {
 #[derive(Debug)]
 struct Room {
     count: usize,
+    /// How many may rest.
+    resting_max: usize,
     /// [`GRACE`], or what a test has instead.
     grace: Duration,
     taken: Mutex<Taken>,
@@ -51,7 +54,20 @@ struct Sitter {
     from: IpAddr,
     /// `None`: it is being served, or was asked to give way.
     silent_since: Option<Instant>,
+    /// Whether it was served before it became silent.
+    rests: bool,
+    asked: Reason,
     wanted: Arc<Notify>,
+}
+
+/// Why a connection is asked to end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reason {
+    /// Somebody else waits for a seat, or the system has no room for a connection.
+    #[default]
+    Newcomer,
+    /// More rest than may; nobody waits for this seat.
+    TooManyRest,
 }
 
 /// Taken by one connection for as long as this lives. The connection is silent at first.
@@ -65,12 +81,17 @@ pub struct Seat {
 impl Seats {
     /// So many, all free.
     pub fn new(count: usize) -> Self {
-        Self::with_grace(count, GRACE)
+        Self::with_resting(count, count)
     }
 
-    fn with_grace(count: usize, grace: Duration) -> Self {
-        let room = Room { count, grace, taken: Mutex::default(), freed: Notify::new() };
-        Self { room: Arc::new(room) }
+    /// So many, all free, of whose connections so many may rest.
+    pub fn with_resting(count: usize, resting_max: usize) -> Self {
+        Self::with_grace(count, resting_max, GRACE)
+    }
+
+    fn with_grace(count: usize, resting_max: usize, grace: Duration) -> Self {
+        let (taken, freed) = (Mutex::default(), Notify::new());
+        Self { room: Arc::new(Room { count, resting_max, grace, taken, freed }) }
     }
 
     /// The next connection, which sends without delay and is found out when its peer is gone
@@ -127,7 +148,8 @@ impl Seats {
         }
         let (number, wanted) = (taken.next, Arc::new(Notify::new()));
         taken.next += 1;
-        let sitter = Sitter { from, silent_since: Some(now), wanted: Arc::clone(&wanted) };
+        let (asked, silent_since) = (Reason::default(), Some(now));
+        let sitter = Sitter { from, silent_since, rests: false, asked, wanted: wanted.clone() };
         taken.by.insert(number, sitter);
         drop(taken);
         Some(Seat { room: Arc::clone(&self.room), number, wanted })
@@ -142,26 +164,31 @@ impl Room {
 
     /// Wakes a connection that is silent, so that it ends; gives whether there is one.
     fn ask_one_to_go(&self, now: Instant) -> bool {
-        let mut taken = self.lock();
-        let is_silent = |sitter: &&mut Sitter| {
-            sitter.silent_since.is_some_and(|since| since + self.grace <= now)
-        };
+        let is_long = |since: Instant| since + self.grace <= now;
+        self.lock().ask_one(Reason::Newcomer, |sitter| sitter.silent_since.is_some_and(is_long))
+    }
+}
+
+impl Taken {
+    /// Wakes one of those: of the address with most silent connections, the one that has been
+    /// silent longest. Gives whether there is one.
+    fn ask_one(&mut self, reason: Reason, of: impl Fn(&Sitter) -> bool) -> bool {
         let mut silent_of: BTreeMap<IpAddr, usize> = BTreeMap::new();
-        for sitter in taken.by.values().filter(|sitter| sitter.silent_since.is_some()) {
+        for sitter in self.by.values().filter(|sitter| sitter.silent_since.is_some()) {
             *silent_of.entry(sitter.from).or_default() += 1;
         }
         let order = |sitter: &&mut Sitter| {
             let count = silent_of.get(&sitter.from).copied().unwrap_or_default();
             (std::cmp::Reverse(count), sitter.silent_since)
         };
-        match taken.by.values_mut().filter(is_silent).min_by_key(order) {
-            Some(sitter) => {
-                sitter.silent_since = None;
-                sitter.wanted.notify_one();
-                true
-            }
-            None => false,
-        }
+        let Some(sitter) = self.by.values_mut().filter(|sitter| of(sitter)).min_by_key(order)
+        else {
+            return false;
+        };
+        sitter.silent_since = None;
+        sitter.asked = reason;
+        sitter.wanted.notify_one();
+        true
     }
 }
 
@@ -171,19 +198,27 @@ impl Seat {
         self.set_silent_since(None);
     }
 
-    /// Nothing is left to do for the client: from now on it is silent.
+    /// Nothing is left to do for the client: from now on it is silent. Where more rest than may,
+    /// one of the address with most of them, which has rested longest, is asked to go.
     pub fn rest(&self) {
         self.set_silent_since(Some(Instant::now()));
+        let is_resting = |sitter: &Sitter| sitter.rests && sitter.silent_since.is_some();
+        let mut taken = self.room.lock();
+        if taken.by.values().filter(|sitter| is_resting(sitter)).count() > self.room.resting_max {
+            taken.ask_one(Reason::TooManyRest, is_resting);
+        }
     }
 
-    /// Returns when the connection is to end, as somebody else needs the seat.
-    pub async fn wanted(&self) {
+    /// Returns when the connection is to end, and says why.
+    pub async fn wanted(&self) -> Reason {
         self.wanted.notified().await;
+        self.room.lock().by.get(&self.number).map(|sitter| sitter.asked).unwrap_or_default()
     }
 
     fn set_silent_since(&self, silent_since: Option<Instant>) {
         if let Some(sitter) = self.room.lock().by.get_mut(&self.number) {
             sitter.silent_since = silent_since;
+            sitter.rests = silent_since.is_some();
         }
     }
 }

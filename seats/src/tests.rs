@@ -14,7 +14,7 @@ async fn is_wanted(seat: &Seat) -> bool {
 
 #[tokio::test]
 async fn the_one_that_is_silent_longest_gives_way_and_who_is_served_does_not() {
-    let seats = Seats::with_grace(3, GRACE);
+    let seats = Seats::with_grace(3, 3, GRACE);
     let served = seats.take(HERE).await;
     served.begin();
     let oldest = seats.take(HERE).await;
@@ -36,7 +36,7 @@ async fn the_one_that_is_silent_longest_gives_way_and_who_is_served_does_not() {
 
 #[tokio::test]
 async fn of_several_addresses_the_one_with_most_silent_connections_loses_one() {
-    let seats = Seats::with_grace(4, GRACE);
+    let seats = Seats::with_grace(4, 4, GRACE);
     let honest = seats.take(ELSEWHERE).await;
     tokio::time::sleep(GRACE).await;
     let mut crowd = Vec::new();
@@ -51,7 +51,7 @@ async fn of_several_addresses_the_one_with_most_silent_connections_loses_one() {
 
 #[tokio::test]
 async fn who_finds_everybody_served_waits_until_somebody_rests_or_leaves() {
-    let seats = Seats::with_grace(1, GRACE);
+    let seats = Seats::with_grace(1, 1, GRACE);
     let served = seats.take(HERE).await;
     served.begin();
     let newcomer = tokio::spawn({
@@ -66,8 +66,39 @@ async fn who_finds_everybody_served_waits_until_somebody_rests_or_leaves() {
 }
 
 #[tokio::test]
+async fn where_more_rest_than_may_the_one_that_has_rested_longest_goes_though_seats_are_free() {
+    let seats = Seats::with_grace(8, 2, GRACE);
+    // Silent as well, but it has not been served yet.
+    let unheard = seats.take(HERE).await;
+    let mut resting = Vec::new();
+    for _ in 0..2 {
+        let seat = seats.take(HERE).await;
+        seat.begin();
+        seat.rest();
+        resting.push(seat);
+    }
+    assert!(!is_wanted(&resting[0]).await && !is_wanted(&resting[1]).await);
+    let third = seats.take(HERE).await;
+    third.begin();
+    assert!(!is_wanted(&resting[0]).await, "the third is served");
+    third.rest();
+    assert_eq!(resting[0].wanted().await, Reason::TooManyRest);
+    assert!(
+        !is_wanted(&resting[1]).await && !is_wanted(&third).await && !is_wanted(&unheard).await
+    );
+}
+
+#[tokio::test]
+async fn who_gives_way_to_a_newcomer_is_told_so() {
+    let seats = Seats::with_grace(1, 1, GRACE);
+    let silent = seats.take(HERE).await;
+    tokio::spawn(async move { seats.take(HERE).await });
+    assert_eq!(silent.wanted().await, Reason::Newcomer);
+}
+
+#[tokio::test]
 async fn who_has_just_come_is_given_time_to_say_something() {
-    let seats = Seats::with_grace(1, Duration::from_secs(600));
+    let seats = Seats::with_grace(1, 1, Duration::from_secs(600));
     let first = seats.take(HERE).await;
     tokio::spawn(async move { seats.take(HERE).await });
     assert!(!is_wanted(&first).await);
@@ -87,7 +118,7 @@ async fn a_system_without_room_is_asked_again_after_a_pause_and_somebody_silent_
     let before = rustix::process::getrlimit(rustix::process::Resource::Nofile);
     let listener = TcpListener::bind((HERE, 0)).await.unwrap();
     let client = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
-    let seats = Seats::with_grace(8, GRACE);
+    let seats = Seats::with_grace(8, 8, GRACE);
     let silent = seats.take(HERE).await;
     tokio::time::sleep(GRACE).await;
     // No more handles than there are.

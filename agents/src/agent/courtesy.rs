@@ -126,13 +126,14 @@ fn back(network: &Network, old: &Path, aside: &Path, speed_mps: f32) -> Option<P
 #[cfg(test)]
 mod tests {
     use roads::Map;
-    use schemas::{ActorId, AgentOptions, Pose, Vec3};
+    use schemas::{AgentOptions, Pose};
 
     use super::*;
     use crate::network::LaneId;
     use crate::path::heading;
     use crate::pilot::VehicleView;
-    use crate::scene::{Body, Scene};
+    use crate::scene::Scene;
+    use crate::testing::vehicle;
 
     /// A road with two lanes to one side, 300 m long.
     fn road(curvature_per_m: f32) -> Network {
@@ -167,16 +168,7 @@ mod tests {
         // Ways along lanes that end lead nowhere, but for who is on a route.
         agent.status = AgentStatus::OnRoute;
         let at = lane.at(50.0);
-        let forward = heading(&at);
-        let body = Body {
-            id: ActorId::FIRST,
-            is_walker: false,
-            is_urgent: false,
-            centre_m: at.point_m,
-            forward,
-            half_m: Vec3::new(2.4, 0.9, 0.7),
-            velocity_mps: forward * speed_mps,
-        };
+        let body = vehicle([2.4, 0.9, 0.7], at.point_m, heading(&at), speed_mps);
         let scene = Scene::new(vec![body], Vec::new());
         let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
         let senses = Senses { network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };

@@ -113,13 +113,14 @@ impl Agent {
 
 #[cfg(test)]
 mod tests {
-    use schemas::{ActorId, AgentOptions, Pose, Vec3};
+    use schemas::{AgentOptions, Pose};
 
     use super::*;
     use crate::network::{LaneId, Network};
     use crate::path::{Leg, heading};
     use crate::pilot::VehicleView;
-    use crate::scene::{Body, Scene};
+    use crate::scene::Scene;
+    use crate::testing::vehicle;
 
     const ENTRY_M: f32 = 10.0;
     const FRONT_M: f32 = 2.4;
@@ -154,16 +155,7 @@ mod tests {
             agent.path.push(Leg { lane, from_m, to_m, onto: None });
         }
         let at = lane.at(from_m);
-        let forward = heading(&at);
-        let body = Body {
-            id: ActorId::FIRST,
-            is_walker: false,
-            is_urgent: false,
-            centre_m: at.point_m,
-            forward,
-            half_m: Vec3::new(FRONT_M, 0.9, 0.7),
-            velocity_mps: forward * speed_mps,
-        };
+        let body = vehicle([FRONT_M, 0.9, 0.7], at.point_m, heading(&at), speed_mps);
         let scene = Scene::new(vec![body], Vec::new());
         let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
         let senses =

@@ -212,7 +212,8 @@ mod tests {
     use crate::network::{LaneId, Network};
     use crate::path::Leg;
     use crate::pilot::VehicleView;
-    use crate::scene::{Body, Scene};
+    use crate::scene::Scene;
+    use crate::testing::vehicle;
 
     const WAY: Way = Way { lanes: Vec::new(), entry_m: 10.0, exit_m: 30.0, next_m: f32::INFINITY };
 
@@ -228,17 +229,8 @@ mod tests {
     /// When a vehicle is at the junction 10 m ahead of its middle, at 5 m/s.
     fn eta_secs(half_m: f32) -> f32 {
         let (network, scene) = (Network::default(), Scene::new(Vec::new(), Vec::new()));
-        let velocity_mps = Vec3::x() * 5.0;
-        let body = Body {
-            id: ActorId::FIRST,
-            is_walker: false,
-            is_urgent: false,
-            centre_m: Vec3::zeros(),
-            forward: Vec3::x(),
-            half_m: Vec3::new(half_m, 1.0, 1.0),
-            velocity_mps,
-        };
-        let view = VehicleView::of_car(Pose::identity(), velocity_mps);
+        let body = vehicle([half_m, 1.0, 1.0], Vec3::zeros(), Vec3::x(), 5.0);
+        let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
         let senses =
             Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
         Passage::default().asker(&senses, &Path::default(), &WAY).eta_secs
@@ -270,15 +262,7 @@ mod tests {
         path.push(leg(before, length_m(before) - 4.0));
         path.push(leg(through, 0.0));
         let scene = Scene::new(Vec::new(), Vec::new());
-        let body = Body {
-            id: ActorId::FIRST,
-            is_walker: false,
-            is_urgent: false,
-            centre_m: Vec3::zeros(),
-            forward: Vec3::x(),
-            half_m: Vec3::new(2.5, 1.0, 1.0),
-            velocity_mps: Vec3::zeros(),
-        };
+        let body = vehicle([2.5, 1.0, 1.0], Vec3::zeros(), Vec3::x(), 0.0);
         let view = VehicleView::of_car(Pose::identity(), Vec3::zeros());
         let senses =
             Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };

@@ -86,9 +86,16 @@ impl LateAnswers {
         if steps { STEPS } else { 0 }
     }
 
-    /// When a call is answered after which its client's Traffic Managers step, if they do.
-    pub(super) fn timing(&mut self, client: ConnectionId, told: Timing, steps: bool) -> Timing {
-        if told == Timing::AfterManagersStep {
+    /// When a call is answered after which its client's Traffic Managers step, if they do. A batch
+    /// that destroys vehicles and ticks has shown a new frame, which is without them.
+    pub(super) fn timing(
+        &mut self,
+        client: ConnectionId,
+        told: Timing,
+        steps: bool,
+        is_new_frame: bool,
+    ) -> Timing {
+        if told == Timing::AfterManagersStep && !is_new_frame {
             self.destroyers.insert(client);
         }
         let has_destroyed = self.destroyers.contains(&client);

@@ -123,7 +123,7 @@ async fn converse(
                     tracing::warn!(connection = id.0, reason, "a client is disconnected");
                 }
             }
-            () = seat.wanted() => {
+            _ = seat.wanted() => {
                 tracing::warn!(connection = id.0, "a client that never called gives way to another");
             }
             () = overrun.notified() => {
@@ -159,6 +159,7 @@ async fn write(
 mod tests {
     use std::net::Ipv4Addr;
 
+    use seats::Seats;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
     use tokio::net::TcpListener;
 
@@ -171,7 +172,8 @@ mod tests {
         let address = listener.local_addr().unwrap();
         let (events, mut told) = mpsc::channel(8);
         let tenant = "alice".parse().unwrap();
-        let entrance = Entrance::new(listener, Guests::default(), tenant, CONNECTIONS_MAX);
+        let entrance =
+            Entrance::new(listener, Guests::default(), tenant, Seats::new(CONNECTIONS_MAX));
         tokio::spawn(serve(entrance, events));
         let client = TcpStream::connect(address).await.unwrap();
         let Some(Event::Connected(_, whereabouts, outbox)) = told.recv().await else {

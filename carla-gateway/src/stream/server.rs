@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Buf;
-use seats::Seat;
+use seats::{Reason, Seat, Seats};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
@@ -13,7 +13,9 @@ use super::hub::{Hub, Listener};
 use crate::guests::Entrance;
 
 /// Listeners of one endpoint at once.
-pub(crate) const LISTENERS_MAX: usize = 2_048;
+const LISTENERS_MAX: usize = 2_048;
+/// Those of them that may rest on streams that are over, so that they never fill the seats.
+const RESTING_MAX: usize = LISTENERS_MAX / 4;
 /// How long a client may take to say which stream it wants.
 const NAME_WAIT: Duration = Duration::from_secs(5);
 
@@ -23,6 +25,14 @@ const MESSAGE_WAIT: Duration = Duration::from_secs(30);
 const REST_WAIT: Duration = Duration::from_secs(2);
 /// Before the connection of a stream that is over gives way to another one.
 const COMING_BACK: Duration = Duration::from_millis(100);
+/// Before one of too many such connections ends: nobody waits for its seat, and its client may come
+/// back for ever. CARLA's client waits as long before it tries a server again that is not there.
+const TOO_MANY_COMING_BACK: Duration = Duration::from_secs(1);
+
+/// Those of the listeners of one endpoint.
+pub(crate) fn seats() -> Seats {
+    Seats::with_resting(LISTENERS_MAX, RESTING_MAX)
+}
 
 /// Accepts listeners for ever.
 pub(crate) async fn serve(entrance: Entrance, hub: Arc<Hub>) {
@@ -39,7 +49,7 @@ async fn attend(mut socket: TcpStream, seat: &Seat, hub: &Hub) {
     let mut name = [0; 4];
     let named = tokio::select! {
         named = tokio::time::timeout(NAME_WAIT, socket.read_exact(&mut name)) => named,
-        () = seat.wanted() => return,
+        _ = seat.wanted() => return,
     };
     let Ok(Ok(_)) = named else { return };
     seat.begin();
@@ -69,7 +79,10 @@ async fn rest(socket: &mut TcpStream, seat: &Seat, ended: impl Future<Output = (
         // Clients say nothing more: whatever this gives, they are gone.
         _ = socket.read(&mut nothing) => {}
         // Who is sent away comes back at once.
-        () = seat.wanted() => tokio::time::sleep(COMING_BACK).await,
+        reason = seat.wanted() => tokio::time::sleep(match reason {
+            Reason::Newcomer => COMING_BACK,
+            Reason::TooManyRest => TOO_MANY_COMING_BACK,
+        }).await,
         () = ended => {}
     }
 }
@@ -114,7 +127,6 @@ async fn deliver(socket: &mut TcpStream, mut listener: Listener, message_wait: D
 mod tests {
     use std::net::Ipv4Addr;
 
-    use seats::Seats;
     use tokio::net::TcpListener;
 
     use super::*;
@@ -134,12 +146,17 @@ mod tests {
         assert!(!deliver(&mut socket, listener, Duration::from_millis(20)).await);
     }
 
-    /// A connection that has named a stream, and the task that attends to it.
+    /// A connection that has named a stream, in a seat of its own.
     async fn connection(hub: &Arc<Hub>, stream: u32) -> TcpStream {
+        connection_in(&Seats::new(1), hub, stream).await
+    }
+
+    /// A connection that has named a stream, and is attended to.
+    async fn connection_in(seats: &Seats, hub: &Arc<Hub>, stream: u32) -> TcpStream {
         let listening = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let mut client = TcpStream::connect(listening.local_addr().unwrap()).await.unwrap();
         let (socket, peer) = listening.accept().await.unwrap();
-        let (hub, seat) = (Arc::clone(hub), Seats::new(1).take(peer.ip()).await);
+        let (hub, seat) = (Arc::clone(hub), seats.take(peer.ip()).await);
         tokio::spawn(async move { attend(socket, &seat, &hub).await });
         client.write_all(&stream.to_le_bytes()).await.unwrap();
         client
@@ -150,6 +167,53 @@ mod tests {
         let read =
             tokio::time::timeout(Duration::from_millis(100), client.read(&mut [0; 16])).await;
         read.is_ok()
+    }
+
+    /// Reads until the connection ends, for ten seconds at most; whether it has.
+    async fn ends(client: &mut TcpStream) -> bool {
+        tokio::time::timeout(Duration::from_secs(10), client.read(&mut [0; 16])).await.is_ok()
+    }
+
+    #[tokio::test]
+    async fn of_too_many_connections_to_streams_that_are_over_the_oldest_ends() {
+        let (hub, seats) = (Arc::new(Hub::new()), Seats::with_resting(8, 2));
+        hub.open(StreamId(7), false);
+        let mut listening = connection_in(&seats, &hub, 7).await;
+        let mut oldest = connection_in(&seats, &hub, 8).await;
+        let mut younger = Vec::new();
+        for _ in 0..2 {
+            assert!(!is_ended(&mut oldest).await, "two may rest");
+            younger.push(connection_in(&seats, &hub, 8).await);
+        }
+        assert!(ends(&mut oldest).await);
+        assert!(!is_ended(&mut listening).await);
+        assert!(!is_ended(&mut younger[0]).await && !is_ended(&mut younger[1]).await);
+    }
+
+    #[tokio::test]
+    async fn streams_that_are_over_take_a_quarter_of_the_seats_at_most() {
+        let (seats, mut resting) = (seats(), Vec::new());
+        for _ in 0..=LISTENERS_MAX / 4 {
+            let seat = seats.take(Ipv4Addr::LOCALHOST.into()).await;
+            seat.begin();
+            seat.rest();
+            resting.push(seat);
+        }
+        assert_eq!(resting[0].wanted().await, Reason::TooManyRest);
+    }
+
+    #[tokio::test]
+    async fn who_rests_gives_its_seat_to_a_newcomer() {
+        let (hub, seats) = (Arc::new(Hub::new()), Seats::new(1));
+        hub.open(StreamId(7), false);
+        let mut resting = connection_in(&seats, &hub, 8).await;
+        let late = tokio::time::Instant::now() + Duration::from_secs(10);
+        let newcomer = connection_in(&seats, &hub, 7);
+        let newcomer = tokio::time::timeout_at(late, newcomer).await.unwrap();
+        assert!(ends(&mut resting).await);
+        hub.wait_for(StreamId(7), 1, late).await;
+        assert_eq!(hub.listener_count(StreamId(7)), 1);
+        drop(newcomer);
     }
 
     #[tokio::test]

@@ -1,10 +1,9 @@
 //! How high sidewalks are: a step above the road, but level with it where another road's driving
 //! lane leads across.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Point3, Vector2};
 
+use super::squares::Squares;
 use super::strip::{across, cuts, pieces};
 use crate::Map;
 use crate::kinds::LaneType;
@@ -31,7 +30,7 @@ const WHEELS_SHARE: f64 = 0.8;
 const STOREY_M: f64 = 0.5;
 /// From here on a place where a sidewalk is crossed makes it no lower, in metres.
 const REACH_M: f64 = LEVEL_M + (KERB_M + STOREY_M) / CLIMB_M_PER_M;
-/// Side of the squares by which pieces of sidewalks are found, in metres.
+/// Side of the squares by which pieces of sidewalks and crossed places are found, in metres.
 const SQUARE_M: f64 = 16.0;
 /// Pieces with a box longer than this are no sidewalk's and no lane's, in metres.
 const PIECE_MAX_M: f64 = 100.0;
@@ -39,8 +38,10 @@ const PIECE_MAX_M: f64 = 100.0;
 /// Where the sidewalks of a map are lower than elsewhere.
 #[derive(Debug, Default)]
 pub(crate) struct Kerbs {
-    /// Places of sidewalks which they must not be higher than, ordered by x.
-    crossed: Vec<Point3<f64>>,
+    /// Places of sidewalks which they must not be higher than.
+    crossed: Squares<Point3<f64>>,
+    /// Whether no limit ended the search for them.
+    is_whole: bool,
 }
 
 impl Kerbs {
@@ -49,25 +50,28 @@ impl Kerbs {
         let mut walks = Vec::new();
         each_piece(map, LaneType::Sidewalk, 1.0, &mut |piece| {
             walks.push(piece);
-            walks.len() < CROSSED_PIECES_MAX
+            walks.len() <= CROSSED_PIECES_MAX
         });
+        let mut is_whole = walks.len() <= CROSSED_PIECES_MAX;
+        walks.truncate(CROSSED_PIECES_MAX);
         if walks.is_empty() {
-            return Self::default();
+            return Self { is_whole, ..Self::default() };
         }
-        let mut squares: BTreeMap<[i32; 2], Vec<&Piece>> = BTreeMap::new();
         let of_squares = |walk| squares_of(Piece::bounds(walk)).map(move |square| (square, walk));
-        for (square, walk) in walks.iter().flat_map(of_squares).take(4 * CROSSED_PIECES_MAX) {
-            squares.entry(square).or_default().push(walk);
-        }
+        let mut in_squares: Vec<([i32; 2], &Piece)> =
+            walks.iter().flat_map(of_squares).take(4 * CROSSED_PIECES_MAX + 1).collect();
+        is_whole &= in_squares.len() <= 4 * CROSSED_PIECES_MAX;
+        in_squares.truncate(4 * CROSSED_PIECES_MAX);
+        let squares = Squares::new(in_squares);
         let (mut crossed, mut tries) = (Vec::new(), 0);
         each_piece(map, LaneType::Driving, WHEELS_SHARE, &mut |lane| {
             let [low, high] = lane.bounds();
             for square in squares_of([low, high]) {
-                let walks = squares.get(&square).map_or(&[][..], Vec::as_slice);
                 tries += 1;
-                for walk in walks {
+                for walk in squares.within([square; 2]) {
                     tries += 1;
                     if tries > CROSSED_TRIES_MAX || crossed.len() > CROSSED_PLACES_MAX {
+                        is_whole = false;
                         return false;
                     }
                     let [walk_low, walk_high] = walk.bounds();
@@ -81,8 +85,19 @@ impl Kerbs {
             }
             true
         });
-        crossed.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        Self { crossed }
+        crossed.sort_by(|a, b| {
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+        });
+        // Lanes that part or meet often lie on each other.
+        crossed.dedup();
+        let placed = crossed.into_iter().map(|place| (square_of(&place.coords.xy()), place));
+        Self { crossed: Squares::new(placed.collect()), is_whole }
+    }
+
+    /// Whether every place was found where a road leads across a sidewalk; beyond the limits of the
+    /// search, sidewalks stay a step high.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole
     }
 
     /// Height above the road of a sidewalk between two lateral places, in metres: all of its width
@@ -94,7 +109,8 @@ impl Kerbs {
         let [from, to] = across(road, s, t, 0.0);
         let along = to.xy() - from.xy();
         let length2 = along.norm_squared().max(f64::MIN_POSITIVE);
-        let near = self.near([from.x.min(to.x), from.x.max(to.x)]);
+        let [a, b] = [from, to].map(|end| end.coords.xy());
+        let near = self.near([a.inf(&b), a.sup(&b)]);
         let heights = near.filter(|place| place.z - from.z > -STOREY_M).map(|place| {
             let share = ((place.xy() - from.xy()).dot(&along) / length2).clamp(0.0, 1.0);
             let away_m = (place.xy() - from.xy() - along * share).norm();
@@ -136,18 +152,21 @@ impl Kerbs {
 
     /// Whether some crossed place may make a piece with these corners lower.
     fn is_near(&self, corners: impl Iterator<Item = Point3<f64>>) -> bool {
-        let none = [f64::INFINITY, f64::NEG_INFINITY];
-        let grown = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
-        let [xs, [low_y, high_y]] =
-            corners.fold([none; 2], |[xs, ys], corner| [grown(xs, corner.x), grown(ys, corner.y)]);
-        let ys = low_y - REACH_M..=high_y + REACH_M;
-        self.near(xs).any(|place| ys.contains(&place.y))
+        let corners = corners.map(|corner| corner.coords.xy());
+        let around =
+            corners.map(|at| [at; 2]).reduce(|[low, high], [at, _]| [low.inf(&at), high.sup(&at)]);
+        around.is_some_and(|around| self.near(around).next().is_some())
     }
 
-    fn near(&self, [low_x, high_x]: [f64; 2]) -> impl Iterator<Item = &Point3<f64>> {
-        let first = self.crossed.partition_point(|place| place.x < low_x - REACH_M);
-        let later = self.crossed.iter().skip(first);
-        later.take_while(move |place| place.x <= high_x + REACH_M)
+    /// Crossed places in a box and as far beside it as they make a sidewalk lower.
+    fn near(&self, [low, high]: [Vector2<f64>; 2]) -> impl Iterator<Item = &Point3<f64>> {
+        let reach = Vector2::repeat(REACH_M);
+        let (low, high) = (low - reach, high + reach);
+        let found = self.crossed.within([square_of(&low), square_of(&high)]);
+        found.filter(move |place| {
+            let at = place.coords.xy();
+            low.x <= at.x && at.x <= high.x && low.y <= at.y && at.y <= high.y
+        })
     }
 }
 

@@ -23,11 +23,25 @@ const BEFORE_M: f64 = 10.0;
 pub(super) struct Budget {
     tries: usize,
     boxes: usize,
+    is_spent: bool,
 }
 
 impl Budget {
     pub(super) const fn of_map() -> Self {
-        Self { tries: CROSSING_TRIES_MAX, boxes: CROSSING_BOXES_MAX }
+        Self { tries: CROSSING_TRIES_MAX, boxes: CROSSING_BOXES_MAX, is_spent: false }
+    }
+
+    /// Whether it has ended a search.
+    pub(super) const fn is_spent(&self) -> bool {
+        self.is_spent
+    }
+
+    /// Takes so many tries; whether they were left, and anything of all else.
+    fn spend(&mut self, tries: usize) -> bool {
+        let left = self.tries.checked_sub(tries).filter(|_| self.boxes > 0);
+        self.is_spent |= left.is_none();
+        self.tries = left.unwrap_or(0);
+        left.is_some()
     }
 }
 
@@ -51,18 +65,14 @@ pub(super) fn boxes(map: &Map, landmark: &Landmark, left: &mut Budget) -> Vec<Tr
         let lanes = map.model.road_index(*road).map_or(0..0, |index| map.table.lanes_of(index));
         for lane in lanes.filter(|lane| is_driving(map, *lane)) {
             let tries = (map.table.get(lane).map_or(0.0, LaneEntry::length_m) / STEP_M) as usize;
-            let Some(tries) = left.tries.checked_sub((tries + 2) * (places.len() + 1)) else {
+            if !left.spend((tries + 2) * (places.len() + 1)) {
                 return boxes;
-            };
-            left.tries = tries;
+            }
             let begins_there = roads_before(map, lane).any(|road| from.contains(&road));
             if !begins_there && crosses(map, lane, &places) {
                 let count = boxes.len();
                 cover(map, lane, &mut boxes);
                 left.boxes = left.boxes.saturating_sub(boxes.len() - count);
-            }
-            if left.boxes == 0 {
-                return boxes;
             }
         }
     }
@@ -111,5 +121,104 @@ fn cover(map: &Map, lane: LaneIndex, boxes: &mut Vec<TriggerBox>) {
         let before: Vec<Waypoint> = map.previous(&entry_place, back_m);
         let lanes = before.iter().filter_map(|place| Some((map.lane_index(place)?, place.s)));
         boxes.extend(lanes.filter_map(|(lane, s)| on(lane, s)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::error::Severity;
+
+    /// Ways of 20 m that all cross in the middle of one junction, each with a stop sign and from a
+    /// road of its own.
+    fn fan(ways: u32) -> Map {
+        let road = |id: u32, junction: i32, start_m: f64, heading_rad: f64, more: &str| {
+            let (sin, cos) = heading_rad.sin_cos();
+            let (x, y) = (start_m * cos, start_m * sin);
+            format!(
+                "<road id=\"{id}\" length=\"20\" junction=\"{junction}\"><planView><geometry \
+                 s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"{heading_rad}\" length=\"20\"><line/></geometry>\
+                 </planView><lanes><laneOffset s=\"0\" a=\"1.75\" b=\"0\" c=\"0\" d=\"0\"/>\
+                 <laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><right>\
+                 <lane id=\"-1\" type=\"driving\"><width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" \
+                 d=\"0\"/></lane></right></laneSection></lanes>{more}</road>"
+            )
+        };
+        let (mut text, mut connections) = ("<OpenDRIVE><header/>".to_owned(), String::new());
+        for way in 1..=ways {
+            let heading_rad = std::f64::consts::PI * f64::from(way) / f64::from(ways);
+            let sign = format!(
+                "<signals><signal id=\"{way}\" s=\"1\" t=\"-3\" orientation=\"+\" type=\"206\"/>\
+                 </signals>"
+            );
+            text += &road(way, 9, -10.0, heading_rad, &sign);
+            text += &road(ways + way, -1, -30.0, heading_rad, "");
+            write!(
+                connections,
+                "<connection id=\"{way}\" incomingRoad=\"{}\" connectingRoad=\"{way}\" \
+                 contactPoint=\"start\"/>",
+                ways + way
+            )
+            .unwrap();
+        }
+        text += &format!("<junction id=\"9\">{connections}</junction></OpenDRIVE>");
+        Map::parse("fan", &text).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// How many boxes each sign has on ways that cross its own.
+    fn counts(map: &Map, left: &mut Budget) -> Vec<usize> {
+        let signs = map.traffic_signs_within(left);
+        assert!(signs.iter().all(|sign| sign.boxes.len() == 1), "where they count is known anyway");
+        signs.iter().map(|sign| sign.crossing.len()).collect()
+    }
+
+    fn budget(tries: usize, boxes: usize) -> Budget {
+        Budget { tries, boxes, is_spent: false }
+    }
+
+    #[test]
+    fn a_sign_has_boxes_on_all_ways_that_cross_its_own() {
+        let mut left = Budget::of_map();
+        let found = counts(&fan(3), &mut left);
+        assert!(!left.is_spent());
+        assert!(found.len() == 3 && found.iter().all(|count| *count >= 2 * 6), "{found:?}");
+    }
+
+    #[test]
+    fn without_tries_or_boxes_the_first_signs_are_whole_and_the_last_have_none() {
+        let map = fan(3);
+        let whole = counts(&map, &mut Budget::of_map());
+        let mut used = Budget::of_map();
+        counts(&map, &mut used);
+        let tries = CROSSING_TRIES_MAX - used.tries;
+        for (tries, boxes) in [(tries / 3, usize::MAX), (usize::MAX, whole[0])] {
+            let mut left = budget(tries, boxes);
+            let found = counts(&map, &mut left);
+            assert!(left.is_spent());
+            assert_eq!(found, [whole[0], 0, 0], "{tries} tries, {boxes} boxes");
+        }
+        let mut exact = budget(tries, usize::MAX);
+        assert_eq!(counts(&map, &mut exact), whole);
+        assert!(!exact.is_spent() && exact.tries == 0);
+    }
+
+    /// The search would look at 300 × 300 ways, and give over half a million boxes.
+    #[test]
+    fn a_hostile_junction_ends_the_search_within_its_budget_and_the_check_says_so() {
+        let map = fan(300);
+        let mut left = Budget::of_map();
+        let found = counts(&map, &mut left);
+        let most = found.iter().max().unwrap();
+        assert!(left.is_spent() && found[0] == *most && *found.last().unwrap() == 0);
+        let all: usize = found.iter().sum();
+        assert!((CROSSING_BOXES_MAX / 2..CROSSING_BOXES_MAX + most).contains(&all), "{all}");
+        let said = |map: &Map| {
+            let faults = map.check().diagnostics;
+            faults.into_iter().find(|fault| fault.wanted.contains("boxes on ways that cross"))
+        };
+        assert_eq!(said(&map).unwrap().severity, Severity::Suspicious);
+        assert!(said(&fan(3)).is_none());
     }
 }

@@ -156,6 +156,13 @@ impl<'a> Reader<'a> {
         self.check(result)
     }
 
+    /// A seed that may be null or absent: any whole number of 64 bits.
+    pub(crate) fn optional_seed(&mut self, key: &'static str) -> Option<u64> {
+        let input = self.get(key).filter(|input| !input.is_null())?;
+        let result = seed(key, input);
+        self.check(result)
+    }
+
     /// A text that may be null or absent.
     pub(crate) fn optional_text(&mut self, key: &'static str) -> Option<String> {
         let input = self.get(key).filter(|input| !input.is_null())?;
@@ -255,6 +262,7 @@ pub(crate) fn number(at: &str, input: &Value, bounds: Bounds) -> Result<f64, Fie
 }
 
 /// A whole number from an integral number, a boolean or an integral text.
+/// What is larger than 64 bits can hold becomes the largest that they can.
 pub(crate) fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldError> {
     let value = match input {
         Value::Number(number) => match number.as_u64() {
@@ -278,8 +286,24 @@ pub(crate) fn integer(at: &str, input: &Value, min: u64) -> Result<u64, FieldErr
     if value < min as f64 {
         return Err(too_small(at, input, min));
     }
-    // Saturates; what is larger than 2⁶⁴ has no other meaning to any user of this function.
+    // Saturates; what is larger has no other meaning to any user of this function.
     at_least(at, input, value as u64, min)
+}
+
+/// A seed from what [`integer`] takes. Larger ones are refused: many would be the same.
+fn seed(at: &str, input: &Value) -> Result<u64, FieldError> {
+    if let Value::String(text) = input
+        && integer_in(text).is_some()
+        && let Ok(exact) = text.trim().replace('_', "").parse()
+    {
+        return Ok(exact);
+    }
+    let value = integer(at, input, 0)?;
+    if value < u64::MAX || input.as_u64().is_some() {
+        return Ok(value);
+    }
+    let msg = format!("Input should be less than or equal to {}", u64::MAX);
+    Err(FieldError::new("less_than_equal", at, &msg, input).context(json!({ "le": u64::MAX })))
 }
 
 /// The number in a text; single underscores group digits, as in Python.

@@ -96,7 +96,7 @@ fn without_data(message: &Map<String, Value>) -> Result<(), Refusal> {
 pub(super) fn reset_request(data: &Map<String, Value>) -> Result<ResetRequest, Vec<FieldError>> {
     let mut read = Reader::new(data);
     let request = ResetRequest {
-        seed: read.optional_integer("seed", 0),
+        seed: read.optional_seed("seed"),
         episode_id: read.optional_short_text("episode_id", ID_CHARS_MAX),
         scenario_name: read.optional_text("scenario_name"),
         scenario_config: read.optional_object("scenario_config").cloned().unwrap_or_default(),

@@ -9,13 +9,14 @@ use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Query, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::from_fn_with_state;
-use axum::response::{Html, IntoResponse, Response};
+use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, any, get, post};
 use axum::{Extension, Json, Router};
 use serde_json::{Map, Value, json};
 use tenancy::Visitor;
 
 use super::coerce::{self, FieldError, Reader};
+use super::web::{self, page};
 use super::{
     Face, Mode, access, body, docs, envelope, http_errors, json as lenient, mcp, openapi, reply,
 };
@@ -30,9 +31,6 @@ const SESSION_HEADER: &str = "x-session-id";
 /// Every route; a body may take so long.
 pub(super) fn router(face: Arc<Face>, body_wait: Duration) -> Router {
     let mut router = Router::new()
-        .route("/", page(docs::INDEX))
-        .route("/web", page(docs::INDEX))
-        .route("/web/", get_only(get(|| async { to_page() })))
         .route("/docs", page(docs::API))
         .route("/redoc", page(docs::API))
         .route("/health", fixed(json!({ "status": "healthy" })))
@@ -42,7 +40,8 @@ pub(super) fn router(face: Arc<Face>, body_wait: Duration) -> Router {
         .route("/ws", get_only(get(ws::upgrade)))
         .route("/mcp", any(ws::upgrade_mcp).post(rpc))
         .route("/metrics", get_only(get(metrics)))
-        .merge(tasks::router());
+        .merge(tasks::router())
+        .merge(web::router(&face));
     if face.mode == Mode::Simulation {
         router = router
             .route("/reset", post(reset))
@@ -67,18 +66,9 @@ pub(super) fn get_only(routes: Routes) -> Routes {
     routes.head(http_errors::method_not_allowed)
 }
 
-fn fixed(value: Value) -> Routes {
+pub(super) fn fixed(value: Value) -> Routes {
     let body = Bytes::from(value.to_string());
     get_only(get(move || async move { ([(header::CONTENT_TYPE, "application/json")], body) }))
-}
-
-fn page(html: &'static str) -> Routes {
-    get_only(get(move || async move { Html(html) }))
-}
-
-/// To the page without a slash at the end, whose addresses are relative to it.
-fn to_page() -> Response {
-    (StatusCode::TEMPORARY_REDIRECT, [(header::LOCATION, "../web")]).into_response()
 }
 
 async fn metrics(
@@ -166,7 +156,7 @@ async fn state(
 }
 
 /// The answer to reset and step; sessions that live on tell their id.
-fn answer(
+pub(super) fn answer(
     session: &InUse,
     observation: Option<&crate::episode::Observation<'_>>,
 ) -> Result<Response, Response> {
@@ -205,7 +195,7 @@ pub(super) fn object(headers: &HeaderMap, body: &Bytes) -> Result<Map<String, Va
 }
 
 /// The action of a step body; errors of the body come before those of the action.
-fn action_of(body: &Map<String, Value>) -> Result<Action, Response> {
+pub(super) fn action_of(body: &Map<String, Value>) -> Result<Action, Response> {
     let mut read = Reader::new(body);
     let action = read.object("action");
     let timeout_s = read.optional_number("timeout_s", coerce::Bounds::FINITE);

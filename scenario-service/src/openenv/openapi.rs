@@ -51,7 +51,10 @@ pub(super) fn document(mode: Mode) -> Value {
 
 fn reset_body() -> Value {
     json!({ "type": "object", "additionalProperties": true, "properties": {
-        "seed": { "anyOf": [{ "type": "integer", "minimum": 0 }, { "type": "null" }] },
+        "seed": { "anyOf": [
+            { "type": "integer", "minimum": 0, "maximum": u64::MAX },
+            { "type": "null" },
+        ] },
         "episode_id": { "anyOf": [{ "type": "string", "maxLength": 255 }, { "type": "null" }] },
         "scenario_name": { "anyOf": [{ "type": "string" }, { "type": "null" }] },
         "scenario_config": { "anyOf": [{ "type": "object" }, { "type": "null" }] },

@@ -16,6 +16,13 @@ pub(super) fn metadata() -> Value {
     })
 }
 
+/// The answer of `/web/metadata`.
+pub(super) fn web_metadata() -> Value {
+    let mut metadata = metadata();
+    metadata["name"] = "carla_env".into();
+    metadata
+}
+
 /// The answer of `/schema`.
 pub(super) fn all() -> Value {
     json!({

@@ -95,6 +95,6 @@ async fn converse(line: Line, peer: SocketAddr, router: Router, head_wait: Durat
                 tracing::debug!(%peer, %cause, "a connection ended");
             }
         }
-        () = meter.seat.wanted() => tracing::debug!(%peer, "a silent connection gives way"),
+        _ = meter.seat.wanted() => tracing::debug!(%peer, "a silent connection gives way"),
     }
 }

@@ -20,6 +20,7 @@ use crate::testing::{self, ToyWorlds};
 mod snapshots;
 mod strangers;
 mod tokens;
+mod web;
 
 const DEADLINE: Duration = Duration::from_secs(20);
 
@@ -39,13 +40,24 @@ async fn serve_within(
     max: u32,
     mode: Mode,
 ) -> (Arc<ToyWorlds>, SocketAddr) {
+    serve_with(bounds, door, (max, true), mode).await
+}
+
+/// With so many sessions, and with the web interface or without it.
+async fn serve_with(
+    bounds: Bounds,
+    door: Door,
+    (max, has_web): (u32, bool),
+    mode: Mode,
+) -> (Arc<ToyWorlds>, SocketAddr) {
     let (port, context) = testing::context();
     let idle = IdleTimes { connected: DEADLINE, detached: DEADLINE };
     let sessions = testing::sessions(&context, max, idle);
     let listener = FaceListener::open("127.0.0.1:0".parse().unwrap()).await.unwrap();
     let address = listener.address();
     let origins = OriginRule { is_loopback: true, is_open: true, allowed: Vec::new() };
-    let face = Arc::new(Face { sessions, mode, door: Arc::new(door), origins });
+    let web = has_web.then(WebSessions::default);
+    let face = Arc::new(Face { sessions, mode, web, door: Arc::new(door), origins });
     tokio::spawn(async move { openenv::serve(listener, face, bounds).await });
     (port, address)
 }

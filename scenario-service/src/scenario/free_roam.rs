@@ -55,6 +55,8 @@ pub(crate) struct FreeRoam {
 struct Episode {
     goal_m: Option<Vec3>,
     total_m: f64,
+    /// Whether the goal is as far away as was asked for.
+    fits: bool,
     distance_m: f64,
     spawned_vehicles: usize,
     spawned_parked: usize,
@@ -145,6 +147,11 @@ impl FreeRoam {
         Some(Driver::Walks { speed_mps: self.pedestrian_speed_mps as f32, crossing_share })
     }
 
+    /// Whether a goal so far away is as far as was asked for.
+    fn fits(&self, away_m: f64) -> bool {
+        (self.route_m_min..=self.route_m_max).contains(&away_m)
+    }
+
     /// A spawn point at a fitting distance that lanes lead to; otherwise the farthest that they
     /// lead to.
     fn draw_goal(&self, lanes: Lanes<'_>, site: &Site, rng: &mut SplitMix64) -> Option<Vec3> {
@@ -157,7 +164,7 @@ impl FreeRoam {
             .map(|place| lanes.pose(place).translation.vector)
             .map(|goal_m| (goal_m, f64::from((goal_m - start_m).xy().norm())))
             .collect();
-        let fits = |(_, m): &&(Vec3, f64)| (self.route_m_min..=self.route_m_max).contains(m);
+        let fits = |(_, m): &&(Vec3, f64)| self.fits(*m);
         let fitting: Vec<_> = goals.iter().filter(fits).collect();
         let farthest = || goals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
         rng.choose(&fitting).copied().or_else(farthest).map(|(goal_m, _)| *goal_m)
@@ -253,6 +260,7 @@ impl Scenario for FreeRoam {
         self.episode = Episode {
             goal_m: Some(goal_m),
             total_m: f64::from(total_m),
+            fits: self.fits(f64::from(total_m)),
             distance_m: f64::from(total_m),
             spawned_vehicles,
             spawned_parked,
@@ -321,6 +329,7 @@ impl Scenario for FreeRoam {
         object(json!({
             "scenario_type": "free_roam",
             "route_distance_total": self.episode.total_m,
+            "route_distance_fits": self.episode.fits,
             "success_radius": self.success_radius_m,
             "spawned_npc_vehicles": self.episode.spawned_vehicles,
             "spawned_parked_cars": self.episode.spawned_parked,
@@ -340,6 +349,7 @@ impl Scenario for FreeRoam {
             "crossings_taken": self.episode.broken.crossings,
             "reward": self.episode.reward,
             "route_distance_total": self.episode.total_m,
+            "route_distance_fits": self.episode.fits,
             "route_distance_remaining": self.episode.distance_m,
         }))
     }

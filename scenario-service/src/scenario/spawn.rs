@@ -125,10 +125,10 @@ pub(crate) fn walkers_abreast(
     rng: &mut SplitMix64,
     others: &mut Vec<Placement>,
 ) -> Option<()> {
-    let spacing_m = SPACING_M.min(lanes.width_m(at) / f64::from(ABREAST_MAX));
     let rows = count.div_ceil(ABREAST_MAX);
     for row in 0..rows {
         let place = if row == 0 { at } else { lanes.ahead(at, f64::from(row) * SPACING_M)? };
+        let spacing_m = SPACING_M.min(lanes.width_m(place) / f64::from(ABREAST_MAX));
         let abreast = count / rows + u32::from(row < count % rows);
         for index in 0..abreast {
             let right_m = (f64::from(index) - (f64::from(abreast) - 1.0) / 2.0) * spacing_m;

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use roads::{LaneTypes, Map, SignKind};
 use schemas::{
     ActorId, ActorKind, AgentCommand, AgentOptions, BodyCommand, Command, ErrorCode, Frame, Pose,
@@ -136,6 +136,42 @@ fn what_hangs_on_a_light_or_sign_stands_where_it_was_put_on_it() {
         run(&mut forked, 1);
         assert_eq!(seen(&forked).world_from_actor, parent.world_from_actor * lower);
     }
+}
+
+#[test]
+fn what_hangs_on_a_light_is_not_put_out_of_the_world_and_stays_where_it_was_when_refused() {
+    let mut world = world();
+    let light = world.frame().actors[0].clone();
+    let mount = Pose::translation(0.5, 0.0, 4.0);
+    let camera = Command::SpawnActor {
+        blueprint: "sensor.camera.rgb".to_owned(),
+        reference_from_actor: mount,
+        linear_velocity_mps: Vec3::zeros(),
+        attributes: Vec::new(),
+        attachment: Some(schemas::Attachment {
+            parent: light.id,
+            kind: schemas::AttachmentKind::Rigid,
+        }),
+        id: None,
+    };
+    let camera = world.apply(&camera).unwrap().unwrap();
+    // As far from the light as anything may be from the origin, and away from the origin.
+    let at_m = light.world_from_actor.translation.vector;
+    let away = light.world_from_actor.rotation.inverse() * at_m.normalize();
+    let far = Pose::from_parts((away * 99_999.0).into(), UnitQuaternion::identity());
+    assert!(at_m.norm() > 10.0);
+    let set =
+        |to: Pose| Command::Body(BodyCommand::SetPose { actor: camera, reference_from_actor: to });
+    let refusal = world.apply(&set(far)).unwrap_err();
+    assert_eq!(refusal.code, ErrorCode::InvalidArgument);
+    let wanted = light.world_from_actor * mount;
+    for _ in 0..2 {
+        assert_eq!(world.frame().actor(camera).unwrap().world_from_actor, wanted);
+        run(&mut world, 1);
+    }
+    world.apply(&set(Pose::identity())).unwrap();
+    let now = world.frame().actor(camera).unwrap().world_from_actor;
+    assert_eq!(now, light.world_from_actor * Pose::identity());
 }
 
 #[test]

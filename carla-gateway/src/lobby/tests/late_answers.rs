@@ -119,3 +119,20 @@ fn nothing_waits_for_who_is_gone() {
     stage.disconnect(2);
     assert_eq!(stage.lobby.late.len(), 0);
 }
+
+#[test]
+fn who_destroys_vehicles_in_a_batch_that_ticks_waits_for_no_frame_afterwards() {
+    for (batches_tick, waits) in [(true, false), (false, true)] {
+        let mut stage = Stage::with(1, true);
+        stage.start_manager(1, 8_000);
+        stage.batches_tick = batches_tick;
+        let before = stage.frame_number;
+        stage.call(1, "apply_batch", ((), batches_tick));
+        stage.finish_one(Timing::AfterManagersStep, true);
+        assert_eq!(stage.frame_number - before, u64::from(batches_tick));
+        stage.settings.synchronous_mode = false;
+        let change = stage.call(1, "set_episode_settings", ());
+        stage.finish_one(Timing::Now, true);
+        assert_eq!(!stage.is_answered(1, change), waits, "the batch ticks: {batches_tick}");
+    }
+}

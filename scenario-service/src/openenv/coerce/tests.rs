@@ -103,6 +103,27 @@ fn errors_come_in_field_order_and_unknown_members_last() {
 }
 
 #[test]
+fn seeds_are_exact_and_those_that_64_bits_cannot_hold_are_refused() {
+    for (input, wanted) in [
+        (json!(0), 0),
+        (json!(7.0), 7),
+        (json!(u64::MAX), u64::MAX),
+        (json!("9007199254740993"), 9_007_199_254_740_993),
+        (json!("18_446_744_073_709_551_615"), u64::MAX),
+        (json!(true), 1),
+    ] {
+        assert_eq!(seed("seed", &input), Ok(wanted), "{input}");
+    }
+    for input in [json!(18_446_744_073_709_551_616.0), json!(1e30), json!("18446744073709551616")] {
+        let refused = seed("seed", &input).unwrap_err();
+        assert_eq!((refused.kind, refused.input), ("less_than_equal", input));
+        assert!(refused.msg.ends_with("18446744073709551615"), "{}", refused.msg);
+    }
+    assert_eq!(seed("seed", &json!(-1)).unwrap_err().kind, "greater_than_equal");
+    assert_eq!(seed("seed", &json!("x")).unwrap_err().kind, "int_parsing");
+}
+
+#[test]
 fn integers_refuse_what_is_not_integral() {
     for (input, kind) in [
         (json!(0), "greater_than_equal"),

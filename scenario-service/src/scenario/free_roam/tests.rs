@@ -25,11 +25,13 @@ fn the_goal_lies_within_the_distances_asked_for() {
         let (scenario, spec) = begun(config, seed);
         let to_goal_m = scenario.goal_m().unwrap() - spec.ego.world_from_actor.translation.vector;
         assert!((120.0..=200.0).contains(&to_goal_m.xy().norm()), "{to_goal_m}");
+        assert_eq!(scenario.info()["route_distance_fits"], true);
     }
     let (far, spec) =
         begun(json!({ "route_distance_min": 50_000, "route_distance_max": 60_000 }), 1);
     let to_goal_m = far.goal_m().unwrap() - spec.ego.world_from_actor.translation.vector;
     assert!(to_goal_m.norm() > 100.0, "the farthest is taken: {to_goal_m}");
+    assert_eq!(far.info()["route_distance_fits"], false, "and said to be none of those");
 }
 
 #[test]

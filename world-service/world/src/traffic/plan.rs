@@ -253,3 +253,37 @@ fn volume(world_from_actor: &Isometry3<f64>, boxes: &[TriggerBox]) -> (Vec3, Vec
         (nalgebra::convert((low + high) / 2.0), nalgebra::convert((high - low) / 2.0))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A light and a sign with boxes of 4 m so far along x: positions 0 and 1. Boxes are in the
+    /// order of positions, or in the other one.
+    fn plan(middles_m: [f32; 2], order: [usize; 2]) -> TrafficPlan {
+        let half_m = Vec3::new(2.0, 2.0, 1.0);
+        let boxes = order.map(|at| (Pose::translation(middles_m[at], 0.0, 0.0), half_m));
+        TrafficPlan {
+            controller_of: vec![0],
+            boxes: Some(Scenery::new(boxes.to_vec())),
+            holder_of_box: order.to_vec(),
+            ..TrafficPlan::default()
+        }
+    }
+
+    #[test]
+    fn a_light_counts_before_a_sign_whose_box_is_nearer() {
+        let vehicle = OrientedBox::of(&Pose::identity(), Vec3::new(2.0, 1.0, 1.0));
+        for order in [[0, 1], [1, 0]] {
+            for (middles_m, wanted) in [
+                ([3.0, 0.5], Some(0)),
+                ([0.5, 3.0], Some(0)),
+                ([30.0, 3.0], Some(1)),
+                ([30.0, 30.0], None),
+            ] {
+                let found = plan(middles_m, order).holder_at(&vehicle, &mut Vec::new());
+                assert_eq!(found, wanted, "light and sign at {middles_m:?}, boxes {order:?}");
+            }
+        }
+    }
+}
