@@ -232,6 +232,7 @@ impl Agent {
         if self.status == AgentStatus::Arrived || self.path.is_empty() {
             return self.brake(1.0);
         }
+        let hill_mps2 = view.hill_mps2();
         let traits = Traits::of(&self.options, view.grip);
         self.make_way(senses, &traits, speed_mps);
         let change_m = self.await_room(senses, speed_mps);
@@ -263,16 +264,21 @@ impl Agent {
             Some((_, Some(mps))) => mps.min(free_mps),
             Some((ahead, None)) => {
                 let closing_mps = (speed_mps - ahead.along_mps.max(0.0)).max(0.0);
-                let brake = traits.brake_before(closing_mps, ahead.gap_m);
+                let brake = traits.brake_before(closing_mps, ahead.gap_m, hill_mps2);
                 return VehicleControl { steer, ..self.brake(brake) };
             }
             None => free_mps,
         };
         if speed_mps * speed_mps > 2.0 * LATE_MPS2 * view.grip * stop_m {
-            let brake = traits.brake_before(speed_mps, stop_m);
+            let brake = traits.brake_before(speed_mps, stop_m, hill_mps2);
             return VehicleControl { steer, ..self.brake(brake) };
         }
-        let (throttle, brake) = self.longitudinal.pedals(target_mps - speed_mps, senses.dt_secs);
+        // Who cannot start on a climb would roll back onto those behind.
+        if speed_mps < STANDING_MPS && view.is_too_steep() {
+            return VehicleControl { steer, ..self.brake(1.0) };
+        }
+        let error_mps = target_mps - speed_mps;
+        let (throttle, brake) = self.longitudinal.pedals(error_mps, hill_mps2, senses.dt_secs);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 

@@ -9,6 +9,12 @@ use crate::speed::SpeedControl;
 use crate::steering;
 use crate::track::Track;
 
+const GRAVITY_MPS2: f32 = 9.81;
+/// Climb, as a sine, up to which a road counts as level: so far springs let a vehicle nod.
+const LEVEL: f32 = 0.04;
+/// What a vehicle has left at least that can start on a climb, in metres per second squared.
+const SPARE_MPS2: f32 = 0.3;
+
 /// Keeps a lane at a speed, after a lane change if one was asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pilot {
@@ -36,11 +42,26 @@ pub struct VehicleView {
     pub understeer_rad_per_mps2: f32,
     /// Friction of the road over that of a dry one: what a driver dares, as [`DRY`](Self::DRY).
     pub grip: f32,
+    /// What the engine gives a vehicle that starts, at full throttle.
+    pub start_mps2: f32,
 }
 
 impl VehicleView {
     /// Grip of a dry road.
     pub const DRY: f32 = 1.0;
+
+    /// What gravity takes from a vehicle that climbs, in metres per second squared; below zero
+    /// downhill, and 0 where it leans no more than its own springs let it.
+    pub(crate) fn hill_mps2(&self) -> f32 {
+        let forward = self.world_from_vehicle.rotation * Vec3::x();
+        GRAVITY_MPS2 * (forward.z - forward.z.clamp(-LEVEL, LEVEL))
+    }
+
+    /// Whether it would roll back here at full throttle.
+    pub(crate) fn is_too_steep(&self) -> bool {
+        let forward = self.world_from_vehicle.rotation * Vec3::x();
+        GRAVITY_MPS2 * forward.z > self.start_mps2 - SPARE_MPS2
+    }
 }
 
 impl Pilot {
@@ -102,6 +123,43 @@ impl VehicleView {
             half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
             grip: Self::DRY,
+            start_mps2: 4.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use schemas::UnitQuaternion;
+
+    use super::*;
+
+    #[test]
+    fn a_hill_takes_what_gravity_does_and_a_nod_takes_nothing() {
+        let hill_mps2 = |slope: f32| {
+            let rotation = UnitQuaternion::from_euler_angles(0.0, -slope.atan(), 0.7);
+            let pose = Pose::from_parts(Vec3::zeros().into(), rotation);
+            VehicleView::of_car(pose, Vec3::zeros()).hill_mps2()
+        };
+        for slope in [0.0, 0.03, -0.03] {
+            assert_eq!(hill_mps2(slope), 0.0, "{slope}");
+        }
+        // sin(atan(0.36)) · 9.81 m/s² = 3.32 m/s², less 0.39 m/s² for the nod.
+        for (slope, wanted) in [(0.36, 2.93), (-0.36, -2.93)] {
+            assert!((hill_mps2(slope) - wanted).abs() < 0.01, "{slope}: {}", hill_mps2(slope));
+        }
+    }
+
+    #[test]
+    fn a_climb_is_too_steep_for_an_engine_that_gives_less_than_gravity_takes() {
+        let is_too_steep = |start_mps2: f32, slope: f32| {
+            let rotation = UnitQuaternion::from_euler_angles(0.0, -slope.atan(), 0.7);
+            let pose = Pose::from_parts(Vec3::zeros().into(), rotation);
+            let view = VehicleView::of_car(pose, Vec3::zeros());
+            VehicleView { start_mps2, ..view }.is_too_steep()
+        };
+        assert!(is_too_steep(2.5, 0.36) && is_too_steep(3.5, 0.36));
+        assert!(!is_too_steep(3.7, 0.36));
+        assert!(!is_too_steep(2.5, 0.1) && !is_too_steep(2.5, -0.36));
     }
 }

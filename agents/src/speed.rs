@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Throttle for a metre per second squared, about, and what the full brake stands for.
+pub(crate) const THROTTLE_PER_MPS2: f32 = 0.12;
+pub(crate) const BRAKE_MPS2: f32 = 9.0;
 /// Throttle per metre per second of speed error.
 const PROPORTIONAL: f32 = 0.25;
 /// Throttle per metre of accumulated error.

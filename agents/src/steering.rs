@@ -80,6 +80,7 @@ mod tests {
             half_track_m: 0.0,
             understeer_rad_per_mps2: 0.0,
             grip: VehicleView::DRY,
+            start_mps2: 4.0,
         }
     }
 

@@ -21,6 +21,7 @@ use crate::path::{Path, PathPoint, with_room};
 use crate::pilot::VehicleView;
 use crate::scene::Room;
 use crate::senses::Senses;
+use crate::speed::{BRAKE_MPS2, THROTTLE_PER_MPS2};
 use crate::{steering, wander};
 use manner::Manner;
 
@@ -47,8 +48,8 @@ const CLIMB_M: f32 = 2.0;
 /// Room on each side, towards vehicles and towards people.
 const BESIDE_M: f32 = 0.35;
 const BESIDE_WALKERS_M: f32 = 0.6;
-/// Full brake stands for this.
-const BRAKE_MPS2: f32 = 9.0;
+/// Less than this is not braked for: the throttle is let go.
+const EASED_MPS2: f32 = -0.4;
 
 /// A driver of traffic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -198,7 +199,11 @@ impl Driver {
         let view = senses.view;
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward);
-        let (throttle, brake) = self.pedals(acceleration_mps2, speed_mps, senses.dt_secs);
+        // Who cannot start on a climb would roll back onto those behind.
+        let stays = speed_mps < STANDING_MPS && view.is_too_steep();
+        let asked_mps2 = if stays { acceleration_mps2.min(0.0) } else { acceleration_mps2 };
+        let asked = (asked_mps2, view.hill_mps2());
+        let (throttle, brake) = self.pedals(asked, speed_mps, senses.dt_secs);
         let steer = steering::along(&self.path, senses.network, view);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
@@ -237,17 +242,27 @@ impl Driver {
         taken
     }
 
-    fn pedals(&mut self, acceleration_mps2: f32, speed_mps: f32, dt_secs: f32) -> (f32, f32) {
+    /// Throttle and brake for an acceleration on a hill, which takes so much of it.
+    fn pedals(
+        &mut self,
+        (acceleration_mps2, hill_mps2): (f32, f32),
+        speed_mps: f32,
+        dt_secs: f32,
+    ) -> (f32, f32) {
         let wanted_mps = self.wanted_mps + acceleration_mps2 * dt_secs;
         self.wanted_mps = wanted_mps.max(speed_mps - 1.0).min(speed_mps + 1.5).max(0.0);
         if speed_mps < STANDING_MPS && acceleration_mps2 <= 0.0 {
             return (0.0, 0.5);
         }
         let error_mps = self.wanted_mps - speed_mps;
-        let effort = 0.12 * acceleration_mps2 + 0.3 * error_mps;
-        if acceleration_mps2 < -0.4 {
-            (0.0, (-acceleration_mps2 / BRAKE_MPS2 - 0.1 * error_mps).clamp(0.0, 1.0))
+        // A hill that is climbed brakes by itself: no harm if the brake is stronger.
+        let downhill_mps2 = acceleration_mps2 + hill_mps2.min(0.0);
+        // Wheels that stand are held until there is throttle, downhill too.
+        let rolls = speed_mps >= STANDING_MPS;
+        if acceleration_mps2 < EASED_MPS2 || (rolls && downhill_mps2 < EASED_MPS2) {
+            (0.0, (-downhill_mps2 / BRAKE_MPS2 - 0.1 * error_mps).clamp(0.0, 1.0))
         } else {
+            let effort = THROTTLE_PER_MPS2 * (acceleration_mps2 + hill_mps2) + 0.3 * error_mps;
             (effort.clamp(0.0, 1.0), 0.0)
         }
     }
@@ -330,6 +345,27 @@ fn room(senses: &Senses<'_>) -> Room {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_climb_gets_throttle_for_gravity_and_a_way_down_brake() {
+        let pedals = |acceleration_mps2, hill_mps2| {
+            let mut driver = Driver::new(AgentBehaviour::Cautious);
+            driver.wanted_mps = 5.0;
+            driver.pedals((acceleration_mps2, hill_mps2), 5.0, 0.05)
+        };
+        let ((level, _), (climb, _)) = (pedals(0.5, 0.0), pedals(0.5, 3.0));
+        assert!((climb - level - 3.0 * THROTTLE_PER_MPS2).abs() < 1.0e-6, "{level}, {climb}");
+        assert_eq!(pedals(-2.0, 3.0), pedals(-2.0, 0.0));
+        let (throttle, brake) = pedals(-2.0, -3.0);
+        let more = brake - pedals(-2.0, 0.0).1;
+        assert!(throttle == 0.0 && (more - 3.0 / BRAKE_MPS2).abs() < 1.0e-6, "{brake}");
+        let mut starts = Driver::new(AgentBehaviour::Cautious);
+        let throttles = (0..40).map(|_| starts.pedals((1.0, -3.0), 0.0, 0.05));
+        assert!(throttles.last().is_some_and(|(throttle, brake)| throttle > 0.0 && brake == 0.0));
+        // To keep a speed downhill takes brake as well.
+        let (throttle, brake) = pedals(0.0, -3.0);
+        assert!(throttle == 0.0 && (brake - 3.0 / BRAKE_MPS2).abs() < 1.0e-6, "{brake}");
+    }
 
     #[test]
     fn who_finds_no_room_elsewhere_asks_again_a_second_later() {

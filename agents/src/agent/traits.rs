@@ -96,9 +96,11 @@ impl Traits {
         self.proximity_m.max(0.5 * limit_mps / KMH)
     }
 
-    /// How hard it brakes before somebody or a place that it must not come to.
-    pub(super) fn brake_before(&self, closing_mps: f32, gap_m: f32) -> f32 {
-        let needed_mps2 = closing_mps * closing_mps / (2.0 * gap_m.max(0.1));
+    /// How hard it brakes before somebody or a place that it must not come to, on a hill that takes
+    /// so much by itself.
+    pub(super) fn brake_before(&self, closing_mps: f32, gap_m: f32, hill_mps2: f32) -> f32 {
+        let slowed_mps2 = closing_mps * closing_mps / (2.0 * gap_m.max(0.1));
+        let needed_mps2 = slowed_mps2 - hill_mps2.min(0.0);
         if needed_mps2 > HARD_MPS2 * self.grip { 1.0 } else { self.brake }
     }
 

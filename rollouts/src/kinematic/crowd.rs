@@ -210,6 +210,7 @@ impl Guest {
             full_lock_rad: 0.0,
             understeer_rad_per_mps2: 0.0,
             grip,
+            start_mps2: f32::INFINITY,
         }
     }
 }

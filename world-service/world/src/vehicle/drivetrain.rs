@@ -130,9 +130,7 @@ impl Drivetrain {
         let (physics, throttle) = (&fit.physics, control.throttle);
         let rpm = rpm_at(fit, self.gear, spin_radps);
         let ratio = ratio(fit, self.gear);
-        let share = if fit.model.is_two_wheeler() { RIDER_LAUNCH_SHARE } else { LAUNCH_SHARE };
-        let launch_rpm = share * (physics.engine_rpm_max - fit.model.idle_rpm);
-        self.engine_rpm = rpm.max(fit.model.idle_rpm + launch_rpm * throttle);
+        self.engine_rpm = rpm.max(launch_rpm(fit, throttle));
         let full_nm = if self.engine_rpm > physics.engine_rpm_max {
             0.0
         } else {
@@ -148,6 +146,25 @@ impl Drivetrain {
             inertia_kgm2: if held { physics.engine_inertia_kgm2 * ratio * ratio } else { 0.0 },
         }
     }
+}
+
+impl Fit {
+    /// What the driven wheels push a vehicle with that starts at full throttle on a level road, by
+    /// its weight; what they slip is left out.
+    pub(crate) fn start_mps2(&self) -> f32 {
+        let physics = &self.physics;
+        let engine_nm = interpolate(&physics.torque_curve, launch_rpm(self, 1.0));
+        let clutch_nm = physics.clutch_strength * physics.engine_rpm_max * TAU / 60.0;
+        let wheels_nm = engine_nm.min(clutch_nm) * ratio(self, 1) * self.model.efficiency;
+        wheels_nm / (self.model.wheel_radius_m * physics.mass_kg)
+    }
+}
+
+/// Engine speed to which the clutch lets the engine rise when it starts.
+fn launch_rpm(fit: &Fit, throttle: f32) -> f32 {
+    let share = if fit.model.is_two_wheeler() { RIDER_LAUNCH_SHARE } else { LAUNCH_SHARE };
+    let idle_rpm = fit.model.idle_rpm;
+    idle_rpm + share * (fit.physics.engine_rpm_max - idle_rpm) * throttle
 }
 
 /// Drag of the engine on a closing throttle. Below twice idle the clutch opens, so that an idling
