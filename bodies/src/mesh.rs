@@ -1,4 +1,4 @@
-//! Triangles as the GPU reads them, and a builder that smooths what is round and keeps edges.
+//! Triangles, and a builder that smooths what is round and keeps edges.
 
 use std::collections::HashMap;
 

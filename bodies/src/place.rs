@@ -20,7 +20,7 @@ mod wheeled;
 pub use reach::bounds;
 pub use source::{Shine, Source};
 
-/// Place and colours of one shape, as the GPU reads them.
+/// Place and colours of one shape.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Instance {

@@ -153,7 +153,7 @@ impl Drawing {
         }
     }
 
-    /// `None` if there was no room for all blocks of large triangles; there is more of it next time.
+    /// `None` if there was no room for all blocks of large triangles; there is more next time.
     fn try_to_draw(
         &mut self,
         strips: &[Strip<'_>],

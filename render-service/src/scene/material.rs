@@ -3,8 +3,7 @@
 use bodies::Material;
 use bytemuck::{Pod, Zeroable};
 
-/// The fragment shader that draws a material. Materials of one family share a draw call; software
-/// rasterisers run every branch of a shader, so each family has a shader of its own.
+/// How a material is shaded; pixels of one family take the same branches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Family {
     /// Roads, sidewalks, lawns, roofs: patterns from the world position.
