@@ -29,6 +29,8 @@ impl Map {
     #[must_use]
     pub fn check(&self) -> Report {
         let mut report = Report::default();
+        // First, as large maps may have more faults than are told.
+        searches(self, &mut report);
         for road in &self.model.roads {
             geometry(road, &mut report);
             lane_ids(road, &mut report);
@@ -42,7 +44,6 @@ impl Map {
         far(self, &mut report);
         forks::check(self, &mut report);
         joints(self, &mut report);
-        searches(self, &mut report);
         report
     }
 }
