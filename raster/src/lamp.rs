@@ -21,7 +21,7 @@ const ROUGH: f32 = 0.25;
 const CUT_SHARP: f32 = 25.0;
 const CUT_REST: f32 = 0.03;
 
-/// One lamp in the world. The formula is that of `lamp` in `surface.wgsl`.
+/// One lamp in the world. The formula is that of `sent` in `arriving.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lamp {
     /// Where it is.
