@@ -1,6 +1,6 @@
 //! Draws one street by hours and weathers into a JPEG, side by side: `cargo run --release -p
-//! render-service --example pictures_sheet -- FILE ADAPTER`. Columns are noon, sunset, night and a
-//! rainy night, then fog; rows are a driver's view and one from above, each at high and at low
+//! render-service --example pictures_sheet -- FILE ADAPTER`. Columns are noon, sunset, rain, night
+//! and a rainy night, then fog; rows are a driver's view and one from above, each at high and at low
 //! quality, a row of vehicles, and another town.
 
 mod street;
@@ -13,7 +13,7 @@ use schemas::{Camera, Image, ImageEncoding, ImageKind, PictureQuality, RenderJob
 use street::{camera, street, weather_of};
 use turbojpeg::{PixelFormat, Subsamp};
 
-const WEATHERS: [&str; 5] = ["noon", "sunset", "night", "rainy night", "fog"];
+const WEATHERS: [&str; 6] = ["noon", "sunset", "rain", "night", "rainy night", "fog"];
 /// Town, spawn point, view, quality.
 const ROWS: [(&str, usize, &str, PictureQuality); 6] = [
     ("Town10HD_Opt", 0, "", PictureQuality::High),
