@@ -29,7 +29,7 @@ def test_a_file_is_a_scenario_as_soon_as_it_is_there(start_site, folder):
         shutil.copy(CHILD, folder)
         for seed in range(3):
             begun = env.reset(scenario_name="child_behind_bus", seed=seed).observation
-            assert "A bus stands ahead on the right" in begun.scene_description
+            assert "A bus stands in the lane to the right" in begun.scene_description
             kinds = {actor["type"] for actor in begun.nearby_actors}
             assert kinds == {"vehicle.mitsubishi.fusorosa", "walker.pedestrian.0009"}
             seen = until_done(env, "observe")
