@@ -1,7 +1,7 @@
 //! Draws one street by hours and weathers into a JPEG, side by side: `cargo run --release -p
 //! render-service --example pictures_sheet -- FILE ADAPTER`. Columns are noon, sunset, rain, night
-//! and a rainy night, then fog; rows are a driver's view and one from above, each at high and at low
-//! quality, a row of vehicles, and another town.
+//! and a rainy night, then fog; rows are a driver's view and one from above, each at high and at
+//! low quality, a row of vehicles, and another town.
 
 mod street;
 
