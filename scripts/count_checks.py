@@ -14,6 +14,7 @@ it is named. Up to `FLAKY_MOST` of them count as passed, more as failed.
 from __future__ import annotations
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -45,6 +46,10 @@ def is_installed(package: str) -> bool:
     return any((one / "site-packages" / package).exists() for one in environments)
 
 
+def has_python_of_ue5() -> bool:
+    return (Path.home() / ".cache" / "causeway" / "venv/lib/python3.11").is_dir()
+
+
 def has_no_engine() -> bool:
     return shutil.which("docker") is None or bool(
         subprocess.run(["docker", "info"], capture_output=True, check=False).returncode
@@ -63,13 +68,18 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no address but the loopback": has_no_other_address,
     r"no container engine": has_no_engine,
     r"Stable-Baselines3 needs torch": lambda: not is_installed("stable_baselines3"),
+    r"no wheel of carla-ue5-api": lambda: (
+        platform.machine() != "x86_64" or not has_python_of_ue5()
+    ),
     r"PufferLib wants numpy below 2": lambda: not is_installed("pufferlib"),
     r"no kubectl$": lambda: shutil.which("kubectl") is None,
     r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,
     r"only root can become another user": lambda: os.geteuid() != 0,
     r"no network namespaces": lambda: bool(
-        subprocess.run(["unshare", "--net", "true"], capture_output=True, check=False).returncode
+        subprocess.run(
+            ["unshare", "--net", "true"], capture_output=True, check=False
+        ).returncode
     ),
     r"no systemd in a container": Path("/sys/fs/cgroup/cgroup.controllers").exists,
     r"no promtool": lambda: shutil.which("promtool") is None,
@@ -104,7 +114,9 @@ def checks(report: Path) -> Iterator[Check]:
 
 def with_second_run(first: list[Check], again: list[Check]) -> list[Check]:
     """The checks of a run, knowing how those that failed went when they were run again."""
-    passed_again = {check.name for check in again if not check.failed and check.skipped is None}
+    passed_again = {
+        check.name for check in again if not check.failed and check.skipped is None
+    }
     return [
         replace(check, failed=False, flaky=True)
         if check.failed and check.name in passed_again

@@ -228,6 +228,8 @@ impl Server {
         self.figures.note_answer(answer);
         if let (Err(refusal), true) = (answer, ticket.asynchronous) {
             tracing::debug!(call = ticket.id, %refusal, "a call nobody waits for");
+        } else if let (Err(refusal), false) = (answer, self.lobby.version.tells_refusals()) {
+            tracing::info!(%refusal, "a call is refused, and its client cannot say why");
         }
         if let Some(outbox) = self.outboxes.get(&ticket.client) {
             outbox.answer(ticket, answer);

@@ -53,6 +53,11 @@ impl ClientVersion {
         }
     }
 
+    /// Whether programs learn why a call is refused: their exception says `std::exception` on 0.10.
+    pub(crate) fn tells_refusals(self) -> bool {
+        self == Self::V0_9
+    }
+
     /// Whether clients can read what a blueprint sends.
     pub(crate) fn knows(self, blueprint: &str) -> bool {
         self == Self::V0_9 || !ONLY_OLD.contains(&blueprint)

@@ -1,7 +1,7 @@
-//! How far clients have come on the way to their world, which is the same for all: `get_world()` asks
-//! for the episode, reads the first frame, and asks for the street lights. One of another version
-//! than the endpoint is for reads that frame as something else and ends there; nothing that it says
-//! before tells it from others.
+//! How far clients have come on the way to their world, which is the same for all: `get_world()`
+//! asks for the episode, reads the first frame, and asks for the street lights. One of another
+//! version than the endpoint is for reads that frame as something else and ends there; nothing that
+//! it says before tells it from others.
 
 use std::collections::BTreeMap;
 
