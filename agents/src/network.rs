@@ -66,7 +66,7 @@ pub(crate) struct Lane {
     pub stops: Vec<StopLine>,
     /// Whether no car can drive along it: it has no room, or turns back too tightly.
     pub is_barred: bool,
-    /// Whether some way on never ends.
+    /// Whether some way on never ends; where all do, whether one leads to the end of a road.
     pub goes_on: bool,
     /// Whether it leads around a roundabout, or through a junction onto one.
     pub is_ring: bool,

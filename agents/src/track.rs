@@ -18,6 +18,9 @@ const PREVIEW_COUNT_MAX: usize = 12;
 const CHORD_M: f64 = 2.0;
 const CHORD_M_MIN: f64 = 0.2;
 
+/// So far beyond a fork ways are told apart.
+const FORK_M: f64 = 12.0;
+
 /// A place on a lane that moves along with the vehicle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Track {
@@ -130,12 +133,19 @@ fn straightest(
     lane: &Isometry3<f64>,
     distance_m: f64,
 ) -> Option<Waypoint> {
+    let mut ways = map.next(from, distance_m);
+    if ways.len() < 2 {
+        return ways.pop();
+    }
     let heading = heading_of(lane);
+    let along = |at: &Waypoint| heading_of(&map.pose(at)).dot(&heading);
     let mut best: Option<(f64, Waypoint)> = None;
-    for candidate in map.next(from, distance_m) {
-        let along = heading_of(&map.pose(&candidate)).dot(&heading);
-        if best.is_none_or(|(least, _)| along > least) {
-            best = Some((along, candidate));
+    for candidate in ways {
+        // All ways begin straight on.
+        let beyond = map.next(&candidate, FORK_M);
+        let straight = beyond.iter().map(along).reduce(f64::max).unwrap_or(along(&candidate));
+        if best.is_none_or(|(least, _)| straight > least) {
+            best = Some((straight, candidate));
         }
     }
     best.map(|(_, waypoint)| waypoint)

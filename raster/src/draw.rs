@@ -20,11 +20,16 @@ const CORNERS_MAX: usize = 256;
 const NEARER: f32 = 0.999;
 const NEARER_M: f32 = 1e-3;
 
+/// A triangle with fewer columns and rows is small.
+const SMALL_PX: f32 = 3.0;
+
 /// A triangle that some pixel has shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
     pub(crate) placed: u32,
     pub(crate) triangle: u32,
+    /// Whether it may show some pixels at most.
+    pub(crate) is_small: bool,
 }
 
 /// Corners of a cluster in the picture.
@@ -303,7 +308,9 @@ impl OneCluster<'_> {
             || fill(simd, target, (&points, ends), &plane, id),
         );
         if is_seen {
-            seen.push(Seen { placed: self.placed_at, triangle: triangle as u32 });
+            let [left, right, top, bottom] = ends;
+            let is_small = right - left < SMALL_PX && bottom - top < SMALL_PX;
+            seen.push(Seen { placed: self.placed_at, triangle: triangle as u32, is_small });
         }
     }
 }

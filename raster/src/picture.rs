@@ -70,7 +70,7 @@ impl Canvas {
         (light, shadow, quality): (&Light, &ShadowMap, Quality),
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
-        self.find_surfaces(scene);
+        self.find_surfaces(scene, quality);
         let Self { target, places, surfaces, rows: wanted, .. } = &*self;
         let rows = target.first_row..target.first_row + target.row_count;
         let lamps = ByRow::of(view, (scene.lamps, LAMPS_MAX), rows.clone());
@@ -92,7 +92,7 @@ impl Canvas {
     }
 
     /// Makes the surfaces of all triangles that any pixel shows.
-    fn find_surfaces(&mut self, scene: &Scene<'_>) {
+    fn find_surfaces(&mut self, scene: &Scene<'_>, quality: Quality) {
         let Self { target, seen, places, surfaces, .. } = self;
         let mut last = 0;
         for id in &target.ids {
@@ -102,8 +102,7 @@ impl Canvas {
             last = *id;
             let Some(at) = (*id as usize).checked_sub(1) else { continue };
             let Some(place) = places.get_mut(at).filter(|place| **place == 0) else { continue };
-            let surface =
-                seen.get(at).and_then(|seen| Surface::of(seen, scene.placed, scene.materials));
+            let surface = seen.get(at).and_then(|seen| Surface::of(seen, scene, quality));
             if let Some(surface) = surface {
                 surfaces.push(surface);
                 *place = surfaces.len() as u32;
@@ -177,7 +176,7 @@ impl Canvas {
         pixel_bytes: usize,
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
-        self.find_surfaces(scene);
+        self.find_surfaces(scene, Quality::High);
         let this = &*self;
         let whole: Vec<u32> = this.whole_normals(view);
         dispatch!(level, simd => this.each_eight(

@@ -5,7 +5,8 @@ use fearless_simd::{Simd, f32x8};
 
 use crate::draw::Seen;
 use crate::model::Corner;
-use crate::scene::{Family, Material, Placed};
+use crate::quality::Quality;
+use crate::scene::{Family, Scene};
 use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
 
 /// A triangle in the world, as shading needs it.
@@ -27,21 +28,24 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    /// Of a triangle that is seen.
-    pub(crate) fn of(seen: &Seen, placed: &[Placed<'_>], materials: &[Material]) -> Option<Self> {
+    /// Of a triangle that is seen. Small ones have one normal in pictures of low quality.
+    pub(crate) fn of(seen: &Seen, scene: &Scene<'_>, quality: Quality) -> Option<Self> {
+        let Scene { placed, materials, .. } = *scene;
         let placed = placed.get(seen.placed as usize)?;
         let triangle = placed.model.triangles.get(seen.triangle as usize)?;
         let corners = placed.model.corners_of(triangle)?;
         let corner = corners[0];
         let material = materials.get(usize::from(corner.material))?;
         let matrix = &placed.world_from_model;
-        let is_flat = corners.iter().all(|other| other.normal == corner.normal);
+        let is_flat = (seen.is_small && quality == Quality::Low)
+            || corners.iter().all(|other| other.normal == corner.normal);
         let first_normal = world_normal(matrix, corner.normal);
         let normal = |at: usize| world_normal(matrix, corners[at].normal);
         let normals =
             if is_flat { [first_normal; 3] } else { [first_normal, normal(1), normal(2)] };
         // Where a pixel is on it matters to nothing else.
-        let has_places = !is_flat || material.family == Family::Facade;
+        let is_facade = material.family == Family::Facade;
+        let has_places = !is_flat || is_facade;
         let (first_m, toward) =
             if has_places { places(matrix, corners) } else { ([0.0; 3], [[0.0; 3]; 2]) };
         let tint = placed.tints.get(usize::from(material.tint));
@@ -52,7 +56,7 @@ impl Surface {
             first_m,
             toward,
             normals,
-            facade_m: corners.map(|corner| corner.facade_m),
+            facade_m: if is_facade { corners.map(|corner| corner.facade_m) } else { [[0.0; 2]; 3] },
             is_flat,
             colour: [red * r, green * g, blue * b],
             glow,

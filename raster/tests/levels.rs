@@ -108,8 +108,14 @@ fn lamps() -> [Lamp; 2] {
 
 /// A car and a person.
 fn occluders() -> [Occluder; 2] {
-    let car =
-        Occluder { place_m: [8.0, 1.0, 0.0], ahead: [0.8, 0.6], half_m: [2.3, 0.9], height_m: 1.4 };
+    let car = Occluder {
+        place_m: [8.0, 1.0, 0.0],
+        ahead: [0.8, 0.6],
+        half_m: [2.3, 0.9],
+        height_m: 1.4,
+        tall_m: 1.5,
+        colour: [0.5, 0.1, 0.1],
+    };
     [car, Occluder { place_m: [5.0, -1.0, 0.0], half_m: [0.2, 0.2], height_m: 0.4, ..car }]
 }
 

@@ -9,6 +9,7 @@ mod kernels;
 mod models;
 mod plan;
 mod readback;
+pub(crate) mod room;
 mod rows;
 mod shaders;
 mod shadow_maps;

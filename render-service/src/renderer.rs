@@ -8,8 +8,9 @@ use schemas::{Error, Images, PictureQuality, RenderJob};
 
 use crate::RenderError;
 use crate::cpu::CpuDrawing;
-use crate::gpu::adapter::AdapterChoice;
+use crate::gpu::adapter::{AdapterChoice, one_at_a_time};
 use crate::gpu::drawing::Drawing;
+use crate::gpu::room::Room;
 use crate::parallel::{in_parallel, threads};
 use crate::scene::town::TownScene;
 use crate::sliced::{Portion, SlicedJob};
@@ -29,6 +30,8 @@ pub type TownJob<'a> = (Arc<TownScene>, &'a RenderJob);
 /// **Determinism:** equal jobs give equal bytes on one adapter, whatever is drawn beside them.
 pub struct Renderer {
     choice: AdapterChoice,
+    /// Of a GPU's memory; less than the whole once there was not enough.
+    room: Room,
     adapter_name: String,
     is_software: bool,
     backend: Backend,
@@ -46,11 +49,11 @@ enum Backend {
 }
 
 impl Backend {
-    fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+    fn open(choice: &AdapterChoice, room: Room) -> Result<Self, RenderError> {
         if *choice == AdapterChoice::Software {
             return Ok(Self::Cpu(CpuDrawing::new()));
         }
-        match Drawing::open(choice) {
+        match Drawing::open(choice, room) {
             Ok(drawing) => Ok(Self::Device(Some(drawing))),
             Err(error) if *choice == AdapterChoice::Best => {
                 if !matches!(error, RenderError::NoAdapter { .. }) {
@@ -60,6 +63,20 @@ impl Backend {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// Closes the device, if there is one.
+    fn close(&mut self) {
+        if let Self::Device(drawing) = self {
+            let _one = one_at_a_time();
+            *drawing = None;
+        }
+    }
+}
+
+impl Drop for Backend {
+    fn drop(&mut self) {
+        self.close();
     }
 }
 
@@ -72,7 +89,12 @@ impl Renderer {
     /// [`RenderError::NoAdapter`] when none fits the choice, [`RenderError::NoDevice`] when it does
     /// not open.
     pub fn new(choice: AdapterChoice) -> Result<Self, RenderError> {
-        let backend = Backend::open(&choice)?;
+        Self::within(choice, Room::WHOLE)
+    }
+
+    /// As [`Self::new`], with so much room on a GPU.
+    fn within(choice: AdapterChoice, room: Room) -> Result<Self, RenderError> {
+        let backend = Backend::open(&choice, room)?;
         let (adapter_name, is_software) = match &backend {
             Backend::Cpu(drawing) => (drawing.description(), true),
             Backend::Device(drawing) => drawing.as_ref().map_or_else(Default::default, |drawing| {
@@ -80,7 +102,7 @@ impl Renderer {
             }),
         };
         let quality = PictureQuality::High;
-        Ok(Self { choice, adapter_name, is_software, backend, quality })
+        Ok(Self { choice, room, adapter_name, is_software, backend, quality })
     }
 
     /// With another quality for cameras that do not say theirs than the high one.
@@ -153,32 +175,49 @@ impl Renderer {
     }
 
     fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
-        let mut cause = String::new();
-        for _ in 0..LOSSES_MAX {
+        let mut losses = 0;
+        loop {
             if matches!(self.backend, Backend::Device(None)) {
                 // A GPU that does not come back leaves the processors, if they may draw.
-                *self = Self::new(self.choice.clone())?.with_quality(self.quality);
+                *self = Self::within(self.choice.clone(), self.room)?.with_quality(self.quality);
                 tracing::warn!(adapter = self.adapter_name, "pictures are drawn by this adapter");
             }
-            let device = match &mut self.backend {
+            let drawing = match &mut self.backend {
                 Backend::Cpu(drawing) => return Ok(drawing.draw(strips, self.quality)),
-                Backend::Device(device) => device,
+                Backend::Device(Some(drawing)) => drawing,
+                Backend::Device(None) => continue,
             };
-            let Some(drawing) = device else { continue };
-            match drawing.draw(strips, self.quality) {
+            let cause = match drawing.draw(strips, self.quality) {
                 Ok(drawn) => return Ok(drawn),
-                Err(fault) => {
-                    tracing::warn!(
-                        adapter = self.adapter_name,
-                        fault,
-                        "the device was lost; opening it anew"
-                    );
-                    *device = None;
-                    cause = fault;
+                Err(fault) => fault,
+            };
+            let lacks_memory = drawing.gpu.lacks_memory();
+            self.backend.close();
+            match self.room.halved().filter(|_| lacks_memory) {
+                Some(half) => self.take_less(half, &cause),
+                None => {
+                    let adapter = &self.adapter_name;
+                    tracing::warn!(adapter, cause, "the device was lost; opening it anew");
+                    losses += 1;
+                    if losses == LOSSES_MAX && lacks_memory && self.choice == AdapterChoice::Best {
+                        self.choice = AdapterChoice::Software;
+                    } else if losses == LOSSES_MAX {
+                        return Err(RenderError::DeviceLost { times: losses, cause });
+                    }
                 }
             }
         }
-        Err(RenderError::DeviceLost { times: LOSSES_MAX, cause })
+    }
+
+    /// Uses less of the device's memory from here on.
+    fn take_less(&mut self, half: Room, cause: &str) {
+        self.room = half;
+        tracing::warn!(
+            adapter = self.adapter_name,
+            cause,
+            room = ?half,
+            "the device has too little memory; it is opened anew and less of it is used"
+        );
     }
 }
 
@@ -237,7 +276,7 @@ mod tests {
     /// are drawn in between, in the same textures.
     #[test]
     fn pictures_that_are_drawn_in_slices_have_the_same_bytes() {
-        for choice in [AdapterChoice::Software, AdapterChoice::Named("llvmpipe".to_owned())] {
+        for choice in [AdapterChoice::Software, llvmpipe()] {
             match Renderer::new(choice) {
                 Ok(mut renderer) => draw_in_slices(&mut renderer),
                 Err(error) => eprintln!("skipped: {error}"),
@@ -277,12 +316,25 @@ mod tests {
         }
     }
 
+    fn llvmpipe() -> AdapterChoice {
+        AdapterChoice::Named("llvmpipe".to_owned())
+    }
+
     /// Mesa's device, which draws as a GPU does: four samples a pixel, soft edges of shadows.
     fn fine_device() -> Option<Renderer> {
-        let mut renderer = Renderer::new(AdapterChoice::Named("llvmpipe".to_owned())).ok()?;
+        fine_device_within(Room::WHOLE)
+    }
+
+    fn fine_device_within(room: Room) -> Option<Renderer> {
+        let mut renderer = Renderer::within(llvmpipe(), room).ok()?;
         let Backend::Device(Some(drawing)) = &mut renderer.backend else { return None };
         drawing.gpu.software = false;
         Some(renderer)
+    }
+
+    fn device(renderer: &Renderer) -> &Drawing {
+        let Backend::Device(Some(drawing)) = &renderer.backend else { panic!("no device draws") };
+        drawing
     }
 
     fn a_town() -> (roads::Map, Arc<TownScene>) {
@@ -371,21 +423,114 @@ mod tests {
         }
     }
 
+    /// 72 views of 24 sizes, in colour and of geometry, under 24 suns.
+    fn many(map: &roads::Map, town: &Arc<TownScene>) -> Vec<(Arc<TownScene>, RenderJob)> {
+        let job = |at: u32| {
+            let mut job = street(map, (100 + at, 80));
+            job.frame.weather.sun_azimuth_rad += at as f32 / 10.0;
+            (Arc::clone(town), job)
+        };
+        (0..24).map(job).collect()
+    }
+
+    fn draw_all(
+        renderer: &mut Renderer,
+        jobs: &[(Arc<TownScene>, RenderJob)],
+    ) -> Vec<Result<Images, Error>> {
+        let jobs: Vec<_> = jobs.iter().map(|(town, job)| (Arc::clone(town), job)).collect();
+        renderer.render(&jobs)
+    }
+
+    /// Goal: how much of a device's memory is used changes no byte, only how many submissions there
+    /// are. Method: the same jobs within the whole room, the least, and one for a view at a time.
+    #[test]
+    fn pictures_are_the_same_however_little_room_there_is() {
+        let Some(mut whole) = fine_device() else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (map, town) = a_town();
+        let jobs = many(&map, &town);
+        let wanted = draw_all(&mut whole, &jobs);
+        let one = Room { views: 1, samples_bytes: 0, large_blocks: 0, ..Room::LEAST };
+        for (room, submissions) in [(Room::LEAST, 1), (one, 71)] {
+            let mut small = fine_device_within(room).unwrap();
+            assert!(draw_all(&mut small, &jobs) == wanted, "another picture within {room:?}");
+            let more = device(&small).submissions() - device(&whole).submissions();
+            assert!(more >= submissions, "{more} submissions more within {room:?}");
+        }
+    }
+
+    /// Goal: large triangles for which there was no room are not missing. Method: room for 512
+    /// blocks, which is the least that a buffer has, and for a quarter of a million.
+    #[test]
+    fn all_is_drawn_again_when_large_triangles_had_no_room() {
+        let Some(mut renderer) = fine_device() else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (map, town) = a_town();
+        let jobs = [(Arc::clone(&town), street(&map, (1_280, 720)))];
+        let wanted = draw_all(&mut renderer, &jobs);
+        let mut small = fine_device_within(Room { large_blocks: 1, ..Room::WHOLE }).unwrap();
+        let before = device(&small).large_blocks();
+        assert!(draw_all(&mut small, &jobs) == wanted, "large triangles are missing");
+        let after = device(&small).large_blocks();
+        eprintln!("room for {before} blocks, then for {after}");
+        assert!(after > before, "there were no more than {before}");
+    }
+
+    /// Goal: a device that has too little memory draws with less of it, however often. Method: it
+    /// is told to have said so.
+    #[test]
+    fn a_device_without_memory_is_asked_for_less_of_it() {
+        let Ok(mut renderer) = Renderer::new(llvmpipe()) else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let (town, job) = (Arc::new(TownScene::new("d", &[])), job());
+        let before = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+        let mut room = Some(Room::WHOLE);
+        for _ in 0..LOSSES_MAX + 1 {
+            device(&renderer).gpu.pretend_to_lack_memory();
+            let after = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
+            assert!(before == after, "the picture with less memory differs");
+            room = room.and_then(Room::halved);
+            assert_eq!(Some(renderer.room), room);
+        }
+    }
+
+    #[test]
+    fn devices_are_opened_and_closed_one_after_the_other() {
+        let moment = Duration::from_secs(1);
+        let held = one_at_a_time();
+        let opening = std::thread::spawn(|| Renderer::new(llvmpipe()));
+        std::thread::sleep(moment);
+        assert!(!opening.is_finished(), "it was opened beside another one");
+        drop(held);
+        let Ok(renderer) = opening.join().unwrap() else {
+            eprintln!("skipped: no Vulkan adapter");
+            return;
+        };
+        let held = one_at_a_time();
+        let closing = std::thread::spawn(|| drop(renderer));
+        std::thread::sleep(moment);
+        assert!(!closing.is_finished(), "it was closed beside another one");
+        drop(held);
+        closing.join().unwrap();
+    }
+
     /// Reliability F23: the device goes before a job, and twice in a row.
     #[test]
     fn a_lost_device_is_opened_anew_and_the_job_drawn() {
-        let llvmpipe = AdapterChoice::Named("llvmpipe".to_owned());
-        let Ok(mut renderer) = Renderer::new(llvmpipe) else {
+        let Ok(mut renderer) = Renderer::new(llvmpipe()) else {
             eprintln!("skipped: no Vulkan adapter");
             return;
         };
         let (town, job) = (Arc::new(TownScene::new("d", &[])), job());
         let before = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
         for _ in 0..2 {
-            let Backend::Device(Some(drawing)) = &renderer.backend else {
-                panic!("no device draws");
-            };
-            drawing.gpu.device.destroy();
+            device(&renderer).gpu.device.destroy();
             let after = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
             assert!(before == after, "the picture from the new device differs");
         }

@@ -96,6 +96,33 @@ fn a_wet_road_is_darker_than_a_dry_one() {
     }
 }
 
+/// Goal: a wet road mirrors who stands on it. Method: the road before a red car and a white one, on
+/// a wet and on a dry road, where none of their light falls.
+#[test]
+fn a_wet_road_mirrors_a_car_and_a_dry_one_does_not() {
+    for mut renderer in renderers() {
+        let mut redness = |colour_rgb: u32, wetness_percent: f32| {
+            let car = car(1, schemas::level_pose(Vec3::new(14.0, 0.0, 0.0), 0.0), colour_rgb);
+            let weather = Weather { wetness_percent, cloudiness_percent: 100.0, ..CLEAR };
+            let frame = Frame { weather, ..frame(vec![car]) };
+            let image = draw(&mut renderer, &town(&[]), &job(frame, vec![camera()])).remove(0);
+            // Its middle is mirrored 3 m before its bumper.
+            let (_, row) = project(&camera(), &Vec3::new(8.5, 0.0, 0.0));
+            let mut sum = 0;
+            for (x, y) in (row - 6..row + 6).flat_map(|y| (300..340).map(move |x| (x, y))) {
+                let [red, _, blue] = pixel(&image, x, y);
+                sum += red - blue;
+            }
+            sum as f32 / (12.0 * 40.0)
+        };
+        let [wet, white, dry] =
+            [redness(0xd0_1010, 100.0), redness(0xd0_d0d0, 100.0), redness(0xd0_1010, 0.0)];
+        eprintln!("red over blue: {wet} before a red car, {white} before a white one, {dry} dry");
+        assert!(wet > white + 4.0, "{wet} before a red car, {white} before a white one");
+        assert!((dry - redness(0xd0_d0d0, 0.0)).abs() < 0.5, "a dry road mirrors");
+    }
+}
+
 #[test]
 fn rain_falls_in_streaks_that_are_others_in_every_tick_and_the_same_when_drawn_again() {
     for mut renderer in renderers() {

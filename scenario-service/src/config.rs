@@ -8,9 +8,10 @@ use bus::{BusAddress, Identity, IdentityArgs};
 use clap::Args as ClapArgs;
 use schemas::{ServiceId, ServiceKind, Tenant};
 
+use crate::library::Library;
 use crate::limits;
 use crate::openenv::Mode;
-use crate::scenario::{Profile, registry};
+use crate::scenario::Profile;
 use crate::session::table::IdleTimes;
 
 /// Arguments of the scenario service.
@@ -46,6 +47,9 @@ pub struct Args {
     /// Scenario of sessions that name none.
     #[arg(long, env = "CARLA_SCENARIO", default_value = "trolley_saves", value_name = "NAME")]
     pub default_scenario: String,
+    /// Folder with files of more scenarios, `<scenario name>.toml`, each read when a reset names it.
+    #[arg(long, env = "CAUSEWAY_SCENARIOS", value_name = "DIR")]
+    pub scenarios: Option<PathBuf>,
     /// Where documents and the reference server disagree: documented or literal.
     #[arg(long, env = "CAUSEWAY_PROFILE", default_value = "documented", value_name = "PROFILE")]
     pub profile: String,
@@ -89,6 +93,8 @@ pub(crate) struct Config {
     pub(crate) tokens: Option<PathBuf>,
     /// At once.
     pub(crate) sessions_max: u32,
+    /// Those that there are.
+    pub(crate) library: Library,
     /// Exists.
     pub(crate) default_scenario: String,
     /// Of sessions that name none.
@@ -160,7 +166,14 @@ impl Config {
             .ok_or_else(|| wrong("profile", &"wanted documented or literal"))?;
         let mode = Mode::parse(&args.mode)
             .ok_or_else(|| wrong("mode", &"wanted simulation or production"))?;
-        registry::build(&args.default_scenario, profile)
+        let library = match &args.scenarios {
+            Some(folder) => Library::with_folder(folder).map_err(|why| {
+                wrong("scenarios", &format_args!("wanted a folder that can be read: {why}"))
+            })?,
+            None => Library::default(),
+        };
+        library
+            .build(&args.default_scenario, profile)
             .map_err(|why| wrong("default-scenario", &why))?;
         if args.sessions_max == 0 {
             return Err(wrong("sessions-max", &"wanted at least 1"));
@@ -176,6 +189,7 @@ impl Config {
             tokens: args.tokens.clone(),
             tenant: args.tenant.parse().map_err(|why| wrong("tenant", &why))?,
             sessions_max: args.sessions_max,
+            library,
             default_scenario: args.default_scenario.clone(),
             profile,
             mode,

@@ -14,6 +14,7 @@ mod app;
 mod config;
 mod episode;
 mod figures;
+mod library;
 mod limits;
 mod listener;
 mod maps;

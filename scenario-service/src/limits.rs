@@ -50,6 +50,12 @@ pub(crate) const COLLISIONS_MAX: usize = 1_000;
 pub(crate) const GROUP_MAX: u32 = 50;
 /// Vehicles, and pedestrians, of an episode beside the ego.
 pub(crate) const CROWD_MAX: u32 = 200;
+/// Characters of what a file tells a driver.
+pub(crate) const PROMPT_CHARS_MAX: usize = 16 * 1024;
+/// Bytes of a scenario's file.
+pub(crate) const SCENARIO_BYTES_MAX: usize = 64 * 1024;
+/// Files of a folder of scenarios that are listed.
+pub(crate) const SCENARIO_FILES_MAX: usize = 1_000;
 /// People who cross a road together.
 pub(crate) const CROSSING_CROWD_MAX: u32 = 24;
 /// Vehicles of one world that sessions of their own drive.

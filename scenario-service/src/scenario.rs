@@ -2,12 +2,13 @@
 //!
 //! A [`Scenario`] is a pure state machine over frames. It never sees a bus, a session or JSON from
 //! a client except through [`Overrides`]. A new scenario is one file here and one line in
-//! [`registry`].
+//! [`registry`], or a file that [`described`] reads.
 
 pub(crate) mod action_bias;
 pub(crate) mod config;
 pub(crate) mod crowd;
 pub(crate) mod decision;
+pub(crate) mod described;
 pub(crate) mod free_roam;
 mod goal;
 pub(crate) mod lanes;
@@ -50,6 +51,14 @@ pub(crate) enum ScenarioError {
     /// The map has no place where the scenario can happen.
     #[error("{0}")]
     Map(String),
+    /// Its file is wrong.
+    #[error("the file of scenario {name}: {why}")]
+    File {
+        /// Of the scenario.
+        name: String,
+        /// Where, what was wanted, what was found.
+        why: String,
+    },
 }
 
 /// One actor at the start.
@@ -71,7 +80,7 @@ const BLUE_LIGHTS: u32 = 0x200;
 const FRONT_LEFT_DOOR: u8 = 0b0001;
 
 /// What moves an actor without being asked each step, or how it stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Driver {
     /// It keeps this velocity against all forces; actor frame.
     ConstantVelocity(Vec3),
@@ -89,10 +98,10 @@ pub(crate) enum Driver {
         /// From 0 to 1.
         crossing_share: f32,
     },
-    /// It walks straight to two places in turn when the ego is near, whatever comes.
+    /// It walks straight from place to place when the ego is near, whatever comes.
     Follows {
-        /// The places.
-        stages: [WalkerStage; 2],
+        /// The places, in turn.
+        stages: Vec<WalkerStage>,
         /// How near, in metres.
         within_m: f32,
     },
@@ -100,8 +109,8 @@ pub(crate) enum Driver {
 
 impl Driver {
     /// What tells the world of it.
-    pub(crate) fn commands(self, actor: ActorId, ego: ActorId) -> Vec<Command> {
-        match self {
+    pub(crate) fn commands(&self, actor: ActorId, ego: ActorId) -> Vec<Command> {
+        match *self {
             Self::ConstantVelocity(velocity_mps) => {
                 vec![Command::Body(BodyCommand::SetConstantVelocity {
                     actor,
@@ -131,9 +140,9 @@ impl Driver {
                     crossing_share,
                 })]
             }
-            Self::Follows { stages, within_m } => {
+            Self::Follows { ref stages, within_m } => {
                 let trigger = Some(Proximity { actor: ego, within_m });
-                let stages = stages.to_vec();
+                let stages = stages.clone();
                 vec![Command::Walker(WalkerCommand::Trajectory { actor, stages, trigger })]
             }
         }
@@ -182,7 +191,7 @@ impl WorldSpec {
         };
         let told = placements.zip(spawned).filter_map(|(placement, reply)| {
             let actor = actor_of(reply)?;
-            placement.driver.map(|driver| driver.commands(actor, ego))
+            placement.driver.as_ref().map(|driver| driver.commands(actor, ego))
         });
         told.flatten().collect()
     }
@@ -328,6 +337,11 @@ pub(crate) trait Scenario: Send + Sync {
 
     /// How the rubric reward follows from step rewards.
     fn rubric(&self) -> Rubric;
+
+    /// The file it was read from; `None` if it is built in.
+    fn file(&self) -> Option<&str> {
+        None
+    }
 
     /// A copy with the same settings.
     fn clone_box(&self) -> Box<dyn Scenario>;

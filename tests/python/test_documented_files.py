@@ -43,8 +43,9 @@ def test_every_language_of_a_block_is_read_by_some_test():
             assert block.text in printed or is_drawn, f"{page}:{block.line}"
 
 
-def test_files_of_toml_are_taken_as_printed(shell):
+def test_files_of_toml_are_taken_as_printed(shell, start_site):
     tenants, task = the_block("toml", "[[token]]"), the_block("toml", "[way]")
+    scenario = the_block("toml", "[[actors]]")
     (shell.folder / "tokens.toml").write_text(tenants)
     assert shell.run("causeway token check tokens.toml") == "1 tenants, 1 tokens\n"
     folder = shell.folder / "tasks"
@@ -52,8 +53,13 @@ def test_files_of_toml_are_taken_as_printed(shell):
     (folder / "mine.toml").write_text(task)
     with Batch("mine", tasks=folder, program=str(binary())) as batch:
         batch.reset(seed=1)
-    others = [page.blocks("toml") for page in pages()]
-    assert sum(map(len, others)) == 2, "another file of TOML wants a reader"
+    (folder / "bus.toml").write_text(scenario)
+    site = start_site("--no-render", "--scenarios", str(folder))
+    with causeway.Session(site.base_url) as session:
+        begun = session.reset("bus", seed=1)
+        assert len(begun.observation["nearby_actors"]) == scenario.count("[[actors]]")
+    blocks = [page.blocks("toml") for page in pages()]
+    assert sum(map(len, blocks)) == 3, "another file of TOML wants a reader"
 
 
 def test_lines_of_the_audit_have_the_words_that_are_printed(shell, start_site):

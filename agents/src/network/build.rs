@@ -184,16 +184,30 @@ fn is_too_narrow(lane: &Lane) -> bool {
     lane.points.iter().all(|point| point.width_m < NARROW_M)
 }
 
-/// Lanes from which all ways end, or go on where no car can, are peeled off from the ends.
+/// Lanes from which all ways end, or go on where no car can, are peeled off from the ends. Where
+/// that leaves none, those are kept that lead to the end of a road, where no lane beside goes on.
 fn mark_endless(network: &mut Network) {
+    peel(network, |_, lane| lane.next.is_empty());
+    if !network.lanes.iter().any(|lane| lane.goes_on) {
+        let goes_on = |network: &Network, beside: &Option<Beside>| {
+            let lane = beside.and_then(|beside| network.lane(beside.lane));
+            lane.is_some_and(|lane| !lane.next.is_empty())
+        };
+        peel(network, |network, lane| {
+            let sides = [lane.left, lane.right];
+            lane.next.is_empty() && sides.iter().any(|beside| goes_on(network, beside))
+        });
+    }
+}
+
+/// Lanes from which all ways lead to such ends, or to where no car can drive, do not go on.
+fn peel(network: &mut Network, is_end: impl Fn(&Network, &Lane) -> bool) {
     for lane in &mut network.lanes {
         lane.goes_on = true;
     }
-    let mut pending: Vec<LaneId> = (0..)
-        .zip(&network.lanes)
-        .filter(|(_, lane)| lane.next.is_empty() || lane.is_barred)
-        .map(|(id, _)| id)
-        .collect();
+    let lanes = (0..).zip(&network.lanes);
+    let ends = lanes.filter(|(_, lane)| lane.is_barred || is_end(network, lane));
+    let mut pending: Vec<LaneId> = ends.map(|(id, _)| id).collect();
     while let Some(id) = pending.pop() {
         let Some(lane) = network.lanes.get_mut(id as usize) else { continue };
         if !std::mem::replace(&mut lane.goes_on, false) {
@@ -268,5 +282,33 @@ mod tests {
                 assert_eq!(lane.after(at_m), wanted, "{at_m} m");
             }
         }
+    }
+
+    /// A road of 200 m with two lanes of which the left one ends after 100 m.
+    #[test]
+    fn where_all_roads_end_a_lane_that_ends_before_leads_nowhere() {
+        let lane = |id: i32, successor: &str| {
+            format!(
+                "<lane id=\"{id}\" type=\"driving\" level=\"false\"><link>{successor}</link>\
+                 <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane>"
+            )
+        };
+        let section = |s: u8, lanes: String| {
+            format!(
+                "<laneSection s=\"{s}\"><center><lane id=\"0\" type=\"none\" level=\"false\"/>\
+                 </center><right>{lanes}</right></laneSection>"
+            )
+        };
+        let first = lane(-1, "") + &lane(-2, "<successor id=\"-1\"/>");
+        let text = format!(
+            "<OpenDRIVE><header/><road id=\"1\" length=\"200\" junction=\"-1\"><link/><planView>\
+             <geometry s=\"0\" x=\"0\" y=\"0\" hdg=\"0\" length=\"200\"><line/></geometry>\
+             </planView><lanes>{}{}</lanes></road></OpenDRIVE>",
+            section(0, first),
+            section(100, lane(-1, "<predecessor id=\"-2\"/>"))
+        );
+        let network = Network::new(&Map::parse("ends", &text).unwrap());
+        let goes_on = |key| network.lane(network.by_key[&key]).unwrap().goes_on;
+        assert_eq!([(1, 0, -1), (1, 0, -2), (1, 1, -1)].map(goes_on), [false, true, true]);
     }
 }

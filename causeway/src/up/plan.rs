@@ -45,6 +45,9 @@ pub(crate) struct Args {
     /// Folder with OpenDRIVE files (`<map name>.xodr`) that win over the built-in maps.
     #[arg(long, value_name = "DIR")]
     maps: Option<PathBuf>,
+    /// Folder with files of scenarios (`<scenario name>.toml`) beside the built-in ones.
+    #[arg(long, env = "CAUSEWAY_SCENARIOS", value_name = "DIR")]
+    scenarios: Option<PathBuf>,
     /// Folder for the journals of worlds that are asked to keep one, made when it is needed
     /// [default: that of recordings, beside which they lie then].
     #[arg(long, value_name = "DIR")]
@@ -155,8 +158,10 @@ pub(crate) enum PlanError {
     #[error("--bus-pki wants --bus tls/HOST:PORT, found {0}: over tcp/ nobody shows certificates")]
     InTheOpen(BusAddress),
     /// No folder, or one that may not be read.
-    #[error("--maps needs a folder that can be read: {cause}: {path:?}")]
-    Maps {
+    #[error("--{setting} needs a folder that can be read: {cause}: {path:?}")]
+    Folder {
+        /// What it is for.
+        setting: &'static str,
         /// As typed.
         path: PathBuf,
         /// What the operating system says.
@@ -187,8 +192,8 @@ impl Plan {
     /// # Errors
     /// The first setting that cannot work.
     pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
-        if let Some(path) = &args.maps {
-            check_folder(path)?;
+        for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
+            path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
         }
         if !scenario_service::is_guarded(args.http, args.tokens.is_some(), args.open) {
             return Err(scenario_service::Unguarded(args.http).into());
@@ -240,10 +245,10 @@ impl Plan {
     }
 }
 
-fn check_folder(path: &Path) -> Result<(), PlanError> {
+fn check_folder(setting: &'static str, path: &Path) -> Result<(), PlanError> {
     match std::fs::read_dir(path) {
         Ok(_) => Ok(()),
-        Err(cause) => Err(PlanError::Maps { path: path.to_owned(), cause }),
+        Err(cause) => Err(PlanError::Folder { setting, path: path.to_owned(), cause }),
     }
 }
 
@@ -282,6 +287,9 @@ fn scenario(args: &Args, http: SocketAddr, bus: &BusAddress) -> Service {
     arguments.extend(flag("--http", http.to_string()));
     if let Some(path) = &args.tokens {
         arguments.extend([OsString::from("--tokens"), path.clone().into_os_string()]);
+    }
+    if let Some(path) = &args.scenarios {
+        arguments.extend([OsString::from("--scenarios"), path.clone().into_os_string()]);
     }
     if args.open {
         arguments.push(OsString::from("--open"));

@@ -7,7 +7,7 @@ use super::Sight;
 use crate::lamp::streaks;
 use crate::light::Lit;
 use crate::noise::{hash, noise};
-use crate::occluder::open_sky;
+use crate::occluder::{open_sky, standing};
 use crate::quality::Quality;
 use crate::surface::Looks;
 use crate::vector::{V8, clamp01, fract, mix, splat};
@@ -70,6 +70,11 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
     let glance2 = glance * glance;
     let shine = (glance2 * glance2 * glance * 0.5 + 0.02) * wet;
     let mut around = lit.light.sky(simd, mirrored.z);
+    if !lit.occluders.is_empty() {
+        let things = (lit.occluders, lit.light);
+        let (seen, rest) = standing(simd, things, sight.place_m, mirrored);
+        around = around.scaled(rest).plus(seen);
+    }
     if !lit.lamps.is_empty() {
         around =
             around.plus(streaks(simd, lit.lamps, sight.place_m, mirrored).scaled(splat(simd, 6.0)));

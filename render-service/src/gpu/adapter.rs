@@ -1,6 +1,6 @@
 //! Opening an adapter, and noticing when it is lost.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::RenderError;
 
@@ -66,17 +66,35 @@ pub(crate) struct Gpu {
 
 /// The first thing that went wrong with a device; everything after it is a consequence.
 #[derive(Clone, Default)]
-struct Fault(Arc<Mutex<Option<String>>>);
+struct Fault(Arc<Mutex<Option<First>>>);
+
+#[derive(Clone)]
+struct First {
+    what: String,
+    is_lack_of_memory: bool,
+}
 
 impl Fault {
-    fn note(&self, what: String) {
+    fn note(&self, what: String, is_lack_of_memory: bool) {
         // Nothing panics while it holds the lock.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
+        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(First { what, is_lack_of_memory });
     }
 
-    fn get(&self) -> Option<String> {
+    fn get(&self) -> Option<First> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
+}
+
+/// What wgpu says of a device that it gives up as there is no memory.
+const OUT_OF_MEMORY: &str = "Out of memory";
+
+static OPENING: Mutex<()> = Mutex::new(());
+
+/// Whoever opens or closes a device holds this meanwhile: NVIDIA's driver for Linux is not safe
+/// where threads make and drop instances at once (<https://github.com/gfx-rs/wgpu/issues/5930>).
+pub(crate) fn one_at_a_time() -> MutexGuard<'static, ()> {
+    OPENING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Environment of a renderer's process: Mesa's layer that orders devices looks for a display and
@@ -138,11 +156,17 @@ impl Gpu {
         let fault = Fault::default();
         device.set_device_lost_callback({
             let fault = fault.clone();
-            move |reason, text| fault.note(format!("device lost ({reason:?}): {text}"))
+            move |reason, text| {
+                let is_lack_of_memory = text.contains(OUT_OF_MEMORY);
+                fault.note(format!("device lost ({reason:?}): {text}"), is_lack_of_memory);
+            }
         });
         device.on_uncaptured_error(Arc::new({
             let fault = fault.clone();
-            move |error: wgpu::Error| fault.note(error.to_string())
+            move |error: wgpu::Error| {
+                let is_lack_of_memory = matches!(error, wgpu::Error::OutOfMemory { .. });
+                fault.note(error.to_string(), is_lack_of_memory);
+            }
         }));
         let software = is_software(&info);
         let has_own_memory = info.device_type == wgpu::DeviceType::DiscreteGpu;
@@ -157,7 +181,18 @@ impl Gpu {
 
     /// What went wrong first; the device is of no use afterwards.
     pub(crate) fn fault(&self) -> Option<String> {
-        self.fault.get()
+        self.fault.get().map(|first| first.what)
+    }
+
+    /// Whether that was that it has no memory left.
+    pub(crate) fn lacks_memory(&self) -> bool {
+        self.fault.get().is_some_and(|first| first.is_lack_of_memory)
+    }
+
+    /// As if an allocation had failed.
+    #[cfg(test)]
+    pub(crate) fn pretend_to_lack_memory(&self) {
+        self.fault.note("nothing but a test".to_owned(), true);
     }
 
     /// The adapter's name and, if so, that it is software.

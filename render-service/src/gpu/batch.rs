@@ -8,16 +8,10 @@ use schemas::{Camera, HiddenScenery, ImageKind};
 use super::adapter::Gpu;
 use super::models::{Models, TownPlace};
 use super::plan::Plan;
+use super::room::Room;
 use super::rows::{LampRow, ModelPlace, OccluderRow, PlacedRow, TargetRow, ViewRow};
 use super::shadow_maps::{MapKey, TownMaps};
 
-/// Views of one submission.
-const VIEWS_MAX: usize = 4_096;
-/// Bytes of all pictures of one submission, as they are read back.
-const READBACK_BYTES_MAX: u64 = 64 * 1024 * 1024;
-/// Bytes of the samples of one submission, and of its maps of bodies' shadows.
-const SAMPLES_BYTES_MAX: u64 = 512 * 1024 * 1024;
-const SHADOW_BYTES_MAX: u64 = 512 * 1024 * 1024;
 /// Bytes of a sample, and of a pixel of a map of shadows.
 pub(crate) const SAMPLE_BYTES: u64 = 8;
 pub(crate) const SHADOW_PX_BYTES: u64 = 4;
@@ -133,14 +127,14 @@ impl<'a> Batch<'a> {
     /// What the device has no room for.
     pub(crate) fn of(
         plans: &[Plan<'a>],
-        (gpu, models, maps): (&Gpu, &mut Models, &mut TownMaps),
+        (gpu, room, models, maps): (&Gpu, &Room, &mut Models, &mut TownMaps),
         rows: Rows,
     ) -> Result<Self, String> {
         models.make_room();
         maps.begin();
         let mut batch = Self { rows: rows.cleared(), ..Self::default() };
-        for plan in plans.iter().take(VIEWS_MAX) {
-            if !batch.spots.is_empty() && !batch.has_room(plan, gpu) {
+        for plan in plans.iter().take(room.views) {
+            if !batch.spots.is_empty() && !batch.fits(plan, room, gpu) {
                 break;
             }
             let town = match models.get(plan.strip.town) {
@@ -155,14 +149,14 @@ impl<'a> Batch<'a> {
         if batch.spots.is_empty() { Err("a picture has no room".to_owned()) } else { Ok(batch) }
     }
 
-    fn has_room(&self, plan: &Plan<'_>, gpu: &Gpu) -> bool {
+    fn fits(&self, plan: &Plan<'_>, room: &Room, gpu: &Gpu) -> bool {
         let most = gpu.binding_bytes_max();
         let samples = (self.samples + plan.sample_count()) * SAMPLE_BYTES;
         let shadows = (self.shadow_px + u64::from(plan.shadow_px())) * SHADOW_PX_BYTES;
         let pixels = (self.pixels + pixels_of(plan)) * 4;
-        samples <= SAMPLES_BYTES_MAX.min(most)
-            && shadows <= SHADOW_BYTES_MAX.min(most / 2)
-            && pixels <= READBACK_BYTES_MAX
+        samples <= room.samples_bytes
+            && shadows <= room.body_maps_bytes
+            && pixels <= room.pictures_bytes
             // A town alone may have many.
             && u64::from(self.chunks) <= u64::from(CHUNKS_MAX).min(most / VISIBLE_BYTES) / 2
     }

@@ -1,5 +1,7 @@
 //! Buffers on the device that grow.
 
+use std::num::NonZeroU64;
+
 use super::adapter::Gpu;
 
 /// The kernels' use of a buffer, and what writes it.
@@ -70,15 +72,24 @@ impl Upload<'_> {
     }
 
     /// What will be so many bytes of a buffer from an offset on, to be written and dropped before
-    /// the submission; `None` for no bytes.
+    /// the submission; `None` for no bytes, and where the device has no memory for them.
     pub(crate) fn begin(
         &mut self,
         to: &Scratch,
         offset_bytes: u64,
         bytes: u64,
     ) -> Option<wgpu::BufferViewMut> {
-        let size = std::num::NonZeroU64::new(bytes)?;
-        Some(self.belt.write_buffer(self.encoder, &to.buffer, offset_bytes, size))
+        let size = NonZeroU64::new(bytes)?;
+        let piece = self.belt.allocate(size, NonZeroU64::MIN);
+        self.encoder.copy_buffer_to_buffer(
+            piece.buffer(),
+            piece.offset(),
+            &to.buffer,
+            offset_bytes,
+            bytes,
+        );
+        // A device without memory gives none; the submission tells it.
+        piece.get_mapped_range_mut().ok()
     }
 }
 

@@ -10,13 +10,14 @@ use crate::encode::{Encoder, Pixels};
 use crate::parallel::{in_parallel, threads};
 use crate::strip::{Drawn, Strip, row_pitch_bytes};
 
-use super::adapter::{AdapterChoice, Gpu};
+use super::adapter::{AdapterChoice, Gpu, one_at_a_time};
 use super::batch::{Batch, PlannedPicture, Rows, SAMPLE_BYTES, SHADOW_PX_BYTES, VISIBLE_BYTES};
 use super::buffers::{Scratch, Upload};
 use super::kernels::{Kernels, groups_of};
 use super::models::Models;
 use super::plan::{Fineness, Plan};
 use super::readback::{InFlight, RING, Ring};
+use super::room::Room;
 use super::rows::{PlacedRow, material_rows};
 use super::shaders::Kernel;
 use super::shadow_maps::TownMaps;
@@ -24,18 +25,11 @@ use super::timer::{TIMES_BYTES, Timer};
 
 /// Strips that are planned at once.
 const PLANS_MAX: usize = 1_024;
-/// Bytes of the maps of towns' shadows: of a GPU with memory of its own, of one without, and of
-/// software.
-const TOWN_MAPS_BYTES: u64 = 512 * 1024 * 1024;
-const TOWN_MAPS_BYTES_SHARED: u64 = 128 * 1024 * 1024;
-const TOWN_MAPS_BYTES_SOFTWARE: u64 = 16 * 1024 * 1024;
 /// Bytes of rows.
 const PLACED_BYTES: u64 = size_of::<PlacedRow>() as u64;
 const CHUNK_BYTES: u64 = 8;
 /// Plans whose rows one thread writes, at least.
 const PLANS_WRITTEN_MIN: usize = 8;
-/// Blocks of large triangles that one submission has room for at first.
-const LARGE_FIRST: u64 = 1 << 18;
 /// Bytes that are uploaded in one piece.
 const BELT_BYTES: u64 = 4 * 1024 * 1024;
 /// Bytes of a block's row.
@@ -48,6 +42,7 @@ const TAIL_BYTES: u64 = TIMES_BYTES + FOUND_BYTES;
 /// One open device and everything on it.
 pub(crate) struct Drawing {
     pub(crate) gpu: Gpu,
+    room: Room,
     kernels: Kernels,
     models: Models,
     maps: TownMaps,
@@ -80,7 +75,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    fn new(gpu: &Gpu) -> Self {
+    fn new(gpu: &Gpu, room: &Room) -> Self {
         let new = |label: &'static str| Scratch::new(gpu, label);
         let mut buffers = Self {
             targets: new("targets"),
@@ -99,7 +94,7 @@ impl Buffers {
             pixels: new("pixels"),
         };
         buffers.materials.fill(gpu, &material_rows());
-        buffers.large.reserve(gpu, LARGE_FIRST * LARGE_BYTES);
+        buffers.large.reserve(gpu, room.large_blocks * LARGE_BYTES);
         buffers
     }
 }
@@ -107,19 +102,16 @@ impl Buffers {
 impl Drawing {
     /// # Errors
     /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
-    pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
+    pub(crate) fn open(choice: &AdapterChoice, room: Room) -> Result<Self, RenderError> {
+        let _one = one_at_a_time();
         let gpu = Gpu::open(choice)?;
-        let room = match (gpu.software, gpu.has_own_memory) {
-            (true, _) => TOWN_MAPS_BYTES_SOFTWARE,
-            (false, false) => TOWN_MAPS_BYTES_SHARED,
-            (false, true) => TOWN_MAPS_BYTES,
-        };
-        let room = room.min(gpu.binding_bytes_max() / 2);
+        let room = room.on(&gpu);
         let drawing = Self {
+            room,
             kernels: Kernels::new(&gpu),
-            models: Models::new(&gpu),
-            maps: TownMaps::new((room / SHADOW_PX_BYTES) as u32),
-            buffers: Buffers::new(&gpu),
+            models: Models::new(&gpu, room.models_bytes),
+            maps: TownMaps::new((room.town_maps_bytes / SHADOW_PX_BYTES) as u32),
+            buffers: Buffers::new(&gpu, &room),
             ring: Ring::default(),
             belt: wgpu::util::StagingBelt::new(gpu.device.clone(), BELT_BYTES),
             rows: Rows::default(),
@@ -170,7 +162,7 @@ impl Drawing {
             });
             let mut rest = plans.as_slice();
             while !rest.is_empty() {
-                let room = (&self.gpu, &mut self.models, &mut self.maps);
+                let room = (&self.gpu, &self.room, &mut self.models, &mut self.maps);
                 let batch = Batch::of(rest, room, std::mem::take(&mut self.rows))?;
                 let flight = self.submit(&batch, rest);
                 self.rows = batch.rows;
@@ -203,6 +195,17 @@ impl Drawing {
     /// What all kernels took since the device was opened; `None` if it does not tell.
     pub(crate) fn kernel_times(&self) -> Option<[(&'static str, Duration); Kernel::ALL.len()]> {
         self.timer.sums()
+    }
+
+    /// Submissions since the device was opened, and blocks of large triangles that it has room for.
+    #[cfg(test)]
+    pub(crate) fn submissions(&self) -> u64 {
+        self.maps.submission()
+    }
+
+    #[cfg(test)]
+    pub(crate) fn large_blocks(&self) -> u64 {
+        self.buffers.large.get().size() / LARGE_BYTES
     }
 
     fn submit(&mut self, batch: &Batch<'_>, plans: &[Plan<'_>]) -> InFlight {

@@ -14,8 +14,6 @@ use super::rows::{ClusterRow, CornerRow, ModelPlace};
 
 /// Towns on the device.
 const TOWNS_MAX: usize = 16;
-/// Bytes of all models, but for the last town.
-const BYTES_MAX: u64 = 1 << 30;
 
 /// What lies on the ground, and what stands.
 #[derive(Clone, Copy, Debug)]
@@ -38,10 +36,12 @@ pub(crate) struct Models {
     built: TownModels,
     towns: BTreeMap<String, TownPlace>,
     towns_so_far: u64,
+    /// Bytes of all models, but for the last town.
+    bytes_max: u64,
 }
 
 impl Models {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu, bytes_max: u64) -> Self {
         let mut models = Self {
             corners: Kept::new(gpu, "corners"),
             triangles: Kept::new(gpu, "triangles"),
@@ -51,6 +51,7 @@ impl Models {
             built: TownModels::default(),
             towns: BTreeMap::new(),
             towns_so_far: 0,
+            bytes_max,
         };
         models.shapes = levels::all().map(|level| models.push(gpu, &level.model)).collect();
         models.of_shapes = models.bytes();
@@ -76,7 +77,7 @@ impl Models {
 
     /// Whether no other town should be put here.
     pub(crate) fn is_full(&self) -> bool {
-        self.towns.len() >= TOWNS_MAX || self.bytes().iter().sum::<u64>() > BYTES_MAX
+        self.towns.len() >= TOWNS_MAX || self.bytes().iter().sum::<u64>() > self.bytes_max
     }
 
     /// Where a town is, if it is there.

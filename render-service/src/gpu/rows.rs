@@ -153,7 +153,7 @@ impl From<&Corner> for CornerRow {
 }
 
 pub(crate) type LampRow = [[f32; 4]; 4];
-pub(crate) type OccluderRow = [[f32; 4]; 2];
+pub(crate) type OccluderRow = [[f32; 4]; 3];
 
 pub(crate) fn lamp_row(lamp: &Lamp) -> LampRow {
     let with = |[x, y, z]: [f32; 3], w: f32| [x, y, z, w];
@@ -170,7 +170,12 @@ pub(crate) fn lamp_row(lamp: &Lamp) -> LampRow {
 pub(crate) fn occluder_row(occluder: &Occluder) -> OccluderRow {
     let ([x, y, z], [ahead_x, ahead_y]) = (occluder.place_m, occluder.ahead);
     let [half_length_m, half_width_m] = occluder.half_m;
-    [[x, y, z, occluder.height_m], [ahead_x, ahead_y, half_length_m, half_width_m]]
+    let [red, green, blue] = occluder.colour;
+    [
+        [x, y, z, occluder.height_m],
+        [ahead_x, ahead_y, half_length_m, half_width_m],
+        [red, green, blue, occluder.tall_m],
+    ]
 }
 
 /// Colour and gloss, then pattern, tint and family of all materials.

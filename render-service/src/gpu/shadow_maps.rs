@@ -52,6 +52,12 @@ impl TownMaps {
         self.room_px
     }
 
+    /// How many there were.
+    #[cfg(test)]
+    pub(crate) fn submission(&self) -> u64 {
+        self.submission
+    }
+
     /// From here on, maps that were got before may give way.
     pub(crate) fn begin(&mut self) {
         self.submission += 1;

@@ -20,10 +20,13 @@ const LOW_ERROR_PX_MAX: f32 = 1.2;
 const TOWN_ERROR_PX_MAX: f32 = 0.5;
 /// Corners of what throws a shadow may be off by so much on the map, in its pixels.
 const SHADOW_ERROR_PX_MAX: f32 = 1.0;
-const LOW_SHADOW_ERROR_PX_MAX: f32 = 1.5;
+const LOW_SHADOW_ERROR_PX_MAX: f32 = 3.0;
 /// In pictures of low quality, parts that are smaller than this part of the largest one of their
 /// body throw no shadow: wheels, heads.
 const LOW_SHADOW_PART_MIN: f32 = 0.5;
+/// There parts that are smaller than a pixel of the map throw none either, unless they are no
+/// smaller than this part of the largest one.
+const LOW_SHADOW_PART_LARGE: f32 = 0.9;
 /// Bodies that would be smaller than this in the picture, in pixels, are left out.
 const BODY_RADIUS_PX_MIN: f32 = 0.6;
 /// So are parts of them: the rasteriser would leave their clusters out.
@@ -119,7 +122,11 @@ pub(crate) fn shading_bodies(
         }
         let least_m = match quality {
             Quality::High => least_m,
-            Quality::Low => least_m.max(LOW_SHADOW_PART_MIN * largest_m(body)),
+            Quality::Low => {
+                let largest_m = largest_m(body);
+                let fine_m = pixel_m.min(LOW_SHADOW_PART_LARGE * largest_m);
+                least_m.max(LOW_SHADOW_PART_MIN * largest_m).max(fine_m)
+            }
         };
         // Arches lie flat on their bodies.
         let parts = body.parts.iter().filter(|part| part.shape != Shape::WheelArch);

@@ -52,13 +52,13 @@ fn body(actor: &ActorState, frame: &Frame) -> Body {
         centre_m: centre.coords,
         radius_m: half_m.norm() * 1.1 + 0.6,
         lamps: sources.map(|source| beams::lamp(&actor.world_from_actor, source)).collect(),
+        occluder: occluder(actor, &placed.parts),
         parts: placed.parts,
-        occluder: occluder(actor),
     }
 }
 
 /// The box of a vehicle or person that stands upright.
-fn occluder(actor: &ActorState) -> Option<Occluder> {
+fn occluder(actor: &ActorState, parts: &[Placed]) -> Option<Occluder> {
     let turn = actor.world_from_actor.rotation;
     let (ahead, up) = (turn * Vec3::x(), turn * Vec3::z());
     let stands = matches!(actor.kind, ActorKind::Vehicle | ActorKind::Walker) && up.z > UPRIGHT;
@@ -68,7 +68,21 @@ fn occluder(actor: &ActorState) -> Option<Occluder> {
         let place_m = centre.coords - up * half_m.z;
         let level = ahead.xy().normalize();
         let height_m = 2.0 * half_m.z.min(half_m.x).min(half_m.y);
+        let (tall_m, colour) = (2.0 * half_m.z, mean_colour(actor.kind, parts));
         let (ahead, half_m) = ([level.x, level.y], [half_m.x, half_m.y]);
-        Occluder { place_m: place_m.into(), ahead, half_m, height_m }
+        Occluder { place_m: place_m.into(), ahead, half_m, height_m, tall_m, colour }
+    })
+}
+
+/// Mean colour of a vehicle's paint, glass and tyres, or of a person's clothes.
+fn mean_colour(kind: ActorKind, parts: &[Placed]) -> [f32; 3] {
+    let Some(part) = parts.first() else { return [0.0; 3] };
+    let [first, _, third, fourth] = part.instance.tints;
+    [0, 1, 2].map(|channel| {
+        let of = |tint: [u8; 4]| f32::from(tint[channel]) / 255.0;
+        match kind {
+            ActorKind::Walker => 0.5 * (of(third) + of(fourth)),
+            _ => 0.7 * of(first) + 0.01,
+        }
     })
 }

@@ -24,6 +24,45 @@ fn open_sky(world: vec3<f32>) -> f32 {
     return open;
 }
 
+// Where a way enters a slab around 0 and where it leaves it, in steps of the way.
+fn through(at: f32, step: f32, half: f32) -> vec2<f32> {
+    let inverse = 1.0 / select(step, 1e-5, abs(step) < 1e-5);
+    let one = (at + half) * inverse;
+    let other = (at - half) * inverse;
+    return vec2<f32>(-max(one, other), -min(one, other));
+}
+
+// What is seen of those that stand on the ground in a direction from a place on it; in the alpha, the
+// part that is seen beside and above them. They are boxes whose upper end and upright edges are soft.
+fn standing(world: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
+    let level = sqrt(max(dot(direction.xy, direction.xy), 1e-6));
+    let facing = max(-dot(direction.xy, views[view].to_light.xy) / level, 0.0);
+    let bounce = views[view].bounce.rgb;
+    let above = mix(views[view].horizon.rgb, views[view].zenith.rgb, 0.55) * 0.62 + bounce * views[view].direct.w;
+    let lit = (above + bounce) * 0.5 + views[view].direct.rgb * (facing * 0.6);
+    var seen = vec3<f32>(0.0);
+    var rest = 1.0;
+    for (var at = 0u; at < views[view].lists.w; at++) {
+        let one = occluders[views[view].lists.z + at];
+        let from_middle = world - one.place.xyz;
+        let ahead = one.ahead_half.xy;
+        let half = one.ahead_half.zw;
+        let step = vec2<f32>(dot(direction.xy, ahead), direction.y * ahead.x - direction.x * ahead.y);
+        let along = through(dot(from_middle.xy, ahead), step.x, half.x);
+        let across = through(from_middle.y * ahead.x - from_middle.x * ahead.y, step.y, half.y);
+        let enters = max(max(along.x, across.x), 0.0);
+        let leaves = min(along.y, across.y);
+        let way = (leaves - enters) * level / (0.6 * min(half.x, half.y));
+        let high = (from_middle.z + direction.z * enters) / one.colour.w;
+        let is_level = clamp(2.0 - abs(from_middle.z), 0.0, 1.0);
+        let part = clamp(way, 0.0, 1.0) * clamp((1.0 - high) / 0.35, 0.0, 1.0) * is_level;
+        let bright = mix(0.3, 1.0, clamp(high / 0.35, 0.0, 1.0));
+        seen += lit * one.colour.rgb * (bright * part * rest);
+        rest *= 1.0 - part;
+    }
+    return vec4<f32>(seen, rest);
+}
+
 fn ground(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     let normal = in.normal;
     let pattern = in.look.y;
@@ -65,7 +104,12 @@ fn ground(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     let glance = 1.0 - max(dot(normal, -direction), 0.0);
     let glance2 = glance * glance;
     let shine = (0.02 + 0.5 * glance2 * glance2 * glance) * wet;
-    let around = sky(mirrored) + streaks(in.world, mirrored) * 6.0;
+    var around = sky(mirrored);
+    if wet > 0.0 {
+        let things = standing(in.world, mirrored);
+        around = around * things.a + things.rgb;
+    }
+    around += streaks(in.world, mirrored) * 6.0;
     let colour = albedo * light.diffuse + around * shine;
     return colour;
 }

@@ -62,6 +62,8 @@ struct Occluder {
     place: vec4<f32>,
     // xy along its length, zw half of length and width.
     ahead_half: vec4<f32>,
+    // rgb mean reflectance of the sides, w height as which it is mirrored.
+    colour: vec4<f32>,
 };
 
 @group(0) @binding(4) var<storage, read> views: array<View>;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use axum::body::Bytes;
-use axum::extract::Path;
+use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -38,27 +38,43 @@ async fn splits(Path(environment): Path<String>) -> Result<Response, Response> {
     Ok(Json(splits).into_response())
 }
 
-async fn tasks(Path(environment): Path<String>, body: Bytes) -> Result<Response, Response> {
-    let asked = Asked::read(&environment, &body)?;
+async fn tasks(
+    State(face): State<Arc<Face>>,
+    Path(environment): Path<String>,
+    body: Bytes,
+) -> Result<Response, Response> {
+    let asked = Asked::read(&face, &environment, &body)?;
     let tasks: Vec<Value> = (0..asked.count()).filter_map(|index| asked.task(index)).collect();
     Ok(Json(json!({ "tasks": tasks, "env_name": ENVIRONMENT })).into_response())
 }
 
-async fn num_tasks(Path(environment): Path<String>, body: Bytes) -> Result<Response, Response> {
-    let asked = Asked::read(&environment, &body)?;
+async fn num_tasks(
+    State(face): State<Arc<Face>>,
+    Path(environment): Path<String>,
+    body: Bytes,
+) -> Result<Response, Response> {
+    let asked = Asked::read(&face, &environment, &body)?;
     Ok(Json(json!({ "num_tasks": asked.count() })).into_response())
 }
 
-async fn task(Path(environment): Path<String>, body: Bytes) -> Result<Response, Response> {
-    let asked = Asked::read(&environment, &body)?;
+async fn task(
+    State(face): State<Arc<Face>>,
+    Path(environment): Path<String>,
+    body: Bytes,
+) -> Result<Response, Response> {
+    let asked = Asked::read(&face, &environment, &body)?;
     let task = asked.index.and_then(|index| asked.task(index));
     let task =
         task.ok_or_else(|| http_errors::detail(StatusCode::BAD_REQUEST, "Invalid task index"))?;
     Ok(Json(json!({ "task": task })).into_response())
 }
 
-async fn task_range(Path(environment): Path<String>, body: Bytes) -> Result<Response, Response> {
-    let asked = Asked::read(&environment, &body)?;
+async fn task_range(
+    State(face): State<Arc<Face>>,
+    Path(environment): Path<String>,
+    body: Bytes,
+) -> Result<Response, Response> {
+    let asked = Asked::read(&face, &environment, &body)?;
     let stop = asked.stop.unwrap_or(u64::MAX).min(asked.count());
     let tasks: Vec<Value> =
         (asked.start.unwrap_or(0)..stop).filter_map(|index| asked.task(index)).collect();
@@ -67,6 +83,8 @@ async fn task_range(Path(environment): Path<String>, body: Bytes) -> Result<Resp
 
 /// What a request asks for.
 struct Asked {
+    /// Of scenarios: the built-in ones, then those of files.
+    names: Vec<String>,
     split: &'static str,
     first_seed: u64,
     seed_count: u64,
@@ -76,25 +94,31 @@ struct Asked {
 }
 
 impl Asked {
-    fn read(environment: &str, body: &Bytes) -> Result<Self, Response> {
+    fn read(face: &Face, environment: &str, body: &Bytes) -> Result<Self, Response> {
         known(environment)?;
+        let library = &face.sessions.contexts().first().library;
+        let names = NAMED.map(str::to_owned).into_iter().chain(library.names_of_files()).collect();
         let text = std::str::from_utf8(body).map_err(|_| http_errors::no_json())?;
         let Ok(Value::Object(object)) = lenient::parse(text) else {
             return Err(http_errors::no_json());
         };
-        Self::from_object(&object).map_err(|errors| {
+        Self::from_object(&object, names).map_err(|errors| {
             let errors: Vec<FieldError> =
                 errors.into_iter().map(|error| error.below("body")).collect();
             http_errors::invalid(&errors)
         })
     }
 
-    fn from_object(object: &Map<String, Value>) -> Result<Self, Vec<FieldError>> {
+    fn from_object(
+        object: &Map<String, Value>,
+        names: Vec<String>,
+    ) -> Result<Self, Vec<FieldError>> {
         let mut read = Reader::new(object);
         let name = read.optional_text("split");
         let split = SPLITS.iter().find(|(split, ..)| name.as_deref() == Some(*split));
         let (split, first_seed, seed_count) = split.copied().unwrap_or(("", 0, 0));
         let asked = Self {
+            names,
             split,
             first_seed,
             seed_count,
@@ -110,14 +134,14 @@ impl Asked {
     }
 
     fn count(&self) -> u64 {
-        self.seed_count * NAMED.len() as u64
+        self.seed_count * self.names.len() as u64
     }
 
     fn task(&self, index: u64) -> Option<Value> {
         if index >= self.count() {
             return None;
         }
-        let name = NAMED.get((index / self.seed_count) as usize)?;
+        let name = self.names.get((index / self.seed_count) as usize)?;
         let seed = self.first_seed + index % self.seed_count;
         Some(json!({
             "id": format!("{}/{name}/{seed}", self.split),
@@ -149,7 +173,8 @@ mod tests {
         let mut seeds = std::collections::BTreeMap::new();
         for (split, ..) in SPLITS {
             let asked = json!({ "split": split });
-            let asked = Asked::from_object(asked.as_object().unwrap()).unwrap();
+            let names = NAMED.map(str::to_owned).to_vec();
+            let asked = Asked::from_object(asked.as_object().unwrap(), names).unwrap();
             for index in 0..asked.count() {
                 let task = asked.task(index).unwrap();
                 assert!(ids.insert(task["id"].to_string()));

@@ -5,7 +5,7 @@ use roads::{LaneType, LaneTypes, Map, Waypoint};
 use schemas::{Pose, SplitMix64, Translation3, Vec3, level_pose};
 
 use super::lanes::Lanes;
-use super::spawn::WALKER_CENTRE_M;
+use super::spawn::{WALKER_CENTRE_M, walker_blueprint};
 use super::{Driver, Placement};
 
 /// Cars keep at least this much apart at the start, from each other and from the ego.
@@ -30,23 +30,22 @@ const CARS: [&str; 8] = [
 /// Those with blue lights.
 const EMERGENCY: [&str; 3] =
     ["vehicle.dodge.charger_police", "vehicle.dodge.charger_police_2020", "vehicle.ford.ambulance"];
-const WALKERS: u64 = 49;
 /// A parked car stands where its lane is so wide, as far before and behind its middle.
 const PARKED_WIDTH_M: f64 = 2.0;
 const PARKED_HALF_M: f64 = 4.0;
 /// A parking lane farther from a place on the road than this is another road's.
 const PARKED_BESIDE_M: f64 = 12.0;
 
-/// Up to `count` cars, the first `urgent` of them with blue lights, on free spawn points of the
-/// map, each in the world's own traffic.
+/// Up to `count` cars, the first `urgent` of them with blue lights, on spawn points of the map that
+/// are free of `others`, each in the world's own traffic.
 pub(crate) fn cars(
     lanes: Lanes<'_>,
     (count, urgent): (u32, u32),
-    ego: &Placement,
+    others: &[Placement],
     rng: &mut SplitMix64,
 ) -> Vec<Placement> {
     let mut free: Vec<_> = lanes.spawn_places().map(|place| lanes.pose(place)).collect();
-    let mut taken_m = vec![position_m(ego)];
+    let mut taken_m: Vec<Vec3> = others.iter().map(position_m).collect();
     let mut cars: Vec<Placement> = Vec::new();
     while (cars.len() as u32) < count && !free.is_empty() {
         let pose = free.swap_remove((rng.next_u64() % free.len() as u64) as usize);
@@ -70,7 +69,7 @@ pub(crate) fn parked(
     map: &Map,
     count: u32,
     (ego, others): (&Placement, &[Placement]),
-    driver: Option<Driver>,
+    driver: Option<&Driver>,
     rng: &mut SplitMix64,
 ) -> Vec<Placement> {
     let roads = map.spread_places();
@@ -88,7 +87,7 @@ pub(crate) fn parked(
         let beside = (pose.translation.vector - near_m).norm() < PARKED_BESIDE_M;
         let is_taken = taken(ego) || others.iter().chain(&found).any(taken);
         if beside && !is_taken && is_wide(map, place) && !blocked(map, at_m) {
-            found.push(car(&CARS, pose.cast(), driver, rng));
+            found.push(car(&CARS, pose.cast(), driver.cloned(), rng));
         }
     }
     found
@@ -109,8 +108,17 @@ fn car(
     driver: Option<Driver>,
     rng: &mut SplitMix64,
 ) -> Placement {
-    let blueprint = rng.choose(models).copied().unwrap_or(CARS[0]).to_owned();
+    let blueprint = one_of(models, rng);
     Placement { blueprint, world_from_actor, linear_velocity_mps: Vec3::zeros(), driver }
+}
+
+/// A car that drives anywhere.
+pub(super) fn car_blueprint(rng: &mut SplitMix64) -> String {
+    one_of(&CARS, rng)
+}
+
+fn one_of(models: &[&str], rng: &mut SplitMix64) -> String {
+    rng.choose(models).copied().unwrap_or(CARS[0]).to_owned()
 }
 
 /// Somewhere along a road, not only beside the spawn points themselves.
@@ -123,7 +131,7 @@ pub(crate) fn pedestrians(
     map: &Map,
     count: u32,
     others: &[Placement],
-    driver: Option<Driver>,
+    driver: Option<&Driver>,
     rng: &mut SplitMix64,
 ) -> Vec<Placement> {
     let roads: Vec<_> = map.spread_places().to_vec();
@@ -149,10 +157,10 @@ pub(crate) fn pedestrians(
             }
             let yaw_rad = (rng.next_u64() % 360) as f32 * std::f32::consts::PI / 180.0;
             found.push(Placement {
-                blueprint: format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKERS),
+                blueprint: walker_blueprint(rng),
                 world_from_actor: level_pose(at_m, yaw_rad),
                 linear_velocity_mps: Vec3::zeros(),
-                driver,
+                driver: driver.cloned(),
             });
             break;
         }

@@ -1,5 +1,7 @@
 //! Free roam: drive to a goal somewhere on the map, with as much other traffic as asked for.
 
+use std::slice;
+
 use schemas::carla::mirror_y;
 use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
@@ -96,7 +98,7 @@ impl Parked {
         ("open_door", Self::OpenDoor),
     ];
 
-    const fn driver(self) -> Option<Driver> {
+    fn driver(self) -> Option<Driver> {
         match self {
             Self::Standing => None,
             Self::PullingOut => Some(Driver::Traffic),
@@ -247,13 +249,16 @@ impl Scenario for FreeRoam {
         let (weather, weather_name) = self.common.weather.resolve(&mut rng);
         let ego = site.ego(&self.common);
         let urgent = self.emergency_vehicles;
-        let mut others = crowd::cars(lanes, (self.vehicles + urgent, urgent), &ego, &mut rng);
+        let mut others =
+            crowd::cars(lanes, (self.vehicles + urgent, urgent), slice::from_ref(&ego), &mut rng);
         let spawned_vehicles = others.len();
         let drives = self.parked_behavior.driver();
-        let parked = crowd::parked(map, self.parked_cars, (&ego, &others), drives, &mut rng);
+        let parked =
+            crowd::parked(map, self.parked_cars, (&ego, &others), drives.as_ref(), &mut rng);
         let spawned_parked = parked.len();
         others.extend(parked);
-        let on_foot = crowd::pedestrians(map, self.pedestrians, &others, self.walk(), &mut rng);
+        let walk = self.walk();
+        let on_foot = crowd::pedestrians(map, self.pedestrians, &others, walk.as_ref(), &mut rng);
         let spawned_pedestrians = on_foot.len();
         others.extend(on_foot);
         let total_m = (goal_m - site.world_from_ego.translation.vector).xy().norm();

@@ -49,6 +49,13 @@ impl<'m> Lanes<'m> {
         ways.into_iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))
     }
 
+    /// The place this far back along the lane; the straightest of several ways at a junction.
+    pub(crate) fn behind(self, place: Place, distance_m: f64) -> Option<Place> {
+        let turn = |there: &Place| self.turn_rad(place, *there).abs();
+        let ways = self.map.previous(&place, distance_m);
+        ways.into_iter().min_by(|a, b| turn(a).total_cmp(&turn(b)))
+    }
+
     /// How much the lane's direction differs between two places, from -π to π, positive to the
     /// left.
     pub(crate) fn turn_rad(self, from: Place, to: Place) -> f64 {

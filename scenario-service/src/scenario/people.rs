@@ -192,7 +192,8 @@ impl People {
         self.episode.trigger_m = trigger_m;
         self.episode.returns = (self.kind == Kind::Hesitates).then_some(returns);
         let mut walker = crossing.walker(lanes, 0.0, side.sign_right() * begin_m, rng);
-        walker.driver = Some(Driver::Follows { stages, within_m: trigger_m as f32 });
+        let (stages, within_m) = (stages.to_vec(), trigger_m as f32);
+        walker.driver = Some(Driver::Follows { stages, within_m });
         Some(vec![walker])
     }
 
@@ -225,7 +226,7 @@ impl People {
                 wait_secs,
             };
             let wait_secs = ROW_SECS * row as f32 + LATER_SECS * share(rng);
-            let stages = [stage(begin_m, wait_secs), stage(end_m, 0.0)];
+            let stages = vec![stage(begin_m, wait_secs), stage(end_m, 0.0)];
             let mut walker = crossing.walker(lanes, along_m, begin_m, rng);
             walker.driver = Some(Driver::Follows { stages, within_m: trigger_m as f32 });
             people.push(walker);

@@ -147,6 +147,11 @@ pub(crate) enum Facing {
     Along,
 }
 
+/// Somebody on foot.
+pub(super) fn walker_blueprint(rng: &mut SplitMix64) -> String {
+    format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKER_BLUEPRINTS)
+}
+
 /// A pedestrian beside the middle of a lane, `right_m` to the right of it.
 pub(crate) fn walker(
     lanes: Lanes<'_>,
@@ -160,7 +165,7 @@ pub(crate) fn walker(
     let lane_from_walker = Translation3::new(0.0, -right_m as f32, WALKER_CENTRE_M);
     let position_m = (lanes.pose(at) * lane_from_walker).translation.vector;
     Placement {
-        blueprint: format!("walker.pedestrian.{:04}", 1 + rng.next_u64() % WALKER_BLUEPRINTS),
+        blueprint: walker_blueprint(rng),
         world_from_actor: level_pose(position_m, yaw_rad),
         linear_velocity_mps: Vec3::zeros(),
         driver: None,

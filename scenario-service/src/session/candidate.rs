@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use super::{ResetRequest, Session};
-use crate::scenario::{Overrides, Scenario, ScenarioError, registry};
+use crate::scenario::{Overrides, Scenario, ScenarioError};
 
 /// A scenario with its settings, before it is drawn.
 pub(super) struct Candidate {
@@ -22,13 +22,15 @@ impl Session {
         let profile = overrides.profile(present.profile)?;
         let from_defaults = overrides.flag("reset_defaults")?;
         let origin = Origin::of(&mut overrides)?;
-        let rebuild = other_name.is_some() || from_defaults || profile != present.profile;
+        let library = &self.context.library;
+        let file_changed = asked_name.is_some()
+            && other_name.is_none()
+            && library.has_changed(&self.built_from, self.scenario.as_ref())?;
+        let rebuild =
+            other_name.is_some() || from_defaults || profile != present.profile || file_changed;
         let built_from = other_name.unwrap_or(&self.built_from).to_owned();
-        let mut scenario = if rebuild {
-            registry::build(&built_from, profile)?
-        } else {
-            self.scenario.clone_box()
-        };
+        let mut scenario =
+            if rebuild { library.build(&built_from, profile)? } else { self.scenario.clone_box() };
         scenario.common_mut().configure(&mut overrides)?;
         scenario.configure(&mut overrides)?;
         Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored(), origin })

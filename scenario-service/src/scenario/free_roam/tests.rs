@@ -108,9 +108,9 @@ fn people_walk_unless_they_are_told_to_stand_or_the_profile_is_literal() {
         let mut overrides = Overrides::new(config.as_object().unwrap());
         scenario.configure(&mut overrides).unwrap();
         let spec = scenario.reset(5, &testing::map()).unwrap();
-        let drivers: Vec<_> = spec.others.iter().map(|other| other.driver).collect();
+        let drivers: Vec<_> = spec.others.iter().map(|other| other.driver.clone()).collect();
         assert!(drivers.windows(2).all(|pair| pair[0] == pair[1]));
-        (drivers[0], spec.signals)
+        (drivers[0].clone(), spec.signals)
     };
     let walks = |crossing_share| Some(Driver::Walks { speed_mps: 1.4, crossing_share });
     assert_eq!(walkers(json!({}), Profile::Documented), (walks(0.0), true));

@@ -9,8 +9,8 @@ fn begun(kind: Kind, seed: u64) -> (People, WorldSpec) {
 }
 
 fn follows(placement: &Placement) -> ([WalkerStage; 2], f32) {
-    match placement.driver {
-        Some(Driver::Follows { stages, within_m }) => (stages, within_m),
+    match &placement.driver {
+        Some(Driver::Follows { stages, within_m }) => ([stages[0], stages[1]], *within_m),
         other => panic!("{other:?}"),
     }
 }

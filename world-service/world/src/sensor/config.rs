@@ -8,8 +8,11 @@ use schemas::{Attribute, Error, ErrorCode};
 
 /// Longest distance a sensor may look.
 pub(super) const RANGE_M_MAX: f32 = 10_000.0;
-/// Points of one sensor in a second, so that those of one tick fit into a reply.
-pub(super) const POINTS_PER_SECOND_MAX: u32 = 10_000_000;
+/// Points that one sensor may be asked for in a second.
+pub(super) const POINTS_PER_SECOND_MAX: u32 = 100_000_000;
+/// Points that one sensor measures in a tick however many it is asked for, so that they fit into
+/// a reply with those of others.
+pub(super) const POINTS_PER_TICK_MAX: u32 = 1_000_000;
 /// Largest noise or bias, in the unit of the measurement.
 pub(super) const NOISE_MAX: f64 = 1.0e6;
 

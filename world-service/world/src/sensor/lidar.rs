@@ -9,7 +9,7 @@ use nalgebra::ComplexField;
 use schemas::{Error, LidarPoint, Measurement, Scan, SemanticLidarPoint, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::config::{POINTS_PER_SECOND_MAX, RANGE_M_MAX, Settings};
+use super::config::{POINTS_PER_SECOND_MAX, POINTS_PER_TICK_MAX, RANGE_M_MAX, Settings};
 use super::mount::{Mount, Surroundings};
 use super::noise::Noise;
 use crate::rays::{Hit, Packet, RAYS, Ray, Stacks};
@@ -158,7 +158,8 @@ impl Beams {
         mut point: impl FnMut(Vec3, &mut dyn FnMut() -> Option<Hit>) -> Option<Point>,
     ) -> Scan<Point> {
         let points = f64::from(self.points_per_second) * around.dt_secs / f64::from(self.channels);
-        let azimuths = self.turn(points.round() as u32, around.dt_secs);
+        let points_max = POINTS_PER_TICK_MAX / self.channels;
+        let azimuths = self.turn((points.round() as u32).min(points_max), around.dt_secs);
         let step_rad = self.way_rad(around.dt_secs) / azimuths.len() as f64;
         let is_dense = step_rad * RAYS as f64 <= PACKET_RAD_MAX;
         let scene = around.sight.scene();

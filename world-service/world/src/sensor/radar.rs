@@ -8,7 +8,7 @@ use nalgebra::{ComplexField, RealField};
 use schemas::{Error, Measurement, RadarDetection, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::config::{POINTS_PER_SECOND_MAX, RANGE_M_MAX, Settings};
+use super::config::{POINTS_PER_SECOND_MAX, POINTS_PER_TICK_MAX, RANGE_M_MAX, Settings};
 use super::mount::{Mount, Surroundings};
 use super::noise::Noise;
 use crate::rays::{Ray, Stack};
@@ -52,6 +52,7 @@ impl Radar {
         let mut stack = Stack::new();
         // A small term, as 1,500 a second in 0.02 s are 30 and not 29.999….
         let rays = (f64::from(self.points_per_second) * around.dt_secs + 1.0e-6) as u32;
+        let rays = rays.min(POINTS_PER_TICK_MAX);
         let echoes = (0..rays).filter_map(|_| {
             let direction = self.direction(noise);
             let pose = &mount.world_from_sensor;

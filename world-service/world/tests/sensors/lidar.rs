@@ -84,6 +84,21 @@ fn points_lie_on_the_road_the_wall_and_the_car_and_say_which() {
     assert!(rear > 20 && roof > 5, "{rear} {roof}");
 }
 
+/// As collectors of boxes ask for it, who count the points of each actor.
+#[test]
+fn a_dense_lidar_has_its_points_up_to_a_million_a_tick() {
+    for (points_per_second, of_a_channel) in [("17920000", 875), ("100000000", 976)] {
+        let mut world = world();
+        let dense = [("channels", "1024"), ("points_per_second", points_per_second)];
+        let attributes = [&dense[..], &DOWNWARD[2..]].concat();
+        let lidar = sensor(&mut world, SEMANTIC, None, place(580.0), &attributes);
+        run(&mut world, 1);
+        let scan = semantic_scan(&world, lidar);
+        assert_eq!(scan.points_per_channel, vec![of_a_channel; 1_024]);
+        assert_eq!(scan.points.len(), 1_024 * of_a_channel as usize);
+    }
+}
+
 #[test]
 fn an_ignored_car_lets_the_rays_of_that_sensor_through_until_another_list_comes() {
     let mut world = world();
