@@ -14,6 +14,7 @@ it is named. Up to `FLAKY_MOST` of them count as passed, more as failed.
 from __future__ import annotations
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -45,6 +46,10 @@ def is_installed(package: str) -> bool:
     return any((one / "site-packages" / package).exists() for one in environments)
 
 
+def has_python_of_ue5() -> bool:
+    return (Path.home() / ".cache" / "causeway" / "venv/lib/python3.11").is_dir()
+
+
 def has_no_engine() -> bool:
     return shutil.which("docker") is None or bool(
         subprocess.run(["docker", "info"], capture_output=True, check=False).returncode
@@ -63,6 +68,9 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no address but the loopback": has_no_other_address,
     r"no container engine": has_no_engine,
     r"Stable-Baselines3 needs torch": lambda: not is_installed("stable_baselines3"),
+    r"no wheel of carla-ue5-api": lambda: (
+        platform.machine() != "x86_64" or not has_python_of_ue5()
+    ),
     r"PufferLib wants numpy below 2": lambda: not is_installed("pufferlib"),
     r"no kubectl$": lambda: shutil.which("kubectl") is None,
     r"no kubectl that knows components": lambda: shutil.which("kubectl") is not None,

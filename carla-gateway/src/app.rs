@@ -111,7 +111,8 @@ async fn open(config: &Config, endpoint: &EndpointConfig) -> Result<Sockets, Run
     let ports = endpoint.ports;
     let (calls, streams) = (listen(ports.calls).await?, listen(ports.streams).await?);
     let address = SocketAddr::new(config.host, ports.calls);
-    tracing::info!(%address, tenant = %endpoint.tenant, "CARLA clients may connect");
+    let (tenant, version) = (&endpoint.tenant, endpoint.version.name());
+    tracing::info!(%address, %tenant, version, "CARLA clients may connect");
     Ok(Sockets { endpoint: endpoint.clone(), calls, streams })
 }
 
@@ -155,7 +156,7 @@ async fn gateway(
         let endpoint = Endpoint::new(
             Arc::clone(site),
             Arc::clone(maps),
-            config.world_of(tenant, allowance.clone()),
+            config.world_of(&own, allowance.clone()),
             own.ports,
             runtime::Handle::current(),
             (figures.streams.clone(), figures.worlds.clone()),
@@ -248,7 +249,7 @@ async fn attend(
     let calls = entrance(calls, Seats::new(rpc::CONNECTIONS_MAX));
     tokio::spawn(stream::serve(streams, Arc::clone(&endpoint.hub)));
     tokio::spawn(rpc::serve(calls, events));
-    let lobby = Lobby::new(endpoint.config.pacing, Instant::now());
+    let lobby = Lobby::new(endpoint.config.pacing, endpoint.config.version, Instant::now());
     let server = Server::new(lobby, told, endpoint.stream_port, late_comers, figures);
     server.run(endpoint).await;
     Ok(())

@@ -6,22 +6,30 @@ use blueprints::{AttributeKind, Blueprint};
 use schemas::{ActorDescription as Described, Attribute};
 
 use crate::dialect::{Actor, ActorAttribute, ActorDefinition, ActorDescription, AttributeValue};
-use crate::dialect::{BoundingBox, Location, Rotation, Vector3D};
+use crate::dialect::{BoundingBox, ClientVersion, Location, Rotation, Vector3D};
 use crate::rpc::Refusal;
 
-/// Every listed blueprint, encoded once: the answer is the same for all.
-pub(crate) fn definitions() -> &'static [ActorDefinition] {
-    static ALL: LazyLock<Vec<ActorDefinition>> = LazyLock::new(|| {
-        let numbered = (1..).zip(blueprints::all());
-        numbered.filter(|(_, blueprint)| blueprint.listed).map(definition).collect()
-    });
-    &ALL
+/// Every listed blueprint that clients of a version know; made once.
+pub(crate) fn definitions(version: ClientVersion) -> &'static [ActorDefinition] {
+    static OLD: LazyLock<Vec<ActorDefinition>> = LazyLock::new(|| listed(ClientVersion::V0_9));
+    static NEW: LazyLock<Vec<ActorDefinition>> = LazyLock::new(|| listed(ClientVersion::V0_10));
+    match version {
+        ClientVersion::V0_9 => &OLD,
+        ClientVersion::V0_10 => &NEW,
+    }
 }
 
-fn definition((uid, blueprint): (u32, &Blueprint)) -> ActorDefinition {
+fn listed(version: ClientVersion) -> Vec<ActorDefinition> {
+    let is_listed = |blueprint: &Blueprint| blueprint.listed && version.knows(&blueprint.id);
+    let numbered = (1..).zip(blueprints::all());
+    let listed = numbered.filter(|(_, blueprint)| is_listed(blueprint));
+    listed.map(|(uid, blueprint)| definition(uid, blueprint, version)).collect()
+}
+
+fn definition(uid: u32, blueprint: &Blueprint, version: ClientVersion) -> ActorDefinition {
     let attribute = |attribute: &blueprints::Attribute| ActorAttribute {
         id: attribute.id.to_owned(),
-        kind: kind_index(attribute.kind),
+        kind: version.attribute_kind(attribute.kind),
         value: attribute.value.clone(),
         recommended_values: attribute.recommended.clone(),
         is_modifiable: attribute.is_modifiable,
@@ -35,15 +43,10 @@ fn definition((uid, blueprint): (u32, &Blueprint)) -> ActorDefinition {
     }
 }
 
-/// CARLA's number of a kind; counted from one.
-fn kind_index(kind: AttributeKind) -> u8 {
-    match kind {
-        AttributeKind::Bool => 1,
-        AttributeKind::Int => 2,
-        AttributeKind::Float => 3,
-        AttributeKind::String => 4,
-        AttributeKind::Colour => 5,
-    }
+/// The number that recordings have for the kind of an attribute: that of 0.9.16, whoever gave it.
+pub(crate) fn recorded_kind(type_id: &str, attribute: &str) -> u8 {
+    let known = blueprints::find(type_id).and_then(|blueprint| blueprint.attribute(attribute));
+    ClientVersion::V0_9.attribute_kind(known.map_or(AttributeKind::String, |known| known.kind))
 }
 
 fn uid_of(blueprint: &Blueprint) -> u32 {
@@ -86,7 +89,7 @@ pub(crate) fn order(
 }
 
 /// An actor as clients cache it, without its stream: what it was given, and defaults for the rest.
-pub(crate) fn actor(described: &Described) -> Actor {
+pub(crate) fn actor(described: &Described, version: ClientVersion) -> Actor {
     let blueprint = blueprints::find(&described.blueprint);
     let id = described.id.into();
     Actor {
@@ -95,7 +98,7 @@ pub(crate) fn actor(described: &Described) -> Actor {
         description: ActorDescription {
             uid: blueprint.map_or(0, uid_of),
             type_id: described.blueprint.clone(),
-            attributes: attributes(blueprint, &described.attributes),
+            attributes: attributes(blueprint, &described.attributes, version),
         },
         bounding_box: BoundingBox {
             location: Location::of(described.box_centre_m),
@@ -108,18 +111,22 @@ pub(crate) fn actor(described: &Described) -> Actor {
     }
 }
 
-fn attributes(blueprint: Option<&Blueprint>, given: &[Attribute]) -> Vec<AttributeValue> {
+fn attributes(
+    blueprint: Option<&Blueprint>,
+    given: &[Attribute],
+    version: ClientVersion,
+) -> Vec<AttributeValue> {
     let known = blueprint.map_or(&[][..], |blueprint| &blueprint.attributes);
     let value_of = |id: &str| given.iter().find(|attribute| attribute.id == id);
     let of_blueprint = known.iter().map(|attribute| AttributeValue {
         id: attribute.id.to_owned(),
-        kind: kind_index(attribute.kind),
+        kind: version.attribute_kind(attribute.kind),
         value: value_of(attribute.id).map_or(&attribute.value, |given| &given.value).clone(),
     });
     let is_known = |attribute: &&Attribute| known.iter().any(|other| other.id == attribute.id);
     let further = given.iter().filter(|attribute| !is_known(attribute)).map(|attribute| {
         let (id, value) = (attribute.id.clone(), attribute.value.clone());
-        AttributeValue { id, kind: kind_index(AttributeKind::String), value }
+        AttributeValue { id, kind: version.attribute_kind(AttributeKind::String), value }
     });
     of_blueprint.chain(further).collect()
 }
@@ -178,7 +185,7 @@ mod tests {
 
     #[test]
     fn every_value_parses_by_its_kind_or_the_client_refuses_the_library() {
-        for definition in definitions() {
+        for definition in definitions(ClientVersion::V0_9) {
             let blueprint = blueprints::find(&definition.id).unwrap();
             for attribute in &blueprint.attributes {
                 assert!(
@@ -189,6 +196,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn clients_of_0_10_count_kinds_from_zero_and_know_fewer_sensors() {
+        let [old, new] = [ClientVersion::V0_9, ClientVersion::V0_10].map(definitions);
+        assert_eq!(old.len() - new.len(), 3);
+        for told in new {
+            let same = old.iter().find(|definition| definition.id == told.id).unwrap();
+            assert_eq!(same.uid, told.uid);
+            for (told, same) in told.attributes.iter().zip(&same.attributes) {
+                assert_eq!((&told.id, told.kind + 1), (&same.id, same.kind));
+            }
+        }
+        assert_eq!(recorded_kind("vehicle.lincoln.mkz", "number_of_wheels"), 2);
+        assert_eq!(recorded_kind("vehicle.lincoln.mkz", "unheard_of"), 4);
     }
 
     #[test]

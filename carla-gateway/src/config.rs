@@ -12,6 +12,7 @@ use schemas::{Lease, ServiceId, ServiceKind, Tenant};
 use worlds::Budget;
 
 use crate::allowance::Allowance;
+use crate::dialect::ClientVersion;
 use crate::guests::Allowed;
 use crate::recorder::RecordingFolder;
 pub use endpoints::PortOfTenant;
@@ -22,7 +23,7 @@ const FPS: f64 = 30.0;
 /// Most ticks per second in asynchronous mode.
 const FPS_MAX: f64 = 1_000.0;
 
-/// Lets clients of CARLA 0.9.16 drive worlds.
+/// Lets clients of CARLA 0.9.16 and 0.10.0 drive worlds.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
     /// Addresses of the bus; without them CARLA_HOST names the host
@@ -32,12 +33,13 @@ pub struct Args {
     /// Certificates.
     #[command(flatten)]
     pub identity: IdentityArgs,
-    /// Ports of CARLA endpoints, each a world of its own, with its owner if that is not --tenant
+    /// Ports of CARLA endpoints, each a world of its own, with the version of its clients, 0.10 if
+    /// that is not 0.9, and its owner if that is not --tenant
     #[arg(
         long,
         visible_alias = "endpoint",
         env = "CARLA_PORT",
-        value_name = "PORT[=TENANT]",
+        value_name = "PORT[@VERSION][=TENANT]",
         default_value = "2000",
         value_delimiter = ','
     )]
@@ -136,7 +138,7 @@ pub struct Config {
     pub(crate) tenant: Tenant,
     /// Says how much tenants may use.
     pub(crate) tokens: Option<PathBuf>,
-    /// With the recordings of no tenant; see [`Config::world_of`].
+    /// Of no endpoint; see [`Config::world_of`].
     world: WorldConfig,
     recordings: PathBuf,
     /// Whether clients may name files anywhere.
@@ -146,6 +148,7 @@ pub struct Config {
 /// How worlds of an endpoint are made and run.
 #[derive(Clone, Debug)]
 pub(crate) struct WorldConfig {
+    pub(crate) version: ClientVersion,
     pub(crate) map: String,
     pub(crate) seed: u64,
     pub(crate) tyres: Tyres,
@@ -224,6 +227,7 @@ impl Config {
             tenant: args.tenant.clone(),
             tokens: args.tokens.clone(),
             world: WorldConfig {
+                version: ClientVersion::default(),
                 map: args.map.clone(),
                 seed: args.seed,
                 tyres: args.tyres,
@@ -245,10 +249,11 @@ impl Config {
         Arc::clone(&self.world.recovery)
     }
 
-    /// How worlds of an endpoint of a tenant are made, with a folder for its recordings.
-    pub(crate) fn world_of(&self, tenant: &Tenant, allowance: Allowance) -> WorldConfig {
+    /// How worlds of an endpoint are made, with a folder for its tenant's recordings.
+    pub(crate) fn world_of(&self, endpoint: &EndpointConfig, allowance: Allowance) -> WorldConfig {
+        let (tenant, version) = (&endpoint.tenant, endpoint.version);
         let recordings =
             RecordingFolder::new(self.recordings.join(tenant.as_str()), self.takes_paths);
-        WorldConfig { recordings, allowance, ..self.world.clone() }
+        WorldConfig { version, recordings, allowance, ..self.world.clone() }
     }
 }

@@ -137,7 +137,7 @@ impl Endpoint {
         workers: runtime::Handle,
         (streams, figures): (StreamFigures, WorldFigures),
     ) -> Self {
-        let hub = Arc::new(Hub::counting(streams));
+        let hub = Arc::new(Hub::counting(streams).serving(config.version));
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
         let keep = Keep::new(Arc::clone(&config.recovery));

@@ -10,7 +10,7 @@ use schemas::{
 };
 
 use crate::catalogue;
-use crate::dialect::{Actor, ActorRef};
+use crate::dialect::{Actor, ActorRef, ClientVersion};
 use crate::navigation::Navigation;
 use crate::pictures::{Film, TextureId};
 use crate::rpc::Refusal;
@@ -24,6 +24,7 @@ const GONE_MAX: usize = 256;
 
 /// One episode.
 pub(crate) struct Episode {
+    version: ClientVersion,
     pub(crate) world: WorldId,
     pub(crate) map: Arc<roads::Map>,
     /// For walkers.
@@ -70,9 +71,11 @@ impl Episode {
         map: Arc<roads::Map>,
         map_name: String,
         frame: SharedFrame,
+        version: ClientVersion,
     ) -> Self {
         let navigation = Arc::new(Navigation::new(Arc::clone(&map)));
         Self {
+            version,
             world,
             map,
             navigation,
@@ -113,10 +116,10 @@ impl Episode {
         next_stream: StreamId,
         stream_port: u16,
     ) -> Option<StreamId> {
-        let mut actor = catalogue::actor(described);
+        let mut actor = catalogue::actor(described, self.version);
         let id = described.id;
         let mut opened = None;
-        if catalogue::has_stream(&described.blueprint) {
+        if catalogue::has_stream(&described.blueprint) && self.version.knows(&described.blueprint) {
             let stream = *self.stream_of_actor.entry(id).or_insert_with(|| {
                 opened = Some(next_stream);
                 next_stream

@@ -1,4 +1,4 @@
-//! The CARLA gateway: lets the official client of CARLA 0.9.16 drive worlds on the bus.
+//! The CARLA gateway: lets the official clients of CARLA 0.9.16 and 0.10.0 drive worlds on the bus.
 //!
 //! - `rpc` and `stream` are the two channels of CARLA's protocol, without meaning.
 //! - `dialect` is its messages as types; `snapshot`, `sensors` and `pictures` are the payloads of
@@ -44,6 +44,7 @@ mod whereabouts;
 
 pub use app::{RunError, run};
 pub use config::{Args, Config, ConfigError, PortOfTenant, Tyres};
+pub use dialect::ClientVersion;
 pub use guests::Allowed;
 pub use launcher::{Flags, Translated, translate};
 pub use recorder::local_date;

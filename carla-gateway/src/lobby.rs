@@ -24,7 +24,7 @@ use std::collections::{BTreeMap, VecDeque};
 use tokio::time::Instant;
 
 use crate::config::Pacing;
-use crate::dialect::EpisodeSettings;
+use crate::dialect::{ClientVersion, EpisodeSettings};
 use crate::rpc::{Answer, ConnectionId, Payload, Ticket};
 use crate::whereabouts::Whereabouts;
 use changeover::Phase;
@@ -36,8 +36,6 @@ use pace::{Pace, QUIET_AFTER_LOAD};
 use participants::Participants;
 use turn::{Purpose, UnderWay, Waiting};
 
-/// The client whose protocol this is.
-const VERSION: &str = "0.9.16";
 /// The call that loads a world.
 const LOAD: &str = "load_new_episode";
 /// Calls, and late answers, that may wait; clients that send more are read more slowly.
@@ -46,6 +44,7 @@ pub(crate) const CALLS_MAX: usize = 1_024;
 /// Clients of one endpoint, and what they wait for.
 #[derive(Debug)]
 pub(crate) struct Lobby {
+    pub(crate) version: ClientVersion,
     clients: BTreeMap<ConnectionId, Whereabouts>,
     newest_client: Option<ConnectionId>,
     managers: TrafficManagers,
@@ -66,9 +65,10 @@ pub(crate) struct Lobby {
 
 impl Lobby {
     /// Nobody is here.
-    pub(crate) fn new(pacing: Pacing, now: Instant) -> Self {
+    pub(crate) fn new(pacing: Pacing, version: ClientVersion, now: Instant) -> Self {
         let Pacing { period, sync_lease, clock_lease } = pacing;
         Self {
+            version,
             clients: BTreeMap::new(),
             newest_client: None,
             managers: TrafficManagers::default(),
@@ -140,7 +140,7 @@ impl Lobby {
         let Call { ticket, request, prepared } = call;
         let client = ticket.client;
         match request.method.as_str() {
-            "version" => acts.push(Do::Answer(ticket, Payload::value(VERSION))),
+            "version" => acts.push(Do::Answer(ticket, Payload::value(self.version.name()))),
             "get_episode_settings" => {
                 self.managers.note_read(client);
                 for read in self.phase.note_read(ticket, now) {

@@ -1,6 +1,7 @@
 //! One CARLA server: connections tell the lobby what clients want, and the endpoint does what the
 //! lobby says, one thing at a time. The lobby listens while that is under way.
 
+mod first_steps;
 mod late_comers;
 mod waking;
 
@@ -17,6 +18,7 @@ use crate::figures::Figures;
 use crate::lobby::{Again, Call, Do, Event, Job, Lobby, Report, Task};
 use crate::rpc::{self, Answer, ConnectionId, Outbox, Payload, Refusal, Ticket};
 
+use first_steps::FirstSteps;
 pub(crate) use late_comers::LateComers;
 
 /// What connections tell may wait so far; clients that send more are read more slowly.
@@ -32,6 +34,7 @@ pub(crate) struct Server {
     /// Where streams are served.
     stream_port: u16,
     late_comers: LateComers,
+    first_steps: FirstSteps,
     figures: Figures,
     /// Clients that the figures know of.
     counted: usize,
@@ -48,7 +51,18 @@ impl Server {
     ) -> Self {
         let again = mpsc::channel(EVENTS_MAX);
         let (outboxes, counted) = (BTreeMap::new(), 0);
-        Self { lobby, told, again, outboxes, stream_port, late_comers, figures, counted }
+        let first_steps = FirstSteps::default();
+        Self {
+            lobby,
+            told,
+            again,
+            outboxes,
+            stream_port,
+            late_comers,
+            first_steps,
+            figures,
+            counted,
+        }
     }
 
     /// Serves until nobody can connect any more.
@@ -117,6 +131,7 @@ impl Server {
                 (!is_late).then_some(Event::Connected(client, whereabouts))
             }
             rpc::Event::Called(ticket, request) => {
+                self.first_steps.note_call(ticket.client, &request.method);
                 let Some(refusal) = self.late_comers.refusal_of(ticket.client) else {
                     return Some(Event::Called(Call { ticket, request, prepared: None }));
                 };
@@ -125,10 +140,24 @@ impl Server {
             }
             rpc::Event::Disconnected(client) => {
                 self.outboxes.remove(&client);
+                if self.first_steps.note_end(client) {
+                    self.tell_other_version();
+                }
                 let was_late = self.late_comers.forget(client);
                 (!was_late).then_some(Event::Disconnected(client))
             }
         }
+    }
+
+    /// Says what may have ended a client on the way to its world.
+    fn tell_other_version(&self) {
+        let (own, other) = (self.lobby.version, self.lobby.version.other());
+        tracing::warn!(
+            "a client ended before it had its world: this endpoint is for clients of CARLA {}, and \
+             those of {} end here; give them one of their own, PORT@{other}",
+            own.name(),
+            other.name()
+        );
     }
 
     /// Does what the lobby says about an event; gives the job that it begins.
@@ -199,6 +228,8 @@ impl Server {
         self.figures.note_answer(answer);
         if let (Err(refusal), true) = (answer, ticket.asynchronous) {
             tracing::debug!(call = ticket.id, %refusal, "a call nobody waits for");
+        } else if let (Err(refusal), false) = (answer, self.lobby.version.tells_refusals()) {
+            tracing::info!(%refusal, "a call is refused, and its client cannot say why");
         }
         if let Some(outbox) = self.outboxes.get(&ticket.client) {
             outbox.answer(ticket, answer);

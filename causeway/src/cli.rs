@@ -34,7 +34,7 @@ enum Command {
     Render(Watched<render_service::Args>),
     /// Run a scenario service with its HTTP and WebSocket face alone.
     Scenario(Box<Watched<scenario_service::Args>>),
-    /// Run a CARLA gateway alone: clients of CARLA 0.9.16 connect to it.
+    /// Run a CARLA gateway alone: clients of CARLA connect to it.
     Gateway(Box<Watched<carla_gateway::Args>>),
     /// Run batches of worlds for programs that train or evaluate drivers, without a bus.
     Rollout(rollout_service::Args),

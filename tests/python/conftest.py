@@ -1,6 +1,7 @@
 """Sites and clients that the tests share."""
 
 import os
+import platform
 import subprocess
 import sys
 import tempfile
@@ -62,10 +63,8 @@ def start_site(tmp_path):
         stop(site)
 
 
-@pytest.fixture(scope="session")
-def old_client():
-    """Folder with the client generation before `openenv`, which has the same module names."""
-    wanted = "openenv-core==0.3.0"
+def folder_of(wanted: str) -> Path:
+    """Folder with a package alone whose modules have the names of others that are installed."""
     folder = CACHE / wanted.replace("==", "-")
     if not folder.exists():
         CACHE.mkdir(parents=True, exist_ok=True)
@@ -80,6 +79,20 @@ def old_client():
             )
             os.rename(f"{fresh}/client", folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def old_client():
+    """Folder with the client generation before `openenv`, which has the same module names."""
+    return folder_of("openenv-core==0.3.0")
+
+
+@pytest.fixture(scope="session")
+def ue5_client():
+    """Folder with CARLA's client of Unreal Engine 5, which has the same module name."""
+    if sys.version_info[:2] != (3, 11) or platform.machine() != "x86_64":
+        pytest.skip("no wheel of carla-ue5-api: there is one for Python 3.11 on x86-64")
+    return folder_of("carla-ue5-api==0.10.0")
 
 
 @pytest.fixture(scope="session")

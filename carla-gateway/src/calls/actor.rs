@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use schemas::{ActorId, Attachment, AttachmentKind, BodyCommand, BodySwitch, Command};
 use schemas::{Error, ErrorCode, Vec3};
+use serde::Deserialize;
 
 use super::{orders, parts};
 use crate::allowance::Room;
 use crate::catalogue;
 use crate::dialect::{Actor, ActorDescription, ActorRef, BoundingBox, Transform, Vector3D};
 use crate::endpoint::{Endpoint, check_camera};
-use crate::rpc::{Answer, Payload, Refusal, Request};
+use crate::rpc::{Answer, Meta, Payload, Refusal, Request};
 
 /// An actor of its own.
 pub(super) async fn spawn(
@@ -21,19 +22,39 @@ pub(super) async fn spawn(
     spawn_at(endpoint, &description, &transform, None).await
 }
 
-/// An actor that hangs on another.
-pub(super) async fn spawn_on(
-    endpoint: &mut Endpoint,
+/// The arguments for an actor that hangs on another.
+#[derive(Deserialize)]
+pub(super) struct SpawnOn {
+    #[expect(dead_code, reason = "read before the arguments")]
+    meta: Meta,
     description: ActorDescription,
     transform: Transform,
     parent: ActorRef,
     attachment: u8,
+    /// Clients of 0.10 name none.
+    #[serde(default)]
     socket: String,
-) -> Result<Actor, Refusal> {
+}
+
+/// An actor that hangs on another.
+pub(super) async fn spawn_on(endpoint: &mut Endpoint, wanted: SpawnOn) -> Result<Actor, Refusal> {
+    let SpawnOn { description, transform, parent, attachment, socket, .. } = wanted;
     let attachment =
         Attachment { parent: self::parent(parent)?, kind: attachment_kind(attachment) };
     let at = parts::on_socket(endpoint.episode()?, attachment.parent, &socket, &transform);
     spawn_at(endpoint, &description, &at, Some(attachment)).await
+}
+
+/// What an actor is called: CARLA's names of objects and classes are those of its own files.
+pub(super) fn name(endpoint: &mut Endpoint, id: ActorRef) -> Result<String, Refusal> {
+    Ok(format!("{}_{id}", class_name(endpoint, id)?))
+}
+
+/// What an actor is made from.
+pub(super) fn class_name(endpoint: &mut Endpoint, id: ActorRef) -> Result<String, Refusal> {
+    let episode = endpoint.episode()?;
+    let known = id.id().and_then(|id| episode.actor(id));
+    known.map(|actor| actor.description.type_id.clone()).ok_or_else(|| id.unknown())
 }
 
 pub(super) fn bounding_box(endpoint: &mut Endpoint, id: ActorRef) -> Result<BoundingBox, Refusal> {

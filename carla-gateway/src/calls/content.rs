@@ -7,8 +7,8 @@ use crate::dialect::{Actor, ActorDefinition, ActorRef, WeatherParameters};
 use crate::endpoint::Endpoint;
 use crate::rpc::Refusal;
 
-pub(super) fn definitions(_: &mut Endpoint) -> Result<&'static [ActorDefinition], Refusal> {
-    Ok(catalogue::definitions())
+pub(super) fn definitions(endpoint: &mut Endpoint) -> Result<&'static [ActorDefinition], Refusal> {
+    Ok(catalogue::definitions(endpoint.config.version))
 }
 
 pub(super) fn spectator(endpoint: &mut Endpoint) -> Result<Actor, Refusal> {
@@ -32,6 +32,11 @@ pub(super) async fn actors(
     }
     let episode = endpoint.episode()?;
     Ok(ids.iter().filter_map(|id| episode.actor(*id)).cloned().collect())
+}
+
+/// Clients of 0.10 can ask.
+pub(super) fn has_weather(_: &mut Endpoint) -> Result<bool, Refusal> {
+    Ok(true)
 }
 
 pub(super) fn weather(endpoint: &mut Endpoint) -> Result<WeatherParameters, Refusal> {

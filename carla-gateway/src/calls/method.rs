@@ -141,6 +141,18 @@ macro_rules! value {
     };
 }
 
+/// A call that is answered with what a function gives for all arguments together, of which clients
+/// of 0.10 leave out the last.
+macro_rules! value_of_all {
+    ($module:ident::$function:ident) => {
+        |endpoint, request| {
+            Box::pin(async move {
+                crate::rpc::Payload::value(&$module::$function(endpoint, request.args()?).await?)
+            })
+        }
+    };
+}
+
 /// A call whose answer says only that it was done.
 macro_rules! void {
     ($module:ident::$function:ident($($argument:ident),*)) => {
@@ -182,4 +194,4 @@ macro_rules! no_effect {
     };
 }
 
-pub(super) use {arguments, command, no_effect, of_argument, value, void};
+pub(super) use {arguments, command, no_effect, of_argument, value, value_of_all, void};

@@ -2,12 +2,13 @@
 //! is logged.
 
 use recording::query::Letter;
+use serde::Deserialize;
 
-use crate::dialect::Transform;
+use crate::dialect::{Location, Rotation, Transform};
 use crate::endpoint::Endpoint;
 use crate::recorder::Question;
 use crate::replayer::Order;
-use crate::rpc::Refusal;
+use crate::rpc::{Meta, Refusal};
 
 /// The file that is recorded to.
 pub(super) async fn start(
@@ -60,15 +61,31 @@ fn ask(endpoint: &mut Endpoint, name: &str, question: Question) -> Result<(), Re
     Ok(())
 }
 
-pub(super) async fn replay(
-    endpoint: &mut Endpoint,
+/// The arguments for a replay.
+#[derive(Deserialize)]
+pub(super) struct Replay {
+    #[expect(dead_code, reason = "read before the arguments")]
+    meta: Meta,
     name: String,
     start_secs: f64,
     duration_secs: f64,
     follow_id: u32,
     has_sensors: bool,
+    /// Clients of 0.10 name none.
+    #[serde(default = "behind_and_above")]
     offset: Transform,
-) -> Result<String, Refusal> {
+}
+
+/// Where the spectator is to who is followed, as clients of 0.9.16 send it unless told otherwise.
+fn behind_and_above() -> Transform {
+    Transform {
+        location: Location { x: -10.0, y: 0.0, z: 5.0 },
+        rotation: Rotation { pitch: -25.0, ..Rotation::default() },
+    }
+}
+
+pub(super) async fn replay(endpoint: &mut Endpoint, wanted: Replay) -> Result<String, Refusal> {
+    let Replay { name, start_secs, duration_secs, follow_id, has_sensors, offset, .. } = wanted;
     let order = Order { name, start_secs, duration_secs, follow_id, has_sensors, offset };
     endpoint.replay(order).await
 }

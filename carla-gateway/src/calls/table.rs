@@ -1,4 +1,4 @@
-//! Every call of CARLA 0.9.16's client, and what it does.
+//! Every call of CARLA's clients, and what it does.
 
 mod actors;
 
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use super::method::{Method, by_lobby, full, partly, refused};
-use super::method::{arguments, no_effect, of_argument, value, void};
+use super::method::{arguments, no_effect, of_argument, value, value_of_all, void};
 use super::{actor, batch, content, debug, lamps, map, recorder, scenery, sensor, session};
 use crate::stream::StreamId;
 
@@ -69,6 +69,7 @@ static WORLD: &[Method] = &[
     full("get_actors_by_id", value!(content::actors(ids).await)),
     full("get_weather_parameters", value!(content::weather())),
     full("set_weather_parameters", void!(content::set_weather(weather).await)),
+    full("is_weather_enabled", value!(content::has_weather())),
     full("get_imui_gravity", value!(content::inertial_gravity())),
     full("set_imui_gravity", void!(content::set_inertial_gravity(gravity_mps2))),
     full("get_all_level_BBs", value!(scenery::boxes(tag))),
@@ -82,6 +83,8 @@ static WORLD: &[Method] = &[
     full("get_names_of_all_objects", value!(scenery::names())),
     refused("apply_color_texture_to_objects", NO_TEXTURES),
     refused("apply_float_color_texture_to_objects", NO_TEXTURES),
+    refused("apply_texture_to_actor", NO_TEXTURES),
+    refused("apply_texture_to_actor_float", NO_TEXTURES),
     full("project_point", value!(map::project_point(start, direction, distance_m).await)),
     full("cast_ray", value!(map::cast_ray(start, end).await)),
     partly(
@@ -98,7 +101,7 @@ static WORLD: &[Method] = &[
     partly(
         "spawn_actor_with_parent",
         "no vehicles or walkers; the bone of a socket does not move what hangs on it",
-        value!(actor::spawn_on(description, transform, parent, attachment, socket).await),
+        value_of_all!(actor::spawn_on),
     ),
     full("destroy_actor", value!(actor::destroy(id).await)),
 ];
@@ -117,10 +120,7 @@ static FURTHER: &[Method] = &[
     full("show_recorder_file_info", void!(recorder::info(name, all))).early(),
     full("show_recorder_collisions", void!(recorder::collisions(name, first, second))).early(),
     full("show_recorder_actors_blocked", void!(recorder::blocked(name, secs, cm))).early(),
-    full(
-        "replay_file",
-        value!(recorder::replay(name, start, duration, follow, sensors, offset).await),
-    ),
+    full("replay_file", value_of_all!(recorder::replay)),
     full("stop_replayer", void!(recorder::stop_replay(keeps_actors).await)),
     full("set_replayer_time_factor", void!(recorder::set_factor(factor))).early(),
     full("set_replayer_ignore_hero", void!(recorder::set_ignores_hero(ignores))).early(),

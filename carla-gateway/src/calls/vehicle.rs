@@ -4,7 +4,7 @@ use schemas::{ActorKind, ActorState, Command, VehicleCommand};
 
 use super::{orders, parts};
 use crate::dialect::{AckermannSettings, ActorRef, BatchCommand, LightFlags, TelemetryData};
-use crate::dialect::{Transform, VehiclePhysicsControl, counted_wheels};
+use crate::dialect::{PhysicsControl, Transform, counted_wheels};
 use crate::endpoint::Endpoint;
 use crate::episode::WheelAngles;
 use crate::rpc::{Answer, Payload, Refusal, Request};
@@ -140,16 +140,16 @@ pub(super) fn bones_in_world(
 pub(super) async fn physics(
     endpoint: &mut Endpoint,
     id: ActorRef,
-) -> Result<VehiclePhysicsControl, Refusal> {
+) -> Result<PhysicsControl, Refusal> {
     let report = endpoint.inspect(id).await?;
     let pose = vehicle(endpoint, id)?.world_from_actor;
-    Ok(VehiclePhysicsControl::of(&report.physics, &pose))
+    Ok(PhysicsControl::of(&report.physics, &pose, endpoint.config.version))
 }
 
 pub(super) async fn set_physics(
     endpoint: &mut Endpoint,
     id: ActorRef,
-    control: VehiclePhysicsControl,
+    control: PhysicsControl,
 ) -> Result<(), Refusal> {
     let command = physics_command(endpoint, id, &control).await?;
     endpoint.queue(command).await
@@ -162,7 +162,7 @@ pub(super) async fn set_physics(
 pub(super) async fn physics_command(
     endpoint: &mut Endpoint,
     id: ActorRef,
-    control: &VehiclePhysicsControl,
+    control: &PhysicsControl,
 ) -> Result<Command, Refusal> {
     let actor = vehicle(endpoint, id)?.id;
     let now = endpoint.inspect(id).await?.physics;

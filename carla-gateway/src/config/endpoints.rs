@@ -7,13 +7,16 @@ use std::str::FromStr;
 use schemas::Tenant;
 
 use super::ConfigError;
+use crate::dialect::ClientVersion;
 use crate::guests::{Allowed, Guests};
 
-/// A port of an endpoint, as typed: `PORT` or `PORT=TENANT`.
+/// A port of an endpoint, as typed: `PORT[@VERSION][=TENANT]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PortOfTenant {
     /// For calls.
     pub port: u16,
+    /// Of its clients.
+    pub version: ClientVersion,
     /// Owner of its worlds; `None`: that of the gateway.
     pub tenant: Option<Tenant>,
 }
@@ -26,19 +29,29 @@ impl FromStr for PortOfTenant {
             Some((port, tenant)) => (port, Some(tenant)),
             None => (text, None),
         };
-        let port = port
-            .parse()
-            .map_err(|_| format!("wanted PORT or PORT=TENANT, e.g. 2000=alice, found {text:?}"))?;
+        let (port, version) = match port.split_once('@') {
+            Some((port, version)) => (port, version.parse()?),
+            None => (port, ClientVersion::default()),
+        };
+        let port = port.parse().map_err(|_| {
+            format!(
+                "wanted PORT[@VERSION][=TENANT], e.g. 2000, 2000@0.10 or 2000=alice, found {text:?}"
+            )
+        })?;
         let tenant = tenant.map(|tenant| tenant.parse::<Tenant>().map_err(|why| why.to_string()));
-        Ok(Self { port, tenant: tenant.transpose()? })
+        Ok(Self { port, version, tenant: tenant.transpose()? })
     }
 }
 
 impl fmt::Display for PortOfTenant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.port)?;
+        if self.version != ClientVersion::default() {
+            write!(f, "@{}", self.version)?;
+        }
         match &self.tenant {
-            Some(tenant) => write!(f, "{}={tenant}", self.port),
-            None => write!(f, "{}", self.port),
+            Some(tenant) => write!(f, "={tenant}"),
+            None => Ok(()),
         }
     }
 }
@@ -47,6 +60,8 @@ impl fmt::Display for PortOfTenant {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct EndpointConfig {
     pub(crate) ports: Ports,
+    /// Of its clients.
+    pub(crate) version: ClientVersion,
     /// Owner of its worlds and recordings.
     pub(crate) tenant: Tenant,
     /// Who may connect.
@@ -78,6 +93,7 @@ pub(super) fn endpoints(
         let own = allowed.iter().filter(|rule| rule.port == at.port);
         EndpointConfig {
             ports,
+            version: at.version,
             tenant: at.tenant.clone().unwrap_or_else(|| tenant.clone()),
             guests: Guests(own.map(|rule| rule.network).collect()),
         }
@@ -150,5 +166,24 @@ mod tests {
         for wrong in ["", "=alice", "2000=", "2000=Alice", "2000=batch", "70000"] {
             assert!(wrong.parse::<PortOfTenant>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_port_has_the_version_of_its_clients() {
+        let parsed = |text: &str| text.parse::<PortOfTenant>();
+        for (typed, version, told) in [
+            ("2000", ClientVersion::V0_9, "2000"),
+            ("2000@0.9.16=alice", ClientVersion::V0_9, "2000=alice"),
+            ("2010@0.10", ClientVersion::V0_10, "2010@0.10"),
+            ("0@0.10.0=alice", ClientVersion::V0_10, "0@0.10=alice"),
+        ] {
+            let port = parsed(typed).unwrap();
+            assert_eq!((port.version, &*port.to_string()), (version, told));
+        }
+        for (wrong, why) in [("2000@", "found \"\""), ("2000@0.11", "0.9 or 0.10")] {
+            let refusal = parsed(wrong).unwrap_err();
+            assert!(refusal.contains(why), "{refusal}");
+        }
+        assert!(parsed("@0.10").is_err());
     }
 }

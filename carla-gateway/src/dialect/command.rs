@@ -6,19 +6,51 @@ use serde::de::{self, SeqAccess, Visitor};
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::version::{Either, either};
 use super::{AckermannControl, ActorDescription, ActorRef, Location, Opt, Transform, Vector3D};
-use super::{VehicleControl, VehiclePhysicsControl, WalkerControl};
+use super::{PhysicsControl, VehicleControl, WalkerControl};
 
 /// An actor to be made, and what to do with it then; in those commands the id 0 is the new actor.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SpawnActor {
     pub(crate) description: ActorDescription,
     pub(crate) transform: Transform,
     pub(crate) parent: Opt<ActorRef>,
-    /// Often uninitialised memory: batches attach rigidly whatever it says.
-    pub(crate) attachment: u8,
+    /// Clients of 0.10 name none.
     pub(crate) socket: String,
     pub(crate) do_after: Vec<BatchCommand>,
+}
+
+#[derive(Deserialize)]
+struct OldSpawn {
+    description: ActorDescription,
+    transform: Transform,
+    parent: Opt<ActorRef>,
+    #[expect(dead_code, reason = "often uninitialised memory: batches attach rigidly")]
+    attachment: u8,
+    socket: String,
+    do_after: Vec<BatchCommand>,
+}
+
+#[derive(Deserialize)]
+struct NewSpawn {
+    description: ActorDescription,
+    transform: Transform,
+    parent: Opt<ActorRef>,
+    do_after: Vec<BatchCommand>,
+}
+
+impl<'de> Deserialize<'de> for SpawnActor {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(match either::<D, OldSpawn, NewSpawn>(deserializer, 6, 4)? {
+            Either::Old(OldSpawn { description, transform, parent, socket, do_after, .. }) => {
+                Self { description, transform, parent, socket, do_after }
+            }
+            Either::New(NewSpawn { description, transform, parent, do_after }) => {
+                Self { description, transform, parent, socket: String::new(), do_after }
+            }
+        })
+    }
 }
 
 /// One command of a batch.
@@ -29,7 +61,7 @@ pub(crate) enum BatchCommand {
     Control(ActorRef, VehicleControl),
     Ackermann(ActorRef, AckermannControl),
     WalkerControl(ActorRef, WalkerControl),
-    Physics(ActorRef, Box<VehiclePhysicsControl>),
+    Physics(ActorRef, Box<PhysicsControl>),
     Transform(ActorRef, Transform),
     WalkerState(ActorRef, Transform, f32),
     TargetVelocity(ActorRef, Vector3D),
@@ -193,6 +225,22 @@ mod tests {
         let lights: BatchCommand = rmp_serde::from_slice(&[0x91, 0x92, 18, 0x92, 7, 3]).unwrap();
         assert_eq!(lights, BatchCommand::Lights(named(7), 3));
         assert!(rmp_serde::from_slice::<BatchCommand>(&[0x91, 0x92, 99, 0x91, 42]).is_err());
+    }
+
+    #[test]
+    fn a_spawn_is_read_from_either_client() {
+        let (description, place) = ((0, "walker", [(); 0]), ([1.0f32; 3], [0.0f32; 3]));
+        let after = [((1, (0,)),)];
+        let old = (0, (&description, place, (true, 9), 112, "seat", after));
+        let new = (0, (&description, place, (true, 9), after));
+        let [old, new] = [rmp_serde::to_vec(&(old,)), rmp_serde::to_vec(&(new,))]
+            .map(|bytes| rmp_serde::from_slice(&bytes.unwrap()).unwrap());
+        let (BatchCommand::Spawn(old), BatchCommand::Spawn(new)) = (old, new) else {
+            panic!("no spawn")
+        };
+        assert_eq!((&*old.socket, &*new.socket), ("seat", ""));
+        assert_eq!(new.do_after, [BatchCommand::Destroy(ActorRef::NOBODY)]);
+        assert_eq!(*old, SpawnActor { socket: "seat".to_owned(), ..*new });
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub(crate) struct BoundingBox {
     pub(crate) location: Location,
     pub(crate) extent: Vector3D,
     pub(crate) rotation: Rotation,
+    /// Clients of 0.10 know none.
+    #[serde(default)]
     pub(crate) actor_id: ActorRef,
 }
 

@@ -1,12 +1,16 @@
 //! What makes a vehicle drive as it does, and what it measures.
 
+mod chaos;
 mod recorded;
+mod versions;
+
+pub(crate) use versions::PhysicsControl;
 
 use schemas::{Gear as OurGear, Pose, Vec3, VehiclePhysics, VehicleTelemetry};
 use schemas::{WheelPhysics as OurWheel, WheelTelemetry as OurWheelTelemetry, carla};
 use serde::{Deserialize, Serialize};
 
-use super::{Location, Vector2D, Vector3D};
+use super::{ClientVersion, Location, Vector2D, Vector3D};
 
 /// CARLA gives lengths of wheels in centimetres.
 const CM_PER_M: f32 = 100.0;

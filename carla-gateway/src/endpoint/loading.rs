@@ -95,7 +95,7 @@ impl Endpoint {
         self.mention_tyres(&map);
         self.weather = WeatherParameters::of(&frame.weather);
         self.lamps = StreetLamps::of(&map, self.is_night());
-        let episode = Episode::new(world, map, told, frame);
+        let episode = Episode::new(world, map, told, frame, self.config.version);
         let navigation = Arc::clone(&episode.navigation);
         // Made before the first client wants it.
         tokio::spawn(async move { navigation.file().await.map(|_| ()) });

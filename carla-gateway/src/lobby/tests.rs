@@ -159,7 +159,7 @@ fn the_world_goes_on_where_it_stood_when_somebody_comes_back() {
 fn a_lease_ends_synchronous_mode_when_nobody_ticks() {
     let mut stage = Stage::new();
     let pacing = Pacing { sync_lease: Some(Duration::from_secs(2)), ..PACING };
-    stage.lobby = Lobby::new(pacing, stage.now);
+    stage.lobby = Lobby::new(pacing, ClientVersion::V0_9, stage.now);
     stage.connect(1);
     stage.settings.synchronous_mode = true;
     stage.call_and_finish(1, "load_new_episode", (true,));

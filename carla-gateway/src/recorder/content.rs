@@ -12,6 +12,7 @@ use recording::{
 use schemas::{ActorId, ActorKind, ActorState, Frame, SharedFrame, TrafficLightState};
 
 use super::arrivals::Arrival;
+use crate::catalogue;
 use crate::dialect::{ActorDescription, LightState as Lamp, WeatherParameters};
 use crate::snapshot::colour_index;
 use crate::wheels;
@@ -282,7 +283,7 @@ impl Notes {
 fn attributes(description: &ActorDescription) -> Vec<Attribute> {
     let told = description.attributes.iter().filter(|attribute| !attribute.id.is_empty());
     let one = |attribute: &crate::dialect::AttributeValue| Attribute {
-        kind: attribute.kind,
+        kind: catalogue::recorded_kind(&description.type_id, &attribute.id),
         name: attribute.id.clone(),
         value: attribute.value.clone(),
     };

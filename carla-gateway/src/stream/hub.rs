@@ -9,6 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc, watch};
 use tokio::time::Instant;
 
 use super::StreamId;
+use crate::dialect::ClientVersion;
 use crate::figures::StreamFigures;
 
 /// Messages that may wait for one listener.
@@ -36,6 +37,7 @@ pub(crate) struct Hub {
     /// In bytes.
     room: Arc<Semaphore>,
     figures: StreamFigures,
+    version: ClientVersion,
 }
 
 #[derive(Default)]
@@ -81,7 +83,13 @@ impl Hub {
             changes: watch::Sender::new(0),
             room: Arc::new(Semaphore::new(WAITING_BYTES_MAX)),
             figures,
+            version: ClientVersion::default(),
         }
+    }
+
+    /// For clients of a version.
+    pub(crate) fn serving(self, version: ClientVersion) -> Self {
+        Self { version, ..self }
     }
 
     /// Opens a stream; with `keeps_last`, who comes later gets the last message at once.
@@ -195,6 +203,7 @@ impl Hub {
 
     /// Keeps a message for who comes next, and sends it to nobody.
     pub(crate) fn keep(&self, stream: StreamId, message: Vec<u8>) {
+        let Some(message) = self.version.payload(message) else { return };
         if let Some(stream) = self.lock().open.get_mut(&stream) {
             stream.last = Some(Arc::new(message));
         }
@@ -211,7 +220,7 @@ impl Hub {
 
     /// Sends to all listeners: at once and with losses, or waiting for each.
     pub(crate) async fn publish(&self, stream: StreamId, message: Vec<u8>, waits: bool) {
-        let message = Arc::new(message);
+        let Some(message) = self.version.payload(message).map(Arc::new) else { return };
         let behind = self.offer(stream, &message);
         if !waits {
             return self.note_losses(behind.len() as u64);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use bus::{Bus, BusConfig, BusError, Presence};
-use carla_gateway::PortOfTenant;
+use carla_gateway::{ClientVersion, PortOfTenant};
 use schemas::ServiceKind;
 use tokio::sync::watch;
 
@@ -15,9 +15,13 @@ use crate::outlet::Outlet;
 pub(crate) fn print_addresses(plan: &Plan) {
     tell(&format!("causeway {}", env!("CARGO_PKG_VERSION")));
     tell(&format!("  OpenEnv   http://{}", plan.http));
-    for PortOfTenant { port, tenant } in &plan.carla {
+    for PortOfTenant { port, version, tenant } in &plan.carla {
         let whose = tenant.as_ref().map(|tenant| format!(" · {tenant}")).unwrap_or_default();
-        tell(&format!("  CARLA     127.0.0.1:{port}{whose}"));
+        let clients = match version {
+            ClientVersion::V0_9 => "",
+            ClientVersion::V0_10 => " · clients of 0.10",
+        };
+        tell(&format!("  CARLA     127.0.0.1:{port}{clients}{whose}"));
     }
     tell(&format!("  bus       {}", plan.bus));
     if let Some(address) = plan.admin.admin {

@@ -58,12 +58,12 @@ pub(crate) struct Args {
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
-    /// Where clients of CARLA connect, each port a world of its own, of a tenant if that is named;
-    /// port 0 takes any free one.
+    /// Where clients of CARLA connect, each port a world of its own, for clients of 0.9.16, or of
+    /// 0.10.0 as in 2000@0.10, and of a tenant if that is named; port 0 takes any free one.
     #[arg(
         long,
         env = "CARLA_PORT",
-        value_name = "PORT[=TENANT]",
+        value_name = "PORT[@VERSION][=TENANT]",
         default_value = "2000",
         value_delimiter = ','
     )]
@@ -217,9 +217,9 @@ impl Plan {
         }
         let streams = streams.iter().copied().map(Some).chain(std::iter::repeat(None));
         let (carla, streams): (Vec<_>, Vec<_>) = std::iter::zip(wanted, streams)
-            .map(|(PortOfTenant { port, tenant }, streams)| {
-                let (port, streams) = ports::free_carla(args.carla_host, *port, streams)?;
-                Ok((PortOfTenant { port, tenant: tenant.clone() }, streams))
+            .map(|(at, streams)| {
+                let (port, streams) = ports::free_carla(args.carla_host, at.port, streams)?;
+                Ok((PortOfTenant { port, ..at.clone() }, streams))
             })
             .collect::<Result<_, PortTaken>>()?;
         if !args.carla_stream.is_empty() {

@@ -10,8 +10,9 @@ use crate::dialect::ActorRef;
 const COMPONENTS: &str =
     "mesh, box and blinkers of vehicles; capsule and mesh of walkers; a root of others";
 const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
+const OUR_NAMES: &str = "the blueprint, and behind it the id";
 const OPEN_DOORS: &str = "drawn, and met by rays; bodies pass through open doors";
-const NO_SENDER: &str = "no client of 0.9.16 sends it";
+const NO_SENDER: &str = "no client sends it";
 
 const fn full(name: &'static str, run: Run) -> Method {
     method::full(name, run).naming_function()
@@ -59,6 +60,8 @@ pub(super) static ACTORS: &[Method] = &[
         value!(parts::sockets_on_actor(id)),
     ),
     partly("get_actor_component_names", COMPONENTS, value!(parts::component_names(id))),
+    partly("get_actor_name", OUR_NAMES, value!(actor::name(id))),
+    partly("get_actor_class_name", "the blueprint", value!(actor::class_name(id))),
     partly("get_actor_bone_names", BASE_AND_WHEELS, value!(parts::bone_names(id))),
     partly("get_actor_socket_names", BASE_AND_WHEELS, value!(parts::bone_names(id))),
     full("apply_control_to_vehicle", command!(Control(id, control))),

@@ -13,6 +13,7 @@ use schemas::{
 
 use crate::allowance::Allowance;
 use crate::config::{AfterReplays, Pacing, Ports, Tyres, WorldConfig};
+use crate::dialect::ClientVersion;
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
 use crate::maps::Maps;
@@ -71,6 +72,7 @@ impl Toy {
         let toy = Arc::new(Self::default());
         let site: Arc<dyn Site> = Arc::clone(&toy) as Arc<dyn Site>;
         let config = WorldConfig {
+            version: ClientVersion::V0_9,
             map: "Town10HD".to_owned(),
             seed: 0,
             tyres: Tyres::Real,

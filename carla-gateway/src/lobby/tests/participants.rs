@@ -11,7 +11,8 @@ const MOMENT: Duration = Duration::from_millis(1);
 /// So many clients of a world that they tick together, each of which has ticked once.
 fn stage_with(clients: u64) -> Stage {
     let mut stage = Stage::new();
-    stage.lobby = Lobby::new(Pacing { clock_lease: Some(LEASE), ..PACING }, stage.now);
+    stage.lobby =
+        Lobby::new(Pacing { clock_lease: Some(LEASE), ..PACING }, ClientVersion::V0_9, stage.now);
     for client in 1..=clients {
         stage.connect(client);
     }

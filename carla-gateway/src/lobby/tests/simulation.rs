@@ -59,7 +59,7 @@ impl Simulation {
         // In half of them clients share the clock.
         if seed % 2 == 1 {
             let pacing = Pacing { clock_lease: Some(Duration::from_secs(2)), ..PACING };
-            stage.lobby = Lobby::new(pacing, stage.now);
+            stage.lobby = Lobby::new(pacing, ClientVersion::V0_9, stage.now);
             stage.batches_tick = true;
         }
         Self { dice: Dice(SplitMix64::new(seed)), stage, clients, came: 0, calls }

@@ -53,7 +53,7 @@ impl Stage {
     pub(super) fn new() -> Self {
         let now = Instant::now();
         Self {
-            lobby: Lobby::new(PACING, now),
+            lobby: Lobby::new(PACING, ClientVersion::V0_9, now),
             now,
             begun_at: now,
             job: None,
