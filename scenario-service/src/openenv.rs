@@ -17,6 +17,7 @@ mod schema;
 mod serving;
 mod snapshots;
 mod tasks;
+mod ui;
 mod web;
 mod ws;
 

@@ -22,7 +22,9 @@ use super::{
 };
 use super::{origin, schema, snapshots, tasks, ws};
 use crate::action::Action;
+use crate::episode::{self, Observation};
 use crate::limits::{ID_CHARS_MAX, MESSAGE_BYTES_MAX};
+use crate::session::ResetRequest;
 use crate::session::table::{InUse, Life};
 
 /// Which session a request means and is answered with.
@@ -97,8 +99,7 @@ async fn reset(
     headers: HeaderMap,
     body: Bytes,
 ) -> Result<Response, Response> {
-    let body = if body.is_empty() { Map::new() } else { object(&headers, &body)? };
-    let request = envelope::reset_request(&body).map_err(in_body)?;
+    let (body, request) = reset_of(&face, &headers, &body)?;
     let sessions = face.sessions.of(visitor);
     // A reset by id without a session makes one: the id comes back with the answer.
     let session = match session_id(&headers, body.get("session_id")) {
@@ -106,12 +107,7 @@ async fn reset(
         Some(_) => sessions.open(Life::Detached).map_err(IntoResponse::into_response)?,
         None => sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
     };
-    if face.sessions.drain().is_late(Instant::now()) {
-        return Err(http_errors::elsewhere());
-    }
-    let mut running = session.session.lock().await;
-    let report = running.reset(request).await.map_err(IntoResponse::into_response)?;
-    answer(&session, running.observation(&report).as_ref())
+    carry_out(&session, Order::Reset(request), |_, _| ()).await
 }
 
 async fn step(
@@ -130,9 +126,7 @@ async fn step(
         Some(id) => sessions.find(&id).map_err(IntoResponse::into_response)?,
         None => sessions.open(Life::Connection).map_err(IntoResponse::into_response)?,
     };
-    let mut running = session.session.lock().await;
-    let report = running.step(&action).await.map_err(IntoResponse::into_response)?;
-    answer(&session, running.observation(&report).as_ref())
+    carry_out(&session, Order::Step(&action), |_, _| ()).await
 }
 
 #[derive(serde::Deserialize)]
@@ -155,16 +149,44 @@ async fn state(
     Ok(Json(reply::http_state(&running.state())).into_response())
 }
 
-/// The answer to reset and step; sessions that live on tell their id.
-pub(super) fn answer(
+/// What a session is asked to do.
+pub(super) enum Order<'a> {
+    Reset(ResetRequest),
+    Step(&'a Action),
+}
+
+/// What a body asks a reset for, and the body; refused where the service is about to end.
+pub(super) fn reset_of(
+    face: &Face,
+    headers: &HeaderMap,
+    body: &Bytes,
+) -> Result<(Map<String, Value>, ResetRequest), Response> {
+    let body = if body.is_empty() { Map::new() } else { object(headers, body)? };
+    let request = envelope::reset_request(&body).map_err(in_body)?;
+    if face.sessions.drain().is_late(Instant::now()) {
+        return Err(http_errors::elsewhere());
+    }
+    Ok((body, request))
+}
+
+/// Does it and answers; `tell` hears first what came of it. Sessions that live on tell their id.
+pub(super) async fn carry_out(
     session: &InUse,
-    observation: Option<&crate::episode::Observation<'_>>,
+    order: Order<'_>,
+    tell: impl FnOnce(&episode::State<'_>, &Observation<'_>),
 ) -> Result<Response, Response> {
-    let Some(observation) = observation else {
+    let mut running = session.session.lock().await;
+    let report = match order {
+        Order::Reset(request) => running.reset(request).await,
+        Order::Step(action) => running.step(action).await,
+    };
+    let report = report.map_err(IntoResponse::into_response)?;
+    let Some(observation) = running.observation(&report) else {
         return Err(http_errors::detail(StatusCode::INTERNAL_SERVER_ERROR, "the episode is over"));
     };
+    tell(&running.state(), &observation);
     let id = session.lives_on().then_some(session.id.as_str());
-    let mut response = Json(reply::http_observation(observation, id)).into_response();
+    let mut response = Json(reply::http_observation(&observation, id)).into_response();
     if let Some(value) = id.and_then(|id| HeaderValue::from_str(id).ok()) {
         response.headers_mut().insert(SESSION_HEADER, value);
     }

@@ -30,7 +30,7 @@ const CLOSE_NORMAL: u16 = 1000;
 const CLOSE_RESTART: u16 = 1012;
 
 /// A WebSocket, and what of its messages is unfinished.
-struct Talk {
+pub(super) struct Talk {
     socket: WebSocket,
     meter: Arc<Meter>,
 }
@@ -54,7 +54,7 @@ pub(super) async fn upgrade(
     }
     with_limits(upgrade, move |socket| async move {
         let sessions = face.sessions.of(visitor);
-        serve(Talk { socket, meter }, &face, &sessions, params.session_id).await;
+        serve(Talk::new(socket, meter), &face, &sessions, params.session_id).await;
     })
 }
 
@@ -67,11 +67,11 @@ pub(super) async fn upgrade_mcp(
 ) -> Response {
     with_limits(upgrade, move |socket| async move {
         let sessions = face.sessions.of(visitor);
-        serve_mcp(Talk { socket, meter }, &face, &sessions).await;
+        serve_mcp(Talk::new(socket, meter), &face, &sessions).await;
     })
 }
 
-fn with_limits<F>(
+pub(super) fn with_limits<F>(
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
     serve: impl FnOnce(WebSocket) -> F + Send + 'static,
 ) -> Response
@@ -161,15 +161,24 @@ async fn until_it_leaves(drain: &mut watch::Receiver<Drain>, in_use: &InUse) {
 }
 
 impl Talk {
+    pub(super) fn new(socket: WebSocket, meter: Arc<Meter>) -> Self {
+        Self { socket, meter }
+    }
+
+    /// A message that wants no answer.
+    pub(super) fn heard(&self) {
+        self.meter.finish();
+    }
+
     /// Whether a client has taken the answer to its message, as far as the system's buffers can
     /// tell.
-    async fn send(&mut self, answer: String) -> bool {
+    pub(super) async fn send(&mut self, answer: String) -> bool {
         self.meter.finish();
         self.socket.send(Frame::Text(answer.into())).await.is_ok()
     }
 
     /// The next message of a client; `None` when the connection is over.
-    async fn next_text(&mut self, idle: Duration) -> Option<Result<Utf8Bytes, Refusal>> {
+    pub(super) async fn next_text(&mut self, idle: Duration) -> Option<Result<Utf8Bytes, Refusal>> {
         loop {
             // Missing pongs close nothing: a client may think for minutes.
             let frame = tokio::time::timeout(idle, self.socket.recv()).await.ok()??;
@@ -211,6 +220,16 @@ impl Talk {
         if self.send(text).await {
             self.close_as(CLOSE_NORMAL).await;
         }
+    }
+
+    /// Says goodbye.
+    pub(super) async fn close(self) {
+        self.close_as(CLOSE_NORMAL).await;
+    }
+
+    /// The same, as the service ends.
+    pub(super) async fn leave(self) {
+        self.close_as(CLOSE_RESTART).await;
     }
 
     /// Says goodbye and lets the client say it too, so that nothing sent before is lost.

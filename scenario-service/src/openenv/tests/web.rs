@@ -57,3 +57,42 @@ async fn in_production_the_web_interface_controls_no_episode() {
         assert_eq!(json_of(address, method, path, body).await.0, 404, "{path}");
     }
 }
+
+#[tokio::test]
+async fn who_listens_is_told_what_the_session_of_the_web_interface_does() {
+    let (_port, address) = serve_web(true, Mode::Simulation).await;
+    let mut socket = connect(address, "/ui").await;
+    let fresh = receive(&mut socket).await;
+    assert_eq!(
+        fresh,
+        json!({ "type": "state_update", "episode_state": { "episode_id": null, "step_count": 0,
+            "current_observation": null, "action_logs": [], "is_reset": true } })
+    );
+    let asked = json!({ "seed": 7, "episode_id": "by-hand" }).to_string();
+    let (_, begun) = json_of(address, "POST", "/web/reset", Some(&asked)).await;
+    let told = receive(&mut socket).await["episode_state"].take();
+    assert_eq!((&told["episode_id"], &told["step_count"]), (&json!("by-hand"), &json!(0)));
+    assert_eq!(told["current_observation"]["seed"], begun["observation"]["seed"]);
+    // What a client says keeps the connection and is not answered.
+    socket.send(Message::text("still here")).await.unwrap();
+    for step in 1..=102 {
+        let action = json!({ "action": { "action_type": "maintain_speed" } }).to_string();
+        assert_eq!(json_of(address, "POST", "/web/step", Some(&action)).await.0, 200);
+        let told = receive(&mut socket).await["episode_state"].take();
+        let logs = told["action_logs"].as_array().unwrap();
+        assert_eq!((&told["is_reset"], &told["step_count"]), (&json!(false), &json!(step)));
+        assert_eq!(logs.len(), step.min(100));
+        let last = logs.last().unwrap();
+        assert_eq!(last["action"]["action_type"], "maintain_speed");
+        assert_eq!(last["step_count"], step);
+        assert_eq!(told["current_observation"]["step_number"], step);
+    }
+    // Who comes later is told at once, and a reset begins a new log.
+    let mut second = connect(address, "/ui").await;
+    assert_eq!(receive(&mut second).await["episode_state"]["step_count"], 102);
+    json_of(address, "POST", "/web/reset", None).await;
+    for socket in [&mut socket, &mut second] {
+        let told = receive(socket).await["episode_state"].take();
+        assert_eq!((&told["is_reset"], &told["action_logs"]), (&json!(true), &json!([])));
+    }
+}
