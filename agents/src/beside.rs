@@ -4,7 +4,6 @@ use nalgebra::RealField;
 use schemas::ActorId;
 
 use crate::network::{LanePoint, wrapped};
-use crate::path::heading;
 use crate::scene::{Body, Scene};
 
 /// Whoever is behind on the other lane must not have to brake harder, nor who changes there.
@@ -74,7 +73,7 @@ pub(crate) fn neighbours(
     place: &LanePoint,
     mut tell: impl FnMut(&Neighbour),
 ) {
-    let along = heading(place);
+    let along = place.heading();
     scene.near(&own.centre_m, BACK_M, |body: &Body| {
         let away = body.centre_m - place.point_m;
         let left_m = along.x * away.y - along.y * away.x;

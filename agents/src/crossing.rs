@@ -6,7 +6,7 @@ use schemas::{TrafficLightColour, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::network::{Crossing, Stop};
-use crate::path::{StopAhead, heading};
+use crate::path::StopAhead;
 use crate::scene::Body;
 use crate::senses::Senses;
 pub use judge::Owed;
@@ -91,7 +91,7 @@ fn is_needed(
     let Some(place) = senses.network.lane(line.lane) else { return false };
     let on_lane_m = place.stop_m(line.why);
     let own = place.at(on_lane_m);
-    let along = heading(&own);
+    let along = own.heading();
     let left = Vec3::new(-along.y, along.x, 0.0);
     let mut needed = false;
     senses.scene.near(&crossing.middle_m, crossing.radius_m + BESIDE_M, |body| {
@@ -160,7 +160,7 @@ mod tests {
         let (lane, line) = before_a_crossing(network);
         let lane = network.lane(lane).unwrap();
         let at = lane.at(lane.stop_m(line.why) + 1.0);
-        let along = heading(&at);
+        let along = at.heading();
         let left = Vec3::new(-along.y, along.x, 0.0);
         let looks = left * -left_m.signum();
         let forward = if left_mps == 0.0 { looks } else { left * left_mps.signum() };

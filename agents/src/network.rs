@@ -105,6 +105,13 @@ pub(crate) struct LanePoint {
     pub width_m: f32,
 }
 
+impl LanePoint {
+    /// Unit vector along the lane, seen from above.
+    pub(crate) fn heading(&self) -> Vec3 {
+        Vec3::new(ComplexField::cos(self.heading_rad), ComplexField::sin(self.heading_rad), 0.0)
+    }
+}
+
 /// Where vehicles stop for a light or sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StopLine {

@@ -180,7 +180,7 @@ impl Path {
         for _ in 0..3 {
             let Some(here) = self.at(network, 0.0) else { return };
             let away = position_m - here.point.point_m;
-            let heading = heading(&here.point);
+            let heading = here.point.heading();
             let ahead_m = away.x * heading.x + away.y * heading.y;
             if ahead_m < 0.01 {
                 return;
@@ -317,11 +317,6 @@ pub(crate) fn curvature_per_m(points: &[PathPoint], index: usize) -> f32 {
     }
     let step_m = (next.ahead_m - here.ahead_m).max(STEP_M_MIN);
     own.max((turn_rad - KINK_RAD_MIN) / step_m)
-}
-
-/// Unit vector along a lane, seen from above.
-pub(crate) fn heading(point: &LanePoint) -> Vec3 {
-    Vec3::new(ComplexField::cos(point.heading_rad), ComplexField::sin(point.heading_rad), 0.0)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use schemas::Vec3;
 
 use crate::lane_change::Reference;
 use crate::network::Network;
-use crate::path::{Path, heading};
+use crate::path::Path;
 use crate::pilot::VehicleView;
 use crate::track::Place;
 
@@ -41,7 +41,7 @@ pub(crate) fn steer(place: &Place, reference: &Reference, view: &VehicleView) ->
 /// Steer that follows a path over lanes; 0 where there is none.
 pub(crate) fn along(path: &Path, network: &Network, view: &VehicleView) -> f32 {
     let Some(here) = path.at(network, 0.0) else { return 0.0 };
-    let along = heading(&here.point);
+    let along = here.point.heading();
     let left = Vec3::new(-along.y, along.x, 0.0);
     let along_mps = along.dot(&view.velocity_mps);
     let ahead_m = along_mps.max(0.0) * LEAD_SECS;

@@ -47,7 +47,7 @@ pub struct Args {
     /// Scenario of sessions that name none.
     #[arg(long, env = "CARLA_SCENARIO", default_value = "trolley_saves", value_name = "NAME")]
     pub default_scenario: String,
-    /// Folder with files of more scenarios, `<scenario name>.toml`, each read when a reset names it.
+    /// Folder with files of more scenarios, `<scenario name>.toml`, read when a reset names them.
     #[arg(long, env = "CAUSEWAY_SCENARIOS", value_name = "DIR")]
     pub scenarios: Option<PathBuf>,
     /// Where documents and the reference server disagree: documented or literal.

@@ -130,7 +130,6 @@ mod tests {
 
     use super::*;
     use crate::network::LaneId;
-    use crate::path::heading;
     use crate::pilot::VehicleView;
     use crate::scene::Scene;
     use crate::testing::vehicle;
@@ -168,7 +167,7 @@ mod tests {
         // Ways along lanes that end lead nowhere, but for who is on a route.
         agent.status = AgentStatus::OnRoute;
         let at = lane.at(50.0);
-        let body = vehicle([2.4, 0.9, 0.7], at.point_m, heading(&at), speed_mps);
+        let body = vehicle([2.4, 0.9, 0.7], at.point_m, at.heading(), speed_mps);
         let scene = Scene::new(vec![body], Vec::new());
         let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
         let senses = Senses { network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };

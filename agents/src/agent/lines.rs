@@ -117,7 +117,7 @@ mod tests {
 
     use super::*;
     use crate::network::{LaneId, Network};
-    use crate::path::{Leg, heading};
+    use crate::path::Leg;
     use crate::pilot::VehicleView;
     use crate::scene::Scene;
     use crate::testing::vehicle;
@@ -155,7 +155,7 @@ mod tests {
             agent.path.push(Leg { lane, from_m, to_m, onto: None });
         }
         let at = lane.at(from_m);
-        let body = vehicle([FRONT_M, 0.9, 0.7], at.point_m, heading(&at), speed_mps);
+        let body = vehicle([FRONT_M, 0.9, 0.7], at.point_m, at.heading(), speed_mps);
         let scene = Scene::new(vec![body], Vec::new());
         let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
         let senses =

@@ -93,7 +93,6 @@ mod tests {
 
     use super::*;
     use crate::network::{LaneId, Stop};
-    use crate::path::heading;
 
     fn body(id: u32, is_walker: bool, centre_m: Vec3, velocity_mps: Vec3, forward: Vec3) -> Body {
         let half_m = if is_walker { Vec3::new(0.3, 0.3, 0.9) } else { Vec3::new(2.4, 0.9, 0.8) };
@@ -116,7 +115,7 @@ mod tests {
             .find(|(_, line)| matches!(line.why, Stop::Crossing(_)) && line.at_m > 25.0)
             .unwrap();
         let at = lane.at(line.at_m + 1.0);
-        let along = heading(&at);
+        let along = at.heading();
         let left = Vec3::new(-along.y, along.x, 0.0);
         let mut owed = Owed::default();
         let steps = (0..300).filter(|step| {

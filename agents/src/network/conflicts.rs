@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use schemas::Vec3;
 
 use super::{Conflict, Lane, LaneId, LanePoint, Network};
-use crate::path::heading;
 
 /// Vehicles on lanes whose middles come nearer than this would touch, in metres.
 const NEAR_M: f32 = 2.7;
@@ -79,7 +78,7 @@ fn meet(a: &Lane, b: &Lane) -> Option<[(f32, f32); 2]> {
 
 /// How far the corners of a car swing out of its lane towards what lies in a direction.
 fn swing_m(at: &LanePoint, towards: &Vec3) -> f32 {
-    let along = heading(at);
+    let along = at.heading();
     let outwards = (along.x * towards.y - along.y * towards.x) * at.curvature_per_m < 0.0;
     let bend_per_m = at.curvature_per_m.abs().min(CURVATURE_PER_M_MAX);
     if outwards { bend_per_m * HALF_M * HALF_M / 2.0 } else { 0.0 }

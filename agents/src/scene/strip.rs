@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use schemas::Vec3;
 
 use super::{Ahead, Body, Room};
-use crate::path::{PathPoint, heading};
+use crate::path::PathPoint;
 
 /// Bodies higher or lower than this are on another storey.
 const STOREY_M: f32 = 2.5;
@@ -60,7 +60,7 @@ impl<'a> Strip<'a> {
         }
         let (along_m, segment) = nearest?;
         let along_mps =
-            self.points.get(segment).map_or(0.0, |at| heading(&at.point).dot(&body.velocity_mps));
+            self.points.get(segment).map_or(0.0, |at| at.point.heading().dot(&body.velocity_mps));
         Some(Ahead {
             id: body.id,
             gap_m: along_m - front_m,

@@ -5,7 +5,7 @@ use super::{SPACING_M, room};
 use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
 use crate::junction::Claims;
 use crate::network::{Beside, LaneId, Network};
-use crate::path::{Leg, Path, PathPoint, heading};
+use crate::path::{Leg, Path, PathPoint};
 use crate::scene::Ahead;
 use crate::senses::Senses;
 use crate::wander::LANES_MAX;
@@ -125,7 +125,7 @@ fn loss(
     speed_mps: f32,
 ) -> Option<f32> {
     let target = new.beside_point(senses.network, 0)?;
-    let along = heading(&target);
+    let along = target.heading();
     // The side of the target lane that is away from the own vehicle.
     let own = target.point_m - senses.body.centre_m;
     let to_left = along.x * own.y - along.y * own.x > 0.0;
