@@ -84,6 +84,9 @@ async fn who_listens_is_told_what_the_session_of_the_web_interface_does() {
         assert_eq!(logs.len(), step.min(100));
         let last = logs.last().unwrap();
         assert_eq!(last["action"]["action_type"], "maintain_speed");
+        let time = last["timestamp"].as_str().unwrap();
+        let time: jiff::Timestamp = time.parse().unwrap();
+        assert!(jiff::Timestamp::now().duration_since(time).as_secs() < 60, "{time}");
         assert_eq!(last["step_count"], step);
         assert_eq!(told["current_observation"]["step_number"], step);
     }
