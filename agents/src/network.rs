@@ -9,6 +9,7 @@ mod conflicts;
 mod crossings;
 mod grid;
 mod places;
+mod point;
 mod rings;
 mod stops;
 mod ways;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use crossings::Crossing;
 use grid::Grid;
+pub(crate) use point::LanePoint;
 use ways::Entered;
 
 /// Nobody begins where a lane is narrower.
@@ -89,27 +91,6 @@ pub(crate) struct Conflict {
     /// Where on the own lane the other one comes near and where it is left behind.
     pub from_m: f32,
     pub until_m: f32,
-}
-
-/// The middle of a lane at one place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LanePoint {
-    /// From the lane's entry.
-    pub at_m: f32,
-    pub point_m: Vec3,
-    pub heading_rad: f32,
-    /// Positive to the left.
-    pub curvature_per_m: f32,
-    /// 0 where none is known.
-    pub limit_mps: f32,
-    pub width_m: f32,
-}
-
-impl LanePoint {
-    /// Unit vector along the lane, seen from above.
-    pub(crate) fn heading(&self) -> Vec3 {
-        Vec3::new(ComplexField::cos(self.heading_rad), ComplexField::sin(self.heading_rad), 0.0)
-    }
 }
 
 /// Where vehicles stop for a light or sign.

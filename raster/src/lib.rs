@@ -15,6 +15,7 @@ mod draw;
 mod fill;
 mod lamp;
 mod light;
+mod mirrored;
 mod model;
 mod noise;
 mod occluder;

@@ -72,6 +72,7 @@ TAKEN = (
     "--bus-pki",
     "record_episodes",
     "gateway --connect tcp/127.0.0.1",
+    "2000,2010@0.10",
     "causeway world --listen",
     "my-maps/Mine.xodr",
     "map query",
@@ -246,6 +247,16 @@ def test_a_world_service_runs_alone_and_a_gateway_joins_it(shell):
                 break
             except RuntimeError:
                 assert time.monotonic() < deadline
+
+
+def test_ports_say_which_client_they_are_for(start_site):
+    (up,) = take("2000,2010@0.10")
+    first, second = two_free_ports(), two_free_ports()
+    flags = up.replace("2000,2010", f"{first},{second}")
+    site = start_site("--no-render", *shlex.split(flags)[2:])
+    assert connect(first).get_server_version() == "0.9.16"
+    assert connect(second).get_server_version() == "0.10.0"
+    assert site.process.poll() is None
 
 
 def test_maps_are_listed_checked_shown_exported_and_built(shell, start_site):
