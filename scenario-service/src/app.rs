@@ -83,7 +83,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let shared = Arc::clone(&port) as Arc<dyn WorldPort>;
     let (tenant, scenario) = (config.tenant.clone(), config.default_scenario.clone());
     let context = SessionContext::new(tenant, shared, scenario, config.profile);
-    let context = context.playing(config.library.clone()).watched(monitor);
+    let context = context.playing(config.files.clone()).watched(monitor);
     let context = Arc::new(context.recovering(config.recovery_bytes));
     let contexts = Contexts::new(config.tenant.clone(), Arc::clone(&context), move |tenant| {
         Arc::new(port.for_tenant(tenant.clone()))

@@ -8,10 +8,10 @@ use bus::{BusAddress, Identity, IdentityArgs};
 use clap::Args as ClapArgs;
 use schemas::{ServiceId, ServiceKind, Tenant};
 
-use crate::library::Library;
 use crate::limits;
 use crate::openenv::Mode;
-use crate::scenario::Profile;
+use crate::scenario::{Profile, registry};
+use crate::scenario_files::ScenarioFiles;
 use crate::session::table::IdleTimes;
 
 /// Arguments of the scenario service.
@@ -93,8 +93,8 @@ pub(crate) struct Config {
     pub(crate) tokens: Option<PathBuf>,
     /// At once.
     pub(crate) sessions_max: u32,
-    /// Those that there are.
-    pub(crate) library: Library,
+    /// Scenarios beside the built-in ones.
+    pub(crate) files: ScenarioFiles,
     /// Exists.
     pub(crate) default_scenario: String,
     /// Of sessions that name none.
@@ -166,14 +166,13 @@ impl Config {
             .ok_or_else(|| wrong("profile", &"wanted documented or literal"))?;
         let mode = Mode::parse(&args.mode)
             .ok_or_else(|| wrong("mode", &"wanted simulation or production"))?;
-        let library = match &args.scenarios {
-            Some(folder) => Library::with_folder(folder).map_err(|why| {
+        let files = match &args.scenarios {
+            Some(folder) => ScenarioFiles::of(folder).map_err(|why| {
                 wrong("scenarios", &format_args!("wanted a folder that can be read: {why}"))
             })?,
-            None => Library::default(),
+            None => ScenarioFiles::default(),
         };
-        library
-            .build(&args.default_scenario, profile)
+        registry::find(&files, &args.default_scenario, profile)
             .map_err(|why| wrong("default-scenario", &why))?;
         if args.sessions_max == 0 {
             return Err(wrong("sessions-max", &"wanted at least 1"));
@@ -189,7 +188,7 @@ impl Config {
             tokens: args.tokens.clone(),
             tenant: args.tenant.parse().map_err(|why| wrong("tenant", &why))?,
             sessions_max: args.sessions_max,
-            library,
+            files,
             default_scenario: args.default_scenario.clone(),
             profile,
             mode,

@@ -25,7 +25,7 @@ use tenancy::Quotas;
 
 use crate::action::{Action, ActionKind};
 use crate::episode::{Episode, Observation, Report, Start, State, idle_state};
-use crate::scenario::{DoneReason, Scenario, ScenarioError, sharing};
+use crate::scenario::{DoneReason, Scenario, ScenarioError, registry, sharing};
 use candidate::Candidate;
 pub(crate) use context::SessionContext;
 pub(crate) use contexts::Contexts;
@@ -92,7 +92,7 @@ impl Session {
     /// [`ScenarioError`] when the default scenario does not exist.
     pub(crate) fn new(context: Arc<SessionContext>, quotas: Quotas) -> Result<Self, ScenarioError> {
         let built_from = context.default_scenario.clone();
-        let scenario = context.library.build(&built_from, context.profile)?;
+        let scenario = registry::find(&context.files, &built_from, context.profile)?;
         let clock = WallClock::start(Instant::now());
         Ok(Self { context, scenario, built_from, quotas, running: Running::Nothing, clock })
     }

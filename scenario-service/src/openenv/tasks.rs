@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::coerce::{FieldError, Reader};
 use super::{Face, http_errors, json as lenient};
-use crate::scenario::registry::NAMED;
+use crate::scenario::registry;
 
 const ENVIRONMENT: &str = "carla_env";
 /// The splits, with the seeds of each scenario; no seed is in two of them.
@@ -96,8 +96,7 @@ struct Asked {
 impl Asked {
     fn read(face: &Face, environment: &str, body: &Bytes) -> Result<Self, Response> {
         known(environment)?;
-        let library = &face.sessions.contexts().first().library;
-        let names = NAMED.map(str::to_owned).into_iter().chain(library.names_of_files()).collect();
+        let names = registry::names(&face.sessions.contexts().first().files);
         let text = std::str::from_utf8(body).map_err(|_| http_errors::no_json())?;
         let Ok(Value::Object(object)) = lenient::parse(text) else {
             return Err(http_errors::no_json());
@@ -173,7 +172,7 @@ mod tests {
         let mut seeds = std::collections::BTreeMap::new();
         for (split, ..) in SPLITS {
             let asked = json!({ "split": split });
-            let names = NAMED.map(str::to_owned).to_vec();
+            let names = registry::NAMED.map(str::to_owned).to_vec();
             let asked = Asked::from_object(asked.as_object().unwrap(), names).unwrap();
             for index in 0..asked.count() {
                 let task = asked.task(index).unwrap();

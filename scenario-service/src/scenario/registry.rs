@@ -1,12 +1,14 @@
 //! Scenarios by name: the grammar of names, and the texts for names that mean nothing.
 
 use super::action_bias::ActionBias;
+use super::described::Described;
 use super::free_roam::FreeRoam;
 use super::maze::Maze;
 use super::people::{Kind, People};
 use super::trolley_micro::{self, Benchmark, TrolleyMicro};
 use super::{Profile, Scenario, ScenarioError};
 use crate::limits::{CROWD_MAX, ECHO_CHARS_MAX, GROUP_MAX};
+use crate::scenario_files::ScenarioFiles;
 
 /// Every name that stands for itself; families such as `bias_<N>v<M>` are not listed.
 pub(crate) const NAMED: [&str; 22] = [
@@ -37,7 +39,51 @@ pub(crate) const NAMED: [&str; 22] = [
 const SPEED_KMH: f64 = 40.0;
 const DEADZONE_SPEED_KMH: f64 = 75.0;
 
-/// The scenario of this name with the defaults of a profile.
+/// The scenario of this name with the defaults of a profile: a built-in one, or that of a file.
+///
+/// # Errors
+/// [`ScenarioError::Name`] where there is none, [`ScenarioError::File`] where its file is wrong.
+pub(crate) fn find(
+    files: &ScenarioFiles,
+    name: &str,
+    profile: Profile,
+) -> Result<Box<dyn Scenario>, ScenarioError> {
+    match build(name, profile) {
+        Err(unknown @ ScenarioError::Name(_)) => match text_of(files, name)? {
+            Some(text) => Ok(Box::new(Described::parse(name, profile, &text)?)),
+            None => Err(unknown),
+        },
+        known => known,
+    }
+}
+
+/// Whether the file that a scenario was read from says something else by now, or is gone.
+///
+/// # Errors
+/// [`ScenarioError::File`] where it cannot be read.
+pub(crate) fn has_changed(
+    files: &ScenarioFiles,
+    name: &str,
+    scenario: &dyn Scenario,
+) -> Result<bool, ScenarioError> {
+    match scenario.file() {
+        Some(text) => Ok(text_of(files, name)?.as_deref() != Some(text)),
+        None => Ok(false),
+    }
+}
+
+/// The names of all scenarios that have one of their own: the built-in ones, then those of files.
+pub(crate) fn names(files: &ScenarioFiles) -> Vec<String> {
+    let is_new = |name: &String| build(name, Profile::Documented).is_err();
+    NAMED.map(str::to_owned).into_iter().chain(files.names().into_iter().filter(is_new)).collect()
+}
+
+fn text_of(files: &ScenarioFiles, name: &str) -> Result<Option<String>, ScenarioError> {
+    let wrong = |why| ScenarioError::File { name: name.to_owned(), why };
+    files.text(name).map_err(wrong)
+}
+
+/// The built-in scenario of this name with the defaults of a profile.
 ///
 /// # Errors
 /// [`ScenarioError::Name`] with the text that clients know.

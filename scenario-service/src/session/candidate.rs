@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use super::{ResetRequest, Session};
-use crate::scenario::{Overrides, Scenario, ScenarioError};
+use crate::scenario::{Overrides, Scenario, ScenarioError, registry};
 
 /// A scenario with its settings, before it is drawn.
 pub(super) struct Candidate {
@@ -22,15 +22,18 @@ impl Session {
         let profile = overrides.profile(present.profile)?;
         let from_defaults = overrides.flag("reset_defaults")?;
         let origin = Origin::of(&mut overrides)?;
-        let library = &self.context.library;
+        let files = &self.context.files;
         let file_changed = asked_name.is_some()
             && other_name.is_none()
-            && library.has_changed(&self.built_from, self.scenario.as_ref())?;
+            && registry::has_changed(files, &self.built_from, self.scenario.as_ref())?;
         let rebuild =
             other_name.is_some() || from_defaults || profile != present.profile || file_changed;
         let built_from = other_name.unwrap_or(&self.built_from).to_owned();
-        let mut scenario =
-            if rebuild { library.build(&built_from, profile)? } else { self.scenario.clone_box() };
+        let mut scenario = if rebuild {
+            registry::find(files, &built_from, profile)?
+        } else {
+            self.scenario.clone_box()
+        };
         scenario.common_mut().configure(&mut overrides)?;
         scenario.configure(&mut overrides)?;
         Ok(Candidate { scenario, built_from, ignored_config: overrides.ignored(), origin })

@@ -10,10 +10,10 @@ use worlds::Budget;
 
 use super::{SavedStates, SessionError, SharedWorlds};
 use crate::figures::Figures;
-use crate::library::Library;
 use crate::limits::RECOVERY_BYTES_MAX;
 use crate::maps::Maps;
-use crate::scenario::Profile;
+use crate::scenario::{Profile, registry};
+use crate::scenario_files::ScenarioFiles;
 use crate::ticker::Ticker;
 use crate::world_port::WorldPort;
 use crate::world_port::collector::WorldCollector;
@@ -30,8 +30,8 @@ pub(crate) struct SessionContext {
     pub(crate) ticker: Ticker,
     /// Their maps.
     pub(crate) maps: Maps,
-    /// The scenarios that there are.
-    pub(crate) library: Library,
+    /// Scenarios beside the built-in ones.
+    pub(crate) files: ScenarioFiles,
     /// The scenario of a session that names none.
     pub(crate) default_scenario: String,
     /// The profile of a session that names none.
@@ -64,7 +64,7 @@ impl SessionContext {
             maps: Maps::new(Arc::clone(&port)),
             collector: WorldCollector::new(Arc::clone(&port)),
             port,
-            library: Library::default(),
+            files: ScenarioFiles::default(),
             default_scenario,
             profile,
             monitor: Monitor::default(),
@@ -81,9 +81,9 @@ impl SessionContext {
         Self { recovery: Budget::new(bytes_max), ..self }
     }
 
-    /// The same, with other scenarios.
-    pub(crate) fn playing(self, library: Library) -> Self {
-        Self { library, ..self }
+    /// The same, with scenarios of files.
+    pub(crate) fn playing(self, files: ScenarioFiles) -> Self {
+        Self { files, ..self }
     }
 
     /// The same, watched over.
@@ -96,7 +96,7 @@ impl SessionContext {
     pub(crate) fn beside(&self, tenant: Tenant, port: Arc<dyn WorldPort>) -> Self {
         let new = Self::new(tenant, port, self.default_scenario.clone(), self.profile);
         Self {
-            library: self.library.clone(),
+            files: self.files.clone(),
             monitor: self.monitor.clone(),
             figures: Arc::clone(&self.figures),
             recovery: Arc::clone(&self.recovery),
@@ -144,7 +144,7 @@ impl SessionContext {
     /// # Errors
     /// [`SessionError`] when it cannot be had.
     pub(crate) async fn warm_up(&self) -> Result<(), SessionError> {
-        let scenario = self.library.build(&self.default_scenario, self.profile)?;
+        let scenario = registry::find(&self.files, &self.default_scenario, self.profile)?;
         let map = self.maps.get(scenario.common().map_name()).await;
         map.map(drop).map_err(SessionError::World)
     }
