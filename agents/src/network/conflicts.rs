@@ -145,7 +145,11 @@ mod tests {
         // 0.05 rad/m too tight for 6 m: half of 0.05 · 6² m.
         let tight = lane(0.0, 0.25, 16.0);
         assert_eq!(meet(&tight, &beside(3.5)), Some([(10.0, 16.0), (10.0, 16.0)]));
-        assert_eq!(meet(&tight, &beside(3.7)), None);
+        assert_eq!(meet(&tight, &beside(3.65)), None);
+        // Three times as much too tight, and 2 m away at most.
+        let tighter = lane(0.0, 0.35, 16.0);
+        assert_eq!(meet(&tighter, &beside(4.5)), Some([(10.0, 16.0), (10.0, 16.0)]));
+        assert_eq!(meet(&tighter, &beside(4.75)), None);
         // Lanes are drawn with bends of no length.
         let drawn = Lane { points: lane(0.0, 0.35, 10.0).points, ..Lane::default() };
         assert_eq!(meet(&drawn, &lane(3.0, 0.0, 10.0)), None);
