@@ -1,43 +1,39 @@
-//! Town01: one lane each way around and between large blocks; every junction is a T.
+//! Town01: one lane each way around and between large blocks; every junction is a T. Its streets lie
+//! where CARLA's do, so that places that programs name by coordinates are on the road.
 
 use super::course::Bend;
-use super::plan::{Beside, Control, Plan};
+use super::plan::{Beside, Control, EAST, Plan, WEST};
 use super::profile::{Extra, Profile};
 
 const STREET: Profile = Profile::street(1, 30);
-const WEST: f64 = -200.0;
-const EAST: f64 = 200.0;
-const SOUTH: f64 = -165.0;
-const NORTH: f64 = 165.0;
-/// The streets across, from west to east.
-const ROWS: [f64; 2] = [-60.0, 50.0];
-/// Where the streets between the rows meet them.
-const MIDDLE: [f64; 2] = [-110.0, 80.0];
-/// Where the streets from the ring to the rows meet both.
-const LOWER: f64 = -20.0;
-const UPPER: f64 = 10.0;
+/// Middle lines of the streets from south to north, from west to east.
+const WEST_RING: f64 = 0.0;
+const WEST_COLUMN: f64 = 90.4;
+const SHORT_COLUMN: f64 = 156.0;
+const EAST_COLUMN: f64 = 336.8;
+const EAST_RING: f64 = 394.4;
+/// Those of the streets from west to east, from south to north.
+const ROWS: [f64; 5] = [-328.6, -197.1, -131.5, -57.5, 0.0];
+/// Radius of the middle line where the ring turns, in metres.
+const CORNER_RADIUS_M: f64 = 16.0;
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Houses { storeys: [1.0, 4.0] });
     let parked = STREET.with(Extra::Parking);
-    let [south_row, north_row] = ROWS;
-    let [west, east] = MIDDLE;
-    plan.row(south_row, &[WEST, west, LOWER, east, EAST], STREET);
-    plan.row(north_row, &[WEST, west, UPPER, east, EAST], STREET);
-    plan.column(LOWER, &[SOUTH, south_row], STREET);
-    plan.column(west, &ROWS, STREET);
-    plan.column(east, &ROWS, parked);
-    plan.column(UPPER, &[north_row, NORTH], parked);
-    plan.column(WEST, &ROWS, STREET);
-    plan.column(EAST, &ROWS, STREET);
-    let corners = [
-        ([WEST, north_row], [WEST, NORTH], [UPPER, NORTH]),
-        ([UPPER, NORTH], [EAST, NORTH], [EAST, north_row]),
-        ([EAST, south_row], [EAST, SOUTH], [LOWER, SOUTH]),
-        ([LOWER, SOUTH], [WEST, SOUTH], [WEST, south_row]),
-    ];
-    for (from, at, to) in corners {
-        plan.corner(from, Bend { at, radius_m: 16.0 }, to, STREET);
+    let [south, lower, middle, upper, north] = ROWS;
+    for row in [south, lower, middle] {
+        plan.row(row, &[WEST_COLUMN, EAST_COLUMN], STREET);
+    }
+    for row in [upper, north] {
+        plan.row(row, &[WEST_COLUMN, SHORT_COLUMN, EAST_COLUMN], STREET);
+    }
+    plan.column(WEST_COLUMN, &ROWS, STREET);
+    plan.column(EAST_COLUMN, &ROWS, STREET);
+    plan.column(SHORT_COLUMN, &[upper, north], STREET);
+    for (column, away, ring) in [(WEST_COLUMN, WEST, WEST_RING), (EAST_COLUMN, EAST, EAST_RING)] {
+        let bends = [south, north].map(|row| Bend { at: [ring, row], radius_m: CORNER_RADIUS_M });
+        let ends = [south, north].map(|row| (plan.node([column, row]), away));
+        plan.connect(ends[0], ends[1], &bends, parked);
     }
     plan
 }

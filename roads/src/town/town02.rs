@@ -1,38 +1,48 @@
-//! Town02: a small town with one lane each way; every junction is a T.
+//! Town02: a small town with one lane each way; every junction is a T. Its streets lie where CARLA's
+//! do, so that places that programs name by coordinates are on the road.
 
 use super::course::Bend;
-use super::plan::{Beside, Control, Plan};
+use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
 use super::profile::{Extra, Profile};
 
 const STREET: Profile = Profile::street(1, 30);
-const WEST: f64 = -100.0;
-const EAST: f64 = 100.0;
-const SOUTH: f64 = -95.0;
-const NORTH: f64 = 95.0;
-/// The streets across, from west to east.
-const ROWS: [f64; 2] = [-30.0, 35.0];
-/// Where the streets from the ring to the rows meet both.
-const LOWER: f64 = -25.0;
-const UPPER: f64 = 30.0;
+/// Middle lines of the streets from south to north, from west to east.
+const WEST_RING: f64 = -5.4;
+const WEST_COLUMN: f64 = 43.9;
+const EAST_COLUMN: f64 = 134.1;
+const EAST_RING: f64 = 191.7;
+/// Those of the streets from west to east, from south to north.
+const SOUTH_RING: f64 = -304.5;
+const LOWER_ROW: f64 = -238.9;
+const UPPER_ROW: f64 = -189.6;
+const NORTH_RING: f64 = -107.5;
+/// Radius of the middle line where the ring turns, in metres.
+const CORNER_RADIUS_M: f64 = 14.0;
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Houses { storeys: [1.0, 4.0] });
-    let parked = STREET.with(Extra::Parking);
-    let [south_row, north_row] = ROWS;
-    plan.row(south_row, &[WEST, LOWER, EAST], STREET);
-    plan.row(north_row, &[WEST, UPPER, EAST], parked);
-    plan.column(LOWER, &[SOUTH, south_row], STREET);
-    plan.column(UPPER, &[north_row, NORTH], STREET);
-    plan.column(WEST, &ROWS, STREET);
-    plan.column(EAST, &ROWS, STREET);
-    let corners = [
-        ([WEST, north_row], [WEST, NORTH], [UPPER, NORTH]),
-        ([UPPER, NORTH], [EAST, NORTH], [EAST, north_row]),
-        ([EAST, south_row], [EAST, SOUTH], [LOWER, SOUTH]),
-        ([LOWER, SOUTH], [WEST, SOUTH], [WEST, south_row]),
-    ];
-    for (from, at, to) in corners {
-        plan.corner(from, Bend { at, radius_m: 14.0 }, to, parked);
-    }
+    plan.row(UPPER_ROW, &[WEST_RING, WEST_COLUMN, EAST_COLUMN, EAST_RING], STREET);
+    plan.row(LOWER_ROW, &[WEST_COLUMN, EAST_COLUMN, EAST_RING], STREET);
+    plan.column(WEST_COLUMN, &[SOUTH_RING, LOWER_ROW, UPPER_ROW], STREET);
+    plan.column(EAST_COLUMN, &[LOWER_ROW, UPPER_ROW], STREET);
+    plan.column(EAST_RING, &[LOWER_ROW, UPPER_ROW], STREET);
+    add_ring(&mut plan);
     plan
+}
+
+/// The ring, from the T in its south to both ends of the upper row.
+fn add_ring(plan: &mut Plan) {
+    let parked = STREET.with(Extra::Parking);
+    let corner = |column, row| Bend { at: [column, row], radius_m: CORNER_RADIUS_M };
+    let [south, west, east, lower_east] = [
+        [WEST_COLUMN, SOUTH_RING],
+        [WEST_RING, UPPER_ROW],
+        [EAST_RING, UPPER_ROW],
+        [EAST_RING, LOWER_ROW],
+    ]
+    .map(|at| plan.node(at));
+    let north = [corner(WEST_RING, NORTH_RING), corner(EAST_RING, NORTH_RING)];
+    plan.connect((west, NORTH), (east, NORTH), &north, parked);
+    plan.connect((south, WEST), (west, SOUTH), &[corner(WEST_RING, SOUTH_RING)], parked);
+    plan.connect((south, EAST), (lower_east, SOUTH), &[corner(EAST_RING, SOUTH_RING)], parked);
 }
