@@ -66,7 +66,12 @@ pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
         let first = left.as_ref().map_or(1, |left| left.lanes);
         let to_lane = first.min(to.lanes_out());
         let lanes = (count - first + 1).min(to.lanes_out() - to_lane + 1);
-        way(to, first, to_lane, if goes_around { 1 } else { lanes })
+        let ahead = way(to, first, to_lane, if goes_around { 1 } else { lanes });
+        // Where the street gets wider the sidewalk goes on beside the outer lanes.
+        if ahead.at_kerb && !goes_around {
+            return Movement { to_lane: to.lanes_out() - lanes + 1, ..ahead };
+        }
+        ahead
     });
     let right = right.map(|to| {
         let served = straight.or(left).map_or(0, |other| other.from_lane + other.lanes - 1);
