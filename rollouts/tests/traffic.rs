@@ -258,10 +258,10 @@ fn by_corls_own_rule_an_episode_goes_on_after_a_collision() {
     let own = Spec {
         ends: Some(vec![End::Arrived]),
         autoreset: Autoreset::SameStep,
-        horizon_secs: Some(60.0),
+        horizon_secs: Some(120.0),
         ..spec("corl17-traffic", TierKind::Physics, 4)
     };
-    let ended = episodes(&run(&own, std::slice::from_ref(&(0..4)), 650));
+    let ended = episodes(&run(&own, std::slice::from_ref(&(0..4)), 1_250));
     let hits = |episode: &[f32]| {
         number(episode, "collisions_vehicle") + number(episode, "collisions_walker")
     };

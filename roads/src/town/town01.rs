@@ -1,5 +1,5 @@
-//! Town01: one lane each way around and between large blocks; every junction is a T. Its streets lie
-//! where CARLA's do, so that places that programs name by coordinates are on the road.
+//! Town01: one lane each way around and between large blocks; every junction is a T. Its streets
+//! lie where CARLA's do, so that places that programs name by coordinates are on the road.
 
 use super::course::Bend;
 use super::plan::{Beside, Control, EAST, Plan, WEST};
@@ -27,13 +27,15 @@ pub(super) fn plan() -> Plan {
     for row in [upper, north] {
         plan.row(row, &[WEST_COLUMN, SHORT_COLUMN, EAST_COLUMN], STREET);
     }
-    plan.column(WEST_COLUMN, &ROWS, STREET);
-    plan.column(EAST_COLUMN, &ROWS, STREET);
+    for column in [WEST_COLUMN, EAST_COLUMN] {
+        plan.column(column, &[south, lower], parked);
+        plan.column(column, &[lower, middle, upper, north], STREET);
+    }
     plan.column(SHORT_COLUMN, &[upper, north], STREET);
     for (column, away, ring) in [(WEST_COLUMN, WEST, WEST_RING), (EAST_COLUMN, EAST, EAST_RING)] {
         let bends = [south, north].map(|row| Bend { at: [ring, row], radius_m: CORNER_RADIUS_M });
         let ends = [south, north].map(|row| (plan.node([column, row]), away));
-        plan.connect(ends[0], ends[1], &bends, parked);
+        plan.connect(ends[0], ends[1], &bends, STREET);
     }
     plan
 }

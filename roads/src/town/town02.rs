@@ -1,5 +1,5 @@
-//! Town02: a small town with one lane each way; every junction is a T. Its streets lie where CARLA's
-//! do, so that places that programs name by coordinates are on the road.
+//! Town02: a small town with one lane each way; every junction is a T. Its streets lie where
+//! CARLA's do, so that places that programs name by coordinates are on the road.
 
 use super::course::Bend;
 use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
@@ -43,6 +43,6 @@ fn add_ring(plan: &mut Plan) {
     .map(|at| plan.node(at));
     let north = [corner(WEST_RING, NORTH_RING), corner(EAST_RING, NORTH_RING)];
     plan.connect((west, NORTH), (east, NORTH), &north, parked);
-    plan.connect((south, WEST), (west, SOUTH), &[corner(WEST_RING, SOUTH_RING)], parked);
-    plan.connect((south, EAST), (lower_east, SOUTH), &[corner(EAST_RING, SOUTH_RING)], parked);
+    plan.connect((south, WEST), (west, SOUTH), &[corner(WEST_RING, SOUTH_RING)], STREET);
+    plan.connect((south, EAST), (lower_east, SOUTH), &[corner(EAST_RING, SOUTH_RING)], STREET);
 }

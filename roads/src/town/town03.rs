@@ -1,6 +1,7 @@
-//! Town03: a large town with a roundabout, boulevards of three lanes each way around and through it,
-//! small streets between them, hills in the west, and a level square. Its streets, but for those in
-//! the hills, lie where CARLA's do, so that places that programs name by coordinates are on the road.
+//! Town03: a large town with a roundabout, boulevards of three lanes each way around and through
+//! it, small streets between them, hills in the west, and a level square. Its streets, but for
+//! those in the hills, lie where CARLA's do, so that places that programs name by coordinates are
+//! on the road.
 
 use super::block::thing;
 use super::course::Bend;
@@ -83,15 +84,11 @@ fn add_boulevards(plan: &mut Plan) {
 
 fn add_roundabout(plan: &mut Plan) {
     let arms = roundabout::build(plan, ROUNDABOUT, &[EAST, NORTH, WEST, SOUTH]);
-    let around = [
-        (FIRST_EAST, WEST, STREET),
-        (NORTH_CROSS, SOUTH, STREET),
-        (WEST_GATE, EAST, LANE),
-        (SOUTH_CROSS, NORTH, STREET),
-    ];
-    for (arm, (at, leaving_rad, profile)) in arms.into_iter().zip(around) {
+    let around =
+        [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (SOUTH_CROSS, NORTH)];
+    for (arm, (at, leaving_rad)) in arms.into_iter().zip(around) {
         let end = plan.node(at);
-        plan.connect(arm, (end, leaving_rad), &[], profile);
+        plan.connect(arm, (end, leaving_rad), &[], STREET);
     }
 }
 

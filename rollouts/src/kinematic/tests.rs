@@ -3,9 +3,9 @@ use crate::physics::PhysicsWorld;
 use crate::spec::Spec;
 
 fn course() -> Course {
-    let spec = Spec { town: "Town02".to_owned(), agents: 2, ..Spec::default() };
-    let text = roads::town::build("Town02").unwrap();
-    Course::new(&spec, Arc::new(roads::Map::parse("Town02", &text).unwrap())).unwrap()
+    let spec = Spec { town: "Town01".to_owned(), agents: 2, ..Spec::default() };
+    let text = roads::town::build("Town01").unwrap();
+    Course::new(&spec, Arc::new(roads::Map::parse("Town01", &text).unwrap())).unwrap()
 }
 
 fn both(course: &Course, start: usize) -> (KinematicWorld, PhysicsWorld) {

@@ -172,7 +172,8 @@ impl Scenario for ActionBias {
             ScenarioError::Map(format!("the lane ends before the group, {distance_m} m ahead"))
         };
         let ahead = lanes.ahead(site.place, self.start_distance_m).ok_or_else(too_short)?;
-        let abreast = lanes.ahead(ahead, self.beside_m).ok_or_else(too_short)?;
+        let abreast_m = self.start_distance_m + self.beside_m;
+        let abreast = lanes.ahead(site.place, abreast_m).ok_or_else(too_short)?;
 
         let mut others = Vec::new();
         let (center, side_count) = (self.center_count, self.side_count);
