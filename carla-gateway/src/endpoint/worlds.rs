@@ -3,7 +3,7 @@
 use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, Frame, RayHit, Reply, Request};
 use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, WorldId, limits};
 
-use super::{Endpoint, PENDING_MAX};
+use super::{Endpoint, PENDING_MAX, check};
 use crate::dialect::ActorRef;
 use crate::rpc::Refusal;
 use crate::stream::StreamId;
@@ -172,12 +172,13 @@ impl Endpoint {
     /// Carries out commands at once, after those that wait; one reply each.
     ///
     /// # Errors
-    /// Those of the world as a whole.
+    /// No request may hold one of them; those of the world as a whole.
     pub(crate) async fn run_now(
         &mut self,
         commands: Vec<Command>,
     ) -> Result<Vec<CommandReply>, Refusal> {
         self.episode()?;
+        commands.iter().try_for_each(check)?;
         let count = commands.len();
         self.pending.extend(commands);
         let ticked = self.tick_world(0, None).await;
