@@ -23,6 +23,15 @@ const FPS: f64 = 30.0;
 /// Most ticks per second in asynchronous mode.
 const FPS_MAX: f64 = 1_000.0;
 
+/// Ticks per second of an endpoint in asynchronous mode, as typed.
+///
+/// # Errors
+/// What was wanted instead.
+pub fn ticks_per_second(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|fps| *fps > 0.0 && *fps <= FPS_MAX);
+    number.ok_or_else(|| format!("wanted a number above 0 and at most {FPS_MAX}"))
+}
+
 /// Lets clients of CARLA 0.9.16 and 0.10.0 drive worlds.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Args {
@@ -58,7 +67,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "Town10HD_Opt")]
     pub map: String,
     /// Ticks per second in asynchronous mode
-    #[arg(long, value_name = "N", default_value_t = FPS)]
+    #[arg(long, value_name = "N", default_value_t = FPS, value_parser = ticks_per_second)]
     pub fps: f64,
     /// Leaves synchronous mode when nobody ticked for so long [default: never, as CARLA]
     #[arg(long, value_name = "SECS")]
@@ -202,9 +211,6 @@ impl Config {
     /// [`ConfigError`] names the first setting that cannot work.
     pub fn resolve(args: &Args) -> Result<Self, ConfigError> {
         let wrong = |setting, why: String| ConfigError { setting, why };
-        if !(args.fps.is_finite() && args.fps > 0.0 && args.fps <= FPS_MAX) {
-            return Err(wrong("fps", format!("wanted 0 to {FPS_MAX}, found {}", args.fps)));
-        }
         let lease = |setting, secs: Option<f64>| {
             let lease = secs.map(Duration::try_from_secs_f64).transpose();
             lease.map_err(|why| wrong(setting, why.to_string()))

@@ -21,7 +21,7 @@ pub(crate) use cameras::check_camera;
 use std::sync::Arc;
 
 use roads::MapLayer;
-use schemas::{ActorId, Command, SharedFrame};
+use schemas::{ActorId, Command, SharedFrame, wire};
 use tokio::runtime;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
@@ -75,6 +75,12 @@ impl Present {
             again: None,
         }
     }
+}
+
+/// # Errors
+/// No request may hold the command.
+pub(crate) fn check(command: &Command) -> Result<(), Refusal> {
+    wire::check_command(command).map_err(|error| worlds::refused(&error))
 }
 
 /// The state of one CARLA server.
@@ -323,9 +329,10 @@ impl Endpoint {
     /// Queues a command for the next tick or flush.
     ///
     /// # Errors
-    /// Those of a flush, when too many wait.
+    /// No request may hold the command; those of a flush, when too many wait.
     pub(crate) async fn queue(&mut self, command: Command) -> Result<(), Refusal> {
         self.episode()?;
+        check(&command)?;
         self.pending.push(command);
         if self.pending.len() >= PENDING_MAX {
             self.flush().await?;

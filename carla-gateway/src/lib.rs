@@ -43,8 +43,9 @@ mod wheels;
 mod whereabouts;
 
 pub use app::{RunError, run};
-pub use config::{Args, Config, ConfigError, PortOfTenant, Tyres};
+pub use config::{Args, Config, ConfigError, PortOfTenant, Tyres, ticks_per_second};
 pub use dialect::ClientVersion;
 pub use guests::Allowed;
 pub use launcher::{Flags, Translated, translate};
+pub use maps::is_among;
 pub use recorder::local_date;

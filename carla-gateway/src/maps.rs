@@ -42,7 +42,7 @@ impl Maps {
     /// `Map 'X' not found`, those of the site, or what is wrong with the map.
     pub(crate) async fn find(&self, name: &str) -> Result<Arc<roads::Map>, Error> {
         let list = self.list().await?;
-        let wanted = resolve(name, &list).ok_or_else(|| {
+        let wanted = resolve(name, &list, |map| &map.name).ok_or_else(|| {
             let name: String = name.chars().take(128).collect();
             Error::new(ErrorCode::UnknownMap, format!("Map '{name}' not found"))
         })?;
@@ -51,16 +51,24 @@ impl Maps {
     }
 }
 
+/// Whether a client that asks for `name` finds one of these maps: with or without a path, with or
+/// without `_Opt`, in any case.
+pub fn is_among<'a>(name: &str, maps: impl IntoIterator<Item = &'a str>) -> bool {
+    let maps: Vec<&str> = maps.into_iter().collect();
+    resolve(name, &maps, |map| map).is_some()
+}
+
 /// The map with this name, else the one that differs by case alone, else by `_Opt` and case.
-fn resolve<'a>(name: &str, list: &'a [MapRef]) -> Option<&'a MapRef> {
+fn resolve<'a, T>(name: &str, list: &'a [T], name_of: impl Fn(&T) -> &str) -> Option<&'a T> {
     let stem = name.rsplit('/').next()?;
     let stem = stem.strip_suffix(".umap").unwrap_or(stem);
     let twin = match without_suffix(stem) {
         Some(plain) => plain.to_owned(),
         None => format!("{stem}_Opt"),
     };
-    let alike = |wanted: &str| list.iter().find(|map| map.name.eq_ignore_ascii_case(wanted));
-    let named = |wanted: &str| list.iter().find(|map| map.name == wanted).or_else(|| alike(wanted));
+    let alike = |wanted: &str| list.iter().find(|map| name_of(map).eq_ignore_ascii_case(wanted));
+    let named =
+        |wanted: &str| list.iter().find(|map| name_of(map) == wanted).or_else(|| alike(wanted));
     named(stem).or_else(|| named(&twin))
 }
 
@@ -100,12 +108,12 @@ mod tests {
             ("Town03_Opt", "Town03"),
             ("Carla/Maps/Town10HD", "Town10HD_Opt"),
         ] {
-            assert_eq!(resolve(asked, &list).unwrap().name, found);
+            assert_eq!(resolve(asked, &list, |map| &map.name).unwrap().name, found);
         }
         for name in ["Town99", "\u{e9}", "Opt", "_Opt"] {
-            assert!(resolve(name, &list).is_none());
+            assert!(resolve(name, &list, |map| &map.name).is_none());
         }
-        assert!(resolve("", &list).is_none());
+        assert!(resolve("", &list, |map| &map.name).is_none());
     }
 
     #[test]
@@ -121,7 +129,7 @@ mod tests {
             ("town10hd", "Town10HD_Opt"),
             ("town03_opt", "town03"),
         ] {
-            assert_eq!(resolve(asked, &list).unwrap().name, found, "{asked}");
+            assert_eq!(resolve(asked, &list, |map| &map.name).unwrap().name, found, "{asked}");
         }
     }
 }

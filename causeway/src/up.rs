@@ -4,6 +4,7 @@
 //! running. Everything it starts ends with it.
 
 mod banner;
+mod check;
 mod child;
 mod plan;
 mod ports;

@@ -25,7 +25,7 @@ pub use alive::{decode_alive, decode_load, encode_alive, encode_load};
 pub use camera::{decode_render_job, encode_render_job};
 pub use frame::{decode_frame, encode_frame};
 pub use reply::{decode_reply, encode_reply};
-pub use request::{decode_request, encode_request};
+pub use request::{check_command, decode_request, encode_request};
 
 use flatbuffers::{Follow, Verifiable, VerifierOptions};
 

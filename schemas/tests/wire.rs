@@ -3,8 +3,14 @@
 mod sample;
 
 use proptest::prelude::*;
-use schemas::limits::{FORKS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, TICKS_PER_REQUEST_MAX};
-use schemas::{ErrorCode, Load, Request, TickItem, WalkerPose, WorldId, wire};
+use schemas::limits::{
+    ATTRIBUTE_CHARS_MAX, FORKS_PER_REQUEST_MAX, REQUEST_BYTES_MAX, TICKS_PER_REQUEST_MAX,
+    V2X_TEXT_BYTES_MAX,
+};
+use schemas::{
+    ActorId, Attribute, Command, ErrorCode, Load, Pose, Request, SensorCommand, TickItem, Vec3,
+    WalkerPose, WorldId, wire,
+};
 
 #[test]
 fn a_frame_comes_back_bit_for_bit() {
@@ -82,6 +88,23 @@ fn one_kind_of_message_is_not_taken_for_another() {
 fn a_message_over_its_limit_is_refused_before_it_is_read() {
     let refusal = wire::decode_request(&vec![0; REQUEST_BYTES_MAX + 1]).unwrap_err();
     assert_eq!(refusal.code, ErrorCode::TooLarge);
+}
+
+#[test]
+fn a_command_with_too_much_of_something_is_known_before_it_is_sent() {
+    let sensor = ActorId::FIRST;
+    for (length, fits) in [(V2X_TEXT_BYTES_MAX, true), (V2X_TEXT_BYTES_MAX + 1, false)] {
+        let text = "x".repeat(length);
+        let command = Command::Sensor(SensorCommand::SendV2x { sensor, text });
+        assert_eq!(wire::check_command(&command).is_ok(), fits, "{length} bytes");
+    }
+    for (length, fits) in [(ATTRIBUTE_CHARS_MAX, true), (ATTRIBUTE_CHARS_MAX + 1, false)] {
+        let value = "ä".repeat(length);
+        let mut command = Command::spawn("vehicle.mini.cooper", Pose::identity(), Vec3::zeros());
+        let Command::SpawnActor { attributes, .. } = &mut command else { unreachable!() };
+        attributes.push(Attribute { id: "role_name".to_owned(), value });
+        assert_eq!(wire::check_command(&command).is_ok(), fits, "{length} characters");
+    }
 }
 
 #[test]

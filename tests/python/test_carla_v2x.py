@@ -81,3 +81,17 @@ def test_texts_reach_the_other_car(world: carla.World, pair: list[carla.Vehicle]
     assert [text["Message"] for text in texts] == ["hello", "x" * 100]
     assert own.empty()
     assert heard.empty()
+
+
+def test_a_text_that_is_too_long_takes_nothing_with_it(
+    world: carla.World, pair: list[carla.Vehicle]
+) -> None:
+    (sender, _), _ = radios(world, pair, "sensor.other.v2x_custom")
+    world.tick()
+    pair[1].apply_control(carla.VehicleControl(throttle=0.8))
+    sender.send("x" * 200)
+    pair[1].set_light_state(carla.VehicleLightState.LowBeam)
+    for _ in range(20):
+        world.tick()
+    assert pair[1].get_velocity().length() > 1.0
+    assert pair[1].get_light_state() == carla.VehicleLightState.LowBeam

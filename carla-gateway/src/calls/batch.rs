@@ -9,7 +9,7 @@ use super::method::by_function;
 use super::{actor, orders, parts, vehicle};
 use crate::allowance::Room;
 use crate::dialect::{ActorRef, BatchCommand, BatchResponse};
-use crate::endpoint::Endpoint;
+use crate::endpoint::{Endpoint, check};
 use crate::rpc::{Answer, Payload, Refusal, Request};
 
 /// Commands inside commands inside commands.
@@ -64,7 +64,9 @@ fn run(endpoint: &mut Endpoint, commands: Vec<Wish>, depth: usize) -> Running<'_
                 }
             };
             let function = command.function();
-            match prepare(endpoint, command, &mut room).await {
+            let prepared = prepare(endpoint, command, &mut room).await;
+            let fitting = prepared.and_then(|it| it.order.iter().try_for_each(check).map(|()| it));
+            match fitting {
                 Ok(Prepared { order: Some(order), step }) => {
                     sent.push(order);
                     steps.push(step);

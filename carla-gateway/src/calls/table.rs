@@ -68,7 +68,11 @@ static WORLD: &[Method] = &[
     full("get_spectator", value!(content::spectator())),
     full("get_actors_by_id", value!(content::actors(ids).await)),
     full("get_weather_parameters", value!(content::weather())),
-    full("set_weather_parameters", void!(content::set_weather(weather).await)),
+    partly(
+        "set_weather_parameters",
+        "wind and the three scattering parameters are kept and told, and change no picture",
+        void!(content::set_weather(weather).await),
+    ),
     full("is_weather_enabled", value!(content::has_weather())),
     full("get_imui_gravity", value!(content::inertial_gravity())),
     full("set_imui_gravity", void!(content::set_inertial_gravity(gravity_mps2))),

@@ -3,7 +3,7 @@
 use schemas::{ActorId, Command, CommandReply, Error, ErrorCode, Frame, RayHit, Reply, Request};
 use schemas::{SharedFrame, TickItem, TickOutcome, Vec3, VehicleReport, WorldId, limits};
 
-use super::{Endpoint, PENDING_MAX};
+use super::{Endpoint, PENDING_MAX, check};
 use crate::dialect::ActorRef;
 use crate::rpc::Refusal;
 use crate::stream::StreamId;
@@ -148,6 +148,13 @@ impl Endpoint {
         spawned.chain(in_frame).for_each(|id| self.given.note(id));
     }
 
+    /// Logs what was refused of commands whose clients wait for no answer.
+    pub(super) fn tell_refusals(&self, replies: &[CommandReply]) {
+        for refusal in replies.iter().filter_map(|reply| reply.as_ref().err()) {
+            tracing::info!(port = self.port, %refusal, "a command that nobody waits for is refused");
+        }
+    }
+
     /// Carries out what waits, without a tick.
     ///
     /// # Errors
@@ -157,9 +164,7 @@ impl Endpoint {
             return self.episode().map(drop);
         }
         let outcome = self.tick_world(0, None).await?;
-        for refusal in outcome.replies.iter().filter_map(|reply| reply.as_ref().err()) {
-            tracing::debug!(%refusal, "a command that nobody waits for was refused");
-        }
+        self.tell_refusals(&outcome.replies);
         self.keep_state_if_due().await;
         Ok(())
     }
@@ -167,12 +172,13 @@ impl Endpoint {
     /// Carries out commands at once, after those that wait; one reply each.
     ///
     /// # Errors
-    /// Those of the world as a whole.
+    /// No request may hold one of them; those of the world as a whole.
     pub(crate) async fn run_now(
         &mut self,
         commands: Vec<Command>,
     ) -> Result<Vec<CommandReply>, Refusal> {
         self.episode()?;
+        commands.iter().try_for_each(check)?;
         let count = commands.len();
         self.pending.extend(commands);
         let ticked = self.tick_world(0, None).await;

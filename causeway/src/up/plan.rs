@@ -1,8 +1,9 @@
 //! What was typed, and the consistent plan that follows from it.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::net::{IpAddr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::{BusAddress, Identity};
@@ -11,6 +12,7 @@ use clap::builder::ArgPredicate;
 use render_service::Quality;
 use tenancy::Door;
 
+use super::check::{check_folder, check_map};
 use super::child::{Service, identity_in};
 use super::ports::{self, PortTaken};
 use crate::watched::{AdminArgs, AuditArgs, DrainArgs};
@@ -87,7 +89,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME", default_value = "Town10HD_Opt")]
     carla_map: String,
     /// Ticks per second of CARLA endpoints in asynchronous mode [default: 30]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = carla_gateway::ticks_per_second)]
     fps: Option<f64>,
     /// Clients of a CARLA endpoint in synchronous mode tick together: its world advances when each
     /// that ticks has asked, and waits so long for one that does not [default: each tick counts]
@@ -154,6 +156,19 @@ pub(crate) enum PlanError {
         /// What the operating system says.
         cause: std::io::Error,
     },
+    /// A port is that of two endpoints, or of one's calls and another's streams.
+    #[error(
+        "--carla: port {0} is wanted twice: each endpoint takes two, --carla-stream names the second"
+    )]
+    PortTwice(u16),
+    /// CARLA's clients would find no world.
+    #[error("--carla-map: there is no map {name:?}; wanted one of: {known}")]
+    NoMap {
+        /// As typed.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
     /// Certificates that nobody would show.
     #[error("--bus-pki wants --bus tls/HOST:PORT, found {0}: over tcp/ nobody shows certificates")]
     InTheOpen(BusAddress),
@@ -195,6 +210,9 @@ impl Plan {
         for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
             path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
         }
+        if !args.no_carla {
+            check_map(&args.carla_map, args.maps.as_deref())?;
+        }
         if !scenario_service::is_guarded(args.http, args.tokens.is_some(), args.open) {
             return Err(scenario_service::Unguarded(args.http).into());
         }
@@ -222,6 +240,11 @@ impl Plan {
                 Ok((PortOfTenant { port, ..at.clone() }, streams))
             })
             .collect::<Result<_, PortTaken>>()?;
+        let mut taken = BTreeSet::new();
+        let all = carla.iter().map(|at| at.port).chain(streams.iter().copied());
+        if let Some(port) = all.into_iter().find(|port| !taken.insert(*port)) {
+            return Err(PlanError::PortTwice(port));
+        }
         if !args.carla_stream.is_empty() {
             args.carla_stream = streams;
         }
@@ -242,13 +265,6 @@ impl Plan {
         services.iter_mut().for_each(|service| service.drain_within(args.drain.drain_secs));
         let identity = args.bus_pki.as_deref().map(|folder| identity_in(folder, "face"));
         Ok(Self { http, bus, identity, carla, services, admin, window })
-    }
-}
-
-fn check_folder(setting: &'static str, path: &Path) -> Result<(), PlanError> {
-    match std::fs::read_dir(path) {
-        Ok(_) => Ok(()),
-        Err(cause) => Err(PlanError::Folder { setting, path: path.to_owned(), cause }),
     }
 }
 

@@ -74,8 +74,8 @@ pub(super) fn attributes_in(raw: Option<Attributes<'_>>) -> Result<Vec<Attribute
     raw.iter()
         .map(|raw| {
             let (id, value) = (raw.id(), raw.value());
-            check_count("characters in an attribute", id.len(), ATTRIBUTE_CHARS_MAX)?;
-            check_count("characters in an attribute", value.len(), ATTRIBUTE_CHARS_MAX)?;
+            check_count("characters in an attribute", id.chars().count(), ATTRIBUTE_CHARS_MAX)?;
+            check_count("characters in an attribute", value.chars().count(), ATTRIBUTE_CHARS_MAX)?;
             Ok(Attribute { id: id.to_owned(), value: value.to_owned() })
         })
         .collect()

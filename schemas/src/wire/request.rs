@@ -11,7 +11,10 @@ use crate::limits::{
     ACTORS_PER_WORLD_MAX, FORKS_PER_REQUEST_MAX, RAYS_PER_REQUEST_MAX, REQUEST_BYTES_MAX,
     TICKS_PER_REQUEST_MAX, VEHICLES_PER_REQUEST_MAX, WORLDS_PER_BATCH_MAX,
 };
-use crate::{ActorId, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem, Vec3, WorldId};
+use crate::{
+    ActorId, Command, Error, ErrorCode, Lease, Request, ServiceId, Tick, TickItem, Vec3,
+    VehicleCommand, WorldId,
+};
 
 type Body = (Table, WIPOffset<UnionWIPOffset>);
 
@@ -34,6 +37,25 @@ pub fn encode_request(request: &Request) -> Vec<u8> {
 pub fn decode_request(bytes: &[u8]) -> Result<Request, Error> {
     let raw = root::<fb::Request>(&REQUEST, bytes)?;
     body_in(&raw)
+}
+
+/// Whether a request may hold a command: one that has too much of something would have all commands
+/// of its request refused.
+///
+/// # Errors
+/// What [`decode_request`] says of it.
+pub fn check_command(command: &Command) -> Result<(), Error> {
+    let is_small = match command {
+        Command::SpawnActor { .. } | Command::Sensor(_) | Command::Scenery(_) => false,
+        Command::Vehicle(command) => !matches!(command, VehicleCommand::Physics { .. }),
+        _ => true,
+    };
+    if is_small {
+        return Ok(());
+    }
+    let Some(world) = WorldId::new(1) else { return Ok(()) };
+    let item = TickItem { commands: vec![command.clone()], ..TickItem::new(world, 0) };
+    decode_request(&encode_request(&Request::TickWorlds(vec![item]))).map(drop)
 }
 
 fn body_out(b: &mut FlatBufferBuilder<'_>, request: &Request) -> Body {
