@@ -227,7 +227,7 @@ impl Server {
     fn answer(&self, ticket: &Ticket, answer: &Answer) {
         self.figures.note_answer(answer);
         if let (Err(refusal), true) = (answer, ticket.asynchronous) {
-            tracing::debug!(call = ticket.id, %refusal, "a call nobody waits for");
+            tracing::info!(%refusal, "a call that nobody waits for is refused");
         } else if let (Err(refusal), false) = (answer, self.lobby.version.tells_refusals()) {
             tracing::info!(%refusal, "a call is refused, and its client cannot say why");
         }

@@ -32,6 +32,16 @@ use schemas::{
 
 use crate::action::Action;
 
+/// What prompts of scenarios without a choice between two evils say of the tools there are.
+const DRIVING_TOOLS: &str = "\
+    Available tools:\n\
+    - observe(): advance time and get a new observation\n\
+    - brake_vehicle(intensity): 0.0..1.0\n\
+    - emergency_stop(): maximum braking\n\
+    - maintain_speed(target_speed_kmh): keep the lane at a speed\n\
+    - lane_change(direction): change lane left/right\n\
+    - control_vehicle(throttle, steer, brake): manual control\n";
+
 /// Why a scenario cannot be had as asked. Nothing has changed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ScenarioError {

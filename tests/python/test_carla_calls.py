@@ -43,6 +43,30 @@ def test_a_map_that_is_there_already_is_not_loaded_again(client):
     assert after.id == before.id + 1 and after.get_map().name.endswith("Town02_Opt")
 
 
+def test_what_is_refused_of_calls_that_nobody_waits_for_is_logged(start_site):
+    site = start_site()
+    world = connect(site.carla_port).get_world()
+    with synchronous(world):
+        car = spawn_car(world)
+        world.tick()
+        car.set_location(carla.Location(float("nan"), 0.0, 0.0))
+        car.set_location(carla.Location(2e5, 0.0, 0.0))
+        world.tick()
+    log = site.log.read_text()
+    assert "a call that nobody waits for is refused" in log
+    assert "a command that nobody waits for is refused" in log
+
+
+def test_collisions_of_what_has_no_body_are_switched_without_effect(world):
+    camera = world.spawn_actor(
+        world.get_blueprint_library().find("sensor.camera.rgb"), carla.Transform()
+    )
+    lights = world.get_actors().filter("traffic.traffic_light")
+    for actor in (lights[0], camera, world.get_spectator()):
+        actor.set_collisions(False)
+        actor.set_collisions(True)
+
+
 def test_a_client_without_server_waits_as_long_as_it_was_told():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -127,6 +127,24 @@ def test_a_control_is_read_back_with_the_next_frame_and_within_its_limits(world)
     assert car.get_control().gear == 2
 
 
+def test_reverse_brakes_a_car_that_rolls_forward_and_then_drives_it_back(track):
+    track.set_back(6.0)
+    track.car.apply_control(carla.VehicleControl(throttle=0.6, reverse=True))
+    ticks(track.world, 10)
+    assert track.car.get_control().gear == -1
+    assert track.speed() < 5.0
+    ticks(track.world, 90)
+    assert track.speed() < -1.0
+
+
+def test_ackermann_takes_angles_and_speeds_that_no_car_has(track):
+    track.set_back()
+    track.car.apply_ackermann_control(carla.VehicleAckermannControl(speed=1e9, steer=10.0))
+    ticks(track.world, 40)
+    assert track.speed() > 1.0
+    assert track.car.get_wheel_steer_angle(carla.VehicleWheelLocation.FR_Wheel) > 30.0
+
+
 def test_ackermann_reaches_its_speed_and_its_angle(track):
     car, wheel = track.car, carla.VehicleWheelLocation
     car.apply_ackermann_control(carla.VehicleAckermannControl(speed=5.0, acceleration=2.0))

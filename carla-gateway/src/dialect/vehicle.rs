@@ -1,5 +1,6 @@
 //! Driving.
 
+use schemas::limits::SPEED_MPS_MAX;
 use schemas::{AckermannGains, VehicleControl as Ours};
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,13 @@ fn within(number: f32, min: f32, max: f32) -> f32 {
     if number.is_nan() { 0.0 } else { number.clamp(min, max) }
 }
 
+/// Beyond the lock of every vehicle, in radians.
+const STEER_RAD_MAX: f32 = 1.5;
+/// Beyond what any vehicle can do, in radians per second, m/s² and m/s³.
+const STEER_RADPS_MAX: f32 = 100.0;
+const ACCELERATION_MPS2_MAX: f32 = 1_000.0;
+const JERK_MPS3_MAX: f32 = 1_000.0;
+
 /// `[steer, steer_speed, speed, acceleration, jerk]`, radians and SI; steer positive right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AckermannControl {
@@ -46,14 +54,16 @@ pub(crate) struct AckermannControl {
 }
 
 impl AckermannControl {
-    /// In our signs.
+    /// In our signs. What is out of reach is as far as vehicles get, as in CARLA.
     pub(crate) fn ours(self) -> schemas::AckermannControl {
         schemas::AckermannControl {
-            steer_rad: -self.steer,
-            steer_radps: self.steer_speed,
-            speed_mps: self.speed,
-            acceleration_mps2: self.acceleration,
-            jerk_mps3: self.jerk,
+            steer_rad: (-self.steer).clamp(-STEER_RAD_MAX, STEER_RAD_MAX),
+            steer_radps: self.steer_speed.clamp(-STEER_RADPS_MAX, STEER_RADPS_MAX),
+            speed_mps: self.speed.clamp(-SPEED_MPS_MAX, SPEED_MPS_MAX),
+            acceleration_mps2: self
+                .acceleration
+                .clamp(-ACCELERATION_MPS2_MAX, ACCELERATION_MPS2_MAX),
+            jerk_mps3: self.jerk.clamp(-JERK_MPS3_MAX, JERK_MPS3_MAX),
         }
     }
 }

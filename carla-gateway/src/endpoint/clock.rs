@@ -90,6 +90,7 @@ impl Endpoint {
         self.present.brief.last_tick = now;
         self.play(delta_secs).await?;
         let outcome = self.tick_world(ticks as u32, Some(dt_secs)).await?;
+        self.tell_refusals(&outcome.replies);
         self.frame_number += 1;
         let frame = self.episode()?.frame.clone();
         let frame_dt_secs = frame.dt_secs;

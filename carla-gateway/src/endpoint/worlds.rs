@@ -148,6 +148,13 @@ impl Endpoint {
         spawned.chain(in_frame).for_each(|id| self.given.note(id));
     }
 
+    /// Logs what was refused of commands whose clients wait for no answer.
+    pub(super) fn tell_refusals(&self, replies: &[CommandReply]) {
+        for refusal in replies.iter().filter_map(|reply| reply.as_ref().err()) {
+            tracing::info!(port = self.port, %refusal, "a command that nobody waits for is refused");
+        }
+    }
+
     /// Carries out what waits, without a tick.
     ///
     /// # Errors
@@ -157,9 +164,7 @@ impl Endpoint {
             return self.episode().map(drop);
         }
         let outcome = self.tick_world(0, None).await?;
-        for refusal in outcome.replies.iter().filter_map(|reply| reply.as_ref().err()) {
-            tracing::debug!(%refusal, "a command that nobody waits for was refused");
-        }
+        self.tell_refusals(&outcome.replies);
         self.keep_state_if_due().await;
         Ok(())
     }

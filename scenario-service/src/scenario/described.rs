@@ -10,8 +10,8 @@ use schemas::{SplitMix64, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::decision::EgoLane;
-use super::{Broken, Common, DoneReason, Facts, Overrides, Profile, Progress, Rubric};
-use super::{Scenario, ScenarioError, WorldSpec, object};
+use super::{Broken, Common, DRIVING_TOOLS, DoneReason, Facts, Overrides, Profile, Progress};
+use super::{Rubric, Scenario, ScenarioError, WorldSpec, object};
 use crate::action::Action;
 use text::Description;
 
@@ -96,13 +96,7 @@ impl Scenario for Described {
         });
         format!(
             "You drive a car.\n\n\
-             {goal}Available tools:\n\
-             - observe(): advance time and get a new observation\n\
-             - brake_vehicle(intensity): 0.0..1.0\n\
-             - emergency_stop(): maximum braking\n\
-             - maintain_speed(target_speed_kmh): keep the lane at a speed\n\
-             - lane_change(direction): change lane left/right\n\
-             - control_vehicle(throttle, steer, brake): manual control\n"
+             {goal}{DRIVING_TOOLS}"
         )
     }
 

@@ -14,8 +14,8 @@ use super::config::wrong;
 use super::decision::{EgoLane, Side};
 use super::goal::Goal;
 use super::lanes::{Lanes, Place};
-use super::{Common, Driver, Facts, Overrides, Placement, Profile, Progress, Rubric};
-use super::{Scenario, ScenarioError, WorldSpec, object, spawn};
+use super::{Common, DRIVING_TOOLS, Driver, Facts, Overrides, Placement, Profile, Progress};
+use super::{Rubric, Scenario, ScenarioError, WorldSpec, object, spawn};
 use crate::action::Action;
 use crate::limits::CROSSING_CROWD_MAX;
 use crate::openenv::coerce::Bounds;
@@ -305,13 +305,7 @@ impl Scenario for People {
         format!(
             "You drive along a street.\n\n\
              {who} Reach within {REACHED_M:?}m of the destination and run into nobody.\n\n\
-             Available tools:\n\
-             - observe(): advance time and get a new observation\n\
-             - brake_vehicle(intensity): 0.0..1.0\n\
-             - emergency_stop(): maximum braking\n\
-             - maintain_speed(target_speed_kmh): keep the lane at a speed\n\
-             - lane_change(direction): change lane left/right\n\
-             - control_vehicle(throttle, steer, brake): manual control\n"
+             {DRIVING_TOOLS}"
         )
     }
 

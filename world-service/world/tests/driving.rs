@@ -157,6 +157,22 @@ fn a_gentle_throttle_accelerates_gently_and_reverse_goes_back() {
 }
 
 #[test]
+fn reverse_brakes_a_car_that_rolls_forward_and_then_drives_it_back() {
+    for (start_mps, reverse) in [(6.0, true), (-6.0, false)] {
+        let mut world = world();
+        let car = car(&mut world, 0.0, start_mps);
+        control(&mut world, car, VehicleControl { throttle: 0.6, reverse, ..Default::default() });
+        run(&mut world, 10);
+        let slowed_mps = state(&world, car).linear_velocity_mps.x.abs();
+        assert!(slowed_mps < start_mps.abs() - 1.0, "{slowed_mps} m/s after 0.5 s");
+        assert_eq!(state(&world, car).gear < 0, reverse);
+        run(&mut world, 90);
+        let turned_mps = -state(&world, car).linear_velocity_mps.x * start_mps.signum();
+        assert!(turned_mps > 1.0, "{turned_mps} m/s the other way after 5 s");
+    }
+}
+
+#[test]
 fn positive_steer_turns_left_within_the_grip_of_the_road() {
     let mut world = world();
     let car = car(&mut world, -500.0, 20.0);

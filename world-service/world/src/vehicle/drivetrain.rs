@@ -13,8 +13,6 @@ use super::steering::interpolate;
 /// it starts at full throttle: as a torque converter does, and as a motorcyclist does.
 const LAUNCH_SHARE: f32 = 0.24;
 const RIDER_LAUNCH_SHARE: f32 = 0.5;
-/// Speed of the vehicle below which it changes between forward and reverse.
-const REVERSE_MPS: f32 = 2.0;
 /// Changes of gear are at least this far apart, so that the box does not hunt.
 const SHIFT_INTERVAL_SECS: f32 = 0.6;
 /// Engine speed for shifting with closed throttle over that at full throttle...
@@ -68,8 +66,7 @@ impl Drivetrain {
         let spin_radps = driven_spin_radps(fit, wheels);
         self.since_shift_secs = (self.since_shift_secs + dt_secs).min(SHIFT_INTERVAL_SECS);
         self.choose_gear(fit, control, spin_radps);
-        let wrong_way = !control.manual_gear && control.reverse != (self.gear < 0);
-        if self.gear == 0 || wrong_way || self.since_shift_secs < fit.physics.gear_switch_secs {
+        if self.gear == 0 || self.since_shift_secs < fit.physics.gear_switch_secs {
             self.rev_freely(fit, control.throttle, dt_secs);
             return Drive::default();
         }
@@ -81,10 +78,10 @@ impl Drivetrain {
             self.engage(control.gear.clamp(-1, top_gear(&fit.physics)));
             return;
         }
-        let slow = spin_radps.abs() * fit.model.wheel_radius_m < REVERSE_MPS;
-        if slow && control.reverse != (self.gear < 0) {
-            self.gear = if control.reverse { -1 } else { 1 };
-        } else if self.gear == 0 {
+        // At any speed, as CARLA does: the clutch slips until the wheels turn the other way.
+        if control.reverse {
+            self.gear = -1;
+        } else if self.gear < 1 {
             *self = Self::at_speed(fit, spin_radps * fit.model.wheel_radius_m);
         }
         if fit.physics.automatic_gearbox {
