@@ -15,7 +15,7 @@ use crate::network::{LaneId, Network};
 use crate::path::{Path, PathPoint, curvature_per_m};
 use crate::pid::Longitudinal;
 use crate::pilot::VehicleView;
-use crate::scene::Room;
+use crate::scene::{Queue, Room};
 use crate::senses::Senses;
 use crate::{route, steering, wander};
 use traits::Traits;
@@ -246,12 +246,14 @@ impl Agent {
         let look_m = traits.horizon_m(speed_mps);
         let mut points = Vec::new();
         self.path.sample(senses.network, look_m, SPACING_M, &mut points);
+        let room = room(senses);
         let queue = match self.options.ignore_vehicles {
-            true => Vec::new(),
-            false => senses.scene.queue(&points, &room(senses)),
+            true => Queue::default(),
+            false => senses.scene.queue(&points, &room),
         };
+        let ahead = queue.first();
         let lines = self.lines(senses, &traits, look_m, speed_mps);
-        let stop_m = self.junction(senses, claims, &queue, &lines, (look_m, speed_mps));
+        let stop_m = self.junction(senses, claims, (ahead, &queue), &lines, (look_m, speed_mps));
         let stop_m = stop_m.min(lines.people_stop_m(senses.body.half_m.x)).min(self.end_m());
         if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
@@ -259,7 +261,7 @@ impl Agent {
         let braked_mps = (2.0 * EASY_MPS2 * view.grip * change_m.min(stop_m)).sqrt();
         let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
         let followed =
-            queue.first().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
+            ahead.as_ref().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
         let target_mps = match followed {
             Some((_, Some(mps))) => mps.min(free_mps),
             Some((ahead, None)) => {

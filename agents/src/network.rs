@@ -262,6 +262,7 @@ impl Lane {
     }
 
     /// As [`at`](Self::at), for places in order: `after` is that of the place before.
+    #[inline(always)]
     pub(crate) fn at_next(&self, at_m: f32, after: &mut usize) -> LanePoint {
         while self.points.get(*after).is_some_and(|point| point.at_m <= at_m) {
             *after += 1;
@@ -270,7 +271,7 @@ impl Lane {
     }
 
     /// The middle at a distance from the entry, with the first point beyond it.
-    #[inline]
+    #[inline(always)]
     fn at_before(&self, after: usize, at_m: f32) -> LanePoint {
         let index = after.clamp(1, self.points.len().saturating_sub(1).max(1));
         let Some([from, to]) = self.points.get(index - 1..=index) else {
@@ -283,18 +284,7 @@ impl Lane {
                 width_m: 0.0,
             };
         };
-        let span_m = (to.at_m - from.at_m).max(1.0e-6);
-        let share = ((at_m - from.at_m) / span_m).clamp(0.0, 1.0);
-        let turn_rad = wrapped(to.heading_rad - from.heading_rad);
-        LanePoint {
-            at_m: from.at_m + span_m * share,
-            point_m: to.point_m * share + from.point_m * (1.0 - share),
-            heading_rad: from.heading_rad + turn_rad * share,
-            curvature_per_m: from.curvature_per_m
-                + (to.curvature_per_m - from.curvature_per_m) * share,
-            limit_mps: from.limit_mps,
-            width_m: from.width_m + (to.width_m - from.width_m) * share,
-        }
+        LanePoint::between(from, to, at_m)
     }
 
     /// Its points between two distances from the entry.
@@ -377,6 +367,7 @@ impl Lane {
 }
 
 /// An angle between -π and π.
+#[inline]
 pub(crate) fn wrapped(angle_rad: f32) -> f32 {
     use std::f32::consts::{PI, TAU};
     /// Angles below are what they are; most are.

@@ -5,7 +5,7 @@ mod change;
 use std::cell::Cell;
 use std::collections::VecDeque;
 
-use nalgebra::ComplexField;
+use nalgebra::{ComplexField, Vector2};
 use schemas::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -180,6 +180,10 @@ impl Path {
         for _ in 0..3 {
             let Some(here) = self.at(network, 0.0) else { return };
             let away = position_m - here.point.point_m;
+            // Who moves along its way without dynamics is there.
+            if away.xy() == Vector2::zeros() {
+                return;
+            }
             let heading = here.point.heading();
             let ahead_m = away.x * heading.x + away.y * heading.y;
             if ahead_m < 0.01 {

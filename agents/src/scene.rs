@@ -1,12 +1,14 @@
 //! What drivers see of the world around them.
 
 mod extent;
+mod queue;
 mod strip;
 
 use schemas::{ActorId, TrafficLightColour, Vec3};
 
 use crate::path::PathPoint;
 use extent::Extent;
+pub(crate) use queue::Queue;
 use strip::Strip;
 
 /// Side of a cell of the scene's grid.
@@ -39,6 +41,8 @@ pub struct Scene {
     bodies: Vec<Body>,
     /// Ordered by cell, then by position of the body.
     cells: Vec<([i32; 2], u32)>,
+    /// Columns of cells that have any body, each with where it begins in `cells`.
+    columns: Vec<(i32, u32)>,
     lights: Vec<TrafficLightColour>,
     has_walkers: bool,
     /// From the middle of a body to its corners, seen from above, at most.
@@ -96,9 +100,15 @@ impl Scene {
         let mut cells: Vec<_> =
             (0..).zip(&bodies).map(|(index, body)| (cell(&body.centre_m), index)).collect();
         cells.sort_unstable();
+        let mut columns: Vec<(i32, u32)> = Vec::new();
+        for (at, ([x, _], _)) in (0..).zip(&cells) {
+            if columns.last().is_none_or(|(last, _)| last != x) {
+                columns.push((*x, at));
+            }
+        }
         let has_walkers = bodies.iter().any(|body| body.is_walker);
         let around_m_max = bodies.iter().map(Body::around_m).fold(0.0, f32::max);
-        Self { bodies, cells, lights, has_walkers, around_m_max }
+        Self { bodies, cells, columns, lights, has_walkers, around_m_max }
     }
 
     /// What a light shows; unknown in a world without lights.
@@ -113,6 +123,12 @@ impl Scene {
         self.bodies.get(at)
     }
 
+    /// As [`body`](Self::body), with a guess of how many have lower ids.
+    #[must_use]
+    pub fn body_about(&self, guess: usize, id: ActorId) -> Option<&Body> {
+        self.bodies.get(guess).filter(|body| body.id == id).or_else(|| self.body(id))
+    }
+
     /// Whether anybody is on foot.
     #[must_use]
     pub fn has_walkers(&self) -> bool {
@@ -125,49 +141,38 @@ impl Scene {
     }
 
     /// Calls for every body whose middle is in these cells, from the lowest to the highest.
-    fn within(&self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&Body)) {
-        let mut from = low;
-        // Once for each column that has any, however many bodies are elsewhere in it.
-        while from[0] <= high[0] {
-            let first = self.cells.partition_point(|(cell, _)| *cell < from);
-            let later = self.cells.get(first..).unwrap_or_default();
-            let Some(([x, y], _)) = later.first().copied() else { return };
-            if x == from[0] || y >= low[1] {
-                let within = |cell: &[i32; 2]| *cell <= [x.min(high[0]), high[1]];
-                let bodies = later.iter().take_while(|(cell, _)| within(cell));
-                bodies
-                    .filter_map(|(_, index)| self.bodies.get(*index as usize))
-                    .for_each(&mut tell);
-                let Some(next) = x.checked_add(1) else { return };
-                from = [next, low[1]];
-            } else {
-                from = [x, low[1]];
-            }
+    fn within<'s>(&'s self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&'s Body)) {
+        let first = self.columns.partition_point(|(x, _)| *x < low[0]);
+        let columns = self.columns.get(first..).unwrap_or_default();
+        for (at, (_, begins)) in columns.iter().enumerate().take_while(|(_, (x, _))| *x <= high[0])
+        {
+            let ends = columns.get(at + 1).map_or(self.cells.len(), |(_, next)| *next as usize);
+            let column = self.cells.get(*begins as usize..ends).unwrap_or_default();
+            let within = column.iter().skip_while(|([_, y], _)| *y < low[1]);
+            let within = within.take_while(|([_, y], _)| *y <= high[1]);
+            within.filter_map(|(_, index)| self.bodies.get(*index as usize)).for_each(&mut tell);
         }
     }
 
     /// The first body in the way of a vehicle on a path; `points` begin at the vehicle.
     pub(crate) fn ahead(&self, points: &[PathPoint], room: &Room) -> Option<Ahead> {
-        self.queue(points, room).into_iter().next()
+        self.queue(points, room).first()
     }
 
-    /// All bodies in the way of a vehicle on a path, the first one first.
-    pub(crate) fn queue(&self, points: &[PathPoint], room: &Room) -> Vec<Ahead> {
-        let mut queue = Vec::new();
+    /// All bodies in the way of a vehicle on a path.
+    pub(crate) fn queue<'a>(&'a self, points: &'a [PathPoint], room: &'a Room) -> Queue<'a> {
+        let mut queue = Queue::default();
         let (Some(first), Some(last)) = (points.first(), points.last()) else { return queue };
         let middle_m = (first.point.point_m + last.point.point_m) / 2.0;
         let radius_m = last.ahead_m / 2.0 + 10.0;
         let extent = Extent::of(points, room);
         let cells = common(cells_around(&middle_m, radius_m), extent.cells(self.around_m_max));
         // Most who are about are not on the way: the strip is made for the first who may be.
-        let mut strip = None;
         self.within(cells, |body| {
             if body.id != room.id && extent.may_hold(body) {
-                let known = || Strip::new(points, room, extent.swing_m);
-                queue.extend(strip.get_or_insert_with(known).ahead(body));
+                queue.add(body, || Strip::new(points, room, extent.swing_m));
             }
         });
-        queue.sort_by(|a, b| a.gap_m.total_cmp(&b.gap_m));
         queue
     }
 }

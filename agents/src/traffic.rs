@@ -230,10 +230,13 @@ impl Driver {
     /// Whether it stands beside its lane, as a parked car does, and others come along it. Those who
     /// stand behind it may be waiting for it.
     fn waits_beside(&self, senses: &Senses<'_>, speed_mps: f32) -> bool {
+        if speed_mps >= STANDING_MPS {
+            return false;
+        }
         let Some(here) = self.path.at(senses.network, 0.0) else { return false };
         let away_m = (senses.body.centre_m - here.point.point_m).xy().norm();
         let mut taken = false;
-        if speed_mps < STANDING_MPS && away_m > OUTSIDE_M {
+        if away_m > OUTSIDE_M {
             neighbours(senses.scene, senses.body, &here.point, |other| {
                 let comes = other.is_behind() && other.along_mps > STANDING_MPS;
                 taken |= comes && !other.has_room(PULL_OUT_MPS);
@@ -286,16 +289,18 @@ impl Driver {
         let horizon_m = manner.horizon_m(speed_mps);
         self.path.sample(senses.network, horizon_m, SPACING_M, points);
         let free_mps = manner.free_mps(points, self.path.length_m());
-        let queue = senses.scene.queue(points, &room(senses));
-        let ahead = queue.first().copied();
+        let room = room(senses);
+        let queue = senses.scene.queue(points, &room);
+        let ahead = queue.first();
         let mut least = manner.free(speed_mps, free_mps);
         if let Some(ahead) = &ahead {
             least = least.min(manner.behind(speed_mps, free_mps, ahead.leader()));
         }
         // Until a change is done, those on the other lane count as well as those in the way.
         if let Some(changed) = self.path.changed(senses.network, 0) {
-            changed.sample(senses.network, horizon_m, SPACING_M, points);
-            if let Some(beside) = senses.scene.ahead(points, &room(senses)) {
+            let mut points = Vec::new();
+            changed.sample(senses.network, horizon_m, SPACING_M, &mut points);
+            if let Some(beside) = senses.scene.ahead(&points, &room) {
                 least = least.min(manner.behind(speed_mps, free_mps, beside.leader()));
             }
         }
@@ -312,6 +317,7 @@ impl Driver {
             stopping_m: manner.stopping_m(speed_mps),
             gap_m: manner.gap_m,
             line_m,
+            ahead,
             queue: &queue,
         };
         if self.waits_beside(senses, speed_mps) {

@@ -23,6 +23,7 @@ mod memory;
 mod message;
 mod session;
 mod station;
+mod waiting;
 
 pub use args::Args;
 pub use listener::{RunError, run};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use rollouts::{Action, Course, Reset, Shard, Spec};
-use rustix::event::{EventfdFlags, PollFd, PollFlags};
+use rustix::event::EventfdFlags;
 use schemas::{ActorId, Error, ErrorCode};
 
 use crate::block::{self, Layout};
@@ -21,6 +21,7 @@ use crate::limits::{
 use crate::memory::{Header, Memory};
 use crate::message::{self, Opened, Reply, Request};
 use crate::station::{Answer, Job, SharedSnapshot, Station};
+use crate::waiting::{Waiting, Woken};
 
 /// Serves one client until it goes.
 ///
@@ -63,6 +64,7 @@ struct Batch {
     slot: usize,
     sequence: u64,
     snapshots: Kept<SharedSnapshot>,
+    waiting: Waiting,
 }
 
 /// # Errors
@@ -98,6 +100,7 @@ fn open(
         slot: 0,
         sequence: 0,
         snapshots: Kept::new(SNAPSHOTS_MAX, SNAPSHOT_BYTES_MAX),
+        waiting: Waiting::default(),
     };
     batch.sign();
     let slot = batch.slot;
@@ -157,8 +160,8 @@ impl Batch {
     /// When the socket or the operating system fails.
     fn serve(&mut self, socket: &UnixStream) -> io::Result<()> {
         loop {
-            let (stepped, asked) = self.wait(socket)?;
-            if stepped {
+            let Woken { to_step, asked } = self.waiting.wait(&self.go, socket)?;
+            if to_step {
                 self.step()?;
             }
             if asked {
@@ -170,18 +173,6 @@ impl Batch {
                 message::send(socket, &reply, &[])?;
             }
         }
-    }
-
-    /// Waits for a step or a message; true for each that is there.
-    fn wait(&self, socket: &UnixStream) -> io::Result<(bool, bool)> {
-        let mut watched =
-            [PollFd::new(&self.go, PollFlags::IN), PollFd::new(socket, PollFlags::IN)];
-        match rustix::event::poll(&mut watched, None) {
-            Ok(_) | Err(rustix::io::Errno::INTR) => {}
-            Err(error) => return Err(error.into()),
-        }
-        let [go, asked] = watched;
-        Ok((go.revents().contains(PollFlags::IN), !asked.revents().is_empty()))
     }
 
     fn step(&mut self) -> io::Result<()> {

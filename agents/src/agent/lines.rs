@@ -6,7 +6,7 @@ use super::traits::Traits;
 use super::{Agent, EASY_MPS2, GAP_M, HARD_MPS2, STANDING_MPS};
 use crate::junction::{Approach, BEFORE_LINE_M, Claims, Held, INSIDE_M};
 use crate::network::Stop;
-use crate::scene::Ahead;
+use crate::scene::{Ahead, Queue};
 use crate::senses::Senses;
 
 /// How long a vehicle stands at a stop sign.
@@ -43,7 +43,7 @@ impl Agent {
         &mut self,
         senses: &Senses<'_>,
         claims: &mut Claims,
-        queue: &[Ahead],
+        (ahead, queue): (Option<Ahead>, &Queue<'_>),
         lines: &Lines,
         (look_m, speed_mps): (f32, f32),
     ) -> f32 {
@@ -54,8 +54,9 @@ impl Agent {
         let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * grip);
         let path = &self.path;
         let line_m = lines.held_m.into_iter().chain(lines.people_m).reduce(f32::min);
+        let gap_m = GAP_M;
         let approach =
-            Approach { senses, path, speed_mps, look_m, stopping_m, gap_m: GAP_M, line_m, queue };
+            Approach { senses, path, speed_mps, look_m, stopping_m, gap_m, line_m, ahead, queue };
         let free_m = self.passage.enter(&approach, claims).map_or(f32::INFINITY, |m| m.max(0.0));
         // Who comes to a light or sign stops there by its own rules, but where a junction that the
         // line does not belong to comes first.
@@ -162,8 +163,15 @@ mod tests {
             Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
         let mut claims = Claims::default();
         // First it is heard of, then it may ask.
-        let free_m =
-            [(); 2].map(|()| agent.junction(&senses, &mut claims, &[], lines, (60.0, speed_mps)));
+        let free_m = [(); 2].map(|()| {
+            agent.junction(
+                &senses,
+                &mut claims,
+                (None, &Queue::default()),
+                lines,
+                (60.0, speed_mps),
+            )
+        });
         (free_m[1], !agent.passage.is_free())
     }
 

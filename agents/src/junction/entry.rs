@@ -8,7 +8,7 @@ use super::grants::Way;
 use super::{Passage, room_m};
 use crate::network::Stop;
 use crate::path::Path;
-use crate::scene::Ahead;
+use crate::scene::{Ahead, Queue};
 use crate::senses::Senses;
 
 /// How far before a line or an entry a vehicle stops.
@@ -59,17 +59,17 @@ pub(crate) struct Approach<'a> {
     pub gap_m: f32,
     /// From the origin to the line that holds it.
     pub line_m: Option<f32>,
-    /// All in its way, the first one first.
-    pub queue: &'a [Ahead],
+    /// The first one in its way, and all of them.
+    pub ahead: Option<Ahead>,
+    pub queue: &'a Queue<'a>,
 }
 
 impl Passage {
     /// Free way to the next place to stop at, a line or a junction that others are to have first;
     /// claims the next junction if it may.
     pub(crate) fn enter(&mut self, at: &Approach<'_>, claims: &mut Claims) -> Option<f32> {
-        let Approach { senses, path, speed_mps, queue, .. } = *at;
+        let Approach { senses, path, speed_mps, ahead, queue, .. } = *at;
         let front_m = senses.body.half_m.x;
-        let ahead = queue.first();
         let line_m = at.line_m.map(|line_m| line_m - front_m);
         let told = std::mem::take(&mut self.comes);
         let part = self.grants.part(path);
@@ -94,11 +94,15 @@ impl Passage {
         let entry_m = way.entry_m - front_m;
         let to_entry_m = line_m.map_or(entry_m, |line_m| line_m.min(entry_m));
         let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
-        let beyond = room_beyond(queue, &way, front_m, at.gap_m);
         let near_m = at.stopping_m + 6.0 + speed_mps;
         let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
         let asker = self.asker(senses, path, &way);
         let yields_far = asker.rank == 0 && to_entry_m > 8.0;
+        // Who is held before the junction need not ask for room beyond it.
+        let beyond = match first && open {
+            true => room_beyond(&queue.all(), &way, front_m, at.gap_m),
+            false => Ok(()),
+        };
         let free = open && first && beyond.is_ok();
         self.comes = free && to_entry_m < near_m + TELLING_SECS * speed_mps;
         // Whoever all have heard of may ask: of two who come at once neither is the first.
@@ -115,7 +119,7 @@ impl Passage {
                 return Some(entry_m + until_m);
             }
         }
-        let blocker = beyond.err().flatten().filter(|_| first && open);
+        let blocker = beyond.err().flatten();
         if let Some(other) = blocker {
             self.held = Held::Room(other);
         }
@@ -129,7 +133,7 @@ impl Passage {
     fn give_up_behind(&mut self, at: &Approach<'_>) {
         let stands_there =
             |ahead: &Ahead| ahead.gap_m < BLOCKED_M && ahead.along_mps < STANDING_MPS;
-        if at.speed_mps < STANDING_MPS && at.queue.first().is_some_and(stands_there) {
+        if at.speed_mps < STANDING_MPS && at.ahead.as_ref().is_some_and(stands_there) {
             self.grants.give_up(at.path, at.senses.body.half_m.x);
         }
     }
@@ -277,7 +281,8 @@ mod tests {
             stopping_m: 0.0,
             gap_m: 2.0,
             line_m: None,
-            queue: &[other(2, gap_m, along_mps, along_mps)],
+            ahead: Some(other(2, gap_m, along_mps, along_mps)),
+            queue: &Queue::default(),
         };
         passage.enter(&at, &mut Claims::default());
         !passage.is_free()

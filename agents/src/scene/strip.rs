@@ -16,6 +16,7 @@ pub(super) const ROUNDING_M: f32 = 0.1;
 pub(super) const CURVATURE_PER_M_MAX: f32 = 0.2;
 
 /// The path of a vehicle with the room that its box needs beside it.
+#[derive(Debug)]
 pub(super) struct Strip<'a> {
     points: &'a [PathPoint],
     room: &'a Room,
@@ -32,14 +33,24 @@ impl<'a> Strip<'a> {
         Self { points, room, ways, swing_m_max }
     }
 
-    /// A body as circles along its length, and its corners, each held against the path.
-    pub(super) fn ahead(&self, body: &Body) -> Option<Ahead> {
-        let front_m = self.room.front_m;
-        let radius_m = body.half_m.y.min(body.half_m.x);
+    /// The first segment on which a body may be met: no circle and no corner of it meets the path
+    /// before its box could.
+    pub(super) fn start(&self, body: &Body) -> Option<usize> {
         let (side_m, around_m) = (side_m(self.room, body), body.around_m());
-        // No circle and no corner meets the path before the box could.
-        let within_m = side_m + around_m + self.swing_m_max + 0.01;
-        let start = self.comes_near(&body.centre_m, within_m)?;
+        self.comes_near(&body.centre_m, side_m + around_m + self.swing_m_max + 0.01)
+    }
+
+    /// The least gap to a body that is met from a segment on.
+    pub(super) fn least_gap_m(&self, body: &Body, start: usize) -> f32 {
+        let ahead_m = self.points.get(start).map_or(0.0, |from| from.ahead_m);
+        ahead_m - radius_m(body) - self.room.front_m - ROUNDING_M
+    }
+
+    /// A body as circles along its length, and its corners, each held against the path from a
+    /// segment on.
+    pub(super) fn ahead(&self, body: &Body, start: usize) -> Option<Ahead> {
+        let front_m = self.room.front_m;
+        let (radius_m, side_m) = (radius_m(body), side_m(self.room, body));
         let mut nearest: Option<(f32, usize)> = None;
         // What the path meets later than something else need not be found.
         let until_m = |nearest: Option<(f32, usize)>| {
@@ -159,6 +170,11 @@ fn sooner(known: Option<(f32, usize)>, met: Option<(f32, usize)>) -> Option<(f32
     }
 }
 
+/// Of the circles that stand for a body.
+fn radius_m(body: &Body) -> f32 {
+    body.half_m.y.min(body.half_m.x)
+}
+
 /// Half the width that a vehicle needs beside a body.
 pub(super) fn side_m(room: &Room, body: &Body) -> f32 {
     room.half_width_m + if body.is_walker { room.beside_walkers_m } else { room.beside_m }
@@ -172,7 +188,7 @@ fn corners_m(body: &Body) -> [Vec3; 4] {
 }
 
 /// From one point of a path to the next.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Way {
     by_m: Vector2<f32>,
     length_m: f32,

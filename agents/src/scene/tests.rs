@@ -47,7 +47,7 @@ fn queue(bodies: Vec<Body>) -> Vec<Ahead> {
         beside_m: 0.35,
         beside_walkers_m: 0.6,
     };
-    Scene::new(bodies, Vec::new()).queue(&way(), &room)
+    Scene::new(bodies, Vec::new()).queue(&way(), &room).all()
 }
 
 fn ahead(body: Body) -> Option<Ahead> {
@@ -198,9 +198,30 @@ fn who_is_left_out_unseen_is_not_in_the_way() {
     let others: Vec<Body> = others.collect();
     let room = Room::of(&car(OWN, Vec3::zeros(), Vec3::x()), 0.35, 0.6);
     let strip = Strip::new(&points, &room, Extent::of(&points, &room).swing_m);
-    let found = Scene::new(others.clone(), Vec::new()).queue(&points, &room);
-    let all = others.iter().filter(|body| strip.ahead(body).is_some()).count();
+    let found = Scene::new(others.clone(), Vec::new()).queue(&points, &room).all();
+    let is_met = |body: &&Body| strip.start(body).is_some_and(|at| strip.ahead(body, at).is_some());
+    let all = others.iter().filter(is_met).count();
     assert!(found.len() == all && all > 100, "{} of {all}", found.len());
+}
+
+#[test]
+fn the_first_who_is_in_the_way_is_the_first_of_all() {
+    let points = bend();
+    let room = Room::of(&car(OWN, Vec3::zeros(), Vec3::x()), 0.35, 0.6);
+    for round in 0..400u16 {
+        let others = (0..1 + round % 30).map(|index| {
+            let [x, y, turn] =
+                [7.0, 11.0, 13.0].map(|step| f32::from(index + 31 * (round / 2)) * step);
+            let centre_m = Vec3::new(x % 101.0 - 20.0, y % 97.0 - 20.0, 0.0);
+            let forward = Vec3::new(turn.cos(), turn.sin(), 0.0);
+            car(2 + u32::from(index), centre_m, forward)
+        });
+        // Two of each, for equal gaps.
+        let others = others.flat_map(|body| [body, Body { id: id(1_000 + body.id.get()), ..body }]);
+        let scene = Scene::new(others.collect(), Vec::new());
+        let queue = scene.queue(&points, &room);
+        assert_eq!(queue.first(), queue.all().first().copied());
+    }
 }
 
 #[test]

@@ -221,7 +221,7 @@ impl State {
     /// The body and the motion of a vehicle that was not moved since all looked around.
     fn as_driver(&self, index: usize, scene: &Scene) -> (Body, BodyState) {
         let actor = &self.actors[index];
-        let seen = scene.body(actor.id).copied();
+        let seen = scene.body_about(index, actor.id).copied();
         (seen.unwrap_or_else(|| self.seen(actor)), self.motion_of(actor))
     }
 

@@ -1,5 +1,6 @@
 //! Hashing of numbers by their bits.
 
+use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 use xxhash_rust::xxh3::Xxh3Default;
 
@@ -19,25 +20,28 @@ impl Hasher {
 
     pub(crate) fn integers<const N: usize>(&mut self, values: [u64; N]) {
         for value in values {
-            self.bytes(&value.to_le_bytes());
+            self.buffer.extend_from_slice(&value.to_le_bytes());
         }
+        self.flush_if_full();
     }
 
     /// -0.0 counts as +0.0: they compare equal and behave alike in the physics.
     pub(crate) fn floats(&mut self, values: impl IntoIterator<Item = f32>) {
         for value in values {
-            self.bytes(&(value + 0.0).to_bits().to_le_bytes());
+            self.buffer.extend_from_slice(&(value + 0.0).to_bits().to_le_bytes());
         }
+        self.flush_if_full();
     }
 
     pub(crate) fn real(&mut self, value: f64) {
-        self.bytes(&(value + 0.0).to_bits().to_le_bytes());
+        self.buffer.extend_from_slice(&(value + 0.0).to_bits().to_le_bytes());
+        self.flush_if_full();
     }
 
     /// Any value, by its serialised bytes.
     pub(crate) fn value(&mut self, value: &impl Serialize) {
-        let buffer = std::mem::take(&mut self.buffer);
-        self.buffer = postcard::to_extend(value, buffer).expect("a vector takes every byte");
+        postcard::serialize_with_flavor(value, Appended(&mut self.buffer))
+            .expect("a vector takes every byte");
         self.flush_if_full();
     }
 
@@ -46,16 +50,32 @@ impl Hasher {
         self.hash.digest()
     }
 
-    fn bytes(&mut self, bytes: &[u8]) {
-        self.buffer.extend_from_slice(bytes);
-        self.flush_if_full();
-    }
-
     fn flush_if_full(&mut self) {
         if self.buffer.len() >= BUFFER_BYTES {
             self.hash.update(&self.buffer);
             self.buffer.clear();
         }
+    }
+}
+
+/// Serialised bytes, behind those that are there.
+struct Appended<'a>(&'a mut Vec<u8>);
+
+impl Flavor for Appended<'_> {
+    type Output = ();
+
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.0.extend_from_slice(bytes);
+        Ok(())
+    }
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.push(byte);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<()> {
+        Ok(())
     }
 }
 

@@ -339,6 +339,11 @@ impl Physics {
         None
     }
 
+    /// Whether nothing moves by itself: every body sleeps or is held, and further steps do nothing.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.islands.active_bodies().next().is_none()
+    }
+
     pub(crate) fn wake(&mut self, handle: BodyHandle) {
         self.bodies[handle].wake_up(true);
     }

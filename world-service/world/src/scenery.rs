@@ -153,11 +153,14 @@ impl NearFixtures {
         wanted.sort_unstable();
         wanted.dedup();
         self.present.retain(|&(index, handle)| {
-            let near = scenery.get(index).is_some_and(|fixture| {
-                reaches.iter().any(|reach| fixture.is_within(reach.wider(ENTER_M + LEAVE_M)))
-            });
+            let near = || {
+                let stays = |reach: &Reach| reach.wider(ENTER_M + LEAVE_M);
+                let fixture = scenery.get(index);
+                fixture.is_some_and(|it| reaches.iter().any(|reach| it.is_within(stays(reach))))
+            };
             // What a sleeping body leans on stays, or taking it away would wake the body.
-            let stays = near || physics.is_touched(handle);
+            let stays =
+                wanted.binary_search(&index).is_ok() || near() || physics.is_touched(handle);
             if !stays {
                 physics.remove_scenery(handle);
             }

@@ -62,6 +62,9 @@ impl World {
         };
         for _ in 0..count {
             self.state.substep(surroundings, &mut log);
+            if self.state.physics.is_at_rest() {
+                break;
+            }
         }
         self.state.halt_states();
         self.state.carry_attached(dt_secs as f32);

@@ -9,7 +9,6 @@ import contextlib
 import json
 import mmap
 import os
-import select
 import socket
 import struct
 import subprocess
@@ -23,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from causeway.program import find
+from causeway.waiting import Waiting
 
 Array = NDArray[Any]
 
@@ -72,9 +72,7 @@ class Engine:
         block, self._go, self._ready = self._descriptors
         size = self.opened["layout"]["bytes"]
         self._memory = mmap.mmap(block, size, mmap.MAP_SHARED, mmap.PROT_READ | mmap.PROT_WRITE)
-        self._waiter = select.poll()
-        self._waiter.register(self._ready, select.POLLIN)
-        self._waiter.register(self._socket, select.POLLIN)
+        self._waiting = Waiting([self._ready, self._socket.fileno()])
 
     def _connect(self, address: str) -> socket.socket:
         sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -199,7 +197,7 @@ class Engine:
         deadline = time.monotonic() + timeout_secs
         while True:
             left = deadline - time.monotonic()
-            events = self._waiter.poll(max(left, 0.0) * 1000.0)
+            events = self._waiting.wait(left)
             if any(descriptor == self._ready for descriptor, _ in events):
                 break
             if events:
