@@ -14,7 +14,7 @@ A simulator that is not installed, or cannot draw on this machine, is left out a
 What is drawn differs. ViZDoom draws walls, floors and flat figures by columns, one picture a tic,
 on one processor, in sizes of its own. MetaDrive draws its road and cars by OpenGL, one picture a
 step; on Mesa's software, with the four samples a pixel that it has and MetaDrive's sky left out,
-which takes ten times as long as all else there. 0.3.0.1 is the last one whose package has its
+which takes more than ten times as long as all else there. 0.3.0.1 is the last one whose package has its
 models. Bare Vulkan is the same street as ours by a plain graphics pipeline on Mesa's software: flat
 colours, no light, no shadows. Ours draws a street of Town10HD_Opt with 12 cars and 12 people,
 without stepping a world; of rows with several together each is of another world.
