@@ -6,17 +6,17 @@
 //! request; for several together the throughput line gives pictures per second. Pictures are
 //! delivered, frame in and bytes out; they are JPEG unless `raw` is said.
 
+mod busy_street;
+
 use std::error::Error;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
+use busy_street::job;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use render_service::{AdapterChoice, Renderer, TownScene};
-use schemas::{
-    ActorId, ActorKind, ActorState, Camera, Frame, ImageEncoding, ImageKind, MapRef,
-    PictureQuality, Pose, RenderJob, Vec3, WorldId, level_pose,
-};
+use schemas::{Camera, ImageEncoding, ImageKind, PictureQuality, RenderJob};
 
 const SIZES_PX: [(u32, u32); 2] = [(640, 360), (84, 84)];
 /// Pixels of all pictures that are asked for together.
@@ -114,63 +114,4 @@ fn of_kinds(mut job: RenderJob, kinds: &[ImageKind]) -> RenderJob {
     let pairs = cameras.iter().flat_map(|camera| kinds.iter().map(move |kind| (kind, camera)));
     job.cameras = pairs.map(|(kind, camera)| of_kind(*kind, camera)).collect();
     job
-}
-
-/// How far a spawn point is above its road, in metres.
-const DROP_M: f32 = 0.5;
-
-/// A street of the town, seen by a car on the road below one of its spawn points.
-fn job(map: &roads::Map, spawn: usize, (width_px, height_px): (u32, u32)) -> RenderJob {
-    let points = map.spawn_points();
-    let above =
-        points.get(spawn * 7 % points.len().max(1)).map_or_else(Pose::identity, |pose| pose.cast());
-    let start = above * level_pose(Vec3::new(0.0, 0.0, -DROP_M), 0.0);
-    let mut actors = Vec::new();
-    for at in 0..12u32 {
-        let row = at as f32;
-        let ahead =
-            start * level_pose(Vec3::new(12.0 + 9.0 * row, 3.5 * (at % 3) as f32, 0.0), 0.0);
-        actors.push(actor(1 + at, ActorKind::Vehicle, ahead, Vec3::new(2.4, 1.0, 0.74)));
-        let aside = start * level_pose(Vec3::new(7.0 + 3.0 * row, -3.0, 0.95), row);
-        actors.push(actor(100 + at, ActorKind::Walker, aside, Vec3::new(0.19, 0.19, 0.93)));
-    }
-    actors.sort_by_key(|actor| actor.id);
-    let camera = Camera {
-        id: 1,
-        carrier: None,
-        carrier_from_camera: start * level_pose(Vec3::new(2.5, 0.0, 1.0), 0.0),
-        width_px,
-        height_px,
-        horizontal_fov_rad: std::f32::consts::FRAC_PI_2,
-        kind: ImageKind::Rgb,
-        encoding: ImageEncoding::Jpeg,
-        jpeg_quality: 75,
-        quality: None,
-        ignored: Vec::new(),
-        exposure: schemas::Exposure::PLAIN,
-    };
-    let map = MapRef { name: map.name().to_owned(), digest: map.digest().to_owned() };
-    let frame = Frame {
-        sim_secs: 1.0,
-        types: vec!["vehicle.tesla.model3".to_owned()],
-        actors,
-        ..Frame::empty(WorldId::new(1).expect("not zero"), map)
-    };
-    RenderJob {
-        tenant: "bench".parse().expect("a name"),
-        frame,
-        cameras: vec![camera],
-        staging: schemas::Staging::default(),
-    }
-}
-
-fn actor(id: u32, kind: ActorKind, world_from_actor: Pose, box_half_extent_m: Vec3) -> ActorState {
-    let lift_m = if kind == ActorKind::Vehicle { box_half_extent_m.z } else { 0.0 };
-    ActorState {
-        gear: 1,
-        box_centre_m: Vec3::new(0.0, 0.0, lift_m),
-        box_half_extent_m,
-        colour_rgb: 0xa0_2020,
-        ..ActorState::at_rest(ActorId::new(id).expect("not zero"), kind, 0, world_from_actor)
-    }
 }
