@@ -1,0 +1,72 @@
+//! Places that programs of CARLA's users name by coordinates are on the road in our towns.
+
+#[path = "common/towns.rs"]
+mod generated;
+
+use generated::town;
+use nalgebra::Point3;
+use roads::LaneType;
+
+/// Where egos of scenario_runner's examples begin: x and y in metres, yaw in degrees, as CARLA counts
+/// them, y to the south and yaw clockwise.
+type Start = [f64; 3];
+const TOWN01: [Start; 10] = [
+    [107.0, 133.0, 0.0],
+    [105.0, 199.1, 0.0],
+    [100.0, 133.0, 0.0],
+    [270.0, 129.0, 180.0],
+    [312.0, 129.0, 180.0],
+    [130.0, 55.0, 180.0],
+    [392.0, 195.0, 90.0],
+    [-2.0, 160.0, 90.0],
+    [169.0, 59.6, 0.0],
+    [282.0, 199.0, 0.0],
+];
+const TOWN02: [Start; 10] = [
+    [28.7, 302.5, 180.0],
+    [137.0, 105.0, 180.0],
+    [8.0, 109.5, 0.0],
+    [181.0, 105.0, 180.0],
+    [27.0, 109.5, 0.0],
+    [55.0, 306.5, 0.0],
+    [57.0, 191.5, 0.0],
+    [30.0, 187.5, 180.0],
+    [88.0, 237.0, 180.0],
+    [132.0, 215.0, 90.0],
+];
+const TOWN03: [Start; 14] = [
+    [-74.3, -50.0, 270.0],
+    [239.0, 113.0, 270.0],
+    [232.0, 113.0, 90.0],
+    [110.0, 129.0, 180.0],
+    [90.0, 129.0, 180.0],
+    [120.0, 193.0, 180.0],
+    [150.0, 193.0, 180.0],
+    [-134.0, 137.0, 0.0],
+    [17.0, 136.0, 0.0],
+    [15.0, 208.0, 0.0],
+    [-85.0, -87.0, 89.0],
+    [-48.0, 135.0, 0.0],
+    [207.0, 59.0, 180.0],
+    [237.0, -95.0, 90.0],
+];
+/// A start is on a lane that leads the same way within this angle, in degrees.
+const SAME_WAY_DEG: f64 = 20.0;
+
+#[test]
+fn egos_of_scenario_runners_examples_begin_on_lanes_that_lead_their_way() {
+    for (name, starts) in [("Town01", &TOWN01[..]), ("Town02", &TOWN02), ("Town03", &TOWN03)] {
+        let map = town(name);
+        for [x_m, y_m, yaw_deg] in starts {
+            let at = format!("{name}: {x_m} {y_m}");
+            let point = Point3::new(*x_m, -*y_m, 0.0);
+            let (place, away_m) = map
+                .nearest_within(point, LaneType::Driving.into(), 2.0)
+                .unwrap_or_else(|| panic!("{at}: no lane within 2 m"));
+            assert!(away_m < map.lane(&place).width_m / 2.0, "{at}: {away_m} m beside a lane");
+            let heading_deg = -map.lane_pose(&place).unwrap().heading_rad.to_degrees();
+            let off_deg = (heading_deg - yaw_deg + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(off_deg.abs() < SAME_WAY_DEG, "{at}: the lane leads to {heading_deg}");
+        }
+    }
+}
