@@ -50,12 +50,47 @@ const TOWN03: [Start; 14] = [
     [207.0, 59.0, 180.0],
     [237.0, -95.0, 90.0],
 ];
+const TOWN04: [Start; 12] = [
+    [245.0, -249.0, 180.0],
+    [246.0, -311.0, 181.0],
+    [255.0, -300.0, 90.0],
+    [156.0, 19.0, 180.0],
+    [284.0, 16.4, 187.0],
+    [-326.0, 436.0, 0.0],
+    [178.0, -396.0, 180.0],
+    [203.0, -210.0, 270.0],
+    [63.0, -190.0, 270.0],
+    [389.0, -140.0, 90.0],
+    [-510.0, 88.0, 91.0],
+    [-12.0, -17.0, 90.0],
+];
+const TOWN05: [Start; 12] = [
+    [-55.0, 25.0, 90.0],
+    [-26.0, 95.0, 1.0],
+    [72.0, -6.0, 180.0],
+    [-170.0, 95.0, 0.0],
+    [-151.0, 205.0, 0.0],
+    [149.0, -104.0, 90.0],
+    [171.0, -182.0, 223.0],
+    [-150.0, -190.0, 1.0],
+    [-146.0, -1.0, 180.0],
+    [-76.0, -1.0, 180.0],
+    [94.0, 145.0, 341.0],
+    [189.0, -100.0, 90.0],
+];
 /// A start is on a lane that leads the same way within this angle, in degrees.
 const SAME_WAY_DEG: f64 = 20.0;
 
 #[test]
 fn egos_of_scenario_runners_examples_begin_on_lanes_that_lead_their_way() {
-    for (name, starts) in [("Town01", &TOWN01[..]), ("Town02", &TOWN02), ("Town03", &TOWN03)] {
+    let towns: [(&str, &[Start]); 5] = [
+        ("Town01", &TOWN01),
+        ("Town02", &TOWN02),
+        ("Town03", &TOWN03),
+        ("Town04", &TOWN04),
+        ("Town05", &TOWN05),
+    ];
+    for (name, starts) in towns {
         let map = town(name);
         for [x_m, y_m, yaw_deg] in starts {
             let at = format!("{name}: {x_m} {y_m}");

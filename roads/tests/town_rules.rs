@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use roads::town::Style;
 use roxmltree::{Document, Node};
 
-const LANE_TYPES: [&str; 6] = ["none", "driving", "parking", "biking", "shoulder", "sidewalk"];
+const LANE_TYPES: [&str; 7] =
+    ["none", "driving", "parking", "biking", "median", "shoulder", "sidewalk"];
 
 /// Calls a check with the name and the document of every town.
 fn for_each_town(check: impl Fn(&str, &Document<'_>)) {
@@ -192,6 +193,38 @@ fn an_approach_has_one_connecting_road_per_exit_and_no_lane_forks_within_one() {
                 .collect();
             let distinct: BTreeSet<i64> = from.iter().copied().collect();
             assert_eq!(distinct.len(), from.len(), "{town}: a lane forks within {ends:?}");
+        }
+    });
+}
+
+/// No more than this is a way to the left of what goes on straight, in radians.
+const STRAIGHT_RAD: f64 = 0.88;
+
+#[test]
+fn without_lights_no_way_leads_over_the_strip_between_the_directions_of_a_road() {
+    for_each_town(|town, document| {
+        let roads = roads(document);
+        let is_divided = |road: Node<'_, '_>| {
+            inside(road, "lane").any(|lane| lane.attribute("type") == Some("median"))
+        };
+        let lit: BTreeSet<i64> = all(document, "junction")
+            .filter(|junction| inside(*junction, "controller").next().is_some())
+            .map(|junction| id(junction, "id"))
+            .collect();
+        for (road_id, road) in roads.iter().filter(|(_, road)| is_connecting(**road)) {
+            let ends =
+                ["predecessor", "successor"].map(|side| id(linked(*road, side), "elementId"));
+            let beside = ends.iter().any(|end| is_divided(roads[end]));
+            if !beside || lit.contains(&id(*road, "junction")) {
+                continue;
+            }
+            let turn_rad: f64 = inside(*road, "geometry")
+                .filter_map(|piece| {
+                    let arc = inside(piece, "arc").next()?;
+                    Some(number(piece, "length") * number(arc, "curvature"))
+                })
+                .sum();
+            assert!(turn_rad < STRAIGHT_RAD, "{town}: {road_id} turns left by {turn_rad}");
         }
     });
 }

@@ -31,7 +31,7 @@ import os, sys, carla
 client = carla.Client("127.0.0.1", int(sys.argv[1]))
 client.set_timeout(60.0)
 world, port = client.get_world(), int(sys.argv[2])
-place = world.get_map().get_waypoint_xodr(15, -2, 100.0).transform
+place = world.get_map().get_waypoint_xodr(12, -3, 100.0).transform
 place.location.z += 0.3
 car = world.spawn_actor(world.get_blueprint_library().find("vehicle.lincoln.mkz_2020"), place)
 car.set_autopilot(True, port)

@@ -5,9 +5,9 @@ import carla
 from carla_site import spawn_at
 
 TOWN = "Town04"
-#: A motorway of this town: lanes -1 to -3 from left to right, 1.5 km, limit 100 km/h.
-MOTORWAY = 15
-MIDDLE_LANE = -2
+#: A motorway of this town: lanes -2 to -5 from left to right, 0.9 km, limit 70 km/h.
+MOTORWAY = 12
+MIDDLE_LANE = -3
 SPEED_KMH = 36.0
 SETTLE_TICKS = 160
 

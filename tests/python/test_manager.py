@@ -27,10 +27,10 @@ def seen(site):
 
 def test_a_vehicle_drives_at_its_share_of_the_limit_or_its_own_speed(seen):
     kmh = seen["speed_differences"]
-    assert kmh["limit"] == 80.0
-    assert kmh["slower_25"] == pytest.approx(60.0, rel=0.1)
-    assert kmh["slower_50"] == pytest.approx(40.0, rel=0.1)
-    assert kmh["slower_80"] == pytest.approx(16.0, rel=0.1)
+    assert kmh["limit"] == 70.0
+    assert kmh["slower_25"] == pytest.approx(52.5, rel=0.1)
+    assert kmh["slower_50"] == pytest.approx(35.0, rel=0.1)
+    assert kmh["slower_80"] == pytest.approx(14.0, rel=0.1)
     assert kmh["desired_15"] == pytest.approx(15.0, rel=0.1)
 
 
@@ -59,17 +59,17 @@ def test_a_vehicle_stops_for_a_walker_unless_it_ignores_walkers(seen):
 
 
 def test_a_vehicle_overtakes_where_it_may_change_lanes(seen):
-    assert seen["overtaking"] == {"False": [-2], "True": [-2, -3]}
+    assert seen["overtaking"] == {"False": [-3], "True": [-3, -4]}
 
 
 def test_lane_changes_go_where_they_were_asked_for(seen):
     assert seen["lane_changes"] == {
-        "force_right": [-2, -3],
-        "force_left": [-2, -1],
-        "random_left": [-2, -1],
-        "random_right": [-2, -3],
-        "keep_slow_lane": [-2, -3],
-        "nothing": [-2],
+        "force_right": [-3, -4],
+        "force_left": [-3, -2],
+        "random_left": [-3, -2],
+        "random_right": [-3, -4],
+        "keep_slow_lane": [-3, -4],
+        "nothing": [-3],
     }
 
 
@@ -111,7 +111,7 @@ def test_nobody_is_respawned_on_a_map_without_dormant_vehicles(seen):
 
 def test_a_vehicle_follows_its_path_over_a_lane_change(seen):
     assert max(seen["paths"]["nearest_m"]) < 2.0
-    assert seen["paths"]["lane"] == -3
+    assert seen["paths"]["lane"] == -4
 
 
 def test_a_route_names_the_turn_at_a_junction(seen):

@@ -29,6 +29,7 @@ pub(super) enum LaneKind {
     Driving,
     Parking,
     Biking,
+    Median,
     Shoulder,
     Sidewalk,
 }
@@ -39,6 +40,7 @@ impl LaneKind {
             Self::Driving => "driving",
             Self::Parking => "parking",
             Self::Biking => "biking",
+            Self::Median => "median",
             Self::Shoulder => "shoulder",
             Self::Sidewalk => "sidewalk",
         }
@@ -180,8 +182,8 @@ pub(super) struct SignalDraft {
     pub(super) t: f64,
     /// Sign of the lanes whose traffic it faces.
     pub(super) lane_sign: i32,
-    /// Number of driving lanes it is valid for, from the middle outward.
-    pub(super) lanes: i32,
+    /// Numbers of the innermost and the outermost lane it is valid for, counted outward from 1.
+    pub(super) lanes: [i32; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -30,10 +30,11 @@ pub(super) fn junction_id(node: usize) -> u32 {
 /// Adds the roads, crosswalks, lights and signs of one junction.
 pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
     let arms = plan.arms(node);
+    let control = plan.nodes.get(node).map_or(Control::Free, |node| node.control);
     let corners = Corner::all(&arms);
     let mut connections = Vec::new();
     for (index, corner) in corners.iter().enumerate() {
-        let movements = movements(&arms, index);
+        let movements = movements(control, &arms, index);
         let is_driven_around = movements.iter().any(|movement| movement.at_kerb);
         let mut ways: Vec<Way> =
             movements.iter().map(|movement| driving_way(corner, movement, draft)).collect();
@@ -51,7 +52,6 @@ pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
         connections,
         controllers: Vec::new(),
     });
-    let control = plan.nodes.get(node).map_or(Control::Free, |node| node.control);
     let waiting = priority::waiting(control, &arms);
     let corners_before = corners.iter().cycle().skip(corners.len().saturating_sub(1));
     for ((arm, after), before) in arms.iter().zip(&corners).zip(corners_before) {
@@ -76,13 +76,16 @@ struct Way {
 /// Lanes of one movement, with shoulder and sidewalk where it leads around the corner.
 fn driving_way(corner: &Corner, movement: &Movement, town: &TownDraft) -> Way {
     let (from_sign, to_sign) = (movement.from.inbound_sign(), -movement.to.inbound_sign());
+    let lane = |side: Option<Side>, driving| side.map_or(driving, |side| side.lane_number(driving));
     let driving = (1..=movement.lanes).map(|number| LaneDraft {
         id: -number,
         kind: LaneKind::Driving,
         widths: vec![Cubic::flat(0.0, LANE_M)],
         line: LineKind::None,
-        predecessor: Some(from_sign * (movement.from_lane + number - 1)),
-        successor: Some(to_sign * (movement.to_lane + number - 1)),
+        predecessor: Some(
+            from_sign * lane(movement.from.inbound(), movement.from_lane + number - 1),
+        ),
+        successor: Some(to_sign * lane(movement.to.outbound(), movement.to_lane + number - 1)),
     });
     let mut lanes: Vec<LaneDraft> = driving.collect();
     let pieces = pieces(movement);
@@ -123,9 +126,12 @@ fn connect(
 
 /// The left border of the movement's first lane.
 fn pieces(movement: &Movement) -> Vec<Piece> {
-    let border_m = |lane: i32| -f64::from(lane - 1) * LANE_M;
-    let start = movement.from.entering().left(border_m(movement.from_lane));
-    let end = movement.to.pose.left(border_m(movement.to_lane));
+    let border_m = |side: Option<Side>, lane: i32| {
+        -side.map_or(0.0, |side| side.median_m) - f64::from(lane - 1) * LANE_M
+    };
+    let [from, to] = [movement.from.inbound(), movement.to.outbound()];
+    let start = movement.from.entering().left(border_m(from, movement.from_lane));
+    let end = movement.to.pose.left(border_m(to, movement.to_lane));
     join(start, end)
 }
 
@@ -141,8 +147,10 @@ fn paint_crosswalk(arm: &Arm, draft: &mut TownDraft) {
 
 fn paint_stop_line(arm: &Arm, draft: &mut TownDraft) {
     let Some(street) = draft.road_mut(arm.street) else { return };
-    let across_m = f64::from(arm.inbound_sign() * arm.lanes_in()) * LANE_M;
-    let across = [across_m.min(0.0), across_m.max(0.0)];
+    let Some(side) = arm.inbound() else { return };
+    let sign = f64::from(arm.inbound_sign());
+    let [inner_m, outer_m] = side.driving_m().map(|across_m| sign * across_m);
+    let across = [inner_m.min(outer_m), inner_m.max(outer_m)];
     let along = [-1.0 - STOP_LINE_M, -1.0];
     street.objects.push(flat(arm, street.length_m(), "roadMark", "StopLine", along, across));
 }

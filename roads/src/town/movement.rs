@@ -1,7 +1,7 @@
 //! Which lanes of an approach lead where.
 
 use super::course::signed;
-use super::plan::{Arm, SAME_WAY_RAD, same_way};
+use super::plan::{Arm, Control, SAME_WAY_RAD, same_way};
 
 /// A way through a junction, for neighbouring lanes counted from the middle outward, from 1.
 #[derive(Clone, Copy, Debug)]
@@ -21,15 +21,19 @@ pub(super) struct Movement {
 /// here sends all but its outer lane left; a street that begins here takes all but its outer lane
 /// from the left turn, so that each of its lanes can be reached. What joins from the right takes
 /// the outer lanes. On the ring of a roundabout all lanes lead out and only the inner one on, so
-/// that nobody goes around for ever and nobody leaves across another's way.
-pub(super) fn movements(arms: &[Arm], index: usize) -> Vec<Movement> {
+/// that nobody goes around for ever and nobody leaves across another's way. A divided road is
+/// crossed where there are lights, and else only left and joined to the right.
+pub(super) fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
     let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
     let count = from.lanes_in();
+    let is_divided = arms.iter().any(|arm| arm.profile.right.median_m > 0.0);
+    let may_cross = control == Control::Lights || !is_divided;
     let exits: Vec<(&Arm, f64)> = arms
         .iter()
         .enumerate()
         .filter(|(other, to)| *other != index && to.lanes_out() > 0)
         .map(|(_, to)| (to, signed(to.pose.heading_rad - from.entering().heading_rad)))
+        .filter(|(_, turn_rad)| may_cross || *turn_rad < SAME_WAY_RAD)
         .collect();
     let next = arms.get((index + 1) % arms.len()).map(|arm| arm.street);
     let way = |to: &Arm, from_lane, to_lane, lanes| Movement {

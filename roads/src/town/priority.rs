@@ -131,7 +131,7 @@ fn put(
         s: if arm.ends_here { length_m - gap_m } else { gap_m },
         t: f64::from(sign) * (side.kerb_m() + POST_GAP_M),
         lane_sign: sign,
-        lanes: side.driving,
+        lanes: [1, side.driving].map(|driving| side.lane_number(driving)),
     });
     draft.signal_count += 1;
     Some(id)

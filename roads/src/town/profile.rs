@@ -6,8 +6,6 @@ use super::draft::{LaneKind, LineKind};
 pub(super) const LANE_M: f64 = 3.5;
 /// Width of sidewalks, in metres.
 pub(super) const SIDEWALK_M: f64 = 3.0;
-/// Width of footpaths along country roads, in metres.
-const FOOTPATH_M: f64 = 1.5;
 /// Width of a lane for parked cars, in metres.
 const PARKING_M: f64 = 2.3;
 /// Width of a lane for bicycles, in metres.
@@ -18,8 +16,6 @@ const BIKING_M: f64 = 1.8;
 pub(super) enum Edge {
     /// A gutter, a kerb, a sidewalk.
     Sidewalk,
-    /// A strip of asphalt, a kerb, a path for people on foot.
-    Footpath,
     /// A narrow strip of asphalt before the grass.
     Verge,
     /// A lane for broken-down cars.
@@ -30,7 +26,7 @@ impl Edge {
     pub(super) fn shoulder_m(self) -> f64 {
         match self {
             Self::Sidewalk => 0.5,
-            Self::Verge | Self::Footpath => 1.0,
+            Self::Verge => 1.0,
             Self::HardShoulder => 2.5,
         }
     }
@@ -38,13 +34,12 @@ impl Edge {
     pub(super) fn sidewalk_m(self) -> f64 {
         match self {
             Self::Sidewalk => SIDEWALK_M,
-            Self::Footpath => FOOTPATH_M,
             Self::Verge | Self::HardShoulder => 0.0,
         }
     }
 
     pub(super) fn has_sidewalk(self) -> bool {
-        matches!(self, Self::Sidewalk | Self::Footpath)
+        self == Self::Sidewalk
     }
 }
 
@@ -72,8 +67,10 @@ impl Extra {
 }
 
 /// The lanes of one direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Side {
+    /// Width of this side's half of the strip between both directions, in metres.
+    pub(super) median_m: f64,
     /// Number of driving lanes.
     pub(super) driving: i32,
     pub(super) extra: Option<Extra>,
@@ -83,7 +80,17 @@ pub(super) struct Side {
 impl Side {
     /// From the reference line to the outer border of the shoulder, at the street's ends.
     pub(super) fn kerb_m(self) -> f64 {
-        f64::from(self.driving) * LANE_M + self.edge.shoulder_m()
+        self.driving_m()[1] + self.edge.shoulder_m()
+    }
+
+    /// From the reference line to the inner and to the outer border of the driving lanes.
+    pub(super) fn driving_m(self) -> [f64; 2] {
+        [self.median_m, self.median_m + f64::from(self.driving) * LANE_M]
+    }
+
+    /// The number that a driving lane has among all lanes, both counted outward from 1.
+    pub(super) fn lane_number(self, driving: i32) -> i32 {
+        driving + i32::from(self.median_m > 0.0)
     }
 
     /// From the reference line to the outermost border anywhere.
@@ -93,12 +100,14 @@ impl Side {
 
     /// The lanes from the middle outward: kind, width and outer line.
     pub(super) fn lanes(self, with_extra: bool) -> Vec<(LaneKind, f64, LineKind)> {
-        let mut lanes: Vec<_> = (1..=self.driving)
-            .map(|number| {
-                let line = if number < self.driving { LineKind::Broken } else { LineKind::Solid };
-                (LaneKind::Driving, LANE_M, line)
-            })
-            .collect();
+        let mut lanes = Vec::new();
+        if self.median_m > 0.0 {
+            lanes.push((LaneKind::Median, self.median_m, LineKind::Solid));
+        }
+        lanes.extend((1..=self.driving).map(|number| {
+            let line = if number < self.driving { LineKind::Broken } else { LineKind::Solid };
+            (LaneKind::Driving, LANE_M, line)
+        }));
         if let Some(extra) = self.extra.filter(|_| with_extra) {
             lanes.push((extra.kind(), extra.width_m(), LineKind::Solid));
         }
@@ -112,7 +121,7 @@ impl Side {
 }
 
 /// What a street is like. Traffic along the reference line keeps to the right of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Profile {
     pub(super) left: Option<Side>,
     pub(super) right: Side,
@@ -126,12 +135,13 @@ impl Profile {
     }
 
     pub(super) const fn two_way(driving: i32, edge: Edge, limit_kmh: u32) -> Self {
-        let side = Side { driving, extra: None, edge };
+        let side = Side { median_m: 0.0, driving, extra: None, edge };
         Self { left: Some(side), right: side, limit_kmh }
     }
 
     pub(super) const fn one_way(driving: i32, edge: Edge, limit_kmh: u32) -> Self {
-        Self { left: None, right: Side { driving, extra: None, edge }, limit_kmh }
+        let right = Side { median_m: 0.0, driving, extra: None, edge };
+        Self { left: None, right, limit_kmh }
     }
 
     /// With a further lane on both sides between junctions.
@@ -143,13 +153,14 @@ impl Profile {
         Self { left, right: Side { extra: Some(extra), ..self.right }, ..self }
     }
 
-    /// With other edges.
-    pub(super) const fn edged(self, left: Edge, right: Edge) -> Self {
+    /// With a strip between both directions, of this width in metres.
+    pub(super) const fn divided(self, width_m: f64) -> Self {
+        let median_m = width_m / 2.0;
         let left = match self.left {
-            Some(side) => Some(Side { edge: left, ..side }),
+            Some(left) => Some(Side { median_m, ..left }),
             None => None,
         };
-        Self { left, right: Side { edge: right, ..self.right }, ..self }
+        Self { left, right: Side { median_m, ..self.right }, ..self }
     }
 
     /// The lanes with this sign.

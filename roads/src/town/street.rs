@@ -32,7 +32,7 @@ pub(super) fn road(plan: &Plan, street: &Street) -> RoadDraft {
         successor: LinkTo::Junction(junction_id(street.to.node)),
         pieces,
         rises: rises(plan, street, length_m),
-        centre_line: true,
+        centre_line: street.profile.right.median_m == 0.0,
         sections: sections(street.profile, length_m),
         objects: Vec::new(),
         signals: Vec::new(),

@@ -1,83 +1,306 @@
-//! Town04: a motorway in the shape of an eight with an interchange on each side, a village inside
-//! of each, and a country road around.
+//! Town04: a motorway in the shape of an eight that crosses itself in a cloverleaf, a village in its
+//! north-eastern loop, and two country roads as short cuts. Its roads lie where CARLA's do, so that
+//! places that programs name by coordinates are on the road.
 
-use super::course::{Bend, Pose};
-use super::motorway::{Motorway, TERMINAL_M};
-use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
+use super::course::{Bend, Pose, direction};
+use super::plan::{Beside, Control, EAST, End, NORTH, Plan, SOUTH, UNEVEN_M, WEST};
 use super::profile::{Edge, Profile};
 
-const MOTORWAY: Motorway = Motorway { lanes: 3, limit_kmh: 80 };
-const STREET: Profile = Profile::street(1, 40);
-const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 60);
-/// With a footpath on one side, so that people can walk from village to village.
-const PATH_LEFT: Profile = COUNTRY.edged(Edge::Footpath, Edge::Verge);
-const PATH_RIGHT: Profile = COUNTRY.edged(Edge::Verge, Edge::Footpath);
-/// Distance of the interchanges from the crossing of the eight, in metres.
-const SIDE: f64 = 450.0;
-/// Where the diagonals of the eight begin.
-const DIAGONAL: [f64; 2] = [150.0, 360.0];
-/// Heights of the upper diagonal.
-const OVER: [[f64; 2]; 2] = [[0.4, 7.0], [0.6, 7.0]];
-/// The villages' streets, for the eastern one.
-const VILLAGE_X: [f64; 3] = [150.0, 220.0, 300.0];
-const VILLAGE_Y: f64 = 90.0;
+/// Width of the strip between the motorway's directions, in metres.
+const MEDIAN_M: f64 = 7.0;
+const MOTORWAY: Profile = motorway(80);
+/// Around the wide bends in the west and the narrow one in the east.
+const WEST_MOTORWAY: Profile = motorway(70);
+const EAST_MOTORWAY: Profile = motorway(50);
+const LOOP: Profile = Profile::one_way(1, Edge::Verge, 50);
+const COUNTRY: Profile = Profile::one_way(2, Edge::Verge, 60);
+const STREET: Profile = Profile::street(1, 30);
+/// The motorway's middle lines from south to north, and from west to east.
+const WEST_X: f64 = -498.8;
+const CROSSING: [f64; 2] = [-0.2, -21.8];
+const EAST_X: f64 = 397.4;
+const NORTH_Y: f64 = 380.2;
+/// Bends that end at a junction.
+const SOUTH_BEND: Bend = Bend { at: [-78.7, -420.0], radius_m: 198.0 };
+const EAST_BEND: Bend = Bend { at: [358.3, -26.7], radius_m: 53.0 };
+/// Height of the motorway from west to east where it crosses the other, in metres.
+const BRIDGE_M: f64 = 10.0;
+/// How far the village's streets begin from the motorway's middle, in metres.
+const VILLAGE_REACH_M: f64 = 26.0 - UNEVEN_M;
+/// How far junctions with those streets reach along the motorway, in metres.
+const VILLAGE_GATE_M: f64 = 14.0;
+/// The village's main street.
+const MAIN_STREET_Y: f64 = 171.3;
+
+const fn motorway(limit_kmh: u32) -> Profile {
+    Profile::two_way(4, Edge::HardShoulder, limit_kmh).divided(MEDIAN_M)
+}
 
 pub(super) fn plan() -> Plan {
-    let mut plan = Plan::new(Control::Lights, Beside::Nothing);
-    let bridge = |x: f64| Pose::new([x, 0.0], NORTH);
-    let east = MOTORWAY.interchange(&mut plan, bridge(SIDE), STREET, Control::Lights);
-    let west = MOTORWAY.interchange(&mut plan, bridge(-SIDE), STREET, Control::Lights);
-    let [x, y] = DIAGONAL;
-    let bend = |x: f64, y: f64| Bend { at: [x, y], radius_m: 100.0 };
-    let lower = [bend(SIDE, y), bend(x, y), bend(-x, -y), bend(-SIDE, -y)];
-    let upper = [bend(-SIDE, y), bend(-x, y), bend(x, -y), bend(SIDE, -y)];
-    MOTORWAY.connect(&mut plan, &east, &lower, &west, &[]);
-    MOTORWAY.connect(&mut plan, &west, &upper, &east, &OVER);
-    for sign in [1.0, -1.0] {
-        add_village(&mut plan, sign);
-    }
-    add_country_road(&mut plan);
+    let mut plan = Plan::new(Control::Free, Beside::Nothing);
+    let gates = Gates::new(&mut plan);
+    add_motorway(&mut plan, &gates);
+    add_loops(&mut plan, &gates);
+    add_country_roads(&mut plan, &gates);
+    add_village(&mut plan, &gates);
     plan
 }
 
-/// Streets in rectangles; `sign` is -1 for the mirror image in the west.
-fn add_village(plan: &mut Plan, sign: f64) {
-    plan.beside = Beside::Houses { storeys: [1.0, 3.0] };
-    plan.control = Control::Stop;
-    let [inner, middle, outer] = VILLAGE_X.map(|x| sign * x);
-    let mut xs = [inner, middle, outer, sign * (SIDE - TERMINAL_M)];
-    xs.sort_by(f64::total_cmp);
-    plan.row(0.0, &xs, STREET);
-    plan.column(middle, &[-VILLAGE_Y, 0.0, VILLAGE_Y], STREET);
-    for y in [VILLAGE_Y, -VILLAGE_Y] {
-        for x in [inner, outer] {
-            let bend = Bend { at: [x, y], radius_m: 16.0 };
-            plan.corner([x, 0.0], bend, [middle, y], STREET);
-        }
+fn bend(x: f64, y: f64, radius_m: f64) -> Bend {
+    Bend { at: [x, y], radius_m }
+}
+
+/// A junction of the motorway: where the middle line arrives and where it goes on, both looking
+/// away from the junction.
+struct Gate {
+    node: usize,
+    ends: [Pose; 2],
+}
+
+impl Gate {
+    fn new(plan: &mut Plan, at: [f64; 2], ends: [Pose; 2], control: Control) -> Self {
+        Self { node: plan.node_with(at, control), ends }
+    }
+
+    /// A junction that reaches equally far both ways along a straight line.
+    fn straight(
+        plan: &mut Plan,
+        at: [f64; 2],
+        along_rad: f64,
+        half_m: f64,
+        control: Control,
+    ) -> Self {
+        let along = Pose::new(at, along_rad);
+        let ends = [along.reversed(), along].map(|end| end.ahead(half_m - UNEVEN_M));
+        Self::new(plan, at, ends, control)
+    }
+
+    fn end(&self, which: usize) -> End {
+        End::at(self.node, self.ends[which])
     }
 }
 
-fn add_country_road(plan: &mut Plan) {
-    const OUT: f64 = SIDE + 170.0;
-    const FAR: f64 = 520.0;
-    plan.beside = Beside::Trees;
-    let end = SIDE + TERMINAL_M;
-    let (from, to) = (plan.node([end, 0.0]), plan.node([-end, 0.0]));
-    let bend = |x: f64, y: f64| Bend { at: [x, y], radius_m: 80.0 };
-    for sign in [1.0, -1.0] {
-        // Both halves end at the same two junctions: one from a fork beside each interchange.
-        let (east, west) = (
-            plan.node_with([OUT - 40.0, 0.0], Control::Yield),
-            plan.node_with([40.0 - OUT, 0.0], Control::Yield),
-        );
-        let leaving = if sign > 0.0 { NORTH } else { SOUTH };
-        let around = [bend(OUT - 40.0, sign * FAR), bend(40.0 - OUT, sign * FAR)];
-        let profile = if sign > 0.0 { PATH_LEFT } else { COUNTRY };
-        plan.connect((east, leaving), (west, leaving), &around, profile).heights =
-            vec![[0.2, 3.0], [0.4, 0.0], [0.6, 5.0], [0.8, 0.0]];
-        if sign > 0.0 {
-            plan.connect((from, EAST), (east, WEST), &[], PATH_LEFT);
-            plan.connect((to, WEST), (west, EAST), &[], PATH_RIGHT);
+/// The motorway's junctions in the order in which one comes through them from the south.
+struct Gates {
+    south: Gate,
+    /// The cloverleaf's on the motorway from south to north.
+    lower: Gate,
+    upper: Gate,
+    village_west: Gate,
+    north: Gate,
+    village_north: Gate,
+    village_east: Gate,
+    village_south: Gate,
+    east: Gate,
+    /// The cloverleaf's on the motorway from east to west.
+    right: Gate,
+    left: Gate,
+    west: Gate,
+}
+
+impl Gates {
+    fn new(plan: &mut Plan) -> Self {
+        let [x, y] = CROSSING;
+        let village = |plan: &mut Plan, at: [f64; 2], along_rad: f64| {
+            Gate::straight(plan, at, along_rad, VILLAGE_GATE_M, Control::Yield)
+        };
+        let free = Control::Free;
+        let pose = |x: f64, y: f64, heading_deg: f64| Pose::new([x, y], heading_deg.to_radians());
+        let toward = |at: [f64; 2], bend: Bend| Pose::new(at, direction(at, bend.at));
+        let south = [toward([-22.5, -314.3], SOUTH_BEND), pose(-7.9, -279.1, 73.0)];
+        let north = [pose(x, 219.9, -90.0), pose(5.0, 264.3, 74.0)];
+        let east = [pose(395.6, 15.5, 77.0), toward([372.2, -17.4], EAST_BEND)];
+        let right = [toward([128.3, -22.2], EAST_BEND), pose(66.3, y, 180.0)];
+        let gates = Self {
+            south: Gate::new(plan, [-15.0, -297.0], south, free),
+            lower: Gate::straight(plan, [x, -109.7], NORTH, 31.7, free),
+            upper: Gate::straight(plan, [x, 73.0], NORTH, 26.0, free),
+            village_west: village(plan, [x, MAIN_STREET_Y], NORTH),
+            north: Gate::new(plan, [1.0, 242.0], north, free),
+            village_north: village(plan, [205.0, NORTH_Y], EAST),
+            village_east: village(plan, [EAST_X, MAIN_STREET_Y], SOUTH),
+            village_south: village(plan, [EAST_X, 67.0], SOUTH),
+            east: Gate::new(plan, [386.0, -4.0], east, free),
+            right: Gate::new(plan, [97.3, y], right, free),
+            left: Gate::straight(plan, [-94.2, y], WEST, 26.6, free),
+            west: Gate::straight(plan, [-384.0, y], WEST, 27.0, Control::Lights),
+        };
+        for gate in [&gates.right, &gates.left] {
+            plan.raise(plan.at(gate.node), BRIDGE_M);
         }
+        gates
+    }
+}
+
+/// The motorway's streets, in the order of its junctions.
+fn add_motorway(plan: &mut Plan, gates: &Gates) {
+    let north_east = [bend(EAST_X, NORTH_Y, 147.0)];
+    let west = [bend(WEST_X, CROSSING[1], 74.0), bend(WEST_X, -420.0, 180.0), SOUTH_BEND];
+    let stretches: [(&Gate, &[Bend], &Gate, Profile); 12] = [
+        (&gates.south, &[], &gates.lower, MOTORWAY),
+        (&gates.lower, &[], &gates.upper, MOTORWAY),
+        (&gates.upper, &[], &gates.village_west, MOTORWAY),
+        (&gates.village_west, &[], &gates.north, MOTORWAY),
+        (&gates.north, &[], &gates.village_north, MOTORWAY),
+        (&gates.village_north, &north_east, &gates.village_east, MOTORWAY),
+        (&gates.village_east, &[], &gates.village_south, MOTORWAY),
+        (&gates.village_south, &[], &gates.east, EAST_MOTORWAY),
+        (&gates.east, &[EAST_BEND], &gates.right, EAST_MOTORWAY),
+        (&gates.right, &[], &gates.left, MOTORWAY),
+        (&gates.left, &[], &gates.west, MOTORWAY),
+        (&gates.west, &west, &gates.south, WEST_MOTORWAY),
+    ];
+    for (from, bends, to, profile) in stretches {
+        plan.connect(from.end(1), to.end(0), bends, profile);
+    }
+}
+
+/// A road of one direction, as traffic drives it: around corners, from one junction into another.
+struct OneWay<'a> {
+    from: (&'a Gate, [f64; 2]),
+    bends: &'a [Bend],
+    to: (&'a Gate, [f64; 2]),
+    profile: Profile,
+}
+
+impl OneWay<'_> {
+    fn add(&self, plan: &mut Plan) {
+        let ((from, start), (to, end)) = (self.from, self.to);
+        let [Some(first), Some(last)] = [self.bends.first(), self.bends.last()] else { return };
+        let from = End::at(from.node, Pose::new(start, direction(start, first.at)));
+        let to = End::at(to.node, Pose::new(end, direction(end, last.at)));
+        plan.connect(from, to, self.bends, self.profile);
+    }
+}
+
+/// The cloverleaf's loops: out to the right, and around to the right.
+fn add_loops(plan: &mut Plan, gates: &Gates) {
+    let Gates { lower, upper, right, left, .. } = gates;
+    let north_west = [bend(-122.1, 26.3, 49.0), bend(-119.0, 98.4, 55.5), bend(-48.1, 101.5, 48.5)];
+    let north_east = [bend(48.1, 105.5, 54.0), bend(134.9, 105.7, 55.5), bend(133.8, 28.6, 56.0)];
+    let south_east =
+        [bend(131.3, -72.6, 52.0), bend(130.5, -144.7, 57.0), bend(50.3, -148.5, 54.0)];
+    let south_west =
+        [bend(-49.3, -148.5, 52.0), bend(-128.7, -143.1, 55.5), bend(-126.7, -69.6, 53.5)];
+    let loops = [
+        ((left, [-110.2, 11.4]), north_west, (upper, [-33.6, 90.0])),
+        ((upper, [32.5, 91.8]), north_east, (right, [121.1, 13.1])),
+        ((right, [120.9, -58.3]), south_east, (lower, [33.5, -134.2])),
+        ((lower, [-32.8, -134.5]), south_west, (left, [-113.9, -54.7])),
+    ];
+    for (from, bends, to) in loops {
+        OneWay { from, bends: &bends, to, profile: LOOP }.add(plan);
+    }
+}
+
+/// Short cuts for those who would else take a loop to the right.
+fn add_country_roads(plan: &mut Plan, gates: &Gates) {
+    plan.beside = Beside::Trees;
+    let south_east = [
+        bend(84.8, -230.7, 287.0),
+        bend(217.8, -188.1, 500.0),
+        bend(327.8, -140.6, 248.0),
+        bend(388.7, -85.6, 118.0),
+    ];
+    let north_west = [
+        bend(-43.8, 216.8, 400.0),
+        bend(-94.4, 156.9, 342.0),
+        bend(-221.8, 83.0, 283.0),
+        bend(-369.9, 80.3, 79.5),
+    ];
+    let roads = [
+        ((&gates.south, [23.1, -292.9]), south_east, (&gates.east, [396.2, -40.7])),
+        ((&gates.north, [-35.1, 228.5]), north_west, (&gates.west, [-378.8, 11.5])),
+    ];
+    for (from, bends, to) in roads {
+        OneWay { from, bends: &bends, to, profile: COUNTRY }.add(plan);
+    }
+}
+
+/// The village: where its streets cross, from north to south and from west to east.
+struct Village {
+    north: [[f64; 2]; 2],
+    upper: [[f64; 2]; 3],
+    main: [[f64; 2]; 6],
+    south: [[f64; 2]; 2],
+}
+
+const VILLAGE: Village = Village {
+    north: [[203.6, 309.4], [256.8, 309.4]],
+    upper: [[202.1, 248.1], [256.8, 248.1], [313.4, 248.1]],
+    main: [
+        [60.4, MAIN_STREET_Y],
+        [130.1, MAIN_STREET_Y],
+        [200.3, MAIN_STREET_Y],
+        [256.8, MAIN_STREET_Y],
+        [312.8, MAIN_STREET_Y],
+        [349.9, MAIN_STREET_Y],
+    ],
+    south: [[256.8, 120.0], [312.4, 120.0]],
+};
+
+fn add_village(plan: &mut Plan, gates: &Gates) {
+    plan.beside = Beside::Houses { storeys: [1.0, 3.0] };
+    plan.control = Control::Stop;
+    let Village { north, upper, main, south } = VILLAGE;
+    let straight = [
+        (north[0], north[1]),
+        (upper[0], upper[1]),
+        (upper[1], upper[2]),
+        (south[0], south[1]),
+        (north[0], upper[0]),
+        (upper[0], main[2]),
+        (north[1], upper[1]),
+        (upper[1], main[3]),
+        (main[3], south[0]),
+        (upper[2], main[4]),
+        (main[4], south[1]),
+    ];
+    for (from, to) in straight.into_iter().chain(main.windows(2).map(|pair| (pair[0], pair[1]))) {
+        let ends = [(from, direction(from, to)), (to, direction(to, from))];
+        let [from, to] = ends.map(|(at, leaving_rad)| (plan.node(at), leaving_rad));
+        plan.connect(from, to, &[], STREET);
+    }
+    add_corners(plan);
+    add_ways_in(plan, gates);
+}
+
+/// The village's streets around corners.
+fn add_corners(plan: &mut Plan) {
+    let Village { north, upper, main, south } = VILLAGE;
+    let corners: [([f64; 2], &[Bend], [f64; 2]); 6] = [
+        (north[0], &[bend(119.1, 309.4, 97.0), bend(60.4, 245.0, 114.0)], main[0]),
+        (upper[0], &[bend(165.7, 246.4, 54.0), bend(130.1, 213.0, 59.0)], main[1]),
+        (north[1], &[bend(298.7, 309.4, 26.0), bend(313.4, 281.4, 59.0)], upper[2]),
+        (main[5], &[bend(350.6, 248.1, 13.0)], upper[2]),
+        (main[2], &[bend(200.3, 146.6, 31.5), bend(218.1, 120.0, 31.0)], south[0]),
+        (south[1], &[bend(349.7, 120.0, 15.0)], main[5]),
+    ];
+    for (from, bends, to) in corners {
+        let [Some(first), Some(last)] = [bends.first(), bends.last()] else { continue };
+        let ends = [(from, direction(from, first.at)), (to, direction(to, last.at))];
+        let [from, to] = ends.map(|(at, leaving_rad)| (plan.node(at), leaving_rad));
+        plan.connect(from, to, bends, STREET);
+    }
+}
+
+/// Streets from the village to the motorway around it.
+fn add_ways_in(plan: &mut Plan, gates: &Gates) {
+    plan.beside = Beside::Nothing;
+    let Village { north, main, south, .. } = VILLAGE;
+    let ways: [([f64; 2], &[Bend], &Gate); 4] = [
+        (main[0], &[], &gates.village_west),
+        (main[5], &[], &gates.village_east),
+        (north[0], &[], &gates.village_north),
+        (south[1], &[bend(312.2, 66.2, 18.5)], &gates.village_south),
+    ];
+    for (from, bends, gate) in ways {
+        let at = plan.at(gate.node);
+        let first = bends.first().map_or(at, |bend| bend.at);
+        let last = bends.last().map_or(from, |bend| bend.at);
+        let gate_end = Pose::new(at, direction(at, last)).ahead(VILLAGE_REACH_M);
+        let node = plan.node(from);
+        let from = (node, direction(from, first));
+        plan.connect(from, End::at(gate.node, gate_end), bends, STREET);
     }
 }

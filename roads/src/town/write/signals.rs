@@ -86,10 +86,11 @@ fn signal(out: &mut Out, signal: &SignalDraft) {
         dialect.signal_type,
         dialect.height
     ));
+    let [first, last] = signal.lanes;
     let [from, to] = match (signal.kind, signal.lane_sign) {
         (SignalKind::Light, _) => [0, 0],
-        (_, sign) if sign < 0 => [-signal.lanes, -1],
-        _ => [1, signal.lanes],
+        (_, sign) if sign < 0 => [-last, -first],
+        _ => [first, last],
     };
     out.line(format_args!("<validity fromLane=\"{from}\" toLane=\"{to}\"/></signal>"));
 }
