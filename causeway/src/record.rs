@@ -7,8 +7,11 @@ mod import;
 mod journal;
 mod listing;
 mod log;
+mod page;
 mod piece;
+mod played;
 mod progress;
+mod rebuilt;
 mod site;
 mod source;
 mod translated;
@@ -43,6 +46,8 @@ enum Command {
     Cut(piece::Cut),
     /// Write a log or a journal as an MCAP file, which Foxglove and the `mcap` libraries open.
     Export(export::Export),
+    /// Write a log or a journal as one HTML file that plays it in a browser, without a server.
+    Page(page::ReplayPage),
     /// Make a journal again from the MCAP file that the whole of one was exported to. It is
     /// simulated again; what differs is named, then exit with 1.
     Import(import::Import),
@@ -121,6 +126,7 @@ pub(crate) fn run(args: Args) -> Result<(), RecordError> {
         Command::Replay(order) => exact::replay(&order),
         Command::Cut(order) => piece::cut(&order),
         Command::Export(order) => export::export(&order),
+        Command::Page(order) => page::page(&order),
         Command::Import(order) => import::import(&order),
     }
 }

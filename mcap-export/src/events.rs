@@ -10,8 +10,19 @@ const INFO: u8 = 2;
 const WARNING: u8 = 3;
 const ERROR: u8 = 4;
 
-/// In a fixed order: spawned, destroyed, collisions, halts.
-pub(crate) fn between(before: &Frame, after: &Frame) -> Vec<Value> {
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// What: `spawned`, `destroyed`, `collision` or `halted`.
+    pub kind: &'static str,
+    /// To whom, and what else is known.
+    pub text: String,
+    level: u8,
+}
+
+/// What happened from one frame to the next, in a fixed order: spawned, destroyed, collisions,
+/// halts.
+pub fn between(before: &Frame, after: &Frame) -> Vec<Event> {
     let name = |frame: &Frame, id: ActorId| {
         let blueprint = frame.actor(id).map_or("", |actor| frame.type_of(actor));
         format!("{} {blueprint}", id.get())
@@ -33,7 +44,12 @@ pub(crate) fn between(before: &Frame, after: &Frame) -> Vec<Value> {
     for halt in after.halted_since(before.tick) {
         told.push(("halted", WARNING, format!("{}: {}", name(after, halt.actor), halt.reason)));
     }
-    told.into_iter().map(|told| line(after.sim_secs, told)).collect()
+    told.into_iter().map(|(kind, level, text)| Event { kind, text, level }).collect()
+}
+
+/// An event as a line of a log.
+pub(crate) fn logged(sim_secs: f64, event: &Event) -> Value {
+    line(sim_secs, (event.kind, event.level, event.text.clone()))
 }
 
 /// What a sensor tells that is an event; contacts are told of everybody. `name` is that of the
@@ -126,10 +142,8 @@ mod tests {
             ..frame(&[2, 3])
         };
         let told = between(&frame(&[1, 2]), &after);
-        let lines: Vec<(&str, &str)> = told
-            .iter()
-            .map(|line| (line["name"].as_str().unwrap(), line["message"].as_str().unwrap()))
-            .collect();
+        let lines: Vec<(&str, &str)> =
+            told.iter().map(|event| (event.kind, event.text.as_str())).collect();
         assert_eq!(
             lines,
             [
@@ -138,6 +152,6 @@ mod tests {
                 ("collision", "2 vehicle.audi.tt with the map at 6.2 m/s"),
             ]
         );
-        assert_eq!(told[2]["level"], ERROR);
+        assert_eq!(logged(0.0, &told[2])["level"], ERROR);
     }
 }

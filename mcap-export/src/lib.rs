@@ -35,6 +35,7 @@ pub use container::{Item, ReadError, Reader};
 use convert::{MAP_FRAME, nanos, transform};
 pub use done::Done;
 use ego::Way;
+pub use events::{Event, between as events_between};
 use fixed::Fixed;
 pub use names::Names;
 use names::{Called, Part};
@@ -155,7 +156,7 @@ impl<W: Write> Exporter<W> {
         }
         if let Some(before) = before {
             for event in events::between(before, frame) {
-                out.json(Topic::Events, now, &event)?;
+                out.json(Topic::Events, now, &events::logged(frame.sim_secs, &event))?;
             }
         }
         out.tell(Topic::Frame, now, &frame.encoded().0)?;

@@ -66,6 +66,7 @@ TAKEN = (
     "play_trolley",
     "record worlds",
     "record collisions",
+    "record page",
     "incident.py",
     "causeway router --listen tcp",
     "causeway router --listen tls",
@@ -126,6 +127,9 @@ def test_a_crash_is_recorded_and_found(shell, start_site):
     assert "  role_name = hero\n" in info
     assert "120 frames" in verify and "120 frames, 0 differences" in replayed
     assert "41 frames" in cut and "120 frames" in exported and "60 frames" in seen
+    (page,) = take("record page")
+    assert "60 frames" in shell.run(page)
+    assert "vehicle.audi.tt" in (shell.folder / "crash.html").read_text()
 
 
 def test_an_incident_has_three_pictures(shell, site):

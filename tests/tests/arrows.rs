@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Whom each crate of ours may name. A crate that is missing here may be named by nobody.
-const MAY_NAME: [(&str, &[&str]); 28] = [
+const MAY_NAME: [(&str, &[&str]); 29] = [
     ("schemas", &[]),
     ("codegen", &[]),
     ("blueprints", &["schemas"]),
@@ -27,6 +27,7 @@ const MAY_NAME: [(&str, &[&str]); 28] = [
     ("roads", &["schemas"]),
     ("recording", &[]),
     ("mcap-export", &["roads", "schemas"]),
+    ("replay-page", &["mcap-export", "roads", "schemas"]),
     ("agents", &["roads", "schemas"]),
     ("world", &["agents", "blueprints", "bodies", "roads", "schemas"]),
     ("manoeuvres", &["world", "agents", "roads", "schemas"]),
@@ -96,6 +97,7 @@ const MAY_NAME: [(&str, &[&str]); 28] = [
             "monitoring",
             "recording",
             "mcap-export",
+            "replay-page",
             "roads",
             "schemas",
             "signals",

@@ -1,12 +1,10 @@
 //! Logs and journals as MCAP files, which Foxglove and its libraries open.
 
-mod rebuilt;
 mod studio;
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use mcap_export::{About, Done, Exporter, Names, Origin};
@@ -16,13 +14,12 @@ use world_service::journal::{Moment, Reader as JournalReader, Replay, Step};
 
 use super::RecordError;
 use super::piece::NewFile;
+use super::played::{described_at, is_ego, map_of_log, parsed, replay_at, roles};
 use super::progress::Progress;
+use super::rebuilt::Rebuilt;
 use super::source::{Opened, of, open};
-use rebuilt::Rebuilt;
 use studio::{Size, Studio, Wanted};
 
-/// Roles by which clients name the vehicle that an episode is about.
-const EGO_ROLES: [&str; 3] = ["hero", "ego", "ego_vehicle"];
 /// Places of a way that is told: two kilometres.
 const WAY_PLACES_MAX: usize = 1_024;
 
@@ -97,7 +94,7 @@ pub(super) fn export(order: &Export) -> Result<(), RecordError> {
         Opened::Journal(reader) => of_journal(order, *reader),
         Opened::Log(reader) => {
             order.check_log()?;
-            let map = order.log_map(&reader.header().map)?;
+            let map = map_of_log(&order.file, &reader.header().map, order.map.as_deref())?;
             let mut rebuilt = Rebuilt::new(&order.file, reader, &map);
             let mut out = None;
             let mut progress = Progress::new("exported", order.until);
@@ -176,56 +173,6 @@ fn origin(replay: &Replay) -> Origin {
     Origin { tick: tick.0, sim_secs, state_hash, snapshot: replay.world().snapshot() }
 }
 
-/// The world of a journal after a tick.
-fn replay_at(
-    path: &Path,
-    reader: &mut JournalReader<BufReader<File>>,
-    tick: Tick,
-) -> Result<Replay, RecordError> {
-    let way = reader.way_to(tick).map_err(of(path))?;
-    let mut replay = Replay::begin(reader.head()).map_err(of(path))?;
-    replay.go(&way).map_err(of(path))?;
-    Ok(replay)
-}
-
-/// Who is in the world of a journal after a tick.
-fn described_at(
-    path: &Path,
-    reader: &mut JournalReader<BufReader<File>>,
-    tick: Tick,
-) -> Result<Vec<ActorDescription>, RecordError> {
-    Ok(replay_at(path, reader, tick)?.world().describe(&[]))
-}
-
-/// Who has one of the roles of the ego at the end of a journal.
-///
-/// # Errors
-/// A journal that cannot be replayed.
-pub(super) fn heroes_of(
-    path: &Path,
-    reader: &mut JournalReader<BufReader<File>>,
-) -> Result<BTreeSet<ActorId>, RecordError> {
-    let last = reader.index().last();
-    let described = described_at(path, reader, last)?;
-    Ok(described.iter().filter(|actor| is_ego(actor)).map(|actor| actor.id).collect())
-}
-
-/// What clients call actors.
-fn roles(described: &[ActorDescription]) -> BTreeMap<ActorId, String> {
-    let role = |actor: &ActorDescription| {
-        let told = actor.attributes.iter().find(|attribute| attribute.id == "role_name")?;
-        Some((actor.id, told.value.clone()))
-    };
-    described.iter().filter_map(role).collect()
-}
-
-/// Whether an actor has one of the roles of the ego.
-fn is_ego(actor: &ActorDescription) -> bool {
-    actor.attributes.iter().any(|attribute| {
-        attribute.id == "role_name" && EGO_ROLES.contains(&attribute.value.as_str())
-    })
-}
-
 /// What a sensor is called: below its carrier, with the last word of its kind and its id.
 fn sensor_name(frame: &schemas::Frame, sensor: ActorId, ego: Option<ActorId>) -> Option<String> {
     let actor = frame.actor(sensor)?;
@@ -245,18 +192,6 @@ fn sensor_name(frame: &schemas::Frame, sensor: ActorId, ego: Option<ActorId>) ->
 impl Export {
     fn ego(&self) -> Option<ActorId> {
         self.ego.and_then(ActorId::new)
-    }
-
-    /// The map that a log names.
-    fn log_map(&self, name: &str) -> Result<Arc<roads::Map>, RecordError> {
-        let text = match &self.map {
-            Some(path) => world_service::read_map_file(path).map_err(RecordError::Refused)?,
-            None => roads::town::build(name).ok_or_else(|| RecordError::Unfit {
-                path: self.file.clone(),
-                why: format!("it is of the map {name}, which is none of ours; name it with --map"),
-            })?,
-        };
-        parsed(&self.file, name, &text)
     }
 
     /// # Errors
@@ -387,12 +322,4 @@ impl Export {
     fn refused(&self, cause: std::io::Error) -> RecordError {
         RecordError::Write { path: self.to.clone(), cause }
     }
-}
-
-fn parsed(path: &Path, name: &str, text: &str) -> Result<Arc<roads::Map>, RecordError> {
-    let map = roads::Map::parse(name, text);
-    map.map(Arc::new).map_err(|error| RecordError::Unfit {
-        path: path.to_owned(),
-        why: format!("its map cannot be used: {error}"),
-    })
 }

@@ -9,7 +9,7 @@ use recording::query::{self, Letter, QueryError};
 use recording::{Cut, NotARecording, Reader};
 use world_service::journal::Reader as JournalReader;
 
-use super::export::heroes_of;
+use super::played::heroes_of;
 use super::source::{Opened, open};
 use super::translated::Translated;
 use super::{RecordError, journal};

@@ -38,7 +38,7 @@ const SECOND_LOWER: [f64; 2] = [151.2, 72.0];
 const FAR_WEST: [f64; 2] = [-147.3, 1.6];
 const FAR_SOUTH_WEST: [f64; 2] = [-147.3, -103.7];
 const COURT: [f64; 2] = [169.0, -60.7];
-const GARDENS: [f64; 2] = [64.0, -132.0];
+const GARDENS: [f64; 2] = [-2.2, -78.0];
 /// Junction in the hills, and its height in metres.
 const HILLTOP: [f64; 2] = [-340.0, 40.0];
 const HILLTOP_M: f64 = 7.0;
@@ -83,13 +83,15 @@ fn add_boulevards(plan: &mut Plan) {
 }
 
 fn add_roundabout(plan: &mut Plan) {
+    plan.node_with(GARDENS, Control::Yield);
     let arms = roundabout::build(plan, ROUNDABOUT, &[EAST, NORTH, WEST, SOUTH]);
     let around =
-        [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (SOUTH_CROSS, NORTH)];
+        [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (GARDENS, NORTH)];
     for (arm, (at, leaving_rad)) in arms.into_iter().zip(around) {
         let end = plan.node(at);
         plan.connect(arm, (end, leaving_rad), &[], STREET);
     }
+    plan.line(GARDENS, SOUTH_CROSS, STREET);
 }
 
 fn add_small_streets(plan: &mut Plan) {
@@ -101,7 +103,6 @@ fn add_small_streets(plan: &mut Plan) {
         (FAR_WEST, Control::Stop),
         (FAR_SOUTH_WEST, Control::Stop),
         (COURT, Control::Stop),
-        (GARDENS, Control::Yield),
     ];
     for (at, control) in small {
         plan.node_with(at, control);
@@ -121,7 +122,6 @@ fn add_small_streets(plan: &mut Plan) {
         (FAR_WEST, WEST_GATE),
         (FAR_SOUTH_WEST, FAR_WEST),
         (SOUTH_WEST, SOUTH_CROSS),
-        (SOUTH_CROSS, GARDENS),
         (COURT, SOUTH_EAST),
     ];
     for (from, to) in straight {
@@ -130,12 +130,14 @@ fn add_small_streets(plan: &mut Plan) {
     let corners = [
         (NORTH_WEST, [-147.3, 138.8], 40.0, FAR_WEST),
         (FAR_SOUTH_WEST, [-147.3, -134.4], 15.0, SOUTH_WEST),
-        (GARDENS, [169.0, -130.6], 39.0, COURT),
-        (COURT, [64.0, -60.7], 20.0, GARDENS),
+        (SOUTH_CROSS, [169.0, -130.6], 39.0, COURT),
     ];
     for (from, at, radius_m, to) in corners {
         plan.corner(from, Bend { at, radius_m }, to, parked);
     }
+    let ends = [COURT, GARDENS].map(|at| plan.node(at));
+    let bends = [[70.0, -60.7], [40.0, -78.0]].map(|at| Bend { at, radius_m: 25.0 });
+    plan.connect((ends[0], WEST), (ends[1], EAST), &bends, parked);
 }
 
 fn add_hills(plan: &mut Plan) {

@@ -13,8 +13,8 @@ use schemas::{
     TrafficLightState, Vec3, VehicleControl, WorldId,
 };
 
-use super::EGO_ROLES;
-use crate::record::RecordError;
+use super::RecordError;
+use super::played::EGO_ROLES;
 
 /// Logs have lengths in centimetres.
 const CM_PER_M: f32 = 100.0;
