@@ -54,12 +54,13 @@ fn a_wheel_that_leaves_a_motorway_rolls_down_a_bank() {
     let map = town("Town04_Opt");
     let mesh = ground(&map);
     let is_beside_the_land = |place: &roads::Waypoint| {
-        (15..=18).contains(&place.road) && place.lane == -1 && place.s > 30.0
+        (1..=12).contains(&place.road) && place.lane.abs() == 5 && place.s > 30.0
     };
     let mut count = 0;
     for place in map.generate_waypoints(31.0).unwrap().iter().filter(|p| is_beside_the_land(p)) {
         let pose = map.pose(place);
-        let at = pose * Point3::new(0.0, 1.75 + 0.5, 0.0);
+        // Half a metre beyond the hard shoulder.
+        let at = pose * Point3::new(0.0, -(1.75 + 2.5 + 0.5), 0.0);
         let below_m: Vec<f64> = heights(&mesh, at.x, at.y)
             .iter()
             .map(|(z, _)| pose.translation.z - z)

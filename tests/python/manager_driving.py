@@ -133,8 +133,8 @@ def offsets(stage: Stage) -> dict:
     own, follows = stage.car(100.0), stage.car(300.0)
     manager.vehicle_lane_offset(own, 0.8)
     manager.global_lane_offset(-0.6)
-    # In a bend CARLA's controllers pass 0.15 m inside of what they are told, and the motorway bends
-    # for the first 12 s.
+    # In a bend CARLA's controllers pass 0.15 m inside of what they are told, and the motorway
+    # bends.
     ticks(stage.world, 2 * SETTLE_TICKS)
     found = {"vehicle_m": stage.right_of_middle(own), "global_m": stage.right_of_middle(follows)}
     manager.global_lane_offset(0.0)

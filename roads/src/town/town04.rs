@@ -1,6 +1,6 @@
-//! Town04: a motorway in the shape of an eight that crosses itself in a cloverleaf, a village in its
-//! north-eastern loop, and two country roads as short cuts. Its roads lie where CARLA's do, so that
-//! places that programs name by coordinates are on the road.
+//! Town04: a motorway in the shape of an eight that crosses itself in a cloverleaf, a village in
+//! its north-eastern loop, and two country roads as short cuts. Its roads lie where CARLA's do, so
+//! that places that programs name by coordinates are on the road.
 
 use super::course::{Bend, Pose, direction};
 use super::plan::{Beside, Control, EAST, End, NORTH, Plan, SOUTH, UNEVEN_M, WEST};
