@@ -78,6 +78,11 @@ const TOWN05: [Start; 12] = [
     [94.0, 145.0, 341.0],
     [189.0, -100.0, 90.0],
 ];
+/// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane that
+/// stands for a turning lane.
+const BESIDE_MAX_M: f64 = 2.0;
+/// Roads are lower than this, in metres; the starts are given without a height.
+const HEIGHT_MAX_M: f64 = 12.0;
 /// A start is on a lane that leads the same way within this angle, in degrees.
 const SAME_WAY_DEG: f64 = 20.0;
 
@@ -95,11 +100,12 @@ fn egos_of_scenario_runners_examples_begin_on_lanes_that_lead_their_way() {
         for [x_m, y_m, yaw_deg] in starts {
             let at = format!("{name}: {x_m} {y_m}");
             let point = Point3::new(*x_m, -*y_m, 0.0);
-            let (place, away_m) = map
-                .nearest_within(point, LaneType::Driving.into(), 2.0)
-                .unwrap_or_else(|| panic!("{at}: no lane within 2 m"));
-            assert!(away_m < map.lane(&place).width_m / 2.0, "{at}: {away_m} m beside a lane");
-            let heading_deg = -map.lane_pose(&place).unwrap().heading_rad.to_degrees();
+            let near = map.nearest_within(point, LaneType::Driving.into(), HEIGHT_MAX_M);
+            let (place, _) = near.unwrap_or_else(|| panic!("{at}: no lane"));
+            let pose = map.lane_pose(&place).unwrap();
+            let beside_m = (pose.point - point).xy().norm();
+            assert!(beside_m < BESIDE_MAX_M, "{at}: {beside_m} m beside the middle of a lane");
+            let heading_deg = -pose.heading_rad.to_degrees();
             let off_deg = (heading_deg - yaw_deg + 180.0).rem_euclid(360.0) - 180.0;
             assert!(off_deg.abs() < SAME_WAY_DEG, "{at}: the lane leads to {heading_deg}");
         }

@@ -128,7 +128,9 @@ fn random_places_lie_on_sidewalks_within_reach_of_a_walker_and_all_over_town() {
             let north = place.y > (low.y + high.y) / 2.0;
             corners[usize::from(east) * 2 + usize::from(north)] = true;
         }
-        assert!(corners.iter().filter(|seen| **seen).count() >= 2, "{name}: {corners:?}");
+        // Town04's only sidewalks are those of the village in its north-east.
+        let least = if name == "Town04" { 1 } else { 2 };
+        assert!(corners.iter().filter(|seen| **seen).count() >= least, "{name}: {corners:?}");
     }
 }
 

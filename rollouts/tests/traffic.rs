@@ -137,9 +137,9 @@ fn who_looks_at_nobody_runs_into_cars_and_people_and_through_red_lights() {
             horizon_secs: Some(40.0),
             autoreset: Autoreset::SameStep,
             ends: Some(vec![End::Collision]),
-            ..spec("nocrash-dense", tier, 5)
+            ..spec("nocrash-dense", tier, 12)
         };
-        let seen = run(&blind, std::slice::from_ref(&(0..5)), 420);
+        let seen = run(&blind, std::slice::from_ref(&(0..12)), 420);
         let counted = ["collisions_vehicle", "red_lights"].map(|name| sum(&blind, &seen, name));
         println!("{tier:?}: {counted:?} vehicles and lights");
         assert!(counted.iter().all(|count| *count >= 2.0), "{tier:?}: {counted:?}");

@@ -85,8 +85,7 @@ fn add_boulevards(plan: &mut Plan) {
 fn add_roundabout(plan: &mut Plan) {
     plan.node_with(GARDENS, Control::Yield);
     let arms = roundabout::build(plan, ROUNDABOUT, &[EAST, NORTH, WEST, SOUTH]);
-    let around =
-        [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (GARDENS, NORTH)];
+    let around = [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (GARDENS, NORTH)];
     for (arm, (at, leaving_rad)) in arms.into_iter().zip(around) {
         let end = plan.node(at);
         plan.connect(arm, (end, leaving_rad), &[], STREET);
