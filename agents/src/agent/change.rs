@@ -124,8 +124,8 @@ mod tests {
         })
     }
 
-    /// Ways from the beginning of lanes to the lanes beside their ends, where it does not matter for
-    /// their length where they change.
+    /// Ways from the beginning of lanes to the lanes beside their ends, where it does not matter
+    /// for their length where they change.
     fn ways(network: &Network) -> Vec<Path> {
         let lanes = (0..network.lane_count() as LaneId).filter_map(|id| {
             let lane = network.lane(id).filter(|lane| lane.length_m() > 70.0)?;

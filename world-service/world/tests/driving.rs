@@ -164,7 +164,7 @@ fn reverse_brakes_a_car_that_rolls_forward_and_then_drives_it_back() {
         control(&mut world, car, VehicleControl { throttle: 0.6, reverse, ..Default::default() });
         run(&mut world, 10);
         let slowed_mps = state(&world, car).linear_velocity_mps.x.abs();
-        assert!(slowed_mps < start_mps.abs() - 1.0, "{slowed_mps} m/s after 0.5 s");
+        assert!(slowed_mps < start_mps.abs() - 0.5, "{slowed_mps} m/s after 0.5 s");
         assert_eq!(state(&world, car).gear < 0, reverse);
         run(&mut world, 90);
         let turned_mps = -state(&world, car).linear_velocity_mps.x * start_mps.signum();
