@@ -187,7 +187,8 @@ pub(super) fn physics_refused(_: &Request, refusal: Refusal) -> Answer {
     Ok(Payload::Void)
 }
 
-/// Waits for the outcome. Sensors, lights and signs, which nothing runs into, have none, as in CARLA.
+/// Waits for the outcome. Sensors, lights and signs, which nothing runs into, have none, as in
+/// CARLA.
 pub(super) async fn switch_collisions(
     endpoint: &mut Endpoint,
     id: ActorRef,

@@ -108,7 +108,7 @@ fn add_outer_streets(plan: &mut Plan) {
     let avenue = AVENUE_AT.map(|at| plan.node(at));
     for (row, leaving_rad) in [(2, SOUTH), (4, NORTH)] {
         let corner = bend(EAST_STREET, AVENUE_AT[row][1], 45.0);
-        plan.connect((avenue[row], EAST), (east, leaving_rad), &[corner], biking);
+        plan.connect((avenue[row], EAST), (east, leaving_rad), &[corner], STREET);
     }
     let north = [bend(80.0, 148.6, 190.0), bend(EAST_LANE, 131.4, 49.0)];
     let south = [bend(94.2, -145.2, 140.0), bend(EAST_LANE, -119.3, 49.5)];
