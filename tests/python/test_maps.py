@@ -90,6 +90,11 @@ def test_every_town_is_listed_under_both_names(print_town):
     assert listed == set(NAMES) | {f"{name}_Opt" for name in NAMES}
 
 
+#: Ways through junctions of Town05 are arcs of up to ten kilometres' radius; the client adds and
+#: takes away that radius in numbers of four bytes, which are a millimetre apart there.
+FAR_ARCS_M = {"Town05": 2e-3}
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_the_client_reads_a_town_and_sees_the_same_lanes(name, print_town, tmp_path):
     seen = read_by_client(name, print_town(name), tmp_path / "graph")
@@ -98,7 +103,7 @@ def test_the_client_reads_a_town_and_sees_the_same_lanes(name, print_town, tmp_p
     assert seen["topology"] > 80
     assert seen["crosswalk_corners"] % 5 == 0
     assert "274" in seen["signs"]
-    if name == "Town07":
+    if name in ("Town04", "Town07"):
         assert {"205", "206"} <= set(seen["signs"])
     else:
         assert len(seen["lights"]) >= 12
@@ -108,12 +113,13 @@ def test_the_client_reads_a_town_and_sees_the_same_lanes(name, print_town, tmp_p
     assert len(ours) == len(seen["places"]) > 1000
     ours.sort(key=lambda row: row[:4])
     theirs = sorted(seen["places"], key=lambda row: row[:4])
+    limit_m = FAR_ARCS_M.get(name, 1e-3)
     for our, their in zip(ours, theirs, strict=True):
         assert our[:3] == their[:3]
         assert math.isclose(our[3], their[3], abs_tol=1e-6)
         x, y, z, heading_rad, pitch_rad = our[4:]
         yaw, pitch = their[7:]
-        assert math.dist((x, -y, z), their[4:7]) < 1e-3, (our, their)
+        assert math.dist((x, -y, z), their[4:7]) < limit_m, (our, their)
         assert same_angle(-math.degrees(heading_rad), yaw), (our, their)
         assert same_angle(math.degrees(pitch_rad), pitch), (our, their)
 
