@@ -6,7 +6,7 @@ mod texts;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 use texts::*;
 
 const LANE_TYPES: [&str; 7] =

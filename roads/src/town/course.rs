@@ -8,6 +8,10 @@ use super::draft::Piece;
 const PIECE_MIN_M: f64 = 0.01;
 /// Directions that differ by less are the same, in radians.
 const SAME_RAD: f64 = 1e-7;
+/// Ways that turn by less at both ends are lines, in radians: 17 m beside them lanes still meet within
+/// a centimetre, and an arc would have a radius of many kilometres, by which CARLA's client, which
+/// counts in four bytes, is off by centimetres.
+const STRAIGHT_RAD: f64 = 5e-4;
 
 /// A point and a direction.
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +106,11 @@ pub(super) fn join(start: Pose, end: Pose) -> Vec<Piece> {
     let turn_rad = signed(end.heading_rad - start.heading_rad);
     if turn_rad.abs() < SAME_RAD && left_m.abs() < 1e-6 {
         return kept([line(start, ahead_m)]);
+    }
+    let direct = Pose::new(start.at, direction(start.at, end.at));
+    let is_along = |pose: Pose| signed(pose.heading_rad - direct.heading_rad).abs() < STRAIGHT_RAD;
+    if is_along(start) && is_along(end) {
+        return kept([line(direct, distance_m(start.at, end.at))]);
     }
     // Both tangents meet in a corner; the arc takes the shorter of them whole.
     let after_m = left_m / turn_rad.sin();
