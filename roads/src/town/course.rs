@@ -8,9 +8,9 @@ use super::draft::Piece;
 const PIECE_MIN_M: f64 = 0.01;
 /// Directions that differ by less are the same, in radians.
 const SAME_RAD: f64 = 1e-7;
-/// Ways that turn by less at both ends are lines, in radians: 17 m beside them lanes still meet within
-/// a centimetre, and an arc would have a radius of many kilometres, by which CARLA's client, which
-/// counts in four bytes, is off by centimetres.
+/// Ways that turn by less at both ends are lines, in radians: 17 m beside them lanes still meet
+/// within a centimetre, and an arc would have a radius of many kilometres, by which CARLA's client,
+/// which counts in four bytes, is off by centimetres.
 const STRAIGHT_RAD: f64 = 5e-4;
 
 /// A point and a direction.
