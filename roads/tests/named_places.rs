@@ -7,8 +7,8 @@ use generated::town;
 use nalgebra::Point3;
 use roads::LaneType;
 
-/// Where egos of scenario_runner's examples begin: x and y in metres, yaw in degrees, as CARLA counts
-/// them, y to the south and yaw clockwise.
+/// Where egos of scenario_runner's examples begin: x and y in metres, yaw in degrees, as CARLA
+/// counts them, y to the south and yaw clockwise.
 type Start = [f64; 3];
 const TOWN01: [Start; 10] = [
     [107.0, 133.0, 0.0],
