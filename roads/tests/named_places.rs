@@ -62,8 +62,8 @@ const TOWN05: [Start; 12] = [
     [94.0, 145.0, 341.0],
     [189.0, -100.0, 90.0],
 ];
-/// A start is no farther from the middle of a lane, in metres: half of a lane, and what rounding its
-/// figures to metres takes.
+/// A start is no farther from the middle of a lane, in metres: half of a lane, and what rounding
+/// its figures to metres takes.
 const BESIDE_MAX_M: f64 = 2.0;
 /// Roads are lower than this, in metres; the starts are given without a height.
 const HEIGHT_MAX_M: f64 = 12.0;
