@@ -77,11 +77,10 @@ EXCUSES: dict[str, Callable[[], bool]] = {
     r"no docker-compose": lambda: shutil.which("docker-compose") is None,
     r"only root can become another user": lambda: os.geteuid() != 0,
     r"no network namespaces": lambda: bool(
-        subprocess.run(
-            ["unshare", "--net", "true"], capture_output=True, check=False
-        ).returncode
+        subprocess.run(["unshare", "--net", "true"], capture_output=True, check=False).returncode
     ),
     r"no systemd in a container": Path("/sys/fs/cgroup/cgroup.controllers").exists,
+    r"no chromium": lambda: shutil.which("chromium") is None,
     r"no promtool": lambda: shutil.which("promtool") is None,
     r"no systemd": lambda: shutil.which("systemd-analyze") is None,
 }
@@ -114,9 +113,7 @@ def checks(report: Path) -> Iterator[Check]:
 
 def with_second_run(first: list[Check], again: list[Check]) -> list[Check]:
     """The checks of a run, knowing how those that failed went when they were run again."""
-    passed_again = {
-        check.name for check in again if not check.failed and check.skipped is None
-    }
+    passed_again = {check.name for check in again if not check.failed and check.skipped is None}
     return [
         replace(check, failed=False, flaky=True)
         if check.failed and check.name in passed_again
