@@ -1,6 +1,7 @@
 //! Triangles of a map: what wheels stand on and what a camera sees.
 
 mod building;
+mod deck;
 mod ground;
 pub(crate) mod kerbs;
 mod markings;
@@ -14,7 +15,7 @@ mod terrain;
 use nalgebra::Point3;
 
 pub(crate) use building::panes;
-pub use ground::{GroundMesh, ground};
+pub use ground::{GroundMesh, decks, ground};
 pub(crate) use markings::stripes;
 pub(crate) use pavement::convex_hull;
 pub use render::{Surface, TILE_M, TownMesh, render};
@@ -43,6 +44,8 @@ pub enum Material {
     Brick,
     /// Concrete walls, barriers and boxes.
     Concrete,
+    /// Concrete sides and undersides of bridges.
+    Bridge,
     /// Window panes.
     Window,
     /// Roofs of buildings.

@@ -34,6 +34,22 @@ const TOWN02: [Start; 10] = [
     [88.0, 237.0, 180.0],
     [132.0, 215.0, 90.0],
 ];
+const TOWN03: [Start; 14] = [
+    [-74.3, -50.0, 270.0],
+    [239.0, 113.0, 270.0],
+    [232.0, 113.0, 90.0],
+    [110.0, 129.0, 180.0],
+    [90.0, 129.0, 180.0],
+    [120.0, 193.0, 180.0],
+    [150.0, 193.0, 180.0],
+    [-134.0, 137.0, 0.0],
+    [17.0, 136.0, 0.0],
+    [15.0, 208.0, 0.0],
+    [-85.0, -87.0, 89.0],
+    [-48.0, 135.0, 0.0],
+    [207.0, 59.0, 180.0],
+    [237.0, -95.0, 90.0],
+];
 const TOWN04: [Start; 12] = [
     [245.0, -249.0, 180.0],
     [246.0, -311.0, 181.0],
@@ -62,8 +78,8 @@ const TOWN05: [Start; 12] = [
     [94.0, 145.0, 341.0],
     [189.0, -100.0, 90.0],
 ];
-/// A start is no farther from the middle of a lane, in metres: half of a lane, and what rounding
-/// its figures to metres takes.
+/// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane that
+/// stands for a turning lane.
 const BESIDE_MAX_M: f64 = 2.0;
 /// Roads are lower than this, in metres; the starts are given without a height.
 const HEIGHT_MAX_M: f64 = 12.0;
@@ -72,8 +88,13 @@ const SAME_WAY_DEG: f64 = 20.0;
 
 #[test]
 fn egos_of_scenario_runners_examples_begin_on_lanes_that_lead_their_way() {
-    let towns: [(&str, &[Start]); 4] =
-        [("Town01", &TOWN01), ("Town02", &TOWN02), ("Town04", &TOWN04), ("Town05", &TOWN05)];
+    let towns: [(&str, &[Start]); 5] = [
+        ("Town01", &TOWN01),
+        ("Town02", &TOWN02),
+        ("Town03", &TOWN03),
+        ("Town04", &TOWN04),
+        ("Town05", &TOWN05),
+    ];
     for (name, starts) in towns {
         let map = town(name);
         for [x_m, y_m, yaw_deg] in starts {

@@ -62,7 +62,7 @@ fn towns_keep_their_spawn_points_as_they_were() {
     let wanted = [
         ("Town01", 255, "12f6ca34c9a1c585"),
         ("Town02", 101, "540f0b095fc982b2"),
-        ("Town03", 584, "d8fa8b8ee8807c5d"),
+        ("Town03", 412, "938cab30e3a81c13"),
         ("Town04", 959, "a559e22584b919bc"),
         ("Town05", 600, "927b2a2f8a8bac43"),
         ("Town06", 1400, "3a08edb1fec7172b"),

@@ -102,7 +102,7 @@ fn around(network: &Network, path: &Path, next: &NextChange) -> Option<Path> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::network::LaneId;
+    use crate::network::{Lane, LaneId};
 
     fn network() -> Network {
         let text = roads::town::build("Town03_Opt").unwrap();
@@ -124,12 +124,15 @@ mod tests {
         })
     }
 
-    /// Ways from the beginning of lanes to the lanes beside their ends.
+    /// Ways from the beginning of lanes to the lanes beside their ends, where it does not matter
+    /// for their length where they change.
     fn ways(network: &Network) -> Vec<Path> {
         let lanes = (0..network.lane_count() as LaneId).filter_map(|id| {
             let lane = network.lane(id).filter(|lane| lane.length_m() > 70.0)?;
             let onto = lane.left.or(lane.right).filter(|beside| beside.to_m > 60.0)?.lane;
-            let to = Place { lane: onto, at_m: network.lane(onto)?.length_m() };
+            let as_long = |beside: f32| (beside - lane.length_m()).abs() < 0.5;
+            let beside_m = network.lane(onto).map(Lane::length_m).filter(|at_m| as_long(*at_m))?;
+            let to = Place { lane: onto, at_m: beside_m };
             let mut path = Path::default();
             let (_, legs) = route::plan(network, Place { lane: id, at_m: 5.0 }, to)?;
             legs.into_iter().for_each(|leg| path.push(leg));
@@ -142,7 +145,7 @@ mod tests {
     fn a_change_that_is_put_off_begins_later_and_ends_where_it_may() {
         let network = network();
         let ways = ways(&network);
-        assert!(ways.len() > 20, "{}", ways.len());
+        assert!(ways.len() > 15, "{}", ways.len());
         for way in ways {
             let (before, whole_m) = (way.next_change(&network).unwrap(), way.length_m());
             let mut path = way.clone();

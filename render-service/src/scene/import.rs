@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bodies::Material;
 use roads::mesh::Material as RoadMaterial;
-use schemas::{TagId, Vec3};
+use schemas::{SemanticTag, TagId, Vec3};
 
 use super::foliage::{far_crowns, rounded};
 use super::instance::signal::Signals;
@@ -23,7 +23,11 @@ impl TownScene {
             let first = surface.positions_m.len() as u32;
             surface.positions_m.extend(part.positions_m.into_iter().map(Vec3::from));
             surface.normals.extend(part.normals.into_iter().map(Vec3::from));
-            surface.labels.resize(surface.positions_m.len(), u32::from(material.tag().number()));
+            let tag = match part.material {
+                RoadMaterial::Bridge => SemanticTag::Bridge,
+                _ => material.tag(),
+            };
+            surface.labels.resize(surface.positions_m.len(), u32::from(tag.number()));
             for (triangle, thing) in part.indices.iter().zip(&part.things) {
                 let triangle = triangle.map(|corner| first + corner);
                 surface.triangles.push(triangle);
@@ -71,6 +75,7 @@ fn material_of(material: RoadMaterial) -> Option<(Material, WallKind)> {
         RoadMaterial::Metal => plain(Material::Metal),
         RoadMaterial::Trunk => plain(Material::Bark),
         RoadMaterial::Foliage => plain(Material::Foliage),
+        RoadMaterial::Bridge => plain(Material::Concrete),
         // The roads crate may learn new materials before this one does.
         _ => plain(Material::Concrete),
     })

@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 
 use super::pavement::{Detail, pave};
-use super::{Material, Sink, terrain};
+use super::terrain::Land;
+use super::{Material, Sink, deck};
 use crate::Map;
 
 /// How far the ground goes on beyond the roads, in metres.
@@ -27,8 +28,21 @@ pub struct GroundMesh {
 #[must_use]
 pub fn ground(map: &Map) -> GroundMesh {
     let mut mesh = GroundMesh::default();
-    pave(map, Detail::Ground, &mut mesh);
-    terrain::spread(map, MARGIN_M, &mut mesh);
+    let land = Land::new(map, MARGIN_M);
+    pave(map, land.as_ref(), Detail::Ground, &mut mesh);
+    if let Some(land) = &land {
+        land.spread(&mut mesh);
+    }
+    mesh
+}
+
+/// Undersides and sides of bridges: what is seen of them from below. No wheel stands on it.
+#[must_use]
+pub fn decks(map: &Map) -> GroundMesh {
+    let mut mesh = GroundMesh::default();
+    if let Some(land) = Land::new(map, MARGIN_M) {
+        deck::support(map, &land, &mut mesh);
+    }
     mesh
 }
 

@@ -4,18 +4,18 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use super::kerbs::{CROSSED_DROP_M, Kerbs};
 use super::strip::pieces;
-use super::terrain::{drop_m, skirt_m};
-use super::{Material, Sink};
+use super::terrain::{Land, drop_m, skirt_m};
+use super::{Material, Sink, deck};
 use crate::Map;
 use crate::kinds::LaneType;
 use crate::lanes::{lateral, lateral_point};
-use crate::model::{Lane, Object, Road, Section};
+use crate::model::{Junction, Lane, Object, Road, Section};
 
 /// Width of the stones along a sidewalk's inner edge, in metres.
 const STONE_M: f64 = 0.2;
 /// Width of the bank from a road without kerb down to the land, for each metre of height: flat
 /// enough for a wheel that leaves the road to come back.
-const BANK_M_PER_M: f64 = 5.0;
+pub(super) const BANK_M_PER_M: f64 = 5.0;
 /// Junction areas whose heights differ by less are one level floor, in metres.
 const LEVEL_M: f64 = 1e-3;
 /// How far below the connecting roads the floor of a sloping junction lies, in metres.
@@ -33,6 +33,7 @@ pub(super) enum Detail {
 struct Style<'m> {
     detail: Detail,
     kerbs: &'m Kerbs,
+    land: Option<&'m Land>,
     /// How far below the road its sides reach, in metres.
     skirt_m: f64,
     /// How far below the road its banks end, in metres.
@@ -44,12 +45,18 @@ impl Style<'_> {
     fn below_bank_m(self) -> Option<f64> {
         (self.skirt_m > self.bank_m).then_some(-self.skirt_m)
     }
+
+    /// What the bank along an edge of a road is made of.
+    fn bank(self, edge: [Point3<f64>; 2]) -> Material {
+        let is_raised = |land| deck::is_raised(land, self.skirt_m, edge);
+        if self.land.is_some_and(is_raised) { Material::Bridge } else { Material::Grass }
+    }
 }
 
 /// All that is paved.
-pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
+pub(super) fn pave(map: &Map, land: Option<&Land>, detail: Detail, sink: &mut impl Sink) {
     let kerbs = map.kerbs();
-    let style = Style { detail, kerbs, skirt_m: skirt_m(map), bank_m: drop_m(map) };
+    let style = Style { detail, kerbs, land, skirt_m: skirt_m(map), bank_m: drop_m(map) };
     for road in &map.model.roads {
         for section in &road.sections {
             let cuts = kerbs.cuts(road, section);
@@ -66,9 +73,7 @@ pub(super) fn pave(map: &Map, detail: Detail, sink: &mut impl Sink) {
         }
     }
     for junction in &map.model.junctions {
-        let roads: Vec<&Road> =
-            junction.connecting_roads.iter().filter_map(|id| map.model.road(*id)).collect();
-        junction_floor(&roads, sink);
+        junction_floor(&junction_hull(map, junction), sink);
     }
 }
 
@@ -137,7 +142,8 @@ fn lane_surface(
     let crossed = material == Material::Grass && road.junction.is_some();
     let height_m = if crossed { -CROSSED_DROP_M } else { 0.0 };
     let sign = f64::from(lane.id.signum());
-    let [inner_edge, outer_edge] = open_edges(road, section, lane);
+    let [inner_edge, outer_edge] =
+        if road.junction.is_some() { [false; 2] } else { open_edges(section, lane) };
     let bank_width_m = BANK_M_PER_M * style.bank_m;
     let borders = |s: f64| {
         let at = lateral(road, section, lane.id, s);
@@ -158,42 +164,39 @@ fn lane_surface(
         band(material, [inner0, inner1], [outer0, outer1], [height_m; 2]);
         if outer_edge {
             let [foot0, foot1] = [outer0, outer1].map(|t| t + sign * bank_width_m);
-            band(Material::Grass, [outer0, outer1], [foot0, foot1], [0.0, -style.bank_m]);
+            let bank = style.bank([point(from_s, foot0, 0.0), point(to_s, foot1, 0.0)]);
+            band(bank, [outer0, outer1], [foot0, foot1], [0.0, -style.bank_m]);
             if let Some(deep_m) = style.below_bank_m() {
-                band(Material::Grass, [foot0, foot1], [foot0, foot1], [-style.bank_m, deep_m]);
+                band(bank, [foot0, foot1], [foot0, foot1], [-style.bank_m, deep_m]);
             }
         }
         if inner_edge {
             let [foot0, foot1] = [inner0, inner1].map(|t| t - sign * bank_width_m);
-            band(Material::Grass, [foot0, foot1], [inner0, inner1], [-style.bank_m, 0.0]);
+            let bank = style.bank([point(from_s, foot0, 0.0), point(to_s, foot1, 0.0)]);
+            band(bank, [foot0, foot1], [inner0, inner1], [-style.bank_m, 0.0]);
             if let Some(deep_m) = style.below_bank_m() {
-                band(Material::Grass, [foot0, foot1], [foot0, foot1], [deep_m, -style.bank_m]);
+                band(bank, [foot0, foot1], [foot0, foot1], [deep_m, -style.bank_m]);
             }
         }
     }
 }
 
-/// Whether the land begins at a lane's inner and at its outer border.
-fn open_edges(road: &Road, section: &Section, lane: &Lane) -> [bool; 2] {
-    if road.junction.is_some() {
-        return [false; 2];
-    }
+/// Whether no other lane of its road lies beside a lane's inner and its outer border.
+pub(super) fn open_edges(section: &Section, lane: &Lane) -> [bool; 2] {
     let outer = lane.id + lane.id.signum();
     let across = section.lanes.iter().any(|other| other.id.signum() == -lane.id.signum());
     [lane.id.abs() == 1 && !across, section.lane(outer).is_none()]
 }
 
 /// Corners given for the right side of a road; the left side is its mirror image.
-fn turned([a, b, c, d]: [Point3<f64>; 4], mirrored: bool) -> [Point3<f64>; 4] {
+pub(super) fn turned([a, b, c, d]: [Point3<f64>; 4], mirrored: bool) -> [Point3<f64>; 4] {
     if mirrored { [a, d, c, b] } else { [a, b, c, d] }
 }
 
-/// Fills the area between a junction's connecting roads: the convex hull of their lanes' ends.
-///
-/// The hull passes below raised sidewalks at the corners, where nobody sees it.
-fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
+/// The convex hull of the ends of the lanes of a junction's connecting roads.
+pub(super) fn junction_hull(map: &Map, junction: &Junction) -> Vec<Point3<f64>> {
     let mut corners: Vec<Point3<f64>> = Vec::new();
-    for road in roads {
+    for road in junction.connecting_roads.iter().filter_map(|id| map.model.road(*id)) {
         for section in &road.sections {
             for lane in section
                 .lanes
@@ -207,7 +210,13 @@ fn junction_floor(roads: &[&Road], sink: &mut impl Sink) {
             }
         }
     }
-    let hull = convex_hull(corners);
+    convex_hull(corners)
+}
+
+/// Fills the area between a junction's connecting roads.
+///
+/// The hull passes below raised sidewalks at the corners, where nobody sees it.
+fn junction_floor(hull: &[Point3<f64>], sink: &mut impl Sink) {
     let [low, high] =
         hull.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
             [low.min(corner.z), high.max(corner.z)]

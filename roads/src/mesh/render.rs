@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::{Point3, Vector3};
 
 use super::pavement::{Detail, pave};
-use super::{Material, Sink, building, markings, plants, terrain};
+use super::terrain::Land;
+use super::{Material, Sink, building, deck, markings, plants};
 use crate::Map;
 
 /// Side of the square tiles into which surfaces are cut, in metres.
@@ -46,12 +47,16 @@ pub struct TownMesh {
 #[must_use]
 pub fn render(map: &Map) -> TownMesh {
     let mut tiles = Tiles::default();
-    pave(map, Detail::Picture, &mut tiles);
+    let land = Land::new(map, MARGIN_M);
+    pave(map, land.as_ref(), Detail::Picture, &mut tiles);
     markings::paint(map, &mut tiles);
     building::raise(map.scenery(), &mut tiles);
     plants::grow(map.scenery(), &mut tiles);
     tiles.thing = None;
-    terrain::spread(map, MARGIN_M, &mut tiles);
+    if let Some(land) = &land {
+        deck::support(map, land, &mut tiles);
+        land.spread(&mut tiles);
+    }
     TownMesh { surfaces: tiles.surfaces.into_values().collect() }
 }
 

@@ -40,29 +40,9 @@ pub(super) fn skirt_m(map: &Map) -> f64 {
     if is_level(map) { DROP_M } else { 4.0 * HILL_DROP_M }
 }
 
-/// Adds land under the whole map and `margin_m` beyond.
-pub(super) fn spread(map: &Map, margin_m: f64, sink: &mut impl Sink) {
-    let Some(land) = Land::new(map, margin_m) else { return };
-    for row in 1..land.ys.len() {
-        for column in 1..land.xs.len() {
-            let corner = |column: usize, row: usize| {
-                Some(Point3::new(*land.xs.get(column)?, *land.ys.get(row)?, land.z(column, row)?))
-            };
-            let corners = (
-                corner(column - 1, row - 1),
-                corner(column, row - 1),
-                corner(column, row),
-                corner(column - 1, row),
-            );
-            if let (Some(a), Some(b), Some(c), Some(d)) = corners {
-                sink.quad(Material::Grass, [a, b, c, d]);
-            }
-        }
-    }
-}
-
 /// Heights of the land at the crossings of a grid.
-struct Land {
+#[derive(Debug)]
+pub(super) struct Land {
     xs: Vec<f64>,
     ys: Vec<f64>,
     /// Row by row.
@@ -70,7 +50,8 @@ struct Land {
 }
 
 impl Land {
-    fn new(map: &Map, margin_m: f64) -> Option<Self> {
+    /// The land under the whole map and `margin_m` beyond; `None` for a map without lanes.
+    pub(super) fn new(map: &Map, margin_m: f64) -> Option<Self> {
         let (min, max) = map.bounds()?;
         let level = is_level(map);
         let side_min_m = SIDE_MIN_M[usize::from(level)];
@@ -94,8 +75,46 @@ impl Land {
         Some(land)
     }
 
-    fn z(&self, column: usize, row: usize) -> Option<f64> {
-        self.zs.get(row * self.xs.len() + column).copied()
+    /// Adds all of it.
+    pub(super) fn spread(&self, sink: &mut impl Sink) {
+        for row in 1..self.ys.len() {
+            for column in 1..self.xs.len() {
+                if let Some(corners) = self.square(column, row) {
+                    sink.quad(Material::Grass, corners);
+                }
+            }
+        }
+    }
+
+    /// How far a place lies above the land; 0 beside all of it.
+    pub(super) fn below_m(&self, place: &Point3<f64>) -> f64 {
+        let column = self.xs.partition_point(|x| *x <= place.x);
+        let row = self.ys.partition_point(|y| *y <= place.y);
+        let Some([a, b, c, d]) = self.square(column, row) else { return 0.0 };
+        let u = (place.x - a.x) / (b.x - a.x);
+        let v = (place.y - a.y) / (d.y - a.y);
+        // The square is drawn as two triangles, parted by the line from a to c.
+        let z = if u > v {
+            a.z + u * (b.z - a.z) + v * (c.z - b.z)
+        } else {
+            a.z + u * (c.z - d.z) + v * (d.z - a.z)
+        };
+        place.z - z
+    }
+
+    /// Corners of the square before two lines of the grid, counter-clockwise.
+    fn square(&self, column: usize, row: usize) -> Option<[Point3<f64>; 4]> {
+        let corner = |column: usize, row: usize| {
+            let z = *self.zs.get(row * self.xs.len() + column)?;
+            Some(Point3::new(*self.xs.get(column)?, *self.ys.get(row)?, z))
+        };
+        let (left, below) = (column.checked_sub(1)?, row.checked_sub(1)?);
+        Some([
+            corner(left, below)?,
+            corner(column, below)?,
+            corner(column, row)?,
+            corner(left, row)?,
+        ])
     }
 
     /// Lowers the corners of the square around a place on a lane, so that none of the land rises

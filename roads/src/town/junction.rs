@@ -6,7 +6,7 @@ use super::draft::{
     ConnectionDraft, Cubic, JunctionDraft, LaneDraft, LaneKind, LineKind, LinkTo, ObjectDraft,
     Piece, RoadDraft, SectionDraft, TownDraft,
 };
-use super::movement::{Movement, movements};
+use super::movement::{Movement, all_movements};
 use super::plan::{Arm, Control, Plan};
 use super::priority;
 use super::profile::{LANE_M, Side};
@@ -33,8 +33,7 @@ pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
     let control = plan.nodes.get(node).map_or(Control::Free, |node| node.control);
     let corners = Corner::all(&arms);
     let mut connections = Vec::new();
-    for (index, corner) in corners.iter().enumerate() {
-        let movements = movements(control, &arms, index);
+    for (corner, movements) in corners.iter().zip(all_movements(control, &arms)) {
         let is_driven_around = movements.iter().any(|movement| movement.at_kerb);
         let mut ways: Vec<Way> =
             movements.iter().map(|movement| driving_way(corner, movement, draft)).collect();

@@ -15,6 +15,48 @@ pub(super) struct Movement {
     pub(super) at_kerb: bool,
 }
 
+/// The ways from each arm (counter-clockwise) to the others, so that each lane of a street that
+/// leads away can be reached.
+pub(super) fn all_movements(control: Control, arms: &[Arm]) -> Vec<Vec<Movement>> {
+    let mut all: Vec<_> = (0..arms.len()).map(|index| movements(control, arms, index)).collect();
+    for exit in arms {
+        for lane in 1..=exit.lanes_out() {
+            if let Some((index, fork)) = fork_to(&all, exit, lane) {
+                all[index].push(fork);
+            }
+        }
+    }
+    all
+}
+
+/// A fork of the straightest way to the nearest lane of an exit, by the arm it begins at; `None`
+/// where a way leads to the lane already, or none to the exit.
+fn fork_to(all: &[Vec<Movement>], exit: &Arm, lane: i32) -> Option<(usize, Movement)> {
+    let ways =
+        all.iter().enumerate().flat_map(|(index, ways)| ways.iter().map(move |way| (index, way)));
+    let (index, nearest) =
+        ways.filter(|(_, way)| way.to.street == exit.street).min_by(|(_, a), (_, b)| {
+            let off = |way: &Movement| (way.nearest_to(lane) - lane).abs();
+            let turn_rad = |way: &Movement| way.turn_rad().abs();
+            off(a).cmp(&off(b)).then(turn_rad(a).total_cmp(&turn_rad(b)))
+        })?;
+    let to_lane = nearest.nearest_to(lane);
+    let from_lane = nearest.from_lane + to_lane - nearest.to_lane;
+    let fork = Movement { from_lane, to_lane: lane, lanes: 1, at_kerb: false, ..*nearest };
+    (to_lane != lane).then_some((index, fork))
+}
+
+impl Movement {
+    /// Which of the lanes that it leads to is nearest to a lane.
+    fn nearest_to(&self, lane: i32) -> i32 {
+        lane.clamp(self.to_lane, self.to_lane + self.lanes - 1)
+    }
+
+    fn turn_rad(&self) -> f64 {
+        signed(self.to.pose.heading_rad - self.from.entering().heading_rad)
+    }
+}
+
 /// The ways from one arm, which is one of `arms` (counter-clockwise), to the others.
 ///
 /// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
@@ -23,7 +65,7 @@ pub(super) struct Movement {
 /// the outer lanes. On the ring of a roundabout all lanes lead out and only the inner one on, so
 /// that nobody goes around for ever and nobody leaves across another's way. A divided road is
 /// crossed where there are lights, and else only left and joined to the right.
-pub(super) fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
+fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
     let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
     let count = from.lanes_in();
     let is_divided = arms.iter().any(|arm| arm.profile.right.median_m > 0.0);

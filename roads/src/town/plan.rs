@@ -231,6 +231,12 @@ impl Plan {
         &mut self.streets[index]
     }
 
+    /// A straight street between two places.
+    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], profile: Profile) {
+        let ends = ((self.node(from), direction(from, to)), (self.node(to), direction(to, from)));
+        self.connect(ends.0, ends.1, &[], profile);
+    }
+
     /// Streets from west to east through these places.
     pub(super) fn row(&mut self, y: f64, xs: &[f64], profile: Profile) {
         for pair in xs.windows(2) {

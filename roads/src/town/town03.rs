@@ -1,4 +1,7 @@
-//! Town03: a large town with a roundabout, an avenue, hills in the west, and a level square.
+//! Town03: a large town with a roundabout, boulevards of three lanes each way around and through
+//! it, small streets between them, hills in the west, and a level square. Its streets, but for
+//! those in the hills, lie where CARLA's do, so that places that programs name by coordinates are
+//! on the road.
 
 use super::block::thing;
 use super::course::Bend;
@@ -6,76 +9,163 @@ use super::plan::{Beside, Block, Control, EAST, LandUse, Loose, NORTH, Plan, SOU
 use super::profile::{Edge, Extra, Profile};
 use super::roundabout;
 
+const LANE: Profile = Profile::street(1, 30);
 const STREET: Profile = Profile::street(2, 30);
-const AVENUE: Profile = Profile::street(3, 30);
+const BOULEVARD: Profile = Profile::street(3, 30);
 const HILL_ROAD: Profile = Profile::two_way(1, Edge::Verge, 30);
-const COLUMNS: [f64; 4] = [-200.0, 0.0, 235.0, 430.0];
-const ROWS: [f64; 3] = [-200.0, -30.0, 160.0];
+const ROUNDABOUT: [f64; 2] = [-0.5, -0.4];
+
+/// Junctions of the boulevards: on the ring, clockwise from its west, ...
+const WEST_GATE: [f64; 2] = [-81.4, 1.0];
+const NORTH_WEST: [f64; 2] = [-81.6, 138.2];
+const NORTH_GATE: [f64; 2] = [4.2, 200.9];
+const MARKET: [f64; 2] = [84.5, 198.9];
+const NORTH_EAST: [f64; 2] = [153.2, 198.0];
+const EAST_GATE: [f64; 2] = [238.6, -2.2];
+const SOUTH_EAST: [f64; 2] = [237.2, -61.2];
+const SOUTH_GATE: [f64; 2] = [-1.7, -200.6];
+const SOUTH_WEST: [f64; 2] = [-81.0, -134.2];
+/// ... and inside of it.
+const NORTH_CROSS: [f64; 2] = [2.9, 136.4];
+const SOUTH_CROSS: [f64; 2] = [-2.0, -132.7];
+const FIRST_EAST: [f64; 2] = [79.0, -0.2];
+const SECOND_EAST: [f64; 2] = [150.0, -1.2];
+/// Junctions of small streets.
+const FIRST_UPPER: [f64; 2] = [83.5, 134.8];
+const SECOND_UPPER: [f64; 2] = [152.2, 133.2];
+const FIRST_LOWER: [f64; 2] = [81.3, 73.8];
+const SECOND_LOWER: [f64; 2] = [151.2, 72.0];
+const FAR_WEST: [f64; 2] = [-147.3, 1.6];
+const FAR_SOUTH_WEST: [f64; 2] = [-147.3, -103.7];
+const COURT: [f64; 2] = [169.0, -60.7];
+const GARDENS: [f64; 2] = [-2.2, -78.0];
 /// Junction in the hills, and its height in metres.
-const HILLTOP: [f64; 2] = [-430.0, 40.0];
+const HILLTOP: [f64; 2] = [-340.0, 40.0];
 const HILLTOP_M: f64 = 7.0;
 const HILL_RADIUS_M: f64 = 60.0;
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Houses { storeys: [2.0, 7.0] });
-    let [west, centre, avenue, east] = COLUMNS;
-    let [south, middle, north] = ROWS;
-    plan.row(middle, &[avenue, east], STREET.with(Extra::Parking));
-    plan.column(avenue, &ROWS, AVENUE);
-    plan.row(south, &[centre, avenue], STREET);
-    plan.row(north, &[centre, avenue], STREET);
-    let arms = roundabout::build(&mut plan, [centre, middle], &[EAST, NORTH, WEST, SOUTH]);
-    let around = [
-        ([avenue, middle], WEST),
-        ([centre, north], SOUTH),
-        ([west, middle], EAST),
-        ([centre, south], NORTH),
-    ];
-    for (arm, (at, leaving_rad)) in arms.into_iter().zip(around) {
-        let end = plan.node(at);
-        plan.connect(arm, (end, leaving_rad), &[], STREET);
-    }
-    let corners = [
-        ([west, middle], [west, north], [centre, north]),
-        ([avenue, north], [east, north], [east, middle]),
-        ([east, middle], [east, south], [avenue, south]),
-        ([centre, south], [west, south], [west, middle]),
-    ];
-    for (from, at, to) in corners {
-        plan.corner(from, Bend { at, radius_m: 24.0 }, to, STREET);
-    }
+    add_boulevards(&mut plan);
+    add_roundabout(&mut plan);
+    add_small_streets(&mut plan);
     add_hills(&mut plan);
     add_square(&mut plan);
     plan
 }
 
+/// The ring and what leads into it from its middle.
+fn add_boulevards(plan: &mut Plan) {
+    plan.node_with(NORTH_WEST, Control::Stop);
+    let straight = [
+        (WEST_GATE, NORTH_WEST),
+        (NORTH_GATE, MARKET),
+        (MARKET, NORTH_EAST),
+        (EAST_GATE, SOUTH_EAST),
+        (SOUTH_WEST, WEST_GATE),
+        (NORTH_CROSS, NORTH_GATE),
+        (SOUTH_CROSS, SOUTH_GATE),
+        (FIRST_EAST, SECOND_EAST),
+        (SECOND_EAST, EAST_GATE),
+    ];
+    for (from, to) in straight {
+        plan.line(from, to, BOULEVARD);
+    }
+    let corners = [
+        (NORTH_WEST, [-81.8, 203.0], 30.0, NORTH_GATE),
+        (NORTH_EAST, [243.2, 199.0], 35.0, EAST_GATE),
+        (SOUTH_EAST, [235.6, -197.6], 56.0, SOUTH_GATE),
+        (SOUTH_GATE, [-81.4, -199.6], 30.0, SOUTH_WEST),
+    ];
+    for (from, at, radius_m, to) in corners {
+        plan.corner(from, Bend { at, radius_m }, to, BOULEVARD);
+    }
+}
+
+fn add_roundabout(plan: &mut Plan) {
+    plan.node_with(GARDENS, Control::Yield);
+    let arms = roundabout::build(plan, ROUNDABOUT, &[EAST, NORTH, WEST, SOUTH]);
+    let around = [(FIRST_EAST, WEST), (NORTH_CROSS, SOUTH), (WEST_GATE, EAST), (GARDENS, NORTH)];
+    for (arm, (at, leaving_rad)) in arms.into_iter().zip(around) {
+        let end = plan.node(at);
+        plan.connect(arm, (end, leaving_rad), &[], STREET);
+    }
+    plan.line(GARDENS, SOUTH_CROSS, STREET);
+}
+
+fn add_small_streets(plan: &mut Plan) {
+    let small = [
+        (FIRST_UPPER, Control::Stop),
+        (SECOND_UPPER, Control::AllStop),
+        (FIRST_LOWER, Control::Stop),
+        (SECOND_LOWER, Control::Yield),
+        (FAR_WEST, Control::Stop),
+        (FAR_SOUTH_WEST, Control::Stop),
+        (COURT, Control::Stop),
+    ];
+    for (at, control) in small {
+        plan.node_with(at, control);
+    }
+    let parked = LANE.with(Extra::Parking);
+    let straight = [
+        (MARKET, FIRST_UPPER),
+        (FIRST_UPPER, FIRST_LOWER),
+        (FIRST_LOWER, FIRST_EAST),
+        (NORTH_EAST, SECOND_UPPER),
+        (SECOND_UPPER, SECOND_LOWER),
+        (SECOND_LOWER, SECOND_EAST),
+        (FIRST_LOWER, SECOND_LOWER),
+        (FIRST_UPPER, SECOND_UPPER),
+        (NORTH_CROSS, FIRST_UPPER),
+        (NORTH_WEST, NORTH_CROSS),
+        (FAR_WEST, WEST_GATE),
+        (FAR_SOUTH_WEST, FAR_WEST),
+        (SOUTH_WEST, SOUTH_CROSS),
+        (COURT, SOUTH_EAST),
+    ];
+    for (from, to) in straight {
+        plan.line(from, to, parked);
+    }
+    let corners = [
+        (NORTH_WEST, [-147.3, 138.8], 40.0, FAR_WEST),
+        (FAR_SOUTH_WEST, [-147.3, -134.4], 15.0, SOUTH_WEST),
+        (SOUTH_CROSS, [169.0, -130.6], 39.0, COURT),
+    ];
+    for (from, at, radius_m, to) in corners {
+        plan.corner(from, Bend { at, radius_m }, to, parked);
+    }
+    let ends = [COURT, GARDENS].map(|at| plan.node(at));
+    let bends = [[70.0, -60.7], [40.0, -78.0]].map(|at| Bend { at, radius_m: 25.0 });
+    plan.connect((ends[0], WEST), (ends[1], EAST), &bends, parked);
+}
+
 fn add_hills(plan: &mut Plan) {
-    let [west, centre, ..] = COLUMNS;
-    let [south, middle, north] = ROWS;
     let [hill_x, hill_y] = HILLTOP;
     plan.beside = Beside::Trees;
     let top = plan.node_with(HILLTOP, Control::Stop);
     plan.raise(HILLTOP, HILLTOP_M);
     let bend = |x: f64, y: f64| Bend { at: [x, y], radius_m: HILL_RADIUS_M };
-    let town = plan.node([west, middle]);
-    let between_x = (west + hill_x) / 2.0;
-    let over = [bend(between_x + 35.0, middle), bend(between_x - 35.0, hill_y)];
+    let [town_x, town_y] = FAR_WEST;
+    let town = plan.node(FAR_WEST);
+    let between_x = (town_x + hill_x) / 2.0;
+    let over = [bend(between_x + 35.0, town_y), bend(between_x - 35.0, hill_y)];
     plan.connect((town, WEST), (top, EAST), &over, HILL_ROAD).heights = vec![[0.5, 2.0]];
-    let loops = [(north, north + 150.0, NORTH), (south, south - 110.0, SOUTH)];
-    for (row, far_y, leaving_rad) in loops {
-        let town = plan.node([centre, row]);
-        let around = [bend(centre, far_y), bend(hill_x, far_y)];
-        let road = plan.connect((town, leaving_rad), (top, leaving_rad), &around, HILL_ROAD);
-        road.heights = vec![[0.3, 0.0], [0.5, 5.0], [0.7, 2.0]];
-    }
+    let [gate_x, gate_y] = NORTH_GATE;
+    let around = [bend(gate_x, gate_y + 150.0), bend(hill_x, gate_y + 150.0)];
+    let gate = plan.node(NORTH_GATE);
+    let heights = vec![[0.3, 0.0], [0.5, 5.0], [0.7, 2.0]];
+    plan.connect((gate, NORTH), (top, NORTH), &around, HILL_ROAD).heights = heights;
+    let gate = plan.node(FAR_SOUTH_WEST);
+    let around = [bend(hill_x, FAR_SOUTH_WEST[1])];
+    plan.connect((gate, WEST), (top, SOUTH), &around, HILL_ROAD).heights = vec![[0.4, 0.0]];
 }
 
 /// A level square with room to drive in all directions, and elsewhere something to run into, 10 m
 /// ahead of a car at 30 6 that looks north.
 fn add_square(plan: &mut Plan) {
     plan.blocks.push(Block {
-        min: [20.0, 196.0],
-        max: [175.0, 270.0],
+        min: [20.0, 214.0],
+        max: [175.0, 275.0],
         use_of_land: LandUse::Square,
     });
     plan.loose.push(Loose {

@@ -75,7 +75,7 @@ fn traffic_keeps_flowing_where_every_junction_has_one_lane() {
 
 #[test]
 fn traffic_keeps_flowing_around_a_roundabout() {
-    keeps_flowing("Town03_Opt", 5.0);
+    keeps_flowing("Town03_Opt", 4.0);
 }
 
 #[test]

@@ -11,6 +11,7 @@ pub(crate) const fn of_material(material: Material) -> u8 {
     let tag = match material {
         Material::Curb | Material::Sidewalk => SemanticTag::Sidewalks,
         Material::Grass => SemanticTag::Terrain,
+        Material::Bridge => SemanticTag::Bridge,
         _ => SemanticTag::Roads,
     };
     tag.number()

@@ -30,7 +30,12 @@ impl TownRays {
 
     /// - **Cost:** the first time n log n in the triangles; some tenths of a second for a town.
     pub(crate) fn ground(&self) -> &Mesh {
-        self.ground.get_or_init(|| Mesh::met_from_both_sides(&faces(&mesh::ground(&self.roads))))
+        let build = || {
+            let all = [mesh::ground(&self.roads), mesh::decks(&self.roads)];
+            let all: Vec<Face> = all.iter().flat_map(faces).collect();
+            Mesh::met_from_both_sides(&all)
+        };
+        self.ground.get_or_init(build)
     }
 
     pub(crate) fn scenery(&self) -> &Solids {
@@ -66,13 +71,12 @@ impl TownRays {
     }
 }
 
-fn faces(mesh: &GroundMesh) -> Vec<Face> {
+fn faces(mesh: &GroundMesh) -> impl Iterator<Item = Face> {
     let corner = |index: u32| mesh.positions_m.get(index as usize).copied().map(Vec3::from);
-    let faces = mesh.indices.iter().zip(&mesh.materials).filter_map(|(&[a, b, c], &material)| {
+    mesh.indices.iter().zip(&mesh.materials).filter_map(move |(&[a, b, c], &material)| {
         let corners = [corner(a)?, corner(b)?, corner(c)?];
         Some(Face { corners, tag: tag::of_material(material) })
-    });
-    faces.collect()
+    })
 }
 
 /// A box, and the crown above it if it is the trunk of a tree.
