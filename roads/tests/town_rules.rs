@@ -107,19 +107,49 @@ fn connecting_roads_say_the_same_in_all_three_ways_of_linking() {
 }
 
 #[test]
-fn an_approach_has_one_connecting_road_per_exit_and_no_lane_forks_within_one() {
+fn no_lane_forks_within_one_connecting_road_and_no_two_lead_to_the_same_lane() {
     for_each_town(|town, document| {
         let mut ways = BTreeSet::new();
         for road in all(document, "road").filter(|road| is_connecting(*road)) {
             let ends = ["predecessor", "successor"].map(|side| id(linked(road, side), "elementId"));
             assert_ne!(ends[0], ends[1], "{town}: a way turns back into its own road");
             let junction = id(road, "junction");
-            assert!(ways.insert((junction, ends)), "{town}: two connecting roads for {ends:?}");
-            let from: Vec<i64> = inside(road, "lane")
-                .flat_map(|lane| inside(lane, "predecessor").map(|to| id(to, "id")))
-                .collect();
+            let lanes = |side| {
+                let linked = inside(road, "lane").flat_map(move |lane| inside(lane, side));
+                linked.map(|to| id(to, "id")).collect::<Vec<_>>()
+            };
+            for lane in lanes("successor") {
+                let is_new = ways.insert((junction, ends, lane));
+                assert!(is_new, "{town}: two connecting roads for {ends:?}, {lane}");
+            }
+            let from = lanes("predecessor");
             let distinct: BTreeSet<i64> = from.iter().copied().collect();
             assert_eq!(distinct.len(), from.len(), "{town}: a lane forks within {ends:?}");
+        }
+    });
+}
+
+/// CARLA's client ends where it looks for the way that leads to a lane and there is none.
+#[test]
+fn every_lane_that_leads_away_from_a_junction_can_be_reached() {
+    for_each_town(|town, document| {
+        let mut reached = BTreeSet::new();
+        for road in all(document, "road").filter(|road| is_connecting(*road)) {
+            let to = id(linked(road, "successor"), "elementId");
+            let lanes = inside(road, "lane").flat_map(|lane| inside(lane, "successor"));
+            reached.extend(lanes.map(|lane| (to, id(lane, "id"))));
+        }
+        for (road_id, road) in roads(document) {
+            // Lanes on the right leave the junction at the road's start, those on the left the one
+            // at its end.
+            for (side, sign) in [("predecessor", -1), ("successor", 1)] {
+                let from = !is_connecting(road)
+                    && linked(road, side).attribute("elementType") == Some("junction");
+                for lane in driving(road, sign).into_iter().filter(|_| from) {
+                    let is_reached = reached.contains(&(road_id, lane));
+                    assert!(is_reached, "{town}: no way leads to lane {lane} of road {road_id}");
+                }
+            }
         }
     });
 }

@@ -123,7 +123,34 @@ mod tests {
     use schemas::{Attribute, Command, SensorCommand, WorldId};
 
     use super::*;
+    use crate::rays::bvh::Stack;
+    use crate::rays::ray::Ray;
     use crate::{Town, World, WorldConfig};
+
+    #[test]
+    fn whoever_looks_up_to_a_bridge_meets_its_underside() {
+        let text = roads::town::build("Town04").expect("the town exists");
+        let map = Arc::new(Map::parse("Town04", &text).expect("the town is valid"));
+        let faces: Vec<Face> = faces(&mesh::decks(&map)).collect();
+        assert!(faces.len() > 1000);
+        let rays = TownRays::new(map);
+        let mut stack = Stack::new();
+        let mut undersides = 0;
+        for Face { corners: [a, b, c], .. } in faces {
+            let normal = (b - a).cross(&(c - a));
+            // Neither sides nor the slopes between dams and bridges.
+            if normal.norm() < 0.1 || normal.normalize().z > -0.99 {
+                continue;
+            }
+            let below_m = (a + b + c) / 3.0 - Vec3::z() * 0.3;
+            let hit = rays.ground().nearest(&Ray::new(below_m, Vec3::z()), 10.0, &mut stack);
+            let hit = hit.expect("something lies above");
+            assert!(hit.distance_m < 0.31, "{below_m}: {} m", hit.distance_m);
+            assert_eq!(hit.tag, SemanticTag::Bridge.number());
+            undersides += 1;
+        }
+        assert!(undersides > 500, "{undersides}");
+    }
 
     #[test]
     fn nothing_is_built_for_rays_before_the_first_one_is_cast() {
