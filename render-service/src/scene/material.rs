@@ -10,7 +10,7 @@ pub(crate) enum Family {
     Ground,
     /// Walls with windows: patterns from the facade coordinates.
     Facade,
-    /// Vehicles, people, things: paint, glass, light.
+    /// Vehicles, people, things, bridges: paint, glass, light.
     Body,
 }
 
@@ -27,8 +27,7 @@ impl Family {
             | Material::Kerb
             | Material::Sidewalk
             | Material::Grass
-            | Material::Roof
-            | Material::Concrete => Self::Ground,
+            | Material::Roof => Self::Ground,
             Material::Wall => Self::Facade,
             _ => Self::Body,
         }
@@ -83,7 +82,7 @@ impl Looks {
             Material::Sidewalk => Self::patterned([0.30, 0.285, 0.265], Pattern::Paving),
             Material::Grass => Self::patterned([0.075, 0.145, 0.032], Pattern::Grass),
             Material::Roof => Self::patterned([0.20, 0.185, 0.175], Pattern::Asphalt),
-            Material::Concrete => Self::patterned([0.36, 0.35, 0.33], Pattern::Asphalt),
+            Material::Concrete => Self::plain([0.36, 0.35, 0.33]),
             Material::Wall => Self::plain([0.50, 0.44, 0.37]),
             Material::Foliage => Self::patterned([0.066, 0.140, 0.030], Pattern::Leaves),
             Material::Bark => Self::plain([0.10, 0.065, 0.04]),
