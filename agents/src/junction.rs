@@ -11,6 +11,7 @@ use crate::senses::Senses;
 use claims::Asker;
 pub use claims::{Claims, Entering};
 pub use entry::Held;
+use entry::STANDING_MPS;
 pub(crate) use entry::{Approach, BEFORE_LINE_M, INSIDE_M};
 use grants::{Grants, Way};
 
@@ -63,6 +64,9 @@ impl Passage {
         }
         if let Some((way, _)) = self.grants.part(path) {
             claims.wish(network, &way, &Asker { eta_secs: 0.0, ..self.asker(senses, path, &way) });
+        }
+        if view.velocity_mps.norm() < STANDING_MPS {
+            claims.wait(senses.body.id, self.held);
         }
         let asks = matches!(self.held, Held::Claim(_));
         self.grants.wait(senses.dt_secs, view.velocity_mps.norm(), asks);

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use schemas::ActorId;
 
+use super::entry::Held;
 use super::grants::Way;
 use crate::network::{LaneId, Network};
 use crate::scene::Body;
@@ -35,12 +36,24 @@ const BEFORE_M: f32 = 2.5;
 const INSIDE_M_MIN: f32 = 5.0;
 /// Who stands so far before a way leaves it free.
 const APART_M: f32 = 0.5;
-/// What is claimed and wished for, by lane, and who changes lanes.
+/// Most vehicles of a circle that is found.
+const CIRCLE_MAX: usize = 64;
+
+/// What is claimed and wished for, by lane, who changes lanes, and who stands as others do.
 #[derive(Debug, Default)]
 pub struct Claims {
     /// By junction: ways through different ones do not meet.
     junctions: BTreeMap<u32, Told>,
     changes: Vec<Change>,
+    waits: BTreeMap<ActorId, Wait>,
+}
+
+/// For whom somebody waits at rest.
+#[derive(Clone, Copy, Debug)]
+struct Wait {
+    whom: ActorId,
+    /// Whether the other is in its way, and no junction holds it.
+    is_behind: bool,
 }
 
 /// What is claimed and wished for in one junction, in the order in which it was told.
@@ -84,6 +97,8 @@ pub(crate) struct Asker {
     pub rank: u8,
     /// Until its front is at the junction.
     pub eta_secs: f32,
+    /// Whether it drives on first of a circle of those who each wait for the next one.
+    pub leads_circle: bool,
 }
 
 impl Asker {
@@ -135,7 +150,7 @@ impl Claims {
             if body.is_urgent {
                 let front_m = (left_m - body.half_m.x).max(0.0);
                 let eta_secs = front_m / body.velocity_mps.norm().max(1.0);
-                let asker = Asker { id: body.id, rank: URGENT, eta_secs };
+                let asker = Asker { id: body.id, rank: URGENT, eta_secs, leads_circle: false };
                 for next in &lane.next {
                     self.ask(network, Wish { lane: *next, asker });
                 }
@@ -158,6 +173,50 @@ impl Claims {
     /// Whether somebody changes to the lane on that side.
     pub(crate) fn is_changing(&self, id: ActorId, to_left: bool) -> bool {
         self.changes.iter().any(|change| change.id == id && change.to_left == to_left)
+    }
+
+    /// Tells all who ask later in this tick for whom somebody waits at rest.
+    pub(crate) fn wait(&mut self, id: ActorId, held: Held) {
+        let (whom, is_behind) = match held {
+            Held::Claim(whom) | Held::Room(whom) => (whom, false),
+            Held::Behind(whom) => (whom, true),
+            Held::No | Held::Line => return,
+        };
+        self.waits.insert(id, Wait { whom, is_behind });
+    }
+
+    /// Whether somebody is the first of a circle of those who each wait for the next one: of those
+    /// whom a junction holds the one with the lowest number.
+    pub(crate) fn leads_circle(&self, id: ActorId) -> bool {
+        if self.waits.get(&id).is_none_or(|wait| wait.is_behind) {
+            return false;
+        }
+        let mut at = id;
+        for _ in 0..CIRCLE_MAX {
+            let Some(wait) = self.waits.get(&at).filter(|wait| wait.is_behind || at >= id) else {
+                return false;
+            };
+            at = wait.whom;
+            if at == id {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether somebody waits until another one has driven on: as that one is in its way, or, where
+    /// the other leads a circle, for whatever reason.
+    fn waits_for(&self, id: ActorId, other: &Asker) -> bool {
+        let mut at = id;
+        for _ in 0..CIRCLE_MAX {
+            let wait = self.waits.get(&at).filter(|wait| wait.is_behind || other.leads_circle);
+            let Some(wait) = wait else { return false };
+            at = wait.whom;
+            if at == other.id {
+                return true;
+            }
+        }
+        false
     }
 
     pub(crate) fn wish(&mut self, network: &Network, way: &Way, asker: &Asker) {
@@ -237,14 +296,18 @@ impl Claims {
                     let joins = || own.is_some_and(|own| own.joins(other));
                     until_m + APART_M < conflict.from_m && !joins()
                 });
-                !short && hold.rear_m < conflict.until_m + CLEAR_M
+                !short
+                    && hold.rear_m < conflict.until_m + CLEAR_M
+                    && !self.waits_for(hold.id, &asker)
             })
         });
         let first = wishes.iter().filter(move |wish| {
             let lanes = || network.lane(wish.lane).zip(own);
             let from_side = || lanes().is_some_and(|(other, own)| other.is_from_first_side_of(own));
             let crosses = || lanes().is_some_and(|(other, _)| other.conflict(lane).is_some());
-            wish.asker.goes_before(&asker, from_side) && crosses()
+            wish.asker.goes_before(&asker, from_side)
+                && crosses()
+                && !self.waits_for(wish.asker.id, &asker)
         });
         let held = held.map(|hold| (hold.lane, hold.id));
         held.chain(first.map(|wish| (wish.lane, wish.asker.id)))

@@ -14,7 +14,7 @@ use crate::senses::Senses;
 /// How far before a line or an entry a vehicle stops.
 pub(crate) const BEFORE_LINE_M: f32 = 1.0;
 /// Slower than this a vehicle stands.
-const STANDING_MPS: f32 = 0.2;
+pub(super) const STANDING_MPS: f32 = 0.2;
 /// Whoever stands nearer ahead than this is why one stands.
 const BLOCKED_M: f32 = 6.0;
 /// Lines this far inside a junction belong to its entry.
@@ -25,6 +25,8 @@ const BEHIND_M: f32 = 12.0;
 /// for a left turn through oncoming traffic.
 const YIELDING_SECS: f32 = 20.0;
 const TURNING_SECS: f32 = 5.0;
+/// Whoever waited as long at a junction may lead a circle of those who wait for each other.
+const CIRCLE_SECS: f32 = 3.0;
 /// Who comes to a junction is heard of so long before it asks for its way.
 const TELLING_SECS: f32 = 0.5;
 /// Whoever is slower than this beyond a junction may stop there.
@@ -96,10 +98,12 @@ impl Passage {
         let first = ahead.is_none_or(|ahead| ahead.gap_m > entry_m - 0.5);
         let near_m = at.stopping_m + 6.0 + speed_mps;
         let open = line_m.is_none_or(|line_m| line_m > entry_m + INSIDE_M);
-        let asker = self.asker(senses, path, &way);
+        let waited_secs = self.blocked_secs.max(self.grants.waited_secs());
+        let leads_circle = waited_secs > CIRCLE_SECS && claims.leads_circle(senses.body.id);
+        let asker = Asker { leads_circle, ..self.asker(senses, path, &way) };
         let yields_far = asker.rank == 0 && to_entry_m > 8.0;
         // Who is held before the junction need not ask for room beyond it.
-        let beyond = match first && open {
+        let beyond = match first && open && !leads_circle {
             true => room_beyond(&queue.all(), &way, front_m, at.gap_m),
             false => Ok(()),
         };
@@ -163,7 +167,8 @@ impl Passage {
     pub(super) fn asker(&self, senses: &Senses<'_>, path: &Path, way: &Way) -> Asker {
         let front_m = (way.entry_m - senses.body.half_m.x).max(0.0);
         let eta_secs = front_m / senses.view.velocity_mps.norm().max(1.0);
-        Asker { id: senses.body.id, rank: self.rank(senses, path, way), eta_secs }
+        let rank = self.rank(senses, path, way);
+        Asker { id: senses.body.id, rank, eta_secs, leads_circle: false }
     }
 
     /// Who goes first into a junction: 0 behind a stop or yield sign and onto a roundabout, 1

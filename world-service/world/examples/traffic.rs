@@ -150,23 +150,24 @@ fn explain(world: &World, tally: &Tally) {
     let frame = world.frame();
     println!("vehicle seconds at the head of a queue: {:?}", tally.held_secs);
     for (id, secs) in tally.stuck() {
-        let place = frame.actor(id).map(|actor| actor.world_from_actor.translation.vector);
-        let place = place.unwrap_or_default();
         let why = held.get(&id).copied().unwrap_or_default();
-        println!("{id} at ({:.0}, {:.0}) stands for {secs} s: {why:?}", place.x, place.y);
+        println!("{} stands for {secs} s: {why:?}", told(&frame, id));
     }
 }
 
 /// Tells who hit whom where, on the error stream.
 fn describe(frame: &Frame, actor: ActorId, other: Option<ActorId>, tick: u32, closing_mps: f32) {
-    let told = |id: ActorId| {
-        let Some(state) = frame.actor(id) else { return format!("{id}") };
-        let place = state.world_from_actor.translation.vector;
-        let mps = state.linear_velocity_mps.norm();
-        let kind = &frame.types[usize::from(state.type_index)];
-        let yaw = schemas::yaw_rad(&state.world_from_actor);
-        format!("{id} {kind} at ({:.1}, {:.1}) heading {yaw:.2}, {mps:.1} m/s", place.x, place.y)
-    };
-    let other = other.map_or_else(|| "scenery".to_owned(), told);
-    eprintln!("tick {tick}: {} and {other}, closing at {closing_mps:.1} m/s", told(actor));
+    let other = other.map_or_else(|| "scenery".to_owned(), |other| told(frame, other));
+    eprintln!("tick {tick}: {} and {other}, closing at {closing_mps:.1} m/s", told(frame, actor));
+}
+
+/// Who it is, and how it moves where.
+fn told(frame: &Frame, id: ActorId) -> String {
+    let Some(state) = frame.actor(id) else { return format!("{id}") };
+    let place = state.world_from_actor.translation.vector;
+    let [x, y, z] = [place.x, place.y, place.z];
+    let mps = state.linear_velocity_mps.norm();
+    let kind = &frame.types[usize::from(state.type_index)];
+    let yaw = schemas::yaw_rad(&state.world_from_actor);
+    format!("{id} {kind} at ({x:.1}, {y:.1}, {z:.1}) heading {yaw:.2}, {mps:.1} m/s")
 }

@@ -14,7 +14,7 @@ fn id(id: u32) -> ActorId {
 
 /// One who is at the junction.
 fn asker(number: u32, rank: u8) -> Asker {
-    Asker { id: id(number), rank, eta_secs: 0.0 }
+    Asker { id: id(number), rank, eta_secs: 0.0, leads_circle: false }
 }
 
 fn way(network: &Network, lane: LaneId) -> Way {
@@ -88,6 +88,58 @@ fn who_left_a_crossing_behind_leaves_it_to_others() {
         claims.tell(&network, Hold { rear_m, ..Hold::of(straight, id(1)) });
         assert_eq!(claims.grant(&network, &left, &asker(2, 1)).is_ok(), free, "{rear_m} m");
     }
+}
+
+/// Somebody at rest behind others who holds what another one asks for.
+#[test]
+fn who_stands_behind_somebody_keeps_nobody_before_it_from_a_junction() {
+    let network = network();
+    let [left, straight, _] = left_turn(&network).map(|it| way(&network, it));
+    let behind = |number: u32| Held::Behind(id(number));
+    let room = |number: u32| Held::Room(id(number));
+    for (waits, is_granted) in [
+        (vec![], false),
+        (vec![(1, behind(2))], true),
+        (vec![(1, behind(3)), (3, behind(2))], true),
+        (vec![(1, behind(3))], false),
+        (vec![(1, room(2))], false),
+        (vec![(1, behind(3)), (3, room(2))], false),
+        (vec![(1, behind(3)), (3, behind(1))], false),
+    ] {
+        let mut claims = Claims::default();
+        waits.iter().for_each(|(number, held)| claims.wait(id(*number), *held));
+        claims.hold(&network, &straight, id(1), None);
+        let granted = claims.grant(&network, &left, &asker(2, 1));
+        assert_eq!(granted, if is_granted { Ok(()) } else { Err(id(1)) }, "{waits:?}");
+    }
+}
+
+#[test]
+fn of_a_circle_the_lowest_number_that_a_junction_holds_leads_it_and_passes_the_others() {
+    let network = network();
+    let [left, straight, _] = left_turn(&network).map(|it| way(&network, it));
+    let claims = || {
+        let mut claims = Claims::default();
+        claims.wait(id(1), Held::Behind(id(2)));
+        claims.wait(id(2), Held::Room(id(5)));
+        claims.wait(id(5), Held::Claim(id(4)));
+        claims.wait(id(4), Held::Room(id(1)));
+        // Whoever waits for one of a circle is no part of it.
+        claims.wait(id(3), Held::Room(id(1)));
+        claims.wait(id(6), Held::Line);
+        claims.wait(id(7), Held::Room(id(6)));
+        claims.hold(&network, &straight, id(4), None);
+        claims
+    };
+    let leads: Vec<u32> = (1..9).filter(|number| claims().leads_circle(id(*number))).collect();
+    assert_eq!(leads, [2]);
+    assert_eq!(claims().grant(&network, &left, &asker(2, 1)), Err(id(4)));
+    let leading = Asker { leads_circle: true, ..asker(2, 1) };
+    assert_eq!(claims().grant(&network, &left, &leading), Ok(()));
+    // Not those who do not wait for it.
+    let mut moving = claims();
+    moving.hold(&network, &straight, id(8), None);
+    assert_eq!(moving.grant(&network, &left, &leading), Err(id(8)));
 }
 
 #[test]
