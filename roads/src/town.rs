@@ -3,8 +3,8 @@
 //! A town is a plan of junctions and streets (`plan`), one file per town. Streets become roads
 //! (`street`), junctions become connecting roads (`junction`, `movement`) with lights and
 //! signs (`priority`), the land between is filled (`block`, `lots`, `furniture`,
-//! `crossing`), and all of it is written down (`write`). `roundabout` and `motorway` add
-//! larger parts to a plan; `style` draws new plans from a seed.
+//! `crossing`), and all of it is written down (`write`). `roundabout` and `one_way`
+//! add larger parts to a plan; `style` draws new plans from a seed.
 
 mod block;
 mod clearance;
@@ -15,8 +15,8 @@ mod draft;
 mod furniture;
 mod junction;
 mod lots;
-mod motorway;
 mod movement;
+mod one_way;
 mod plan;
 mod priority;
 mod profile;

@@ -78,6 +78,21 @@ const TOWN05: [Start; 12] = [
     [94.0, 145.0, 341.0],
     [189.0, -100.0, 90.0],
 ];
+/// Where vehicles of leaderboard's routes begin or come along.
+const TOWN06: [Start; 12] = [
+    [635.9, 41.7, 0.0],
+    [-9.3, 74.7, 90.0],
+    [-75.1, -15.7, 180.0],
+    [51.6, -23.1, 180.0],
+    [-273.4, 52.1, 357.0],
+    [-12.1, -61.3, 90.0],
+    [153.7, 194.7, 310.0],
+    [-5.6, 10.7, 90.0],
+    [63.9, 38.0, 0.0],
+    [0.7, -152.4, 181.0],
+    [-366.2, 172.1, 89.0],
+    [668.0, 191.9, 271.0],
+];
 /// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane that
 /// stands for a turning lane.
 const BESIDE_MAX_M: f64 = 2.0;
@@ -87,13 +102,14 @@ const HEIGHT_MAX_M: f64 = 12.0;
 const SAME_WAY_DEG: f64 = 20.0;
 
 #[test]
-fn egos_of_scenario_runners_examples_begin_on_lanes_that_lead_their_way() {
-    let towns: [(&str, &[Start]); 5] = [
+fn vehicles_of_examples_and_routes_begin_on_lanes_that_lead_their_way() {
+    let towns: [(&str, &[Start]); 6] = [
         ("Town01", &TOWN01),
         ("Town02", &TOWN02),
         ("Town03", &TOWN03),
         ("Town04", &TOWN04),
         ("Town05", &TOWN05),
+        ("Town06", &TOWN06),
     ];
     for (name, starts) in towns {
         let map = town(name);

@@ -245,7 +245,7 @@ fn towns_have_what_their_names_promise() {
     assert_eq!(widest(&town("Town01")), Some(1));
     assert_eq!(widest(&town("Town02")), Some(1));
     assert_eq!(widest(&town("Town05")), Some(3));
-    assert_eq!(widest(&town("Town06")), Some(4));
+    assert_eq!(widest(&town("Town06")), Some(5));
     let heights = |map: &Map| {
         let places = map.generate_waypoints(5.0).unwrap();
         let z = |place: &Waypoint| map.pose(place).translation.z;

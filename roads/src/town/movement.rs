@@ -2,6 +2,10 @@
 
 use super::course::signed;
 use super::plan::{Arm, Control, SAME_WAY_RAD, same_way};
+use super::profile::LANE_M;
+
+/// Roads of one direction that turn by less go on with the lanes that lie ahead, in radians.
+const AHEAD_RAD: f64 = 0.1;
 
 /// A way through a junction, for neighbouring lanes counted from the middle outward, from 1.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +21,13 @@ pub(super) struct Movement {
 
 /// The ways from each arm (counter-clockwise) to the others, so that each lane of a street that
 /// leads away can be reached.
-pub(super) fn all_movements(control: Control, arms: &[Arm]) -> Vec<Vec<Movement>> {
-    let mut all: Vec<_> = (0..arms.len()).map(|index| movements(control, arms, index)).collect();
+pub(super) fn all_movements(
+    control: Control,
+    turns_left: bool,
+    arms: &[Arm],
+) -> Vec<Vec<Movement>> {
+    let of = |index| movements(arms, index, &exits(control, turns_left, arms, index));
+    let mut all: Vec<_> = (0..arms.len()).map(of).collect();
     for exit in arms {
         for lane in 1..=exit.lanes_out() {
             if let Some((index, fork)) = fork_to(&all, exit, lane) {
@@ -57,26 +66,31 @@ impl Movement {
     }
 }
 
-/// The ways from one arm, which is one of `arms` (counter-clockwise), to the others.
-///
-/// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
-/// here sends all but its outer lane left; a street that begins here takes all but its outer lane
-/// from the left turn, so that each of its lanes can be reached. What joins from the right takes
-/// the outer lanes. On the ring of a roundabout all lanes lead out and only the inner one on, so
-/// that nobody goes around for ever and nobody leaves across another's way. A divided road is
-/// crossed where there are lights, and else only left and joined to the right.
-fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
-    let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
-    let count = from.lanes_in();
+/// Where one may go from an arm, and the angle by which one turns to the left, in radians. A
+/// divided road is crossed where there are lights, and else only left and joined to the right.
+fn exits(control: Control, turns_left: bool, arms: &[Arm], index: usize) -> Vec<(&Arm, f64)> {
+    let Some(from) = arms.get(index) else { return Vec::new() };
     let is_divided = arms.iter().any(|arm| arm.profile.right.median_m > 0.0);
-    let may_cross = control == Control::Lights || !is_divided;
-    let exits: Vec<(&Arm, f64)> = arms
-        .iter()
+    let may_cross = turns_left && (control == Control::Lights || !is_divided);
+    arms.iter()
         .enumerate()
         .filter(|(other, to)| *other != index && to.lanes_out() > 0)
         .map(|(_, to)| (to, signed(to.pose.heading_rad - from.entering().heading_rad)))
         .filter(|(_, turn_rad)| may_cross || *turn_rad < SAME_WAY_RAD)
-        .collect();
+        .collect()
+}
+
+/// The ways from one arm, which is one of `arms` (counter-clockwise), to its exits.
+///
+/// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
+/// here sends all but its outer lane left; a street that begins here takes all but its outer lane
+/// from the left turn, so that each of its lanes can be reached. What joins from the right takes
+/// the outer lanes, a road of one direction that joins from the left the inner ones. On the ring of
+/// a roundabout all lanes lead out and only the inner one on, so that nobody goes around for ever
+/// and nobody leaves across another's way.
+fn movements(arms: &[Arm], index: usize, exits: &[(&Arm, f64)]) -> Vec<Movement> {
+    let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
+    let count = from.lanes_in();
     let next = arms.get((index + 1) % arms.len()).map(|arm| arm.street);
     let way = |to: &Arm, from_lane, to_lane, lanes| Movement {
         from: *from,
@@ -86,9 +100,11 @@ fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
         lanes,
         at_kerb: next == Some(to.street),
     };
-    if let [(to, _)] = exits.as_slice() {
+    if let [(to, _)] = exits {
         let lanes = count.min(to.lanes_out());
-        return vec![way(to, 1, to.lanes_out() - lanes + 1, lanes)];
+        let outer = to.lanes_out() - lanes;
+        let beside = lanes_beside(from, to).map_or(outer, |lanes| (-lanes).clamp(0, outer));
+        return vec![way(to, 1, 1 + beside, lanes)];
     }
     let straight = exits
         .iter()
@@ -98,7 +114,8 @@ fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
     let left = exits.iter().find(|(_, turn_rad)| *turn_rad > middle_rad).map(|(to, _)| *to);
     let right = exits.iter().rfind(|(_, turn_rad)| *turn_rad < middle_rad).map(|(to, _)| *to);
     let straight = straight.map(|(to, _)| *to);
-    let goes_around = left.is_none() && goes_around(from, straight, right);
+    let ahead = straight.and_then(|to| lanes_ahead(from, to));
+    let goes_around = left.is_none() && ahead.is_none() && goes_around(from, straight, right);
 
     let left = left.map(|to| {
         let wanted = match straight {
@@ -109,6 +126,9 @@ fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
         way(to, 1, 1, wanted.min(count).min(to.lanes_out()).max(1))
     });
     let straight = straight.map(|to| {
+        if let Some([first, to_lane, lanes]) = ahead {
+            return way(to, first, to_lane, lanes);
+        }
         let first = left.as_ref().map_or(1, |left| left.lanes);
         let to_lane = first.min(to.lanes_out());
         let lanes = (count - first + 1).min(to.lanes_out() - to_lane + 1);
@@ -128,8 +148,26 @@ fn movements(control: Control, arms: &[Arm], index: usize) -> Vec<Movement> {
     [left, straight, right].into_iter().flatten().collect()
 }
 
-/// Whether an approach is part of a roundabout's ring: one way, as what goes on straight, with a
-/// street of both directions to the right.
+/// How many lanes an approach's inner lane lies left of an exit's, both of one direction.
+fn lanes_beside(from: &Arm, to: &Arm) -> Option<i32> {
+    let [_, left_m] = to.pose.local(from.pose.at);
+    #[allow(clippy::cast_possible_truncation, reason = "roads have few lanes")]
+    let lanes = (left_m / LANE_M).round() as i32;
+    (from.one_way() && to.one_way()).then_some(lanes)
+}
+
+/// The lanes of a road of one direction that lie ahead of another's: from which, to which, how
+/// many.
+fn lanes_ahead(from: &Arm, to: &Arm) -> Option<[i32; 3]> {
+    let turn_rad = signed(to.pose.heading_rad - from.entering().heading_rad);
+    let beside = lanes_beside(from, to).filter(|_| turn_rad.abs() < AHEAD_RAD)?;
+    let [first, to_lane] = [beside, -beside].map(|lanes| 1 + lanes.max(0));
+    let lanes = (from.lanes_in() - first).min(to.lanes_out() - to_lane) + 1;
+    (lanes > 0).then_some([first, to_lane, lanes])
+}
+
+/// Whether an approach is part of a roundabout's ring: one way, as what goes on, around a bend,
+/// with a street of both directions to the right.
 fn goes_around(from: &Arm, straight: Option<&Arm>, right: Option<&Arm>) -> bool {
     straight
         .zip(right)

@@ -3,6 +3,7 @@
 //! that places that programs name by coordinates are on the road.
 
 use super::course::{Bend, Pose, direction};
+use super::one_way::OneWay;
 use super::plan::{Beside, Control, EAST, End, NORTH, Plan, SOUTH, UNEVEN_M, WEST};
 use super::profile::{Edge, Profile};
 
@@ -155,24 +156,6 @@ fn add_motorway(plan: &mut Plan, gates: &Gates) {
     }
 }
 
-/// A road of one direction, as traffic drives it: around corners, from one junction into another.
-struct OneWay<'a> {
-    from: (&'a Gate, [f64; 2]),
-    bends: &'a [Bend],
-    to: (&'a Gate, [f64; 2]),
-    profile: Profile,
-}
-
-impl OneWay<'_> {
-    fn add(&self, plan: &mut Plan) {
-        let ((from, start), (to, end)) = (self.from, self.to);
-        let [Some(first), Some(last)] = [self.bends.first(), self.bends.last()] else { return };
-        let from = End::at(from.node, Pose::new(start, direction(start, first.at)));
-        let to = End::at(to.node, Pose::new(end, direction(end, last.at)));
-        plan.connect(from, to, self.bends, self.profile);
-    }
-}
-
 /// The cloverleaf's loops: out to the right, and around to the right.
 fn add_loops(plan: &mut Plan, gates: &Gates) {
     let Gates { lower, upper, right, left, .. } = gates;
@@ -188,7 +171,8 @@ fn add_loops(plan: &mut Plan, gates: &Gates) {
         ((right, [120.9, -58.3]), south_east, (lower, [33.5, -134.2])),
         ((lower, [-32.8, -134.5]), south_west, (left, [-113.9, -54.7])),
     ];
-    for (from, bends, to) in loops {
+    for ((from, start), bends, (to, end)) in loops {
+        let (from, to) = ((from.node, start), (to.node, end));
         OneWay { from, bends: &bends, to, profile: LOOP }.add(plan);
     }
 }
@@ -212,7 +196,8 @@ fn add_country_roads(plan: &mut Plan, gates: &Gates) {
         ((&gates.south, [23.1, -292.9]), south_east, (&gates.east, [396.2, -40.7])),
         ((&gates.north, [-35.1, 228.5]), north_west, (&gates.west, [-378.8, 11.5])),
     ];
-    for (from, bends, to) in roads {
+    for ((from, start), bends, (to, end)) in roads {
+        let (from, to) = ((from.node, start), (to.node, end));
         OneWay { from, bends: &bends, to, profile: COUNTRY }.add(plan);
     }
 }
