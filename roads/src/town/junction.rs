@@ -30,12 +30,10 @@ pub(super) fn junction_id(node: usize) -> u32 {
 /// Adds the roads, crosswalks, lights and signs of one junction.
 pub(super) fn build(plan: &Plan, node: usize, draft: &mut TownDraft) {
     let arms = plan.arms(node);
-    let at = plan.nodes.get(node);
-    let control = at.map_or(Control::Free, |node| node.control);
-    let turns_left = at.is_none_or(|node| node.turns_left);
+    let control = plan.nodes.get(node).map_or(Control::Free, |node| node.control);
     let corners = Corner::all(&arms);
     let mut connections = Vec::new();
-    for (corner, movements) in corners.iter().zip(all_movements(control, turns_left, &arms)) {
+    for (corner, movements) in corners.iter().zip(all_movements(control, &arms)) {
         let is_driven_around = movements.iter().any(|movement| movement.at_kerb);
         let mut ways: Vec<Way> =
             movements.iter().map(|movement| driving_way(corner, movement, draft)).collect();

@@ -21,12 +21,8 @@ pub(super) struct Movement {
 
 /// The ways from each arm (counter-clockwise) to the others, so that each lane of a street that
 /// leads away can be reached.
-pub(super) fn all_movements(
-    control: Control,
-    turns_left: bool,
-    arms: &[Arm],
-) -> Vec<Vec<Movement>> {
-    let of = |index| movements(arms, index, &exits(control, turns_left, arms, index));
+pub(super) fn all_movements(control: Control, arms: &[Arm]) -> Vec<Vec<Movement>> {
+    let of = |index| movements(arms, index, &exits(control, arms, index));
     let mut all: Vec<_> = (0..arms.len()).map(of).collect();
     for exit in arms {
         for lane in 1..=exit.lanes_out() {
@@ -68,10 +64,10 @@ impl Movement {
 
 /// Where one may go from an arm, and the angle by which one turns to the left, in radians. A
 /// divided road is crossed where there are lights, and else only left and joined to the right.
-fn exits(control: Control, turns_left: bool, arms: &[Arm], index: usize) -> Vec<(&Arm, f64)> {
+fn exits(control: Control, arms: &[Arm], index: usize) -> Vec<(&Arm, f64)> {
     let Some(from) = arms.get(index) else { return Vec::new() };
     let is_divided = arms.iter().any(|arm| arm.profile.right.median_m > 0.0);
-    let may_cross = turns_left && (control == Control::Lights || !is_divided);
+    let may_cross = control == Control::Lights || !is_divided;
     arms.iter()
         .enumerate()
         .filter(|(other, to)| *other != index && to.lanes_out() > 0)

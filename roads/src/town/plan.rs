@@ -40,8 +40,6 @@ pub(super) struct Node {
     pub(super) at: [f64; 2],
     pub(super) height_m: f64,
     pub(super) control: Control,
-    /// Whether ways lead to the left.
-    pub(super) turns_left: bool,
 }
 
 /// One end of a street: the junction, and the direction in which the street leaves it.
@@ -189,8 +187,7 @@ impl Plan {
     pub(super) fn node(&mut self, at: [f64; 2]) -> usize {
         let there = |node: &Node| distance_m(node.at, at) < 0.01;
         self.nodes.iter().position(there).unwrap_or_else(|| {
-            let control = self.control;
-            self.nodes.push(Node { at, height_m: 0.0, control, turns_left: true });
+            self.nodes.push(Node { at, height_m: 0.0, control: self.control });
             self.nodes.len() - 1
         })
     }
@@ -202,14 +199,6 @@ impl Plan {
             node.control = control;
         }
         index
-    }
-
-    /// Leaves no way to the left at a junction.
-    pub(super) fn forbid_left(&mut self, at: [f64; 2]) {
-        let index = self.node(at);
-        if let Some(node) = self.nodes.get_mut(index) {
-            node.turns_left = false;
-        }
     }
 
     /// Raises a junction.

@@ -36,7 +36,7 @@ const NORTH_TURN: Place = [-0.9, 102.0];
 const SOUTH_JOIN: Place = [-226.0, -241.0];
 const SOUTH_LEFT: Place = [-101.0, -241.0];
 const SOUTH_RAMP: Place = [100.7, -244.0];
-const SOUTH_EAST: Place = [592.0, -244.0];
+const SOUTH_EAST: Place = [589.7, -244.0];
 /// The ring's in the east.
 const LOWER_END: Place = [663.0, -142.0];
 const MIDDLE_END: Place = [664.0, -43.0];
@@ -84,16 +84,12 @@ const fn bend(x: f64, y: f64, radius_m: f64) -> Bend {
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Free, Beside::Nothing);
-    let lit = [
-        [SOUTH_CROSSING, LOWER_CROSSING],
-        [MIDDLE_CROSSING, NORTH_CROSSING],
-        [LOWER_END, MIDDLE_END],
-        [NORTH_LIGHTS, MIDDLE_LIGHTS],
-    ];
-    for at in lit.as_flattened() {
-        plan.node_with(*at, Control::Lights);
+    for at in [SOUTH_CROSSING, MIDDLE_CROSSING, NORTH_CROSSING] {
+        plan.node_with(at, Control::Lights);
     }
-    plan.forbid_left(LOWER_CROSSING);
+    for at in [LOWER_END, MIDDLE_END, NORTH_LIGHTS, MIDDLE_LIGHTS] {
+        plan.node_with(at, Control::Lights);
+    }
     add_rows(&mut plan);
     add_bends(&mut plan);
     add_ramps(&mut plan);
@@ -144,7 +140,7 @@ const STRAIGHT: [(&Row, [Place; 2], [f64; 2], i32); 23] = [
     (&SOUTH_WEST, [SOUTH_JOIN, SOUTH_LEFT], [-207.2, -122.3], 5),
     (&SOUTH_WEST, [SOUTH_LEFT, SOUTH_CROSSING], [-79.8, -21.0], 4),
     (&SOUTH, [SOUTH_CROSSING, SOUTH_RAMP], [22.4, 72.9], 5),
-    (&SOUTH, [SOUTH_RAMP, SOUTH_EAST], [128.5, 587.9], 5),
+    (&SOUTH, [SOUTH_RAMP, SOUTH_EAST], [128.5, 583.4], 5),
     (&EAST, [LOWER_END, MIDDLE_END], [-120.3, -65.5], 5),
 ];
 
@@ -287,7 +283,7 @@ fn add_turns(plan: &mut Plan) {
         bend(5.7, -372.6, 120.0),
     ];
     let turns = [
-        (NORTH_TURN, [1.6, 107.6], north.split_at(1), [120.0, 126.2], [-3.1, 108.0]),
+        (NORTH_TURN, [1.6, 107.6], north.split_at(1), [118.0, 121.4], [-3.1, 108.0]),
         (SOUTH_TURN, [-1.1, -355.7], south.split_at(3), [-390.2, -384.0], [4.6, -361.2]),
     ];
     for (junction, start, (before, after), parted, end) in turns {
