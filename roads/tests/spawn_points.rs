@@ -65,7 +65,7 @@ fn towns_keep_their_spawn_points_as_they_were() {
         ("Town03", 412, "938cab30e3a81c13"),
         ("Town04", 959, "a559e22584b919bc"),
         ("Town05", 600, "927b2a2f8a8bac43"),
-        ("Town06", 1400, "3a08edb1fec7172b"),
+        ("Town06", 673, "65bf635aeb0e80e5"),
         ("Town07", 208, "9ca2b740470f9dd1"),
         ("Town10HD", 376, "8872a520fd5e0472"),
     ];

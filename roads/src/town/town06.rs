@@ -25,13 +25,16 @@ const ACROSS_NARROW: Profile = across(2);
 /// Where the road across turns back.
 const TURN: Profile = Profile::one_way(3, Edge::Verge, 20);
 
-/// Junctions with the road across, from south to north, and where that turns back.
-const SOUTH_TURN: Place = [2.0, -352.0];
+/// Junctions with the road across, from south to north; its directions part at the first and the
+/// last, and meet again in the bends of its turns.
+const SOUTH_TURN: Place = [2.0, -350.0];
 const SOUTH_CROSSING: Place = [1.3, -245.0];
 const LOWER_CROSSING: Place = [-0.5, -142.0];
 const MIDDLE_CROSSING: Place = [-1.8, -46.0];
 const NORTH_CROSSING: Place = [-1.4, 17.0];
-const NORTH_TURN: Place = [-0.9, 102.0];
+const NORTH_TURN: Place = [-0.9, 101.0];
+const SOUTH_BEND: Place = [0.5, -405.0];
+const NORTH_BEND: Place = [0.5, 144.0];
 /// Those of the carriageway in the south, as traffic drives them.
 const SOUTH_JOIN: Place = [-226.0, -241.0];
 const SOUTH_LEFT: Place = [-101.0, -241.0];
@@ -55,7 +58,7 @@ const MIDDLE_LEFT_EAST: Place = [497.0, -46.0];
 const MIDDLE_RAMP_EAST: Place = [536.0, -46.0];
 /// Those of the carriageway below, which leads from the road across to the east and to the west.
 const LOWER_LEFT: Place = [95.0, -143.0];
-const LOWER_RAMP: Place = [217.0, -144.0];
+const LOWER_RAMP: Place = [211.0, -144.0];
 const LOWER_LEFT_EAST: Place = [475.0, -145.0];
 const LOWER_JOIN: Place = [-104.0, -143.0];
 const LOWER_LEFT_WEST: Place = [-222.0, -143.0];
@@ -133,14 +136,14 @@ const STRAIGHT: [(&Row, [Place; 2], [f64; 2], i32); 23] = [
     (&MIDDLE, [MIDDLE_RAMP_EAST, MIDDLE_END], [551.1, 646.9], 5),
     (&LOWER_EAST, [LOWER_CROSSING, LOWER_LEFT], [21.7, 62.3], 5),
     (&LOWER_EAST, [LOWER_LEFT, LOWER_RAMP], [128.0, 181.8], 5),
-    (&LOWER_EAST, [LOWER_RAMP, LOWER_LEFT_EAST], [253.1, 452.6], 5),
+    (&LOWER_EAST, [LOWER_RAMP, LOWER_LEFT_EAST], [240.3, 452.6], 5),
     (&LOWER_EAST, [LOWER_LEFT_EAST, LOWER_END], [497.3, 641.3], 5),
     (&LOWER_WEST, [LOWER_CROSSING, LOWER_JOIN], [-22.1, -82.8], 4),
-    (&LOWER_WEST, [LOWER_JOIN, LOWER_LEFT_WEST], [-124.9, -205.9], 5),
+    (&LOWER_WEST, [LOWER_JOIN, LOWER_LEFT_WEST], [-124.9, -205.8], 5),
     (&SOUTH_WEST, [SOUTH_JOIN, SOUTH_LEFT], [-207.2, -122.3], 5),
-    (&SOUTH_WEST, [SOUTH_LEFT, SOUTH_CROSSING], [-79.8, -21.0], 4),
-    (&SOUTH, [SOUTH_CROSSING, SOUTH_RAMP], [22.4, 72.9], 5),
-    (&SOUTH, [SOUTH_RAMP, SOUTH_EAST], [128.5, 583.4], 5),
+    (&SOUTH_WEST, [SOUTH_LEFT, SOUTH_CROSSING], [-79.7, -21.0], 4),
+    (&SOUTH, [SOUTH_CROSSING, SOUTH_RAMP], [22.4, 72.8], 5),
+    (&SOUTH, [SOUTH_RAMP, SOUTH_EAST], [128.5, 583.3], 5),
     (&EAST, [LOWER_END, MIDDLE_END], [-120.3, -65.5], 5),
 ];
 
@@ -186,8 +189,10 @@ fn add_bends(plan: &mut Plan) {
     }
 }
 
-/// Roads from one carriageway to another: between which junctions, from where to where.
-const RAMPS: [([Place; 2], [Place; 2], &[Bend], Profile); 8] = [
+/// A road from one carriageway to another: between which junctions, from where to where.
+type Ramp = ([Place; 2], [Place; 2], &'static [Bend], Profile);
+
+const RAMPS: [Ramp; 8] = [
     (
         [NORTH_LEFT, MIDDLE_LIGHTS],
         [[-146.4, -3.9], [-149.8, -15.9]],
@@ -250,9 +255,9 @@ fn add_ramps(plan: &mut Plan) {
 fn add_across(plan: &mut Plan) {
     plan.beside = Beside::Houses { storeys: [1.0, 3.0] };
     let [middle, narrow_end, north, north_end] =
-        [-27.6, -0.5, 34.9, 97.5].map(|y| ACROSS_NORTH.at(y, LANES));
+        [-27.6, -0.5, 34.9, 95.1].map(|y| ACROSS_NORTH.at(y, LANES));
     let stretches = [
-        ((SOUTH_TURN, [1.9, -345.2]), (SOUTH_CROSSING, [1.8, -263.1]), ACROSS),
+        ((SOUTH_TURN, [1.9, -342.8]), (SOUTH_CROSSING, [1.8, -263.1]), ACROSS),
         ((SOUTH_CROSSING, [1.0, -227.6]), (LOWER_CROSSING, [0.2, -158.4]), ACROSS),
         ((LOWER_CROSSING, [-1.2, -125.3]), (MIDDLE_CROSSING, [-1.9, -64.5]), ACROSS),
         ((MIDDLE_CROSSING, middle), (NORTH_CROSSING, narrow_end), ACROSS_NARROW),
@@ -267,34 +272,28 @@ fn add_across(plan: &mut Plan) {
     add_turns(plan);
 }
 
-/// Where the road across turns back: a junction on the way lets no road begin where it ends.
+/// The turns at the ends of the road across. The tight bend of each is a junction: a road that leads
+/// back into the junction where it begins has no neighbours in CARLA's client.
 fn add_turns(plan: &mut Plan) {
     plan.beside = Beside::Trees;
-    let north = [
-        bend(1.8, 113.4, 33.5),
-        bend(10.9, 143.7, 7.5),
-        bend(-9.7, 143.6, 8.0),
-        bend(-3.3, 114.6, 52.5),
-    ];
-    let south = [
-        bend(-1.6, -371.8, 98.0),
-        bend(-12.2, -401.3, 9.5),
-        bend(13.9, -408.1, 10.0),
-        bend(5.7, -372.6, 120.0),
-    ];
     let turns = [
-        (NORTH_TURN, [1.6, 107.6], north.split_at(1), [118.0, 121.4], [-3.1, 108.0]),
-        (SOUTH_TURN, [-1.1, -355.7], south.split_at(3), [-390.2, -384.0], [4.6, -361.2]),
+        (
+            [NORTH_TURN, NORTH_BEND],
+            ([1.6, 107.6], bend(1.8, 113.4, 33.5), [7.9, 133.7]),
+            ([-7.5, 133.8], bend(-3.3, 114.6, 52.5), [-3.1, 108.0]),
+        ),
+        (
+            [SOUTH_TURN, SOUTH_BEND],
+            ([-1.1, -355.7], bend(-1.6, -371.8, 98.0), [-8.7, -391.5]),
+            ([10.2, -392.0], bend(5.7, -372.6, 120.0), [4.6, -361.2]),
+        ),
     ];
-    for (junction, start, (before, after), parted, end) in turns {
-        let (Some(last), Some(first)) = (before.last(), after.first()) else { continue };
-        let straight = Row { from: last.at, to: first.at };
-        let [parts, goes_on] = parted.map(|y| straight.at(y, LANES));
-        let (node, middle) = (plan.node(junction), plan.node(parts));
-        let roads =
-            [((node, start), before, (middle, parts)), ((middle, goes_on), after, (node, end))];
-        for (from, bends, to) in roads {
-            OneWay { from, bends, to, profile: TURN }.add(plan);
+    for (junctions, there, back) in turns {
+        let [junction, turn] = junctions.map(|at| plan.node(at));
+        for ((from, to), (start, bend, end)) in
+            [((junction, turn), there), ((turn, junction), back)]
+        {
+            OneWay { from: (from, start), bends: &[bend], to: (to, end), profile: TURN }.add(plan);
         }
     }
 }
