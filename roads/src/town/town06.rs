@@ -272,8 +272,8 @@ fn add_across(plan: &mut Plan) {
     add_turns(plan);
 }
 
-/// The turns at the ends of the road across. The tight bend of each is a junction: a road that leads
-/// back into the junction where it begins has no neighbours in CARLA's client.
+/// The turns at the ends of the road across. The tight bend of each is a junction: a road that
+/// leads back into the junction where it begins has no neighbours in CARLA's client.
 fn add_turns(plan: &mut Plan) {
     plan.beside = Beside::Trees;
     let turns = [
