@@ -93,8 +93,8 @@ const TOWN06: [Start; 12] = [
     [-366.2, 172.1, 89.0],
     [668.0, 191.9, 271.0],
 ];
-/// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane that
-/// stands for a turning lane.
+/// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane
+/// that stands for a turning lane.
 const BESIDE_MAX_M: f64 = 2.0;
 /// Roads are lower than this, in metres; the starts are given without a height.
 const HEIGHT_MAX_M: f64 = 12.0;
