@@ -226,8 +226,11 @@ const VILLAGE: Village = Village {
 
 fn add_village(plan: &mut Plan, gates: &Gates) {
     plan.beside = Beside::Houses { storeys: [1.0, 3.0] };
-    plan.control = Control::Stop;
+    plan.control = Control::Lights;
     let Village { north, upper, main, south } = VILLAGE;
+    for unlit in [upper[1], main[2]] {
+        plan.node_with(unlit, Control::Stop);
+    }
     let straight = [
         (north[0], north[1]),
         (upper[0], upper[1]),

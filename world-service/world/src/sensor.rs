@@ -64,6 +64,8 @@ enum Device {
     Radar(Radar),
     V2x(Box<V2x>),
     V2xCustom(V2xCustom),
+    /// Measures nothing: clients that know it compute what it tells themselves.
+    Rss,
 }
 
 /// What came of one tick of one sensor.
@@ -101,6 +103,7 @@ impl Sensor {
             "sensor.other.radar" => Device::Radar(Radar::new(settings)?),
             "sensor.other.v2x" => Device::V2x(Box::new(V2x::new(settings)?)),
             "sensor.other.v2x_custom" => Device::V2xCustom(V2xCustom::new(settings)?),
+            "sensor.other.rss" => Device::Rss,
             camera if camera.starts_with("sensor.camera.") => Device::Camera,
             other => {
                 return Err(Error::new(ErrorCode::Unsupported, "this sensor is not available")
@@ -184,6 +187,7 @@ impl Sensor {
         let noise = &mut self.noise;
         let measurement = match &mut self.device {
             Device::Camera => return Some(Outcome::Picture),
+            Device::Rss => return None,
             Device::Collision => {
                 let contacts = collision::measure(mount.carrier.as_ref()?, around);
                 return (!contacts.is_empty()).then_some(Outcome::Measured(contacts));
