@@ -10,6 +10,7 @@ use super::{Material, Sink};
 use crate::Map;
 use crate::kinds::LaneType;
 use crate::lanes::{lateral, lateral_point};
+use crate::limits::DECK_PIECES_MAX;
 use crate::model::{Lane, Road, Section};
 
 /// A road that lies less above the land is carried by a dam, in metres.
@@ -22,10 +23,13 @@ const THICKNESS_M: [f64; 2] = [0.5, 1.6];
 const CLEARANCE_M: f64 = 4.5;
 /// Longest piece of an underside, in metres: the land below it has squares of ten metres and more.
 const STEP_M: f64 = 5.0;
+/// Most pieces of an edge that are looked at.
+const PIECES_MAX: f64 = 16.0;
 
 /// Adds all of them; nothing on a map whose roads lie level.
 pub(super) fn support(map: &Map, land: &Land, sink: &mut impl Sink) {
-    let support = Support { land, skirt_m: skirt_m(map), bank_m: drop_m(map) };
+    let mut support =
+        Support { land, skirt_m: skirt_m(map), bank_m: drop_m(map), pieces_left: DECK_PIECES_MAX };
     if support.skirt_m <= support.bank_m {
         return;
     }
@@ -44,7 +48,7 @@ pub(super) fn support(map: &Map, land: &Land, sink: &mut impl Sink) {
 
 /// Whether a road is so high above the land along an edge that its bank does not reach down to it.
 pub(super) fn is_raised(land: &Land, skirt_m: f64, [from, to]: [Point3<f64>; 2]) -> bool {
-    let count = ((to - from).norm() / STEP_M).ceil().max(1.0);
+    let count = ((to - from).norm() / STEP_M).ceil().clamp(1.0, PIECES_MAX);
     let shares = std::iter::successors(Some(0.0), |k| Some(k + 1.0)).take_while(|k| *k <= count);
     shares.map(|k| from + (to - from) * (k / count)).any(|place| land.below_m(&place) > skirt_m)
 }
@@ -63,17 +67,18 @@ fn finer(cuts: &[f64]) -> Vec<f64> {
     all
 }
 
-#[derive(Clone, Copy)]
 struct Support<'m> {
     land: &'m Land,
     skirt_m: f64,
     bank_m: f64,
+    /// How many more are made.
+    pieces_left: usize,
 }
 
 impl Support<'_> {
     /// The underside of one lane, and the sides where no other lane goes on beside it.
     fn carry(
-        self,
+        &mut self,
         road: &Road,
         section: &Section,
         lane: &Lane,
@@ -99,6 +104,8 @@ impl Support<'_> {
             if ![a, b, c, d].iter().any(|place| self.land.below_m(place) > self.skirt_m) {
                 continue;
             }
+            let Some(left) = self.pieces_left.checked_sub(1) else { return };
+            self.pieces_left = left;
             let low = [a, d, c, b].map(|place| self.lowered(place));
             sink.quad(Material::Bridge, turned(low, is_mirrored));
             let mut side = |from: Point3<f64>, to: Point3<f64>| {
@@ -119,7 +126,7 @@ impl Support<'_> {
     }
 
     /// The underside of a junction's floor.
-    fn carry_floor(self, hull: &[Point3<f64>], sink: &mut impl Sink) {
+    fn carry_floor(&self, hull: &[Point3<f64>], sink: &mut impl Sink) {
         if !hull.iter().any(|place| self.land.below_m(place) > self.skirt_m) {
             return;
         }
@@ -132,7 +139,7 @@ impl Support<'_> {
     }
 
     /// Where the underside is below a place on a road.
-    fn lowered(self, place: Point3<f64>) -> Point3<f64> {
+    fn lowered(&self, place: Point3<f64>) -> Point3<f64> {
         let below_m = self.land.below_m(&place);
         let [thin_m, thick_m] = THICKNESS_M;
         let depth_m = if below_m < DAM_MAX_M {
