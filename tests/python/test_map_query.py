@@ -10,7 +10,7 @@ from causeway import maps
 
 from running_site import binary
 
-TOWN = "Town03"
+TOWN = "Town01"
 
 
 @pytest.fixture(scope="module")

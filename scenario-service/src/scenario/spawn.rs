@@ -12,6 +12,8 @@ pub(super) const WALKER_CENTRE_M: f32 = 0.93;
 pub(super) const STRAIGHT_M: f64 = 40.0;
 /// The road ahead counts as straight up to this turn, if no straighter one exists.
 pub(super) const STRAIGHT_RAD: [f64; 2] = [1.0 * DEGREE, 15.0 * DEGREE];
+/// How often the road ahead is looked at.
+const LOOKS: u32 = 8;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Pedestrian blueprints to draw from, `walker.pedestrian.0001` to this number.
 const WALKER_BLUEPRINTS: u64 = 49;
@@ -100,8 +102,9 @@ fn has_lanes_beside(lanes: Lanes<'_>, place: Place, wanted: &Wanted) -> bool {
 }
 
 fn is_straight(lanes: Lanes<'_>, place: Place, wanted: &Wanted, turn_rad: f64) -> bool {
-    [wanted.straight_m / 2.0, wanted.straight_m].into_iter().all(|distance_m| {
-        let there = lanes.ahead(place, distance_m);
+    // A lane that swings aside and back turns most on its way.
+    (1..=LOOKS).all(|look| {
+        let there = lanes.ahead(place, wanted.straight_m * f64::from(look) / f64::from(LOOKS));
         there.is_some_and(|there| lanes.turn_rad(place, there).abs() <= turn_rad)
     })
 }
