@@ -86,9 +86,7 @@ def fork_of(town: carla.Map) -> dict:
     """A place 30 m before a junction with ways in at least two directions, and these."""
     for place in town.generate_waypoints(20.0):
         ahead = place.next(30.0)
-        # A lane's first place may be found as the end of the way that leads to it.
-        before = [town.get_waypoint(place.transform.location), *place.next(25.0)]
-        if any(step.is_junction for step in before):
+        if place.is_junction or any(step.is_junction for step in place.next(25.0)):
             continue
         if len(ahead) < 2 or not all(step.is_junction for step in ahead):
             continue
