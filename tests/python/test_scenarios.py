@@ -216,7 +216,7 @@ def test_a_red_light_is_told_ahead_and_costs_whoever_runs_it(env):
 def test_a_stop_sign_run_is_told_and_costs(env):
     settings = {"initial_speed_kmh": 30, "max_steps": 400}
     for seed in range(60):
-        env.reset(scenario_name="free_roam_Town04_Opt", scenario_config=settings, seed=seed)
+        env.reset(scenario_name="free_roam_Town07_Opt", scenario_config=settings, seed=seed)
         act(env, "control", throttle=0.35)
         for _ in range(200):
             result = act(env)
