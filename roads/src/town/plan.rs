@@ -15,7 +15,7 @@ pub(super) const SOUTH: f64 = -FRAC_PI_2;
 /// Directions that differ by less count as the same way, in radians.
 pub(super) const SAME_WAY_RAD: f64 = 0.88;
 /// Radius of kerbs at corners, in metres, so that cars can turn right from the outer lane.
-const KERB_RADIUS_M: f64 = 10.0;
+const KERB_RADIUS_M: f64 = 6.0;
 
 /// Junctions reach this much less far than whole metres, so that no road is a whole number of them
 /// long: `next_until_lane_end` of CARLA's client raises where a step ends exactly at a road's end.
@@ -272,12 +272,11 @@ impl Plan {
 
     /// The arms of a junction, counter-clockwise from east.
     pub(super) fn arms(&self, node: usize) -> Vec<Arm> {
-        let reach_m = self.reach_m(node);
         let mut arms: Vec<Arm> = self
             .ends(node)
             .map(|(street, end, ends_here)| Arm {
                 street: street.id,
-                pose: self.end_pose(end, reach_m),
+                pose: self.start(end),
                 profile: street.profile,
                 ends_here,
             })
@@ -290,13 +289,9 @@ impl Plan {
 
     /// Where a street begins, looking along it away from the junction.
     pub(super) fn start(&self, end: &End) -> Pose {
-        self.end_pose(end, self.reach_m(end.node))
-    }
-
-    fn end_pose(&self, end: &End, reach_m: f64) -> Pose {
         match end.start {
             Some(start) => Pose::new(start, end.leaving_rad),
-            None => Pose::new(self.at(end.node), end.leaving_rad).ahead(reach_m),
+            None => Pose::new(self.at(end.node), end.leaving_rad).ahead(self.reach_m(end)),
         }
     }
 
@@ -307,31 +302,33 @@ impl Plan {
             .filter(move |(_, end, _)| end.node == node)
     }
 
-    /// Distance from a junction's middle to where its arms begin: behind the rounded kerbs of all
-    /// its corners.
-    fn reach_m(&self, node: usize) -> f64 {
-        // Border to the left and to the right, looking away from the junction.
-        let mut arms: Vec<(f64, [f64; 2])> = self
-            .ends(node)
-            .filter(|(_, end, _)| end.start.is_none())
-            .map(|(street, end, ends_here)| {
-                let sign = if ends_here { -1 } else { 1 };
-                let kerb_m = |sign| street.profile.side(sign).map_or(0.0, Side::kerb_m);
-                (full_turn(end.leaving_rad), [kerb_m(sign), kerb_m(-sign)])
-            })
-            .collect();
-        arms.sort_by(|a, b| a.0.total_cmp(&b.0));
+    /// Distance from a junction's middle to where an arm of it begins: behind the rounded kerbs of
+    /// the corners on both sides of it.
+    fn reach_m(&self, arm: &End) -> f64 {
+        // Kerbs to the left and to the right, looking away from the junction.
+        let kerbs_m = |street: &Street, ends_here: bool| {
+            let sign = if ends_here { -1 } else { 1 };
+            [sign, -sign].map(|sign| street.profile.side(sign).map_or(0.0, Side::kerb_m))
+        };
+        let turn_rad = |end: &End| full_turn(end.leaving_rad - arm.leaving_rad);
+        let along = self.ends(arm.node).filter(|(_, end, _)| end.start.is_none());
+        let (own, others): (Vec<_>, Vec<_>) = along.partition(|(_, end, _)| turn_rad(end) < 0.01);
+        let Some((street, _, ends_here)) = own.first() else { return KERB_RADIUS_M - UNEVEN_M };
+        let [left_m, right_m] = kerbs_m(street, *ends_here);
+        let others = others.iter().map(|(street, end, ends_here)| {
+            let [their_left_m, their_right_m] = kerbs_m(street, *ends_here);
+            (turn_rad(end), their_left_m, their_right_m)
+        });
         let mut reach_m: f64 = 0.0;
-        for (index, (heading_rad, [left_m, _])) in arms.iter().enumerate() {
-            let Some((next_rad, [_, right_m])) = arms.get((index + 1) % arms.len()) else {
-                continue;
-            };
-            let between_rad = full_turn(next_rad - heading_rad);
-            if between_rad > 0.01 && between_rad < PI - 0.2 {
-                let (sin, cos) = between_rad.sin_cos();
-                let rounding_m = KERB_RADIUS_M * ((PI - between_rad) / 2.0).tan();
-                let wider_m = ((right_m + left_m * cos) / sin).max((left_m + right_m * cos) / sin);
-                reach_m = reach_m.max(wider_m + rounding_m);
+        for (turn_rad, their_left_m, their_right_m) in others {
+            let corners =
+                [(turn_rad, left_m, their_right_m), (TAU - turn_rad, right_m, their_left_m)];
+            for (between_rad, own_m, their_m) in corners {
+                if between_rad < PI - 0.2 {
+                    let (sin, cos) = between_rad.sin_cos();
+                    let rounding_m = KERB_RADIUS_M * ((PI - between_rad) / 2.0).tan();
+                    reach_m = reach_m.max((their_m + own_m * cos) / sin + rounding_m);
+                }
             }
         }
         (reach_m - 1e-6).ceil().max(KERB_RADIUS_M) - UNEVEN_M
