@@ -34,8 +34,8 @@ const AVENUE_AT: [[f64; 2]; 7] = [
 ];
 /// Which of them are with the lane.
 const LANE_AT: [usize; 2] = [1, 5];
-/// How far those reach along the avenue and along the lane, in metres: kerbs of 10 m lie between.
-const LANE_REACH_M: [f64; 2] = [14.0 - UNEVEN_M, 21.0 - UNEVEN_M];
+/// How far those reach along the avenue and along the lane, in metres: kerbs of 6 m lie between.
+const LANE_REACH_M: [f64; 2] = [10.0 - UNEVEN_M, 17.0 - UNEVEN_M];
 const AVENUE_BEND: Bend = Bend { at: [29.8, 28.0], radius_m: 500.0 };
 /// The ring road, west and east.
 const RING: [f64; 2] = [-236.7, 200.2];
