@@ -1,5 +1,5 @@
 //! What carries a road where the land lies far below it: the sides and undersides of bridges, and
-//! the walls of the dams that lead up to them.
+//! the walls of the embankments that lead up to them.
 
 use nalgebra::Point3;
 
@@ -13,9 +13,9 @@ use crate::lanes::{lateral, lateral_point};
 use crate::limits::DECK_PIECES_MAX;
 use crate::model::{Lane, Road, Section};
 
-/// A road that lies less above the land is carried by a dam, in metres.
-const DAM_MAX_M: f64 = 3.0;
-/// How far the walls of a dam reach into the land, in metres.
+/// A road that lies less above the land is carried by an embankment, in metres.
+const EMBANKMENT_MAX_M: f64 = 3.0;
+/// How far the walls of an embankment reach into the land, in metres.
 const FOOT_M: f64 = 0.3;
 /// Thickness of a bridge over a road without much room, and over all others, in metres.
 const THICKNESS_M: [f64; 2] = [0.5, 1.6];
@@ -142,7 +142,7 @@ impl Support<'_> {
     fn lowered(&self, place: Point3<f64>) -> Point3<f64> {
         let below_m = self.land.below_m(&place);
         let [thin_m, thick_m] = THICKNESS_M;
-        let depth_m = if below_m < DAM_MAX_M {
+        let depth_m = if below_m < EMBANKMENT_MAX_M {
             below_m.max(0.0) + FOOT_M
         } else {
             (below_m - CLEARANCE_M).clamp(thin_m, thick_m)

@@ -117,7 +117,7 @@ fn who_turns_off_behind_a_car_that_waits_in_a_junction_does_not_clip_it() {
     let map = Arc::new(Town::new(roads("Town07_Opt")));
     let at = |x_m: f32| level_pose(Vec3::new(x_m, 23.25, 2.0), 0.0);
     let mut turned = 0;
-    for waits_m in [78.0, 79.0, 80.0, 80.7, 81.5, 82.5, 83.5, 85.0] {
+    for waits_m in [80.0, 81.0, 82.0, 83.0, 84.0, 85.0, 86.0, 87.0] {
         for seed in 1..=6 {
             let id = WorldId::new(1).unwrap();
             let config = WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map: Arc::clone(&map) };

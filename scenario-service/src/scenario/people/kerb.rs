@@ -19,7 +19,7 @@ const STEP_M: f64 = 0.25;
 /// Most carriageways that lie beside each other.
 const CARRIAGEWAYS_MAX: usize = 4;
 /// A road whose lanes lead otherwise by more than this crosses.
-const PARALLEL_RAD: f64 = 0.26;
+const PARALLEL_RAD: f64 = 0.4;
 /// Lanes higher or lower than this are another storey's.
 const STOREY_M: f32 = 3.0;
 

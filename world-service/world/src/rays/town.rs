@@ -138,7 +138,7 @@ mod tests {
         let mut undersides = 0;
         for Face { corners: [a, b, c], .. } in faces {
             let normal = (b - a).cross(&(c - a));
-            // Neither sides nor the slopes between dams and bridges.
+            // Neither sides nor the slopes between embankments and bridges.
             if normal.norm() < 0.1 || normal.normalize().z > -0.99 {
                 continue;
             }
