@@ -90,7 +90,10 @@ fn sidewalks_are_a_kerb_higher_than_the_road() {
 fn the_middle_of_every_junction_is_paved() {
     let map = town("Town10HD_Opt");
     let mesh = ground(&map);
-    for (x, y) in [(60.0, 0.0), (-200.0, 0.0), (60.0, 100.0), (-70.0, 100.0), (200.0, -100.0)] {
+    let on_the_ring =
+        [(-47.0, 63.2), (104.4, -21.0), (104.1, -68.1), (-46.7, -135.2), (-108.7, -20.4)];
+    let inside = [(-47.0, -20.6), (41.9, -20.8), (-46.8, -67.9)];
+    for (x, y) in on_the_ring.into_iter().chain(inside) {
         for (dx, dy) in [(0.0, 0.0), (7.3, 7.3), (-7.4, 7.4), (7.2, -7.2), (-6.8, -7.3)] {
             let found = heights(&mesh, x + dx, y + dy);
             let paved = found

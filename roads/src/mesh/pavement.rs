@@ -18,6 +18,9 @@ const STONE_M: f64 = 0.2;
 pub(super) const BANK_M_PER_M: f64 = 5.0;
 /// Junction areas whose heights differ by less are one level floor, in metres.
 const LEVEL_M: f64 = 1e-3;
+/// Corners of a junction's floor that bulge by less lie on a line, in square metres: coordinates of
+/// four bytes turn such triangles over.
+const FLAT_M2: f64 = 1e-3;
 /// How far below the connecting roads the floor of a sloping junction lies, in metres.
 const SLOPING_DROP_M: f64 = 0.05;
 
@@ -210,7 +213,7 @@ pub(super) fn junction_hull(map: &Map, junction: &Junction) -> Vec<Point3<f64>> 
             }
         }
     }
-    convex_hull(corners)
+    convex_hull(corners, FLAT_M2)
 }
 
 /// Fills the area between a junction's connecting roads.
@@ -231,11 +234,12 @@ fn junction_floor(hull: &[Point3<f64>], sink: &mut impl Sink) {
     }
 }
 
-/// Corners of the convex hull seen from above, counter-clockwise (Andrew's monotone chain).
-pub(crate) fn convex_hull(mut points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
+/// Corners of the convex hull seen from above, counter-clockwise (Andrew's monotone chain). Left
+/// out are those whose triangle with their neighbours has no more than half of `flat_m2`.
+pub(crate) fn convex_hull(mut points: Vec<Point3<f64>>, flat_m2: f64) -> Vec<Point3<f64>> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let turns_left = |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>| {
-        (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > 1e-9
+        (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) > flat_m2
     };
     let half = |points: &mut dyn Iterator<Item = &Point3<f64>>| {
         let mut chain: Vec<Point3<f64>> = Vec::new();

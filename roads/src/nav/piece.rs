@@ -12,6 +12,8 @@ const GRID_PER_M: f64 = 1000.0;
 const WELD_M: f64 = 0.05;
 /// Corners are only the same when their heights differ by less, in metres.
 const STOREY_M: f64 = 1.0;
+/// Corners on a line bulge by less, in square metres; others bulge by a step of the grid at least.
+const FLAT_M2: f64 = 1e-9;
 /// Pieces further away from the origin are left out, in metres; the grid is 32 bits wide.
 const PLACE_ABS_MAX_M: f64 = 1e6;
 
@@ -76,7 +78,8 @@ impl Weld {
         if !corners.iter().all(near) {
             return;
         }
-        let corners = convex_hull(corners.iter().map(|corner| self.snap(corner)).collect());
+        let corners =
+            convex_hull(corners.iter().map(|corner| self.snap(corner)).collect(), FLAT_M2);
         if corners.len() >= 3 {
             self.pieces.push(Piece { class, road, corners });
         }

@@ -74,6 +74,19 @@ impl Piece {
         let chord_m = 2.0 * (turn_rad / 2.0).sin() / self.curvature;
         self.pose().turned(turn_rad / 2.0).ahead(chord_m).turned(turn_rad / 2.0)
     }
+
+    /// A point seen from the line: how far along it, how far to the left of it.
+    pub(super) fn local(&self, at: [f64; 2]) -> [f64; 2] {
+        let [ahead_m, left_m] = self.pose().local(at);
+        if self.curvature == 0.0 {
+            return [ahead_m, left_m];
+        }
+        let (radius_m, side) = (1.0 / self.curvature, self.curvature.signum());
+        // From the middle of the circle; the line begins where the angle is 0.
+        let across_m = radius_m - left_m;
+        let turn_rad = ahead_m.atan2(across_m * side).rem_euclid(TAU);
+        [turn_rad * radius_m.abs(), radius_m - side * ahead_m.hypot(across_m)]
+    }
 }
 
 pub(super) fn length_m(pieces: &[Piece]) -> f64 {
@@ -208,5 +221,17 @@ mod tests {
         ends_at(start, start.ahead(20.0).left(20.0).turned(PI / 2.0));
         ends_at(start, start.ahead(60.0).left(12.0).turned(-0.2));
         ends_at(start, start.left(30.0).turned(PI));
+    }
+
+    #[test]
+    fn a_point_beside_a_bend_is_found_again() {
+        for curvature in [0.0, 0.02, -0.03] {
+            let piece =
+                Piece { length_m: 60.0, curvature, ..line(Pose::new([3.0, -2.0], 0.4), 0.0) };
+            for (along_m, left_m) in [(0.5, 4.0), (30.0, -7.0), (59.0, 20.0)] {
+                let [s, t] = piece.local(piece.pose_at(along_m).left(left_m).at);
+                assert!((s - along_m).abs() < 1e-9 && (t - left_m).abs() < 1e-9, "{s} {t}");
+            }
+        }
     }
 }

@@ -254,27 +254,39 @@ impl TownDraft {
     }
 
     /// Adds an object where the world coordinates say, to the nearest road with a straight piece
-    /// beside it. Without such a road nothing is added.
+    /// beside it; where there is none, to the nearest with a bend beside it. Without such a road
+    /// nothing is added.
     pub(super) fn place(&mut self, at: [f64; 2], heading_rad: f64, mut object: ObjectDraft) {
-        let mut best: Option<(usize, f64, f64, f64)> = None;
-        for (index, road) in self.roads.iter().enumerate() {
-            let mut start_s = 0.0;
-            for piece in &road.pieces {
-                let [along_m, t] = piece.pose().local(at);
-                if piece.curvature == 0.0
-                    && (0.0..=piece.length_m).contains(&along_m)
-                    && best.is_none_or(|(_, _, known_t, _)| t.abs() < known_t.abs())
-                {
-                    best = Some((index, start_s + along_m, t, piece.heading_rad));
-                }
-                start_s += piece.length_m;
-            }
-        }
-        let Some((index, s, t, road_heading_rad)) = best else { return };
+        let Some((index, s, t, road_heading_rad)) =
+            self.beside(at, true).or_else(|| self.beside(at, false))
+        else {
+            return;
+        };
         if let Some(road) = self.roads.get_mut(index) {
             (object.s, object.t) = (s, t);
             object.heading_rad = heading_rad - road_heading_rad;
             road.objects.push(object);
         }
+    }
+
+    /// The nearest road with a straight piece, or with a bend, beside a point: its index, road
+    /// coordinates of the point, and the direction of the road there.
+    fn beside(&self, at: [f64; 2], straight: bool) -> Option<(usize, f64, f64, f64)> {
+        let mut best: Option<(usize, f64, f64, f64)> = None;
+        for (index, road) in self.roads.iter().enumerate() {
+            let mut start_s = 0.0;
+            for piece in &road.pieces {
+                let [along_m, t] = piece.local(at);
+                if (piece.curvature == 0.0) == straight
+                    && (0.0..=piece.length_m).contains(&along_m)
+                    && best.is_none_or(|(_, _, known_t, _)| t.abs() < known_t.abs())
+                {
+                    let heading_rad = piece.pose_at(along_m).heading_rad;
+                    best = Some((index, start_s + along_m, t, heading_rad));
+                }
+                start_s += piece.length_m;
+            }
+        }
+        best
     }
 }

@@ -20,41 +20,77 @@ pub(super) struct Movement {
 }
 
 /// The ways from each arm (counter-clockwise) to the others, so that each lane of a street that
-/// leads away can be reached.
+/// leads away can be reached and each that leads here goes on.
 pub(super) fn all_movements(control: Control, arms: &[Arm]) -> Vec<Vec<Movement>> {
     let of = |index| movements(arms, index, &exits(control, arms, index));
     let mut all: Vec<_> = (0..arms.len()).map(of).collect();
-    for exit in arms {
-        for lane in 1..=exit.lanes_out() {
-            if let Some((index, fork)) = fork_to(&all, exit, lane) {
-                all[index].push(fork);
-            }
+    for arm in arms {
+        for lane in 1..=arm.lanes_out() {
+            add_beside(&mut all, arm, lane, Which::Exit);
+        }
+        for lane in 1..=arm.lanes_in() {
+            add_beside(&mut all, arm, lane, Which::Approach);
         }
     }
     all
 }
 
-/// A fork of the straightest way to the nearest lane of an exit, by the arm it begins at; `None`
-/// where a way leads to the lane already, or none to the exit.
-fn fork_to(all: &[Vec<Movement>], exit: &Arm, lane: i32) -> Option<(usize, Movement)> {
-    let ways =
-        all.iter().enumerate().flat_map(|(index, ways)| ways.iter().map(move |way| (index, way)));
-    let (index, nearest) =
-        ways.filter(|(_, way)| way.to.street == exit.street).min_by(|(_, a), (_, b)| {
-            let off = |way: &Movement| (way.nearest_to(lane) - lane).abs();
-            let turn_rad = |way: &Movement| way.turn_rad().abs();
-            off(a).cmp(&off(b)).then(turn_rad(a).total_cmp(&turn_rad(b)))
-        })?;
-    let to_lane = nearest.nearest_to(lane);
-    let from_lane = nearest.from_lane + to_lane - nearest.to_lane;
-    let fork = Movement { from_lane, to_lane: lane, lanes: 1, at_kerb: false, ..*nearest };
-    (to_lane != lane).then_some((index, fork))
+/// The end of a way.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Which {
+    Approach,
+    Exit,
+}
+
+/// Adds a fork to, or a merge from, a lane of an arm that no way has at this end, beside the
+/// straightest of the ways that have the nearest lane. The outermost of both runs along the kerb.
+fn add_beside(all: &mut [Vec<Movement>], arm: &Arm, lane: i32, which: Which) {
+    let is_of_arm = |way: &&mut Movement| way.arm(which).street == arm.street;
+    let ways = all
+        .iter_mut()
+        .enumerate()
+        .flat_map(|(index, ways)| ways.iter_mut().filter(is_of_arm).map(move |way| (index, way)));
+    let nearest = ways.min_by(|(_, a), (_, b)| {
+        let turn_rad = |way: &Movement| way.turn_rad().abs();
+        let off = |way: &Movement| (lane - way.first(which) - way.nearest(which, lane)).abs();
+        off(a).cmp(&off(b)).then(turn_rad(a).total_cmp(&turn_rad(b)))
+    });
+    let Some((index, nearest)) = nearest else { return };
+    let number = nearest.nearest(which, lane);
+    let outward = lane - nearest.first(which) - number;
+    if outward == 0 {
+        return;
+    }
+    let at_kerb = nearest.at_kerb && outward > 0;
+    nearest.at_kerb &= !at_kerb;
+    let (from_lane, to_lane) = (nearest.from_lane + number, nearest.to_lane + number);
+    let (from_lane, to_lane) = match which {
+        Which::Approach => (lane, to_lane),
+        Which::Exit => (from_lane, lane),
+    };
+    let beside = Movement { from_lane, to_lane, lanes: 1, at_kerb, ..*nearest };
+    all[index].push(beside);
 }
 
 impl Movement {
-    /// Which of the lanes that it leads to is nearest to a lane.
-    fn nearest_to(&self, lane: i32) -> i32 {
-        lane.clamp(self.to_lane, self.to_lane + self.lanes - 1)
+    fn arm(&self, which: Which) -> &Arm {
+        match which {
+            Which::Approach => &self.from,
+            Which::Exit => &self.to,
+        }
+    }
+
+    /// The innermost lane that it has at an end.
+    fn first(&self, which: Which) -> i32 {
+        match which {
+            Which::Approach => self.from_lane,
+            Which::Exit => self.to_lane,
+        }
+    }
+
+    /// Which of its lanes, counted from 0, is nearest to a lane at an end.
+    fn nearest(&self, which: Which, lane: i32) -> i32 {
+        (lane - self.first(which)).clamp(0, self.lanes - 1)
     }
 
     fn turn_rad(&self) -> f64 {
@@ -128,12 +164,7 @@ fn movements(arms: &[Arm], index: usize, exits: &[(&Arm, f64)]) -> Vec<Movement>
         let first = left.as_ref().map_or(1, |left| left.lanes);
         let to_lane = first.min(to.lanes_out());
         let lanes = (count - first + 1).min(to.lanes_out() - to_lane + 1);
-        let ahead = way(to, first, to_lane, if goes_around { 1 } else { lanes });
-        // Where the street gets wider the sidewalk goes on beside the outer lanes.
-        if ahead.at_kerb && !goes_around {
-            return Movement { to_lane: to.lanes_out() - lanes + 1, ..ahead };
-        }
-        ahead
+        way(to, first, to_lane, if goes_around { 1 } else { lanes })
     });
     let right = right.map(|to| {
         let served = straight.or(left).map_or(0, |other| other.from_lane + other.lanes - 1);

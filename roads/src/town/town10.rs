@@ -1,80 +1,115 @@
-//! Town10HD: a dense inner city of 400 by 400 m: a ring street, cross streets, and an avenue from
-//! west to east whose western half is 218 m without a junction.
+//! Town10HD: a dense inner city inside a ring with wide corners: a street from south to north, an
+//! avenue with a strip between its directions, a small street. Its streets lie where CARLA's do, so
+//! that places that programs name by coordinates are on the road; the ring's south-eastern arc has
+//! a third lane outside of those two.
 
-use super::course::Bend;
-use super::plan::{Beside, Block, Control, LandUse, Plan};
+use super::course::{Bend, Pose, direction};
+use super::plan::{Beside, Block, Control, End, LandUse, Plan, UNEVEN_M};
 use super::profile::Profile;
 
-const WEST: f64 = -200.0;
-const MIDDLE_WEST: f64 = -70.0;
-const MIDDLE_EAST: f64 = 60.0;
-const EAST: f64 = 200.0;
-const NORTH: f64 = 200.0;
-const SOUTH: f64 = -200.0;
-const ROWS: [f64; 3] = [-100.0, 0.0, 100.0];
-
+const LANE: Profile = Profile::street(1, 30);
 const STREET: Profile = Profile::street(2, 30);
-const AVENUE: Profile = Profile::street(3, 30);
-/// Radius of the middle line where the ring street turns, in metres. The block inside keeps its
-/// corner, for the sidewalk turns with 7.5 m there.
-const CORNER_RADIUS_M: f64 = 18.0;
+const WIDE_STREET: Profile = Profile::street(3, 30);
+const AVENUE: Profile = STREET.divided(4.5);
+
+/// Junctions of the ring, clockwise from its north, ...
+const NORTH: [f64; 2] = [-47.0, 63.2];
+const EAST: [f64; 2] = [104.4, -21.0];
+const SOUTH_EAST: [f64; 2] = [104.1, -68.1];
+const SOUTH: [f64; 2] = [-46.7, -135.2];
+const WEST: [f64; 2] = [-108.7, -20.4];
+/// ... and inside of it.
+const CENTRE: [f64; 2] = [-47.0, -20.6];
+const GATE: [f64; 2] = [41.9, -20.8];
+const CORNER: [f64; 2] = [-46.8, -67.9];
+const COURT: [f64; 2] = [42.5, -68.1];
+/// Where the ring leaves its southern junction for the west, on a bend.
+const SOUTH_LEAVES_WEST: [f64; 2] = [-71.7, -134.0];
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Nothing);
-    plan.row(0.0, &[WEST, MIDDLE_EAST, EAST], AVENUE);
-    plan.row(100.0, &[WEST, MIDDLE_WEST, MIDDLE_EAST, EAST], STREET);
-    plan.row(-100.0, &[WEST, MIDDLE_WEST, MIDDLE_EAST, EAST], STREET);
-    plan.row(NORTH, &[MIDDLE_WEST, MIDDLE_EAST], STREET);
-    plan.row(SOUTH, &[MIDDLE_WEST, MIDDLE_EAST], STREET);
-    plan.column(WEST, &ROWS, STREET);
-    plan.column(EAST, &ROWS, STREET);
-    plan.column(MIDDLE_WEST, &[SOUTH, -100.0], STREET);
-    plan.column(MIDDLE_WEST, &[100.0, NORTH], STREET);
-    plan.column(MIDDLE_EAST, &[SOUTH, -100.0, 0.0, 100.0, NORTH], STREET);
-    let corners = [
-        ([WEST, 100.0], [WEST, NORTH], [MIDDLE_WEST, NORTH]),
-        ([MIDDLE_EAST, NORTH], [EAST, NORTH], [EAST, 100.0]),
-        ([EAST, -100.0], [EAST, SOUTH], [MIDDLE_EAST, SOUTH]),
-        ([MIDDLE_WEST, SOUTH], [WEST, SOUTH], [WEST, -100.0]),
-    ];
-    for (from, at, to) in corners {
-        plan.corner(from, Bend { at, radius_m: CORNER_RADIUS_M }, to, STREET);
-    }
+    plan.node_with(GATE, Control::Yield);
+    add_ring(&mut plan);
+    add_inner_streets(&mut plan);
     add_blocks(&mut plan);
     plan
 }
 
-fn add_blocks(plan: &mut Plan) {
-    /// Land of a block begins this far outside the sidewalk's edge: corners are rounded.
-    const GAP_M: f64 = 0.1;
-    let side = |profile: Profile| profile.width_m(1) + GAP_M;
-    let street = side(STREET);
-    // A street row is given by its y and by how far its land keeps away from it.
-    let rows =
-        [(SOUTH, street), (-100.0, street), (0.0, side(AVENUE)), (100.0, street), (NORTH, street)];
-    for (index, pair) in rows.windows(2).enumerate() {
-        let [(y0, gap0), (y1, gap1)] = pair else { continue };
-        let beside_avenue = index == 1 || index == 2;
-        let columns: &[(f64, f64)] = if beside_avenue {
-            &[(WEST, MIDDLE_EAST), (MIDDLE_EAST, EAST)]
-        } else {
-            &[(WEST, MIDDLE_WEST), (MIDDLE_WEST, MIDDLE_EAST), (MIDDLE_EAST, EAST)]
-        };
-        for (column, (x0, x1)) in columns.iter().enumerate() {
-            let is_park = column == 1 && (index == 0 || index == 2);
-            plan.blocks.push(Block {
-                min: [x0 + street, y0 + gap0],
-                max: [x1 - street, y1 - gap1],
-                use_of_land: if is_park { LandUse::Park } else { LandUse::Houses },
-            });
-        }
-    }
-    let (near, far, along) = (EAST + street, EAST + street + 24.0, 160.0);
-    let outside = [
-        ([near, -along], [far, along]),
-        ([-along, near], [along, far]),
-        ([-far, -along], [-near, along]),
-        ([-along, -far], [along, -near]),
+/// A street between two junctions; it begins and ends at these distances from their middles.
+fn connect(plan: &mut Plan, ends: [([f64; 2], f64); 2], bends: &[Bend], profile: Profile) {
+    let [(from, _), (to, _)] = ends;
+    let toward =
+        [bends.first().map_or(to, |bend| bend.at), bends.last().map_or(from, |bend| bend.at)];
+    let [from, to] = [0, 1].map(|index| {
+        let (at, reach_m) = ends[index];
+        let leaving = Pose::new(at, direction(at, toward[index]));
+        End::at(plan.node(at), leaving.ahead(reach_m - UNEVEN_M))
+    });
+    plan.connect(from, to, bends, profile);
+}
+
+fn add_ring(plan: &mut Plan) {
+    let bend = |x: f64, y: f64, radius_m: f64| Bend { at: [x, y], radius_m };
+    let north_east = [bend(105.1, 62.7, 39.4)];
+    let south_east = [bend(81.9, -136.1, 36.3), bend(103.9, -109.4, 48.7)];
+    let north_west = [bend(-108.1, 38.5, 46.0), bend(-86.9, 63.6, 34.8)];
+    connect(plan, [(NORTH, 19.0), (EAST, 25.0)], &north_east, STREET);
+    connect(plan, [(EAST, 21.0), (SOUTH_EAST, 15.0)], &[], STREET);
+    connect(plan, [(SOUTH, 18.0), (SOUTH_EAST, 15.0)], &south_east, WIDE_STREET);
+    connect(plan, [(WEST, 23.0), (NORTH, 20.0)], &north_west, STREET);
+    let south_west = [bend(-87.9, -130.3, 41.8), bend(-109.6, -98.0, 71.6)];
+    let toward = direction(SOUTH_LEAVES_WEST, south_west[0].at);
+    let from = End::at(plan.node(SOUTH), Pose::new(SOUTH_LEAVES_WEST, toward));
+    let arriving = Pose::new(WEST, direction(WEST, south_west[1].at));
+    let to = End::at(plan.node(WEST), arriving.ahead(23.0 - UNEVEN_M));
+    plan.connect(from, to, &south_west, STREET);
+}
+
+fn add_inner_streets(plan: &mut Plan) {
+    let straight = [
+        (SOUTH, 20.0, CORNER, 15.0, STREET),
+        (CORNER, 16.0, CENTRE, 22.0, STREET),
+        (CENTRE, 22.0, NORTH, 20.0, STREET),
+        (WEST, 20.0, CENTRE, 20.0, AVENUE),
+        (CENTRE, 18.0, GATE, 16.0, AVENUE),
+        (GATE, 16.0, EAST, 21.0, AVENUE),
+        (CORNER, 20.0, COURT, 15.0, LANE),
+        (COURT, 16.0, SOUTH_EAST, 18.0, LANE),
+        (COURT, 16.0, GATE, 21.0, LANE),
     ];
-    plan.blocks.extend(outside.map(|(min, max)| Block { min, max, use_of_land: LandUse::Row }));
+    for (from, from_m, to, to_m, profile) in straight {
+        connect(plan, [(from, from_m), (to, to_m)], &[], profile);
+    }
+}
+
+/// Land between the streets, as far from them as their rounded corners ask, and rows of houses
+/// around the ring.
+fn add_blocks(plan: &mut Plan) {
+    let inside = [
+        // North of the avenue, from west to east.
+        (LandUse::Houses, [-94.6, -5.0], [-60.2, 34.0]),
+        (LandUse::Row, [-82.6, 34.4], [-60.2, 49.8]),
+        (LandUse::Houses, [-33.8, -5.2], [22.0, 49.8]),
+        (LandUse::Park, [24.0, -5.2], [75.4, 49.8]),
+        (LandUse::Row, [76.0, -5.2], [91.2, 29.0]),
+        // South of it, ...
+        (LandUse::Houses, [-95.2, -76.0], [-60.2, -36.2]),
+        (LandUse::Row, [-95.2, -92.0], [-60.2, -76.8]),
+        (LandUse::Row, [-82.0, -116.0], [-60.2, -92.6]),
+        (LandUse::Row, [-33.6, -58.6], [31.5, -36.4]),
+        (LandUse::Row, [52.0, -58.6], [91.0, -36.2]),
+        // ... and of the small street.
+        (LandUse::Houses, [-33.8, -118.5], [30.0, -77.8]),
+        (LandUse::Houses, [31.0, -118.5], [72.0, -77.8]),
+        (LandUse::Row, [73.0, -100.0], [88.2, -77.8]),
+    ];
+    let outside = [
+        ([-120.0, 74.6], [118.0, 98.6]),
+        ([118.4, -150.0], [142.4, 74.0]),
+        ([-120.0, -174.6], [118.0, -150.6]),
+        ([-144.6, -150.0], [-120.6, 74.0]),
+    ];
+    let outside = outside.map(|(min, max)| (LandUse::Row, min, max));
+    let blocks = inside.into_iter().chain(outside);
+    plan.blocks.extend(blocks.map(|(use_of_land, min, max)| Block { min, max, use_of_land }));
 }
