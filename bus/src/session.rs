@@ -13,6 +13,9 @@ use crate::publishing::Publishing;
 use crate::query::{ask, ask_all, ask_every};
 use crate::{BusAddress, BusConfig, BusError};
 
+/// Who has tried to connect for so long says so.
+const TELLS_AFTER: Duration = Duration::from_secs(3);
+
 /// One process's place on the bus. Cheap to clone; the place is given up with the last clone.
 #[derive(Clone)]
 pub struct Bus {
@@ -141,11 +144,21 @@ async fn open_in_time(config: &BusConfig) -> Result<Result<zenoh::Session, Strin
     let begun = Instant::now();
     let (first, pause_max) = RETRY_MILLIS;
     let (mut pause, pause_max) = (Duration::from_millis(first), Duration::from_millis(pause_max));
+    let mut is_told = false;
     loop {
         let opened = open_apart(config.to_zenoh()?).await;
         let is_over = config.connect_deadline.is_some_and(|time| begun.elapsed() + pause > time);
         if opened.is_ok() || is_over || !config.only_connects() {
             return Ok(opened);
+        }
+        if let Err(cause) = &opened
+            && !is_told
+            && begun.elapsed() > TELLS_AFTER
+        {
+            let addresses = config.connect.clone();
+            let nobody = BusError::Connect { addresses, cause: cause.clone() };
+            tracing::warn!("{nobody}; waiting for one");
+            is_told = true;
         }
         tokio::time::sleep(pause).await;
         pause = (pause * 3 / 2).min(pause_max);

@@ -109,7 +109,7 @@ pub(crate) enum RecordError {
     #[error("the operating system refuses threads: {0}")]
     Threads(std::io::Error),
     /// No bus there.
-    #[error(transparent)]
+    #[error("{0}; `causeway up` starts a site and prints the address of its bus")]
     Bus(#[from] bus::BusError),
     /// What the world service says.
     #[error("the world service refuses: {0}")]

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::os::fd::AsFd;
+use std::os::unix::fs::FileTypeExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,6 +32,16 @@ pub enum RunError {
         /// What the operating system says.
         source: io::Error,
     },
+    /// Something else than a folder, or nothing, is where a folder is wanted.
+    #[error("--{setting} {path:?} is not a folder that can be read")]
+    Folder {
+        /// What it is for.
+        setting: &'static str,
+        /// As typed.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
     /// The one client's conversation broke off.
     #[error("the client's batch failed")]
     Session(#[source] io::Error),
@@ -45,6 +56,11 @@ pub enum RunError {
 /// Why it cannot.
 pub fn run(args: Args) -> Result<(), RunError> {
     let folders = Folders { maps: args.maps, tasks: args.tasks };
+    for (setting, path) in [("maps", &folders.maps), ("tasks", &folders.tasks)] {
+        let Some(path) = path else { continue };
+        std::fs::read_dir(path)
+            .map_err(|source| RunError::Folder { setting, path: path.clone(), source })?;
+    }
     match args.listen {
         None => serve_stdin(&folders),
         Some(path) => {
@@ -68,10 +84,13 @@ fn serve_stdin(folders: &Folders) -> Result<(), RunError> {
     session::serve(&socket, folders).map_err(RunError::Session)
 }
 
-/// Listens where nobody does; a socket that a killed process left behind is replaced.
+/// Listens where nobody does; a socket that a killed process left behind is replaced, no other file.
 fn listen(path: &Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
         Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+            if !std::fs::symlink_metadata(path)?.file_type().is_socket() {
+                return Err(io::Error::new(error.kind(), "a file that is no socket is there"));
+            }
             if UnixStream::connect(path).is_ok() {
                 return Err(error);
             }

@@ -7,7 +7,7 @@ use std::os::unix::net::UnixStream;
 
 use rollouts::{Block, Column, Spec};
 use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags};
-use schemas::Error;
+use schemas::{Error, ErrorCode};
 use serde::{Deserialize, Serialize};
 
 use crate::block::Layout;
@@ -64,6 +64,17 @@ pub(crate) enum Reply {
     },
     /// Nothing has changed.
     Refused { message: String, wanted: String, found: String },
+}
+
+/// Reads a request.
+///
+/// # Errors
+/// `InvalidMessage` with the setting that cannot be read.
+pub(crate) fn read(text: &[u8]) -> Result<Request, Error> {
+    let mut text = serde_json::Deserializer::from_slice(text);
+    serde_path_to_error::deserialize(&mut text).map_err(|error| {
+        Error::new(ErrorCode::InvalidMessage, format!("the request cannot be read: {error}"))
+    })
 }
 
 /// All that a client needs to know of its batch.

@@ -30,11 +30,11 @@ use crate::waiting::{Waiting, Woken};
 pub(crate) fn serve(socket: &UnixStream, folders: &Folders) -> io::Result<()> {
     loop {
         let Some(text) = message::receive(socket)? else { return Ok(()) };
-        let opened = match serde_json::from_slice(&text) {
+        let opened = match message::read(&text) {
             Ok(Request::Open { spec, slots, threads }) => open(&spec, slots, threads, folders)?,
             Ok(_) => Err(Error::new(ErrorCode::InvalidArgument, "no batch is open")
                 .wanted("open, before anything else")),
-            Err(error) => Err(unreadable(&error)),
+            Err(error) => Err(error),
         };
         match opened {
             Ok((mut batch, opened)) => {
@@ -46,10 +46,6 @@ pub(crate) fn serve(socket: &UnixStream, folders: &Folders) -> io::Result<()> {
             Err(error) => message::send(socket, &error.into(), &[])?,
         }
     }
-}
-
-fn unreadable(error: &serde_json::Error) -> Error {
-    Error::new(ErrorCode::InvalidMessage, format!("the request cannot be read: {error}"))
 }
 
 /// Worlds, the block that they write, and what the client keeps of them.
@@ -166,9 +162,9 @@ impl Batch {
             }
             if asked {
                 let Some(text) = message::receive(socket)? else { return Ok(()) };
-                let reply = match serde_json::from_slice(&text) {
+                let reply = match message::read(&text) {
                     Ok(request) => self.answer(request).unwrap_or_else(Reply::from),
-                    Err(error) => unreadable(&error).into(),
+                    Err(error) => error.into(),
                 };
                 message::send(socket, &reply, &[])?;
             }

@@ -53,7 +53,7 @@ pub(crate) type Terms = [f32; Term::ALL.len()];
 
 /// What each term counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "the name of a reward, or numbers by name of the term")]
 pub enum Reward {
     /// `default`: the task's, which is progress, arrival, and what goes wrong unless it says
     /// otherwise. `completion`: the share of the way alone.

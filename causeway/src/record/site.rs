@@ -125,8 +125,9 @@ impl Site {
             .map_err(RecordError::Threads)?;
         runtime.block_on(async {
             let identity = self.identity.identity();
-            let config = BusConfig { identity, ..BusConfig::connecting(self.connect.clone()) };
-            let bus = Bus::open(config).await?;
+            let connect_deadline = Some(DEADLINE);
+            let config = BusConfig::connecting(self.connect.clone());
+            let bus = Bus::open(BusConfig { identity, connect_deadline, ..config }).await?;
             let answer = ask(&bus).await;
             bus.close().await;
             answer.map_err(RecordError::Refused)

@@ -13,6 +13,11 @@ pub(super) fn check_folder(setting: &'static str, path: &Path) -> Result<(), Pla
     }
 }
 
+/// Whether a folder is there or can be made.
+pub(super) fn check_new_folder(setting: &'static str, path: &Path) -> Result<(), PlanError> {
+    path.ancestors().find(|at| at.exists()).map_or(Ok(()), |at| check_folder(setting, at))
+}
+
 /// Whether there is a map of this name, in the folder or of our own.
 pub(super) fn check_map(name: &str, folder: Option<&Path>) -> Result<(), PlanError> {
     let own = roads::town::names().map(str::to_owned);

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::net::{IpAddr, SocketAddr};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -12,7 +13,7 @@ use clap::builder::ArgPredicate;
 use render_service::Quality;
 use tenancy::Door;
 
-use super::check::{check_folder, check_map};
+use super::check::{check_folder, check_map, check_new_folder};
 use super::child::{Service, identity_in};
 use super::ports::{self, PortTaken};
 use crate::watched::{AdminArgs, AuditArgs, DrainArgs};
@@ -59,7 +60,7 @@ pub(crate) struct Args {
     recordings: Option<PathBuf>,
     /// Threads that advance worlds [default: one per core].
     #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    threads: Option<NonZeroUsize>,
     /// Where clients of CARLA connect, each port a world of its own, for clients of 0.9.16, or of
     /// 0.10.0 as in 2000@0.10, and of a tenant if that is named; port 0 takes any free one.
     #[arg(
@@ -209,6 +210,9 @@ impl Plan {
     pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
         for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
             path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
+        }
+        for (setting, path) in [("recordings", &args.recordings), ("journals", &args.journals)] {
+            path.as_deref().map_or(Ok(()), |path| check_new_folder(setting, path))?;
         }
         if !args.no_carla {
             check_map(&args.carla_map, args.maps.as_deref())?;

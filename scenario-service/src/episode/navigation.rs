@@ -60,7 +60,9 @@ impl Navigation<'_> {
         match (action.destination_x, action.destination_y) {
             (Some(x), Some(y)) => {
                 let z = action.destination_z.unwrap_or(0.0);
-                self.go_to(mirror_y(Vec3::new(x as f32, y as f32, z as f32)), plan);
+                // What is beyond four bytes is as far away as those reach: no lane leads there.
+                let [x, y, z] = [x, y, z].map(|m| (m as f32).clamp(f32::MIN, f32::MAX));
+                self.go_to(mirror_y(Vec3::new(x, y, z)), plan);
             }
             _ => plan.events.push(
                 "set_destination: destination_x and destination_y are needed; the route stays"
