@@ -20,77 +20,45 @@ pub(super) struct Movement {
 }
 
 /// The ways from each arm (counter-clockwise) to the others, so that each lane of a street that
-/// leads away can be reached and each that leads here goes on.
+/// leads away can be reached.
 pub(super) fn all_movements(control: Control, arms: &[Arm]) -> Vec<Vec<Movement>> {
     let of = |index| movements(arms, index, &exits(control, arms, index));
     let mut all: Vec<_> = (0..arms.len()).map(of).collect();
-    for arm in arms {
-        for lane in 1..=arm.lanes_out() {
-            add_beside(&mut all, arm, lane, Which::Exit);
-        }
-        for lane in 1..=arm.lanes_in() {
-            add_beside(&mut all, arm, lane, Which::Approach);
+    for exit in arms {
+        for lane in 1..=exit.lanes_out() {
+            fork_to(&mut all, exit, lane);
         }
     }
     all
 }
 
-/// The end of a way.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Which {
-    Approach,
-    Exit,
-}
-
-/// Adds a fork to, or a merge from, a lane of an arm that no way has at this end, beside the
-/// straightest of the ways that have the nearest lane. The outermost of both runs along the kerb.
-fn add_beside(all: &mut [Vec<Movement>], arm: &Arm, lane: i32, which: Which) {
-    let is_of_arm = |way: &&mut Movement| way.arm(which).street == arm.street;
-    let ways = all
-        .iter_mut()
-        .enumerate()
-        .flat_map(|(index, ways)| ways.iter_mut().filter(is_of_arm).map(move |way| (index, way)));
+/// Adds a fork of the straightest way to the nearest lane of an exit, where ways lead to the exit
+/// but none to the lane. The outer one of both runs along the kerb.
+fn fork_to(all: &mut [Vec<Movement>], exit: &Arm, lane: i32) {
+    let ways = all.iter_mut().enumerate().flat_map(|(index, ways)| {
+        ways.iter_mut().filter(|way| way.to.street == exit.street).map(move |way| (index, way))
+    });
     let nearest = ways.min_by(|(_, a), (_, b)| {
+        let off = |way: &Movement| (way.nearest_to(lane) - lane).abs();
         let turn_rad = |way: &Movement| way.turn_rad().abs();
-        let off = |way: &Movement| (lane - way.first(which) - way.nearest(which, lane)).abs();
         off(a).cmp(&off(b)).then(turn_rad(a).total_cmp(&turn_rad(b)))
     });
     let Some((index, nearest)) = nearest else { return };
-    let number = nearest.nearest(which, lane);
-    let outward = lane - nearest.first(which) - number;
-    if outward == 0 {
+    let to_lane = nearest.nearest_to(lane);
+    if to_lane == lane {
         return;
     }
-    let at_kerb = nearest.at_kerb && outward > 0;
+    let at_kerb = nearest.at_kerb && lane > to_lane;
     nearest.at_kerb &= !at_kerb;
-    let (from_lane, to_lane) = (nearest.from_lane + number, nearest.to_lane + number);
-    let (from_lane, to_lane) = match which {
-        Which::Approach => (lane, to_lane),
-        Which::Exit => (from_lane, lane),
-    };
-    let beside = Movement { from_lane, to_lane, lanes: 1, at_kerb, ..*nearest };
-    all[index].push(beside);
+    let from_lane = nearest.from_lane + to_lane - nearest.to_lane;
+    let fork = Movement { from_lane, to_lane: lane, lanes: 1, at_kerb, ..*nearest };
+    all[index].push(fork);
 }
 
 impl Movement {
-    fn arm(&self, which: Which) -> &Arm {
-        match which {
-            Which::Approach => &self.from,
-            Which::Exit => &self.to,
-        }
-    }
-
-    /// The innermost lane that it has at an end.
-    fn first(&self, which: Which) -> i32 {
-        match which {
-            Which::Approach => self.from_lane,
-            Which::Exit => self.to_lane,
-        }
-    }
-
-    /// Which of its lanes, counted from 0, is nearest to a lane at an end.
-    fn nearest(&self, which: Which, lane: i32) -> i32 {
-        (lane - self.first(which)).clamp(0, self.lanes - 1)
+    /// Which of the lanes that it leads to is nearest to a lane.
+    fn nearest_to(&self, lane: i32) -> i32 {
+        lane.clamp(self.to_lane, self.to_lane + self.lanes - 1)
     }
 
     fn turn_rad(&self) -> f64 {
@@ -114,7 +82,8 @@ fn exits(control: Control, arms: &[Arm], index: usize) -> Vec<(&Arm, f64)> {
 
 /// The ways from one arm, which is one of `arms` (counter-clockwise), to its exits.
 ///
-/// The inner lane turns left or goes straight, the outer one right or straight. A street that ends
+/// The inner lane turns left or goes straight, the outer one right or straight; where none leads
+/// right and fewer lanes go straight, it is the outer ones. A street that ends
 /// here sends all but its outer lane left; a street that begins here takes all but its outer lane
 /// from the left turn, so that each of its lanes can be reached. What joins from the right takes
 /// the outer lanes, a road of one direction that joins from the left the inner ones. On the ring of
@@ -164,6 +133,8 @@ fn movements(arms: &[Arm], index: usize, exits: &[(&Arm, f64)]) -> Vec<Movement>
         let first = left.as_ref().map_or(1, |left| left.lanes);
         let to_lane = first.min(to.lanes_out());
         let lanes = (count - first + 1).min(to.lanes_out() - to_lane + 1);
+        // Where the street gets narrower and none leads right, inner lanes only lead left.
+        let first = if right.is_none() { first.max(count - lanes + 1) } else { first };
         way(to, first, to_lane, if goes_around { 1 } else { lanes })
     });
     let right = right.map(|to| {
