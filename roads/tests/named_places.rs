@@ -93,6 +93,16 @@ const TOWN06: [Start; 12] = [
     [-366.2, 172.1, 89.0],
     [668.0, 191.9, 271.0],
 ];
+/// One of an example, then where a route of scenario_runner leads along.
+const TOWN10: [Start; 7] = [
+    [-19.4, 69.5, 0.0],
+    [85.7, 66.4, 180.0],
+    [-2.8, 66.2, 180.0],
+    [-41.7, 47.7, 270.0],
+    [-41.7, -32.0, 270.0],
+    [12.7, -57.4, 0.0],
+    [-0.8, 13.2, 180.0],
+];
 /// A start is no farther from the middle of a lane, in metres: half of a lane, and a third lane
 /// that stands for a turning lane.
 const BESIDE_MAX_M: f64 = 2.0;
@@ -103,13 +113,14 @@ const SAME_WAY_DEG: f64 = 20.0;
 
 #[test]
 fn vehicles_of_examples_and_routes_begin_on_lanes_that_lead_their_way() {
-    let towns: [(&str, &[Start]); 6] = [
+    let towns: [(&str, &[Start]); 7] = [
         ("Town01", &TOWN01),
         ("Town02", &TOWN02),
         ("Town03", &TOWN03),
         ("Town04", &TOWN04),
         ("Town05", &TOWN05),
         ("Town06", &TOWN06),
+        ("Town10HD", &TOWN10),
     ];
     for (name, starts) in towns {
         let map = town(name);

@@ -83,12 +83,12 @@ fn exits(control: Control, arms: &[Arm], index: usize) -> Vec<(&Arm, f64)> {
 /// The ways from one arm, which is one of `arms` (counter-clockwise), to its exits.
 ///
 /// The inner lane turns left or goes straight, the outer one right or straight; where none leads
-/// right and fewer lanes go straight, it is the outer ones. A street that ends
-/// here sends all but its outer lane left; a street that begins here takes all but its outer lane
-/// from the left turn, so that each of its lanes can be reached. What joins from the right takes
-/// the outer lanes, a road of one direction that joins from the left the inner ones. On the ring of
-/// a roundabout all lanes lead out and only the inner one on, so that nobody goes around for ever
-/// and nobody leaves across another's way.
+/// right and fewer lanes go straight, it is the outer ones. A street that ends here sends all but
+/// its outer lane left; a street that begins here takes all but its outer lane from the left turn,
+/// so that each of its lanes can be reached. What joins from the right takes the outer lanes, a
+/// road of one direction that joins from the left the inner ones. On the ring of a roundabout all
+/// lanes lead out and only the inner one on, so that nobody goes around for ever and nobody leaves
+/// across another's way.
 fn movements(arms: &[Arm], index: usize, exits: &[(&Arm, f64)]) -> Vec<Movement> {
     let Some(from) = arms.get(index).filter(|arm| arm.lanes_in() > 0) else { return Vec::new() };
     let count = from.lanes_in();
