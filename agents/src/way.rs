@@ -75,6 +75,12 @@ impl Way<'_> {
         self.legs.iter().map(|leg| leg.length_m().max(0.0)).sum()
     }
 
+    /// Whether it leads over lanes of a roundabout's ring.
+    #[must_use]
+    pub fn is_around_ring(&self) -> bool {
+        self.legs.iter().any(|leg| self.network.lane(leg.lane).is_some_and(|lane| lane.is_ring))
+    }
+
     /// Headings along it, where its lanes have points and where it goes from one to the next, each
     /// with the junction there: what is enough to tell its turns.
     pub fn headings(&self) -> impl Iterator<Item = (f32, Option<u32>)> + '_ {

@@ -84,7 +84,8 @@ fn serve_stdin(folders: &Folders) -> Result<(), RunError> {
     session::serve(&socket, folders).map_err(RunError::Session)
 }
 
-/// Listens where nobody does; a socket that a killed process left behind is replaced, no other file.
+/// Listens where nobody does; a socket that a killed process left behind is replaced, and no other
+/// file.
 fn listen(path: &Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
         Err(error) if error.kind() == io::ErrorKind::AddrInUse => {

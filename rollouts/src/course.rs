@@ -98,6 +98,12 @@ impl Course {
         let agents = spec.agents;
         let course = Self { map, town, task, lines, agents, pairs, others, skies, starts };
         match course.chosen(&mut SplitMix64::new(0)).len() {
+            0 => {
+                let (task, town) = (&course.task.name, course.map.name());
+                Err(Error::new(ErrorCode::InvalidArgument, "the town has no way of the task")
+                    .wanted(format!("a town with ways of {task}"))
+                    .found(town))
+            }
             found if found < spec.agents => {
                 Err(Error::new(ErrorCode::InvalidArgument, "the town has not so many starts")
                     .wanted(format!("at most {found} agents for {} here", course.task.name))

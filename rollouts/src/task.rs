@@ -80,6 +80,9 @@ pub(crate) struct WayRule {
     pub between_degrees_max: Option<f32>,
     /// Sum of all turns, also of those in junctions: less than this.
     pub bends_degrees_max: Option<f32>,
+    /// Whether it has to lead around a roundabout.
+    #[serde(default)]
+    pub roundabout: bool,
     /// Least and most speed limit where it begins, and where it ends.
     pub start_limit_kmh: Option<(f32, f32)>,
     pub goal_limit_kmh: Option<(f32, f32)>,

@@ -11,7 +11,7 @@ use roads::Map;
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
     /// Folder with OpenDRIVE files (`<map name>.xodr`); our own towns if none is given.
-    #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS_DIR")]
+    #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
     maps: Option<PathBuf>,
     /// Cars on each map, as far as there is room.
     #[arg(long, value_name = "N", default_value_t = 20)]

@@ -116,6 +116,7 @@ fn route(
     let way = way?;
     let (shortest_m, longest_m) = *task.way.length_m.of(map.name());
     let fits = (shortest_m..=longest_m).contains(&way.length_m())
+        && (!task.way.roundabout || way.is_around_ring())
         && task.way.fits(&Bends::of(way.headings()));
     let mut points = fits.then(|| way.points(STEP_M))?;
     let (first, last) = (points.first()?, points.last()?);

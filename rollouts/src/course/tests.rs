@@ -78,3 +78,11 @@ fn a_town_too_small_for_the_agents_says_how_many_it_takes() {
     let error = course("corl17-straight", "Town02", 256).unwrap_err().to_string();
     assert!(error.contains("agents for corl17-straight"), "{error}");
 }
+
+#[test]
+fn a_town_without_the_ways_of_a_task_is_refused_by_name() {
+    for (task, town) in [("roundabout", "Town02"), ("merge", "Town01")] {
+        let error = course(task, town, 1).unwrap_err().to_string();
+        assert!(error.contains(task) && error.contains(town), "{error}");
+    }
+}
