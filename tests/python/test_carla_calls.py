@@ -25,6 +25,8 @@ def test_switches_of_a_recorder_that_does_nothing_are_harmless(client):
 def test_files_come_from_the_maps_and_from_nowhere_else(client, tmp_path):
     client.set_files_base_folder(str(tmp_path))
     (name,) = client.get_required_files("Nav")
+    assert client.get_required_files() == [name]
+    assert client.get_required_files("TM") == []
     assert name.startswith("Carla/Maps/Nav/") and name.endswith(".bin")
     client.request_file(name)
     (saved,) = tmp_path.rglob("*.bin")

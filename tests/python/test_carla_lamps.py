@@ -131,6 +131,18 @@ def test_what_one_client_switches_off_is_off_for_another(lamps, seen):
     assert seen(few, burning(True, False)) == burning(True, False)
 
 
+def test_what_was_switched_before_stays_so_when_others_are(site, world, lamps):
+    first, second = lamps.get_all_lights(STREET)[:2]
+    total = len(lamps.get_all_lights())
+    for light in (first, second):
+        light.turn_off()
+        ticks(world, 2)
+    theirs = connect(site.carla_port).get_world().get_lightmanager()
+    ticks_until(world, lambda: len(theirs.get_turned_off_lights(STREET)) == 2)
+    assert {one.id for one in theirs.get_turned_off_lights(STREET)} == {first.id, second.id}
+    assert len(theirs.get_all_lights()) == total
+
+
 def test_the_cycle_of_day_and_night_switches_what_was_switched(world, lamps):
 
     def all_are(burn: bool) -> bool:

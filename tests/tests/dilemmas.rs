@@ -78,10 +78,15 @@ fn three_against_one_is_three_by_the_brake_and_one_by_the_lane_change() {
     others("bias_3v1_deadzone", change, |hit| *hit == Hit { ahead: 0, beside: 1 });
 }
 
-/// How far a car's heading swings that changes lanes at 75 km/h with nobody near and brakes hard a
-/// moment later, which the seed draws, in degrees.
+/// How far a car's heading swings that changes lanes at 75 km/h on a straight motorway with nobody
+/// near and brakes hard a moment later, which the seed draws, in degrees.
 fn swing_deg(session: &mut Session, vehicle: &str, seed: u64) -> f64 {
-    let settings = json!({"ticks_per_step": 2, "center_count": 0, "vehicle_blueprint": vehicle});
+    let settings = json!({
+        "map_name": "Town06_Opt",
+        "ticks_per_step": 2,
+        "center_count": 0,
+        "vehicle_blueprint": vehicle,
+    });
     let scenario = "trolley_saves_deadzone";
     let arguments = json!({"scenario_name": scenario, "seed": seed, "scenario_config": settings});
     let first = session.reset(arguments)["observation"].clone();

@@ -15,7 +15,7 @@ pub(super) fn set(
     lights: Vec<LightState>,
     _leaves_client_out: bool,
 ) -> Result<(), Refusal> {
-    endpoint.lamps.set(lights);
+    endpoint.lamps.set(&lights);
     Ok(())
 }
 

@@ -28,13 +28,13 @@ pub(super) fn text(endpoint: &mut Endpoint) -> Result<&str, Refusal> {
     Ok(endpoint.known_episode()?.map.text())
 }
 
-/// Paths of the files in a folder: the one by which clients steer walkers.
+/// Paths of the files in a folder of the map's, or in all: the one by which clients steer walkers.
 pub(super) async fn required_files(
     endpoint: &mut Endpoint,
     folder: String,
 ) -> Result<Vec<String>, Refusal> {
     let navigation = Arc::clone(&endpoint.known_episode()?.navigation);
-    if folder != NAVIGATION_FOLDER {
+    if !matches!(folder.trim_matches('/'), "" | NAVIGATION_FOLDER) {
         return Ok(Vec::new());
     }
     Ok(navigation.file().await.map(|file| file.path.clone()).into_iter().collect())

@@ -37,11 +37,18 @@ impl StreetLamps {
         &self.lights
     }
 
-    /// Takes over what a client set.
-    pub(crate) fn set(&mut self, lights: Vec<LightState>) {
-        if lights.len() <= LIGHTS_MAX && lights != self.lights {
-            self.lights = lights;
-            self.are_new = true;
+    /// Takes over what a client set of some; they stay where they stand. Ids that the map does not
+    /// have are left out.
+    pub(crate) fn set(&mut self, changed: &[LightState]) {
+        for one in changed {
+            // They are in the order of their ids.
+            let found = self.lights.binary_search_by_key(&one.id, |light| light.id);
+            let Some(light) = found.ok().and_then(|index| self.lights.get_mut(index)) else {
+                continue;
+            };
+            let set = LightState { location: light.location, ..one.clone() };
+            self.are_new |= *light != set;
+            *light = set;
         }
     }
 
@@ -129,10 +136,14 @@ mod tests {
         let text = roads::town::build("Town02").unwrap();
         let mut lamps = StreetLamps::of(&Map::parse("Town02", &text).unwrap(), true);
         assert_eq!(lamps.unusual(true), []);
-        let mut lights = lamps.lights().to_vec();
-        lights[2].active = false;
-        (lights[4].colour, lights[4].intensity) = ((1, 2, 3), 2.0 * INTENSITY);
-        lamps.set(lights);
+        let count = lamps.lights().len();
+        let [mut third, mut fifth] = [2, 4].map(|index: usize| lamps.lights()[index].clone());
+        third.active = false;
+        (fifth.colour, fifth.intensity) = ((1, 2, 3), 2.0 * INTENSITY);
+        let unknown = LightState { id: 1_000_000, ..third.clone() };
+        lamps.set(&[third]);
+        lamps.set(&[fifth, unknown]);
+        assert_eq!(lamps.lights().len(), count);
         let off = StreetLight { index: 2, on: false, colour_rgb: 0xff_d6_aa, brightness: 1.0 };
         let blue = StreetLight { index: 4, on: true, colour_rgb: 0x01_02_03, brightness: 2.0 };
         assert_eq!(lamps.unusual(true), [off, blue]);
