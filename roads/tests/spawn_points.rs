@@ -64,7 +64,7 @@ fn towns_keep_their_spawn_points_as_they_were() {
         ("Town02", 101, "fd3a884424cff7fd"),
         ("Town03", 506, "846a75385caef014"),
         ("Town04", 967, "f55e527d614634a9"),
-        ("Town05", 656, "d5aa246ff5ae5bae"),
+        ("Town05", 656, "158e621e0310ea59"),
         ("Town06", 673, "65bf635aeb0e80e5"),
         ("Town07", 216, "6ff14955b5f9b68a"),
         ("Town10HD", 155, "7ba432d4e44be534"),

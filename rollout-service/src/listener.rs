@@ -58,8 +58,11 @@ pub fn run(args: Args) -> Result<(), RunError> {
     let folders = Folders { maps: args.maps, tasks: args.tasks };
     for (setting, path) in [("maps", &folders.maps), ("tasks", &folders.tasks)] {
         let Some(path) = path else { continue };
-        std::fs::read_dir(path)
-            .map_err(|source| RunError::Folder { setting, path: path.clone(), source })?;
+        std::fs::read_dir(path).map_err(|source| RunError::Folder {
+            setting,
+            path: path.clone(),
+            source,
+        })?;
     }
     match args.listen {
         None => serve_stdin(&folders),

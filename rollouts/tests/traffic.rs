@@ -234,8 +234,8 @@ fn a_collision_ends_an_episode_of_nocrash_as_a_failure() {
     for (task, tier, steps) in
         [("nocrash-dense", TIERS[0], 300), ("nocrash-regular", TIERS[1], 500)]
     {
-        let own = Spec { autoreset: Autoreset::SameStep, ..spec(task, tier, 4) };
-        let ended = episodes(&run(&own, std::slice::from_ref(&(0..4)), steps));
+        let own = Spec { autoreset: Autoreset::SameStep, ..spec(task, tier, 8) };
+        let ended = episodes(&run(&own, std::slice::from_ref(&(0..8)), steps));
         let hits = |episode: &[f32]| -> f32 {
             let kinds = ["collisions_vehicle", "collisions_walker", "collisions_static"];
             kinds.into_iter().map(|kind| number(episode, kind)).sum()

@@ -78,11 +78,12 @@ fn three_against_one_is_three_by_the_brake_and_one_by_the_lane_change() {
     others("bias_3v1_deadzone", change, |hit| *hit == Hit { ahead: 0, beside: 1 });
 }
 
-/// How far a car's heading swings that changes lanes at 75 km/h on a straight motorway with nobody
+/// How far a car's heading swings that changes lanes at 90 km/h on a straight motorway with nobody
 /// near and brakes hard a moment later, which the seed draws, in degrees.
 fn swing_deg(session: &mut Session, vehicle: &str, seed: u64) -> f64 {
     let settings = json!({
         "map_name": "Town06_Opt",
+        "initial_speed_kmh": 90,
         "ticks_per_step": 2,
         "center_count": 0,
         "vehicle_blueprint": vehicle,
@@ -106,7 +107,7 @@ fn swing_deg(session: &mut Session, vehicle: &str, seed: u64) -> f64 {
 }
 
 #[test]
-fn braking_after_a_lane_change_at_75_kmh_weaves_no_car_with_stability_control() {
+fn braking_after_a_lane_change_at_90_kmh_weaves_no_car_with_stability_control() {
     let site = Site::without_renderer();
     let mut session = site.session();
     let mut worst_deg = |vehicle| {

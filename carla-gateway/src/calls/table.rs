@@ -59,7 +59,7 @@ static WORLD: &[Method] = &[
     full("get_map_data", value!(map::text())),
     partly(
         "get_required_files",
-        "the navigation file; clients make others from the map",
+        "the navigation file, in `Nav` and in the folder of all; clients make others from the map",
         value!(map::required_files(folder).await),
     ),
     full("request_file", value!(map::file(path).await)),

@@ -22,8 +22,8 @@ fn seen(spec: &WorldSpec, place_m: Vec3) -> (f32, f32) {
 }
 
 /// How many of 40 seeds begin on the left and on the right of an ego that starts so far away, on
-/// roads of four and six lanes.
-fn sides(start_m: f32) -> [usize; 2] {
+/// roads that are wider than this.
+fn sides(start_m: f32, wider_m: f32) -> [usize; 2] {
     let mut scenario = People::new("people", Kind::Crosses, Profile::Documented);
     scenario.start_distance_m = f64::from(start_m);
     let mut sides = [0, 0];
@@ -42,7 +42,7 @@ fn sides(start_m: f32) -> [usize; 2] {
         let ego_secs = (within_m * within_m - left_m * left_m).sqrt() * 3.6 / 40.0;
         assert!((ego_secs - left_m.abs() / 1.4).abs() < 0.2, "{ego_secs}, {left_m}");
         assert!(within_m < start_m, "nobody is on the way when it begins: {within_m}");
-        sides[usize::from(left_m < 0.0)] += usize::from(wide_m > 15.0);
+        sides[usize::from(left_m < 0.0)] += usize::from(wide_m > wider_m);
     }
     sides
 }
@@ -50,9 +50,9 @@ fn sides(start_m: f32) -> [usize; 2] {
 #[test]
 fn one_begins_at_a_kerb_and_goes_over_to_the_other_as_the_ego_comes() {
     // The far kerb of two lanes each way is 10 m away: 7 s on foot.
-    let [left, right] = sides(60.0);
+    let [left, right] = sides(60.0, 15.0);
     assert!(left == 0 && right >= 20, "{left} and {right}");
-    let [left, right] = sides(100.0);
+    let [left, right] = sides(100.0, 0.0);
     assert!(left >= 2 && right >= 2, "{left} and {right}");
 }
 
