@@ -43,6 +43,11 @@ def _drive(batch: Batch, row: int) -> Info:
     return {name: values[at] for at, name in enumerate(batch.episode_columns)}
 
 
+def _no_pictures(render_mode: str) -> TypeError:
+    """Of this type, after which Stable-Baselines3's `make_vec_env` goes on without the mode."""
+    return TypeError(f"render_mode is None, as there are no pictures; not {render_mode!r}")
+
+
 class DriveEnv(gymnasium.Env[Floats, Floats]):
     """One world. `info` has `seed` after a reset, and `drive` at the end of an episode."""
 
@@ -52,7 +57,7 @@ class DriveEnv(gymnasium.Env[Floats, Floats]):
     def __init__(self, *, render_mode: str | None = None, **settings: Any) -> None:
         """Opens a batch of one world with these settings."""
         if render_mode is not None:
-            raise ValueError(f"render_mode is None, as there are no pictures; not {render_mode!r}")
+            raise _no_pictures(render_mode)
         self.batch = Batch(**with_own(settings, worlds=1, agents=1, autoreset="disabled"))
         self.observation_space = observation_space(self.batch)
         self.action_space = action_space()
@@ -105,7 +110,7 @@ class DriveVectorEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
             **settings: of :class:`causeway.rollout.Batch`.
         """
         if render_mode is not None:
-            raise ValueError(f"render_mode is None, as there are no pictures; not {render_mode!r}")
+            raise _no_pictures(render_mode)
         named: dict[AutoresetMode | str, AutoresetMode] = {it: mode for mode, it in _MODES.items()}
         self._mode = AutoresetMode(named.get(autoreset_mode, autoreset_mode))
         own = {"worlds": num_envs, "agents": 1, "autoreset": _MODES[self._mode]}
