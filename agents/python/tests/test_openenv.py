@@ -5,6 +5,7 @@ import json
 import threading
 import time
 
+import numpy as np
 import pytest
 from websockets.sync.server import serve
 
@@ -77,6 +78,26 @@ def test_a_step_carries_its_action_and_gives_what_was_seen(scripted):
     assert (step.reward, step.done, step.rubric_reward) == (1, True, None)
     assert step.observation["speed_kmh"] == 40.0
     assert step.metadata == {"info": {"side_count": 0}}
+
+
+def test_what_numpy_computed_is_sent_as_plain_numbers(scripted):
+    server = answering(observed(), observed())
+    with Session(scripted(server)) as session:
+        session.reset(seed=np.int64(7), scenario_config={"fast": np.bool_(True), "n": np.uint8(2)})
+        session.step("control", throttle=np.float32(0.5), steer=np.array([0.25])[0])
+    assert [asked["data"] for asked in server.asked] == [
+        {"seed": 7, "scenario_config": {"fast": True, "n": 2}},
+        {"action_type": "control", "throttle": 0.5, "steer": 0.25},
+    ]
+
+
+def test_what_json_does_not_have_is_named(scripted):
+    with Session(scripted(answering(observed()))) as session:
+        with pytest.raises(TypeError, match=r"camera cannot be sent; wanted a number.*found \{1\}"):
+            session.reset(scenario_config={"camera": {1}})
+        with pytest.raises(ValueError, match="fov cannot be sent; wanted a finite number"):
+            session.reset(scenario_config={"fov": np.array([1.0, np.inf])})
+        assert session.reset().done
 
 
 def test_a_refusal_names_the_fields_and_the_session_goes_on(scripted):
@@ -163,6 +184,6 @@ def test_addresses_become_those_of_the_socket():
 
 def test_a_number_that_json_does_not_have_is_refused_before_it_is_sent(scripted):
     with Session(scripted(answering(observed()))) as session:
-        with pytest.raises(ValueError, match="JSON"):
+        with pytest.raises(ValueError, match=r"throttle .* wanted a finite number, found nan"):
             session.step("control", throttle=float("nan"))
         assert session.reset().done

@@ -21,6 +21,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from causeway.messages import encode
 from causeway.program import find
 from causeway.waiting import Waiting
 
@@ -156,7 +157,7 @@ class Engine:
         return self._read(count)
 
     def _send(self, request: dict[str, Any]) -> None:
-        text = json.dumps(request).encode()
+        text = encode(request).encode()
         try:
             self._socket.sendall(struct.pack("<I", len(text)) + text)
         except OSError:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from causeway.messages import encode
 from causeway.program import find
 
 #: Bits of CARLA's ``LaneType``, for `lanes`.
@@ -169,7 +170,7 @@ class Map:
         if stdin is None or stdout is None or stdin.closed:
             raise ValueError("the map is closed")
         try:
-            stdin.write(json.dumps(question, allow_nan=False) + "\n")
+            stdin.write(encode(question) + "\n")
             stdin.flush()
             line = stdout.readline()
         except BrokenPipeError:

@@ -19,6 +19,8 @@ from urllib.parse import urlsplit, urlunsplit
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus, InvalidURI
 from websockets.sync.client import ClientConnection, connect
 
+from causeway.messages import encode
+
 DEFAULT_BASE_URL = "http://localhost:8000"
 
 #: Largest reply, in bytes: a picture of 4096 × 4096 pixels in base64, with room.
@@ -234,7 +236,7 @@ class Session:
         message: dict[str, Any] = {"type": kind}
         if data is not None:
             message["data"] = data
-        reply = self._exchange(json.dumps(message, allow_nan=False))
+        reply = self._exchange(encode(message))
         content = reply.get("data")
         if not isinstance(content, dict):
             raise ConnectionError(f"{self._url} answered {kind} without data: {repr(reply)[:200]}")

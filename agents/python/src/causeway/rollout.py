@@ -13,7 +13,7 @@ tasks, columns, rewards and ends.
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -97,7 +97,7 @@ class Batch:
         observation: str = "route",
         normalise: bool = True,
         reward: str | Mapping[str, float] = "default",
-        ends: Sequence[str] | None = None,
+        ends: str | Sequence[str] | None = None,
         autoreset: Autoreset = "next_step",
         decision_ticks: int = 2,
         horizon_secs: float | None = None,
@@ -148,7 +148,8 @@ class Batch:
 
         Raises:
             FileNotFoundError: there is no such program or socket.
-            ValueError: a setting cannot be; the text says what was wanted and what was found.
+            TypeError, ValueError: a setting cannot be; the text says what was wanted and what was
+                found.
         """
         spec: dict[str, Any] = {
             "task": task,
@@ -159,15 +160,15 @@ class Batch:
             "seed": _seed(seed),
             "observation": observation,
             "normalise": normalise,
-            "reward": reward if isinstance(reward, str) else dict(reward),
-            "ends": None if ends is None else list(ends),
+            "reward": _reward(reward),
+            "ends": None if ends is None else _names("ends", ends),
             "autoreset": autoreset,
             "decision_ticks": decision_ticks,
             "horizon_secs": horizon_secs,
             "cars": cars,
             "walkers": walkers,
             "lights": lights,
-            "weathers": [weathers] if isinstance(weathers, str) else list(weathers),
+            "weathers": _names("weathers", weathers),
             "hash_every": hash_every,
         }
         if pairs is not None:
@@ -189,7 +190,8 @@ class Batch:
         self.ways_m: list[float] = opened["ways_m"]
         self.threads: int = opened["threads"]
         self.program = program
-        self.worlds, self.agents, self.rows = worlds, agents, worlds * agents
+        self.worlds, self.agents = int(worlds), int(agents)
+        self.rows = self.worlds * self.agents
         names = [array["name"] for array in opened["layout"]["arrays"]]
         self._slots = [
             {name: self._engine.array(name, slot) for name in names} for slot in range(slots)
@@ -225,10 +227,12 @@ class Batch:
             mask: shape ``(worlds,)``: which worlds; the others go on.
         """
         seeds: list[int | None] | None = None
-        if isinstance(seed, (int, np.integer)):
-            seeds = [_seed(int(seed) + world) for world in range(self.worlds)]
-        elif seed is not None:
-            seeds = [None if one is None else _seed(int(one)) for one in seed]
+        given = seed.tolist() if isinstance(seed, np.ndarray) else seed
+        if isinstance(given, Sequence) and not isinstance(given, str):
+            seeds = [None if one is None else _seed(one) for one in given]
+        elif given is not None:
+            first = _seed(given)
+            seeds = [_seed(first + world) for world in range(self.worlds)]
         chosen = None if mask is None else np.asarray(mask)
         if chosen is not None and chosen.dtype != np.bool_:
             raise TypeError(f"the mask has booleans, not {chosen.dtype}")
@@ -372,7 +376,23 @@ class Batch:
         self.close()
 
 
-def _seed(seed: int) -> int:
-    if not 0 <= seed < SEED_END:
-        raise ValueError(f"a seed is 0 to 2**64 - 1, not {seed}")
+def _seed(seed: Any) -> int:
+    if not isinstance(seed, (int, np.integer)) or not 0 <= int(seed) < SEED_END:
+        raise ValueError(f"a seed is a whole number, 0 to 2**64 - 1, not {seed!r}")
     return int(seed)
+
+
+def _names(key: str, names: Any) -> list[str]:
+    """One name or several."""
+    if isinstance(names, str):
+        return [names]
+    if not isinstance(names, Collection) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{key} is a name or a list of names, not {names!r}")
+    return list(names)
+
+
+def _reward(reward: Any) -> str | dict[str, float]:
+    """A name, or weights by term."""
+    if not isinstance(reward, (str, Mapping)):
+        raise ValueError(f"reward is a name, or weights by term, not {reward!r}")
+    return reward if isinstance(reward, str) else dict(reward)

@@ -138,7 +138,7 @@ class DriveVectorEnv(VectorEnv[Floats, Floats, NDArray[Any]]):
             options: `reset_mask`, booleans of shape ``(num_envs,)``, says which; others go on.
         """
         mask = _mask(options, self.num_envs)
-        if seed is not None and not isinstance(seed, (int, np.integer)):
+        if isinstance(seed, (Sequence, np.ndarray)):
             if len(seed) != self.num_envs:
                 raise ValueError(f"wanted {self.num_envs} seeds, found {len(seed)}")
         observations = self.batch.reset(seed, mask=mask)
