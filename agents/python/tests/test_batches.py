@@ -51,3 +51,15 @@ def test_a_reset_wants_whole_numbers(batch, seed):
 def test_one_end_may_come_by_its_name():
     with Batch(ends="arrived", **SETTINGS) as batch:
         assert batch.spec["ends"] == ["arrived"]
+
+
+@pytest.mark.parametrize("flag", ["maps", "tasks"])
+def test_a_folder_that_is_none_is_refused(tmp_path, flag):
+    wanted = {"maps": r"\.xodr", "tasks": r"\.toml"}[flag]
+    with pytest.raises(
+        ValueError, match=f"{flag}: wanted a folder of {wanted} files, found nothing"
+    ):
+        Batch(**{flag: tmp_path / "gone"}, **SETTINGS)
+    (tmp_path / "file").touch()
+    with pytest.raises(ValueError, match=f"found a file at {tmp_path}/file"):
+        Batch(**{flag: tmp_path / "file"}, **SETTINGS)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from causeway.messages import encode
-from causeway.program import find
+from causeway.program import find, folder
 from causeway.waiting import Waiting
 
 Array = NDArray[Any]
@@ -86,10 +86,10 @@ class Engine:
 
     def _start(self, program: str, folders: Mapping[str, str | Path | None]) -> socket.socket:
         path = find(program)
+        given = [(flag, place) for flag, place in folders.items() if place is not None]
+        flags = [part for flag, place in given for part in (f"--{flag}", folder(flag, place))]
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         self._log = tempfile.TemporaryFile()
-        given = {flag: Path(path) for flag, path in folders.items() if path is not None}
-        flags = [part for flag, path in given.items() for part in (f"--{flag}", path.absolute())]
         with theirs:
             # A session of its own: Ctrl-C here is not for the engine, which ends with the socket.
             self._process = subprocess.Popen(

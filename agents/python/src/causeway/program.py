@@ -1,4 +1,4 @@
-"""Where the command `causeway` is."""
+"""Where the command `causeway` is, and the folders that it is given."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 
 #: As people type it.
 NAME = "causeway"
+#: What lies in folders that programs are given, by flag.
+IN_FOLDERS = {"maps": ".xodr files", "tasks": ".toml files"}
 
 
 def find(program: str = NAME) -> str:
@@ -38,6 +40,19 @@ def find(program: str = NAME) -> str:
             f"no program `causeway` on the PATH or at {built}: build it with ./run in a checkout, "
             "or name it with CAUSEWAY_BIN or program=..."
         )
+    return found
+
+
+def folder(flag: str, path: str | Path) -> Path:
+    """A folder as a program is given it, wherever that runs.
+
+    Raises:
+        ValueError: it is none; a program would go on without it.
+    """
+    found = Path(path).absolute()
+    if not found.is_dir():
+        what = "a file" if found.exists() else "nothing"
+        raise ValueError(f"{flag}: wanted a folder of {IN_FOLDERS[flag]}, found {what} at {path}")
     return found
 
 
