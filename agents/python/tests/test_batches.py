@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from causeway.rollout import Batch
+from causeway.rollout import Batch, EngineError
 
 SETTINGS = {"town": "Town02", "tier": "kinematic"}
 
@@ -63,3 +63,16 @@ def test_a_folder_that_is_none_is_refused(tmp_path, flag):
     (tmp_path / "file").touch()
     with pytest.raises(ValueError, match=f"found a file at {tmp_path}/file"):
         Batch(**{flag: tmp_path / "file"}, **SETTINGS)
+
+
+def test_a_batch_that_is_closed_says_so(batch):
+    actions = np.zeros((2, 2), np.float32)
+    batch.step(actions)
+    held = batch.observations
+    batch.send(actions)
+    batch.close()
+    batch.close()
+    for call in (batch.recv, batch.reset, batch.engine_secs, lambda: batch.step(actions)):
+        with pytest.raises(EngineError, match="the batch is closed"):
+            call()
+    assert np.isfinite(held).all()

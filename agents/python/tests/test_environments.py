@@ -1,9 +1,13 @@
 """What environments say to those who use them otherwise than meant."""
 
 import gymnasium
+import numpy as np
 import pytest
 
 import causeway.vector
+from causeway.rollout import EngineError
+from causeway.sb3 import DriveVecEnv
+from causeway.zoo import parallel_env
 
 SETTINGS = {"town": "Town02", "tier": "kinematic"}
 
@@ -22,3 +26,20 @@ def test_the_helper_of_stable_baselines_makes_some():
     envs = made.make_vec_env("causeway.vector:causeway/Drive-v0", n_envs=2, env_kwargs=SETTINGS)
     assert envs.reset().shape == (2, 46)
     envs.close()
+
+
+def test_environments_that_are_closed_say_so():
+    actions = np.zeros((2, 2), np.float32)
+    one, many = causeway.vector.DriveEnv(**SETTINGS), DriveVecEnv(num_envs=2, **SETTINGS)
+    several = parallel_env(agents=2, **SETTINGS)
+    several.reset(seed=1)
+    for env, given in (
+        (one, actions[0]),
+        (many, actions),
+        (several, dict(zip(several.agents, actions, strict=True))),
+    ):
+        env.close()
+        with pytest.raises(EngineError, match="the batch is closed"):
+            env.step(given)
+        with pytest.raises(EngineError, match="the batch is closed"):
+            env.reset()

@@ -34,7 +34,7 @@ LAST_WORDS = 2000
 
 
 class EngineError(RuntimeError):
-    """The engine has gone, or does not answer."""
+    """The engine has gone, or does not answer, or the batch is closed."""
 
 
 class Engine:
@@ -64,6 +64,7 @@ class Engine:
         self._process: subprocess.Popen[bytes] | None = None
         self._log: IO[bytes] | None = None
         self._descriptors: list[int] = []
+        self._closed = False
         self._socket = self._connect(address) if address else self._start(program, folders)
         try:
             self.opened = self._open(request)
@@ -118,6 +119,7 @@ class Engine:
         Raises:
             EngineError: there is none.
         """
+        self._want_open()
         if self._process is None:
             raise EngineError("the engine was not started by this program")
         try:
@@ -143,8 +145,9 @@ class Engine:
 
         Raises:
             ValueError: it was refused.
-            EngineError: the engine has gone.
+            EngineError: the engine has gone, or the batch is closed.
         """
+        self._want_open()
         self._send(request)
         return self._reply(self._read(4))
 
@@ -184,7 +187,12 @@ class Engine:
         return reply
 
     def ring(self) -> None:
-        """Tells the engine that actions are there."""
+        """Tells the engine that actions are there.
+
+        Raises:
+            EngineError: the batch is closed.
+        """
+        self._want_open()
         os.eventfd_write(self._go, 1)
 
     def wait(self, timeout_secs: float) -> None:
@@ -192,9 +200,10 @@ class Engine:
 
         Raises:
             ValueError: the step was refused, and nothing has changed.
-            EngineError: the engine has gone.
+            EngineError: the engine has gone, or the batch is closed.
             TimeoutError: it takes longer.
         """
+        self._want_open()
         deadline = time.monotonic() + timeout_secs
         while True:
             left = deadline - time.monotonic()
@@ -232,8 +241,13 @@ class Engine:
         said = f"; it said:\n{words}" if words else ""
         return EngineError(f"the engine (process {self._process.pid}) {how}{said}")
 
+    def _want_open(self) -> None:
+        if self._closed:
+            raise EngineError("the batch is closed")
+
     def close(self) -> None:
         """Ends the batch; its worlds are freed. Arrays stay readable while they are held."""
+        self._closed = True
         self._socket.close()
         for descriptor in self._descriptors:
             os.close(descriptor)

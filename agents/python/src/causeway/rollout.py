@@ -248,7 +248,7 @@ class Batch:
         Raises:
             TypeError, ValueError: they are no such actions, or an episode is over while autoreset
                 is disabled; nothing was stepped.
-            EngineError: the engine has gone, and the worlds with it.
+            EngineError: the engine has gone, and the worlds with it, or the batch is closed.
         """
         self.send(actions)
         return self.recv()
