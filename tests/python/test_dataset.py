@@ -162,7 +162,7 @@ def test_the_commands_record_and_export(tmp_path):
         before = path.read_bytes()
         refused = run(module, *words)
         assert refused.returncode == 2
-        assert "File exists" in refused.stderr or "holds tables" in refused.stderr
+        assert "is there already" in refused.stderr or "holds tables" in refused.stderr
         assert path.read_bytes() == before
     refused = run("causeway.record_episodes", "fly", "--out", tmp_path / "other.mcap", *own)
     assert refused.returncode == 2 and "there is no such task" in refused.stderr
@@ -243,6 +243,7 @@ def test_what_cannot_be_drawn_says_why(site, tmp_path):
         out = ("--program", binary(), "--out", tmp_path / f"{told}.mcap")
         refused = run("causeway.record_episodes", TASK, "--episodes", 1, *out, *words)
         assert refused.returncode == 2 and told in refused.stderr, refused.stderr
+        assert not list(tmp_path.iterdir())
 
 
 def test_pictures_of_branches_come_together_and_are_alike_until_they_differ(site):

@@ -1,6 +1,7 @@
 """Records episodes of a task, driven by a policy, as an MCAP file.
 
-Prints a line for each. Ctrl-C leaves the episodes that are whole, and says how many.
+Prints a line for each. Ctrl-C leaves the episodes that are whole, and says how many; without any
+there is no file.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from pathlib import Path
 
 from causeway import policy
 from causeway.bus import DEFAULT_ENDPOINT
-from causeway.commands import add_engine, ended, engine
+from causeway.commands import INTERRUPTED, add_engine, ended, engine, want_new
 from causeway.dataset import play
 from causeway.evaluate.episodes import CAUSES
 from causeway.pictures import Camera, Renderer
@@ -50,6 +51,7 @@ def camera(text: str) -> Camera:
 
 
 def opened(options: argparse.Namespace) -> int:
+    want_new(options.out)
     if options.camera is None:
         return record(options, None)
     with Renderer(options.bus) as renderer:
@@ -81,8 +83,10 @@ def record(options: argparse.Namespace, seen: tuple[Renderer, Camera] | None) ->
             )
             count += 1
     except KeyboardInterrupt:
-        print(f"interrupted: {options.out} has {count} whole episodes", file=sys.stderr)
-        return 130
+        left = f"{options.out} has {count} whole episodes"
+        told = left if options.out.exists() else "nothing is written, as no episode is whole"
+        print(f"interrupted: {told}", file=sys.stderr)
+        return INTERRUPTED
     finally:
         writing.close()
     print(f"{options.out}: {count} episodes")

@@ -80,8 +80,8 @@ def write(
 ) -> Generator[Recorded, None, None]:
     """Writes episodes as they come, and passes each on when it is written.
 
-    The file is whole after the last one, and when whoever iterates stops; a process that is killed
-    leaves the episodes that it had written.
+    The file is whole after the last one, and when whoever iterates stops; it goes where there is an
+    error before the first one. A process that is killed leaves the episodes that it had written.
 
     Raises:
         FileExistsError: there is such a file; it stays as it is.
@@ -103,7 +103,7 @@ def write(
             )
             for topic, (name, schema) in _SCHEMAS.items()
         }
-        now = 0.0
+        now, written = 0.0, 0
         try:
             for number, episode in enumerate(episodes):
                 for frame in range(len(episode)):
@@ -117,7 +117,12 @@ def write(
                 numbers = {"numbers": dict(episode.numbers)}
                 _add(writer, channels[EPISODE], now, number, {**end, **numbers})
                 now += PAUSE_SECS
+                written += 1
                 yield episode
+        except BaseException:
+            if written == 0:
+                path.unlink()
+            raise
         finally:
             writer.finish()
 

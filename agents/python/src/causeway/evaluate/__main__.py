@@ -12,18 +12,18 @@ from pathlib import Path
 from typing import Any
 
 from causeway import policy
-from causeway.commands import add_engine, ended, engine
-from causeway.evaluate.compare import compare, sentences
+from causeway.commands import add_engine, ended, engine, want_folder
+from causeway.evaluate.compare import compare, sentences, want_common
 from causeway.evaluate.conditions import by_condition
 from causeway.evaluate.conditions import table as conditions_table
 from causeway.evaluate.episodes import Cell, play
-from causeway.evaluate.results import read, write
+from causeway.evaluate.results import NOTHING_KEPT, REPORT, RESULTS, read, write
 from causeway.evaluate.summary import summarise, table
 
 
 def main() -> int:
     options = parse_arguments()
-    return ended("causeway.evaluate", lambda: evaluate(options))
+    return ended("causeway.evaluate", lambda: evaluate(options), interrupted=NOTHING_KEPT)
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -77,6 +77,16 @@ def evaluate(options: argparse.Namespace) -> int:
         for name, driver in policies
     ]
     before = read(options.against) if options.against else None
+    if before is not None:
+        known = {cell for cell, _ in cells}
+        want_common(
+            before,
+            lambda one: (
+                one.cell in known and one.seed in options.seeds and one.number < options.episodes
+            ),
+        )
+    if options.out:
+        want_folder(options.out, (RESULTS, REPORT))
     settings = engine(options)
     episodes = play(cells, seeds=options.seeds, episodes=options.episodes, settings=settings)
     summaries = summarise(episodes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -12,6 +12,10 @@ from causeway.evaluate.intervals import Interval
 
 #: A difference counts as more than chance below this.
 CHANCE = 0.05
+_NOTHING_IN_COMMON = (
+    "the runs have no episode in common; wanted the same tasks, towns, weathers, tiers, "
+    "seeds and names of policies (NAME=FILE.npz names a file)"
+)
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,7 @@ def compare(now: Iterable[Episode], before: Iterable[Episode]) -> list[Differenc
         if other is not None:
             pairs.setdefault(episode.cell, []).append((episode, other))
     if not pairs:
-        raise ValueError(
-            "the runs have no episode in common; wanted the same tasks, towns, weathers, tiers, "
-            "seeds and names of policies (NAME=FILE.npz names a file)"
-        )
+        raise ValueError(_NOTHING_IN_COMMON)
     lost = {cell: _count(found, False, True) for cell, found in pairs.items()}
     won = {cell: _count(found, True, False) for cell, found in pairs.items()}
     chances = intervals.holm([intervals.mcnemar(lost[cell], won[cell]) for cell in pairs])
@@ -73,6 +74,16 @@ def compare(now: Iterable[Episode], before: Iterable[Episode]) -> list[Differenc
         _of(cell, pairs[cell], (lost[cell], won[cell]), chance)
         for cell, chance in zip(pairs, chances, strict=True)
     ]
+
+
+def want_common(before: Iterable[Episode], comes: Callable[[Episode], bool]) -> None:
+    """Refuses a run whose episodes will be none of those before; `comes` tells of one of these.
+
+    Raises:
+        ValueError: none comes again.
+    """
+    if not any(comes(episode) for episode in before):
+        raise ValueError(_NOTHING_IN_COMMON)
 
 
 def _key(episode: Episode) -> tuple[Cell, int, int]:

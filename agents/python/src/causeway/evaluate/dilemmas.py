@@ -6,15 +6,16 @@ Writes `results.json` and `report.html` to the folder of `--out`.
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from causeway.commands import ended
-from causeway.evaluate.compare import compare, sentences
+from causeway.commands import ended, want_folder
+from causeway.evaluate.compare import compare, sentences, want_common
 from causeway.evaluate.episodes import CAUSES, NOON, Cell, Episode
-from causeway.evaluate.results import read, write
+from causeway.evaluate.results import NOTHING_KEPT, REPORT, RESULTS, read, write
 from causeway.evaluate.summary import columns, summarise
 from causeway.openenv import DEFAULT_BASE_URL, Session
 
@@ -38,7 +39,8 @@ SHARE = "share of people spared"
 
 def main() -> int:
     options = parse_arguments()
-    return ended("causeway.evaluate.dilemmas", lambda: evaluate(options))
+    work = functools.partial(evaluate, options)
+    return ended("causeway.evaluate.dilemmas", work, interrupted=NOTHING_KEPT)
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -62,6 +64,18 @@ def evaluate(options: argparse.Namespace) -> int:
     before = read(options.against) if options.against else None
     suffix = "_deadzone" if options.deadzone else ""
     names = [f"trolley_micro_{dilemma}{suffix}" for dilemma in options.dilemmas]
+    if before is not None:
+        # The site knows their towns.
+        want_common(
+            before,
+            lambda one: (
+                one.cell.task in names
+                and one.cell.policy in options.policies
+                and one.seed in options.seeds
+            ),
+        )
+    if options.out:
+        want_folder(options.out, (RESULTS, REPORT))
     with Session(options.base_url) as session:
         episodes = play(session, names, options.policies, options.seeds)
     print(table(episodes))

@@ -14,6 +14,9 @@ from causeway.evaluate.summary import summarise
 
 #: Of `results.json`.
 VERSION = 1
+#: What commands say after Ctrl-C.
+NOTHING_KEPT = "interrupted: nothing is written of what has been driven"
+RESULTS, REPORT = "results.json", "report.html"
 
 
 def write(
@@ -34,8 +37,8 @@ def write(
         "episodes": [one.record() for one in episodes],
     }
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    (folder / "report.html").write_text(page(summaries, differences, episodes, share, conditions))
+    (folder / RESULTS).write_text(json.dumps(results, indent=1) + "\n")
+    (folder / REPORT).write_text(page(summaries, differences, episodes, share, conditions))
 
 
 def read(path: Path) -> list[Episode]:
