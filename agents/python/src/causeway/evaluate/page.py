@@ -13,15 +13,18 @@ from causeway.evaluate.score import PENALTIES
 from causeway.evaluate.summary import Summary
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; color: #222; }
-table { border-collapse: collapse; margin: 1rem 0 2rem; }
-th, td { padding: .25rem .8rem .25rem 0; text-align: left; border-bottom: 1px solid #ddd; }
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; color: #222;
+  padding: 0 1rem; }
+.table { overflow-x: auto; margin: 1rem 0 2rem; }
+table { border-collapse: collapse; font-size: 13px; }
+th, td { padding: .25rem .6rem .25rem 0; text-align: left; border-bottom: 1px solid #ddd; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
+svg { max-width: 100%; height: auto; }
 svg text { font: 13px system-ui, sans-serif; fill: #222; }
 .better { color: #1a7f37; } .worse { color: #b3261e; }
 """
-#: Of a plot, in pixels: the names' column, the axis, and a line.
-NAMES_PX, AXIS_PX, LINE_PX = 300, 500, 26
+#: Of a plot, in pixels: the names' column, the axis, the column of values, and a line.
+NAMES_PX, AXIS_PX, VALUES_PX, LINE_PX = 300, 500, 240, 26
 #: Failures that the page lists.
 FAILURES = 200
 
@@ -69,9 +72,9 @@ def _plot(what: str, lines: Sequence[tuple[str, float, Interval]]) -> str:
     def x(share: float) -> float:
         return NAMES_PX + AXIS_PX * min(max(share, 0.0), 1.0)
 
-    height = LINE_PX * (len(lines) + 2)
+    width, height = NAMES_PX + AXIS_PX + VALUES_PX, LINE_PX * (len(lines) + 2)
     parts = [
-        f'<svg width="{NAMES_PX + AXIS_PX + 160}" height="{height}" role="img">',
+        f'<svg width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img">',
         f'<text x="0" y="{LINE_PX - 8}" font-weight="bold">{html.escape(what)}</text>',
     ]
     for tick in (0.0, 0.25, 0.5, 0.75, 1.0):
@@ -101,7 +104,7 @@ def _rows(head: Sequence[str], rows: Iterable[Sequence[str | float]]) -> str:
 
     first = "".join(f"<th>{html.escape(name)}</th>" for name in head)
     lines = "".join(f"<tr>{''.join(entry(value) for value in row)}</tr>" for row in rows)
-    return f"<table><tr>{first}</tr>{lines}</table>"
+    return f'<div class="table"><table><tr>{first}</tr>{lines}</table></div>'
 
 
 def _table(summaries: Sequence[Summary], share: str) -> str:
