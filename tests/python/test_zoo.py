@@ -74,5 +74,5 @@ def test_agents_are_the_rows_of_a_batch(env):
 
 def test_an_agent_without_an_action_is_named(env):
     env.reset(seed=1)
-    with pytest.raises(KeyError, match="ego_3"):
+    with pytest.raises(ValueError, match="wanted those of ego_0, ego_1, ego_2, ego_3, found"):
         env.step({name: np.zeros(2, np.float32) for name in env.agents[:3]})

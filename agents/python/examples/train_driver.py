@@ -223,6 +223,10 @@ class Course:
         return [array.reshape(-1, *array.shape[2:]) for array in arrays]
 
 
+def percent(success: float) -> str:
+    return "no episode ended" if np.isnan(success) else f"{100 * success:.0f} %"
+
+
 def learn(
     learner: Learner,
     batches: list[Batch],
@@ -259,7 +263,7 @@ def learn(
         told.append([*line, gone, float(learner.spread)])
         if (update + 1) % 10 == 0 or update + 1 == updates:
             secs = time.perf_counter() - began
-            success = ", ".join(f"{100 * value:.0f} %" for value in line[1::2])
+            success = ", ".join(map(percent, line[1::2]))
             print(
                 f"{line[0] / 1e6:.2f} M steps, {each * (update + 1) / secs:,.0f} a second: "
                 f"success {success}",

@@ -76,3 +76,12 @@ def test_a_batch_that_is_closed_says_so(batch):
         with pytest.raises(EngineError, match="the batch is closed"):
             call()
     assert np.isfinite(held).all()
+
+
+def test_an_engine_that_is_not_there_is_named(tmp_path):
+    path = tmp_path / "nope.sock"
+    words = f"no engine at {path} .*: start one with `causeway rollout --listen {path}`"
+    with pytest.raises(FileNotFoundError, match=words):
+        Batch(address=path, **SETTINGS)
+    with pytest.raises(OSError, match=r"no engine at /tmp/xxx.* too long"):
+        Batch(address="/tmp/" + 200 * "x", **SETTINGS)

@@ -107,6 +107,14 @@ def test_a_missing_bus_is_named():
     assert time.monotonic() - begin < 20.0
 
 
+def test_what_is_no_bus_is_told_in_a_line_without_zenohs_own_lines():
+    with pytest.raises(ValueError, match=r"wanted an address like tcp/.*, found 'junk'$"):
+        bus.join("junk")
+    with pytest.raises(ConnectionError) as refused:
+        bus.join("tcp/127.0.0.1:1", 0.5)
+    assert ".rs" not in str(refused.value) and "\n" not in str(refused.value)
+
+
 @pytest.mark.parametrize("tenant", ["", "A", "a/b", "*", "a" * 33, "batch"])
 def test_a_tenant_with_key_syntax_is_refused(tenant):
     with pytest.raises(ValueError, match="tenant"):

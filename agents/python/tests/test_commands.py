@@ -171,3 +171,29 @@ def test_a_recording_that_breaks_off_is_kept_with_its_first_episode(tmp_path, wh
     assert path.exists() == (whole > 0)
     if whole:
         assert [one.seed for one in read_recording(path)[1]] == [0]
+
+
+def test_an_empty_file_is_told_from_a_recording(tmp_path):
+    path = tmp_path / "empty.mcap"
+    path.touch()
+    told = refusal("causeway.dataset", path, "--parquet", tmp_path / "tables")
+    assert told.endswith(f"{path} is no recording of episodes: it ends before it begins\n")
+
+
+@pytest.mark.parametrize("share", ["2", "-0.1", "nan"])
+def test_a_share_is_one(share):
+    told = refusal("causeway.evaluate", *LONG, "--fail-under", share)
+    assert f"wanted a share of episodes, 0 to 1, found {share}" in told
+
+
+def test_a_bus_that_is_none_is_told_in_a_line(tmp_path):
+    seen = ("--camera", "64x36", "--bus", "junk", "--out", tmp_path / "episodes.mcap")
+    told = refusal(*RECORD, *seen)
+    assert told.count("\n") == 1 and "wanted an address like tcp/" in told, told
+
+
+def test_who_learns_for_a_moment_is_told_that_no_episode_ended(monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(SOURCES).parent / "examples"))
+    from train_driver import percent
+
+    assert [percent(0.254), percent(np.nan)] == ["25 %", "no episode ended"]

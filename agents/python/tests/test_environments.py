@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+import causeway.gym
 import causeway.vector
 from causeway.rollout import EngineError
 from causeway.sb3 import DriveVecEnv
@@ -43,3 +44,41 @@ def test_environments_that_are_closed_say_so():
             env.step(given)
         with pytest.raises(EngineError, match="the batch is closed"):
             env.reset()
+
+
+def test_agents_without_actions_and_actions_without_agents_are_named():
+    env = parallel_env(agents=2, horizon_secs=0.2, **SETTINGS)
+    action = np.zeros(2, np.float32)
+    with pytest.raises(RuntimeError, match=r"no episode has begun: call reset\(\) first"):
+        env.step({"ego_0": action, "ego_1": action})
+    env.reset(seed=1)
+    for given, found in (
+        ({"ego_0": action}, "ego_0"),
+        ({"ego_0": action, "ego_1": action, "me": action}, "ego_0, ego_1, me"),
+        ({}, "nobody"),
+    ):
+        with pytest.raises(ValueError, match=f"those of ego_0, ego_1, found those of {found}$"):
+            env.step(given)
+    both = {"ego_0": action, "ego_1": action}
+    while env.agents:
+        env.step(both)
+    assert env.step(both) == ({}, {}, {}, {}, {}), "they have left"
+    with pytest.raises(ValueError, match="wanted those of nobody, found those of me"):
+        env.step({"me": action})
+    env.close()
+
+
+def test_actions_of_trolleys_that_are_none_are_refused(monkeypatch):
+    monkeypatch.setattr(causeway.gym, "Session", lambda url: None)
+    env = causeway.gym.TrolleyEnv()
+    for action in (99, -1, 1.5, [0, 1]):
+        with pytest.raises(ValueError, match="an action is a whole number, 0 to 5, not"):
+            env.step(action)
+    assert (
+        env._message(np.int64(4)) == env._message(np.array([4])) == causeway.gym.DISCRETE_ACTIONS[4]
+    )
+    env = causeway.gym.TrolleyEnv(actions="continuous")
+    with pytest.raises(ValueError, match=r"an action is \[steer, pedal\], not 3"):
+        env.step(3)
+    sent = {"steer": 0.5, "throttle": 0.0, "brake": 1.0}
+    assert env._message([0.5, -2]) == ("control", sent)

@@ -32,6 +32,8 @@ SILENCE_SECS = 5.0
 _log = logging.getLogger(__name__)
 
 _TENANT = re.compile(r"[a-z0-9-]{1,32}")
+#: The line of its own source with which zenoh ends what it says.
+_BUILT_AT = re.compile(r" at \S+\.rs:\d+\.?")
 _RESERVED = {"batch", "render", "alive", "draining", "load", "asset"}
 
 
@@ -96,6 +98,7 @@ def join(
 
     Raises:
         ConnectionError: nobody listens at `endpoint`.
+        ValueError: it is no address of a bus.
     """
     config = zenoh.Config()
     for name, value in [
@@ -107,14 +110,19 @@ def join(
         ("scouting/gossip/enabled", False),
         *_secured(identity),
     ]:
-        config.insert_json5(name, json.dumps(value))
+        try:
+            config.insert_json5(name, json.dumps(value))
+        except zenoh.ZError:
+            raise ValueError(
+                f"no bus: wanted an address like {DEFAULT_ENDPOINT}, found {endpoint!r}"
+            ) from None
     try:
         return zenoh.open(config)
     except zenoh.ZError as cause:
         raise ConnectionError(
             f"no bus at {endpoint}: start one with `causeway up`, or pass the address it printed "
-            f"({cause})"
-        ) from cause
+            f"({_BUILT_AT.sub('', str(cause))})"
+        ) from None
 
 
 def _secured(identity: Identity | None) -> list[tuple[str, object]]:

@@ -80,9 +80,12 @@ class Engine:
         sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             sock.connect(address)
-        except OSError:
+        except OSError as error:
             sock.close()
-            raise
+            raise type(error)(
+                f"no engine at {address} ({error.strerror or error}): start one with "
+                f"`causeway rollout --listen {address}`"
+            ) from None
         return sock
 
     def _start(self, program: str, folders: Mapping[str, str | Path | None]) -> socket.socket:

@@ -163,9 +163,15 @@ class TrolleyEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self._session.close()
 
     def _message(self, action: Action) -> tuple[str, dict[str, Any]]:
+        values = np.asarray(action)
         if isinstance(self.action_space, spaces.Discrete):
-            return DISCRETE_ACTIONS[int(action)]
-        steer, pedal = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0).tolist()
+            count = len(DISCRETE_ACTIONS)
+            if values.size != 1 or values.dtype.kind not in "iu" or not 0 <= values.item() < count:
+                raise ValueError(f"an action is a whole number, 0 to {count - 1}, not {action!r}")
+            return DISCRETE_ACTIONS[values.item()]
+        if values.shape != self.action_space.shape:
+            raise ValueError(f"an action is [steer, pedal], not {action!r}")
+        steer, pedal = np.clip(values.astype(np.float64), -1.0, 1.0).tolist()
         return "control", {
             "steer": steer,
             "throttle": max(pedal, 0.0),

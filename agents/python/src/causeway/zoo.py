@@ -41,6 +41,7 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
         self.render_mode = None
         self.possible_agents = [f"ego_{number}" for number in range(agents)]
         self.agents: list[str] = []
+        self._begun = False
         self._rows = {name: row for row, name in enumerate(self.possible_agents)}
         # PettingZoo wants the same object every time, and one for each agent.
         self._observations = {name: observation_space(self.batch) for name in self._rows}
@@ -61,6 +62,7 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
         del options
         observations = self.batch.reset(None if seed is None else [seed])
         self.agents = list(self.possible_agents)
+        self._begun = True
         info = {"seed": int(self.batch.seeds[0])}
         return self._shown(observations), {name: dict(info) for name in self.agents}
 
@@ -71,9 +73,20 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
     ]:
         """Acts for one step; what is returned has all agents that were there before it.
 
+        Args:
+            actions: of each agent that is there; those of agents that have left are of no effect.
+
         Raises:
-            KeyError: an agent that is there has no action.
+            ValueError: an agent that is there has no action, or there is no such agent.
+            RuntimeError: nothing was reset before.
         """
+        if not self._begun:
+            raise RuntimeError("no episode has begun: call reset() first")
+        if not set(self.agents) <= set(actions) <= set(self.possible_agents):
+            raise ValueError(
+                f"actions of other agents; wanted those of {', '.join(self.agents) or 'nobody'}, "
+                f"found those of {', '.join(map(str, actions)) or 'nobody'}"
+            )
         if not self.agents:
             return {}, {}, {}, {}, {}
         given = np.zeros((self.batch.rows, ACTION_WIDTH), np.float32)

@@ -181,7 +181,8 @@ def _records(path: Path) -> Iterator[Any]:
             yield from StreamReader(file, validate_crcs=True).records
         except (McapError, EOFError, struct.error) as error:
             if file.tell() < path.stat().st_size or path.stat().st_size == 0:
-                raise ValueError(f"{path} is no recording of episodes: {error}") from None
+                reason = str(error) or "it ends before it begins"
+                raise ValueError(f"{path} is no recording of episodes: {reason}") from None
 
 
 def _episodes(records: Iterator[Any]) -> Iterator[Recorded]:

@@ -58,7 +58,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2], help="(1 2)")
     parser.add_argument("--out", type=Path, help="folder of the files; without: none is written")
     parser.add_argument("--against", type=Path, help="results.json of another run to compare with")
-    parser.add_argument("--fail-under", type=float, help="least success of every cell, 0 to 1")
+    parser.add_argument("--fail-under", type=share, help="least success of every cell, 0 to 1")
     add_engine(parser)
     return parser.parse_args()
 
@@ -104,6 +104,13 @@ def evaluate(options: argparse.Namespace) -> int:
         print(f"success {least:.3f} is below {options.fail_under}", file=sys.stderr)
         return 1
     return 0
+
+
+def share(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"wanted a share of episodes, 0 to 1, found {text}")
+    return value
 
 
 def _once(flag: str, values: Sequence[Any], advice: str = "") -> None:
