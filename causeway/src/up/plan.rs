@@ -208,12 +208,7 @@ impl Plan {
     /// # Errors
     /// The first setting that cannot work.
     pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
-        for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
-            path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
-        }
-        for (setting, path) in [("recordings", &args.recordings), ("journals", &args.journals)] {
-            path.as_deref().map_or(Ok(()), |path| check_new_folder(setting, path))?;
-        }
+        check_folders(&args)?;
         if !args.no_carla {
             check_map(&args.carla_map, args.maps.as_deref())?;
         }
@@ -270,6 +265,16 @@ impl Plan {
         let identity = args.bus_pki.as_deref().map(|folder| identity_in(folder, "face"));
         Ok(Self { http, bus, identity, carla, services, admin, window })
     }
+}
+
+fn check_folders(args: &Args) -> Result<(), PlanError> {
+    for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
+        path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
+    }
+    for (setting, path) in [("recordings", &args.recordings), ("journals", &args.journals)] {
+        path.as_deref().map_or(Ok(()), |path| check_new_folder(setting, path))?;
+    }
+    Ok(())
 }
 
 /// The world service comes first: everybody else connects to it.

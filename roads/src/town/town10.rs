@@ -28,7 +28,10 @@ const SOUTH_LEAVES_WEST: [f64; 2] = [-71.7, -134.0];
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Nothing);
-    plan.node_with(GATE, Control::Yield);
+    for at in [GATE, CORNER, SOUTH_EAST] {
+        plan.node_with(at, Control::Yield);
+    }
+    plan.node_with(COURT, Control::AllStop);
     add_ring(&mut plan);
     add_inner_streets(&mut plan);
     add_blocks(&mut plan);
