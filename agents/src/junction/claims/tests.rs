@@ -22,8 +22,8 @@ fn way(network: &Network, lane: LaneId) -> Way {
     Way { lanes: vec![lane], entry_m: 10.0, exit_m, next_m: f32::INFINITY }
 }
 
-/// A way to the left that oncoming traffic crosses deep inside, a way of that traffic, and one
-/// that crosses the part before it.
+/// A way to the left that oncoming traffic crosses deep inside, a way of that traffic, which comes
+/// along more than 20 m of road, and one that crosses the part before it.
 fn left_turn(network: &Network) -> [LaneId; 3] {
     let lanes = (0..network.lane_count() as LaneId).filter_map(|id| {
         let lane = network.lane(id)?;
@@ -36,7 +36,9 @@ fn left_turn(network: &Network) -> [LaneId; 3] {
         });
         let joins = network.lane(first.lane)?.joins(lane);
         let deep = first.from_m > 10.0 && !joins;
-        Some([id, first.lane, crossing?.0.lane]).filter(|_| deep)
+        let before = network.lane(*network.lane(first.lane)?.previous.first()?)?;
+        let fits = deep && before.length_m() > 20.0;
+        Some([id, first.lane, crossing?.0.lane]).filter(|_| fits)
     });
     lanes.into_iter().next().unwrap()
 }
