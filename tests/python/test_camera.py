@@ -139,7 +139,7 @@ def bright(env) -> tuple[int, int]:
 
 def test_who_waits_at_a_light_sees_it_red_and_then_green(env):
     settings = {"max_steps": 3000, "camera_width": 960, "camera_height": 540}
-    env.reset(scenario_name="free_roam_Town10HD_Opt_v0_p0", scenario_config=settings, seed=1)
+    env.reset(scenario_name="free_roam_Town10HD_Opt_v0_p0", scenario_config=settings, seed=6)
     act(env, "init_navigation_agent", navigation_behavior="normal")
     seen = {}
     for _ in range(800):

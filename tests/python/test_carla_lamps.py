@@ -5,10 +5,17 @@ import time
 import carla
 import pytest
 
-from carla_site import connect, ticks, ticks_until
+from carla_site import connect, fresh, ticks, ticks_until
 
 STREET = carla.LightGroup.Street
 SOON_SECS = 30.0
+
+
+@pytest.fixture
+def client(site):
+    """One of its own: the manager of a client keeps the lamps of every map that it has seen."""
+    fresh(site.carla_port)
+    return connect(site.carla_port)
 
 
 @pytest.fixture
