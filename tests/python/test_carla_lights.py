@@ -231,8 +231,8 @@ def test_a_car_behind_a_speed_sign_has_its_limit(world):
     actor = world.get_traffic_sign(sign)
     assert actor.type_id == f"traffic.speed_limit.{sign.sub_type}"
     assert isinstance(actor, carla.TrafficSign)
-    behind = place.next(1.0)[0].transform.location
-    assert actor.trigger_volume.contains(behind, actor.get_transform())
+    before = place.previous(1.0)[0].transform.location
+    assert actor.trigger_volume.contains(before, actor.get_transform())
 
 
 def test_a_stop_sign_holds_a_car_for_two_seconds(client, site):
