@@ -277,6 +277,28 @@ def test_an_engine_ends_with_its_batch_and_leaves_nothing(batch):
         opened.reset()
 
 
+def test_what_is_in_the_way_of_an_engine_stays_and_missing_folders_are_named(tmp_path):
+    results = tmp_path / "results.npz"
+    results.write_bytes(b"hours of work")
+    missing = tmp_path / "no-maps"
+    for flags, said in (
+        (["--listen", results], "a file that is no socket is there"),
+        (["--listen", tmp_path / "socket", "--maps", missing], str(missing)),
+    ):
+        ran = subprocess.run(
+            [binary(), "rollout", *flags], capture_output=True, text=True, timeout=DEADLINE_SECS
+        )
+        assert ran.returncode != 0 and said in ran.stderr, ran.stderr
+    assert results.read_bytes() == b"hours of work"
+
+
+def test_what_of_a_request_cannot_be_read_is_named(batch):
+    with pytest.raises((ValueError, EngineError), match="worlds"):
+        batch(worlds=-1)
+    with pytest.raises((ValueError, EngineError), match="spec.cars"):
+        batch(worlds=1, cars=-1)
+
+
 def test_a_listening_engine_ends_when_asked_and_removes_its_socket(listening):
     process, path = listening
     with Batch(worlds=1, town="Town02", address=path):

@@ -147,12 +147,11 @@ fn a_service_that_dies_again_and_again_ends_nothing_else() {
 }
 
 #[test]
-fn a_maps_folder_that_cannot_be_read_is_one_line() {
+fn a_folder_that_cannot_be_read_is_one_line() {
     let ports = ["up", "--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--carla", "0"];
-    assert_refused(
-        &[&ports[..], &["--maps", "/no/such/maps"]].concat(),
-        &["--maps", "/no/such/maps"],
-    );
+    for wrong in [["--maps", "/no/such/maps"], ["--recordings", "/dev/null"]] {
+        assert_refused(&[&ports[..], &wrong].concat(), &wrong);
+    }
 }
 
 #[test]
