@@ -295,7 +295,7 @@ def test_what_is_in_the_way_of_an_engine_stays_and_missing_folders_are_named(tmp
 def test_what_of_a_request_cannot_be_read_is_named(batch):
     with pytest.raises((ValueError, EngineError), match="worlds"):
         batch(worlds=-1)
-    with pytest.raises((ValueError, EngineError), match="spec.cars"):
+    with pytest.raises((ValueError, EngineError), match=r"spec\.cars"):
         batch(worlds=1, cars=-1)
 
 
