@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> None:
         print(f"episode {number}")
         # A world of its own, as the old server made one for each episode.
         world = client.reload_world(False)
-        with synchronous(world, STEP_SECS), cast(client) as ids:
+        with synchronous(world, STEP_SECS), cast(client, manager) as ids:
             drive(client, manager, settings, options, number, seeds.randrange(2**31), ids)
 
 

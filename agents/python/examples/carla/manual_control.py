@@ -134,7 +134,7 @@ def run(options: argparse.Namespace) -> None:
     pygame.font.init()
     window = pygame.display.set_mode(options.res)
     pygame.display.set_caption("manual_control")
-    with synchronous(world, STEP_SECS), cast(client) as ids:
+    with synchronous(world, STEP_SECS), cast(client, manager) as ids:
         blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
         blueprint.set_attribute("role_name", "hero")
         starts = world.get_map().get_spawn_points()

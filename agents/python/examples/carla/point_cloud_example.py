@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
     manager = client.get_trafficmanager(options.tm_port)
     manager.set_synchronous_mode(True)
     options.out.mkdir(parents=True, exist_ok=True)
-    with synchronous(world, STEP_SECS), cast(client) as ids:
+    with synchronous(world, STEP_SECS), cast(client, manager) as ids:
         blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
         start = random.Random(options.seed).choice(world.get_map().get_spawn_points())
         vehicle = world.spawn_actor(blueprint, start)

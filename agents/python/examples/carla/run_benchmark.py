@@ -110,7 +110,7 @@ def drive_episode(stage: Stage, task: Task, weather: int, drive: Drive) -> Episo
     starts = stage.town.get_spawn_points()
     goal = starts[drive.goal].location
     agent = AGENTS[stage.agent](drive.route)
-    with synchronous(world, STEP_SECS), cast(stage.client) as ids:
+    with synchronous(world, STEP_SECS), cast(stage.client, stage.manager) as ids:
         blueprint = world.get_blueprint_library().find("vehicle.lincoln.mkz_2020")
         vehicle = world.spawn_actor(blueprint, starts[drive.start])
         ids.append(vehicle.id)

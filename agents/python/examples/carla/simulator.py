@@ -82,15 +82,23 @@ def synchronous(world: carla.World, step_secs: float) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def cast(client: carla.Client) -> Iterator[list[int]]:
-    """A list for the ids of the actors that an example spawns; they go at the end."""
+def cast(client: carla.Client, manager: carla.TrafficManager | None = None) -> Iterator[list[int]]:
+    """A list for the ids of the actors that an example spawns; they go at the end.
+
+    `manager`: the Traffic Manager that drives some of them."""
     ids: list[int] = []
     try:
         yield ids
     finally:
         # The client goes on to lead walkers whose controllers are destroyed, and may end with them.
-        for controller in client.get_world().get_actors(ids).filter("controller.*"):
+        actors = client.get_world().get_actors(ids)
+        for controller in actors.filter("controller.*"):
             controller.stop()
+        # Nor does the Traffic Manager survive each car that goes while it drives it.
+        if manager is not None:
+            free = carla.command.SetAutopilot
+            cars = [one.id for one in actors.filter("vehicle.*")]
+            client.apply_batch_sync([free(car, False, manager.get_port()) for car in cars])
         # Those that were spawned last may be attached to those before.
         client.apply_batch_sync([carla.command.DestroyActor(one) for one in reversed(ids)])
 
