@@ -191,15 +191,10 @@ fn signs(map: &Map) -> impl Iterator<Item = Entity> {
 /// The housings of traffic lights; what they show is told elsewhere.
 fn lights(map: &Map) -> Entity {
     let mut entity = Entity::new("lights");
-    let lights = map.traffic_lights().lights;
-    let is_light = |id: &str| lights.iter().any(|light| light.id == id);
-    let mut told = std::collections::BTreeSet::new();
-    for landmark in map.landmarks().iter().filter(|landmark| is_light(&landmark.id)) {
-        if told.insert(landmark.id.as_str()) {
-            let head = landmark.light_head();
-            entity.cubes.push(cube(&head, roads::LIGHT_HEAD_HALF_M, HOUSING));
-        }
-    }
+    let posts = map.posts().iter().filter(|post| post.light.is_some());
+    let heads =
+        posts.map(|post| cube(&post.world_from_carried(), post.carried_half_m.into(), HOUSING));
+    entity.cubes.extend(heads);
     entity
 }
 

@@ -5,8 +5,10 @@ use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
+use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
+use crate::posts::Post;
 use crate::scenery::scenery_box;
 use crate::signals::{Signal, SignalPose, is_traffic_light};
 
@@ -52,6 +54,7 @@ enum Origin {
     Road = 1,
     Object = 2,
     Signal = 3,
+    FarSide = 4,
 }
 
 /// From the origin, the road and the position there.
@@ -59,10 +62,12 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// Everything of roads with their objects and of signals with their ids and places, ordered by id.
+/// Everything of roads with their objects, of signals with their ids and places, and of far-side
+/// posts with the landmarks of their lights, ordered by id.
 pub(crate) fn list<'m>(
     roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
     signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
+    far_side: impl Iterator<Item = (&'m Landmark, &'m Post)>,
 ) -> Vec<EnvironmentObject> {
     let mut found = Vec::new();
     let mut scenery_count = 0;
@@ -76,6 +81,8 @@ pub(crate) fn list<'m>(
     }
     let signals = signals.enumerate();
     found.extend(signals.map(|(position, (id, signal, at))| sign(id, signal, at, position)));
+    let far_side = far_side.enumerate();
+    found.extend(far_side.map(|(position, (light, post))| far_side_light(light, post, position)));
     found.sort_by_key(|object| object.id);
     found
 }
@@ -191,6 +198,21 @@ fn sign(signal_id: &str, signal: &Signal, at: &SignalPose, position: usize) -> E
         label,
         layer: MapLayer::Props,
         pose: Isometry3::from_parts(middle.coords.into(), turn),
+        half_extent_m,
+        scenery: None,
+    }
+}
+
+/// The lamps of a light beyond its junction, with their post.
+fn far_side_light(light: &Landmark, post: &Post, position: usize) -> EnvironmentObject {
+    let [height_m, half_m] = LIGHT_M;
+    let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
+    EnvironmentObject {
+        id: id(Origin::FarSide, light.road, position),
+        name: format!("TrafficLight_{}_far", light.id),
+        label: SemanticTag::TrafficLight,
+        layer: MapLayer::Props,
+        pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
         half_extent_m,
         scenery: None,
     }

@@ -24,6 +24,7 @@ mod chords;
 mod crosswalks;
 mod environment;
 mod error;
+mod far_side;
 mod geo;
 mod geometry;
 mod index;

@@ -16,6 +16,7 @@ use crate::mesh::kerbs::Kerbs;
 use crate::model::{Model, Object, Road};
 use crate::neighbours::{self, Side};
 use crate::place::{LaneInfo, Waypoint};
+use crate::posts::{self, Post};
 use crate::scenery::{self, SceneryBox};
 use crate::shapes::Shapes;
 use crate::size;
@@ -46,6 +47,7 @@ pub struct Map {
     surroundings: OnceLock<Vec<Vec<Object>>>,
     scenery: OnceLock<Vec<SceneryBox>>,
     kerbs: OnceLock<Kerbs>,
+    posts: OnceLock<Vec<Post>>,
     environment: OnceLock<Vec<EnvironmentObject>>,
 }
 
@@ -92,6 +94,7 @@ impl Map {
             surroundings: OnceLock::new(),
             scenery: OnceLock::new(),
             kerbs: OnceLock::new(),
+            posts: OnceLock::new(),
             environment: OnceLock::new(),
         };
         // Signals are pushed off the lanes, which takes the finished index.
@@ -316,6 +319,15 @@ impl Map {
         self.scenery.get_or_init(|| scenery::boxes(self.roads_with_objects()))
     }
 
+    /// The posts of all signals that stand beside roads, each once, in the order of the landmarks,
+    /// then those with far-side lamps in the same order; what is only painted has none.
+    ///
+    /// **Cost:** made on the first call.
+    #[must_use]
+    pub fn posts(&self) -> &[Post] {
+        self.posts.get_or_init(|| posts::list(self))
+    }
+
     /// Every road with its objects and what was generated to stand beside it.
     pub(crate) fn roads_with_objects(
         &self,
@@ -337,7 +349,12 @@ impl Map {
         let posed = || {
             signals().filter_map(|(id, signal)| Some((id, signal, self.landmarks.poses.get(id)?)))
         };
-        self.environment.get_or_init(|| environment::list(self.roads_with_objects(), posed()))
+        let far_side = || {
+            let posts = self.posts().iter().filter(|post| post.is_far_side);
+            posts.filter_map(|post| Some((self.landmarks().get(post.landmark)?, post)))
+        };
+        self.environment
+            .get_or_init(|| environment::list(self.roads_with_objects(), posed(), far_side()))
     }
 
     /// The corners of every pedestrian crossing, as the map lists them.

@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
+use crate::far_side::FarSide;
 use crate::kinds::LaneType;
 use crate::landmarks::{LIGHT_HEAD_HALF_M, Landmark};
+use crate::lights::TrafficLight;
 use crate::map::Map;
 
 /// Height of a light's post above its foot, in metres.
@@ -60,38 +62,56 @@ pub struct Post {
     pub carried_half_m: Vector3<f64>,
     /// Whether it stands where cars drive, as some maps have it.
     pub is_on_lane: bool,
+    /// Whether it repeats the lamps of a light beyond its junction.
+    pub is_far_side: bool,
 }
 
-impl Map {
-    /// The posts of all signals that stand beside roads, each once, in the order of the landmarks;
-    /// what is only painted has none.
-    ///
-    /// **Cost:** linear in the signals of the map.
+impl Post {
+    /// World from the middle of what it carries.
     #[must_use]
-    pub fn posts(&self) -> Vec<Post> {
-        let lights = self.traffic_lights().lights;
-        let light_of: BTreeMap<&str, usize> =
-            lights.iter().enumerate().map(|(at, light)| (light.id.as_str(), at)).collect();
-        let mut known = BTreeSet::new();
-        let upright = self.landmarks().iter().enumerate().filter(|(_, landmark)| {
-            !landmark.name.contains("Stencil") && known.insert(landmark.id.as_str())
-        });
-        upright
-            .map(|(at, landmark)| {
-                let light = light_of.get(landmark.id.as_str()).copied();
-                Post {
-                    landmark: at,
-                    light,
-                    is_on_lane: is_on_lane(self, landmark),
-                    ..if landmark.dynamic || light.is_some() {
-                        light_post(landmark)
-                    } else {
-                        sign_post(landmark)
-                    }
-                }
-            })
-            .collect()
+    pub fn world_from_carried(&self) -> Isometry3<f64> {
+        self.foot * self.post_from_carried
     }
+}
+
+/// Those of the signals, then those with far-side lamps.
+pub(crate) fn list(map: &Map) -> Vec<Post> {
+    let lights = map.traffic_lights().lights;
+    let mut posts = of_signals(map, &lights);
+    let far_side = FarSide::new(map);
+    let beyond: Vec<Post> = posts
+        .iter()
+        .filter_map(|near| {
+            let foot = far_side.foot(lights.get(near.light?)?)?;
+            Some(Post { foot, is_on_lane: false, is_far_side: true, ..near.clone() })
+        })
+        .collect();
+    posts.extend(beyond);
+    posts
+}
+
+fn of_signals(map: &Map, lights: &[TrafficLight]) -> Vec<Post> {
+    let light_of: BTreeMap<&str, usize> =
+        lights.iter().enumerate().map(|(at, light)| (light.id.as_str(), at)).collect();
+    let mut known = BTreeSet::new();
+    let upright = map.landmarks().iter().enumerate().filter(|(_, landmark)| {
+        !landmark.name.contains("Stencil") && known.insert(landmark.id.as_str())
+    });
+    upright
+        .map(|(at, landmark)| {
+            let light = light_of.get(landmark.id.as_str()).copied();
+            Post {
+                landmark: at,
+                light,
+                is_on_lane: is_on_lane(map, landmark),
+                ..if landmark.dynamic || light.is_some() {
+                    light_post(landmark)
+                } else {
+                    sign_post(landmark)
+                }
+            }
+        })
+        .collect()
 }
 
 fn light_post(landmark: &Landmark) -> Post {
@@ -108,6 +128,7 @@ fn light_post(landmark: &Landmark) -> Post {
         post_from_carried: foot.inv_mul(&landmark.light_head()).translation,
         carried_half_m: Vector3::new(x, y, z),
         is_on_lane: false,
+        is_far_side: false,
     }
 }
 
@@ -130,6 +151,7 @@ fn sign_post(landmark: &Landmark) -> Post {
         post_from_carried: Translation3::new(-BOARD_BEFORE_M, 0.0, edge_m + half_m.z),
         carried_half_m: half_m,
         is_on_lane: false,
+        is_far_side: false,
     }
 }
 

@@ -77,7 +77,10 @@ fn lights_and_signs_are_listed_with_the_labels_of_theirs() {
     let count = |map: &Map, label| {
         map.environment_objects().iter().filter(|object| object.label == label).count()
     };
-    assert!(count(&town("Town05"), SemanticTag::TrafficLight) > 20);
+    let town05 = town("Town05");
+    // Near their line and beyond the junction.
+    let lights = town05.traffic_lights().lights.len();
+    assert_eq!(count(&town05, SemanticTag::TrafficLight), 2 * lights);
     assert!(count(&town("Town07"), SemanticTag::TrafficSigns) > 10);
     assert!(count(&town("Town04"), SemanticTag::GuardRail) > 20);
 }

@@ -192,7 +192,7 @@ def test_lights_stop_traffic_before_the_junction_that_they_rule(world):
 def test_a_light_has_its_lamps_above_its_foot_and_before_its_traffic(world):
     world.tick()
     for light in lights_of(world):
-        (housing,) = light.get_light_boxes()
+        housing, far = light.get_light_boxes()
         foot = light.get_transform()
         assert 2.0 < housing.location.z - foot.location.z < 6.0
         assert housing.location.distance_2d(foot.location) < 1.0
@@ -201,6 +201,10 @@ def test_a_light_has_its_lamps_above_its_foot_and_before_its_traffic(world):
         stop = light.get_stop_waypoints()[0].transform
         before = stop.get_forward_vector().dot(foot.location - housing.location)
         assert before > 0.1
+        # The lamps beyond the junction are at the same height and face the same way.
+        assert far.location.z - foot.location.z == pytest.approx(3.3, abs=0.7)
+        assert far.rotation.yaw == pytest.approx(housing.rotation.yaw, abs=1.0)
+        assert 10.0 < stop.get_forward_vector().dot(far.location - stop.location) < 60.0
 
 
 def test_a_car_is_at_the_light_that_holds_its_lane(world, light):
@@ -255,9 +259,9 @@ def test_a_stop_sign_holds_a_car_for_two_seconds(client, site):
         assert held == sorted(held, reverse=True)
 
 
-def camera_before(world: carla.World, light: carla.TrafficLight, away_m: float):
+def camera_before(world: carla.World, light: carla.TrafficLight, away_m: float, which: int = 0):
     """The pictures of a narrow camera that looks straight at a light's lamps."""
-    (housing,) = light.get_light_boxes()
+    housing = light.get_light_boxes()[which]
     place = carla.Transform(housing.location, housing.rotation)
     place.location -= place.get_forward_vector() * away_m
     size = {"image_size_x": "120", "image_size_y": "120", "fov": "20"}
@@ -283,7 +287,8 @@ def lit_lamps(image: carla.Image, away_m: float) -> list[str]:
     return lit
 
 
-def test_a_camera_sees_each_light_in_the_colour_that_a_client_sets(world):
+@pytest.mark.parametrize("which", [0, 1], ids=["near", "far"])
+def test_a_camera_sees_each_light_in_the_colour_that_a_client_sets(world, which):
     states = {
         carla.TrafficLightState.Red: ["red"],
         carla.TrafficLightState.Yellow: ["yellow"],
@@ -293,7 +298,7 @@ def test_a_camera_sees_each_light_in_the_colour_that_a_client_sets(world):
     away_m = 3.0
     lights = lights_of(world)[:: len(lights_of(world)) // len(states)][: len(states)]
     world.freeze_all_traffic_lights(True)
-    cameras = [camera_before(world, light, away_m) for light in lights]
+    cameras = [camera_before(world, light, away_m, which) for light in lights]
     try:
         for turn in range(len(states)):
             wanted = [list(states)[(turn + at) % len(states)] for at in range(len(lights))]
@@ -306,6 +311,19 @@ def test_a_camera_sees_each_light_in_the_colour_that_a_client_sets(world):
         for camera, _ in cameras:
             camera.destroy()
         world.freeze_all_traffic_lights(False)
+
+
+def test_who_waits_sees_the_lamps_whatever_the_lane(world):
+    light = lights_of(world)[0]
+    size = {"image_size_x": "640", "image_size_y": "360", "fov": "90"}
+    for stop in light.get_stop_waypoints():
+        eye = carla.Transform(stop.transform.location, stop.transform.rotation)
+        eye.location.z += 1.5
+        camera, pictures = attach(world, None, "sensor.camera.semantic_segmentation", eye, **size)
+        image = picture_of(pictures, ticks(world, 2))
+        tags = np.frombuffer(image.raw_data, np.uint8).reshape(360, 640, 4)[..., 2]
+        assert (tags == int(carla.CityObjectLabel.TrafficLight)).sum() > 20, stop
+        camera.destroy()
 
 
 def test_a_camera_sees_the_lights_of_an_uploaded_map_too(site):

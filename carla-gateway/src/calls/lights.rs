@@ -1,7 +1,7 @@
 //! Calls about traffic lights.
 
-use roads::LIGHT_HEAD_HALF_M;
-use schemas::{ActorKind, Command, TrafficLightCommand as Change, Vec3};
+use roads::Post;
+use schemas::{ActorKind, Command, TrafficLightCommand as Change};
 
 use crate::dialect::{ActorRef, BoundingBox, Transform, Vector3D};
 use crate::endpoint::Endpoint;
@@ -77,7 +77,7 @@ pub(super) fn group(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<ActorRe
     Ok(same.map(|light| light.actor.into()).collect())
 }
 
-/// The housing of the lamps, in the world; a light has one.
+/// The housings of the lamps, in the world: the near ones, then those beyond the junction.
 pub(super) fn boxes(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.episode()?;
     let state = episode.found(id)?;
@@ -85,14 +85,15 @@ pub(super) fn boxes(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<Boundin
         return Err(no_light(id));
     }
     let signal = episode.signal(state.id);
-    let mut landmarks = episode.map.landmarks().iter();
-    let found = landmarks.find(|landmark| Some(landmark.id.as_str()) == signal);
-    let housing = found.map(|landmark| {
-        let Transform { location, rotation } = Transform::of(&landmark.light_head().cast());
-        let half_m = Vec3::from(LIGHT_HEAD_HALF_M.map(|metres| metres as f32));
-        BoundingBox { location, extent: Vector3D::size(half_m), rotation, actor_id: id }
-    });
-    Ok(housing.into_iter().collect())
+    let landmarks = episode.map.landmarks();
+    let position = landmarks.iter().position(|landmark| Some(landmark.id.as_str()) == signal);
+    let posts = episode.map.posts().iter().filter(|post| Some(post.landmark) == position);
+    let housing = |post: &Post| {
+        let Transform { location, rotation } = Transform::of(&post.world_from_carried().cast());
+        let extent = Vector3D::size(post.carried_half_m.cast());
+        BoundingBox { location, extent, rotation, actor_id: id }
+    };
+    Ok(posts.map(housing).collect())
 }
 
 fn no_light(id: ActorRef) -> Refusal {

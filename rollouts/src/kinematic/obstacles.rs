@@ -29,7 +29,7 @@ impl Obstacles {
     /// Scenery and posts of a map; those on lanes are left out, as in the tier of rigid bodies.
     pub(super) fn of(map: &Map) -> Self {
         let scenery = map.scenery().iter().map(|item| outline(&item.pose, &item.half_extent_m));
-        let posts = map.posts().into_iter().filter(|post| !post.is_on_lane);
+        let posts = map.posts().iter().filter(|post| !post.is_on_lane);
         let posts =
             posts.map(|post| outline(&post.foot, &Vector3::new(post.radius_m, post.radius_m, 1.0)));
         Self::new(scenery.chain(posts).collect())

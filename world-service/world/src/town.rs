@@ -94,8 +94,8 @@ fn boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> {
 }
 
 /// The posts of lights and signs, but those that a map has where cars drive.
-fn post_boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> + use<> {
-    let posts = roads.posts().into_iter().filter(|post| !post.is_on_lane);
+fn post_boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> {
+    let posts = roads.posts().iter().filter(|post| !post.is_on_lane);
     posts.map(|post| {
         let (foot, half_m) = (post.foot.cast(), post.radius_m as f32);
         let (root_m, top_m) = (post.root_m as f32, post.top_m as f32);

@@ -32,7 +32,7 @@ fn worlds() -> [World; 2] {
 
 /// The light, the limit and the sign on the lane.
 fn posts() -> [Post; 3] {
-    roads().posts().try_into().unwrap()
+    roads().posts().to_vec().try_into().unwrap()
 }
 
 /// Lets a car roll along +x towards a place; where its front ends up before it, and whether it

@@ -36,7 +36,7 @@ pub(crate) struct Signal {
 /// Every signal that stands beside the roads of a map.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Signals {
-    /// In the order of the map's landmarks, each once.
+    /// In the order of the map's posts.
     all: Vec<Signal>,
     /// How many traffic lights the map has.
     light_count: usize,
@@ -216,7 +216,7 @@ mod tests {
         };
         let text = roads::town::build("Town10HD_Opt").unwrap();
         let map = roads::Map::parse("Town10HD_Opt", &text).unwrap();
-        let posts = map.posts().into_iter();
+        let posts = map.posts().iter();
         let limits: Vec<u32> =
             posts.filter_map(|post| limit(&map.landmarks()[post.landmark])).collect();
         assert!(!limits.is_empty() && limits.iter().all(|limit| (20..=130).contains(limit)));

@@ -44,7 +44,7 @@ impl TownRays {
             let scenery = (0..).zip(things).flat_map(|(place, thing)| solids(place, thing));
             // In pictures too, lights and signs have the numbers after those of the scenery.
             let posts = self.roads.posts();
-            let posts = (things.len() as u32..).zip(&posts);
+            let posts = (things.len() as u32..).zip(posts);
             let posts = posts.flat_map(|(place, post)| parts(place, post));
             Solids::new(scenery.chain(posts).collect())
         };
