@@ -269,7 +269,7 @@ mod tests {
         let corners: usize = map.crosswalks().iter().map(|corners| corners.len() - 1).sum();
         assert_eq!(crossings, corners);
         let lights = map.traffic_lights().lights.len();
-        assert_eq!(entity("lights")["cubes"].as_array().unwrap().len(), lights);
+        assert_eq!(entity("lights")["cubes"].as_array().unwrap().len(), 2 * lights);
         for sign in map.traffic_signs() {
             let plate = &entity(&format!("sign/{}", sign.id))["cubes"][0]["pose"]["position"];
             assert!((plate["x"].as_f64().unwrap() - sign.pose.point.x).abs() < 1e-3);
