@@ -5,10 +5,9 @@ use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
-use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
-use crate::posts::Post;
+use crate::post::Post;
 use crate::scenery::scenery_box;
 use crate::signals::{Signal, SignalPose, is_traffic_light};
 
@@ -63,11 +62,11 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
 }
 
 /// Everything of roads with their objects, of signals with their ids and places, and of far-side
-/// posts with the landmarks of their lights, ordered by id.
+/// posts with the ids and roads of their lights, ordered by id.
 pub(crate) fn list<'m>(
     roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
     signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
-    far_side: impl Iterator<Item = (&'m Landmark, &'m Post)>,
+    far_side: impl Iterator<Item = (&'m str, u32, &'m Post)>,
 ) -> Vec<EnvironmentObject> {
     let mut found = Vec::new();
     let mut scenery_count = 0;
@@ -81,8 +80,11 @@ pub(crate) fn list<'m>(
     }
     let signals = signals.enumerate();
     found.extend(signals.map(|(position, (id, signal, at))| sign(id, signal, at, position)));
-    let far_side = far_side.enumerate();
-    found.extend(far_side.map(|(position, (light, post))| far_side_light(light, post, position)));
+    found.extend(
+        far_side
+            .enumerate()
+            .map(|(position, (id, road, post))| far_side_light(id, road, post, position)),
+    );
     found.sort_by_key(|object| object.id);
     found
 }
@@ -204,12 +206,12 @@ fn sign(signal_id: &str, signal: &Signal, at: &SignalPose, position: usize) -> E
 }
 
 /// The lamps of a light beyond its junction, with their post.
-fn far_side_light(light: &Landmark, post: &Post, position: usize) -> EnvironmentObject {
+fn far_side_light(signal_id: &str, road: u32, post: &Post, position: usize) -> EnvironmentObject {
     let [height_m, half_m] = LIGHT_M;
     let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
     EnvironmentObject {
-        id: id(Origin::FarSide, light.road, position),
-        name: format!("TrafficLight_{}_far", light.id),
+        id: id(Origin::FarSide, road, position),
+        name: format!("TrafficLight_{signal_id}_far"),
         label: SemanticTag::TrafficLight,
         layer: MapLayer::Props,
         pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),

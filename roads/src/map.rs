@@ -16,7 +16,7 @@ use crate::mesh::kerbs::Kerbs;
 use crate::model::{Model, Object, Road};
 use crate::neighbours::{self, Side};
 use crate::place::{LaneInfo, Waypoint};
-use crate::posts::{self, Post};
+use crate::post::Post;
 use crate::scenery::{self, SceneryBox};
 use crate::shapes::Shapes;
 use crate::size;
@@ -47,7 +47,7 @@ pub struct Map {
     surroundings: OnceLock<Vec<Vec<Object>>>,
     scenery: OnceLock<Vec<SceneryBox>>,
     kerbs: OnceLock<Kerbs>,
-    posts: OnceLock<Vec<Post>>,
+    pub(crate) posts: OnceLock<Vec<Post>>,
     environment: OnceLock<Vec<EnvironmentObject>>,
 }
 
@@ -319,15 +319,6 @@ impl Map {
         self.scenery.get_or_init(|| scenery::boxes(self.roads_with_objects()))
     }
 
-    /// The posts of all signals that stand beside roads, each once, in the order of the landmarks,
-    /// then those with far-side lamps in the same order; what is only painted has none.
-    ///
-    /// **Cost:** made on the first call.
-    #[must_use]
-    pub fn posts(&self) -> &[Post] {
-        self.posts.get_or_init(|| posts::list(self))
-    }
-
     /// Every road with its objects and what was generated to stand beside it.
     pub(crate) fn roads_with_objects(
         &self,
@@ -351,7 +342,10 @@ impl Map {
         };
         let far_side = || {
             let posts = self.posts().iter().filter(|post| post.is_far_side);
-            posts.filter_map(|post| Some((self.landmarks().get(post.landmark)?, post)))
+            posts.filter_map(|post| {
+                let light = self.landmarks().get(post.landmark)?;
+                Some((light.id.as_str(), light.road, post))
+            })
         };
         self.environment
             .get_or_init(|| environment::list(self.roads_with_objects(), posed(), far_side()))

@@ -3,13 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+use nalgebra::{Point3, Translation3, Vector3};
 
 use crate::far_side::FarSide;
 use crate::kinds::LaneType;
 use crate::landmarks::{LIGHT_HEAD_HALF_M, Landmark};
 use crate::lights::TrafficLight;
 use crate::map::Map;
+use crate::post::{Carried, Post};
 
 /// Height of a light's post above its foot, in metres.
 const LIGHT_POST_M: f64 = 3.9;
@@ -29,53 +30,18 @@ const BOARD_BEFORE_M: f64 = 0.06;
 /// A lane this far above or below the foot of a post is another storey, in metres.
 const STOREY_M: f64 = 3.0;
 
-/// What a post carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Carried {
-    /// The lamps of a light.
-    Lamps,
-    /// The board of a sign.
-    Board,
-}
-
-/// The post of a signal. Its frame has its origin at the foot, x along the traffic that the signal
-/// speaks to, z up; lengths are in metres.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Post {
-    /// Position among [`Map::landmarks`] of the first one of its signal.
-    pub landmark: usize,
-    /// Position among the lights of [`Map::traffic_lights`], of those that are.
-    pub light: Option<usize>,
-    /// World from post.
-    pub foot: Isometry3<f64>,
-    /// Of the post.
-    pub radius_m: f64,
-    /// Height of its top above the foot.
-    pub top_m: f64,
-    /// How deep it begins below the foot.
-    pub root_m: f64,
-    /// What is at its top.
-    pub carried: Carried,
-    /// Middle of that.
-    pub post_from_carried: Translation3<f64>,
-    /// Half of its size along the axes of the post.
-    pub carried_half_m: Vector3<f64>,
-    /// Whether it stands where cars drive, as some maps have it.
-    pub is_on_lane: bool,
-    /// Whether it repeats the lamps of a light beyond its junction.
-    pub is_far_side: bool,
-}
-
-impl Post {
-    /// World from the middle of what it carries.
+impl Map {
+    /// The posts of all signals that stand beside roads, each once, in the order of the landmarks,
+    /// then those with far-side lamps in the same order; what is only painted has none.
+    ///
+    /// **Cost:** made on the first call.
     #[must_use]
-    pub fn world_from_carried(&self) -> Isometry3<f64> {
-        self.foot * self.post_from_carried
+    pub fn posts(&self) -> &[Post] {
+        self.posts.get_or_init(|| list(self))
     }
 }
 
-/// Those of the signals, then those with far-side lamps.
-pub(crate) fn list(map: &Map) -> Vec<Post> {
+fn list(map: &Map) -> Vec<Post> {
     let lights = map.traffic_lights().lights;
     let mut posts = of_signals(map, &lights);
     let far_side = FarSide::new(map);
