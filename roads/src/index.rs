@@ -71,11 +71,18 @@ impl ProjectionIndex {
                 continue;
             }
             if node.count == 0 {
-                let children = [node_index + 1, node.first as usize];
-                let [first, second] = children.map(|child| (child, self.distance2(child, point)));
+                let (first, second) = (node_index + 1, node.first as usize);
+                let first = (first, self.distance2(first, point));
+                let second = (second, self.distance2(second, point));
                 // The nearer one is taken first.
-                let order = if first.1 < second.1 { [second, first] } else { [first, second] };
-                stack.extend(order.into_iter().filter(|(_, distance2)| is_near(*distance2)));
+                let (later, sooner) =
+                    if first.1 < second.1 { (second, first) } else { (first, second) };
+                if is_near(later.1) {
+                    stack.push(later);
+                }
+                if is_near(sooner.1) {
+                    stack.push(sooner);
+                }
                 continue;
             }
             let range = node.first as usize..(node.first + node.count) as usize;
@@ -105,18 +112,16 @@ impl ProjectionIndex {
     }
 
     fn distance2(&self, node: usize, point: &Point3<f64>) -> f64 {
-        self.nodes.get(node).map_or(f64::INFINITY, |node| {
-            (0..3)
-                .map(|axis| {
-                    let p = point[axis];
-                    let Bounds { min, max, .. } = &node.bounds;
-                    let (before, beyond) = (min[axis] - p, p - max[axis]);
-                    // `f64::max` also asks which of both is no number.
-                    let outside = if before > beyond { before } else { beyond };
-                    if outside > 0.0 { outside * outside } else { 0.0 }
-                })
-                .sum()
-        })
+        let Some(TreeNode { bounds: Bounds { min, max, .. }, .. }) = self.nodes.get(node) else {
+            return f64::INFINITY;
+        };
+        let outside2 = |axis: usize| {
+            let (before, beyond) = (min[axis] - point[axis], point[axis] - max[axis]);
+            // `f64::max` also asks which of both is no number.
+            let outside = if before > beyond { before } else { beyond };
+            if outside > 0.0 { outside * outside } else { 0.0 }
+        };
+        outside2(0) + outside2(1) + outside2(2)
     }
 }
 

@@ -203,7 +203,7 @@ impl Map {
     /// Whether the road of a waypoint leads through a junction.
     #[must_use]
     pub fn is_in_junction(&self, waypoint: &Waypoint) -> bool {
-        self.model.road(waypoint.road).is_some_and(|road| road.junction.is_some())
+        self.road(waypoint).is_some_and(|road| road.junction.is_some())
     }
 
     /// All places `distance_m` ahead along the lanes; empty where every way ends before.
@@ -382,6 +382,12 @@ impl Map {
     pub(crate) fn lane_index(&self, waypoint: &Waypoint) -> Option<LaneIndex> {
         let road = self.table.road(&self.model, waypoint.road)?;
         self.table.find_in(road, waypoint.section as usize, waypoint.lane)
+    }
+
+    /// The road of a place on a lane.
+    pub(crate) fn road(&self, waypoint: &Waypoint) -> Option<&Road> {
+        let road = self.table.road(&self.model, waypoint.road)?;
+        self.model.roads.get(road.road as usize)
     }
 
     #[inline]

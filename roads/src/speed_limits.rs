@@ -115,7 +115,7 @@ impl Map {
                 return Some(last.limit_mps);
             }
         }
-        let by_type = || self.model.road(waypoint.road)?.speed_limit_mps(waypoint.s);
+        let by_type = || self.road(waypoint)?.speed_limit_mps(waypoint.s);
         match self.speed_limits().told.get(lane as usize).copied().unwrap_or_default() {
             Told::Nothing => by_type(),
             Told::One { limit_mps } => Some(limit_mps),
