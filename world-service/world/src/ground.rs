@@ -34,9 +34,11 @@ pub(crate) struct Surface {
 #[derive(Clone, Debug)]
 struct Face {
     corner: Vec3,
-    slope: Vector2<f32>,
-    /// Of the outline: inside all of them is in the triangle.
-    edges: [Edge; 3],
+    /// Of the three edges of the outline, then the slope: all x, all y, so that one instruction
+    /// serves four.
+    across: [[f32; 4]; 2],
+    /// Inside all edges is in the triangle; the slope keeps nothing out.
+    outside: [f32; 4],
 }
 
 /// Unit normal, upwards, and friction of a face.
@@ -109,11 +111,7 @@ impl Ground {
     pub(crate) fn below(&self, point: Vec3) -> Surface {
         let mut best: Option<(f32, u32)> = None;
         for &index in self.cell_at(point) {
-            let face = &self.faces[index as usize];
-            if !face.covers(point) {
-                continue;
-            }
-            let height_m = face.height_m(point);
+            let Some(height_m) = self.faces[index as usize].height_at_m(point) else { continue };
             if height_m <= point.z && best.is_none_or(|(best_m, _)| best_m < height_m) {
                 best = Some((height_m, index));
             }
@@ -207,12 +205,27 @@ impl Ground {
 }
 
 impl Face {
-    /// Whether the outline seen from above, widened by [`EDGE_M`], holds the point.
-    fn covers(&self, point: Vec3) -> bool {
-        let from_corner = point.xy() - self.corner.xy();
-        // All three in any case: which of them fails cannot be foretold.
-        let inside = |edge: &Edge| edge.across.dot(&from_corner) >= edge.outside;
-        self.edges.iter().fold(true, |all, edge| all & inside(edge))
+    fn new(corner: Vec3, edges: [Edge; 3], slope: Vector2<f32>) -> Self {
+        let [a, b, c] = edges.map(|edge| edge.across);
+        let [d, e, f] = edges.map(|edge| edge.outside);
+        let across = [[a.x, b.x, c.x, slope.x], [a.y, b.y, c.y, slope.y]];
+        Self { corner, across, outside: [d, e, f, f32::NEG_INFINITY] }
+    }
+
+    /// From the corner to a place, along the normals of the edges and up the slope.
+    fn along(&self, from_corner: Vector2<f32>) -> [f32; 4] {
+        let [x, y] = self.across;
+        std::array::from_fn(|at| x[at] * from_corner.x + y[at] * from_corner.y)
+    }
+
+    /// The height of its plane at a point, if the outline seen from above, widened by [`EDGE_M`],
+    /// holds that.
+    #[inline]
+    fn height_at_m(&self, point: Vec3) -> Option<f32> {
+        let along = self.along(point.xy() - self.corner.xy());
+        // All in any case: which of them fails cannot be foretold.
+        let beyond = along.iter().zip(&self.outside).map(|(along, outside)| along >= outside);
+        beyond.fold(true, |all, inside| all & inside).then_some(self.corner.z + along[3])
     }
 
     /// Whether it covers a point between these ones, or beside them by little.
@@ -223,14 +236,16 @@ impl Face {
         let places = corners_m.iter().chain(&from_corner);
         let reach_m = places.map(|place| place.abs().sum()).fold(0.0, f32::max);
         let beside_m = 2.0 * EDGE_M + ROUNDING * reach_m;
-        self.edges.iter().all(|Edge { across, outside }| {
-            let least = outside - beside_m * across.abs().sum();
-            from_corner.iter().any(|it| across.dot(it) >= least)
+        let along = from_corner.map(|place| self.along(place));
+        let [x, y] = self.across;
+        (0..3).all(|edge| {
+            let least = self.outside[edge] - beside_m * (x[edge].abs() + y[edge].abs());
+            along.iter().any(|along| along[edge] >= least)
         })
     }
 
     fn height_m(&self, point: Vec3) -> f32 {
-        self.corner.z + self.slope.dot(&(point.xy() - self.corner.xy()))
+        self.corner.z + self.along(point.xy() - self.corner.xy())[3]
     }
 }
 
@@ -256,11 +271,8 @@ fn face((corners, friction): ([Vec3; 3], f32)) -> Option<(Face, Skin, Bounds)> {
     if normal.z < 0.0 {
         (b, c, normal) = (c, b, -normal);
     }
-    let face = Face {
-        corner: a,
-        slope: -normal.xy() / normal.z,
-        edges: [(a, b), (b, c), (c, a)].map(|(from, to)| Edge::new(a, from, to)),
-    };
+    let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| Edge::new(a, from, to));
+    let face = Face::new(a, edges, -normal.xy() / normal.z);
     Some((face, (normal, friction), (a.inf(&b).inf(&c), a.sup(&b).sup(&c))))
 }
 
@@ -346,8 +358,8 @@ mod tests {
             });
             let ground = Ground::new(triangles);
             for point in (9_000..13_000).map(|at| place(at, 104.0) + Vec3::z() * 3.0) {
-                let covering = ground.faces.iter().filter(|face| face.covers(point));
-                let below = covering.map(|face| face.height_m(point)).filter(|z| *z <= point.z);
+                let covering = ground.faces.iter().filter_map(|face| face.height_at_m(point));
+                let below = covering.filter(|z| *z <= point.z);
                 let highest_m = below.fold(f32::NEG_INFINITY, f32::max);
                 let wanted_m =
                     if highest_m.is_finite() { highest_m } else { ground.open_land.height_m };
