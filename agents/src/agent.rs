@@ -210,9 +210,8 @@ impl Agent {
             let wanted_m = WANDER_M + WANDER_SECS * view.velocity_mps.norm();
             wander::extend(&mut self.path, senses.network, wanted_m, draw);
         }
-        let before_m = self.path.length_m();
-        self.path.follow(senses.network, &view.world_from_vehicle.translation.vector);
-        let driven_m = (before_m - self.path.length_m()).max(0.0);
+        let position_m = view.world_from_vehicle.translation.vector;
+        let driven_m = self.path.follow(senses.network, &position_m);
         if self.status == AgentStatus::OnRoute && self.path.length_m() < END_M {
             self.status = AgentStatus::Arrived;
         }

@@ -366,6 +366,13 @@ impl Lane {
     }
 }
 
+/// The next lower whole number; without SSE 4.1 `f32::floor` is a call.
+#[inline]
+pub(crate) fn floor(number: f32) -> i32 {
+    let towards_zero = number as i32;
+    towards_zero.saturating_sub(i32::from(number < towards_zero as f32))
+}
+
 /// An angle between -π and π.
 #[inline]
 pub(crate) fn wrapped(angle_rad: f32) -> f32 {

@@ -175,22 +175,28 @@ impl Path {
         }
     }
 
-    /// Moves the place abreast of the vehicle; never back.
-    pub(crate) fn follow(&mut self, network: &Network, position_m: &Vec3) {
+    /// Moves the place abreast of the vehicle, never back; tells by how much.
+    pub(crate) fn follow(&mut self, network: &Network, position_m: &Vec3) -> f32 {
+        let mut before_m = None;
         for _ in 0..3 {
-            let Some(here) = self.at(network, 0.0) else { return };
-            let away = position_m - here.point.point_m;
-            // Who moves along its way without dynamics is there.
-            if away.xy() == Vector2::zeros() {
-                return;
-            }
-            let heading = here.point.heading();
-            let ahead_m = away.x * heading.x + away.y * heading.y;
-            if ahead_m < 0.01 {
-                return;
-            }
+            let Some(ahead_m) = self.passed_m(network, position_m) else { break };
+            before_m.get_or_insert_with(|| self.length_m());
             self.go(ahead_m);
         }
+        before_m.map_or(0.0, |before_m| (before_m - self.length_m()).max(0.0))
+    }
+
+    /// How far ahead of its place the vehicle is, if it is worth a move.
+    fn passed_m(&self, network: &Network, position_m: &Vec3) -> Option<f32> {
+        let here = self.at(network, 0.0)?;
+        let away = position_m - here.point.point_m;
+        // Who moves along its way without dynamics is there.
+        if away.xy() == Vector2::zeros() {
+            return None;
+        }
+        let heading = here.point.heading();
+        let ahead_m = away.x * heading.x + away.y * heading.y;
+        (ahead_m >= 0.01).then_some(ahead_m)
     }
 
     /// The path some metres ahead; at its end for more than is left.
@@ -217,14 +223,14 @@ impl Path {
         points: &mut Vec<PathPoint>,
     ) {
         points.clear();
-        points.reserve(((horizon_m.min(self.length_m()) / step_m) as usize + 2).min(POINTS));
+        points.reserve(((horizon_m / step_m) as usize + 2).min(POINTS));
         let mut ahead_m = 0.0;
         let mut done_m = 0.0;
         for (index, leg) in self.legs.iter().enumerate() {
             let start_m = if index == 0 { self.at_m } else { leg.from_m };
             let length_m = (leg.to_m - start_m).max(0.0);
             let lane = network.lane(leg.lane).filter(|_| leg.onto.is_none());
-            let mut after = lane.map_or(0, |lane| lane.after(start_m));
+            let mut after = lane.filter(|_| start_m > 0.0).map_or(0, |lane| lane.after(start_m));
             let until_m = done_m + length_m;
             while ahead_m <= until_m && ahead_m <= horizon_m {
                 let at_m = start_m + ahead_m - done_m;

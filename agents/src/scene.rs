@@ -6,6 +6,7 @@ mod strip;
 
 use schemas::{ActorId, TrafficLightColour, Vec3};
 
+use crate::network::floor;
 use crate::path::PathPoint;
 use extent::Extent;
 pub(crate) use queue::Queue;
@@ -40,13 +41,23 @@ pub struct Body {
 pub struct Scene {
     bodies: Vec<Body>,
     /// Ordered by cell, then by position of the body.
-    cells: Vec<([i32; 2], u32)>,
-    /// Columns of cells that have any body, each with where it begins in `cells`.
+    spots: Vec<Spot>,
+    /// Columns of cells that have any body, each with where it begins in `spots`.
     columns: Vec<(i32, u32)>,
     lights: Vec<TrafficLightColour>,
     has_walkers: bool,
     /// From the middle of a body to its corners, seen from above, at most.
     around_m_max: f32,
+}
+
+/// Where a body is in the grid.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    cell: [i32; 2],
+    /// Position of the body.
+    index: u32,
+    /// From its middle to its corners, seen from above.
+    around_m: f32,
 }
 
 /// The first body on a path.
@@ -97,18 +108,21 @@ impl Scene {
     /// world without lights.
     #[must_use]
     pub fn new(bodies: Vec<Body>, lights: Vec<TrafficLightColour>) -> Self {
-        let mut cells: Vec<_> =
-            (0..).zip(&bodies).map(|(index, body)| (cell(&body.centre_m), index)).collect();
-        cells.sort_unstable();
+        let spot = |(index, body): (u32, &Body)| {
+            let around_m = body.half_m.xy().norm();
+            Spot { cell: cell(&body.centre_m), index, around_m }
+        };
+        let mut spots: Vec<Spot> = (0..).zip(&bodies).map(spot).collect();
+        spots.sort_unstable_by_key(|spot| (spot.cell, spot.index));
         let mut columns: Vec<(i32, u32)> = Vec::new();
-        for (at, ([x, _], _)) in (0..).zip(&cells) {
+        for (at, Spot { cell: [x, _], .. }) in (0..).zip(&spots) {
             if columns.last().is_none_or(|(last, _)| last != x) {
                 columns.push((*x, at));
             }
         }
         let has_walkers = bodies.iter().any(|body| body.is_walker);
-        let around_m_max = bodies.iter().map(Body::around_m).fold(0.0, f32::max);
-        Self { bodies, cells, columns, lights, has_walkers, around_m_max }
+        let around_m_max = spots.iter().map(|spot| spot.around_m).fold(0.0, f32::max);
+        Self { bodies, spots, columns, lights, has_walkers, around_m_max }
     }
 
     /// What a light shows; unknown in a world without lights.
@@ -136,21 +150,25 @@ impl Scene {
     }
 
     /// Calls for every body whose middle is within about `radius_m`, in a fixed order.
-    pub(crate) fn near(&self, centre_m: &Vec3, radius_m: f32, tell: impl FnMut(&Body)) {
-        self.within(cells_around(centre_m, radius_m), tell);
+    pub(crate) fn near(&self, centre_m: &Vec3, radius_m: f32, mut tell: impl FnMut(&Body)) {
+        self.within(cells_around(centre_m, radius_m), |body, _| tell(body));
     }
 
-    /// Calls for every body whose middle is in these cells, from the lowest to the highest.
-    fn within<'s>(&'s self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&'s Body)) {
+    /// Calls for every body whose middle is in these cells, from the lowest to the highest, with
+    /// how far its corners are from there.
+    fn within<'s>(&'s self, [low, high]: [[i32; 2]; 2], mut tell: impl FnMut(&'s Body, f32)) {
         let first = self.columns.partition_point(|(x, _)| *x < low[0]);
         let columns = self.columns.get(first..).unwrap_or_default();
         for (at, (_, begins)) in columns.iter().enumerate().take_while(|(_, (x, _))| *x <= high[0])
         {
-            let ends = columns.get(at + 1).map_or(self.cells.len(), |(_, next)| *next as usize);
-            let column = self.cells.get(*begins as usize..ends).unwrap_or_default();
-            let within = column.iter().skip_while(|([_, y], _)| *y < low[1]);
-            let within = within.take_while(|([_, y], _)| *y <= high[1]);
-            within.filter_map(|(_, index)| self.bodies.get(*index as usize)).for_each(&mut tell);
+            let ends = columns.get(at + 1).map_or(self.spots.len(), |(_, next)| *next as usize);
+            let column = self.spots.get(*begins as usize..ends).unwrap_or_default();
+            let within = column.iter().skip_while(|spot| spot.cell[1] < low[1]);
+            for spot in within.take_while(|spot| spot.cell[1] <= high[1]) {
+                if let Some(body) = self.bodies.get(spot.index as usize) {
+                    tell(body, spot.around_m);
+                }
+            }
         }
     }
 
@@ -168,19 +186,15 @@ impl Scene {
         let extent = Extent::of(points, room);
         let cells = common(cells_around(&middle_m, radius_m), extent.cells(self.around_m_max));
         // Most who are about are not on the way: the strip is made for the first who may be.
-        self.within(cells, |body| {
-            if body.id != room.id && extent.may_hold(body) {
-                queue.add(body, || Strip::new(points, room, extent.swing_m));
+        self.within(cells, |body, around_m| {
+            if body.id == room.id {
+                return;
+            }
+            if let Some(start) = extent.met_from(body, around_m) {
+                queue.add(body, start, || Strip::new(points, room, extent.swing_m));
             }
         });
         queue
-    }
-}
-
-impl Body {
-    /// From its middle to its corners, seen from above.
-    fn around_m(&self) -> f32 {
-        self.half_m.xy().norm()
     }
 }
 
@@ -197,7 +211,7 @@ fn common(a: [[i32; 2]; 2], b: [[i32; 2]; 2]) -> [[i32; 2]; 2] {
 }
 
 fn cell(point_m: &Vec3) -> [i32; 2] {
-    [(point_m.x / CELL_M).floor() as i32, (point_m.y / CELL_M).floor() as i32]
+    [floor(point_m.x / CELL_M), floor(point_m.y / CELL_M)]
 }
 
 #[cfg(test)]

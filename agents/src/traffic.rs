@@ -141,9 +141,7 @@ impl Driver {
         let (network, view) = (senses.network, senses.view);
         let position_m = view.world_from_vehicle.translation.vector;
         wander::begin(&mut self.path, network, map, view);
-        let before_m = self.path.length_m();
-        self.path.follow(network, &position_m);
-        let driven_m = (before_m - self.path.length_m()).max(0.0);
+        let driven_m = self.path.follow(network, &position_m);
         let gap_m = Manner::of(self.behaviour, view.grip).gap_m;
         if let Some(from_m) = self.passage.turn_away(senses, &self.path, gap_m) {
             self.path.cut(from_m);
@@ -288,7 +286,8 @@ impl Driver {
         let speed_mps = view.velocity_mps.dot(&forward).max(0.0);
         let horizon_m = manner.horizon_m(speed_mps);
         self.path.sample(senses.network, horizon_m, SPACING_M, points);
-        let free_mps = manner.free_mps(points, self.path.length_m());
+        let left_m = self.path.length_m();
+        let free_mps = manner.free_mps(points, left_m);
         let room = room(senses);
         let queue = senses.scene.queue(points, &room);
         let ahead = queue.first();
@@ -326,7 +325,7 @@ impl Driver {
         if let Some(stop_m) = self.passage.enter(&approach, claims) {
             least = least.min(manner.before(speed_mps, free_mps, stop_m));
         }
-        let ended = self.path.length_m() < ENDED_M && speed_mps < ENDED_MPS;
+        let ended = left_m < ENDED_M && speed_mps < ENDED_MPS;
         self.ended_secs = if ended { self.ended_secs + senses.dt_secs } else { 0.0 };
         self.settled_secs += senses.dt_secs;
         let asked = change::Asked { speed_mps, free_mps, present_mps2: least, ahead };

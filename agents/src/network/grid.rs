@@ -2,7 +2,7 @@
 
 use schemas::Vec3;
 
-use super::{Lane, LaneId};
+use super::{Lane, LaneId, floor};
 
 /// Side of a cell; lane points are nearer to each other than this.
 const CELL_M: f32 = 8.0;
@@ -41,5 +41,5 @@ impl Grid {
 
 fn cell(x_m: f32, y_m: f32) -> [i32; 2] {
     // Coordinates are bounded far below 2³¹ cells; the conversion stops there for others.
-    [(x_m / CELL_M).floor() as i32, (y_m / CELL_M).floor() as i32]
+    [floor(x_m / CELL_M), floor(y_m / CELL_M)]
 }

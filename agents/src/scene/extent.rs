@@ -36,9 +36,12 @@ impl<'a> Extent<'a> {
         for first in (0..segments).step_by(PART) {
             let end = (first + PART + 1).min(points.len());
             let part = points.get(first..end).unwrap_or_default();
-            parts.push(Bounds::of(part));
-            let bends = part.iter().map(|at| at.point.curvature_per_m.abs());
-            bend_per_m = bend_per_m.max(bends.fold(0.0, most));
+            let mut bounds = Bounds::NOWHERE;
+            for PathPoint { point, .. } in part {
+                bounds.hold(&point.point_m);
+                bend_per_m = most(bend_per_m, point.curvature_per_m.abs());
+            }
+            parts.push(bounds);
         }
         let whole = parts.iter().fold(Bounds::NOWHERE, |whole, part| whole.with(part));
         let bend_per_m = bend_per_m.min(CURVATURE_PER_M_MAX);
@@ -54,13 +57,14 @@ impl<'a> Extent<'a> {
         [corner(self.whole.low_m - reach), corner(self.whole.high_m + reach)]
     }
 
-    /// Whether the box of a body may reach into the strip.
-    pub(super) fn may_hold(&self, body: &Body) -> bool {
+    /// The first segment on which the box of a body may reach into the strip: no circle and no
+    /// corner of it meets the path before. From its middle to its corners are `around_m`.
+    pub(super) fn met_from(&self, body: &Body, around_m: f32) -> Option<usize> {
         let side_m = side_m(self.room, body) + self.swing_m + ROUNDING_M;
         let centre_m = body.centre_m.xy();
-        let within_m = side_m + body.around_m();
+        let within_m = side_m + around_m;
         if !self.whole.is_within(&centre_m, within_m) {
-            return false;
+            return None;
         }
         let beside = BesideBody {
             centre_m,
@@ -69,9 +73,10 @@ impl<'a> Extent<'a> {
         };
         let near = self.parts.iter().zip((0..).step_by(PART));
         let mut near = near.filter(|(part, _)| part.is_within(&centre_m, within_m));
-        near.any(|(_, first)| {
+        near.find_map(|(_, first)| {
             let end = (first + PART + 1).min(self.points.len());
-            beside.may_be_met(self.points.get(first..end).unwrap_or_default())
+            let part = self.points.get(first..end).unwrap_or_default();
+            Some(first + beside.met_from(part)?)
         })
     }
 }
@@ -82,11 +87,11 @@ impl Bounds {
         high_m: Vector2::new(f32::NEG_INFINITY, f32::NEG_INFINITY),
     };
 
-    fn of(points: &[PathPoint]) -> Self {
-        points.iter().fold(Self::NOWHERE, |bounds, at| {
-            let point_m = at.point.point_m.xy();
-            bounds.with(&Self { low_m: point_m, high_m: point_m })
-        })
+    fn hold(&mut self, point_m: &Vec3) {
+        self.low_m.x = least(self.low_m.x, point_m.x);
+        self.low_m.y = least(self.low_m.y, point_m.y);
+        self.high_m.x = most(self.high_m.x, point_m.x);
+        self.high_m.y = most(self.high_m.y, point_m.y);
     }
 
     fn with(&self, other: &Self) -> Self {
@@ -110,14 +115,14 @@ struct BesideBody {
 }
 
 impl BesideBody {
-    /// Whether neither axis of the box keeps all segments between these points out of it.
-    fn may_be_met(&self, points: &[PathPoint]) -> bool {
-        let mut before = 0;
-        points.iter().enumerate().any(|(index, at)| {
-            let outside = self.outside(&at.point.point_m);
-            let met = (index > 0 || points.len() == 1) && outside & before == 0;
-            before = outside;
-            met
+    /// The first segment between these points that neither axis of the box keeps out of it.
+    fn met_from(&self, points: &[PathPoint]) -> Option<usize> {
+        let outside = |at: &PathPoint| self.outside(&at.point.point_m);
+        let (first, others) = points.split_first()?;
+        let mut before = outside(first);
+        others.iter().position(|at| {
+            let outside = outside(at);
+            outside & std::mem::replace(&mut before, outside) == 0
         })
     }
 

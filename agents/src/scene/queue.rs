@@ -16,34 +16,29 @@ pub(crate) struct Queue<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Candidate<'a> {
     body: &'a Body,
-    /// The first segment of the path on which it may be met.
+    /// The first segment of the path on which it may be met, and the least gap to it then.
     start: usize,
+    least_gap_m: f32,
 }
 
 impl<'a> Queue<'a> {
-    /// Adds a body if its box comes near the strip.
-    pub(super) fn add(&mut self, body: &'a Body, strip: impl FnOnce() -> Strip<'a>) {
-        if let Some(start) = self.strip.get_or_insert_with(strip).start(body) {
-            self.bodies.push(Candidate { body, start });
-        }
+    /// Adds a body that is met from a segment on at the earliest.
+    pub(super) fn add(&mut self, body: &'a Body, start: usize, strip: impl FnOnce() -> Strip<'a>) {
+        let least_gap_m = self.strip.get_or_insert_with(strip).least_gap_m(body, start);
+        self.bodies.push(Candidate { body, start, least_gap_m });
     }
 
     /// The first body in the way.
     pub(crate) fn first(&self) -> Option<Ahead> {
         let strip = self.strip.as_ref()?;
         let mut best: Option<(Ahead, usize)> = None;
-        let mut least: Vec<(f32, usize)> = Vec::with_capacity(self.bodies.len());
-        least.extend(
-            (0..)
-                .zip(&self.bodies)
-                .map(|(index, Candidate { body, start })| (strip.least_gap_m(body, *start), index)),
-        );
-        least.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        for (least_gap_m, index) in least {
+        let mut next = self.nearest_after(None);
+        while let Some((least_gap_m, index)) = next {
             if best.is_some_and(|(ahead, _)| ahead.gap_m < least_gap_m) {
                 break;
             }
-            let Some(Candidate { body, start }) = self.bodies.get(index) else { continue };
+            next = self.nearest_after(next);
+            let Some(Candidate { body, start, .. }) = self.bodies.get(index) else { continue };
             let Some(ahead) = strip.ahead(body, *start) else { continue };
             // Of equals the first one of the scene, as in the whole queue.
             let is_first = best.is_none_or(|(known, before)| {
@@ -54,6 +49,14 @@ impl<'a> Queue<'a> {
             }
         }
         best.map(|(ahead, _)| ahead)
+    }
+
+    /// The least gap and the position of the body that may be met next after another one.
+    fn nearest_after(&self, before: Option<(f32, usize)>) -> Option<(f32, usize)> {
+        let order = |a: &(f32, usize), b: &(f32, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let all = self.bodies.iter().zip(0..).map(|(it, index)| (it.least_gap_m, index));
+        let others = all.filter(|it| before.is_none_or(|before| order(it, &before).is_gt()));
+        others.min_by(order)
     }
 
     /// All of them, the first one first.

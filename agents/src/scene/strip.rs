@@ -33,13 +33,6 @@ impl<'a> Strip<'a> {
         Self { points, room, ways, swing_m_max }
     }
 
-    /// The first segment on which a body may be met: no circle and no corner of it meets the path
-    /// before its box could.
-    pub(super) fn start(&self, body: &Body) -> Option<usize> {
-        let (side_m, around_m) = (side_m(self.room, body), body.around_m());
-        self.comes_near(&body.centre_m, side_m + around_m + self.swing_m_max + 0.01)
-    }
-
     /// The least gap to a body that is met from a segment on.
     pub(super) fn least_gap_m(&self, body: &Body, start: usize) -> f32 {
         let ahead_m = self.points.get(start).map_or(0.0, |from| from.ahead_m);
@@ -80,19 +73,6 @@ impl<'a> Strip<'a> {
             speed_mps: body.velocity_mps.norm(),
             is_walker: body.is_walker,
         })
-    }
-
-    /// The first segment on which the path comes within a distance of a point, seen from above.
-    fn comes_near(&self, centre_m: &Vec3, within_m: f32) -> Option<usize> {
-        let mut index = 0;
-        while let Some((from, way)) = self.segment(index) {
-            let beside = Beside::of(from, &way, centre_m);
-            if beside.away_m < within_m {
-                return Some(index);
-            }
-            index += beside.segments_beyond(within_m);
-        }
-        None
     }
 
     /// Where a path that comes within a distance of a point, or farther by the swing of the
