@@ -150,5 +150,6 @@ def test_who_waits_at_a_light_sees_it_red_and_then_green(env):
         if "red" in seen and "green" in seen:
             break
     (reds, green_beside_red), (red_beside_green, greens) = seen["red"], seen["green"]
-    assert reds > 50 > green_beside_red, seen
-    assert greens > 50 > red_beside_green, seen
+    # Lamps of other lights are seen too, smaller or aslant.
+    assert reds > max(50, 3 * green_beside_red), seen
+    assert greens > max(50, 3 * red_beside_green), seen
