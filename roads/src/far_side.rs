@@ -108,13 +108,12 @@ impl<'m> FarSide<'m> {
     /// Straight ahead of the line, beyond the last lane of the junction.
     fn opposite(&self, light: &TrafficLight, line: &Line) -> Option<Point3<f64>> {
         let junction = light.lanes.iter().find_map(|lane| self.map.lane(lane).junction_id)?;
-        let steps = (1..=(REACH_M / STEP_M) as u32).map(|step| f64::from(step) * STEP_M);
-        let crossed = steps.filter_map(|ahead_m| {
+        let steps = (1..=(REACH_M / STEP_M) as u32).rev();
+        let (ahead_m, z_m) = steps.map(|step| f64::from(step) * STEP_M).find_map(|ahead_m| {
             let lane = self.map.inside(line.at(ahead_m), self.traffic)?;
             let is_same = self.map.lane(&lane).junction_id == Some(junction);
             is_same.then_some((ahead_m, self.map.lane_pose(&lane)?.point.z))
-        });
-        let (ahead_m, z_m) = crossed.last()?;
+        })?;
         let place = line.at(ahead_m + STEP_M + KERB_GAP_M);
         Some(Point3::new(place.x, place.y, z_m))
     }

@@ -15,9 +15,10 @@ pub enum Carried {
 /// speaks to, z up; lengths are in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Post {
-    /// Position among [`Map::landmarks`] of the first one of its signal.
+    /// Position among [`Map::landmarks`](crate::Map::landmarks) of the first one of its signal.
     pub landmark: usize,
-    /// Position among the lights of [`Map::traffic_lights`], of those that are.
+    /// Position among the lights of [`Map::traffic_lights`](crate::Map::traffic_lights), of those
+    /// that are.
     pub light: Option<usize>,
     /// World from post.
     pub foot: Isometry3<f64>,
