@@ -2,11 +2,10 @@
 //! with the near lamps beside or above them.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::kinds::{LaneType, LaneTypes};
+use crate::kinds::LaneTypes;
 use crate::lights::TrafficLight;
 use crate::map::Map;
 use crate::place::Waypoint;
@@ -23,25 +22,10 @@ const PAST_M: f64 = 0.5;
 const KERB_GAP_M: f64 = 0.7;
 /// Step across a junction, in metres.
 const STEP_M: f64 = 0.5;
-/// No post stands on lanes of these types.
-const TRAFFIC: [LaneType; 11] = [
-    LaneType::Driving,
-    LaneType::Stop,
-    LaneType::Shoulder,
-    LaneType::Biking,
-    LaneType::Parking,
-    LaneType::Bidirectional,
-    LaneType::Tram,
-    LaneType::Entry,
-    LaneType::Exit,
-    LaneType::OffRamp,
-    LaneType::OnRamp,
-];
 
 /// Finds the feet of far-side posts.
 pub(crate) struct FarSide<'m> {
     map: &'m Map,
-    traffic: LaneTypes,
     /// Where the traffic of each lane leaves it, by road, section and lane.
     ends: BTreeMap<(u32, u32, i32), Waypoint>,
 }
@@ -55,12 +39,7 @@ struct Line {
 impl<'m> FarSide<'m> {
     pub(crate) fn new(map: &'m Map) -> Self {
         let lanes = map.driving_lanes();
-        let traffic = TRAFFIC.into_iter().map(LaneTypes::from);
-        Self {
-            map,
-            traffic: traffic.fold(LaneTypes::DRIVING, LaneTypes::union),
-            ends: lanes.into_iter().map(|(start, end)| (key(&start), end)).collect(),
-        }
+        Self { map, ends: lanes.into_iter().map(|(start, end)| (key(&start), end)).collect() }
     }
 
     /// The foot of the post with a light's far-side lamps, x along the traffic that waits for it:
@@ -73,7 +52,7 @@ impl<'m> FarSide<'m> {
         }
         let place = self.beside_exit(light).or_else(|| self.opposite(light, &line))?;
         let is_beyond = (OWN_AHEAD_M..=REACH_M).contains(&line.along_m(&place));
-        let is_clear = self.map.inside(place, self.traffic).is_none();
+        let is_clear = self.map.inside(place, LaneTypes::TRAFFIC).is_none();
         let heading_rad = line.ahead.y.atan2(line.ahead.x);
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading_rad);
         (is_beyond && is_clear).then(|| Isometry3::from_parts(Translation3::from(place), turn))
@@ -84,9 +63,8 @@ impl<'m> FarSide<'m> {
         let ways = light.lanes.iter().filter(|lane| self.map.is_in_junction(lane));
         let turns = ways.filter_map(|start| {
             let end = self.ends.get(&key(start))?;
-            let headings = [start, end].map(|place| self.map.lane_pose(place));
-            let [Some(from), Some(to)] = headings else { return None };
-            Some((turn_rad(to.heading_rad - from.heading_rad).abs(), end))
+            let [from, to] = [start, end].map(|place| self.map.pose(place) * Vector3::x());
+            Some((from.angle(&to), end))
         });
         let (turn_rad, end) = turns.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
         if turn_rad > STRAIGHT_RAD {
@@ -97,7 +75,7 @@ impl<'m> FarSide<'m> {
         let is_right = self.map.lane(&exit).is_right_hand_traffic;
         let beside = |place: &Waypoint| {
             let next = if is_right { self.map.right(place) } else { self.map.left(place) };
-            next.filter(|next| self.traffic.contains(self.map.lane(next).lane_type))
+            next.filter(|next| LaneTypes::TRAFFIC.contains(self.map.lane(next).lane_type))
         };
         let outer = std::iter::successors(Some(exit), beside).last()?;
         let beside_m = self.map.lane(&outer).width_m / 2.0 + KERB_GAP_M;
@@ -110,7 +88,7 @@ impl<'m> FarSide<'m> {
         let junction = light.lanes.iter().find_map(|lane| self.map.lane(lane).junction_id)?;
         let steps = (1..=(REACH_M / STEP_M) as u32).rev();
         let (ahead_m, z_m) = steps.map(|step| f64::from(step) * STEP_M).find_map(|ahead_m| {
-            let lane = self.map.inside(line.at(ahead_m), self.traffic)?;
+            let lane = self.map.inside(line.at(ahead_m), LaneTypes::TRAFFIC)?;
             let is_same = self.map.lane(&lane).junction_id == Some(junction);
             is_same.then_some((ahead_m, self.map.lane_pose(&lane)?.point.z))
         })?;
@@ -142,9 +120,4 @@ impl Line {
 
 fn key(place: &Waypoint) -> (u32, u32, i32) {
     (place.road, place.section, place.lane)
-}
-
-/// Between −π and π.
-fn turn_rad(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(TAU) - PI
 }

@@ -72,6 +72,22 @@ impl LaneTypes {
     pub const DRIVING: Self = Self(LaneType::Driving as u32);
     /// Sidewalks only.
     pub const SIDEWALK: Self = Self(LaneType::Sidewalk as u32);
+    /// What vehicles, cycles among them, drive, wait and stand on.
+    pub(crate) const TRAFFIC: Self = Self(
+        LaneType::Driving as u32
+            | LaneType::Stop as u32
+            | LaneType::Shoulder as u32
+            | LaneType::Biking as u32
+            | LaneType::Restricted as u32
+            | LaneType::Parking as u32
+            | LaneType::Bidirectional as u32
+            | LaneType::RoadWorks as u32
+            | LaneType::Tram as u32
+            | LaneType::Entry as u32
+            | LaneType::Exit as u32
+            | LaneType::OffRamp as u32
+            | LaneType::OnRamp as u32,
+    );
     /// Every type but [`LaneType::None`].
     pub const ANY: Self = Self(!(LaneType::None as u32));
 

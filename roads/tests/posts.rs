@@ -3,6 +3,8 @@
 
 #[path = "common/towns.rs"]
 mod generated;
+#[path = "common/maps.rs"]
+mod maps;
 
 use generated::towns;
 use roads::{Carried, LaneType, LaneTypes, Map, Post};
@@ -28,6 +30,12 @@ fn every_light_of_a_town_has_a_post_with_lamps_and_no_post_stands_where_cars_dri
     assert!(signs > 100, "{signs}");
 }
 
+/// Lanes on which something rolls or is parked.
+fn wheels() -> LaneTypes {
+    let others = [LaneType::Parking, LaneType::Shoulder, LaneType::Biking];
+    others.into_iter().map(LaneTypes::from).fold(LaneTypes::DRIVING, LaneTypes::union)
+}
+
 /// Metres ahead and to the left of where vehicles wait for its light.
 fn from_line(map: &Map, post: &Post) -> (f64, f64) {
     let light = &map.traffic_lights().lights[post.light.unwrap()];
@@ -49,8 +57,7 @@ fn lamps_beyond_a_junction_are_seen_from_all_lanes_that_wait() {
             // Within the picture of a camera that looks ahead, 90° wide.
             assert!(left_m.abs() < 0.8 * ahead_m, "{name}: {left_m} m of {ahead_m}, {post:?}");
             let foot = post.foot.translation.vector.into();
-            let types = LaneTypes::DRIVING.union(LaneType::Parking.into());
-            assert_eq!(map.inside(foot, types), None, "{name}: {post:?}");
+            assert_eq!(map.inside(foot, wheels()), None, "{name}: {post:?}");
             let is_blocked = map.scenery().iter().any(|thing| {
                 let seen = thing.pose.inverse() * foot;
                 let half_m = thing.half_extent_m;
@@ -58,5 +65,20 @@ fn lamps_beyond_a_junction_are_seen_from_all_lanes_that_wait() {
             });
             assert!(!is_blocked, "{name}: {post:?}");
         }
+    }
+}
+
+#[test]
+fn on_maps_of_others_no_lamps_are_repeated_in_vain_or_on_lanes() {
+    // Skips itself, saying so, without maps.
+    for judged in maps::all() {
+        let (name, map) = (&judged.name, &judged.map);
+        let far_side = map.posts().iter().filter(|post| post.is_far_side);
+        for post in far_side.clone() {
+            let foot = post.foot.translation.vector.into();
+            assert_eq!(map.inside(foot, wheels()), None, "{name}: {post:?}");
+        }
+        // All lights of this one stand beyond their junction themselves.
+        assert!(name != "Town10HD" || far_side.count() == 0);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::piece::{Class, Weld};
 use crate::Map;
-use crate::kinds::LaneType;
+use crate::kinds::{LaneType, LaneTypes};
 use crate::lanes::{lateral, lateral_point};
 use crate::limits;
 use crate::mesh::kerbs::Kerbs;
@@ -34,19 +34,7 @@ enum Use {
 fn lane_use(lane_type: LaneType) -> Use {
     match lane_type {
         LaneType::Sidewalk => Use::Walk,
-        LaneType::Driving
-        | LaneType::Stop
-        | LaneType::Shoulder
-        | LaneType::Biking
-        | LaneType::Restricted
-        | LaneType::Parking
-        | LaneType::Bidirectional
-        | LaneType::RoadWorks
-        | LaneType::Tram
-        | LaneType::Entry
-        | LaneType::Exit
-        | LaneType::OffRamp
-        | LaneType::OnRamp => Use::Drive,
+        traffic if LaneTypes::TRAFFIC.contains(traffic) => Use::Drive,
         _ => Use::Neither,
     }
 }
