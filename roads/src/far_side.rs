@@ -16,6 +16,8 @@ const OWN_AHEAD_M: f64 = 8.0;
 const REACH_M: f64 = 60.0;
 /// The most that a way through a junction turns which leads straight on, in radians.
 const STRAIGHT_RAD: f64 = 0.5;
+/// How far before its junction a light may hold its lanes, in metres.
+const BEFORE_M: u32 = 30;
 /// How far beyond the junction a post stands beside the lanes that leave it, in metres.
 const PAST_M: f64 = 0.5;
 /// Distance of a post from the kerb, in metres.
@@ -50,7 +52,8 @@ impl<'m> FarSide<'m> {
         if line.along_m(&light.pose.point) > OWN_AHEAD_M {
             return None;
         }
-        let place = self.beside_exit(light).or_else(|| self.opposite(light, &line))?;
+        let ways = self.ways(light);
+        let place = self.beside_exit(&ways).or_else(|| self.opposite(&ways, &line))?;
         let is_beyond = (OWN_AHEAD_M..=REACH_M).contains(&line.along_m(&place));
         let is_clear = self.map.inside(place, LaneTypes::TRAFFIC).is_none();
         let heading_rad = line.ahead.y.atan2(line.ahead.x);
@@ -58,10 +61,24 @@ impl<'m> FarSide<'m> {
         (is_beyond && is_clear).then(|| Isometry3::from_parts(Translation3::from(place), turn))
     }
 
+    /// Where the ways begin that a light's lanes are or lead to inside its junction.
+    fn ways(&self, light: &TrafficLight) -> Vec<Waypoint> {
+        let inside = |lane: &Waypoint| -> Vec<Waypoint> {
+            if self.map.is_in_junction(lane) {
+                return vec![*lane];
+            }
+            let ahead = (1..=BEFORE_M).map(|ahead_m| self.map.next(lane, f64::from(ahead_m)));
+            let found = ahead.map(|places| {
+                places.into_iter().filter(|place| self.map.is_in_junction(place)).collect()
+            });
+            found.into_iter().find(|ways: &Vec<_>| !ways.is_empty()).unwrap_or_default()
+        };
+        light.lanes.iter().flat_map(inside).collect()
+    }
+
     /// Beside the kerb, where the straightest way through the junction has left it.
-    fn beside_exit(&self, light: &TrafficLight) -> Option<Point3<f64>> {
-        let ways = light.lanes.iter().filter(|lane| self.map.is_in_junction(lane));
-        let turns = ways.filter_map(|start| {
+    fn beside_exit(&self, ways: &[Waypoint]) -> Option<Point3<f64>> {
+        let turns = ways.iter().filter_map(|start| {
             let end = self.ends.get(&key(start))?;
             let [from, to] = [start, end].map(|place| self.map.pose(place) * Vector3::x());
             Some((from.angle(&to), end))
@@ -84,8 +101,8 @@ impl<'m> FarSide<'m> {
     }
 
     /// Straight ahead of the line, beyond the last lane of the junction.
-    fn opposite(&self, light: &TrafficLight, line: &Line) -> Option<Point3<f64>> {
-        let junction = light.lanes.iter().find_map(|lane| self.map.lane(lane).junction_id)?;
+    fn opposite(&self, ways: &[Waypoint], line: &Line) -> Option<Point3<f64>> {
+        let junction = ways.iter().find_map(|lane| self.map.lane(lane).junction_id)?;
         let steps = (1..=(REACH_M / STEP_M) as u32).rev();
         let (ahead_m, z_m) = steps.map(|step| f64::from(step) * STEP_M).find_map(|ahead_m| {
             let lane = self.map.inside(line.at(ahead_m), LaneTypes::TRAFFIC)?;

@@ -78,7 +78,13 @@ fn on_maps_of_others_no_lamps_are_repeated_in_vain_or_on_lanes() {
             let foot = post.foot.translation.vector.into();
             assert_eq!(map.inside(foot, wheels()), None, "{name}: {post:?}");
         }
-        // All lights of this one stand beyond their junction themselves.
-        assert!(name != "Town10HD" || far_side.count() == 0);
+        let wanted = match name.as_str() {
+            // All lights stand beyond their junction themselves.
+            "Town10HD" => 0,
+            // Lights hold the lanes before their junctions; two have nothing straight ahead.
+            "sumo-roundabout" => 19,
+            _ => continue,
+        };
+        assert_eq!(far_side.count(), wanted, "{name}");
     }
 }

@@ -45,7 +45,7 @@ pub struct VehicleControl {
 /// How a pedestrian wants to move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WalkerControl {
-    /// Unit vector in the world, or zero to stand.
+    /// In the world; the speed is multiplied by its length. Zero to stand.
     pub direction: Vec3,
     /// Metres per second.
     pub speed_mps: f32,

@@ -45,6 +45,20 @@ def test_a_walker_walks_where_and_as_fast_as_it_is_told(world, walker):
     assert walker.get_velocity().length() < 0.01
 
 
+def test_the_length_of_a_direction_counts(world, walker):
+    for direction, speed, wanted in (
+        ((0.5, 0.0, 0.0), 3.0, 1.5),
+        ((0.0, -2.0, 1.0), 1.2, 2.4),
+        ((0.0, 0.0, 1.0), 2.0, 0.0),
+    ):
+        walker.apply_control(carla.WalkerControl(carla.Vector3D(*direction), speed))
+        ticks(world, 30)
+        assert walker.get_velocity().length() == pytest.approx(wanted, abs=0.03)
+        told = walker.get_control()
+        assert (told.direction.x, told.direction.y, told.direction.z) == direction
+        assert told.speed == pytest.approx(speed)
+
+
 def test_a_walker_jumps_once(world, walker):
     ground = walker.get_location().z
     walker.apply_control(carla.WalkerControl(carla.Vector3D(x=1.0), 0.0, True))

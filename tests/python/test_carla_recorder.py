@@ -250,6 +250,13 @@ def test_files_that_are_missing_foreign_or_elsewhere_are_told_apart(client, worl
         client.start_recorder("../other-tenant/r.log")
 
 
+def test_a_log_may_be_named_after_the_time(client, world, tmp_path):
+    name = tmp_path / "recording_2026-11-28 05:15:19.log"
+    assert client.start_recorder(str(name)) == str(name)
+    ticks(world, 3)
+    assert len(finished(client, name).frames) == 3
+
+
 def test_a_log_that_is_cut_is_told_and_replayed_up_to_its_last_whole_frame(client, world, tmp_path):
     path, cut = tmp_path / "whole.log", tmp_path / "cut.log"
     client.start_recorder(str(path))

@@ -1,5 +1,7 @@
 """CARLA's own client connects, reads the world, and turns its clock."""
 
+import statistics
+
 import carla
 import pytest
 
@@ -19,6 +21,21 @@ def test_the_map_has_places_to_start_on_its_lanes(world):
     for point in points:
         on_lane = town.get_waypoint(point.location).transform.location
         assert on_lane.distance(point.location) < 1.0
+
+
+def test_places_to_start_are_some_millimetres_beside_the_middle_of_their_lane(world):
+    """As CARLA's are: programs divide by differences of coordinates."""
+    town = world.get_map()
+    sides, turns = [], []
+    for point in town.get_spawn_points():
+        lane = town.get_waypoint(point.location).transform
+        seen = point.location - lane.location
+        sides.append(seen.dot(lane.get_right_vector()))
+        turns.append((point.rotation.yaw - lane.rotation.yaw + 180.0) % 360.0 - 180.0)
+    assert min(sides) < 0.0 < max(sides) and 0.0 not in sides + turns
+    # The client's lanes differ from ours in bends.
+    assert statistics.median(map(abs, sides)) == pytest.approx(0.003, abs=0.001)
+    assert statistics.median(map(abs, turns)) == pytest.approx(0.002, abs=0.001)
 
 
 def test_every_blueprint_can_be_read(world):

@@ -37,6 +37,8 @@ fn a_killed_service_leaves_a_journal_that_another_process_replays() {
     let bus = site.bus().to_string();
     let (listed, _) = said(&["record", "worlds", "--connect", &bus]);
     let world = listed.split_whitespace().next().unwrap().to_owned();
+    let (told, done) = said(&["record", "start", "--world", "5", "--connect", &bus]);
+    assert!(!done && told.contains("an id that `causeway record worlds` names"), "{told}");
     let (told, done) = said(&["record", "start", "--world", &world, "--connect", &bus]);
     assert!(done, "{told}");
     session.step(json!({"action_type": "control", "throttle": 0.7, "steer": 0.0}));

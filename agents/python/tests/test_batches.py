@@ -65,6 +65,12 @@ def test_a_folder_that_is_none_is_refused(tmp_path, flag):
         Batch(**{flag: tmp_path / "file"}, **SETTINGS)
 
 
+def test_folders_are_not_for_an_engine_that_runs(tmp_path):
+    words = "maps and tasks: wanted no folders with address=, found .*--listen /run/engine --maps"
+    with pytest.raises(ValueError, match=words):
+        Batch(address="/run/engine", maps=tmp_path, tasks=tmp_path, **SETTINGS)
+
+
 def test_a_batch_that_is_closed_says_so(batch):
     actions = np.zeros((2, 2), np.float32)
     batch.step(actions)

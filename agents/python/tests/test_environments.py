@@ -59,6 +59,9 @@ def test_agents_without_actions_and_actions_without_agents_are_named():
     ):
         with pytest.raises(ValueError, match=f"those of ego_0, ego_1, found those of {found}$"):
             env.step(given)
+    for shape in ((), (3,), (1, 2)):
+        with pytest.raises(ValueError, match=r"action of ego_1 has the shape .* wanted \(2,\)"):
+            env.step({"ego_0": action, "ego_1": np.zeros(shape)})
     both = {"ego_0": action, "ego_1": action}
     while env.agents:
         env.step(both)

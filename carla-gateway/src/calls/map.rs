@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use schemas::{Pose, Vec3, level_pose};
 use serde_bytes::ByteBuf;
 
 use crate::dialect::{LabelledPoint, Location, MapInfo, Transform, Vector3D};
@@ -11,16 +12,30 @@ use crate::rpc::Refusal;
 
 /// Shorter directions are none, as in CARLA.
 const LENGTH_MIN: f32 = 1.0e-4;
+/// How far a spawn point that clients are told lies beside the middle of its lane, in metres, and
+/// by how much it is turned, in radians.
+const ASIDE_M_MAX: f32 = 0.004;
+const TURN_RAD_MAX: f32 = 5.0e-5;
 /// The folder of what clients steer walkers by.
 const NAVIGATION_FOLDER: &str = "Nav";
 
 pub(super) fn info(endpoint: &mut Endpoint) -> Result<MapInfo, Refusal> {
     let episode = endpoint.known_episode()?;
-    let points = episode.map.spawn_points().iter();
+    let points = episode.map.spawn_points().iter().enumerate();
+    let points = points.map(|(number, pose)| as_put_by_hand(number, &pose.cast()));
     Ok(MapInfo {
         name: maps::told_name(&episode.map_name),
-        recommended_spawn_points: points.map(|pose| Transform::of(&pose.cast::<f32>())).collect(),
+        recommended_spawn_points: points.map(|pose| Transform::of(&pose)).collect(),
     })
+}
+
+/// A spawn point some millimetres beside the middle of its lane, turned by some thousandths of a
+/// degree: CARLA's were put by hand, and programs divide by differences of their coordinates.
+fn as_put_by_hand(number: usize, pose: &Pose) -> Pose {
+    // Spread evenly over 0.5 to 1, to both sides in turn.
+    let size = 0.5 + (number as f32 * 0.618_034).fract() / 2.0;
+    let share = if number.is_multiple_of(2) { size } else { -size };
+    pose * level_pose(Vec3::new(0.0, ASIDE_M_MAX * share, 0.0), TURN_RAD_MAX * share)
 }
 
 /// OpenDRIVE.

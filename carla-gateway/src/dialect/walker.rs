@@ -13,15 +13,10 @@ pub(crate) struct WalkerControl {
 }
 
 impl WalkerControl {
-    /// In our axes; the direction becomes a unit vector, or zero.
+    /// In our axes; a direction without a finite length is none.
     pub(crate) fn ours(self) -> Ours {
-        let direction = self.direction.ours();
-        let length = direction.norm();
-        let usable = length.is_finite() && length > 1e-6;
-        Ours {
-            direction: if usable { direction / length } else { schemas::Vec3::zeros() },
-            speed_mps: self.speed,
-            jump: self.jump,
-        }
+        let told = self.direction.ours();
+        let direction = if told.norm().is_finite() { told } else { schemas::Vec3::zeros() };
+        Ours { direction, speed_mps: self.speed, jump: self.jump }
     }
 }

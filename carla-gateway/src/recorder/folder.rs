@@ -32,8 +32,8 @@ impl RecordingFolder {
         if name.is_empty() || name.ends_with('/') || name.contains('\0') {
             return refuse("the name of a recording");
         }
-        if name.contains(['\\', ':']) {
-            return refuse("a recording without \\ and : in its name, as the server is no Windows");
+        if name.contains('\\') || has_drive(name) {
+            return refuse("a recording without \\ or a drive, as the server is no Windows");
         }
         let Some(path) = resolved(&self.folder.join(name)) else {
             return refuse("the name of a recording");
@@ -60,7 +60,7 @@ impl RecordingFolder {
         let mut place = std::hash::DefaultHasher::new();
         path.hash(&mut place);
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let name: String = name.chars().filter(|letter| !r"\:".contains(*letter)).collect();
+        let name: String = name.chars().filter(|letter| *letter != '\\').collect();
         format!("elsewhere/{name}-{:016x}.{end}", place.finish())
     }
 
@@ -102,6 +102,11 @@ impl RecordingFolder {
     }
 }
 
+/// Whether a path begins with a drive of Windows, as `c:/`.
+fn has_drive(name: &str) -> bool {
+    matches!(name.as_bytes(), [letter, b':', b'/', ..] if letter.is_ascii_alphabetic())
+}
+
 /// Without `.` and `..`, by the words alone; `None` for what leads above the root.
 fn resolved(path: &Path) -> Option<PathBuf> {
     let mut resolved = PathBuf::new();
@@ -131,6 +136,7 @@ mod tests {
             ("./a.log", "/srv/recordings/local/a.log"),
             ("runs/7/a.log", "/srv/recordings/local/runs/7/a.log"),
             ("runs/../a.log", "/srv/recordings/local/a.log"),
+            ("run 2026-11-28 05:15:19.log", "/srv/recordings/local/run 2026-11-28 05:15:19.log"),
             ("/srv/recordings/local/b.log", "/srv/recordings/local/b.log"),
         ] {
             assert_eq!(folder(false).path_of(name).unwrap(), Path::new(path));
@@ -140,7 +146,7 @@ mod tests {
     #[test]
     fn no_name_leads_to_another_tenant() {
         let elsewhere = ["../other/a.log", "runs/../../other/a.log", "/srv/recordings/other/a.log"];
-        let nowhere = ["", "runs/", "c:\\records\\r.log", "a:b", "..", ".", "a\0b"];
+        let nowhere = ["", "runs/", "c:\\records\\r.log", "c:/r.log", "..", ".", "a\0b"];
         for name in elsewhere.into_iter().chain(nowhere) {
             assert!(folder(false).path_of(name).is_err(), "{name:?}");
         }

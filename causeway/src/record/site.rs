@@ -93,11 +93,23 @@ fn record(place: &Where, on: bool) -> Result<(), RecordError> {
     })?;
     let key = keys::world(&place.site.tenant, world);
     let request = Request::RecordWorld { world, on, name: None };
-    let reply = place.site.run(async |bus| bus.request(&key, &request, DEADLINE).await)?;
+    let asked = place.site.run(async |bus| bus.request(&key, &request, DEADLINE).await);
+    let reply = asked.map_err(|error| match error {
+        RecordError::Refused(error) if error.code == ErrorCode::Unreachable => unknown(place),
+        error => error,
+    })?;
     if let Reply::JournalBegun { name, tick, .. } = reply {
         println!("{}/{name} from {tick} on", place.site.tenant);
     }
     Ok(())
+}
+
+/// No service of the bus has the world.
+fn unknown(place: &Where) -> RecordError {
+    let error = Error::new(ErrorCode::UnknownWorld, "there is no such world")
+        .wanted("an id that `causeway record worlds` names, with the same --connect and --tenant")
+        .found(place.world);
+    RecordError::Refused(error)
 }
 
 fn branch(Branch { name, tick, site }: Branch) -> Result<(), RecordError> {

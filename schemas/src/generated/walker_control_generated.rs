@@ -79,7 +79,7 @@ impl<'a> WalkerControl {
     s
   }
 
-  /// Unit vector in the world, or zero to stand.
+  /// In the world; the speed is multiplied by its length. Zero to stand.
   pub fn direction_in_world(&self) -> &Vec3 {
     // Safety:
     // Created from a valid Table for this object

@@ -16,6 +16,8 @@ use crate::place::rotation_from_axes;
 
 /// Fastest a person runs.
 const SPEED_MPS_MAX: f32 = 12.0;
+/// Far above it, and far from what overflows when it is squared.
+const PART_MPS_MAX: f32 = 1.0e6;
 /// What the friction of shoes on asphalt allows.
 const ACCELERATION_MPS2: f32 = 8.0;
 /// A change of speed within one substep that no balance recovers.
@@ -214,9 +216,12 @@ impl Walker {
         Vec3::new(push.x, push.y, along_slope_mps + climb_mps - linear_mps.z)
     }
 
+    /// The direction's length counts, as in CARLA: half as long is half as fast.
     fn wanted_mps(&self) -> Vector2<f32> {
-        let direction = self.control.direction.xy().cap_magnitude(1.0);
-        direction * self.control.speed_mps.min(SPEED_MPS_MAX)
+        let WalkerControl { direction, speed_mps, .. } = self.control;
+        // Each part first: the norm of large numbers is no number.
+        let part_mps = |part: f32| (part * speed_mps).clamp(-PART_MPS_MAX, PART_MPS_MAX);
+        direction.xy().map(part_mps).cap_magnitude(SPEED_MPS_MAX)
     }
 
     /// Turn towards where it goes.

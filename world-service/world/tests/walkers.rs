@@ -39,6 +39,26 @@ fn a_walker_goes_where_and_as_fast_as_it_is_told_and_turns_that_way() {
 }
 
 #[test]
+fn the_length_of_a_direction_counts() {
+    for (direction, speed_mps, wanted_mps) in [
+        (Vec3::new(0.3, 0.4, 0.0), 4.0, 2.0),
+        (Vec3::new(2.0, 0.0, 0.0), 1.5, 3.0),
+        (Vec3::new(0.0, 1.2, 0.5), 1.0, 1.2),
+        (Vec3::new(1.0e6, 0.0, 0.0), 1.0, 12.0),
+        (Vec3::new(f32::MAX, 0.0, 0.0), 150.0, 12.0),
+    ] {
+        let mut world = world();
+        let walker = walker(&mut world, 0.0, 0.0);
+        walk(&mut world, walker, direction, speed_mps);
+        run(&mut world, 100);
+        let velocity_mps = state(&world, walker).linear_velocity_mps;
+        let wanted_mps = direction.xy().cast::<f64>().normalize().cast::<f32>() * wanted_mps;
+        let error_mps = (velocity_mps.xy() - wanted_mps).norm();
+        assert!(error_mps < 0.05, "{direction} at {speed_mps}: {velocity_mps}");
+    }
+}
+
+#[test]
 fn the_walk_cycle_advances_with_the_way_and_stands_still_with_the_walker() {
     let mut world = world();
     let walker = walker(&mut world, 0.0, 0.0);

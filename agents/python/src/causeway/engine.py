@@ -58,14 +58,22 @@ class Engine:
 
         Raises:
             FileNotFoundError: there is no such program or socket.
-            ValueError: the request was refused; the text says what was wanted and what was found.
+            ValueError: the request was refused, or folders were given for an engine that runs; the
+                text says what was wanted and what was found.
             EngineError: the engine ended meanwhile.
         """
         self._process: subprocess.Popen[bytes] | None = None
         self._log: IO[bytes] | None = None
         self._descriptors: list[int] = []
         self._closed = False
-        self._socket = self._connect(address) if address else self._start(program, folders)
+        given = {flag: place for flag, place in folders.items() if place is not None}
+        if address and given:
+            raise ValueError(
+                f"{' and '.join(given)}: wanted no folders with address=, found "
+                f"{', '.join(map(str, given.values()))}: give them to the engine that runs, "
+                f"`causeway rollout --listen {address} --{next(iter(given))} DIR`"
+            )
+        self._socket = self._connect(address) if address else self._start(program, given)
         try:
             self.opened = self._open(request)
         except BaseException:
@@ -88,10 +96,11 @@ class Engine:
             ) from None
         return sock
 
-    def _start(self, program: str, folders: Mapping[str, str | Path | None]) -> socket.socket:
+    def _start(self, program: str, folders: Mapping[str, str | Path]) -> socket.socket:
         path = find(program)
-        given = [(flag, place) for flag, place in folders.items() if place is not None]
-        flags = [part for flag, place in given for part in (f"--{flag}", folder(flag, place))]
+        flags = [
+            part for flag, place in folders.items() for part in (f"--{flag}", folder(flag, place))
+        ]
         own, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         self._log = tempfile.TemporaryFile()
         with theirs:

@@ -77,7 +77,8 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
             actions: of each agent that is there; those of agents that have left are of no effect.
 
         Raises:
-            ValueError: an agent that is there has no action, or there is no such agent.
+            ValueError: an agent that is there has no action or one of another shape, or there is
+                no such agent.
             RuntimeError: nothing was reset before.
         """
         if not self._begun:
@@ -91,7 +92,12 @@ class DriveParallelEnv(ParallelEnv[str, Floats, Floats]):  # type: ignore[misc]
             return {}, {}, {}, {}, {}
         given = np.zeros((self.batch.rows, ACTION_WIDTH), np.float32)
         for name in self.agents:
-            given[self._rows[name]] = actions[name]
+            action = np.asarray(actions[name], np.float32)
+            if action.shape != (ACTION_WIDTH,):
+                raise ValueError(
+                    f"the action of {name} has the shape {action.shape}, wanted ({ACTION_WIDTH},)"
+                )
+            given[self._rows[name]] = action
         observations, rewards, terminated, truncated = self.batch.step(given)
         rows = {name: self._rows[name] for name in self.agents}
         shown = self._shown(observations)

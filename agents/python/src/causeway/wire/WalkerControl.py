@@ -18,7 +18,7 @@ class WalkerControl(object):
     def Init(self, buf, pos):
         self._tab = flatbuffers.table.Table(buf, pos)
 
-    # Unit vector in the world, or zero to stand.
+    # In the world; the speed is multiplied by its length. Zero to stand.
     # WalkerControl
     def DirectionInWorld(self, obj):
         obj.Init(self._tab.Bytes, self._tab.Pos + 0)
