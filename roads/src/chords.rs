@@ -50,6 +50,11 @@ impl Chord {
         }
     }
 
+    /// The road coordinates of its ends, in travel direction.
+    pub(crate) fn ends_s(&self) -> [f64; 2] {
+        [self.from_s, self.to_s]
+    }
+
     /// The road coordinate `along_m` after the chord's start in travel direction.
     pub(crate) fn s_after(&self, along_m: f64) -> f64 {
         let (low, high) = (self.from_s.min(self.to_s), self.from_s.max(self.to_s));

@@ -104,6 +104,33 @@ impl ProjectionIndex {
         Some((chord.lane, chord.s_after(chord.along_m(point)), distance2))
     }
 
+    /// Tells of every chord of these types that is at most so far from `point`.
+    pub(crate) fn each_within(
+        &self,
+        point: &Point3<f64>,
+        types: LaneTypes,
+        within_m: f64,
+        mut tell: impl FnMut(&Chord),
+    ) {
+        let (mask, within2) = (types.bits(), within_m * within_m);
+        let mut stack = vec![0];
+        while let Some(node_index) = stack.pop() {
+            let Some(node) = self.nodes.get(node_index) else { continue };
+            if node.bounds.type_bits & mask == 0 || self.distance2(node_index, point) > within2 {
+                continue;
+            }
+            if node.count == 0 {
+                stack.extend([node_index + 1, node.first as usize]);
+                continue;
+            }
+            let range = node.first as usize..(node.first + node.count) as usize;
+            let chords = self.chords.get(range).into_iter().flatten();
+            let near =
+                |chord: &&Chord| chord.type_bits & mask != 0 && chord.distance2(point) <= within2;
+            chords.filter(near).for_each(&mut tell);
+        }
+    }
+
     /// The box around all chords.
     pub(crate) fn bounds(&self) -> Option<(Point3<f64>, Point3<f64>)> {
         self.nodes

@@ -40,7 +40,7 @@ pub struct Map {
     pub(crate) table: LaneTable,
     shapes: Shapes,
     pub(crate) links: Links,
-    index: ProjectionIndex,
+    pub(crate) index: ProjectionIndex,
     pub(crate) landmarks: Landmarks,
     speed_limits: OnceLock<SpeedLimits>,
     spawn_points: OnceLock<SpawnPoints>,

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::lanes::LaneIndex;
+use crate::limit_cells::LimitCells;
 use crate::map::Map;
 use crate::place::Waypoint;
 use crate::signs::{SignKind, sign_kind};
@@ -54,6 +55,7 @@ pub(crate) struct SpeedLimits {
     told: Vec<Told>,
     /// By lane with signs, in the order in which traffic meets them.
     posted: BTreeMap<LaneIndex, Vec<Posted>>,
+    pub(crate) cells: LimitCells,
 }
 
 impl SpeedLimits {
@@ -78,7 +80,7 @@ impl SpeedLimits {
                 }
             }
         }
-        Self { told, posted }
+        Self { told, posted, cells: LimitCells::new(map.bounds()) }
     }
 }
 
@@ -121,5 +123,20 @@ impl Map {
             Told::One { limit_mps } => Some(limit_mps),
             Told::Several { lowest_mps } => by_type().or(Some(lowest_mps)),
         }
+    }
+
+    /// The speed limit that is in force all along a piece of a lane, given by its ends; `None`
+    /// where none is posted, or where it may change.
+    pub(crate) fn speed_limit_along_mps(&self, ends: [&Waypoint; 2]) -> Option<f64> {
+        let lane = self.lane_index(ends[0])?;
+        let entry_s = self.table.get(lane)?.entry_s();
+        let signs = self.speed_limits().posted.get(&lane).map_or(&[][..], Vec::as_slice);
+        let types = &self.road(ends[0])?.speed_limits;
+        let [from, to] = ends.map(|end| {
+            let after_m = (end.s - entry_s).abs();
+            let passed = signs.partition_point(|sign| sign.after_m <= after_m);
+            (passed, types.partition_point(|limit| limit.start_s <= end.s))
+        });
+        self.speed_limit_mps(ends[0]).filter(|_| from == to)
     }
 }

@@ -77,7 +77,7 @@ fn height([a, b, c]: [Vector3<f64>; 3], x: f64, y: f64) -> Option<f64> {
     inside.then(|| a.z + v * (b.z - a.z) + w * (c.z - a.z))
 }
 
-fn each(run: impl Fn(&str, &Map)) {
+fn each(mut run: impl FnMut(&str, &Map)) {
     for map in towns() {
         run(map.name(), &map);
     }
@@ -162,4 +162,36 @@ fn the_nearest_lane_is_the_same_within_every_distance_beyond_it() {
             assert_eq!(within(away_m * 0.999), None, "{name}");
         }
     });
+}
+
+#[test]
+#[allow(clippy::cast_possible_truncation, reason = "as vehicles are told limits")]
+fn a_limit_that_surely_holds_is_that_of_the_nearest_lane_unless_it_is_in_a_junction() {
+    let (mut asked, mut sure) = (0, 0);
+    each(|name, map| {
+        let spawns = map.spawn_points().iter();
+        let places = spawns.flat_map(|spawn| {
+            let sides = [-3.0, 0.0, 1.7, 5.0].into_iter();
+            sides.flat_map(move |left_m| {
+                (0..12).map(move |step| spawn * Point3::new(2.3 * f64::from(step), left_m, -0.4))
+            })
+        });
+        let mut limits_mps: Vec<f32> = Vec::new();
+        for at in places {
+            let (place, _) =
+                map.nearest_within(at, LaneTypes::DRIVING, f64::INFINITY).expect("it has lanes");
+            let limit_mps = map.speed_limit_mps(&place).unwrap_or(0.0) as f32;
+            if !limits_mps.contains(&limit_mps) {
+                limits_mps.push(limit_mps);
+            }
+            for told_mps in limits_mps.iter().copied().filter(|told_mps| *told_mps != 0.0) {
+                let holds = map.surely_holds(told_mps, &at);
+                let may = told_mps == limit_mps || map.is_in_junction(&place);
+                assert!(may || !holds, "{name}: {told_mps} m/s at {at}, {place:?}");
+            }
+            asked += 1;
+            sure += u32::from(map.surely_holds(limit_mps, &at));
+        }
+    });
+    assert!(sure * 2 > asked, "{sure} of {asked}");
 }

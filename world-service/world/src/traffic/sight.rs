@@ -205,6 +205,10 @@ impl RoadRules {
 
     fn find_limit(&mut self, map: &Map, at_m: Vec3) {
         let position_m: Vector3<f64> = nalgebra::convert(at_m);
+        let told_mps = self.speed_limit_mps;
+        if told_mps != 0.0 && map.surely_holds(told_mps, &position_m.into()) {
+            return;
+        }
         let nearest =
             |within_m: f64| map.nearest_within(position_m.into(), LaneTypes::DRIVING, within_m);
         // The lane of before is no farther away than by what the vehicle moved.
