@@ -3,15 +3,22 @@
 //! Wheels and fallen bodies ask this instead of colliding with a mesh inside the physics engine:
 //! the ground is shared by all worlds of a map and never part of a snapshot.
 
+mod alone;
+mod face;
+
+use std::ops::Range;
+
 use nalgebra::Vector2;
 use schemas::Vec3;
+
+use alone::Alone;
+pub(crate) use alone::Known;
+use face::{Bounds, EDGE_M, Face, Skin, face};
 
 /// Cells of one ground, so that a long road does not cost gigabytes.
 const CELLS_MAX: usize = 1 << 20;
 /// Side of a cell unless the ground is too large for it.
 const CELL_M: f32 = 2.0;
-/// Tolerance at triangle edges, so that no point falls between two triangles.
-const EDGE_M: f32 = 1.0e-3;
 /// Friction coefficient of a dry tyre where there is no mesh: that of grass.
 const OPEN_LAND_FRICTION: f32 = 0.5;
 
@@ -29,31 +36,6 @@ pub(crate) struct Surface {
     pub friction: f32,
 }
 
-/// One triangle as a plane z = corner + slope · (xy − corner) with its outline: no more than what
-/// tells whether a point is above it, as many are looked at for one that is.
-#[derive(Clone, Debug)]
-struct Face {
-    corner: Vec3,
-    /// Of the three edges of the outline, then the slope: all x, all y, so that one instruction
-    /// serves four.
-    across: [[f32; 4]; 2],
-    /// Inside all edges is in the triangle; the slope keeps nothing out.
-    outside: [f32; 4],
-}
-
-/// Unit normal, upwards, and friction of a face.
-type Skin = (Vec3, f32);
-
-/// Lowest and highest corner along each axis.
-type Bounds = (Vec3, Vec3);
-
-/// A straight border seen from above; inside is where across · (xy − corner) ≥ outside.
-#[derive(Clone, Copy, Debug)]
-struct Edge {
-    across: Vector2<f32>,
-    outside: f32,
-}
-
 /// Triangles seen from above, findable by x and y.
 #[derive(Debug)]
 pub(crate) struct Ground {
@@ -64,6 +46,7 @@ pub(crate) struct Ground {
     cell_faces: Vec<u32>,
     /// Where each cell's faces start in `cell_faces`; one more than there are cells.
     cell_starts: Vec<u32>,
+    alone: Alone,
     /// The highest that the faces of each cell can be inside it.
     cell_tops_m: Vec<f32>,
     origin_m: Vector2<f32>,
@@ -95,6 +78,7 @@ impl Ground {
             skins,
             cell_faces: Vec::new(),
             cell_starts: Vec::new(),
+            alone: Alone::default(),
             cell_tops_m: Vec::new(),
             origin_m: low.xy(),
             cell_m,
@@ -109,17 +93,30 @@ impl Ground {
     ///
     /// - **Cost:** about 20 ns on a street.
     pub(crate) fn below(&self, point: Vec3) -> Surface {
-        let mut best: Option<(f32, u32)> = None;
-        for &index in self.cell_at(point) {
-            let Some(height_m) = self.faces[index as usize].height_at_m(point) else { continue };
+        let highest = self.cell_index(point).and_then(|cell| self.highest(cell, point));
+        highest.map_or(self.open_land, |(height_m, entry)| {
+            self.surface(height_m, self.cell_faces[entry])
+        })
+    }
+
+    /// The height of the highest face of a cell at a point that is not above it, and its entry in
+    /// the list.
+    #[inline]
+    fn highest(&self, cell: usize, point: Vec3) -> Option<(f32, usize)> {
+        let mut best: Option<(f32, usize)> = None;
+        let entries = self.entries(cell);
+        for (entry, index) in entries.clone().zip(&self.cell_faces[entries]) {
+            let Some(height_m) = self.faces[*index as usize].height_at_m(point) else { continue };
             if height_m <= point.z && best.is_none_or(|(best_m, _)| best_m < height_m) {
-                best = Some((height_m, index));
+                best = Some((height_m, entry));
             }
         }
-        best.map_or(self.open_land, |(height_m, index)| {
-            let (normal, friction) = self.skins[index as usize];
-            Surface { height_m, normal, friction }
-        })
+        best
+    }
+
+    fn surface(&self, height_m: f32, face: u32) -> Surface {
+        let (normal, friction) = self.skins[face as usize];
+        Surface { height_m, normal, friction }
     }
 
     /// Whether there is surely no ground above a point, found faster than the ground itself.
@@ -134,9 +131,9 @@ impl Ground {
         point.z < self.open_land.height_m - BURIED_M
     }
 
-    fn cell_at(&self, point: Vec3) -> &[u32] {
-        let Some(cell) = self.cell_index(point) else { return &[] };
-        &self.cell_faces[self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize]
+    /// Where the faces of a cell are in the list of all.
+    fn entries(&self, cell: usize) -> Range<usize> {
+        self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize
     }
 
     fn cell_index(&self, point: Vec3) -> Option<usize> {
@@ -169,6 +166,7 @@ impl Ground {
         }
         self.cell_tops_m = tops_m;
         self.cell_starts = starts;
+        self.alone = Alone::unknown(cell_faces.len());
         self.cell_faces = cell_faces;
     }
 
@@ -202,78 +200,6 @@ impl Ground {
             }
         }
     }
-}
-
-impl Face {
-    fn new(corner: Vec3, edges: [Edge; 3], slope: Vector2<f32>) -> Self {
-        let [a, b, c] = edges.map(|edge| edge.across);
-        let [d, e, f] = edges.map(|edge| edge.outside);
-        let across = [[a.x, b.x, c.x, slope.x], [a.y, b.y, c.y, slope.y]];
-        Self { corner, across, outside: [d, e, f, f32::NEG_INFINITY] }
-    }
-
-    /// From the corner to a place, along the normals of the edges and up the slope.
-    fn along(&self, from_corner: Vector2<f32>) -> [f32; 4] {
-        let [x, y] = self.across;
-        std::array::from_fn(|at| x[at] * from_corner.x + y[at] * from_corner.y)
-    }
-
-    /// The height of its plane at a point, if the outline seen from above, widened by [`EDGE_M`],
-    /// holds that.
-    #[inline]
-    fn height_at_m(&self, point: Vec3) -> Option<f32> {
-        let along = self.along(point.xy() - self.corner.xy());
-        // All in any case: which of them fails cannot be foretold.
-        let beyond = along.iter().zip(&self.outside).map(|(along, outside)| along >= outside);
-        beyond.fold(true, |all, inside| all & inside).then_some(self.corner.z + along[3])
-    }
-
-    /// Whether it covers a point between these ones, or beside them by little.
-    fn may_cover(&self, corners_m: &[Vector2<f32>; 4]) -> bool {
-        /// More than what rounding makes of a coordinate.
-        const ROUNDING: f32 = 1.0e-5;
-        let from_corner = corners_m.map(|xy_m| xy_m - self.corner.xy());
-        let places = corners_m.iter().chain(&from_corner);
-        let reach_m = places.map(|place| place.abs().sum()).fold(0.0, f32::max);
-        let beside_m = 2.0 * EDGE_M + ROUNDING * reach_m;
-        let along = from_corner.map(|place| self.along(place));
-        let [x, y] = self.across;
-        (0..3).all(|edge| {
-            let least = self.outside[edge] - beside_m * (x[edge].abs() + y[edge].abs());
-            along.iter().any(|along| along[edge] >= least)
-        })
-    }
-
-    fn height_m(&self, point: Vec3) -> f32 {
-        self.corner.z + self.along(point.xy() - self.corner.xy())[3]
-    }
-}
-
-impl Edge {
-    /// Between two corners, counter-clockwise.
-    fn new(corner: Vec3, from: Vec3, to: Vec3) -> Self {
-        let along = (to - from).xy();
-        let across = Vector2::new(-along.y, along.x);
-        let tolerance = EDGE_M * (along.x.abs() + along.y.abs());
-        Self { across, outside: across.dot(&(from - corner).xy()) - tolerance }
-    }
-}
-
-/// A face with upward normal and counter-clockwise corners; `None` for walls and slivers.
-fn face((corners, friction): ([Vec3; 3], f32)) -> Option<(Face, Skin, Bounds)> {
-    let [a, mut b, mut c] = corners;
-    let cross = (b - a).cross(&(c - a));
-    let mut normal = cross.try_normalize(1.0e-9)?;
-    // Steeper than 70° is a wall: nothing drives or lies on it.
-    if normal.z.abs() < 0.34 {
-        return None;
-    }
-    if normal.z < 0.0 {
-        (b, c, normal) = (c, b, -normal);
-    }
-    let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| Edge::new(a, from, to));
-    let face = Face::new(a, edges, -normal.xy() / normal.z);
-    Some((face, (normal, friction), (a.inf(&b).inf(&c), a.sup(&b).sup(&c))))
 }
 
 /// The box around all faces.

@@ -30,9 +30,10 @@ pub(crate) use chassis::{Chassis, Impulse};
 pub(crate) use fit::{Fit, GRAVITY_MPS2, Tuning};
 pub(crate) use telemetry::telemetry;
 
-use crate::ground::{Ground, Surface};
+use crate::ground::{Ground, Known, Surface};
 use balance::PitchGuard;
 use brakes::WheelBrake;
+use chassis::Heading;
 use drivetrain::Drivetrain;
 use fit::{WHEELS_MAX, WheelFit};
 use rolling::{Rolling, Rollings};
@@ -64,6 +65,9 @@ pub(crate) struct VehicleState {
     carried: bool,
     /// Whether it was put somewhere and has not come to stand since.
     landing: bool,
+    /// What was below each wheel; saves time and decides nothing.
+    #[serde(skip)]
+    known: [Known; WHEELS_MAX],
 }
 
 /// One wheel.
@@ -103,6 +107,7 @@ impl VehicleState {
             wheels: fit.wheels.iter().map(wheel).collect(),
             carried: false,
             landing: false,
+            known: [Known::default(); WHEELS_MAX],
         }
     }
 
@@ -178,13 +183,14 @@ impl VehicleState {
             steering::advance(fit, self.road_wheel_rad, self.control.steer, forward_mps, dt_secs);
         self.brake_pressure = brakes::pressure(self.brake_pressure, self.control.brake, dt_secs);
 
-        let footings = suspension::footings(fit, chassis, ground, self.landing);
+        let below = (ground, &mut self.known);
+        let footings = suspension::footings(fit, chassis, below, self.landing);
         // One that hangs on fewer wheels than it has stands, though it never lands.
         let is_moved = self.landing && !suspension::stand(chassis, &footings);
         let settling_mps =
             if is_moved { wander::settling_mps(fit, chassis.origin_m()) } else { 0.0 };
         self.carried = suspension::carry(fit, &footings);
-        self.landing &= !(self.carried && suspension::stand(chassis, &footings));
+        self.landing = self.landing && !(self.carried && suspension::stand(chassis, &footings));
         let guard = balance::pitch_guard(fit, &footings);
         let asked = (self.road_wheel_rad, grip);
         self.stability = self.stability.advanced(fit, chassis, &footings, asked, dt_secs);
@@ -194,6 +200,7 @@ impl VehicleState {
         let mut impulse = chassis::air_drag(fit, chassis, dt_secs);
         impulse += balance::rider(fit, chassis, &footings, self.road_wheel_rad, dt_secs);
         let mut rollings: Rollings = [const { None }; WHEELS_MAX];
+        let mut heading = None;
         for (index, footing) in footings.iter().take(fit.wheels.len()).enumerate() {
             let wheel = &fit.wheels[index];
             let brake = self.brake(fit, index, (&footings, &guard), (forward_mps, grip));
@@ -207,7 +214,11 @@ impl VehicleState {
                 grip,
                 dt_secs,
             };
-            rollings[index] = self.roll(index, &input, chassis, footing.as_ref());
+            let touches = footing.as_ref().map(|footing| {
+                let on_ground = chassis.heading_on(footing.surface.normal, heading);
+                (footing, *heading.insert(on_ground))
+            });
+            rollings[index] = self.roll(index, &input, chassis, touches);
         }
         let forces = rolling::advance(&mut self.wheels, &rollings);
         for (rolling, force) in rollings.iter().zip(forces) {
@@ -245,20 +256,20 @@ impl VehicleState {
         index: usize,
         input: &WheelInput,
         chassis: &Chassis,
-        footing: Option<&Footing>,
+        touches: Option<(&Footing, Heading)>,
     ) -> Option<Rolling> {
         let WheelInput { fit, wheel: own, brake, dt_secs, .. } = *input;
         let traction_control = self.control.throttle > 0.0;
         let steer_rad = steering::wheel_rad(fit, own, self.road_wheel_rad);
         let wheel = &mut self.wheels[index];
-        let Some(footing) = footing else {
+        let Some((footing, heading)) = touches else {
             wheel.tyre = Tyre::default();
             wheel.spin_radps = brakes::free_spin(wheel.spin_radps, brake.torque_nm, input);
             wheel.contact = Contact::default();
             return None;
         };
 
-        let (forward, left) = chassis.contact_axes(footing.surface.normal, steer_rad);
+        let (forward, left) = heading.axes(steer_rad);
         let velocity_mps = chassis.velocity_at(footing.point_m);
         let forward_mps = velocity_mps.dot(&forward);
         let turned_rad = wander::slip_rad(fit, own, footing.point_m, forward_mps);

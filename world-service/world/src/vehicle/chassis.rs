@@ -25,6 +25,26 @@ pub(crate) struct Impulse {
     pub angular_nms: Vec3,
 }
 
+/// Ahead and left of a vehicle in the plane of the ground.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Heading {
+    normal: Vec3,
+    ahead: Vec3,
+    beside: Vec3,
+}
+
+impl Heading {
+    /// Rolling direction of a wheel that is steered, and its left.
+    pub(super) fn axes(&self, steer_rad: f32) -> (Vec3, Vec3) {
+        let Self { ahead, beside, .. } = self;
+        // Half of all wheels never steer.
+        let is_straight = steer_rad == 0.0;
+        let (sine, cosine) =
+            if is_straight { (steer_rad, 1.0) } else { ComplexField::sin_cos(steer_rad) };
+        (ahead * cosine + beside * sine, beside * cosine - ahead * sine)
+    }
+}
+
 impl AddAssign for Impulse {
     fn add_assign(&mut self, other: Self) {
         self.linear_ns += other.linear_ns;
@@ -73,18 +93,17 @@ impl Chassis {
         self.linear_mps + self.angular_radps.cross(&(in_world_m - self.centre_of_mass_m))
     }
 
-    /// Rolling direction of a wheel that is steered in the ground's plane, and its left.
-    pub(super) fn contact_axes(&self, normal: Vec3, steer_rad: f32) -> (Vec3, Vec3) {
+    /// Its heading in the plane of the ground with this normal; the known one, if it is of that.
+    pub(super) fn heading_on(&self, normal: Vec3, known: Option<Heading>) -> Heading {
+        let bits = |normal: &Vec3| normal.map(f32::to_bits);
+        if let Some(known) = known.filter(|known| bits(&known.normal) == bits(&normal)) {
+            return known;
+        }
         let heading = self.forward();
         let in_plane = heading - normal * heading.dot(&normal);
         // A vehicle standing on its nose has no heading in the plane; its wheels then do not roll.
         let ahead = in_plane.try_normalize(1.0e-3).unwrap_or_else(|| self.left().cross(&normal));
-        let beside = normal.cross(&ahead);
-        // Half of all wheels never steer.
-        let is_straight = steer_rad == 0.0;
-        let (sine, cosine) =
-            if is_straight { (steer_rad, 1.0) } else { ComplexField::sin_cos(steer_rad) };
-        (ahead * cosine + beside * sine, beside * cosine - ahead * sine)
+        Heading { normal, ahead, beside: normal.cross(&ahead) }
     }
 
     pub(super) fn impulse_at(&self, in_world_m: Vec3, impulse_ns: Vec3) -> Impulse {

@@ -7,7 +7,7 @@ use schemas::Vec3;
 
 use super::fit::{Fit, GRAVITY_MPS2, WHEELS_MAX, WheelFit};
 use super::{Chassis, Footing};
-use crate::ground::Ground;
+use crate::ground::{Ground, Known};
 
 /// Compression from rest at which the bump stop begins.
 const BUMP_M: f32 = 0.08;
@@ -70,12 +70,17 @@ impl Spring {
 }
 
 /// What each wheel stands on, with its load.
-pub(super) fn footings(fit: &Fit, chassis: &Chassis, ground: &Ground, landing: bool) -> Footings {
+pub(super) fn footings(
+    fit: &Fit,
+    chassis: &Chassis,
+    (ground, known): (&Ground, &mut [Known; WHEELS_MAX]),
+    landing: bool,
+) -> Footings {
     let mut footings: Footings = [const { None }; WHEELS_MAX];
-    for (slot, wheel) in footings.iter_mut().zip(&fit.wheels) {
-        *slot = unloaded_footing(wheel, chassis, ground);
+    for ((slot, known), wheel) in footings.iter_mut().zip(known).zip(&fit.wheels) {
+        *slot = unloaded_footing(wheel, chassis, (ground, known));
     }
-    let compressions = footings.map(|footing| footing.map_or(0.0, |at| at.compression_m));
+    let compressions = footings.each_ref().map(|at| at.as_ref().map_or(0.0, |at| at.compression_m));
     let anti_roll_n_per_m = fit.model.anti_roll_n_per_m;
     for (slot, wheel) in footings.iter_mut().zip(&fit.wheels) {
         let Some(footing) = slot else { continue };
@@ -106,10 +111,14 @@ pub(super) fn stand(chassis: &Chassis, footings: &Footings) -> bool {
 }
 
 /// Where the wheel's axis meets the ground, taken as the plane under the wheel.
-fn unloaded_footing(wheel: &WheelFit, chassis: &Chassis, ground: &Ground) -> Option<Footing> {
+fn unloaded_footing(
+    wheel: &WheelFit,
+    chassis: &Chassis,
+    (ground, known): (&Ground, &mut Known),
+) -> Option<Footing> {
     let foot_m = chassis.world_from_point(wheel.foot_m);
     let up = chassis.up();
-    let surface = ground.below(foot_m + up * LOOK_FROM_M);
+    let surface = ground.below_from(known, foot_m + up * LOOK_FROM_M);
     let alignment = up.dot(&surface.normal);
     if alignment < ALIGNMENT_MIN {
         return None;
