@@ -102,9 +102,9 @@ pub(crate) struct Outside {
 impl Outside {
     /// Numbers that decide how an actor goes on, in a fixed order, for the state hash.
     pub(crate) fn values(&self) -> impl Iterator<Item = f32> + '_ {
-        let held = self.held_mps.iter().flat_map(|held| held.iter());
+        let held = self.held_mps.iter().flat_map(|held| held.data.0[0]);
         let vectors = [&self.force_n, &self.torque_nm, &self.told_mps].into_iter();
-        held.chain(vectors.flat_map(|vector| vector.iter())).copied()
+        held.chain(vectors.flat_map(|vector| vector.data.0[0]))
     }
 }
 

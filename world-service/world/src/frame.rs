@@ -121,9 +121,10 @@ impl World {
                 actor.body.attachment().map_or(0, |to| to.parent.get().into()),
                 body.asleep.into(),
             ]);
-            hasher.floats(body.world_from_body.translation.vector.iter().copied());
-            hasher.floats(body.world_from_body.rotation.coords.iter().copied());
-            hasher.floats(body.linear_mps.iter().chain(&body.angular_radps).copied());
+            hasher.floats(body.world_from_body.translation.vector.data.0[0]);
+            hasher.floats(body.world_from_body.rotation.coords.data.0[0]);
+            hasher.floats(body.linear_mps.data.0[0]);
+            hasher.floats(body.angular_radps.data.0[0]);
             hasher.floats(actor.outside.values());
             if let Some(walker) = actor.walker.as_deref() {
                 hasher.floats(walker.values());
