@@ -315,18 +315,25 @@ fn own_from_m(network: &Network, leg: &Leg, lane: &Lane) -> f32 {
 /// to the next sample. Lanes that meet at an angle, and lanes shorter than a step, have the latter
 /// alone.
 pub(crate) fn curvature_per_m(points: &[PathPoint], index: usize) -> f32 {
-    /// Turns that a vehicle does not slow down for: maps are not drawn more exactly.
-    const KINK_RAD_MIN: f32 = 0.05;
-    const STEP_M_MIN: f32 = 2.0;
-    let Some(here) = points.get(index) else { return 0.0 };
-    let own = here.point.curvature_per_m.abs();
-    let Some(next) = points.get(index + 1) else { return own };
-    let turn_rad = wrapped(next.point.heading_rad - here.point.heading_rad).abs();
-    if turn_rad <= KINK_RAD_MIN {
-        return own;
+    points.get(index).map_or(0.0, |here| here.curvature_per_m(points.get(index + 1)))
+}
+
+impl PathPoint {
+    /// As [`curvature_per_m`], with the next sample.
+    #[inline]
+    pub(crate) fn curvature_per_m(&self, next: Option<&Self>) -> f32 {
+        /// Turns that a vehicle does not slow down for: maps are not drawn more exactly.
+        const KINK_RAD_MIN: f32 = 0.05;
+        const STEP_M_MIN: f32 = 2.0;
+        let own = self.point.curvature_per_m.abs();
+        let Some(next) = next else { return own };
+        let turn_rad = wrapped(next.point.heading_rad - self.point.heading_rad).abs();
+        if turn_rad <= KINK_RAD_MIN {
+            return own;
+        }
+        let step_m = (next.ahead_m - self.ahead_m).max(STEP_M_MIN);
+        own.max((turn_rad - KINK_RAD_MIN) / step_m)
     }
-    let step_m = (next.ahead_m - here.ahead_m).max(STEP_M_MIN);
-    own.max((turn_rad - KINK_RAD_MIN) / step_m)
 }
 
 #[cfg(test)]

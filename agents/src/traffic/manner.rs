@@ -2,7 +2,7 @@
 
 use schemas::AgentBehaviour;
 
-use crate::path::{PathPoint, curvature_per_m};
+use crate::path::PathPoint;
 
 /// A speed too high is braked off within about this time.
 const HASTE_SECS: f32 = 0.6;
@@ -88,15 +88,19 @@ impl Manner {
     /// As fast as limits and curves on the way allow here, and its end after `left_m`.
     pub(super) fn free_mps(&self, points: &[PathPoint], left_m: f32) -> f32 {
         let end_mps = (2.0 * self.braking_mps2 * (left_m - 4.0).max(0.0)).sqrt();
-        let mut least = f32::INFINITY;
-        for (index, at) in points.iter().enumerate() {
+        let fastest2 = |at: &PathPoint, next: Option<&PathPoint>| {
             let limit_mps = at.point.limit_mps;
             let posted = if limit_mps > 0.0 { self.limit_mps(limit_mps) } else { self.speed_mps };
-            let (posted2, bend_per_m) = (posted * posted, curvature_per_m(points, index));
+            let (posted2, bend_per_m) = (posted * posted, at.curvature_per_m(next).max(1.0e-4));
             // Most of a way bends too little to count.
-            let counts = posted2 * bend_per_m.max(1.0e-4) > 0.99 * self.curve_mps2;
-            let curve = if counts { self.curve_mps2 / bend_per_m.max(1.0e-4) } else { posted2 };
-            least = least.min(posted2.min(curve) + 2.0 * self.braking_mps2 * at.ahead_m);
+            let counts = posted2 * bend_per_m > 0.99 * self.curve_mps2;
+            let curve = if counts { self.curve_mps2 / bend_per_m } else { posted2 };
+            posted2.min(curve) + 2.0 * self.braking_mps2 * at.ahead_m
+        };
+        let mut least = points.last().map_or(f32::INFINITY, |last| fastest2(last, None));
+        for pair in points.windows(2) {
+            let [at, next] = pair else { continue };
+            least = least.min(fastest2(at, Some(next)));
         }
         end_mps.min(least.max(0.0).sqrt())
     }

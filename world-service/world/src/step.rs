@@ -259,6 +259,6 @@ pub(crate) fn view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleView {
         },
         understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
         grip,
-        start_mps2: fit.start_mps2(),
+        start_mps2: fit.start_mps2,
     }
 }

@@ -148,7 +148,7 @@ impl Drivetrain {
 impl Fit {
     /// What the driven wheels push a vehicle with that starts at full throttle on a level road, by
     /// its weight; what they slip is left out.
-    pub(crate) fn start_mps2(&self) -> f32 {
+    pub(super) fn start_mps2(&self) -> f32 {
         let physics = &self.physics;
         let engine_nm = interpolate(&physics.torque_curve, launch_rpm(self, 1.0));
         let clutch_nm = physics.clutch_strength * physics.engine_rpm_max * TAU / 60.0;

@@ -44,6 +44,8 @@ pub(crate) struct Fit {
     pub tyre_damping_share: f32,
     /// Drag of the air over the square of the speed.
     pub drag_n_per_mps2: f32,
+    /// What its driven wheels push it with at full throttle, over its mass.
+    pub start_mps2: f32,
 }
 
 /// One wheel at rest on level ground.
@@ -118,9 +120,11 @@ impl Fit {
             half_track_m,
             understeer_rad_per_mps2: softness / GRAVITY_MPS2,
             drag_n_per_mps2: 0.5 * AIR_KG_PER_M3 * drag_area_m2,
+            start_mps2: 0.0,
             physics,
         };
         fit.tyre_damping_share = fit.tyre_damping_share();
+        fit.start_mps2 = fit.start_mps2();
         fit
     }
 
