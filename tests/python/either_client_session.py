@@ -86,13 +86,19 @@ class Session:
         self.first = self.client
         self.client = connected(port)
         self.world = self.client.get_world()
-        self.world.tick()
+        # Before the first settings a world counts frames by the clock.
+        self.first_frame = self.world.tick()
         self.library = self.world.get_blueprint_library()
         self.places = self.world.get_map().get_spawn_points()
 
     def ticks(self, count):
         for _ in range(count):
             self.world.tick()
+
+    def counted(self, data):
+        """What a measurement says, with frames counted from the first tick."""
+        told = measured(data)
+        return {**told, "frame": told["frame"] - self.first_frame}
 
     def refusal(self, call):
         try:
@@ -172,7 +178,7 @@ class Session:
         car.apply_control(carla.VehicleControl(throttle=0.6, steer=0.01))
         self.ticks(3)
         # Pictures of every tick, or the world waits for them.
-        first = {kind: measured(heard[kind].get(timeout=30.0)) for kind in list(SENSORS)[:-2]}
+        first = {kind: self.counted(heard[kind].get(timeout=30.0)) for kind in list(SENSORS)[:-2]}
         states = []
         for _ in range(100):
             world.tick()
@@ -185,7 +191,7 @@ class Session:
                     *(control.throttle, control.steer, control.brake, control.gear),
                 ]
             )
-        met = {kind: measured(heard[kind].get(timeout=30.0)) for kind in list(SENSORS)[-2:]}
+        met = {kind: self.counted(heard[kind].get(timeout=30.0)) for kind in list(SENSORS)[-2:]}
         # A client ends when it stops while a message is on its way.
         for kind in list(SENSORS)[:-2]:
             while heard[kind].get(timeout=30.0).frame < world.get_snapshot().frame:
