@@ -33,7 +33,6 @@ mod labels;
 mod landmarks;
 mod lanes;
 mod lights;
-mod limit_cells;
 pub mod limits;
 mod links;
 mod map;

@@ -4,14 +4,17 @@
 //! the next one. Where lanes join that were told different things, the road's own type says what
 //! holds, or else the lowest of them does.
 
+mod cells;
+
 use std::collections::BTreeMap;
 
 use crate::lanes::LaneIndex;
-use crate::limit_cells::LimitCells;
 use crate::map::Map;
 use crate::place::Waypoint;
 use crate::signs::{SignKind, sign_kind};
 use crate::trigger::driving_lanes;
+
+use cells::LimitCells;
 
 /// What signs have told the traffic that enters a lane. Only grows while it is worked out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,7 +58,7 @@ pub(crate) struct SpeedLimits {
     told: Vec<Told>,
     /// By lane with signs, in the order in which traffic meets them.
     posted: BTreeMap<LaneIndex, Vec<Posted>>,
-    pub(crate) cells: LimitCells,
+    cells: LimitCells,
 }
 
 impl SpeedLimits {

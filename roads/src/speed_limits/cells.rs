@@ -20,7 +20,7 @@ const UNKNOWN: u64 = 0;
 /// Cells of a map seen from above. Each is known at one height, that of who asked first; a bridge
 /// and the road below it are not known both.
 #[derive(Debug)]
-pub(crate) struct LimitCells {
+pub(super) struct LimitCells {
     low_m: [f64; 2],
     cell_m: f64,
     columns: usize,
@@ -74,7 +74,7 @@ impl LimitCells {
         clippy::cast_sign_loss,
         reason = "sides are not negative, and there are at most so many cells"
     )]
-    pub(crate) fn new(bounds: Option<(Point3<f64>, Point3<f64>)>) -> Self {
+    pub(super) fn new(bounds: Option<(Point3<f64>, Point3<f64>)>) -> Self {
         let (low, high) = bounds.unwrap_or_default();
         let [length_m, width_m] = [high.x - low.x, high.y - low.y];
         let least_m = length_m.max(width_m) / CELLS_MAX;
@@ -123,7 +123,7 @@ impl LimitCells {
             return About::Several;
         };
         // A corner is so far from the middle, and the lane that is the nearest to the middle is
-        // farther from the corner by as much at most; whatever is nearer to it is within twice that.
+        // farther from the corner by as much at most; whatever is nearer is within twice that.
         let corner_m =
             (0.5 * self.cell_m * self.cell_m + 0.25 * CELL_HEIGHT_M * CELL_HEIGHT_M).sqrt();
         let within_m = nearest2.sqrt() + 2.0 * corner_m + ROUNDING_M;
