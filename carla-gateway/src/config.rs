@@ -76,10 +76,10 @@ pub struct Args {
     /// asked, and waits so long for one that does not [default: each tick counts, as in CARLA]
     #[arg(long, value_name = "SECS")]
     pub share_clock: Option<f64>,
-    /// Tyres and steering of cars: CARLA's, which its programs and the corners of its maps are made
-    /// for, or those of real ones
-    #[arg(long, value_enum, default_value_t)]
-    pub tyres: Tyres,
+    /// Cars that clients spawn: CARLA's, which its programs and the corners of its maps are made for,
+    /// or real ones
+    #[arg(long, alias = "tyres", value_enum, default_value_t)]
+    pub cars: Cars,
     /// Root of all randomness of new worlds
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -104,17 +104,17 @@ pub struct Args {
     pub tokens: Option<PathBuf>,
 }
 
-/// Tyres and steering of the cars that clients spawn.
+/// Tyres, steering and engines of the cars that clients spawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Tyres {
-    /// As CARLA's cars: `tire_friction` 3.5, `max_steer_angle` 70°, quick steering.
+pub enum Cars {
+    /// CARLA's: `tire_friction` 3.5, `max_steer_angle` 70°, quick steering, engines that brake.
     #[default]
     Carla,
-    /// As measured of real cars: friction about 1, and the published turning circle.
+    /// Real ones: friction about 1, published turning circles and engines.
     Real,
 }
 
-impl std::fmt::Display for Tyres {
+impl std::fmt::Display for Cars {
     /// As typed.
     fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         to.write_str(match self {
@@ -160,7 +160,7 @@ pub(crate) struct WorldConfig {
     pub(crate) version: ClientVersion,
     pub(crate) map: String,
     pub(crate) seed: u64,
-    pub(crate) tyres: Tyres,
+    pub(crate) cars: Cars,
     pub(crate) pacing: Pacing,
     pub(crate) after_replays: AfterReplays,
     /// Where recordings lie.
@@ -236,7 +236,7 @@ impl Config {
                 version: ClientVersion::default(),
                 map: args.map.clone(),
                 seed: args.seed,
-                tyres: args.tyres,
+                cars: args.cars,
                 pacing,
                 after_replays: args.after_replays,
                 recordings: RecordingFolder::new(recordings.clone(), false),

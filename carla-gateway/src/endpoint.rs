@@ -3,6 +3,7 @@
 
 mod branching;
 mod cameras;
+mod cars;
 mod clock;
 mod coming_back;
 mod ids;
@@ -12,7 +13,6 @@ mod loading;
 mod recording;
 mod street_lamps;
 mod telling;
-mod tyres;
 mod uploads;
 mod worlds;
 

@@ -43,7 +43,7 @@ mod wheels;
 mod whereabouts;
 
 pub use app::{RunError, run};
-pub use config::{Args, Config, ConfigError, PortOfTenant, Tyres, ticks_per_second};
+pub use config::{Args, Cars, Config, ConfigError, PortOfTenant, ticks_per_second};
 pub use dialect::ClientVersion;
 pub use guests::Allowed;
 pub use launcher::{Flags, Translated, translate};

@@ -76,7 +76,7 @@ pub use skeleton::{Limb, PosedLimb};
 pub use staging::{Exposure, Staging, StreetLight};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
-    AckermannControl, AckermannGains, Gear, Steering, VehiclePhysics, VehicleTelemetry,
+    AckermannControl, AckermannGains, Gear, Handling, VehiclePhysics, VehicleTelemetry,
     WheelPhysics, WheelTelemetry,
 };
 pub use walker_pose::{BonePose, BonesChange, WalkerPose};

@@ -68,19 +68,20 @@ pub struct WheelPhysics {
     pub position_m: Vec3,
 }
 
-/// How the steering control becomes an angle of the wheels.
+/// How a vehicle answers its controls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Steering {
-    /// As a driver's hands do it: the lock is the mean angle of the front wheels, which turn by at
-    /// most 1 rad/s.
+pub enum Handling {
+    /// As a real one: the lock is the mean angle of the front wheels, which turn by at most 1 rad/s
+    /// as a driver's hands do it; the engine idles, and the box changes gears by the throttle.
     #[default]
     Real,
-    /// As CARLA's cars do it: the lock is the angle of the inner wheel, and control is followed by
-    /// 2.5 of its range per second away from the middle and by 5 towards it.
+    /// As CARLA's: the lock is the angle of the inner wheel, and control is followed by 2.5 of its
+    /// range per second away from the middle and by 5 towards it; the engine is coupled down to a
+    /// standstill, and the box changes gears by engine speed alone.
     Carla,
 }
 
-/// CARLA's `VehiclePhysicsControl`, and how the vehicle steers.
+/// CARLA's `VehiclePhysicsControl`, and how the vehicle answers its controls.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VehiclePhysics {
     /// (revolutions per minute, newton metres) at full throttle, ascending.
@@ -118,7 +119,7 @@ pub struct VehiclePhysics {
     /// CARLA's switch for wheels that collide as volumes; ours always do.
     pub sweep_wheel_collision: bool,
     /// Which of both a vehicle has; CARLA's clients cannot ask for the other.
-    pub steering: Steering,
+    pub handling: Handling,
     /// Whether the foot brake keeps wheels from locking.
     pub anti_lock: bool,
     /// Whether single wheels are braked to keep the vehicle on the course that it is steered for;

@@ -204,7 +204,7 @@ def test_a_walkers_controller_starts_only_where_the_client_finds_a_way(world):
 
 
 def test_cars_have_real_tyres_where_the_site_is_told_so(start_site):
-    site = start_site("--no-render", "--tyres", "real")
+    site = start_site("--no-render", "--cars", "real")
     world = connect(site.carla_port).get_world()
     blueprint = world.get_blueprint_library().find("vehicle.tesla.model3")
     car = world.spawn_actor(blueprint, world.get_map().get_spawn_points()[0])

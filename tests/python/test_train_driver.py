@@ -107,7 +107,7 @@ def test_a_driver_learns_and_drives_in_a_town_that_it_has_not_seen(driver):
 
 
 def test_it_drives_over_the_official_client(start_site, tmp_path):
-    site = start_site("--tyres", "real")
+    site = start_site("--cars", "real")
     at = ("--host", "127.0.0.1", "--port", site.carla_port, "--policy", LEARNT)
     picture = tmp_path / "picture.jpg"
     said = run("carla/drive_policy.py", *at, *("--task", "straight", "--episodes", 2))

@@ -1,7 +1,7 @@
 //! A vehicle as its maker publishes it, and what follows for the model.
 
 use nalgebra::ComplexField;
-use schemas::{Gear, Steering, Vec3, VehiclePhysics, WheelPhysics};
+use schemas::{Gear, Handling, Vec3, VehiclePhysics, WheelPhysics};
 
 use super::engine::Engine;
 use super::{BaseType, Driven, VehicleModel};
@@ -147,7 +147,7 @@ impl Design {
             steering_curve: STEERING_CURVE.to_vec(),
             wheels: self.wheels(),
             sweep_wheel_collision: false,
-            steering: Steering::Real,
+            handling: Handling::Real,
             anti_lock: !WITHOUT_ANTI_LOCK.contains(&self.id),
             stability_control: self.track_m > 0.0 && !has_none(self.id),
         }

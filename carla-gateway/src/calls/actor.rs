@@ -135,7 +135,7 @@ async fn spawn_at(
         _ => return Err(unknown()),
     };
     endpoint.learn(vec![id]).await?;
-    endpoint.fit_tyres(&[id]).await?;
+    endpoint.fit_cars(&[id]).await?;
     endpoint.answer_with_next_frame();
     endpoint.episode()?.actor(id).cloned().ok_or_else(unknown)
 }

@@ -80,7 +80,7 @@ fn run(endpoint: &mut Endpoint, commands: Vec<Wish>, depth: usize) -> Running<'_
         let spawned: Vec<ActorId> = followers.iter().map(|(id, _)| *id).collect();
         if !spawned.is_empty() {
             endpoint.learn(spawned.clone()).await?;
-            endpoint.fit_tyres(&spawned).await?;
+            endpoint.fit_cars(&spawned).await?;
             endpoint.answer_with_next_frame();
         }
         let next: Vec<Wish> = followers

@@ -125,7 +125,7 @@ impl VehiclePhysicsControl {
                 .collect(),
             wheels: self.wheels.iter().step_by(step).zip(&now.wheels).map(wheel).collect(),
             sweep_wheel_collision: self.use_sweep_wheel_collision,
-            steering: now.steering,
+            handling: now.handling,
             anti_lock: now.anti_lock,
             stability_control: now.stability_control,
         }

@@ -92,7 +92,7 @@ impl Endpoint {
         self.episodes_begun += 1;
         let (tenant, episode) = (self.config.allowance.tenant(), self.episodes_begun);
         tracing::info!(target: "audit", %tenant, port = self.port, map = told, episode, "episode");
-        self.mention_tyres(&map);
+        self.mention_cars(&map);
         self.weather = WeatherParameters::of(&frame.weather);
         self.lamps = StreetLamps::of(&map, self.is_night());
         let episode = Episode::new(world, map, told, frame, self.config.version);

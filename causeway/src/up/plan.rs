@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::{BusAddress, Identity};
-use carla_gateway::{Allowed, PortOfTenant, Tyres};
+use carla_gateway::{Allowed, Cars, PortOfTenant};
 use clap::builder::ArgPredicate;
 use render_service::Quality;
 use tenancy::Door;
@@ -96,10 +96,10 @@ pub(crate) struct Args {
     /// that ticks has asked, and waits so long for one that does not [default: each tick counts]
     #[arg(long, value_name = "SECS")]
     share_clock: Option<f64>,
-    /// Tyres and steering of the cars that clients of CARLA endpoints spawn: CARLA's, which its
-    /// programs and the corners of its maps are made for, or those of real ones.
-    #[arg(long, value_enum, default_value_t)]
-    tyres: Tyres,
+    /// Cars that clients of CARLA endpoints spawn: CARLA's (its tyres, steering and engines), which
+    /// its programs and the corners of its maps are made for, or real ones.
+    #[arg(long, alias = "tyres", value_enum, default_value_t)]
+    cars: Cars,
     /// When a replay of a recording is over, its vehicles drive on in traffic instead of standing.
     #[arg(long)]
     drive_after_replays: bool,
@@ -346,7 +346,7 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
     if let Some(path) = &args.tokens {
         arguments.extend([OsString::from("--tokens"), path.clone().into_os_string()]);
     }
-    arguments.extend(flag("--tyres", args.tyres.to_string()));
+    arguments.extend(flag("--cars", args.cars.to_string()));
     if args.drive_after_replays {
         arguments.extend(flag("--after-replays", "drive".to_owned()));
     }

@@ -217,7 +217,7 @@ twin!(
     "failure",
     [None, Rollover, Engine, TyrePuncture]
 );
-twin!(steering_out, steering_in, crate::Steering, fb::Steering, "steering", [Real, Carla]);
+twin!(handling_out, handling_in, crate::Handling, fb::Handling, "handling", [Real, Carla]);
 twin!(
     halt_reason_out,
     halt_reason_in,

@@ -3,7 +3,7 @@
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use super::check_count;
-use super::parts::{finite, steering_in, steering_out, vec3_in, vec3_out};
+use super::parts::{finite, handling_in, handling_out, vec3_in, vec3_out};
 use crate::generated as fb;
 use crate::limits::VEHICLE_PARTS_MAX;
 use crate::{AckermannControl, AckermannGains, Error, Gear, VehiclePhysics, VehicleTelemetry};
@@ -81,7 +81,7 @@ pub(super) fn physics_out<'a>(
         steering_curve,
         wheels,
         sweep_wheel_collision: physics.sweep_wheel_collision,
-        steering: steering_out(physics.steering),
+        handling: handling_out(physics.handling),
         anti_lock: physics.anti_lock,
         stability_control: physics.stability_control,
     };
@@ -115,7 +115,7 @@ pub(super) fn physics_in(raw: &fb::VehiclePhysics<'_>) -> Result<VehiclePhysics,
         steering_curve: curve_in(raw.steering_curve())?,
         wheels: raw.wheels().iter().map(wheel_in).collect::<Result<_, _>>()?,
         sweep_wheel_collision: raw.sweep_wheel_collision(),
-        steering: steering_in(raw.steering())?,
+        handling: handling_in(raw.handling())?,
         anti_lock: raw.anti_lock(),
         stability_control: raw.stability_control(),
     })

@@ -1,7 +1,7 @@
 //! What a vehicle is made of and measures.
 
 use schemas::{
-    AckermannGains, Gear, Steering, Vec3, VehiclePhysics, VehicleTelemetry, WheelPhysics,
+    AckermannGains, Gear, Handling, Vec3, VehiclePhysics, VehicleTelemetry, WheelPhysics,
     WheelTelemetry,
 };
 
@@ -47,7 +47,7 @@ pub(crate) fn physics() -> VehiclePhysics {
         steering_curve: vec![(0.0, 1.0), (33.0, 0.7)],
         wheels: vec![wheel; 4],
         sweep_wheel_collision: true,
-        steering: Steering::Carla,
+        handling: Handling::Carla,
         anti_lock: true,
         stability_control: true,
     }

@@ -1,7 +1,7 @@
 //! One tick: pilots, then substeps of wheels, ground and bodies, then what came of it.
 
 use agents::VehicleView;
-use schemas::{ActorId, Error, Steering, Tick, Vec3, Weather};
+use schemas::{ActorId, Error, Handling, Tick, Vec3, Weather};
 
 use crate::actor::{Actor, Vehicle};
 use crate::check;
@@ -253,9 +253,9 @@ pub(crate) fn view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleView {
         velocity_mps: body.linear_mps,
         wheelbase_m: fit.wheelbase_m,
         full_lock_rad: fit.full_lock_rad(body.linear_mps.norm()),
-        half_track_m: match fit.physics.steering {
-            Steering::Real => 0.0,
-            Steering::Carla => fit.half_track_m,
+        half_track_m: match fit.physics.handling {
+            Handling::Real => 0.0,
+            Handling::Carla => fit.half_track_m,
         },
         understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
         grip,

@@ -5,7 +5,7 @@ mod common;
 
 use common::*;
 use schemas::{
-    ActorId, BodyCommand, Command, Steering, Vec3, VehicleCommand, VehicleControl, Weather,
+    ActorId, BodyCommand, Command, Handling, Vec3, VehicleCommand, VehicleControl, Weather,
 };
 use world::World;
 
@@ -252,9 +252,9 @@ fn every_vehicle_drives_off_and_stops() {
     assert!(count >= 41, "CARLA has 41 vehicles: {count}");
 }
 
-fn steer_as(world: &mut World, car: ActorId, steering: Steering) {
+fn handle_as(world: &mut World, car: ActorId, handling: Handling) {
     let mut physics = Box::new(world.vehicle_report(car).unwrap().physics);
-    physics.steering = steering;
+    physics.handling = handling;
     for wheel in physics.wheels.iter_mut().filter(|wheel| wheel.steer_rad_max > 0.0) {
         wheel.steer_rad_max = 70.0_f32.to_radians();
     }
@@ -263,10 +263,10 @@ fn steer_as(world: &mut World, car: ActorId, steering: Steering) {
 
 /// Headings of a car beside its lane, in radians, and the farthest that it is beside its middle, in
 /// metres: at 36 km/h, steered towards a point ahead as CARLA's agents do it.
-fn headings_in_a_lane(steering: Steering) -> (Vec<f32>, f32) {
+fn headings_in_a_lane(handling: Handling) -> (Vec<f32>, f32) {
     let mut world = world();
     let car = car(&mut world, 0.0, 10.0);
-    steer_as(&mut world, car, steering);
+    handle_as(&mut world, car, handling);
     let (mut headings, mut beside_m) = (Vec::new(), 0.0_f32);
     for _ in 0..400 {
         let place = position_m(&world, car);
@@ -284,24 +284,24 @@ fn headings_in_a_lane(steering: Steering) -> (Vec<f32>, f32) {
 
 /// CARLA's agents take nothing for ahead whose direction differs by less than 0.26 mrad.
 #[test]
-fn a_car_that_steers_as_carlas_is_never_straight_for_long_and_keeps_its_lane() {
-    let (headings, beside_m) = headings_in_a_lane(Steering::Carla);
+fn a_car_that_handles_as_carlas_is_never_straight_for_long_and_keeps_its_lane() {
+    let (headings, beside_m) = headings_in_a_lane(Handling::Carla);
     let straight = headings.iter().filter(|heading_rad| heading_rad.abs() < 2.6e-4).count();
     eprintln!("straight in {straight} of {} ticks, {beside_m} m beside", headings.len());
     assert!(straight * 2 < headings.len(), "straight in {straight} of {} ticks", headings.len());
     assert!((0.001..0.15).contains(&beside_m), "{beside_m} m");
-    let (headings, _) = headings_in_a_lane(Steering::Real);
+    let (headings, _) = headings_in_a_lane(Handling::Real);
     assert!(headings.iter().all(|heading_rad| heading_rad.abs() < 2.6e-4));
 }
 
 /// Seen from 20 m behind, 5.2 mm are what an agent of CARLA's needs to see who stands there.
 #[test]
-fn a_car_that_steers_as_carlas_lands_some_millimetres_aside_and_any_other_where_it_was_put() {
-    let beside_m = |steering, x_m: f32, height_m: f32| {
+fn a_car_that_handles_as_carlas_lands_some_millimetres_aside_and_any_other_where_it_was_put() {
+    let beside_m = |handling, x_m: f32, height_m: f32| {
         let mut world = world();
         let pose = schemas::level_pose(Vec3::new(x_m, LANE_Y_M, height_m), 0.0);
         let car = spawn_at(&mut world, "vehicle.tesla.model3", pose, 0.0);
-        steer_as(&mut world, car, steering);
+        handle_as(&mut world, car, handling);
         run(&mut world, 1);
         let at_first_m = (position_m(&world, car).y - LANE_Y_M).abs();
         assert!(at_first_m < 0.005, "{at_first_m} m in the first tick");
@@ -310,10 +310,10 @@ fn a_car_that_steers_as_carlas_lands_some_millimetres_aside_and_any_other_where_
     };
     for x_m in [0.0, 3.0, 7.0, 12.0] {
         for height_m in [0.05, 0.1, 0.3, 0.5] {
-            let aside_m = beside_m(Steering::Carla, x_m, height_m);
+            let aside_m = beside_m(Handling::Carla, x_m, height_m);
             assert!((0.006..0.02).contains(&aside_m), "{aside_m} m from {height_m} m up");
-            assert_eq!(aside_m, beside_m(Steering::Carla, x_m, height_m));
-            assert!(beside_m(Steering::Real, x_m, height_m) < 0.001);
+            assert_eq!(aside_m, beside_m(Handling::Carla, x_m, height_m));
+            assert!(beside_m(Handling::Real, x_m, height_m) < 0.001);
         }
     }
 }

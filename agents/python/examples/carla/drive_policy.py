@@ -1,6 +1,6 @@
 """Drives a car over CARLA's client with a policy that `train_driver.py` has learnt elsewhere.
 
-causeway up --tyres real
+causeway up --cars real
 python train_driver.py --out driver
 python carla/drive_policy.py --policy driver/policy.npz --out turn.jpg
 

@@ -12,7 +12,7 @@ use schemas::{
 };
 
 use crate::allowance::Allowance;
-use crate::config::{AfterReplays, Pacing, Ports, Tyres, WorldConfig};
+use crate::config::{AfterReplays, Cars, Pacing, Ports, WorldConfig};
 use crate::dialect::ClientVersion;
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
@@ -75,7 +75,7 @@ impl Toy {
             version: ClientVersion::V0_9,
             map: "Town10HD".to_owned(),
             seed: 0,
-            tyres: Tyres::Real,
+            cars: Cars::Real,
             pacing: Pacing {
                 period: std::time::Duration::from_secs(1),
                 sync_lease: None,

@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use schemas::{Gear, VehicleControl, VehiclePhysics};
+use schemas::{Gear, Handling, VehicleControl, VehiclePhysics};
 use serde::{Deserialize, Serialize};
 
 use super::Wheel;
@@ -38,7 +38,7 @@ pub(crate) struct Drivetrain {
 pub(super) struct Drive {
     /// Positive drives forward.
     pub torque_nm: f32,
-    /// Of the engine, while throttle holds it to the wheels.
+    /// Of the engine, as far as it is held to the wheels.
     pub inertia_kgm2: f32,
 }
 
@@ -52,7 +52,7 @@ impl Drivetrain {
         {
             gear += 1;
         }
-        let engine_rpm = rpm_at(fit, gear, spin_radps).max(fit.model.idle_rpm);
+        let engine_rpm = rpm_at(fit, gear, spin_radps).max(idle_rpm(fit));
         Self { gear, since_shift_secs: SHIFT_INTERVAL_SECS, engine_rpm }
     }
 
@@ -70,7 +70,10 @@ impl Drivetrain {
             self.rev_freely(fit, control.throttle, dt_secs);
             return Drive::default();
         }
-        self.couple(fit, control, spin_radps)
+        match fit.physics.handling {
+            Handling::Real => self.couple(fit, control, spin_radps),
+            Handling::Carla => self.slip(fit, control.throttle, spin_radps, dt_secs),
+        }
     }
 
     fn choose_gear(&mut self, fit: &Fit, control: &VehicleControl, spin_radps: f32) {
@@ -93,7 +96,10 @@ impl Drivetrain {
         if self.gear < 1 || self.since_shift_secs < SHIFT_INTERVAL_SECS {
             return;
         }
-        let rpm = rpm_at(fit, self.gear, spin_radps);
+        let rpm = match fit.physics.handling {
+            Handling::Real => rpm_at(fit, self.gear, spin_radps),
+            Handling::Carla => self.engine_rpm,
+        };
         let at = |share: fn(&Gear) -> f32| shift_rpm(fit, self.gear, throttle, share);
         if rpm > at(|gear| gear.up_share) && self.gear < top_gear(&fit.physics) {
             self.engage(self.gear + 1);
@@ -118,8 +124,8 @@ impl Drivetrain {
         let rate = dt_secs / physics.engine_inertia_kgm2;
         // Implicit in the damping, so that a light engine with much drag does not swing.
         let radps = (self.engine_rpm * TAU / 60.0 + full_nm * rate) / (1.0 + damping_nms * rate);
-        let highest_rpm = physics.engine_rpm_max.max(fit.model.idle_rpm);
-        self.engine_rpm = (radps * 60.0 / TAU).clamp(fit.model.idle_rpm, highest_rpm);
+        let highest_rpm = physics.engine_rpm_max.max(idle_rpm(fit));
+        self.engine_rpm = (radps * 60.0 / TAU).clamp(idle_rpm(fit), highest_rpm);
     }
 
     /// The engine on the wheels, through a clutch that slips to let it start.
@@ -141,6 +147,30 @@ impl Drivetrain {
         Drive {
             torque_nm: torque_nm * ratio * fit.model.efficiency,
             inertia_kgm2: if held { physics.engine_inertia_kgm2 * ratio * ratio } else { 0.0 },
+        }
+    }
+
+    /// The engine on the wheels as in PhysX, which CARLA's cars drive with: the clutch passes its
+    /// strength times what it slips by, down to a standstill.
+    ///
+    /// Implicit in the slip: of what changes the wheels' spin within the substep, the clutch takes
+    /// its part as if it were inertia.
+    fn slip(&mut self, fit: &Fit, throttle: f32, spin_radps: f32, dt_secs: f32) -> Drive {
+        let physics = &fit.physics;
+        let (ratio, strength) = (ratio(fit, self.gear), physics.clutch_strength);
+        let wheels_radps = (spin_radps * ratio).max(0.0);
+        let full_nm = interpolate(&physics.torque_curve, self.engine_rpm);
+        let inertia_kgm2 = physics.engine_inertia_kgm2;
+        let held_kgm2 = inertia_kgm2 + dt_secs * (damping_nms(physics, throttle) + strength);
+        let engine_radps = self.engine_rpm * TAU / 60.0;
+        let pushed = inertia_kgm2 * engine_radps + dt_secs * full_nm * throttle;
+        let radps = (pushed + dt_secs * strength * wheels_radps) / held_kgm2;
+        let highest_radps = physics.engine_rpm_max * TAU / 60.0;
+        self.engine_rpm = radps.min(highest_radps) * 60.0 / TAU;
+        let slip_nms = strength * (1.0 - dt_secs * strength / held_kgm2);
+        Drive {
+            torque_nm: strength * (radps.min(highest_radps) - wheels_radps) * ratio,
+            inertia_kgm2: slip_nms * dt_secs * ratio * ratio,
         }
     }
 }
@@ -167,18 +197,32 @@ fn launch_rpm(fit: &Fit, throttle: f32) -> f32 {
 /// Drag of the engine on a closing throttle. Below twice idle the clutch opens, so that an idling
 /// engine neither drives nor brakes.
 fn drag_nm(fit: &Fit, rpm: f32, throttle: f32) -> f32 {
-    let physics = &fit.physics;
-    let closed = physics.damping_closed_throttle_clutch_engaged;
-    let damping_nms = closed + (physics.damping_full_throttle - closed) * throttle;
     let idle_rpm = fit.model.idle_rpm;
     let coupling = ((rpm - idle_rpm) / idle_rpm.max(COUPLING_RPM_MIN)).clamp(0.0, 1.0);
-    damping_nms * rpm * TAU / 60.0 * coupling
+    damping_nms(&fit.physics, throttle) * rpm * TAU / 60.0 * coupling
 }
 
-/// Engine speed at which the box leaves a gear; earlier with less throttle.
+/// Of the engine with an engaged clutch; less with more throttle.
+fn damping_nms(physics: &VehiclePhysics, throttle: f32) -> f32 {
+    let closed = physics.damping_closed_throttle_clutch_engaged;
+    closed + (physics.damping_full_throttle - closed) * throttle
+}
+
+/// Engine speed below which an engine that is alone does not fall.
+fn idle_rpm(fit: &Fit) -> f32 {
+    match fit.physics.handling {
+        Handling::Real => fit.model.idle_rpm,
+        Handling::Carla => 0.0,
+    }
+}
+
+/// Engine speed at which the box leaves a gear; earlier with less throttle, but for CARLA's.
 fn shift_rpm(fit: &Fit, gear: i8, throttle: f32, share: impl Fn(&Gear) -> f32) -> f32 {
     let index = usize::try_from(gear - 1).unwrap_or(0);
     let Some(gear) = fit.physics.forward_gears.get(index) else { return 0.0 };
+    if fit.physics.handling == Handling::Carla {
+        return share(gear) * fit.physics.engine_rpm_max;
+    }
     let up_rpm = gear.up_share * fit.physics.engine_rpm_max;
     let closed = (CLOSED_OVER_IDLE * fit.model.idle_rpm / up_rpm.max(1.0)).clamp(CLOSED_SHARE, 1.0);
     share(gear) * fit.physics.engine_rpm_max * (closed + (1.0 - closed) * throttle)

@@ -34,7 +34,7 @@ pub(crate) struct Fit {
     /// Between the front axle and the middle of the rear ones.
     pub wheelbase_m: f32,
     /// Angle of the steered wheels at full lock, theirs in the mean or the inner one's; see
-    /// [`Steering`](schemas::Steering).
+    /// [`Handling`](schemas::Handling).
     pub steer_rad_max: f32,
     /// Half the distance between the front wheels.
     pub half_track_m: f32,

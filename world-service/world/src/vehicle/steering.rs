@@ -1,7 +1,7 @@
 //! From the steering control to the angle of each wheel.
 
 use nalgebra::{ComplexField, RealField};
-use schemas::Steering;
+use schemas::Handling;
 
 use super::fit::{Fit, WheelFit};
 
@@ -22,9 +22,9 @@ pub(super) fn advance(
 ) -> f32 {
     let speed_mps = forward_mps.abs();
     let change_rad = wanted_rad(fit, steer, speed_mps) - road_wheel_rad;
-    let rate_radps = match fit.physics.steering {
-        Steering::Real => RATE_RADPS,
-        Steering::Carla => {
+    let rate_radps = match fit.physics.handling {
+        Handling::Real => RATE_RADPS,
+        Handling::Carla => {
             let goes_back = change_rad * road_wheel_rad < 0.0;
             let per_sec = if goes_back { CARLA_BACK_PER_SEC } else { CARLA_AWAY_PER_SEC };
             // A curve that leaves no lock at a speed does not hold the wheels where they are.
@@ -38,10 +38,10 @@ pub(super) fn advance(
 /// The mean road-wheel angle that `steer` asks for at a speed.
 pub(super) fn wanted_rad(fit: &Fit, steer: f32, speed_mps: f32) -> f32 {
     let lock_rad = steer * fit.full_lock_rad(speed_mps);
-    match fit.physics.steering {
-        Steering::Real => lock_rad,
+    match fit.physics.handling {
+        Handling::Real => lock_rad,
         // From the inner wheel to the middle of the axle: all roll around one point.
-        Steering::Carla => {
+        Handling::Carla => {
             let (sine, cosine) = ComplexField::sin_cos(lock_rad);
             let base_m = fit.wheelbase_m.max(0.1);
             RealField::atan2(sine * base_m, cosine * base_m + sine.abs() * fit.half_track_m)
@@ -85,7 +85,7 @@ mod tests {
         let blueprint = blueprints::index_of("vehicle.lincoln.mkz_2020").unwrap();
         let real = Tuning::standard(blueprint).unwrap();
         let mut physics =
-            VehiclePhysics { steering: Steering::Carla, ..real.fit().physics.clone() };
+            VehiclePhysics { handling: Handling::Carla, ..real.fit().physics.clone() };
         for wheel in physics.wheels.iter_mut().filter(|wheel| wheel.steer_rad_max > 0.0) {
             wheel.steer_rad_max = 70.0f32.to_radians();
         }

@@ -6,7 +6,7 @@
 use std::f32::consts::TAU;
 
 use nalgebra::ComplexField;
-use schemas::{Steering, Vec3};
+use schemas::{Handling, Vec3};
 
 use super::fit::{Fit, WheelFit};
 
@@ -42,7 +42,7 @@ pub(super) fn settling_mps(fit: &Fit, position_m: Vec3) -> f32 {
 }
 
 fn is_moved(fit: &Fit) -> bool {
-    fit.physics.steering == Steering::Carla && !fit.model.is_two_wheeler()
+    fit.physics.handling == Handling::Carla && !fit.model.is_two_wheeler()
 }
 
 /// Sum of the waves at a place.

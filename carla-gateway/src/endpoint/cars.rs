@@ -1,10 +1,12 @@
-//! Tyres and steering of the cars that clients spawn.
+//! The cars that clients spawn: CARLA's tyres, steering and engines, where they are wanted.
+
+mod engines;
 
 use blueprints::Class;
-use schemas::{ActorId, Command, Steering, VehicleCommand, VehiclePhysics};
+use schemas::{ActorId, Command, Handling, VehicleCommand, VehiclePhysics};
 
 use super::Endpoint;
-use crate::config::Tyres;
+use crate::config::Cars;
 use crate::rpc::Refusal;
 
 /// `tire_friction` of CARLA's cars.
@@ -18,20 +20,20 @@ const CARLA_LATERAL_STIFFNESS: f32 = 10.0;
 const CARLA_LATERAL_LOAD_MAX: f32 = 3.0;
 
 impl Endpoint {
-    /// Tells of the option once cars with real tyres are to drive a town of CARLA's.
-    pub(crate) fn mention_tyres(&self, map: &roads::Map) {
-        if self.config.tyres == Tyres::Real && is_carlas_town(map.name(), map.text()) {
+    /// Tells of the option once real cars are to drive a town of CARLA's.
+    pub(crate) fn mention_cars(&self, map: &roads::Map) {
+        if self.config.cars == Cars::Real && is_carlas_town(map.name(), map.text()) {
             tracing::info!(
                 port = self.port,
                 map = map.name(),
-                "real tyres do not hold its corners at its speeds: --tyres carla does"
+                "real tyres do not hold its corners at its speeds: --cars carla does"
             );
         }
     }
 
-    /// Gives those of these new actors that are cars CARLA's tyres, where they are wanted.
-    pub(crate) async fn fit_tyres(&mut self, spawned: &[ActorId]) -> Result<(), Refusal> {
-        if self.config.tyres == Tyres::Real {
+    /// Makes those of these new actors that are cars CARLA's, where that is wanted.
+    pub(crate) async fn fit_cars(&mut self, spawned: &[ActorId]) -> Result<(), Refusal> {
+        if self.config.cars == Cars::Real {
             return Ok(());
         }
         let episode = self.episode()?;
@@ -47,7 +49,7 @@ impl Endpoint {
             return Ok(());
         }
         for refusal in self.run_now(commands).await?.into_iter().filter_map(Result::err) {
-            tracing::warn!(%refusal, "a car keeps its real tyres");
+            tracing::warn!(%refusal, "a car stays a real one");
         }
         Ok(())
     }
@@ -68,10 +70,11 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
     if physics.wheels.len() < 4 {
         return None;
     }
-    physics.steering = Steering::Carla;
+    physics.handling = Handling::Carla;
     // CARLA's cars have neither. Anti-lock brakes that spare the rear wheel with less load would
     // take both rear brakes from a car in a bend that leans as hard as these tyres let it.
     (physics.anti_lock, physics.stability_control) = (false, false);
+    engines::fit(blueprint, &mut physics, model.wheel_radius_m);
     let half_track_m = model.track_m / 2.0;
     physics.centre_of_mass_m.z = physics.centre_of_mass_m.z.min(half_track_m / CARLA_FRICTION);
     for wheel in &mut physics.wheels {
@@ -112,7 +115,7 @@ mod tests {
     #[test]
     fn cars_get_carlas_tyres_and_only_their_front_wheels_its_lock() {
         let physics = as_in_carla("vehicle.tesla.model3").unwrap();
-        assert_eq!(physics.steering, Steering::Carla);
+        assert_eq!(physics.handling, Handling::Carla);
         assert!(!physics.anti_lock && !physics.stability_control, "as CARLA's");
         assert!(physics.wheels.iter().all(|wheel| wheel.tyre_friction == 3.5));
         let locks: Vec<f32> =
