@@ -43,7 +43,7 @@ impl<'a> VehiclePhysics<'a> {
   pub const VT_STEERING_CURVE: flatbuffers::VOffsetT = 32;
   pub const VT_WHEELS: flatbuffers::VOffsetT = 34;
   pub const VT_SWEEP_WHEEL_COLLISION: flatbuffers::VOffsetT = 36;
-  pub const VT_STEERING: flatbuffers::VOffsetT = 38;
+  pub const VT_HANDLING: flatbuffers::VOffsetT = 38;
   pub const VT_ANTI_LOCK: flatbuffers::VOffsetT = 40;
   pub const VT_STABILITY_CONTROL: flatbuffers::VOffsetT = 42;
 
@@ -74,7 +74,7 @@ impl<'a> VehiclePhysics<'a> {
     if let Some(x) = args.torque_curve { builder.add_torque_curve(x); }
     builder.add_stability_control(args.stability_control);
     builder.add_anti_lock(args.anti_lock);
-    builder.add_steering(args.steering);
+    builder.add_handling(args.handling);
     builder.add_sweep_wheel_collision(args.sweep_wheel_collision);
     builder.add_automatic_gearbox(args.automatic_gearbox);
     builder.finish()
@@ -204,11 +204,11 @@ impl<'a> VehiclePhysics<'a> {
     unsafe { self._tab.get::<bool>(VehiclePhysics::VT_SWEEP_WHEEL_COLLISION, Some(false)).unwrap()}
   }
   #[inline]
-  pub fn steering(&self) -> Steering {
+  pub fn handling(&self) -> Handling {
     // Safety:
     // Created from valid Table for this object
     // which contains a valid value in this slot
-    unsafe { self._tab.get::<Steering>(VehiclePhysics::VT_STEERING, Some(Steering::Real)).unwrap()}
+    unsafe { self._tab.get::<Handling>(VehiclePhysics::VT_HANDLING, Some(Handling::Real)).unwrap()}
   }
   /// Whether the foot brake keeps wheels from locking.
   #[inline]
@@ -252,7 +252,7 @@ impl flatbuffers::Verifiable for VehiclePhysics<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, CurvePoint>>>("steering_curve", Self::VT_STEERING_CURVE, true)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, WheelPhysics>>>("wheels", Self::VT_WHEELS, true)?
      .visit_field::<bool>("sweep_wheel_collision", Self::VT_SWEEP_WHEEL_COLLISION, false)?
-     .visit_field::<Steering>("steering", Self::VT_STEERING, false)?
+     .visit_field::<Handling>("handling", Self::VT_HANDLING, false)?
      .visit_field::<bool>("anti_lock", Self::VT_ANTI_LOCK, false)?
      .visit_field::<bool>("stability_control", Self::VT_STABILITY_CONTROL, false)?
      .finish();
@@ -277,7 +277,7 @@ pub struct VehiclePhysicsArgs<'a> {
     pub steering_curve: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, CurvePoint>>>,
     pub wheels: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, WheelPhysics>>>,
     pub sweep_wheel_collision: bool,
-    pub steering: Steering,
+    pub handling: Handling,
     pub anti_lock: bool,
     pub stability_control: bool,
 }
@@ -302,7 +302,7 @@ impl<'a> Default for VehiclePhysicsArgs<'a> {
       steering_curve: None, // required field
       wheels: None, // required field
       sweep_wheel_collision: false,
-      steering: Steering::Real,
+      handling: Handling::Real,
       anti_lock: false,
       stability_control: false,
     }
@@ -383,8 +383,8 @@ impl<'a: 'b, 'b> VehiclePhysicsBuilder<'a, 'b> {
     self.fbb_.push_slot::<bool>(VehiclePhysics::VT_SWEEP_WHEEL_COLLISION, sweep_wheel_collision, false);
   }
   #[inline]
-  pub fn add_steering(&mut self, steering: Steering) {
-    self.fbb_.push_slot::<Steering>(VehiclePhysics::VT_STEERING, steering, Steering::Real);
+  pub fn add_handling(&mut self, handling: Handling) {
+    self.fbb_.push_slot::<Handling>(VehiclePhysics::VT_HANDLING, handling, Handling::Real);
   }
   #[inline]
   pub fn add_anti_lock(&mut self, anti_lock: bool) {
@@ -434,7 +434,7 @@ impl core::fmt::Debug for VehiclePhysics<'_> {
       ds.field("steering_curve", &self.steering_curve());
       ds.field("wheels", &self.wheels());
       ds.field("sweep_wheel_collision", &self.sweep_wheel_collision());
-      ds.field("steering", &self.steering());
+      ds.field("handling", &self.handling());
       ds.field("anti_lock", &self.anti_lock());
       ds.field("stability_control", &self.stability_control());
       ds.finish()

@@ -220,7 +220,7 @@ class VehiclePhysics(object):
         return False
 
     # VehiclePhysics
-    def Steering(self):
+    def Handling(self):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(38))
         if o != 0:
             return self._tab.Get(flatbuffers.number_types.Uint8Flags, o + self._tab.Pos)
@@ -374,11 +374,11 @@ def VehiclePhysicsAddSweepWheelCollision(builder, sweepWheelCollision):
 def AddSweepWheelCollision(builder, sweepWheelCollision):
     VehiclePhysicsAddSweepWheelCollision(builder, sweepWheelCollision)
 
-def VehiclePhysicsAddSteering(builder, steering):
-    builder.PrependUint8Slot(17, steering, 0)
+def VehiclePhysicsAddHandling(builder, handling):
+    builder.PrependUint8Slot(17, handling, 0)
 
-def AddSteering(builder, steering):
-    VehiclePhysicsAddSteering(builder, steering)
+def AddHandling(builder, handling):
+    VehiclePhysicsAddHandling(builder, handling)
 
 def VehiclePhysicsAddAntiLock(builder, antiLock):
     builder.PrependBoolSlot(18, antiLock, 0)

@@ -10,22 +10,22 @@ use core::cmp::Ordering;
 use self::flatbuffers::{EndianScalar, Follow};
 use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MIN_STEERING: u8 = 0;
+pub const ENUM_MIN_HANDLING: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_STEERING: u8 = 1;
+pub const ENUM_MAX_HANDLING: u8 = 1;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_STEERING: [Steering; 2] = [
-  Steering::Real,
-  Steering::Carla,
+pub const ENUM_VALUES_HANDLING: [Handling; 2] = [
+  Handling::Real,
+  Handling::Carla,
 ];
 
-/// How the steering control becomes an angle of the wheels.
+/// How a vehicle answers its controls.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[repr(transparent)]
-pub struct Steering(pub u8);
+pub struct Handling(pub u8);
 #[allow(non_upper_case_globals)]
-impl Steering {
+impl Handling {
   pub const Real: Self = Self(0);
   pub const Carla: Self = Self(1);
 
@@ -44,7 +44,7 @@ impl Steering {
     }
   }
 }
-impl core::fmt::Debug for Steering {
+impl core::fmt::Debug for Handling {
   fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
     if let Some(name) = self.variant_name() {
       f.write_str(name)
@@ -53,7 +53,7 @@ impl core::fmt::Debug for Steering {
     }
   }
 }
-impl<'a> flatbuffers::Follow<'a> for Steering {
+impl<'a> flatbuffers::Follow<'a> for Handling {
   type Inner = Self;
   #[inline]
   unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
@@ -62,15 +62,15 @@ impl<'a> flatbuffers::Follow<'a> for Steering {
   }
 }
 
-impl flatbuffers::Push for Steering {
-    type Output = Steering;
+impl flatbuffers::Push for Handling {
+    type Output = Handling;
     #[inline]
     unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
         flatbuffers::emplace_scalar::<u8>(dst, self.0);
     }
 }
 
-impl flatbuffers::EndianScalar for Steering {
+impl flatbuffers::EndianScalar for Handling {
   type Scalar = u8;
   #[inline]
   fn to_little_endian(self) -> u8 {
@@ -84,7 +84,7 @@ impl flatbuffers::EndianScalar for Steering {
   }
 }
 
-impl<'a> flatbuffers::Verifiable for Steering {
+impl<'a> flatbuffers::Verifiable for Handling {
   #[inline]
   fn run_verifier(
     v: &mut flatbuffers::Verifier, pos: usize
@@ -94,4 +94,4 @@ impl<'a> flatbuffers::Verifiable for Steering {
   }
 }
 
-impl flatbuffers::SimpleToVerifyInSlice for Steering {}
+impl flatbuffers::SimpleToVerifyInSlice for Handling {}

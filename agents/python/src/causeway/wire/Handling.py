@@ -2,7 +2,7 @@
 
 # namespace: wire
 
-# How the steering control becomes an angle of the wheels.
-class Steering(object):
+# How a vehicle answers its controls.
+class Handling(object):
     Real = 0
     Carla = 1
