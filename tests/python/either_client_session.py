@@ -296,6 +296,8 @@ class Session:
         for car in cars:
             car.set_autopilot(False, manager_port)
         world.tick()
+        # Its thread and the one that loads a map would begin an episode of the client both.
+        manager.shut_down()
 
     def recorded(self):
         self.client.start_recorder("either.log", True)

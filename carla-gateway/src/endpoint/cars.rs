@@ -16,6 +16,8 @@ const CARLA_STEER_RAD: f32 = 70.0 * std::f32::consts::PI / 180.0;
 /// Cornering stiffness over load of its tyres, per radian, front as rear: rear wheels of CARLA's
 /// Lincoln slide 1/11 rad sideways for 1 g at speed, and more when slow.
 const CARLA_LATERAL_STIFFNESS: f32 = 10.0;
+/// Slip stiffness along the wheel over load: 29 kN of the Lincoln's tyres, 39 kN of the Patrol's.
+const CARLA_LONGITUDINAL_STIFFNESS: f32 = 7.0;
 /// `lat_stiff_max_load` of CARLA's cars.
 const CARLA_LATERAL_LOAD_MAX: f32 = 3.0;
 
@@ -81,6 +83,7 @@ fn as_in_carla(blueprint: &str) -> Option<VehiclePhysics> {
         wheel.tyre_friction = CARLA_FRICTION;
         wheel.lateral_stiffness = CARLA_LATERAL_STIFFNESS;
         wheel.lateral_stiffness_load_max = CARLA_LATERAL_LOAD_MAX;
+        wheel.longitudinal_stiffness = CARLA_LONGITUDINAL_STIFFNESS;
         if wheel.steer_rad_max > 0.0 {
             wheel.steer_rad_max = CARLA_STEER_RAD;
         }

@@ -96,7 +96,7 @@ const DAMPING_DISENGAGED: f32 = 0.35;
 /// Kilogram square metres.
 const INERTIA_KGM2: f32 = 1.0;
 const CLUTCH_STRENGTH: f32 = 10.0;
-const SWITCH_SECS: f32 = 0.5;
+const SWITCH_SECS: f32 = 0.1;
 
 /// What is given to the others: torque over the published one, of which the recorded ones have so
 /// much; the drag at full throttle, and shares to change gears at.

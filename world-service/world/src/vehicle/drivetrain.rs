@@ -13,8 +13,9 @@ use super::steering::interpolate;
 /// it starts at full throttle: as a torque converter does, and as a motorcyclist does.
 const LAUNCH_SHARE: f32 = 0.24;
 const RIDER_LAUNCH_SHARE: f32 = 0.5;
-/// Changes of gear are at least this far apart, so that the box does not hunt.
+/// Changes of gear are at least this far apart, so that the box does not hunt; and CARLA's.
 const SHIFT_INTERVAL_SECS: f32 = 0.6;
+const CARLA_SHIFT_INTERVAL_SECS: f32 = 0.5;
 /// Engine speed for shifting with closed throttle over that at full throttle...
 const CLOSED_SHARE: f32 = 0.4;
 /// ...and the least of it over idle, for engines with a narrow band.
@@ -93,7 +94,11 @@ impl Drivetrain {
     }
 
     fn shift(&mut self, fit: &Fit, throttle: f32, spin_radps: f32) {
-        if self.gear < 1 || self.since_shift_secs < SHIFT_INTERVAL_SECS {
+        let interval_secs = match fit.physics.handling {
+            Handling::Real => SHIFT_INTERVAL_SECS,
+            Handling::Carla => CARLA_SHIFT_INTERVAL_SECS,
+        };
+        if self.gear < 1 || self.since_shift_secs < interval_secs {
             return;
         }
         let rpm = match fit.physics.handling {
