@@ -3,10 +3,13 @@
 Lengths are centimetres, angles degrees, in the order roll, pitch, yaw.
 """
 
+import os
 import struct
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+
+import pytest
 
 START, END, ADD, DESTROY, PARENT, COLLISION, POSITION, STATE, CONTROL, WALKER, LIGHTS = range(11)
 SCENE_LIGHT, KINEMATICS, BOX, PLATFORM_TIME, PHYSICS, LIGHT_TIMES, VOLUME = range(11, 18)
@@ -146,3 +149,13 @@ def read(path: Path) -> Log:
         )
     assert all(frame.ids[0] == START and frame.ids[-1] == END for frame in log.frames)
     return log
+
+
+def genuine(name: str) -> Path:
+    """A log that CARLA 0.9.13 wrote; the test is skipped where there is none."""
+    default = Path(__file__).parent.parent.parent / ".." / "shared" / "recordings"
+    folder = Path(os.environ.get("CAUSEWAY_RECORDINGS_DIR", default)).resolve()
+    path = folder / f"{name}.log"
+    if not path.exists():
+        pytest.skip(f"no recordings in {folder}; set CAUSEWAY_RECORDINGS_DIR")
+    return path

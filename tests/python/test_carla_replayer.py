@@ -1,10 +1,8 @@
 """CARLA's replayer, through CARLA's own client."""
 
 import math
-import os
 import queue
 import time
-from pathlib import Path
 
 import carla
 import pytest
@@ -218,22 +216,11 @@ def test_sensors_of_a_log_are_replayed_on_demand(client, world, tmp_path):
     assert measured.get(timeout=WAIT_SECS) is not None
 
 
-def genuine_log(name: str) -> Path:
-    """A log that CARLA 0.9.13 wrote."""
-    here = Path(__file__).parent
-    default = here.parent.parent / ".." / "shared" / "recordings"
-    folder = Path(os.environ.get("CAUSEWAY_RECORDINGS_DIR", default)).resolve()
-    path = folder / f"{name}.log"
-    if not path.exists():
-        pytest.skip(f"no recordings in {folder}; set CAUSEWAY_RECORDINGS_DIR")
-    return path
-
-
 @pytest.mark.parametrize(
     ("name", "secs"), [("DistanceBetweenVehicles", "24.7237"), ("DistanceToLaneCenter", "12.5282")]
 )
 def test_a_log_of_carla_itself_is_replayed(client, world, name, secs):
-    path = genuine_log(name)
+    path = carla_log.genuine(name)
     log = carla_log.read(path)
     begin = log.frames[-1].elapsed * 0.4
     blueprints = {add[0]: add[4] for frame in log.frames for add in frame.records[ADD]}

@@ -1,0 +1,126 @@
+"""Cars of CARLA's clients answer the throttle as CARLA's cars do."""
+
+import itertools
+import math
+
+import carla
+import pytest
+
+import carla_log
+from carla_log import ADD, CONTROL, KINEMATICS
+from carla_site import synchronous, ticks
+
+STEP_SECS = 0.01
+#: Throttle, and the speed in m/s that CARLA's Tesla Model 3 holds with it.
+HELD = [(0.193, 3.40), (0.264, 5.00), (0.423, 9.95), (0.515, 14.75)]
+
+
+@pytest.fixture
+def motorway(client):
+    """A world of steps as short as those of CARLA's physics, and the start of a straight road."""
+    with synchronous(client.load_world("Town06"), STEP_SECS) as world:
+        starts = world.get_map().get_spawn_points()
+        lanes = [world.get_map().get_waypoint(start.location) for start in starts]
+        yield world, max(zip(starts, lanes, strict=True), key=lambda one: straight(one[1]))[0]
+
+
+def straight(lane: carla.Waypoint, most: float = 500.0) -> float:
+    """How far a lane leads straight on, in metres."""
+    direction, length = lane.transform.get_forward_vector(), 0.0
+    while length < most:
+        (lane, *others) = lane.next(20.0) or [None]
+        if lane is None or others:
+            break
+        if direction.dot(lane.transform.get_forward_vector()) < math.cos(math.radians(0.5)):
+            break
+        length += 20.0
+    return length
+
+
+def spawn(motorway, blueprint: str) -> carla.Vehicle:
+    world, start = motorway
+    car = world.spawn_actor(world.get_blueprint_library().find(blueprint), start)
+    ticks(world, 100)
+    return car
+
+
+def speed(velocity) -> float:
+    return math.hypot(velocity.x, velocity.y)
+
+
+def test_each_throttle_holds_the_speed_that_it_holds_in_carla(motorway):
+    world, start = motorway
+    car = spawn(motorway, "vehicle.tesla.model3")
+    for throttle, held in HELD:
+        car.set_target_velocity(held * start.get_forward_vector())
+        car.apply_control(carla.VehicleControl(throttle=throttle))
+        ticks(world, 800)
+        assert speed(car.get_velocity()) == pytest.approx(held, rel=0.08), throttle
+
+
+def test_a_closed_throttle_brakes(motorway):
+    """As drivers without a brake pedal expect it: 3 to 6 m/s² in the gears below."""
+    world, start = motorway
+    for blueprint in ("vehicle.tesla.model3", "vehicle.lincoln.mkz_2020", "vehicle.audi.tt"):
+        car = spawn(motorway, blueprint)
+        car.set_target_velocity(10.0 * start.get_forward_vector())
+        ticks(world, 100)
+        assert 5.0 < speed(car.get_velocity()) < 8.0, blueprint
+        car.destroy()
+
+
+def test_the_box_changes_down_at_the_speeds_of_a_recording(motorway):
+    """4 to 3, 3 to 2 and 2 to 1 of the Lincoln with a closed throttle, in m/s."""
+    world, start = motorway
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    car.set_target_velocity(15.0 * start.get_forward_vector())
+    changes, gear = {}, 9
+    for _ in range(600):
+        world.tick()
+        now = car.get_control().gear
+        if 0 < now < gear:
+            changes[now], gear = speed(car.get_velocity()), now
+    for gear, recorded_speed in ((3, 13.7), (2, 11.1), (1, 7.3)):
+        assert changes[gear] == pytest.approx(recorded_speed, rel=0.1), changes
+
+
+@pytest.mark.parametrize(
+    ("name", "blueprint", "bound"),
+    [
+        ("DistanceBetweenVehicles", "vehicle.lincoln.mkz_2017", 1.3),
+        ("DistanceBetweenVehicles", "vehicle.nissan.patrol", 0.7),
+        ("DistanceToLaneCenter", "vehicle.lincoln.mkz_2017", 0.9),
+    ],
+)
+def test_the_pedals_of_a_recording_give_its_speeds(motorway, name, blueprint, bound):
+    """In its gears; the deviation is the root of the mean square, in m/s, of up to 18 m/s."""
+    world, _ = motorway
+    frames = recorded(name, blueprint)
+    car = spawn(motorway, blueprint)
+    squares, secs = [], frames[0][0]
+    for (_, pedals, _), (until, _, wanted) in itertools.pairwise(frames):
+        _, throttle, brake, hand_brake, gear = pedals
+        car.apply_control(
+            carla.VehicleControl(throttle, 0.0, brake, bool(hand_brake), False, True, gear)
+        )
+        while secs < until:
+            world.tick()
+            secs += STEP_SECS
+        squares.append((speed(car.get_velocity()) - wanted) ** 2)
+    deviation = math.sqrt(sum(squares) / len(squares))
+    print(f"{name}, {blueprint}: {deviation:.2f} m/s")
+    assert deviation < bound
+
+
+def recorded(name: str, blueprint: str) -> list[tuple]:
+    """Seconds, controls and speed of a vehicle, frame by frame."""
+    log = carla_log.read(carla_log.genuine(name))
+    adds = [add for frame in log.frames for add in frame.records[ADD]]
+    actor = next(add[0] for add in adds if add[4] == blueprint)
+    frames = []
+    for frame in log.frames:
+        control = frame.by_actor(CONTROL).get(actor)
+        motion = frame.by_actor(KINEMATICS).get(actor)
+        if control and motion:
+            frames.append((frame.elapsed, control, math.hypot(*motion[:2])))
+    return frames
