@@ -96,7 +96,7 @@ def test_wheels_carry_the_car_and_the_driven_ones_pull_it(world):
     weight = car.get_physics_control().mass * 9.81
     still = car.get_telemetry_data()
     assert sum(wheel.tire_load for wheel in still.wheels) == pytest.approx(weight, rel=0.02)
-    assert still.speed == pytest.approx(0.0, abs=0.05) and still.engine_rpm > 500.0
+    assert still.speed == pytest.approx(0.0, abs=0.05) and still.engine_rpm < 100.0
     car.apply_control(carla.VehicleControl(throttle=0.8, steer=0.1))
     revolutions = set()
     for _ in range(40):
@@ -108,10 +108,11 @@ def test_wheels_carry_the_car_and_the_driven_ones_pull_it(world):
     forward = car.get_velocity().dot(car.get_transform().get_forward_vector())
     assert told.speed == pytest.approx(forward, rel=0.02) and told.drag > 0.0
     radius = car.get_physics_control().wheels[0].radius / 100
-    assert all(wheel.omega * radius == pytest.approx(told.speed, rel=0.1) for wheel in told.wheels)
     assert sum(wheel.long_force for wheel in told.wheels) > 0.0
     assert sum(wheel.lat_force for wheel in told.wheels) > 100.0, "to the right"
     front, rear = told.wheels[:2], told.wheels[2:]
+    assert all(wheel.omega * radius == pytest.approx(told.speed, rel=0.1) for wheel in rear)
+    assert all(1.0 < wheel.omega * radius / told.speed < 1.4 for wheel in front)
     assert all(wheel.torque > 0.0 and wheel.long_slip > 0.0 for wheel in front)
     assert max(wheel.long_slip for wheel in rear) < min(wheel.long_slip for wheel in front)
     for wheel in told.wheels:

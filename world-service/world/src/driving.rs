@@ -40,8 +40,12 @@ impl World {
     ) -> Result<(), Error> {
         let (vehicle, body) = self.vehicle_mut(id)?;
         check::physics(physics, vehicle.tuning.fit())?;
+        let handled_otherwise = physics.handling != vehicle.tuning.fit().physics.handling;
         let tuning = vehicle.tuning.with(physics.clone());
         vehicle.tuning = tuning.clone();
+        if handled_otherwise {
+            vehicle.state.couple(tuning.fit());
+        }
         self.state.physics.set_vehicle_mass(body, tuning.fit());
         Ok(())
     }

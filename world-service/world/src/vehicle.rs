@@ -147,6 +147,11 @@ impl VehicleState {
         };
     }
 
+    /// Sets gear and engine to what the wheels turn, for an engine of another kind.
+    pub(crate) fn couple(&mut self, fit: &Fit) {
+        self.drivetrain = Drivetrain::on_wheels(fit, &self.wheels);
+    }
+
     /// Lets go of the ground, for a vehicle that is put somewhere; it lands without a bounce.
     pub(crate) fn lift(&mut self) {
         self.landing = true;

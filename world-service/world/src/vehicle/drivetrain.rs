@@ -57,6 +57,11 @@ impl Drivetrain {
         Self { gear, since_shift_secs: SHIFT_INTERVAL_SECS, engine_rpm }
     }
 
+    /// The same of wheels that turn.
+    pub(super) fn on_wheels(fit: &Fit, wheels: &[Wheel]) -> Self {
+        Self::at_speed(fit, driven_spin_radps(fit, wheels) * fit.model.wheel_radius_m)
+    }
+
     pub(super) fn advance(
         &mut self,
         fit: &Fit,
