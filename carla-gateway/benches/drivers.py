@@ -49,7 +49,7 @@ ROW = "| {} | {} | {} | {cars} | {worst:.1f} | {at} | {beside} | {left} | {tippe
 def site(program: str, maps: Path, tyres: str, port: int):
     """A site with an endpoint for CARLA whose cars have these tyres."""
     flags = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--no-render"]
-    flags += ["--maps", str(maps), "--carla", str(port), "--tyres", tyres]
+    flags += ["--maps", str(maps), "--carla", str(port), "--cars", tyres]
     process = subprocess.Popen(
         [program, "up", *flags],
         stdout=subprocess.PIPE,

@@ -76,8 +76,8 @@ pub enum Handling {
     #[default]
     Real,
     /// As CARLA's: the lock is the angle of the inner wheel, and control is followed by 2.5 of its
-    /// range per second away from the middle and by 5 towards it; the engine is coupled down to a
-    /// standstill, and the box changes gears by engine speed alone.
+    /// range per second away from the middle and by 5 towards it; the engine drives all wheels and
+    /// is coupled down to a standstill, and the box changes gears by engine speed alone.
     Carla,
 }
 

@@ -34,9 +34,9 @@ class Track:
         return self.speed()
 
     def acceleration(self) -> float:
-        """In a second, the first one left out."""
-        before = self.speed_after(20, throttle=1.0)
-        ticks(self.world, 20)
+        """In the second half of a second, in first gear."""
+        before = self.speed_after(10, throttle=1.0)
+        ticks(self.world, 10)
         return self.speed() - before
 
     def braking_distance(self) -> float:
@@ -83,7 +83,7 @@ def test_each_field_of_a_control_has_its_effect(track):
     assert track.speed_after(40, throttle=1.0, reverse=True) < -2.0
     assert track.car.get_control().gear == -1
     assert track.speed_after(40, throttle=0.5, hand_brake=True) < 0.1
-    # It brakes the rear wheels, and the engine drives the front ones.
+    # It brakes the rear wheels, and the engine drives all.
     assert track.speed_after(40, throttle=1.0, hand_brake=True) < 0.5 * full
     track.speed_after(40, throttle=0.5, steer=-0.5)
     assert track.car.get_transform().rotation.yaw < track.start.rotation.yaw - 5.0
@@ -94,7 +94,7 @@ def test_each_field_of_a_control_has_its_effect(track):
         ticks(track.world, 20)
         results.append(track.speed())
     # The engine brakes, too.
-    assert rolled[0] > 5.0 and max(braked) < 3.0
+    assert rolled[0] > 5.0 and max(braked) < 4.0
 
 
 def test_a_manual_gear_is_kept(track):
@@ -200,9 +200,9 @@ def test_mass_drag_and_drivetrain_change_the_acceleration(track):
     weaker = [carla.Vector2D(point.x, point.y / 2) for point in own.torque_curve]
     # In first gear the engine's inertia weighs as much as the car.
     for change, low, high in (
-        ({"mass": 2 * own.mass}, 0.55, 0.75),
+        ({"mass": 2 * own.mass}, 0.5, 0.75),
         ({"torque_curve": weaker}, 0.25, 0.5),
-        ({"drag_coefficient": 60.0}, 0.5, 0.9),
+        ({"drag_coefficient": 100.0}, 0.5, 0.96),
         ({"final_ratio": 0.5 * own.final_ratio}, 0.5, 0.75),
     ):
         track.change(**change)

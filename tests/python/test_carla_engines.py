@@ -1,18 +1,25 @@
 """Cars of CARLA's clients answer the throttle as CARLA's cars do."""
 
-import itertools
 import math
 
 import carla
 import pytest
 
-import carla_log
-from carla_log import ADD, CONTROL, KINEMATICS
 from carla_site import synchronous, ticks
 
 STEP_SECS = 0.01
 #: Throttle, and the speed in m/s that CARLA's Tesla Model 3 holds with it.
 HELD = [(0.193, 3.40), (0.264, 5.00), (0.423, 9.95), (0.515, 14.75)]
+
+#: Gear, throttle, speed in m/s, and what CARLA's Lincoln MKZ 2017 gained or lost there in m/s²,
+#: from `DistanceBetweenVehicles.log` and `DistanceToLaneCenter.log` of scenario_runner's metrics.
+RECORDED = [
+    (1, 1.0, 4.3, 6.7),
+    (3, 1.0, 12.7, 5.1),
+    (4, 1.0, 16.7, 4.4),
+    (2, 0.0, 8.0, -4.0),
+    (3, 0.0, 11.8, -3.0),
+]
 
 
 @pytest.fixture
@@ -84,43 +91,19 @@ def test_the_box_changes_down_at_the_speeds_of_a_recording(motorway):
         assert changes[gear] == pytest.approx(recorded_speed, rel=0.1), changes
 
 
-@pytest.mark.parametrize(
-    ("name", "blueprint", "bound"),
-    [
-        ("DistanceBetweenVehicles", "vehicle.lincoln.mkz_2017", 1.3),
-        ("DistanceBetweenVehicles", "vehicle.nissan.patrol", 0.7),
-        ("DistanceToLaneCenter", "vehicle.lincoln.mkz_2017", 0.9),
-    ],
-)
-def test_the_pedals_of_a_recording_give_its_speeds(motorway, name, blueprint, bound):
-    """In its gears; the deviation is the root of the mean square, in m/s, of up to 18 m/s."""
-    world, _ = motorway
-    frames = recorded(name, blueprint)
-    car = spawn(motorway, blueprint)
-    squares, secs = [], frames[0][0]
-    for (_, pedals, _), (until, _, wanted) in itertools.pairwise(frames):
-        _, throttle, brake, hand_brake, gear = pedals
-        car.apply_control(
-            carla.VehicleControl(throttle, 0.0, brake, bool(hand_brake), False, True, gear)
-        )
-        while secs < until:
-            world.tick()
-            secs += STEP_SECS
-        squares.append((speed(car.get_velocity()) - wanted) ** 2)
-    deviation = math.sqrt(sum(squares) / len(squares))
-    print(f"{name}, {blueprint}: {deviation:.2f} m/s")
-    assert deviation < bound
-
-
-def recorded(name: str, blueprint: str) -> list[tuple]:
-    """Seconds, controls and speed of a vehicle, frame by frame."""
-    log = carla_log.read(carla_log.genuine(name))
-    adds = [add for frame in log.frames for add in frame.records[ADD]]
-    actor = next(add[0] for add in adds if add[4] == blueprint)
-    frames = []
-    for frame in log.frames:
-        control = frame.by_actor(CONTROL).get(actor)
-        motion = frame.by_actor(KINEMATICS).get(actor)
-        if control and motion:
-            frames.append((frame.elapsed, control, math.hypot(*motion[:2])))
-    return frames
+@pytest.mark.parametrize(("gear", "throttle", "at", "recorded"), RECORDED)
+def test_a_gear_pulls_and_brakes_as_in_a_recording(motorway, gear, throttle, at, recorded):
+    world, start = motorway
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    # So much earlier that engine and tyres have settled when it comes to that speed.
+    begin = at - 0.5 * recorded
+    car.set_target_velocity(begin * start.get_forward_vector())
+    control = carla.VehicleControl(throttle=throttle, manual_gear_shift=True, gear=gear)
+    car.apply_control(control)
+    speeds = [begin]
+    while (speeds[-1] - at) * recorded < 0.0 and len(speeds) < 300:
+        world.tick()
+        speeds.append(speed(car.get_velocity()))
+    ticks(world, 10)
+    found = (speed(car.get_velocity()) - speeds[-11]) / (20 * STEP_SECS)
+    assert found == pytest.approx(recorded, rel=0.2)

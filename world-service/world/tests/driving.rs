@@ -261,6 +261,26 @@ fn handle_as(world: &mut World, car: ActorId, handling: Handling) {
     world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
 }
 
+#[test]
+fn an_engine_as_carlas_brakes_down_to_a_crawl_and_a_real_one_lets_the_car_roll() {
+    let speed_after_mps = |handling| {
+        let mut world = world();
+        let car = car(&mut world, 0.0, 10.0);
+        handle_as(&mut world, car, handling);
+        let mut physics = Box::new(world.vehicle_report(car).unwrap().physics);
+        if handling == Handling::Carla {
+            physics.damping_closed_throttle_clutch_engaged = 2.0;
+            physics.clutch_strength = 10.0;
+        }
+        world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
+        run(&mut world, 80);
+        speed_mps(&world, car)
+    };
+    let [real_mps, carla_mps] = [Handling::Real, Handling::Carla].map(speed_after_mps);
+    assert!(real_mps > 7.0, "{real_mps}");
+    assert!((0.1..3.0).contains(&carla_mps), "{carla_mps}");
+}
+
 /// Headings of a car beside its lane, in radians, and the farthest that it is beside its middle, in
 /// metres: at 36 km/h, steered towards a point ahead as CARLA's agents do it.
 fn headings_in_a_lane(handling: Handling) -> (Vec<f32>, f32) {

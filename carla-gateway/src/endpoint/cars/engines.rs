@@ -153,3 +153,50 @@ fn drag(physics: &mut VehiclePhysics, full_throttle: f32, times: f32) {
     physics.engine_inertia_kgm2 = INERTIA_KGM2 * times;
     physics.clutch_strength = CLUTCH_STRENGTH * times;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fitted(blueprint: &str) -> (VehiclePhysics, VehiclePhysics) {
+        let model = crate::wheels::model(blueprint).unwrap();
+        let mut physics = model.physics.clone();
+        fit(blueprint, &mut physics, model.wheel_radius_m);
+        (model.physics.clone(), physics)
+    }
+
+    #[test]
+    fn recorded_engines_turn_as_fast_for_a_speed_as_in_carla() {
+        for (blueprint, turns_per_m) in [
+            ("vehicle.tesla.model3", 9.0 / 0.37),
+            ("vehicle.lincoln.mkz_2020", 3.21 / 0.355),
+            ("vehicle.nissan.patrol_2021", 4.814 / 0.39),
+        ] {
+            let radius_m = crate::wheels::model(blueprint).unwrap().wheel_radius_m;
+            let found = fitted(blueprint).1.final_ratio / radius_m;
+            assert!((found - turns_per_m).abs() < 1.0e-3, "{blueprint}: {found}");
+        }
+    }
+
+    #[test]
+    fn other_engines_have_more_torque_and_a_drag_that_belongs_to_it() {
+        let highest_nm = |physics: &VehiclePhysics| {
+            physics.torque_curve.iter().map(|point| point.1).fold(0.0, f32::max)
+        };
+        for blueprint in ["vehicle.audi.tt", "vehicle.carlamotors.firetruck"] {
+            let (real, carla) = fitted(blueprint);
+            assert!((highest_nm(&carla) / highest_nm(&real) - 1.8).abs() < 1.0e-3, "{blueprint}");
+            // Coasting at the highest speed, the engine brakes as hard as the Lincoln's for its torque.
+            let drag_nm = carla.damping_closed_throttle_clutch_engaged * carla.engine_rpm_max;
+            let share = drag_nm / highest_nm(&carla) / (2.0 * 6500.0 / 695.0);
+            assert!((share - 1.0).abs() < 1.0e-3, "{blueprint}: {share}");
+            assert!(carla.forward_gears.iter().all(|gear| gear.up_share == 0.5), "{blueprint}");
+        }
+    }
+
+    #[test]
+    fn a_single_gear_is_never_left() {
+        let (real, carla) = fitted("vehicle.audi.etron");
+        assert_eq!(real.forward_gears, carla.forward_gears);
+    }
+}

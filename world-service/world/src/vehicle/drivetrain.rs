@@ -72,11 +72,18 @@ impl Drivetrain {
         let spin_radps = driven_spin_radps(fit, wheels);
         self.since_shift_secs = (self.since_shift_secs + dt_secs).min(SHIFT_INTERVAL_SECS);
         self.choose_gear(fit, control, spin_radps);
-        if self.gear == 0 || self.since_shift_secs < fit.physics.gear_switch_secs {
-            self.rev_freely(fit, control.throttle, dt_secs);
-            return Drive::default();
-        }
+        let changes = self.since_shift_secs < fit.physics.gear_switch_secs;
         match fit.physics.handling {
+            // What the engine turned faster in the gear before would push the car by up to 1.5 g.
+            Handling::Carla if changes && self.gear != 0 => {
+                self.engine_rpm =
+                    rpm_at(fit, self.gear, spin_radps).min(fit.physics.engine_rpm_max);
+                Drive::default()
+            }
+            _ if changes || self.gear == 0 => {
+                self.rev_freely(fit, control.throttle, dt_secs);
+                Drive::default()
+            }
             Handling::Real => self.couple(fit, control, spin_radps),
             Handling::Carla => self.slip(fit, control.throttle, spin_radps, dt_secs),
         }

@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use blueprints::{Class, Driven, VehicleModel};
 use nalgebra::{ComplexField, Matrix3};
-use schemas::{Vec3, VehiclePhysics, WheelPhysics};
+use schemas::{Handling, Vec3, VehiclePhysics, WheelPhysics};
 use serde::{Deserialize, Serialize};
 
 use super::steering::interpolate;
@@ -88,12 +88,10 @@ impl Fit {
         };
         let softness = 1.0 / stiffness_of(true) - 1.0 / stiffness_of(false);
         let drag_area_m2 = physics.drag_coefficient * model.frontal_area_m2;
-        let driven_count =
-            physics.wheels.iter().filter(|wheel| is_driven(model.driven, is_front(wheel))).count();
+        let drive_shares = drive_shares(model, &physics, is_front);
         let wheels =
             physics.wheels.iter().zip(loads_n).enumerate().map(|(index, (wheel, load_n))| {
                 let (front, radius_m) = (is_front(wheel), wheel.radius_m);
-                let driven = is_driven(model.driven, front);
                 let rim = radius_m / model.wheel_radius_m;
                 WheelFit {
                     physics: *wheel,
@@ -103,7 +101,7 @@ impl Fit {
                     load_n,
                     spring: Spring::new(model, load_n, front),
                     partner: partner(&physics.wheels, index),
-                    drive_share: if driven { 1.0 / driven_count as f32 } else { 0.0 },
+                    drive_share: drive_shares[usize::from(front)],
                     steer_share: if steer_rad_max > 0.0 {
                         wheel.steer_rad_max / steer_rad_max
                     } else {
@@ -242,6 +240,20 @@ fn standard_fit(blueprint: u16) -> Option<&'static Fit> {
         blueprints::all().iter().map(of).collect()
     });
     FITS.get(usize::from(blueprint))?.as_ref()
+}
+
+/// Shares of the engine's torque that a rear and a front wheel get.
+fn drive_shares(
+    model: &VehicleModel,
+    physics: &VehiclePhysics,
+    is_front: impl Fn(&WheelPhysics) -> bool,
+) -> [f32; 2] {
+    let driven = match physics.handling {
+        Handling::Real => model.driven,
+        Handling::Carla => Driven::All,
+    };
+    let count = physics.wheels.iter().filter(|wheel| is_driven(driven, is_front(wheel))).count();
+    [false, true].map(|front| if is_driven(driven, front) { 1.0 / count as f32 } else { 0.0 })
 }
 
 fn is_driven(driven: Driven, front: bool) -> bool {
