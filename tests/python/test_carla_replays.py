@@ -53,6 +53,22 @@ def test_an_id_that_somebody_else_has_or_had_is_not_given_again(client, world, r
     assert {car.attributes["role_name"] for car in cars} == {"otherrole"}
 
 
+def test_replayed_actors_may_have_ids_of_earlier_worlds(client, world, recorded, tmp_path):
+    path, _, ids = recorded
+    other = tmp_path / "other.log"
+    other.write_bytes(path.read_bytes().replace(b"\x09\x00autopilot", b"\x09\x00otherrole"))
+    world = client.reload_world(False)
+    assert min(actor.id for actor in world.get_actors()) > max(ids)
+    for _ in range(2):
+        client.replay_file(str(other), 0.0, 0.0, 0)
+        ticks(world, 3)
+        assert sorted(car.id for car in world.get_actors().filter(CARS)) == ids
+        assert world.get_actor(ids[0]).attributes["role_name"] == "otherrole"
+        client.stop_replayer(False)
+    newest = spawn_car(world, 5)
+    assert newest.id > max(actor.id for actor in world.get_actors() if actor.id != newest.id)
+
+
 def test_one_who_lives_plays_itself_and_who_is_gone_comes_back(client, world, tmp_path):
     path = tmp_path / "drive.log"
     client.start_recorder(str(path))

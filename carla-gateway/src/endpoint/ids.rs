@@ -15,7 +15,9 @@ const KNOWN_MAX: usize = 65_536;
 #[derive(Debug, Default)]
 pub(crate) struct GivenIds {
     newest: Option<ActorId>,
-    /// What stands for the description of an actor.
+    /// The newest of earlier worlds: clients forget their actors when another one begins.
+    before: Option<ActorId>,
+    /// What stands for the description of an actor of the present world.
     known: BTreeMap<ActorId, u64>,
 }
 
@@ -23,6 +25,12 @@ impl GivenIds {
     /// From where on no id was given.
     pub(super) fn next(&self) -> ActorId {
         self.newest.map_or(ActorId::FIRST, |newest| newest.plus(1))
+    }
+
+    /// Another world begins, in which nobody has an id yet.
+    pub(super) fn begin_world(&mut self) {
+        self.before = self.newest;
+        self.known.clear();
     }
 
     /// Somebody has this id, or had it.
@@ -38,11 +46,13 @@ impl GivenIds {
         self.known.insert(id, digest(&actor.description.type_id, attributes));
         while self.known.len() > KNOWN_MAX {
             self.known.pop_first();
+            // Whether such an id was given in this world is not known any more.
+            self.before = None;
         }
     }
 
-    /// Whether an actor can have an id that nobody alive has: nobody ever had it, or only actors
-    /// that were made in the same way. What has a stream is never taken for another.
+    /// Whether an actor can have an id that nobody alive has: nobody had it in this world, or only
+    /// actors that were made in the same way. What has a stream is never taken for another.
     pub(crate) fn suits<'a>(
         &self,
         id: ActorId,
@@ -52,11 +62,13 @@ impl GivenIds {
         if id.get() > limits::WANTED_ACTOR_MAX {
             return false;
         }
-        let is_same = || {
+        let suits_again = || {
             let had = self.known.get(&id);
-            !catalogue::has_stream(blueprint) && had == Some(&digest(blueprint, attributes))
+            let is_same = had == Some(&digest(blueprint, attributes));
+            let is_of_earlier_worlds = had.is_none() && Some(id) <= self.before;
+            !catalogue::has_stream(blueprint) && (is_same || is_of_earlier_worlds)
         };
-        Some(id) > self.newest || is_same()
+        Some(id) > self.newest || suits_again()
     }
 }
 
@@ -102,6 +114,21 @@ mod tests {
     }
 
     #[test]
+    fn an_id_of_an_earlier_world_suits_anybody_without_a_stream() {
+        let mut ids = GivenIds::default();
+        ids.note(ActorId::new(30).unwrap());
+        ids.learn(&actor(24, "vehicle.audi.tt", "hero"));
+        ids.begin_world();
+        ids.note(ActorId::new(40).unwrap());
+        assert!(suits(&ids, 24, "vehicle.audi.a2", "other"));
+        assert!(!suits(&ids, 25, "sensor.other.gnss", "hero"));
+        assert!(!suits(&ids, 35, "vehicle.audi.a2", "other"), "clients remember who had it");
+        ids.learn(&actor(24, "vehicle.audi.a2", "other"));
+        assert!(!suits(&ids, 24, "vehicle.audi.tt", "hero"), "it is given in this world");
+        assert_eq!(ids.next().get(), 41);
+    }
+
+    #[test]
     fn not_more_actors_are_remembered_than_there_is_room_for() {
         let mut ids = GivenIds::default();
         for id in 1..=KNOWN_MAX as u32 + 10 {
@@ -111,5 +138,11 @@ mod tests {
         assert_eq!(ids.known.len(), KNOWN_MAX);
         assert!(!suits(&ids, 10, "vehicle.audi.tt", "hero"));
         assert!(suits(&ids, 11, "vehicle.audi.tt", "hero"));
+        ids.begin_world();
+        assert!(suits(&ids, 10, "vehicle.audi.a2", "hero"));
+        for id in 0..=KNOWN_MAX as u32 {
+            ids.learn(&actor(KNOWN_MAX as u32 + 20 + id, "vehicle.audi.tt", "hero"));
+        }
+        assert!(!suits(&ids, 10, "vehicle.audi.a2", "hero"), "nobody knows who has it");
     }
 }

@@ -88,6 +88,7 @@ impl Endpoint {
         let frame = fitting.inspect_err(|_| destroy_later(Arc::clone(&self.site), world))?;
         self.end_episode().await;
         self.keep.begin(new);
+        self.given.begin_world();
         self.note_actors(&frame, &[]);
         self.episodes_begun += 1;
         let (tenant, episode) = (self.config.allowance.tenant(), self.episodes_begun);
