@@ -8,6 +8,8 @@ use crate::signals::Signals;
 #[derive(Clone, Debug)]
 pub(crate) struct Road {
     pub(crate) id: u32,
+    /// How many roads stand before it in the text.
+    pub(crate) place: usize,
     pub(crate) length_m: f64,
     /// The junction this road leads through; `None` for -1.
     pub(crate) junction: Option<i64>,

@@ -48,8 +48,8 @@ struct Row<'a> {
 }
 
 impl SpawnPoints {
-    /// Spreads places over all driving lanes, then fills the largest gaps between them until a map
-    /// with the name of one of CARLA's has as many as that.
+    /// Spreads places over all driving lanes, road by road as the text lists them, then fills the
+    /// largest gaps between them until a map with the name of one of CARLA's has as many as that.
     pub(crate) fn new(model: &Model, table: &LaneTable, name: &str) -> Self {
         let drivable = |entry: &&LaneEntry| {
             parts(model, entry).is_some_and(|(road, _, lane)| {
@@ -59,6 +59,8 @@ impl SpawnPoints {
         let lanes = table.lanes.iter().filter(drivable);
         let mut rows: Vec<Row<'_>> =
             lanes.map(|entry| Row { entry, taken_s: spread(model, entry) }).collect();
+        let place = |row: &Row<'_>| model.roads.get(row.entry.road as usize).map(|road| road.place);
+        rows.sort_by_key(place);
         let spread_s = rows.iter().flat_map(|row| row.taken_s.iter().map(|s| (row.entry, *s)));
         let poses = spread_s.filter_map(|(entry, s)| pose(model, entry, s));
         let mut poses: Vec<_> = poses.take(limits::SPAWN_POINTS_MAX).collect();

@@ -3,8 +3,9 @@
 //! A town is a plan of junctions and streets (`plan`), one file per town. Streets become roads
 //! (`street`), junctions become connecting roads (`junction`, `movement`) with lights and
 //! signs (`priority`), the land between is filled (`block`, `lots`, `furniture`,
-//! `crossing`), and all of it is written down (`write`). `roundabout` and `one_way`
-//! add larger parts to a plan; `style` draws new plans from a seed.
+//! `crossing`), roads that programs ask for by CARLA's numbers come last (`named`), and all of it
+//! is written down (`write`). `roundabout` and `one_way` add larger parts to a plan; `style` draws
+//! new plans from a seed.
 
 mod block;
 mod clearance;
@@ -16,6 +17,7 @@ mod furniture;
 mod junction;
 mod lots;
 mod movement;
+mod named;
 mod one_way;
 mod plan;
 mod priority;
@@ -98,5 +100,6 @@ fn build_plan(name: &str, plan: &Plan, seed: u64) -> String {
     for loose in &plan.loose {
         draft.place(loose.at, loose.heading_rad, loose.object.clone());
     }
+    named::add(plan, &mut draft);
     write::town(name, &draft)
 }

@@ -98,7 +98,7 @@ impl Reading {
     fn road(&mut self, node: Node<'_, '_>) {
         let Some(road) = road::read(node, &mut self.polynomial_m, &mut self.report) else { return };
         self.signals.add_road(&road, node, &mut self.report);
-        self.roads.push(road);
+        self.roads.push(Road { place: self.roads.len(), ..road });
     }
 
     /// The roads in the order of their ids.

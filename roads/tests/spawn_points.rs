@@ -120,3 +120,27 @@ fn a_town_under_both_of_its_names_has_the_same_spawn_points() {
     let unknown = Map::parse("mine", &text).unwrap();
     assert_eq!(unknown.spawn_points(), plain.spread_places());
 }
+
+/// Two streets with these numbers, the first of them in the north.
+fn two_streets(numbers: [u32; 2]) -> String {
+    let street = |number: u32, y: f64| {
+        format!(
+            "<road id=\"{number}\" length=\"100\" junction=\"-1\"><planView>\
+             <geometry s=\"0\" x=\"0\" y=\"{y}\" hdg=\"0\" length=\"100\"><line/></geometry>\
+             </planView><lanes><laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center>\
+             <right><lane id=\"-1\" type=\"driving\"><width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" \
+             d=\"0\"/></lane></right></laneSection></lanes></road>"
+        )
+    };
+    let [north, south] = numbers;
+    format!("<OpenDRIVE>{}{}</OpenDRIVE>", street(north, 50.0), street(south, -50.0))
+}
+
+#[test]
+fn streets_come_in_the_order_of_the_text_whatever_their_numbers_are() {
+    let points =
+        |numbers| Map::parse("mine", &two_streets(numbers)).unwrap().spawn_points().to_vec();
+    let found = points([1, 2]);
+    assert!(found[0].translation.y > 0.0 && found.len() > 4, "{found:?}");
+    assert_eq!(points([2, 1]), found);
+}

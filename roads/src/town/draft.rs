@@ -26,6 +26,8 @@ pub(super) enum LinkTo {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LaneKind {
+    /// For nobody.
+    None,
     Driving,
     Parking,
     Biking,
@@ -37,6 +39,7 @@ pub(super) enum LaneKind {
 impl LaneKind {
     pub(super) fn name(self) -> &'static str {
         match self {
+            Self::None => "none",
             Self::Driving => "driving",
             Self::Parking => "parking",
             Self::Biking => "biking",

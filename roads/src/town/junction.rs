@@ -102,8 +102,7 @@ fn connect(
     way: Way,
     draft: &mut TownDraft,
 ) -> ConnectionDraft {
-    let connecting_before = u32::try_from(draft.roads.len() - plan.streets.len()).unwrap_or(0);
-    let id = CONNECTING_ID_FIRST + connecting_before;
+    let id = next_connecting_id(plan, draft);
     let linked = |lane: &LaneDraft| lane.predecessor.map(|incoming| (incoming, lane.id));
     let lanes = way.lanes.iter().filter_map(linked).collect();
     draft.roads.push(RoadDraft {
@@ -121,6 +120,16 @@ fn connect(
         held_by: None,
     });
     ConnectionDraft { incoming: from.street, connecting: id, lanes }
+}
+
+/// The least id above those of all connecting roads so far that is no named way's.
+fn next_connecting_id(plan: &Plan, draft: &TownDraft) -> u32 {
+    let before = draft.roads.get(plan.streets.len()..).and_then(<[RoadDraft]>::last);
+    let mut id = before.map_or(CONNECTING_ID_FIRST, |road| road.id + 1);
+    while plan.named.iter().any(|way| way.number == id) {
+        id += 1;
+    }
+    id
 }
 
 /// The left border of the movement's first lane.

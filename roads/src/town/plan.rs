@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::course::{Bend, Pose, direction, distance_m, signed};
 use super::draft::ObjectDraft;
+use super::named::NamedWay;
 use super::profile::{Profile, Side};
 
 /// Directions along a grid.
@@ -121,6 +122,8 @@ pub(super) struct Plan {
     pub(super) streets: Vec<Street>,
     pub(super) blocks: Vec<Block>,
     pub(super) loose: Vec<Loose>,
+    /// Ways that nobody drives; their numbers are no other road's.
+    pub(super) named: Vec<NamedWay>,
     /// What new junctions get.
     pub(super) control: Control,
     /// What new streets get.
@@ -178,6 +181,7 @@ impl Plan {
             streets: Vec::new(),
             blocks: Vec::new(),
             loose: Vec::new(),
+            named: Vec::new(),
             control,
             beside,
         }
@@ -268,6 +272,18 @@ impl Plan {
         let ends =
             ((self.node(from), direction(from, bend.at)), (self.node(to), direction(to, bend.at)));
         self.connect(ends.0, ends.1, &[bend], profile)
+    }
+
+    /// Gives two streets each other's number and leaves them at their places in the text, by which
+    /// things of a town are counted.
+    pub(super) fn swap_numbers(&mut self, [a, b]: [u32; 2]) {
+        for street in &mut self.streets {
+            street.id = match street.id {
+                id if id == a => b,
+                id if id == b => a,
+                id => id,
+            };
+        }
     }
 
     /// The arms of a junction, counter-clockwise from east.

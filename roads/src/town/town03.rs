@@ -4,7 +4,8 @@
 //! on the road.
 
 use super::block::thing;
-use super::course::Bend;
+use super::course::{Bend, Pose};
+use super::named::NamedWay;
 use super::plan::{Beside, Block, Control, EAST, LandUse, Loose, NORTH, Plan, SOUTH, WEST};
 use super::profile::{Edge, Extra, Profile};
 use super::roundabout;
@@ -51,6 +52,7 @@ pub(super) fn plan() -> Plan {
     add_small_streets(&mut plan);
     add_hills(&mut plan);
     add_square(&mut plan);
+    add_named_ways(&mut plan);
     plan
 }
 
@@ -173,4 +175,30 @@ fn add_square(plan: &mut Plan) {
         heading_rad: 0.0,
         object: thing("obstacle", "Container", [6.0, 2.5, 3.0], -0.4),
     });
+}
+
+/// What background traffic of CARLA's programs asks for: five roads on the roundabout and three
+/// around the crossing between the two ways into a filling station. Ours lie on the roundabout's
+/// island and on the grass behind that crossing.
+fn add_named_ways(plan: &mut Plan) {
+    let [x, y] = ROUNDABOUT;
+    let [gate_x, gate_y] = SOUTH_GATE;
+    let arm = |east: f64, north: f64| [x + east, y + north];
+    let [east, north, west, south] =
+        [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]].map(|[e, n]| arm(20.0 * e, 20.0 * n));
+    let behind_gate = |east: f64, south: f64| [gate_x + east, gate_y - south];
+    let ways = [
+        (1100, -5, east, (arm(14.0, -8.65), NORTH), 17.3),
+        (1206, -5, east, (arm(11.0, -3.65), NORTH), 7.3),
+        (1624, -5, north, (arm(13.15, 12.0), WEST), 26.3),
+        (1655, -5, west, (arm(-14.0, 4.65), SOUTH), 9.3),
+        (1772, 3, south, (arm(-8.65, -14.0), EAST), 17.3),
+        (1031, -1, SOUTH_GATE, (behind_gate(6.0, 15.5), WEST), 12.3),
+        (100, -1, SOUTH_GATE, (behind_gate(9.5, 16.0), WEST), 19.3),
+        (1959, -1, SOUTH_GATE, (behind_gate(11.5, 16.5), WEST), 23.3),
+    ];
+    for (number, lane, junction, (at, heading_rad), length_m) in ways {
+        let (node, start) = (plan.node(junction), Pose::new(at, heading_rad));
+        plan.named.push(NamedWay { number, lane, node, start, length_m });
+    }
 }

@@ -3,6 +3,7 @@
 //! that places that programs name by coordinates are on the road.
 
 use super::course::{Bend, Pose, direction};
+use super::named::NamedWay;
 use super::one_way::OneWay;
 use super::plan::{Beside, Control, EAST, End, NORTH, Plan, SOUTH, UNEVEN_M, WEST};
 use super::profile::{Edge, Profile};
@@ -44,6 +45,7 @@ pub(super) fn plan() -> Plan {
     add_loops(&mut plan, &gates);
     add_country_roads(&mut plan, &gates);
     add_village(&mut plan, &gates);
+    add_named_ways(&mut plan);
     plan
 }
 
@@ -290,5 +292,21 @@ fn add_ways_in(plan: &mut Plan, gates: &Gates) {
         let node = plan.node(from);
         let from = (node, direction(from, first));
         plan.connect(from, End::at(gate.node, gate_end), bends, STREET);
+    }
+}
+
+/// What background traffic of CARLA's programs asks for: three roads around the crossing between
+/// the two ways into a filling station. Ours lie beside the sidewalks that meet there.
+fn add_named_ways(plan: &mut Plan) {
+    let at = VILLAGE.main[4];
+    let node = plan.node(at);
+    let ways = [
+        (518, -1, [13.0, 7.8], EAST, 9.3),
+        (886, 1, [13.0, 8.1], EAST, 11.3),
+        (467, 1, [8.3, 13.0], NORTH, 26.3),
+    ];
+    for (number, lane, [east, north], heading_rad, length_m) in ways {
+        let start = Pose::new([at[0] + east, at[1] + north], heading_rad);
+        plan.named.push(NamedWay { number, lane, node, start, length_m });
     }
 }

@@ -42,6 +42,7 @@ pub(super) fn read(
     let objects = objects::read(node, &mut numbers);
     Some(Road {
         id,
+        place: 0,
         length_m,
         junction: leading_integer(node.attribute("junction").unwrap_or("0"))
             .filter(|junction| *junction >= 0),
