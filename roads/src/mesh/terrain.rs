@@ -16,6 +16,9 @@ const BRIDGE_M: f64 = 1.2;
 /// How far beside a road that a bridge crosses the land stays low, in metres: more than a square's
 /// diagonal, so that no slope reaches onto the road.
 const BRIDGE_SIDE_M: f64 = 18.0;
+/// Between roads that are less steep above each other no bridge leads over the lower one: the land
+/// climbs with a road, from one to the other.
+const SLOPE_MAX: f64 = 0.4;
 /// Most squares of land along each side of a map.
 const SQUARES_MAX: f64 = 96.0;
 /// Side of a square of land in hills and on the flat, at least, in metres.
@@ -146,20 +149,21 @@ fn lines([low, high]: [f64; 2], margin_m: f64, side_min_m: f64) -> Vec<f64> {
 
 /// The land follows the nearest road, but where a bridge leads over another road, that one.
 fn height_m(map: &Map, x: f64, y: f64, low_m: f64) -> f64 {
-    let road_m = |x: f64, y: f64| {
+    let road = |x: f64, y: f64| {
         map.nearest(Point3::new(x, y, low_m), LaneTypes::ANY)
             .and_then(|place| map.lane_pose(&place))
-            .map_or(low_m, |pose| pose.point.z)
+            .map_or(Point3::new(x, y, low_m), |pose| pose.point)
     };
-    let here_m = road_m(x, y);
-    if here_m - low_m < BRIDGE_M {
-        return here_m - HILL_DROP_M;
+    let here = road(x, y);
+    if here.z - low_m < BRIDGE_M {
+        return here.z - HILL_DROP_M;
     }
-    let around_m = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]]
+    let is_crossed = |other: &Point3<f64>| {
+        here.z - other.z > BRIDGE_M.max(SLOPE_MAX * (here - other).xy().norm())
+    };
+    let around = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]]
         .map(|way| way.map(|step| f64::from(step) * BRIDGE_SIDE_M))
-        .map(|[dx, dy]| road_m(x + dx, y + dy))
-        .into_iter()
-        .fold(here_m, f64::min);
-    let below_bridge = here_m - around_m > BRIDGE_M;
-    (if below_bridge { around_m } else { here_m }) - HILL_DROP_M
+        .map(|[dx, dy]| road(x + dx, y + dy));
+    let crossed = around.iter().filter(|other| is_crossed(other)).map(|other| other.z);
+    crossed.fold(here.z, f64::min) - HILL_DROP_M
 }

@@ -14,7 +14,8 @@ const WIDTH_M: [f64; 2] = [11.0, 20.0];
 const DEPTH_M: [f64; 2] = [9.0, 14.0];
 /// Distance between neighbours, in metres, at least and at most.
 const GAP_M: [f64; 2] = [1.5, 6.0];
-/// How deep houses stand in the ground, in metres, so that none hangs over sloping land.
+/// How deep houses stand in the ground, in metres, below the lowest streets of a town: so none
+/// hangs over land that slopes down from a street.
 const CELLAR_M: f64 = 1.0;
 /// Distance of houses from all roads and squares, in metres.
 const CLEAR_M: f64 = 1.0;
@@ -88,9 +89,10 @@ pub(super) fn build(plan: &Plan, random: &mut Random, draft: &mut TownDraft) {
                 let size_m = footprint.half_m.map(|half_m| 2.0 * half_m);
                 let mut object = house(size_m, random.between(storeys[0], storeys[1]).floor());
                 (object.s, object.t) = (s, t);
-                object.z_offset_m -= CELLAR_M;
-                object.height_m += CELLAR_M;
                 if let Some(road) = draft.road_mut(street.id) {
+                    let cellar_m = CELLAR_M + road.height_m(s).max(0.0);
+                    object.z_offset_m -= cellar_m;
+                    object.height_m += cellar_m;
                     road.objects.push(object);
                 }
                 built.push(footprint);

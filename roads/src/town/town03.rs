@@ -1,7 +1,7 @@
 //! Town03: a large town with a roundabout, boulevards of three lanes each way around and through
 //! it, small streets between them, hills in the west, and a level square. Its streets, but for
-//! those in the hills, lie where CARLA's do, so that places that programs name by coordinates are
-//! on the road.
+//! those in the hills, lie where CARLA's do and within a metre as high, so that places that
+//! programs name by coordinates are on the road.
 
 use super::block::thing;
 use super::course::{Bend, Pose};
@@ -40,6 +40,12 @@ const FAR_WEST: [f64; 2] = [-147.3, 1.6];
 const FAR_SOUTH_WEST: [f64; 2] = [-147.3, -103.7];
 const COURT: [f64; 2] = [169.0, -60.7];
 const GARDENS: [f64; 2] = [-2.2, -78.0];
+/// How high these four lie, in metres; the streets that lead up to them are as steep as CARLA's.
+const UPPER: [[f64; 2]; 4] = [FIRST_UPPER, SECOND_UPPER, FIRST_LOWER, SECOND_LOWER];
+const UPPER_M: f64 = 8.0;
+/// Heights on the way around the corners in the south-east and in the north-west.
+const SOUTH_EAST_RISE: [f64; 2] = [0.48, 2.8];
+const NORTH_WEST_RISE: [f64; 2] = [0.36, 0.9];
 /// Junction in the hills, and its height in metres.
 const HILLTOP: [f64; 2] = [-340.0, 40.0];
 const HILLTOP_M: f64 = 7.0;
@@ -80,7 +86,10 @@ fn add_boulevards(plan: &mut Plan) {
         (SOUTH_GATE, [-81.4, -199.6], 30.0, SOUTH_WEST),
     ];
     for (from, at, radius_m, to) in corners {
-        plan.corner(from, Bend { at, radius_m }, to, BOULEVARD);
+        let street = plan.corner(from, Bend { at, radius_m }, to, BOULEVARD);
+        if from == SOUTH_EAST {
+            street.heights = vec![SOUTH_EAST_RISE];
+        }
     }
 }
 
@@ -108,6 +117,9 @@ fn add_small_streets(plan: &mut Plan) {
     for (at, control) in small {
         plan.node_with(at, control);
     }
+    for at in UPPER {
+        plan.raise(at, UPPER_M);
+    }
     let parked = LANE.with(Extra::Parking);
     let straight = [
         (MARKET, FIRST_UPPER),
@@ -134,7 +146,10 @@ fn add_small_streets(plan: &mut Plan) {
         (SOUTH_CROSS, [169.0, -130.6], 39.0, COURT),
     ];
     for (from, at, radius_m, to) in corners {
-        plan.corner(from, Bend { at, radius_m }, to, parked);
+        let street = plan.corner(from, Bend { at, radius_m }, to, parked);
+        if from == NORTH_WEST {
+            street.heights = vec![NORTH_WEST_RISE];
+        }
     }
     let ends = [COURT, GARDENS].map(|at| plan.node(at));
     let bends = [[70.0, -60.7], [40.0, -78.0]].map(|at| Bend { at, radius_m: 25.0 });

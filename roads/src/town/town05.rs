@@ -40,8 +40,9 @@ const AVENUE_BEND: Bend = Bend { at: [29.8, 28.0], radius_m: 500.0 };
 /// The ring road, west and east.
 const RING: [f64; 2] = [-236.7, 200.2];
 const RING_RADIUS_M: f64 = 98.0;
-/// Heights on the western half of the ring road.
-const VIADUCT_HEIGHTS: [[f64; 2]; 2] = [[0.21, 10.0], [0.79, 10.0]];
+/// Heights on the western half of the ring road, those of CARLA's within a metre.
+const VIADUCT_HEIGHTS: [[f64; 2]; 5] =
+    [[0.03, 0.0], [0.14, 8.2], [0.42, 10.0], [0.863, 10.0], [0.987, 0.0]];
 
 pub(super) fn plan() -> Plan {
     let mut plan = Plan::new(Control::Lights, Beside::Houses { storeys: [3.0, 10.0] });
