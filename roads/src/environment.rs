@@ -71,7 +71,9 @@ pub(crate) fn list<'m>(
     let mut found = Vec::new();
     let mut scenery_count = 0;
     for (road, objects) in roads {
-        found.push(road_object(road));
+        if !road.is_for_nobody() {
+            found.push(road_object(road));
+        }
         for (position, object) in objects.enumerate() {
             let scenery = scenery_box(road, object).map(|_| scenery_count);
             scenery_count += u32::from(scenery.is_some());

@@ -157,6 +157,12 @@ impl Road {
         self.sections.partition_point(|section| section.start_s <= s).saturating_sub(1)
     }
 
+    /// Whether it leads through a junction and has no lane of any type: nothing is paved there.
+    pub(crate) fn is_for_nobody(&self) -> bool {
+        let mut lanes = self.sections.iter().flat_map(|section| &section.lanes);
+        self.junction.is_some() && lanes.all(|lane| lane.lane_type == LaneType::None)
+    }
+
     /// Whether lanes with this id run along s.
     pub(crate) fn runs_forward(&self, lane: i32) -> bool {
         if self.left_hand { lane >= 0 } else { lane <= 0 }

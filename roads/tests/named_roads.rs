@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use generated::town;
 use nalgebra::Point3;
-use roads::{LaneType, LaneTypes, Map, Waypoint};
+use roads::{LaneType, LaneTypes, Map, Waypoint, mesh};
 
 /// What scenario_runner's and the leaderboard's `background_activity.py` asks for: road, lane and s
 /// by CARLA's numbers. Beside it, a place on a driving lane inside of the junction that it is to
@@ -71,6 +71,24 @@ fn nobody_drives_there() {
             let middle = map.lane_pose(&place).unwrap().point;
             let over = map.inside(middle, LaneTypes::ANY);
             assert_eq!(over, None, "{what}: a lane lies there");
+        }
+    }
+}
+
+/// A strip of another height would stand out of the grass.
+#[test]
+fn nothing_is_paved_there() {
+    for (map, asked) in towns() {
+        let ground = mesh::ground(&map);
+        for (road, lane, ..) in asked {
+            let start = map.lane_pose(&map.waypoint(road, lane, 0.0).unwrap()).unwrap().point;
+            let near = |corner: &&[f32; 3]| {
+                let [x, y, _] = corner.map(f64::from);
+                (x - start.x).hypot(y - start.y) < 0.25
+            };
+            assert_eq!(ground.positions_m.iter().find(near), None, "{}: {road}", map.name());
+            let name = format!("Road_{road}");
+            assert!(map.environment_objects().iter().all(|object| object.name != name), "{name}");
         }
     }
 }

@@ -61,7 +61,8 @@ pub(super) fn pave(map: &Map, land: Option<&Land>, detail: Detail, sink: &mut im
     let kerbs = map.kerbs();
     let style = Style { detail, kerbs, land, skirt_m: skirt_m(map), bank_m: drop_m(map) };
     for road in &map.model.roads {
-        for section in &road.sections {
+        let is_paved = !road.is_for_nobody();
+        for section in road.sections.iter().filter(|_| is_paved) {
             let cuts = kerbs.cuts(road, section);
             for lane in section.lanes.iter().filter(|lane| lane.id != 0) {
                 if lane.lane_type == LaneType::Sidewalk {

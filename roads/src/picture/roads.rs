@@ -53,8 +53,8 @@ fn colour(lane_type: LaneType, in_junction: bool) -> &'static str {
 
 /// Roads from the lowest to the highest, so that bridges cover what they cross.
 pub(super) fn draw(map: &Map, canvas: &mut Canvas, pixel: Pixel) {
-    let mut roads: Vec<(f64, &Road)> =
-        map.model.roads.iter().map(|road| (highest_m(road), road)).collect();
+    let paved = map.model.roads.iter().filter(|road| !road.is_for_nobody());
+    let mut roads: Vec<(f64, &Road)> = paved.map(|road| (highest_m(road), road)).collect();
     roads.sort_by(|a, b| a.0.total_cmp(&b.0));
     for level in roads.chunk_by(|a, b| b.0 - a.0 < 0.01) {
         // At one height, connecting roads cover the ends of those between junctions.

@@ -1,9 +1,9 @@
 //! Ways that nobody drives, for programs that ask CARLA's towns for junctions by numbers of roads.
 //!
-//! Background traffic of scenario_runner and the leaderboard asks for places on eleven roads inside
-//! of junctions of Town03 and Town04, and for the junctions there. Roads of ours have other numbers.
-//! So such a road lies beside the junction of ours that stands where CARLA's does, as one of the
-//! roads through it, and has lanes of no type, from which no other lane can be reached.
+//! Background traffic of scenario_runner and the leaderboard asks for places on eleven roads
+//! inside of junctions of Town03 and Town04, and for the junctions there. Roads of ours have other
+//! numbers. So such a road lies beside the junction of ours that stands where CARLA's does, as one
+//! of the roads through it, and has lanes of no type, from which no other lane can be reached.
 
 use super::course::{Pose, line};
 use super::draft::{
