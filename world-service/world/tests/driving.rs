@@ -262,6 +262,19 @@ fn handle_as(world: &mut World, car: ActorId, handling: Handling) {
 }
 
 #[test]
+fn a_box_that_changes_gears_slowly_drives_on_after_a_change() {
+    let mut world = world();
+    let car = car(&mut world, 0.0, 0.0);
+    let mut physics = Box::new(world.vehicle_report(car).unwrap().physics);
+    physics.gear_switch_secs = 1.0;
+    world.apply(&Command::Vehicle(VehicleCommand::Physics { actor: car, physics })).unwrap();
+    control(&mut world, car, VehicleControl { throttle: 1.0, ..Default::default() });
+    run(&mut world, 300);
+    assert!(state(&world, car).gear > 1);
+    assert!(speed_mps(&world, car) > 20.0, "{}", speed_mps(&world, car));
+}
+
+#[test]
 fn an_engine_as_carlas_brakes_down_to_a_crawl_and_a_real_one_lets_the_car_roll() {
     let speed_after_mps = |handling| {
         let mut world = world();

@@ -28,7 +28,7 @@ const COUPLING_RPM_MIN: f32 = 500.0;
 pub(crate) struct Drivetrain {
     /// -1 reverse, 0 neutral, 1 and up forward.
     pub gear: i8,
-    /// Since the last change of gear; only its first second matters.
+    /// Since the last change of gear; only the time until the next one may begin matters.
     pub since_shift_secs: f32,
     /// Revolutions per minute.
     pub engine_rpm: f32,
@@ -54,7 +54,7 @@ impl Drivetrain {
             gear += 1;
         }
         let engine_rpm = rpm_at(fit, gear, spin_radps).max(idle_rpm(fit));
-        Self { gear, since_shift_secs: SHIFT_INTERVAL_SECS, engine_rpm }
+        Self { gear, since_shift_secs: settled_secs(fit), engine_rpm }
     }
 
     /// The same of wheels that turn.
@@ -70,7 +70,7 @@ impl Drivetrain {
         dt_secs: f32,
     ) -> Drive {
         let spin_radps = driven_spin_radps(fit, wheels);
-        self.since_shift_secs = (self.since_shift_secs + dt_secs).min(SHIFT_INTERVAL_SECS);
+        self.since_shift_secs = (self.since_shift_secs + dt_secs).min(settled_secs(fit));
         self.choose_gear(fit, control, spin_radps);
         let changes = self.since_shift_secs < fit.physics.gear_switch_secs;
         match fit.physics.handling {
@@ -202,6 +202,11 @@ impl Fit {
         let wheels_nm = engine_nm.min(clutch_nm) * ratio(self, 1) * self.model.efficiency;
         wheels_nm / (self.model.wheel_radius_m * physics.mass_kg)
     }
+}
+
+/// Since a change of gear, until it is over and the next one may begin.
+fn settled_secs(fit: &Fit) -> f32 {
+    fit.physics.gear_switch_secs.max(SHIFT_INTERVAL_SECS)
 }
 
 /// Engine speed to which the clutch lets the engine rise when it starts.
