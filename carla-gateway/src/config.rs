@@ -76,8 +76,8 @@ pub struct Args {
     /// asked, and waits so long for one that does not [default: each tick counts, as in CARLA]
     #[arg(long, value_name = "SECS")]
     pub share_clock: Option<f64>,
-    /// Cars that clients spawn: CARLA's, for which its programs and the corners of its maps are made,
-    /// or real ones
+    /// Cars that clients spawn: CARLA's, for which its programs and the corners of its maps are
+    /// made, or real ones
     #[arg(long, alias = "tyres", value_enum, default_value_t)]
     pub cars: Cars,
     /// Root of all randomness of new worlds
