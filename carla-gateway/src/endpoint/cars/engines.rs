@@ -186,7 +186,7 @@ mod tests {
         for blueprint in ["vehicle.audi.tt", "vehicle.carlamotors.firetruck"] {
             let (real, carla) = fitted(blueprint);
             assert!((highest_nm(&carla) / highest_nm(&real) - 1.8).abs() < 1.0e-3, "{blueprint}");
-            // Coasting at the highest speed, the engine brakes as hard as the Lincoln's for its torque.
+            // Coasting at the highest speed it brakes as hard as the Lincoln's for its torque.
             let drag_nm = carla.damping_closed_throttle_clutch_engaged * carla.engine_rpm_max;
             let share = drag_nm / highest_nm(&carla) / (2.0 * 6500.0 / 695.0);
             assert!((share - 1.0).abs() < 1.0e-3, "{blueprint}: {share}");
