@@ -66,7 +66,7 @@ def test_each_throttle_holds_the_speed_that_it_holds_in_carla(motorway):
 
 
 def test_a_closed_throttle_brakes(motorway):
-    """As drivers without a brake pedal expect it: 3 to 6 m/s² in the gears below."""
+    """By 2 to 5 m/s² in the mean of a second."""
     world, start = motorway
     for blueprint in ("vehicle.tesla.model3", "vehicle.lincoln.mkz_2020", "vehicle.audi.tt"):
         car = spawn(motorway, blueprint)

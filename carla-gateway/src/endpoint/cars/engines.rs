@@ -1,6 +1,6 @@
 //! Engines and gearboxes of CARLA's cars.
 //!
-//! Three of them are those that recordings of CARLA 0.9.13 with additional data have; what they
+//! Three of them are those that recordings of CARLA with additional data have; what they
 //! have in common is given to all others.
 
 use schemas::{Gear, VehiclePhysics};
