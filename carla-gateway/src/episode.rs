@@ -27,6 +27,8 @@ pub(crate) struct Episode {
     version: ClientVersion,
     pub(crate) world: WorldId,
     pub(crate) map: Arc<roads::Map>,
+    /// Whether the map has signs that tell speed limits.
+    pub(crate) has_limit_signs: bool,
     /// For walkers.
     pub(crate) navigation: Arc<Navigation>,
     /// As clients name the map.
@@ -77,6 +79,7 @@ impl Episode {
         Self {
             version,
             world,
+            has_limit_signs: map.has_speed_limit_signs(),
             map,
             navigation,
             map_name,

@@ -19,7 +19,7 @@ const RECORD_BYTES: usize = 119;
 const STATE_BYTES: usize = 54;
 /// Bytes of the id of a signal.
 const SIGN_ID_BYTES: usize = 32;
-/// Where no sign was passed, as in CARLA; the Traffic Manager would stand still at 0.
+/// Where no sign was passed, as in CARLA, which does not look at the types of roads.
 const SPEED_LIMIT_UNPOSTED_KMH: f32 = 30.0;
 /// `ActorState::Active`.
 const ACTIVE: u8 = 1;
@@ -32,6 +32,8 @@ pub(crate) struct Moment {
     /// Wall clock since the server started.
     pub(crate) platform_secs: f64,
     pub(crate) flags: u32,
+    /// Whether the map has signs that tell speed limits.
+    pub(crate) has_limit_signs: bool,
 }
 
 /// What a replay says of a traffic light, which stands still in the world meanwhile.
@@ -80,7 +82,7 @@ pub(crate) fn encode<'a>(
     out.extend_from_slice(&[0; 12]);
     out.extend_from_slice(&moment.flags.to_le_bytes());
     for actor in &frame.actors {
-        put_actor(&mut out, frame, actor, &signal_of);
+        put_actor(&mut out, frame, actor, moment.has_limit_signs, &signal_of);
     }
     out
 }
@@ -89,6 +91,7 @@ fn put_actor<'a>(
     out: &mut Vec<u8>,
     frame: &Frame,
     actor: &ActorState,
+    has_limit_signs: bool,
     signal_of: &impl Fn(ActorId) -> Signal<'a>,
 ) {
     out.extend_from_slice(&actor.id.get().to_le_bytes());
@@ -99,7 +102,7 @@ fn put_actor<'a>(
     put_vector(out, Vector3D::of(actor.linear_acceleration_mps2));
     let end = out.len() + STATE_BYTES;
     match actor.kind {
-        ActorKind::Vehicle => put_vehicle(out, frame, actor),
+        ActorKind::Vehicle => put_vehicle(out, frame, actor, has_limit_signs),
         ActorKind::Walker => {
             put_vector(out, Vector3D::of(actor.walker.direction));
             out.extend_from_slice(&actor.walker.speed_mps.to_le_bytes());
@@ -129,17 +132,14 @@ fn pole_index(frame: &Frame, light: &TrafficLightState) -> u32 {
     before.map(|other| u32::from(other.group == light.group)).sum()
 }
 
-fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
+fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState, has_limit_signs: bool) {
     let control = &actor.control;
     for number in [control.throttle, -control.steer, control.brake] {
         out.extend_from_slice(&number.to_le_bytes());
     }
     out.extend([control.hand_brake, control.reverse, control.manual_gear].map(u8::from));
     out.extend_from_slice(&i32::from(actor.gear).to_le_bytes());
-    // Programs cut off what is behind the point, and 30 km/h are not quite 8.33 m/s.
-    let posted_kmh = (carla::kmh(actor.speed_limit_mps) * 100.0).round() / 100.0;
-    let limit_kmh = if posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH };
-    out.extend_from_slice(&limit_kmh.to_le_bytes());
+    out.extend_from_slice(&limit_kmh(actor, has_limit_signs).to_le_bytes());
     let holder = actor.traffic_light.and_then(|id| frame.actor(id));
     let light = holder.and_then(|holder| light_of(frame, holder));
     // As CARLA does: red at a stop sign, without a light.
@@ -157,6 +157,12 @@ fn put_vehicle(out: &mut Vec<u8>, frame: &Frame, actor: &ActorState) {
         VehicleFailure::Engine => 2,
         VehicleFailure::TyrePuncture => 3,
     });
+}
+
+fn limit_kmh(vehicle: &ActorState, has_limit_signs: bool) -> f32 {
+    // Programs cut off what is behind the point, and 30 km/h are not quite 8.33 m/s.
+    let posted_kmh = (carla::kmh(vehicle.speed_limit_mps) * 100.0).round() / 100.0;
+    if has_limit_signs && posted_kmh > 0.0 { posted_kmh } else { SPEED_LIMIT_UNPOSTED_KMH }
 }
 
 fn put_signal(out: &mut Vec<u8>, signal: Option<&str>) {
@@ -254,6 +260,7 @@ mod tests {
             delta_secs: 0.05,
             platform_secs: 9.0,
             flags: MAP_CHANGED,
+            has_limit_signs: true,
         };
         let bytes = encode(&frame(vec![car]), &moment, |_| Signal::default());
         assert_eq!(bytes.len(), 48 + 36 + RECORD_BYTES);
@@ -285,9 +292,19 @@ mod tests {
             delta_secs: 0.05,
             platform_secs: 0.0,
             flags: 0,
+            has_limit_signs: true,
         };
         let bytes = encode(&frame(vec![sign, car]), &moment, |_| Signal::default());
         let state = &bytes[84 + RECORD_BYTES + 65..];
         assert_eq!(state[23..29], [0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_limit_is_what_signs_tell_or_30() {
+        let pose = level_pose(Vec3::zeros(), 0.0);
+        let mut car = ActorState::at_rest(ActorId::new(24).unwrap(), ActorKind::Vehicle, 0, pose);
+        assert_eq!([true, false].map(|signs| limit_kmh(&car, signs)), [30.0, 30.0]);
+        car.speed_limit_mps = carla::mps(90.0);
+        assert_eq!([true, false].map(|signs| limit_kmh(&car, signs)), [90.0, 30.0]);
     }
 }

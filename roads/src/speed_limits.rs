@@ -8,6 +8,7 @@ mod cells;
 
 use std::collections::BTreeMap;
 
+use crate::landmarks::Landmark;
 use crate::lanes::LaneIndex;
 use crate::map::Map;
 use crate::place::Waypoint;
@@ -90,8 +91,7 @@ impl SpeedLimits {
 fn posted(map: &Map) -> BTreeMap<LaneIndex, Vec<Posted>> {
     let mut posted: BTreeMap<LaneIndex, Vec<Posted>> = BTreeMap::new();
     for landmark in &map.landmarks.all {
-        let kind = sign_kind(&landmark.signal_type, &landmark.subtype, landmark.value);
-        let Some(SignKind::SpeedLimit { limit_mps }) = kind else { continue };
+        let Some(limit_mps) = posted_mps(landmark) else { continue };
         for place in driving_lanes(map, landmark) {
             let Some(entry) = map.table.get(place.lane) else { continue };
             let after_m = (place.s - entry.entry_s()).abs();
@@ -102,6 +102,14 @@ fn posted(map: &Map) -> BTreeMap<LaneIndex, Vec<Posted>> {
         signs.sort_by(|a, b| a.after_m.total_cmp(&b.after_m));
     }
     posted
+}
+
+/// What a landmark limits the speed to, in metres per second.
+fn posted_mps(landmark: &Landmark) -> Option<f64> {
+    match sign_kind(&landmark.signal_type, &landmark.subtype, landmark.value)? {
+        SignKind::SpeedLimit { limit_mps } => Some(limit_mps),
+        _ => None,
+    }
 }
 
 impl Map {
@@ -126,6 +134,12 @@ impl Map {
             Told::One { limit_mps } => Some(limit_mps),
             Told::Several { lowest_mps } => by_type().or(Some(lowest_mps)),
         }
+    }
+
+    /// Whether any sign tells a speed limit.
+    #[must_use]
+    pub fn has_speed_limit_signs(&self) -> bool {
+        self.landmarks.all.iter().any(|landmark| posted_mps(landmark).is_some())
     }
 
     /// The speed limit that is in force all along a piece of a lane, given by its ends; `None`

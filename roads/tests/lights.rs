@@ -240,6 +240,7 @@ fn a_limit_holds_round_a_ring_until_the_next_sign_and_for_its_lanes_only() {
         [Some(30.0), Some(50.0), Some(50.0)]
     );
     assert_eq!(kmh_at(99, 1.0), None);
+    assert!(map.has_speed_limit_signs());
 }
 
 #[test]
@@ -248,7 +249,7 @@ fn where_nothing_is_posted_there_is_no_limit() {
     let place = Waypoint { road: 1, section: 0, lane: -1, s: 1.0 };
     assert_eq!(map.speed_limit_mps(&place), None);
     assert_eq!(map.traffic_lights(), TrafficLights::default());
-    assert!(map.traffic_signs().is_empty());
+    assert!(map.traffic_signs().is_empty() && !map.has_speed_limit_signs());
 }
 
 #[test]

@@ -41,6 +41,7 @@ impl Endpoint {
             delta_secs,
             platform_secs: self.started.elapsed().as_secs_f64(),
             flags: self.flags(),
+            has_limit_signs: self.known_episode()?.has_limit_signs,
         };
         let episode = self.known_episode()?;
         Ok(snapshot::encode(&episode.frame, &moment, |id| Signal {
