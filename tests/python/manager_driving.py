@@ -173,15 +173,13 @@ def routes(stage: Stage) -> dict:
         stage.world.tick()
         next_action = stage.manager.get_next_action(car)
         heading = fork["before"].transform.rotation.yaw
-        # Where it begins may be the end of a way through another junction.
-        was_outside = was_inside = False
+        was_inside = False
         for _ in range(500):
             stage.world.tick()
             inside = stage.town.get_waypoint(car.get_location()).is_junction
             if was_inside and not inside:
                 break
-            was_outside |= not inside
-            was_inside = was_outside and inside
+            was_inside = inside
         turned = (car.get_transform().rotation.yaw - heading + 180.0) % 360.0 - 180.0
         turns[turn] = {"deg": turned, "next": str(next_action[0])}
         stage.clear()

@@ -83,9 +83,14 @@ def gap_m(behind: carla.Vehicle, ahead: carla.Vehicle) -> float:
 
 
 def fork_of(town: carla.Map) -> dict:
-    """A place 30 m before a junction with ways in at least two directions, and these."""
-    for place in town.generate_waypoints(20.0):
+    """A place 30 m before a junction with ways in at least two directions, and these.
+
+    It is some metres behind the junction before, too.
+    """
+    for place in town.generate_waypoints(7.0):
         ahead = place.next(30.0)
+        if any(step.is_junction for step in place.previous(5.0)):
+            continue
         if place.is_junction or any(step.is_junction for step in place.next(25.0)):
             continue
         if len(ahead) < 2 or not all(step.is_junction for step in ahead):

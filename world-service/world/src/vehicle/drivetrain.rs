@@ -1,5 +1,7 @@
 //! Engine, clutch, gearbox and differential: from the throttle to the torque on the driven wheels.
 
+mod carla;
+
 use std::f32::consts::TAU;
 
 use schemas::{Gear, Handling, VehicleControl, VehiclePhysics};
@@ -13,9 +15,8 @@ use super::steering::interpolate;
 /// it starts at full throttle: as a torque converter does, and as a motorcyclist does.
 const LAUNCH_SHARE: f32 = 0.24;
 const RIDER_LAUNCH_SHARE: f32 = 0.5;
-/// Changes of gear are at least this far apart, so that the box does not hunt; and CARLA's.
+/// Changes of gear are at least this far apart, so that the box does not hunt.
 const SHIFT_INTERVAL_SECS: f32 = 0.6;
-const CARLA_SHIFT_INTERVAL_SECS: f32 = 0.5;
 /// Engine speed for shifting with closed throttle over that at full throttle...
 const CLOSED_SHARE: f32 = 0.4;
 /// ...and the least of it over idle, for engines with a narrow band.
@@ -57,9 +58,31 @@ impl Drivetrain {
         Self { gear, since_shift_secs: settled_secs(fit), engine_rpm }
     }
 
-    /// The same of wheels that turn.
+    /// Of a vehicle that is put somewhere with this speed.
+    pub(super) fn put(fit: &Fit, forward_mps: f32) -> Self {
+        match fit.physics.handling {
+            Handling::Carla if fit.physics.automatic_gearbox && forward_mps == 0.0 => Self::NEUTRAL,
+            _ => Self::at_speed(fit, forward_mps),
+        }
+    }
+
+    /// The same of one whose wheels turn.
     pub(super) fn on_wheels(fit: &Fit, wheels: &[Wheel]) -> Self {
-        Self::at_speed(fit, driven_spin_radps(fit, wheels) * fit.model.wheel_radius_m)
+        Self::put(fit, driven_spin_radps(fit, wheels) * fit.model.wheel_radius_m)
+    }
+
+    /// The gear in which the vehicle is; none while CARLA's box changes it.
+    pub(crate) fn gear(&self, fit: &Fit) -> i8 {
+        let is_between = fit.physics.handling == Handling::Carla && self.changes(fit);
+        if is_between { 0 } else { self.gear }
+    }
+
+    pub(super) fn is_in_neutral(&self) -> bool {
+        self.gear == 0
+    }
+
+    fn changes(&self, fit: &Fit) -> bool {
+        self.since_shift_secs < fit.physics.gear_switch_secs
     }
 
     pub(super) fn advance(
@@ -72,56 +95,57 @@ impl Drivetrain {
         let spin_radps = driven_spin_radps(fit, wheels);
         self.since_shift_secs = (self.since_shift_secs + dt_secs).min(settled_secs(fit));
         self.choose_gear(fit, control, spin_radps);
-        let changes = self.since_shift_secs < fit.physics.gear_switch_secs;
         match fit.physics.handling {
-            // What the engine turned faster in the gear before would push the car by up to 1.5 g.
-            Handling::Carla if changes && self.gear != 0 => {
-                self.engine_rpm =
-                    rpm_at(fit, self.gear, spin_radps).min(fit.physics.engine_rpm_max);
-                Drive::default()
-            }
-            _ if changes || self.gear == 0 => {
-                self.rev_freely(fit, control.throttle, dt_secs);
-                Drive::default()
-            }
-            Handling::Real => self.couple(fit, control, spin_radps),
-            Handling::Carla => self.slip(fit, control.throttle, spin_radps, dt_secs),
+            _ if self.gear == 0 => self.rev_freely(fit, control.throttle, dt_secs),
+            Handling::Carla if self.changes(fit) => self.rev_freely(fit, 0.0, dt_secs),
+            Handling::Real if self.changes(fit) => self.rev_freely(fit, control.throttle, dt_secs),
+            Handling::Real => return self.couple(fit, control, spin_radps),
+            Handling::Carla => return self.slip(fit, control.throttle, spin_radps, dt_secs),
         }
+        Drive::default()
     }
 
     fn choose_gear(&mut self, fit: &Fit, control: &VehicleControl, spin_radps: f32) {
         if control.manual_gear {
-            self.engage(control.gear.clamp(-1, top_gear(&fit.physics)));
+            self.ask(fit, control.gear.clamp(-1, top_gear(&fit.physics)));
             return;
         }
+        let forward_mps = spin_radps * fit.model.wheel_radius_m;
         // At any speed, as CARLA does: the clutch slips until the wheels turn the other way.
         if control.reverse {
             self.gear = -1;
-        } else if self.gear < 1 {
-            *self = Self::at_speed(fit, spin_radps * fit.model.wheel_radius_m);
+        } else if self.gear < 0 || self.gear == 0 && !self.stays_in_neutral(fit) {
+            *self = Self::at_speed(fit, forward_mps);
         }
         if fit.physics.automatic_gearbox {
-            self.shift(fit, control.throttle, spin_radps);
+            match fit.physics.handling {
+                Handling::Real => self.shift(fit, control.throttle, spin_radps),
+                Handling::Carla => self.shift_as_carla(fit, forward_mps),
+            }
         }
     }
 
     fn shift(&mut self, fit: &Fit, throttle: f32, spin_radps: f32) {
-        let interval_secs = match fit.physics.handling {
-            Handling::Real => SHIFT_INTERVAL_SECS,
-            Handling::Carla => CARLA_SHIFT_INTERVAL_SECS,
-        };
-        if self.gear < 1 || self.since_shift_secs < interval_secs {
+        if self.gear < 1 || self.since_shift_secs < SHIFT_INTERVAL_SECS {
             return;
         }
-        let rpm = match fit.physics.handling {
-            Handling::Real => rpm_at(fit, self.gear, spin_radps),
-            Handling::Carla => self.engine_rpm,
-        };
+        let rpm = rpm_at(fit, self.gear, spin_radps);
         let at = |share: fn(&Gear) -> f32| shift_rpm(fit, self.gear, throttle, share);
         if rpm > at(|gear| gear.up_share) && self.gear < top_gear(&fit.physics) {
             self.engage(self.gear + 1);
         } else if rpm < at(|gear| gear.down_share) && self.gear > 1 {
             self.engage(self.gear - 1);
+        }
+    }
+
+    /// Takes the gear that a driver asks for.
+    fn ask(&mut self, fit: &Fit, gear: i8) {
+        if gear != self.gear {
+            self.engage(gear);
+            if fit.physics.handling == Handling::Carla {
+                // At once.
+                self.since_shift_secs = fit.physics.gear_switch_secs;
+            }
         }
     }
 
@@ -164,30 +188,6 @@ impl Drivetrain {
         Drive {
             torque_nm: torque_nm * ratio * fit.model.efficiency,
             inertia_kgm2: if held { physics.engine_inertia_kgm2 * ratio * ratio } else { 0.0 },
-        }
-    }
-
-    /// The engine on the wheels as in PhysX, which CARLA's cars drive with: the clutch passes its
-    /// strength times what it slips by, down to a standstill.
-    ///
-    /// Implicit in the slip: of what changes the wheels' spin within the substep, the clutch takes
-    /// its part as if it were inertia.
-    fn slip(&mut self, fit: &Fit, throttle: f32, spin_radps: f32, dt_secs: f32) -> Drive {
-        let physics = &fit.physics;
-        let (ratio, strength) = (ratio(fit, self.gear), physics.clutch_strength);
-        let wheels_radps = (spin_radps * ratio).max(0.0);
-        let full_nm = interpolate(&physics.torque_curve, self.engine_rpm);
-        let inertia_kgm2 = physics.engine_inertia_kgm2;
-        let held_kgm2 = inertia_kgm2 + dt_secs * (damping_nms(physics, throttle) + strength);
-        let engine_radps = self.engine_rpm * TAU / 60.0;
-        let pushed = inertia_kgm2 * engine_radps + dt_secs * full_nm * throttle;
-        let radps = (pushed + dt_secs * strength * wheels_radps) / held_kgm2;
-        let highest_radps = physics.engine_rpm_max * TAU / 60.0;
-        self.engine_rpm = radps.min(highest_radps) * 60.0 / TAU;
-        let slip_nms = strength * (1.0 - dt_secs * strength / held_kgm2);
-        Drive {
-            torque_nm: strength * (radps.min(highest_radps) - wheels_radps) * ratio,
-            inertia_kgm2: slip_nms * dt_secs * ratio * ratio,
         }
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn telemetry(
         throttle: state.control.throttle,
         brake: state.control.brake,
         engine_rpm: state.drivetrain.engine_rpm,
-        gear: state.drivetrain.gear,
+        gear: state.drivetrain.gear(fit),
         drag_n: fit.drag_n_per_mps2 * air_mps * air_mps,
         wheels: state
             .wheels
