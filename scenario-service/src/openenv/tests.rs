@@ -242,6 +242,9 @@ async fn fixed_pages_and_documents_are_there() {
     for path in ["/reset", "/step", "/state", "/metadata", "/health", "/schema", "/mcp"] {
         assert!(api["paths"].get(path).is_some(), "{path}");
     }
+    let forget = &api["paths"]["/snapshots/{id}"]["delete"];
+    assert_eq!(forget["parameters"][0]["name"], "id");
+    assert!(forget["responses"].get("204").is_some() && forget["responses"].get("200").is_none());
     let (_, schema) = json_of(address, "GET", "/schema", None).await;
     for part in ["action", "observation"] {
         assert_eq!(schema[part]["additionalProperties"], false);

@@ -1,0 +1,10 @@
+//! Traffic lights and signs of a world.
+#![allow(clippy::unwrap_used, reason = "a test fails loudly")]
+
+mod broken;
+mod ids;
+mod knows;
+mod posts;
+mod state;
+mod support;
+mod turns;
