@@ -70,6 +70,20 @@ pub(super) struct LaneDraft {
     pub(super) successor: Option<i32>,
 }
 
+impl LaneDraft {
+    /// A lane right of the reference line that is only there so that others have their numbers.
+    pub(super) fn without_width(number: i32) -> Self {
+        Self {
+            id: -number,
+            kind: LaneKind::None,
+            widths: vec![Cubic::flat(0.0, 0.0)],
+            line: LineKind::None,
+            predecessor: None,
+            successor: None,
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct SectionDraft {
     pub(super) start_s: f64,
@@ -167,12 +181,12 @@ impl RoadDraft {
         section.lanes.iter().find(lane).map(|lane| lane.id)
     }
 
-    /// Driving lanes right of the reference line.
-    pub(super) fn driving_right(&self) -> i32 {
-        self.sections.first().map_or(0, |section| {
-            let driving = |lane: &&LaneDraft| lane.id < 0 && lane.kind == LaneKind::Driving;
-            i32::try_from(section.lanes.iter().filter(driving).count()).unwrap_or(0)
-        })
+    /// Ids of the outer and of the inner driving lane right of the reference line.
+    pub(super) fn driving_right(&self) -> Option<[i32; 2]> {
+        let lanes = self.sections.first()?.lanes.iter();
+        let driving = lanes.filter(|lane| lane.id < 0 && lane.kind == LaneKind::Driving);
+        let ids = driving.map(|lane| lane.id);
+        ids.clone().min().zip(ids.max()).map(<[i32; 2]>::from)
     }
 }
 

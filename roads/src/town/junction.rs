@@ -72,12 +72,14 @@ struct Way {
     lanes: Vec<LaneDraft>,
 }
 
-/// Lanes of one movement, with shoulder and sidewalk where it leads around the corner.
+/// Lanes of one movement, with shoulder and sidewalk where it leads around the corner. Where its
+/// lanes do not count from 1, lanes without width come before them.
 fn driving_way(corner: &Corner, movement: &Movement, town: &TownDraft) -> Way {
     let (from_sign, to_sign) = (movement.from.inbound_sign(), -movement.to.inbound_sign());
     let lane = |side: Option<Side>, driving| side.map_or(driving, |side| side.lane_number(driving));
+    let first = movement.first_number();
     let driving = (1..=movement.lanes).map(|number| LaneDraft {
-        id: -number,
+        id: 1 - first - number,
         kind: LaneKind::Driving,
         widths: vec![Cubic::flat(0.0, LANE_M)],
         line: LineKind::None,
@@ -86,10 +88,11 @@ fn driving_way(corner: &Corner, movement: &Movement, town: &TownDraft) -> Way {
         ),
         successor: Some(to_sign * lane(movement.to.outbound(), movement.to_lane + number - 1)),
     });
-    let mut lanes: Vec<LaneDraft> = driving.collect();
+    let mut lanes: Vec<LaneDraft> =
+        (1..first).map(LaneDraft::without_width).chain(driving).collect();
     let pieces = pieces(movement);
     if movement.at_kerb {
-        lanes.extend(corner.lanes(movement.lanes + 1, length_m(&pieces), town));
+        lanes.extend(corner.lanes(first + movement.lanes, length_m(&pieces), town));
     }
     Way { to: movement.to, pieces, lanes }
 }

@@ -64,6 +64,14 @@ impl Movement {
     fn turn_rad(&self) -> f64 {
         signed(self.to.pose.heading_rad - self.from.entering().heading_rad)
     }
+
+    /// The number of the way's first lane, counted outward from 1. Who goes straight on keeps the
+    /// number of the lane, as on CARLA's maps; ways that turn count from 1.
+    pub(super) fn first_number(&self) -> i32 {
+        let is_straight = self.turn_rad().abs() < SAME_WAY_RAD;
+        let kept = self.from.inbound().filter(|_| is_straight);
+        kept.map_or(1, |side| side.lane_number(self.from_lane))
+    }
 }
 
 /// Where one may go from an arm, and the angle by which one turns to the left, in radians. A

@@ -1,14 +1,18 @@
 //! Ways that nobody drives, for programs that ask CARLA's towns for junctions by numbers of roads.
 //!
 //! Background traffic of scenario_runner and the leaderboard asks for places on eleven roads
-//! inside of junctions of Town03 and Town04, and for the junctions there. Roads of ours have other
-//! numbers. So such a road lies beside the junction of ours that stands where CARLA's does, as one
-//! of the roads through it, and has lanes of no type, from which no other lane can be reached.
+//! inside of junctions of Town03 and Town04, and for the junctions there, which it joins. Roads of
+//! ours have other numbers. So such a road lies beside the junction of ours that stands where
+//! CARLA's does, and has lanes of no type, from which no other lane can be reached. On a roundabout
+//! it is one of the roads through that junction, since the roundabout's junctions are to be joined.
+//! Ways around a filling station, which our towns do not have, are a junction of their own: who
+//! comes through the crossing beside it comes through no junction that is joined with others, which
+//! scenario_runner 0.9.16 raises at.
 
 use super::course::{Pose, line};
 use super::draft::{
-    ConnectionDraft, Cubic, LaneDraft, LaneKind, LineKind, LinkTo, RoadDraft, SectionDraft,
-    TownDraft,
+    ConnectionDraft, Cubic, JunctionDraft, LaneDraft, LaneKind, LineKind, LinkTo, RoadDraft,
+    SectionDraft, TownDraft,
 };
 use super::junction::junction_id;
 use super::plan::{Arm, Plan};
@@ -23,8 +27,11 @@ pub(super) struct NamedWay {
     pub(super) number: u32,
     /// The lane that is asked for. All from the middle to it are there.
     pub(super) lane: i32,
-    /// The junction, by its place in the plan.
+    /// The junction that it lies beside, by its place in the plan.
     pub(super) node: usize,
+    /// Whether it is one of the roads through that junction. The others of a town are one of their
+    /// own.
+    pub(super) through: bool,
     pub(super) start: Pose,
     /// No whole number of half metres, see [`UNEVEN_M`](super::plan::UNEVEN_M).
     pub(super) length_m: f64,
@@ -35,20 +42,22 @@ pub(super) fn add(plan: &Plan, draft: &mut TownDraft) {
     for way in &plan.named {
         let arms = plan.arms(way.node);
         let [from, to, ..] = arms.as_slice() else { continue };
-        let id = junction_id(way.node);
-        let Some(junction) = draft.junctions.iter_mut().find(|junction| junction.id == id) else {
-            continue;
-        };
-        junction.connections.push(ConnectionDraft {
-            incoming: from.street,
-            connecting: way.number,
-            lanes: Vec::new(),
-        });
-        draft.roads.push(road(plan, way, [from, to]));
+        let id = junction_id(if way.through { way.node } else { plan.nodes.len() });
+        let connection =
+            ConnectionDraft { incoming: from.street, connecting: way.number, lanes: Vec::new() };
+        match draft.junctions.iter_mut().find(|junction| junction.id == id) {
+            Some(junction) => junction.connections.push(connection),
+            None => draft.junctions.push(JunctionDraft {
+                id,
+                connections: vec![connection],
+                controllers: Vec::new(),
+            }),
+        }
+        draft.roads.push(road(plan, way, id, [from, to]));
     }
 }
 
-fn road(plan: &Plan, way: &NamedWay, [from, to]: [&Arm; 2]) -> RoadDraft {
+fn road(plan: &Plan, way: &NamedWay, junction: u32, [from, to]: [&Arm; 2]) -> RoadDraft {
     let link = |arm: &Arm| LinkTo::Road { id: arm.street, at_end: arm.ends_here };
     let lanes = (1..=way.lane.abs()).map(|number| LaneDraft {
         id: way.lane.signum() * number,
@@ -60,7 +69,7 @@ fn road(plan: &Plan, way: &NamedWay, [from, to]: [&Arm; 2]) -> RoadDraft {
     });
     RoadDraft {
         id: way.number,
-        junction: Some(junction_id(way.node)),
+        junction: Some(junction),
         limit_kmh: from.profile.limit_kmh,
         predecessor: link(from),
         successor: link(to),

@@ -78,7 +78,7 @@ fn lights(node: usize, phases: &[Vec<Arm>], draft: &mut TownDraft) {
                 let connecting = |road: &&mut RoadDraft| {
                     road.junction == Some(junction_id(node))
                         && comes_from(road, arm)
-                        && road.driving_right() > 0
+                        && road.driving_right().is_some()
                 };
                 for road in draft.roads.iter_mut().filter(connecting) {
                     road.held_by = Some(light);

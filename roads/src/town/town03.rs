@@ -214,6 +214,7 @@ fn add_named_ways(plan: &mut Plan) {
     ];
     for (number, lane, junction, (at, heading_rad), length_m) in ways {
         let (node, start) = (plan.node(junction), Pose::new(at, heading_rad));
-        plan.named.push(NamedWay { number, lane, node, start, length_m });
+        let through = junction != SOUTH_GATE;
+        plan.named.push(NamedWay { number, lane, node, through, start, length_m });
     }
 }

@@ -307,6 +307,6 @@ fn add_named_ways(plan: &mut Plan) {
     ];
     for (number, lane, [east, north], heading_rad, length_m) in ways {
         let start = Pose::new([at[0] + east, at[1] + north], heading_rad);
-        plan.named.push(NamedWay { number, lane, node, start, length_m });
+        plan.named.push(NamedWay { number, lane, node, through: false, start, length_m });
     }
 }

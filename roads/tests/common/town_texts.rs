@@ -86,3 +86,13 @@ pub(crate) fn driving(road: Node<'_, '_>, sign: i64) -> Vec<i64> {
     lanes.sort_unstable();
     lanes
 }
+
+/// By how much a road turns to the left.
+pub(crate) fn turn_rad(road: Node<'_, '_>) -> f64 {
+    inside(road, "geometry")
+        .filter_map(|piece| {
+            let arc = inside(piece, "arc").next()?;
+            Some(number(piece, "length") * number(arc, "curvature"))
+        })
+        .sum()
+}

@@ -53,12 +53,11 @@ pub(super) fn of_road(out: &mut Out, road: &RoadDraft) {
     for draft in &road.signals {
         signal(out, draft);
     }
-    if let Some(id) = road.held_by {
+    if let Some((id, [outer, inner])) = road.held_by.zip(road.driving_right()) {
         // Lanes of connecting roads run along s, so they are negative.
         out.line(format_args!(
             "<signalReference id=\"{id}\" s=\"0\" t=\"0\" orientation=\"-\">\
-             <validity fromLane=\"-{}\" toLane=\"-1\"/></signalReference>",
-            road.driving_right()
+             <validity fromLane=\"{outer}\" toLane=\"{inner}\"/></signalReference>"
         ));
     }
     out.line(format_args!("</signals>"));
