@@ -59,6 +59,19 @@ def test_a_ray_through_a_car_meets_it_and_then_the_road(world):
     assert hit.location.distance(low + side * 5.0) == pytest.approx(gap_m, abs=0.02)
 
 
+def test_a_ray_that_begins_in_a_car_meets_it_there_and_then_what_is_ahead(world):
+    """As programs ask whether a camera sees a car: nothing met is a car that is not there."""
+    car = spawn_car(world)
+    ticks(world, 40)
+    middle = car.get_transform().transform(car.bounding_box.location)
+    hits = world.cast_ray(middle, middle + carla.Location(z=5.0))
+    assert [hit.label for hit in hits] == [LABEL.Car]
+    assert hits[0].location.distance(middle) < 0.001
+    hits = world.cast_ray(middle, middle - carla.Location(z=5.0))
+    assert [hit.label for hit in hits[:2]] == [LABEL.Car, LABEL.Roads]
+    assert world.project_point(middle, carla.Vector3D(1.0, 0.0, 0.0), 5.0).label == LABEL.Car
+
+
 def test_things_of_the_map_are_of_one_kind_for_rays_boxes_and_lists(world):
     """Of every kind, the first three that stand free enough to be seen from a side."""
     upright = [

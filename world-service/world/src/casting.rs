@@ -2,8 +2,9 @@
 
 use schemas::{ActorId, Error, ErrorCode, RayHit, Vec3, limits};
 
+use crate::actor::Actor;
 use crate::check;
-use crate::rays::{Actors, Hit, Ray, RayScene, Stack};
+use crate::rays::{Actors, Hit, Ray, RayScene, Stack, tag};
 use crate::world::{State, World};
 
 /// Hits of one ray, so that a long ray through a city stays a short answer.
@@ -11,6 +12,8 @@ const HITS_PER_RAY_MAX: usize = 256;
 
 impl World {
     /// Everything that each ray meets, ordered by ray, then by distance; at most 256 for each ray.
+    ///
+    /// A ray that begins inside of what bodies touch of an actor meets that actor where it begins.
     ///
     /// - **Frame:** from and to in the world, metres.
     ///
@@ -30,7 +33,8 @@ impl World {
         let scene = self.ray_scene(&actors);
         let mut stack = Stack::new();
         let hits = rays.iter().zip(0..).flat_map(|(&(from_m, to_m), ray)| {
-            let found = between(&scene, from_m, to_m, &mut stack);
+            let begins_in = self.state.around(from_m);
+            let found = between(&scene, from_m, to_m, begins_in, &mut stack);
             found.into_iter().map(move |(hit, position_m)| RayHit {
                 ray,
                 actor: hit.actor,
@@ -67,7 +71,9 @@ impl World {
         let actors = self.state.actors_but(&[]);
         let scene = self.ray_scene(&actors);
         let ray = Ray::new(from_m, direction);
-        Ok(scene.nearest(&ray, reach_m, &mut Stack::new()).map(|hit| RayHit {
+        let begins_in = self.state.around(from_m).into_iter().next();
+        let hit = begins_in.or_else(|| scene.nearest(&ray, reach_m, &mut Stack::new()));
+        Ok(hit.map(|hit| RayHit {
             ray: 0,
             actor: hit.actor,
             tag: hit.tag,
@@ -86,12 +92,37 @@ impl State {
         });
         Actors::new(states, |walker| self.walker_pose(walker), self.sim_secs)
     }
+
+    /// Hits of the actors that a point is in, as a ray from there has them.
+    fn around(&self, point_m: Vec3) -> Vec<Hit> {
+        let is_around = |actor: &&Actor| {
+            actor.body.rigid().is_some_and(|body| self.physics.is_inside(body, point_m))
+        };
+        let hit = |actor: &Actor| Hit {
+            distance_m: 0.0,
+            normal: Vec3::zeros(),
+            tag: tag::of_actor(actor.blueprint()),
+            actor: Some(actor.id),
+        };
+        self.actors.iter().filter(is_around).map(hit).collect()
+    }
 }
 
-fn between(scene: &RayScene, from_m: Vec3, to_m: Vec3, stack: &mut Stack) -> Vec<(Hit, Vec3)> {
+/// What a ray meets, after what it begins in.
+fn between(
+    scene: &RayScene,
+    from_m: Vec3,
+    to_m: Vec3,
+    mut begins_in: Vec<Hit>,
+    stack: &mut Stack,
+) -> Vec<(Hit, Vec3)> {
     let along_m = to_m - from_m;
     let Some(direction) = along_m.try_normalize(f32::MIN_POSITIVE) else { return Vec::new() };
     let ray = Ray::new(from_m, direction);
-    let hits = scene.all(&ray, along_m.norm(), stack).into_iter().take(HITS_PER_RAY_MAX);
+    let met = scene.all(&ray, along_m.norm(), stack);
+    // What stands out of the shape, such as a mirror, is a part of what the ray begins in.
+    let begun: Vec<_> = begins_in.iter().map(|hit| hit.actor).collect();
+    begins_in.extend(met.into_iter().filter(|hit| !begun.contains(&hit.actor)));
+    let hits = begins_in.into_iter().take(HITS_PER_RAY_MAX);
     hits.map(|hit| (hit, ray.at(hit.distance_m))).collect()
 }

@@ -22,6 +22,25 @@ fn a_ray_tells_everything_it_enters_from_near_to_far() {
 }
 
 #[test]
+fn a_ray_that_begins_in_an_actor_meets_it_where_it_begins() {
+    let mut world = world();
+    let (car, ahead) = (car(&mut world, 0.0, 0.0), car(&mut world, 12.0, 0.0));
+    let walker = walker(&mut world, 6.0, 0.0);
+    run(&mut world, 60);
+    let inside = position_m(&world, car) + Vec3::z() * 0.7;
+    let hits = world.cast_rays(&[(inside, position_m(&world, ahead) + Vec3::z() * 0.7)]).unwrap();
+    let who: Vec<_> = hits.iter().map(|hit| (hit.actor, hit.tag)).collect();
+    assert_eq!(who.first(), Some(&(Some(car), 14)), "{hits:?}");
+    assert_eq!(who.last(), Some(&(Some(ahead), 14)), "{hits:?}");
+    assert_eq!(hits[0].position_m, inside);
+    let middle = position_m(&world, walker);
+    let hit = world.project_point(middle, Vec3::z(), 10.0).unwrap().unwrap();
+    assert_eq!((hit.actor, hit.tag, hit.position_m), (Some(walker), 12, middle));
+    let above = inside + Vec3::z() * 2.0;
+    assert_eq!(world.project_point(above, Vec3::z(), 10.0).unwrap(), None);
+}
+
+#[test]
 fn a_projected_point_is_the_first_thing_in_its_direction() {
     let world = world();
     let from_m = Vec3::new(580.0, 0.0, 1.0);
