@@ -65,6 +65,18 @@ impl Profile {
         self.0.get(index).map_or((0.0, 0.0), |record| (record.value(s), record.slope(s)))
     }
 
+    /// The same in a lane section that ends at `end_s`: a record that begins there belongs to the
+    /// next section, to which it may jump.
+    pub(crate) fn at_within(&self, s: f64, end_s: f64) -> (f64, f64) {
+        let record = self.0.get(self.index_within(s, end_s));
+        record.map_or((0.0, 0.0), |record| (record.value(s), record.slope(s)))
+    }
+
+    fn index_within(&self, s: f64, end_s: f64) -> usize {
+        let begun = |record: &Cubic| record.start_s <= s && record.start_s < end_s;
+        self.0.partition_point(begun).saturating_sub(1)
+    }
+
     pub(crate) fn value(&self, s: f64) -> f64 {
         self.at(s).0
     }
@@ -81,6 +93,12 @@ impl Profile {
         let index = self.0.partition_point(|record| record.start_s <= s).saturating_sub(1);
         let none = Cubic { start_s: s, a: 0.0, b: 0.0, c: 0.0, d: 0.0 };
         self.0.get(index).map_or(none, |record| record.counted_from(s))
+    }
+
+    /// The same in a lane section that ends at `end_s`.
+    pub(crate) fn cubic_within(&self, s: f64, end_s: f64) -> Cubic {
+        let none = Cubic { start_s: s, a: 0.0, b: 0.0, c: 0.0, d: 0.0 };
+        self.0.get(self.index_within(s, end_s)).map_or(none, |record| record.counted_from(s))
     }
 
     /// Whether no record bends, so that the profile is made of straight pieces.

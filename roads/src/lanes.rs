@@ -225,7 +225,7 @@ pub(crate) struct Lateral {
 
 /// Sums the widths from the centre outward to lane `lane_id`.
 pub(crate) fn lateral(road: &Road, section: &Section, lane_id: i32, s: f64) -> Lateral {
-    let (offset, offset_slope) = road.lane_offset.at(s);
+    let (offset, offset_slope) = road.lane_offset.at_within(s, section.end_s);
     let sign = f64::from(lane_id.signum());
     let (mut inner, mut inner_slope) = (0.0, 0.0);
     let (mut width, mut width_slope) = (0.0, 0.0);

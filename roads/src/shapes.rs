@@ -113,7 +113,7 @@ fn collect_starts(road: &Road, section: &Section, lane_id: i32, starts: &mut Vec
 
 fn stretch(road: &Road, section: &Section, entry: &LaneEntry, start_s: f64) -> Stretch {
     let sign = f64::from(entry.lane_id.signum());
-    let mut middle = road.lane_offset.cubic_at(start_s);
+    let mut middle = road.lane_offset.cubic_within(start_s, section.end_s);
     for lane in &section.lanes {
         let is_inner = lane.id != 0
             && lane.id.signum() == entry.lane_id.signum()
