@@ -124,6 +124,16 @@ def test_a_car_stands_in_neutral_until_its_engine_has_revved_up(motorway):
     assert car.get_control().gear == 1
 
 
+def test_little_throttle_moves_a_car_that_has_stood_for_long(motorway):
+    """Its body sleeps by then, and goes on doing so while the engine revs up."""
+    world, _ = motorway
+    car = spawn(motorway, "vehicle.lincoln.mkz_2017")
+    ticks(world, 200)
+    car.apply_control(carla.VehicleControl(throttle=0.2))
+    ticks(world, 300)
+    assert speed(car.get_velocity()) > 0.3
+
+
 def test_the_engine_pushes_the_car_after_a_change_up(motorway):
     """By 10 to 15 m/s² when the Lincoln's box comes to the second gear, after 0.1 s in neutral."""
     world, _ = motorway

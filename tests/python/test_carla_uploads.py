@@ -6,7 +6,8 @@ import xml.etree.ElementTree as xml
 import carla
 import pytest
 
-from carla_site import synchronous, ticks
+from carla_site import spawn_at, synchronous, ticks
+from faulty_maps import document, road
 
 #: Three streets across three others, some 220 m apart, as an extract of OpenStreetMap.
 SIDE = range(3)
@@ -93,3 +94,14 @@ def test_generation_parameters_are_taken_with_a_map(client):
     )
     text = client.get_world().get_map().to_opendrive()
     assert client.generate_opendrive_world(text, own).get_map().to_opendrive() == text
+
+
+def test_a_limit_of_a_roads_type_is_no_limit_of_vehicles(client):
+    """CARLA tells 30 km/h until a sign is passed, and this road has none."""
+    limit = '<type s="0" type="town"><speed max="55" unit="mph"/></type><planView>'
+    text = document(road(length=200)).replace("<planView>", limit)
+    with synchronous(client.generate_opendrive_world(text)) as world:
+        place = world.get_map().get_waypoint_xodr(1, -1, 50.0)
+        car = spawn_at(world, place)
+        ticks(world, 10)
+        assert car.get_speed_limit() == 30.0

@@ -1,7 +1,9 @@
 //! What lights and signs are as actors, and what hangs on them.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use schemas::{ActorKind, BodyCommand, Command, ErrorCode, Pose, Vec3};
+use schemas::{
+    ActorId, ActorKind, Attachment, AttachmentKind, BodyCommand, Command, ErrorCode, Pose, Vec3,
+};
 use world::World;
 
 use crate::support::{config, roads, run, town, world};
@@ -35,6 +37,18 @@ fn lights_and_signs_are_the_first_actors_of_a_world_that_asks_for_them() {
     assert!(empty.actors.is_empty() && empty.traffic_lights.is_empty() && empty.types.is_empty());
 }
 
+/// A camera that is to hang on a light or sign.
+fn camera_on(parent: ActorId, mount: Pose) -> Command {
+    Command::SpawnActor {
+        blueprint: "sensor.camera.rgb".to_owned(),
+        reference_from_actor: mount,
+        linear_velocity_mps: Vec3::zeros(),
+        attributes: Vec::new(),
+        attachment: Some(Attachment { parent, kind: AttachmentKind::Rigid }),
+        id: None,
+    }
+}
+
 #[test]
 fn what_hangs_on_a_light_or_sign_stands_where_it_was_put_on_it() {
     let mut world = world();
@@ -42,17 +56,7 @@ fn what_hangs_on_a_light_or_sign_stands_where_it_was_put_on_it() {
     let (light, sign) = (&frame.actors[0], frame.actors.last().unwrap());
     let mount = Pose::translation(0.5, 0.0, 4.0);
     for parent in [light, sign] {
-        let camera = Command::SpawnActor {
-            blueprint: "sensor.camera.rgb".to_owned(),
-            reference_from_actor: mount,
-            linear_velocity_mps: Vec3::zeros(),
-            attributes: Vec::new(),
-            attachment: Some(schemas::Attachment {
-                parent: parent.id,
-                kind: schemas::AttachmentKind::Rigid,
-            }),
-            id: None,
-        };
+        let camera = camera_on(parent.id, mount);
         let camera = world.apply(&camera).unwrap().unwrap();
         let seen = |world: &World| world.frame().actor(camera).unwrap().clone();
         assert_eq!(seen(&world).parent, Some(parent.id));
@@ -74,17 +78,7 @@ fn what_hangs_on_a_light_is_not_put_out_of_the_world_and_stays_where_it_was_when
     let mut world = world();
     let light = world.frame().actors[0].clone();
     let mount = Pose::translation(0.5, 0.0, 4.0);
-    let camera = Command::SpawnActor {
-        blueprint: "sensor.camera.rgb".to_owned(),
-        reference_from_actor: mount,
-        linear_velocity_mps: Vec3::zeros(),
-        attributes: Vec::new(),
-        attachment: Some(schemas::Attachment {
-            parent: light.id,
-            kind: schemas::AttachmentKind::Rigid,
-        }),
-        id: None,
-    };
+    let camera = camera_on(light.id, mount);
     let camera = world.apply(&camera).unwrap().unwrap();
     // As far from the light as anything may be from the origin, and away from the origin.
     let at_m = light.world_from_actor.translation.vector;
