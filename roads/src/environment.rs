@@ -1,10 +1,13 @@
 //! Environment objects: what belongs to the map, in the words of CARLA's client.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
+use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
 use crate::post::Post;
@@ -37,6 +40,8 @@ pub struct EnvironmentObject {
     /// Position in [`Map::scenery`](crate::Map::scenery) of the box that bodies hit, where it has
     /// one.
     pub scenery: Option<u32>,
+    /// Place of the [post](crate::Map::posts_with_places) of a light or sign, where it has one.
+    pub post: Option<u32>,
 }
 
 impl EnvironmentObject {
@@ -61,13 +66,19 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// Everything of roads with their objects, of signals with their ids and places, and of far-side
-/// posts with the ids and roads of their lights, ordered by id.
+/// Everything of roads with their objects, of signals with their ids and poses, and of the posts,
+/// with their places, of the landmarks; ordered by id.
 pub(crate) fn list<'m>(
     roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
     signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
-    far_side: impl Iterator<Item = (&'m str, u32, &'m Post)>,
+    posts: impl Iterator<Item = (u32, &'m Post)>,
+    landmarks: &'m [Landmark],
 ) -> Vec<EnvironmentObject> {
+    let posts =
+        posts.filter_map(|(place, post)| Some((landmarks.get(post.landmark)?, place, post)));
+    let (far_side, near): (Vec<_>, Vec<_>) = posts.partition(|(_, _, post)| post.is_far_side);
+    let post_of: BTreeMap<&str, u32> =
+        near.iter().map(|(landmark, place, _)| (landmark.id.as_str(), *place)).collect();
     let mut found = Vec::new();
     let mut scenery_count = 0;
     for (road, objects) in roads {
@@ -80,13 +91,12 @@ pub(crate) fn list<'m>(
             found.extend(thing(road, object, position, scenery));
         }
     }
-    let signals = signals.enumerate();
-    found.extend(signals.map(|(position, (id, signal, at))| sign(id, signal, at, position)));
-    found.extend(
-        far_side
-            .enumerate()
-            .map(|(position, (id, road, post))| far_side_light(id, road, post, position)),
-    );
+    found.extend(signals.enumerate().map(|(position, (id, signal, at))| {
+        sign(id, signal, at, position, post_of.get(id.as_str()).copied())
+    }));
+    found.extend(far_side.into_iter().enumerate().map(|(position, (light, place, post))| {
+        far_side_light(&light.id, light.road, (place, post), position)
+    }));
     found.sort_by_key(|object| object.id);
     found
 }
@@ -114,6 +124,7 @@ fn road_object(road: &Road) -> EnvironmentObject {
         pose: Translation3::from((low + high) / 2.0).into(),
         half_extent_m,
         scenery: None,
+        post: None,
     }
 }
 
@@ -150,6 +161,7 @@ fn thing(
         pose,
         half_extent_m,
         scenery,
+        post: None,
     })
 }
 
@@ -180,7 +192,13 @@ fn patch_box(road: &Road, object: &Object) -> (Isometry3<f64>, Vector3<f64>) {
 }
 
 /// A light or a sign, at the place the client gives it.
-fn sign(signal_id: &str, signal: &Signal, at: &SignalPose, position: usize) -> EnvironmentObject {
+fn sign(
+    signal_id: &str,
+    signal: &Signal,
+    at: &SignalPose,
+    position: usize,
+    post: Option<u32>,
+) -> EnvironmentObject {
     let is_light = is_traffic_light(&signal.signal_type);
     let half_extent_m = if is_light {
         let [height_m, half_m] = LIGHT_M;
@@ -204,11 +222,17 @@ fn sign(signal_id: &str, signal: &Signal, at: &SignalPose, position: usize) -> E
         pose: Isometry3::from_parts(middle.coords.into(), turn),
         half_extent_m,
         scenery: None,
+        post,
     }
 }
 
-/// The lamps of a light beyond its junction, with their post.
-fn far_side_light(signal_id: &str, road: u32, post: &Post, position: usize) -> EnvironmentObject {
+/// The lamps of a light beyond its junction, with their post and its place.
+fn far_side_light(
+    signal_id: &str,
+    road: u32,
+    (place, post): (u32, &Post),
+    position: usize,
+) -> EnvironmentObject {
     let [height_m, half_m] = LIGHT_M;
     let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
     EnvironmentObject {
@@ -219,5 +243,6 @@ fn far_side_light(signal_id: &str, road: u32, post: &Post, position: usize) -> E
         pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
         half_extent_m,
         scenery: None,
+        post: Some(place),
     }
 }

@@ -340,15 +340,11 @@ impl Map {
         let posed = || {
             signals().filter_map(|(id, signal)| Some((id, signal, self.landmarks.poses.get(id)?)))
         };
-        let far_side = || {
-            let posts = self.posts().iter().filter(|post| post.is_far_side);
-            posts.filter_map(|post| {
-                let light = self.landmarks().get(post.landmark)?;
-                Some((light.id.as_str(), light.road, post))
-            })
+        let list = || {
+            let posts = self.posts_with_places();
+            environment::list(self.roads_with_objects(), posed(), posts, self.landmarks())
         };
-        self.environment
-            .get_or_init(|| environment::list(self.roads_with_objects(), posed(), far_side()))
+        self.environment.get_or_init(list)
     }
 
     /// The corners of every pedestrian crossing, as the map lists them.

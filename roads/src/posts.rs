@@ -39,6 +39,13 @@ impl Map {
     pub fn posts(&self) -> &[Post] {
         self.posts.get_or_init(|| list(self))
     }
+
+    /// The [`posts`](Self::posts) with their places among the things that can be hidden: they come
+    /// after the [`scenery`](Self::scenery), whose places are their positions in it.
+    pub fn posts_with_places(&self) -> impl Iterator<Item = (u32, &Post)> {
+        let first = u32::try_from(self.scenery().len()).unwrap_or(u32::MAX);
+        (first..).zip(self.posts())
+    }
 }
 
 fn list(map: &Map) -> Vec<Post> {

@@ -1,7 +1,7 @@
 //! Calls about traffic lights.
 
 use roads::Post;
-use schemas::{ActorKind, Command, TrafficLightCommand as Change};
+use schemas::{ActorKind, Command, TrafficLightCommand as Change, TrafficLightState};
 
 use crate::dialect::{ActorRef, BoundingBox, Transform, Vector3D};
 use crate::endpoint::Endpoint;
@@ -68,12 +68,14 @@ pub(super) async fn reset_all(endpoint: &mut Endpoint) -> Result<(), Refusal> {
     endpoint.flush().await
 }
 
-/// The lights that take turns with one, itself included.
+/// The lights that take turns with one, itself included; without those that were destroyed.
 pub(super) fn group(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<ActorRef>, Refusal> {
-    let lights = &endpoint.episode()?.frame.traffic_lights;
-    let own = lights.iter().find(|light| Some(light.actor) == id.id());
+    let frame = &endpoint.episode()?.frame;
+    let is_there = |light: &&TrafficLightState| frame.actor(light.actor).is_some();
+    let lights = || frame.traffic_lights.iter().filter(is_there);
+    let own = lights().find(|light| Some(light.actor) == id.id());
     let own = own.ok_or_else(|| no_light(id))?;
-    let same = lights.iter().filter(|light| light.group == own.group);
+    let same = lights().filter(|light| light.group == own.group);
     Ok(same.map(|light| light.actor.into()).collect())
 }
 

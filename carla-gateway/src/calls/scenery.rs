@@ -1,9 +1,13 @@
 //! What stands in the map: its boxes, and what of it is there.
 
+use std::collections::BTreeSet;
+
+use roads::Post;
 use schemas::{ActorKind, Command, Pose, SceneryCommand, Translation3, Vec3, limits};
 
 use crate::dialect::{ActorRef, BoundingBox, EnvironmentObject, Transform, Vector3D};
 use crate::endpoint::Endpoint;
+use crate::episode::Episode;
 use crate::maps;
 use crate::rpc::Refusal;
 
@@ -58,14 +62,35 @@ pub(super) async fn enable(
 }
 
 /// What belongs to the map and its loaded layers, with a semantic tag. What was hidden by itself is
-/// among it, so that it can be shown again.
+/// among it, so that it can be shown again; lights and signs that were destroyed are not.
 pub(super) fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<EnvironmentObject>, Refusal> {
     let episode = endpoint.known_episode()?;
     let unloaded = episode.frame.hidden.layers;
     let objects = episode.map.environment_objects().iter();
-    let loaded = objects.filter(|object| !object.goes_with(unloaded));
+    let gone = gone_posts(episode);
+    let is_there = |object: &&roads::EnvironmentObject| {
+        !object.goes_with(unloaded) && !object.post.is_some_and(|post| gone.contains(&post))
+    };
+    let loaded = objects.filter(is_there);
     let wanted = loaded.filter(|object| tag == ANY_TAG || object.label.number() == tag);
     Ok(wanted.map(told).collect())
+}
+
+/// Places of the posts of lights and signs that were destroyed.
+fn gone_posts(episode: &Episode) -> BTreeSet<u32> {
+    let hidden = &episode.frame.hidden;
+    let posts = episode.map.posts_with_places().filter(|(place, _)| hidden.contains(*place));
+    let posts: Vec<_> = posts.collect();
+    if posts.is_empty() {
+        return BTreeSet::new();
+    }
+    let there: BTreeSet<&str> =
+        episode.states().filter_map(|state| episode.signal(state.id)).collect();
+    let is_gone = |post: &Post| {
+        let signal = episode.map.landmarks().get(post.landmark);
+        signal.is_some_and(|signal| !there.contains(signal.id.as_str()))
+    };
+    posts.into_iter().filter(|(_, post)| is_gone(post)).map(|(place, _)| place).collect()
 }
 
 /// Vehicles and walkers that are in the world now: CARLA lists their boxes with those of the map.

@@ -80,7 +80,7 @@ static WORLD: &[Method] = &[
     full("get_environment_objects", value!(scenery::objects(tag))),
     partly(
         "enable_environment_objects",
-        "roads and what lies on them, lights and signs always stay",
+        "roads and what lies on them always stay",
         void!(scenery::enable(ids, enabled).await),
     ),
     partly("set_annotations_traverse_translucency", NO_EFFECT, no_effect!(bool)),

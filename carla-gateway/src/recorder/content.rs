@@ -101,7 +101,7 @@ impl Notes {
             parents: self.parents(&frame),
             collisions: self.collisions(&frame),
             doors: self.doors(&frame),
-            light_states: frame.traffic_lights.iter().map(light_state).collect(),
+            light_states: lights(&frame).map(light_state).collect(),
             scene_lights: self.scene_lights(lamps.unwrap_or_default()),
             weather: self.weather(&weather),
             additional: additional.map(|further| self.additional(&frame, further)),
@@ -268,7 +268,7 @@ impl Notes {
     /// Times of lights that are new or were changed.
     fn light_times(&mut self, frame: &Frame) -> Vec<LightTimes> {
         let mut changed = Vec::new();
-        for light in &frame.traffic_lights {
+        for light in lights(frame) {
             let times = [light.green_secs, light.yellow_secs, light.red_secs];
             if self.light_times.insert(light.actor, times) != Some(times) {
                 let [green_secs, yellow_secs, red_secs] = times;
@@ -288,6 +288,11 @@ fn attributes(description: &ActorDescription) -> Vec<Attribute> {
         value: attribute.value.clone(),
     };
     told.map(one).collect()
+}
+
+/// Those that were not destroyed.
+fn lights(frame: &Frame) -> impl Iterator<Item = &TrafficLightState> {
+    frame.traffic_lights.iter().filter(|light| frame.actor(light.actor).is_some())
 }
 
 fn light_state(light: &TrafficLightState) -> LightState {

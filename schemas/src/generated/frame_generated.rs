@@ -161,7 +161,8 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, Collision>>>(Frame::VT_COLLISIONS, None).unwrap()}
   }
-  /// Ordered by actor. In a world that has the map's lights, all of them in the map's order.
+  /// Ordered by actor. In a world that has the map's lights, all of them in the map's order; those
+  /// that were destroyed with the colour `Unknown`.
   #[inline]
   pub fn traffic_lights(&self) -> flatbuffers::Vector<'a, TrafficLightState> {
     // Safety:

@@ -105,7 +105,10 @@ impl World {
     }
 
     fn destroy(&mut self, id: ActorId) -> Result<(), Error> {
-        self.check_spawned(id)?;
+        if let Some(position) = self.fixed_position(id) {
+            self.destroy_signal(id, position);
+            return Ok(());
+        }
         let index = self.state.index_of(id)?;
         self.state.remove(index);
         Ok(())

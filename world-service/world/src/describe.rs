@@ -12,7 +12,7 @@ impl World {
     /// by id; of all when none is named.
     pub fn describe(&self, wanted: &[ActorId]) -> Vec<ActorDescription> {
         let is_wanted = |id: ActorId| wanted.is_empty() || wanted.contains(&id);
-        let fixed = self.fixed_actors().enumerate().filter(|(_, actor)| is_wanted(actor.id));
+        let fixed = self.fixed_actors().filter(|(_, actor)| is_wanted(actor.id));
         let spawned = self.state.actors.iter().filter(|actor| is_wanted(actor.id));
         let plan = &self.town.traffic;
         let fixed = fixed.map(|(at, actor)| plan.description(at, &actor));

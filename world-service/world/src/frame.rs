@@ -16,7 +16,7 @@ impl World {
             if self.fixed_count() == 0 { Vec::new() } else { self.town.traffic.types().to_vec() };
         let mut type_of = vec![None; blueprint::all().len()];
         let mut actors: Vec<ActorState> = Vec::with_capacity(self.actor_count());
-        actors.extend(self.fixed_actors());
+        actors.extend(self.fixed_actors().map(|(_, actor)| actor));
         for actor in &self.state.actors {
             let slot = &mut type_of[usize::from(actor.blueprint)];
             let type_index = *slot.get_or_insert_with(|| {

@@ -25,6 +25,8 @@ pub(crate) struct Fixture {
     pub half_m: Vec3,
     /// Of the circle around it, seen from above.
     radius_m: f32,
+    /// Of the thing that it is of, by which it is hidden.
+    place: u32,
 }
 
 /// All fixed boxes of a map, findable by place.
@@ -52,13 +54,15 @@ pub(crate) struct NearFixtures {
 }
 
 impl Scenery {
-    pub(crate) fn new(boxes: impl IntoIterator<Item = (Pose, Vec3)>) -> Self {
+    /// Boxes with the places of the things that they are of.
+    pub(crate) fn new(boxes: impl IntoIterator<Item = (u32, Pose, Vec3)>) -> Self {
         let fixtures: Vec<Fixture> = boxes
             .into_iter()
-            .map(|(world_from_box, half_m)| Fixture {
+            .map(|(place, world_from_box, half_m)| Fixture {
                 world_from_box,
                 half_m,
                 radius_m: half_m.norm(),
+                place,
             })
             .collect();
         let (low, high) = bounds(&fixtures);
@@ -75,6 +79,11 @@ impl Scenery {
         scenery
     }
 
+    /// Whether the fixture at an index is of a hidden thing.
+    fn is_hidden(&self, index: u32, hidden: &HiddenScenery) -> bool {
+        self.get(index).is_some_and(|fixture| hidden.contains(fixture.place))
+    }
+
     /// The fixture at an index.
     pub(crate) fn get(&self, index: u32) -> Option<&Fixture> {
         self.fixtures.get(index as usize)
@@ -84,7 +93,7 @@ impl Scenery {
     pub(crate) fn find_shown(&self, reach: Reach, hidden: &HiddenScenery, found: &mut Vec<u32>) {
         self.find(reach, found);
         if !hidden.is_none() {
-            found.retain(|index| !hidden.contains(*index));
+            found.retain(|index| !self.is_hidden(*index, hidden));
         }
     }
 
@@ -177,9 +186,14 @@ impl NearFixtures {
     }
 
     /// Takes hidden fixtures out of the physics; what leans on them wakes.
-    pub(crate) fn leave_hidden(&mut self, hidden: &HiddenScenery, physics: &mut Physics) {
+    pub(crate) fn leave_hidden(
+        &mut self,
+        scenery: &Scenery,
+        hidden: &HiddenScenery,
+        physics: &mut Physics,
+    ) {
         self.present.retain(|&(index, handle)| {
-            let stays = !hidden.contains(index);
+            let stays = !scenery.is_hidden(index, hidden);
             if !stays {
                 physics.remove_scenery(handle);
             }
@@ -197,7 +211,7 @@ impl NearFixtures {
         self.present.windows(2).all(|pair| pair[0].0 < pair[1].0)
             && self.present.iter().all(|&(index, handle)| {
                 scenery.get(index).is_some()
-                    && !hidden.contains(index)
+                    && !scenery.is_hidden(index, hidden)
                     && physics.contains_scenery(handle)
             })
     }

@@ -17,12 +17,13 @@ use crate::actor::Actor;
 use crate::check;
 use crate::sensors::Readings;
 use crate::town::Town;
+use crate::traffic::Lights;
 use crate::world::{State, World};
 
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 21;
+const VERSION: u32 = 22;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 /// About what a world and each of its actors take, rather more than less.
@@ -144,7 +145,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if bodies != state.physics.body_count() || !actors.iter().all(carried) {
         return Err(damaged("an actor and its body do not fit"));
     }
-    if !is_of_town(&state.hidden, town) {
+    let gone = state.traffic.iter().flat_map(Lights::gone);
+    let are_hidden = gone.flat_map(|gone| plan.places(gone)).all(|at| state.hidden.contains(*at));
+    if !is_of_town(&state.hidden, town) || !are_hidden {
         return Err(damaged("it hides what the map has not"));
     }
     if !state.fixtures.is_consistent(&town.scenery, &state.hidden, &state.physics) {
@@ -187,7 +190,7 @@ fn is_of_town(hidden: &HiddenScenery, town: &Town) -> bool {
             && object.scenery.is_some_and(|place| !hidden.contains(place))
     };
     let objects = || town.roads.environment_objects().iter();
-    hidden.places_end() <= town.roads.scenery().len()
+    hidden.places_end() <= town.roads.scenery().len() + town.roads.posts().len()
         && hidden.layers & !MapLayer::ALL == 0
         && (hidden.layers == 0 || !objects().any(is_shown))
 }

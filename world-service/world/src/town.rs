@@ -88,19 +88,21 @@ impl Town {
     }
 }
 
-fn boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> {
-    let things = roads.scenery().iter();
-    things.map(|item| (nalgebra::convert(item.pose), nalgebra::convert(item.half_extent_m)))
+fn boxes(roads: &Map) -> impl Iterator<Item = (u32, Pose, Vec3)> {
+    let things = (0..).zip(roads.scenery());
+    things.map(|(place, item)| {
+        (place, nalgebra::convert(item.pose), nalgebra::convert(item.half_extent_m))
+    })
 }
 
 /// The posts of lights and signs, but those that a map has where cars drive.
-fn post_boxes(roads: &Map) -> impl Iterator<Item = (Pose, Vec3)> {
-    let posts = roads.posts().iter().filter(|post| !post.is_on_lane);
-    posts.map(|post| {
+fn post_boxes(roads: &Map) -> impl Iterator<Item = (u32, Pose, Vec3)> {
+    let posts = roads.posts_with_places().filter(|(_, post)| !post.is_on_lane);
+    posts.map(|(place, post)| {
         let (foot, half_m) = (post.foot.cast(), post.radius_m as f32);
         let (root_m, top_m) = (post.root_m as f32, post.top_m as f32);
         let middle = Pose::translation(0.0, 0.0, (top_m - root_m) / 2.0);
-        (foot * middle, Vec3::new(half_m, half_m, (top_m + root_m) / 2.0))
+        (place, foot * middle, Vec3::new(half_m, half_m, (top_m + root_m) / 2.0))
     })
 }
 

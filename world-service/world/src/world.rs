@@ -188,24 +188,35 @@ impl World {
 
     /// How many lights and signs of the town are in it.
     pub(crate) fn fixed_count(&self) -> usize {
-        self.state.traffic.as_ref().map_or(0, |_| self.town.traffic.count())
+        let lights = self.state.traffic.as_ref();
+        lights.map_or(0, |lights| self.town.traffic.count() - lights.gone().len())
     }
 
-    /// The town's lights and signs, in a world that has them.
-    pub(crate) fn fixed_actors(&self) -> impl Iterator<Item = ActorState> {
-        self.town.traffic.actors(self.state.first_actor).take(self.fixed_count())
+    /// The town's lights and signs that are in it, with their positions among all of the town.
+    pub(crate) fn fixed_actors(&self) -> impl Iterator<Item = (usize, ActorState)> {
+        let lights = self.state.traffic.iter();
+        lights.flat_map(|lights| {
+            let all = self.town.traffic.actors(self.state.first_actor).enumerate();
+            all.filter(|(position, _)| lights.stands(*position))
+        })
     }
 
-    /// Whether this is the id of a light or sign of the town, in a world that has them.
+    /// Whether this is the id of a light or sign of the town, in a world that has or had it.
     pub(crate) fn is_fixed(&self, id: ActorId) -> bool {
-        let position = self.town.traffic.position(id, self.state.first_actor);
-        position.is_some_and(|position| position < self.fixed_count())
+        self.state.traffic.is_some()
+            && self.town.traffic.position(id, self.state.first_actor).is_some()
     }
 
-    /// Where a light or sign of the town stands, in a world that has them.
-    pub(crate) fn fixed_pose(&self, id: ActorId) -> Option<Pose> {
+    /// The position of a light or sign of the town that is in it.
+    pub(crate) fn fixed_position(&self, id: ActorId) -> Option<usize> {
+        let lights = self.state.traffic.as_ref()?;
         let position = self.town.traffic.position(id, self.state.first_actor)?;
-        self.fixed_actors().nth(position).map(|actor| actor.world_from_actor)
+        lights.stands(position).then_some(position)
+    }
+
+    /// Where a light or sign of the town stands that is in it.
+    pub(crate) fn fixed_pose(&self, id: ActorId) -> Option<Pose> {
+        self.town.traffic.pose(self.fixed_position(id)?)
     }
 
     /// Its map.

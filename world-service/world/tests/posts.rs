@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use common::*;
 use roads::{Carried, Map, Post};
-use schemas::{SemanticTag, Vec3, WorldId, level_pose};
+use schemas::{Command, SceneryCommand, SemanticTag, Vec3, WorldId, level_pose};
 use world::{Town, World, WorldConfig};
 
 /// A light, a speed limit beside the road, and a stop sign in the middle of a lane.
@@ -24,15 +24,23 @@ fn roads() -> Arc<Map> {
 }
 
 fn worlds() -> [World; 2] {
-    let map = Arc::new(Town::new(roads()));
+    worlds_on(roads())
+}
+
+fn worlds_on(roads: Arc<Map>) -> [World; 2] {
+    let map = Arc::new(Town::new(roads));
     let id = WorldId::new(1).unwrap();
     let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
     [World::new(config.clone()).unwrap(), World::with_traffic(config).unwrap()]
 }
 
+fn posts_of(roads: &Map) -> [Post; 3] {
+    roads.posts().to_vec().try_into().unwrap()
+}
+
 /// The light, the limit and the sign on the lane.
 fn posts() -> [Post; 3] {
-    roads().posts().to_vec().try_into().unwrap()
+    posts_of(&roads())
 }
 
 /// Lets a car roll along +x towards a place; where its front ends up before it, and whether it
@@ -88,5 +96,58 @@ fn rays_meet_posts_lamps_and_boards_by_their_names() {
         assert_eq!(tags_at(&light, light.post_from_carried.z), [lamps, poles]);
         assert_eq!(tags_at(&limit, 1.0), [poles]);
         assert_eq!(tags_at(&limit, limit.post_from_carried.z), [boards, poles]);
+    }
+}
+
+/// With the sign on the lane before the others, so that what bodies hit has other numbers.
+fn other_order() -> Arc<Map> {
+    let signals = SIGNALS.replace(r#"id="3""#, r#"id="0""#);
+    let (start, end) = (signals.find("  <signal").unwrap(), signals.find("</signals>").unwrap());
+    let mut lines: Vec<&str> = signals[start..end].lines().collect();
+    lines.rotate_right(1);
+    let signals = format!("</objects><signals>{}</signals>", lines.concat());
+    let text = ROAD.replace("SLOPE", "0").replace("</objects>", &signals);
+    Arc::new(Map::parse("signals", &text).unwrap())
+}
+
+/// Whether a ray meets the pole of a post.
+fn is_met(world: &World, post: &Post) -> bool {
+    let foot_m: Vec3 = post.foot.translation.vector.cast();
+    let at_m = foot_m + Vec3::z() * 1.2;
+    !world.cast_rays(&[(at_m - Vec3::x() * 3.0, at_m + Vec3::x() * 3.0)]).unwrap().is_empty()
+}
+
+#[test]
+fn bodies_and_rays_pass_where_a_light_or_sign_was_hidden_or_destroyed() {
+    let map = other_order();
+    let [on_lane, light, limit] = posts_of(&map);
+    assert_eq!([&on_lane, &light, &limit].map(|post| post.is_on_lane), [true, false, false]);
+    let objects = map.environment_objects();
+    let named = |name: &str| objects.iter().find(|object| object.name.ends_with(name)).unwrap().id;
+    for (post, other, name) in
+        [(&light, &limit, "TrafficLight_1"), (&limit, &light, "TrafficSign_2")]
+    {
+        let [bare, mut equipped] = worlds_on(Arc::clone(&map));
+        let described = equipped.describe(&[]);
+        let is_it = |id: &str| name.ends_with(&format!("_{id}"));
+        let actor = described.iter().find(|one| one.signal.as_deref().is_some_and(is_it));
+        equipped.apply(&Command::DestroyActor { actor: actor.unwrap().id }).unwrap();
+        let objects = |enabled| {
+            let objects = vec![named(name)];
+            Command::Scenery(SceneryCommand::Objects { objects, enabled })
+        };
+        let mut hidden = bare.fork(WorldId::new(2).unwrap());
+        hidden.apply(&objects(false)).unwrap();
+        for world in [&mut hidden, &mut equipped] {
+            assert!(!is_met(world, post) && is_met(world, other));
+            let (before_m, touched) = roll_towards(world, post);
+            assert!(!touched && before_m < -3.0, "{before_m} m before {name}");
+            let (_, touched) = roll_towards(world, other);
+            assert!(touched, "{name} is gone, not the other");
+        }
+        for (world, comes_back) in [(&mut hidden, true), (&mut equipped, false)] {
+            world.apply(&objects(true)).unwrap();
+            assert_eq!(is_met(world, post), comes_back, "{name}");
+        }
     }
 }

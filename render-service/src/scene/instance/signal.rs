@@ -31,6 +31,8 @@ pub(crate) struct Signal {
     bodies: Vec<Body>,
     /// Its position among the map's traffic lights, if it is one of them.
     light: Option<usize>,
+    /// Of its post, by which it is hidden.
+    place: u32,
 }
 
 /// Every signal that stands beside the roads of a map.
@@ -44,20 +46,19 @@ pub(crate) struct Signals {
 
 impl Signals {
     pub(crate) fn of_map(map: &roads::Map) -> Self {
-        let scenery_count = u32::try_from(map.scenery().len()).unwrap_or_default();
-        let posts = map.posts();
         let light_count = map.traffic_lights().lights.len();
-        let all = posts.iter().zip(scenery_count..);
-        Self { all: all.map(|(post, place)| place_signal(map, post, place)).collect(), light_count }
+        let all = map.posts_with_places();
+        Self { all: all.map(|(place, post)| place_signal(map, post, place)).collect(), light_count }
     }
 
-    /// What is to be drawn in a frame. Lamps are dark in a world that does not have the map's
-    /// lights.
+    /// What is to be drawn in a frame, without what is hidden. Lamps are dark in a world that does
+    /// not have the map's lights.
     pub(crate) fn bodies<'a>(&'a self, frame: &'a Frame) -> impl Iterator<Item = &'a Body> {
         let states = &frame.traffic_lights;
         let states = if states.len() == self.light_count { states.as_slice() } else { &[] };
         let lit_lamp_of = |signal: &Signal| lit_lamp(states.get(signal.light?)?.colour);
-        self.all.iter().filter_map(move |signal| signal.body(lit_lamp_of(signal)))
+        let shown = self.all.iter().filter(|signal| !frame.hidden.contains(signal.place));
+        shown.filter_map(move |signal| signal.body(lit_lamp_of(signal)))
     }
 }
 
@@ -121,7 +122,7 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
             bodies.push(body);
         }
     }
-    Signal { bodies, light: post.light }
+    Signal { bodies, light: post.light, place }
 }
 
 fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {

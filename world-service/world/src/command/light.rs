@@ -49,14 +49,21 @@ impl World {
         Ok(())
     }
 
-    /// # Errors
-    /// `InvalidArgument` for a light or sign of the map.
-    pub(crate) fn check_spawned(&self, id: ActorId) -> Result<(), Error> {
-        let position = self.fixed_position(id);
-        let Some(kind) = position.and_then(|at| self.town.traffic.kind(at)) else { return Ok(()) };
-        Err(Error::new(ErrorCode::InvalidArgument, "lights and signs belong to the map")
-            .wanted("an actor that was spawned")
-            .found(format!("{id}, a {kind:?}")))
+    /// Takes a light or sign away, with its posts and what hangs on it. Its group goes on without it.
+    pub(super) fn destroy_signal(&mut self, id: ActorId, position: usize) {
+        let (state, plan) = (&mut self.state, &self.town.traffic);
+        state.detach_from(id);
+        let Some(lights) = &mut state.traffic else { return };
+        lights.destroy(position);
+        for actor in &mut state.actors {
+            if let Some(vehicle) = actor.vehicle_mut() {
+                vehicle.rules.forget(id);
+            }
+        }
+        for place in plan.places(position) {
+            state.hidden.set(*place, true);
+        }
+        state.fixtures.leave_hidden(&self.town.scenery, &state.hidden, &mut state.physics);
     }
 
     /// # Errors
@@ -70,11 +77,5 @@ impl World {
         Err(Error::new(ErrorCode::InvalidArgument, "the actor is not a traffic light")
             .wanted("the id of a traffic light")
             .found(id))
-    }
-
-    /// The position of a light or sign of the town among them.
-    fn fixed_position(&self, id: ActorId) -> Option<usize> {
-        self.state.traffic.as_ref()?;
-        self.town.traffic.position(id, self.state.first_actor)
     }
 }

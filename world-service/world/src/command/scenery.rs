@@ -3,6 +3,7 @@
 use roads::MapLayer;
 use schemas::{Error, ErrorCode, SceneryCommand};
 
+use crate::traffic::Lights;
 use crate::world::World;
 
 impl World {
@@ -29,9 +30,11 @@ impl World {
         for place in gone_or_back.filter_map(|object| object.scenery) {
             state.hidden.set(place, !loaded);
         }
-        state.fixtures.leave_hidden(&state.hidden, &mut state.physics);
+        state.fixtures.leave_hidden(&self.town.scenery, &state.hidden, &mut state.physics);
     }
 
+    /// Posts of lights and signs that were destroyed do not come back.
+    ///
     /// # Errors
     /// `InvalidArgument` for an id that no object of the map has.
     fn set_environment_objects(&mut self, ids: &[u64], enabled: bool) -> Result<(), Error> {
@@ -44,14 +47,19 @@ impl World {
             })?;
             let object = &objects[at];
             let is_loaded = !object.goes_with(self.state.hidden.layers);
-            Ok(object.scenery.filter(|_| is_loaded))
+            Ok(object.scenery.filter(|_| is_loaded).or(object.post))
         });
         let places: Vec<Option<u32>> = places.collect::<Result<_, Error>>()?;
         let state = &mut self.state;
         for place in places.into_iter().flatten() {
             state.hidden.set(place, !enabled);
         }
-        state.fixtures.leave_hidden(&state.hidden, &mut state.physics);
+        let plan = &self.town.traffic;
+        let gone = state.traffic.iter().flat_map(Lights::gone);
+        for place in gone.flat_map(|position| plan.places(position)) {
+            state.hidden.set(*place, true);
+        }
+        state.fixtures.leave_hidden(&self.town.scenery, &state.hidden, &mut state.physics);
         Ok(())
     }
 }

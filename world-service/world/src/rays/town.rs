@@ -42,9 +42,7 @@ impl TownRays {
         let build = || {
             let things = self.roads.scenery();
             let scenery = (0..).zip(things).flat_map(|(place, thing)| solids(place, thing));
-            // In pictures too, lights and signs have the numbers after those of the scenery.
-            let posts = self.roads.posts();
-            let posts = (things.len() as u32..).zip(posts);
+            let posts = self.roads.posts_with_places();
             let posts = posts.flat_map(|(place, post)| parts(place, post));
             Solids::new(scenery.chain(posts).collect())
         };

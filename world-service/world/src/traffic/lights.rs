@@ -1,4 +1,4 @@
-//! What the lights show: a cycle per group.
+//! What the lights show: a cycle per group; and which lights and signs are there.
 //!
 //! The controllers of a group take turns. In its turn a controller's lights show green, then
 //! yellow, then red, while all others stay red. Times belong to controllers.
@@ -11,7 +11,7 @@ use super::TrafficPlan;
 /// How much too early a change may come, so that steps of 0.05 s sum up to 10 s, in seconds.
 const EARLY_SECS: f64 = 1.0e-6;
 
-/// The state of all lights of a world.
+/// The state of all lights of a world, and which of its lights and signs were destroyed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lights {
     frozen: bool,
@@ -23,6 +23,8 @@ pub struct Lights {
     times: Vec<Times>,
     /// By light.
     shown: Vec<Shown>,
+    /// Positions of the lights and signs that were destroyed, ascending.
+    gone: Vec<u32>,
 }
 
 /// Whose turn it is in a group, and what it does.
@@ -92,6 +94,7 @@ impl Lights {
             cycles: vec![cycle; plan.groups.len()],
             times: vec![Times::DEFAULT; plan.controllers.len()],
             shown: vec![Shown { colour: Colour::Red, since_secs: 0.0 }; plan.light_count()],
+            gone: Vec::new(),
         };
         for group in 0..plan.groups.len() {
             lights.show_turn(plan, group);
@@ -131,14 +134,33 @@ impl Lights {
         }
     }
 
-    /// What they show, in the order of the map's lights.
-    pub fn colours(&self) -> impl ExactSizeIterator<Item = Colour> + '_ {
-        self.shown.iter().map(|shown| shown.colour)
+    /// What they show, in the order of the map's lights; `Unknown` for those that are gone.
+    pub fn colours(&self) -> impl Iterator<Item = Colour> + '_ {
+        (0..self.shown.len()).filter_map(|light| self.colour(light))
     }
 
-    /// What one of them shows; `None` beyond the last one.
+    /// What one of them shows, `Unknown` if it is gone; `None` beyond the last one.
     pub(crate) fn colour(&self, light: usize) -> Option<Colour> {
-        self.shown.get(light).map(|shown| shown.colour)
+        let shown = self.shown.get(light)?;
+        Some(if self.stands(light) { shown.colour } else { Colour::Unknown })
+    }
+
+    /// Whether the light or sign at a position was not destroyed.
+    pub(crate) fn stands(&self, position: usize) -> bool {
+        self.gone.binary_search(&(position as u32)).is_err()
+    }
+
+    /// Positions of the lights and signs that were destroyed, ascending.
+    pub(crate) fn gone(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.gone.iter().map(|gone| *gone as usize)
+    }
+
+    /// The light or sign at a position is gone from now on.
+    pub(crate) fn destroy(&mut self, position: usize) {
+        let position = position as u32;
+        if let Err(at) = self.gone.binary_search(&position) {
+            self.gone.insert(at, position);
+        }
     }
 
     /// The times of a light's controller.
@@ -179,7 +201,7 @@ impl Lights {
         let times = self.times.get(*plan.controller_of.get(light)?)?;
         Some(TrafficLightState {
             actor,
-            colour: shown.colour,
+            colour: self.colour(light)?,
             group: plan.group_of(light),
             frozen: self.frozen,
             elapsed_secs: (self.clock_secs - shown.since_secs) as f32,
@@ -204,6 +226,8 @@ impl Lights {
             && self.cycles.len() == plan.groups.len()
             && self.times.len() == plan.controllers.len()
             && self.shown.len() == plan.light_count()
+            && self.gone.is_sorted_by(|gone, next| gone < next)
+            && self.gone().all(|gone| gone < plan.count())
             && self.cycles.iter().zip(&plan.groups).all(in_turn)
             && self.times.iter().all(lasting)
             && self.shown.iter().all(|shown| past(shown.since_secs))

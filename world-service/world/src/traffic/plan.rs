@@ -21,6 +21,8 @@ pub(crate) struct TrafficPlan {
     actors: Vec<ActorState>,
     /// OpenDRIVE id of the signal, by actor.
     signals: Vec<String>,
+    /// Places of what stands for it in [`Scenery`], by actor.
+    places: Vec<Vec<u32>>,
     /// Blueprint ids, by type index.
     types: Vec<String>,
     /// Positions of controllers in the order of their turns, by group.
@@ -71,8 +73,26 @@ impl TrafficPlan {
                 plan.holder_of_box.resize(boxes.len(), at);
             }
         }
-        plan.boxes = (!boxes.is_empty()).then(|| Scenery::new(boxes));
+        plan.boxes = (!boxes.is_empty()).then(|| {
+            let boxes = (0..).zip(boxes);
+            Scenery::new(boxes.map(|(at, (pose, half_m))| (at, pose, half_m)))
+        });
+        plan.places = plan.places_of(map);
         plan
+    }
+
+    fn places_of(&self, map: &Map) -> Vec<Vec<u32>> {
+        let positions: BTreeMap<&str, usize> =
+            self.signals.iter().map(String::as_str).zip(0..).collect();
+        let mut places = vec![Vec::new(); self.actors.len()];
+        for (place, post) in map.posts_with_places() {
+            let landmark = map.landmarks().get(post.landmark);
+            let position = landmark.and_then(|landmark| positions.get(landmark.id.as_str()));
+            if let Some(places) = position.and_then(|position| places.get_mut(*position)) {
+                places.push(place);
+            }
+        }
+        places
     }
 
     /// Gives its position.
@@ -97,6 +117,11 @@ impl TrafficPlan {
         self.actors.len() - 1
     }
 
+    /// The places of the posts of the light or sign at a position.
+    pub(crate) fn places(&self, position: usize) -> &[u32] {
+        self.places.get(position).map_or(&[], Vec::as_slice)
+    }
+
     /// How many lights and signs there are.
     pub(crate) fn count(&self) -> usize {
         self.actors.len()
@@ -107,6 +132,11 @@ impl TrafficPlan {
     pub(crate) fn actors(&self, first: ActorId) -> impl Iterator<Item = ActorState> {
         let ids = (0..).map(move |position| first.plus(position));
         ids.zip(&self.actors).map(|(id, actor)| ActorState { id, ..actor.clone() })
+    }
+
+    /// Where the one at a position stands.
+    pub(crate) fn pose(&self, position: usize) -> Option<Pose> {
+        self.actors.get(position).map(|actor| actor.world_from_actor)
     }
 
     /// Where among them an actor is, in a world whose ids begin at `first`.
@@ -126,11 +156,6 @@ impl TrafficPlan {
     /// Which group a light belongs to.
     pub(crate) fn group_of(&self, light: usize) -> u16 {
         self.group_of.get(light).copied().unwrap_or(u16::MAX)
-    }
-
-    /// What stands at a position, coarsely.
-    pub(crate) fn kind(&self, position: usize) -> Option<ActorKind> {
-        self.actors.get(position).map(|actor| actor.kind)
     }
 
     /// What a frame does not say of the actor at a position.
@@ -172,22 +197,31 @@ impl TrafficPlan {
     }
 
     /// The position of the light or sign that holds vehicles in one of whose boxes a vehicle is; of
-    /// several the one with the nearest box, but lights count before signs.
+    /// several the one with the nearest box, but lights count before signs, and those that do not
+    /// stand hold nobody.
     ///
     /// `near` is scratch space.
-    pub(crate) fn holder_at(&self, vehicle: &OrientedBox, near: &mut Vec<u32>) -> Option<usize> {
+    pub(crate) fn holder_at(
+        &self,
+        vehicle: &OrientedBox,
+        stands: impl Fn(usize) -> bool,
+        near: &mut Vec<u32>,
+    ) -> Option<usize> {
         let boxes = self.boxes.as_ref()?;
         near.clear();
         boxes.find(Reach { centre_m: vehicle.centre_m(), radius_m: vehicle.radius_m() }, near);
         let mut nearest: Option<(bool, f32, u32)> = None;
         for &index in near.iter() {
             let Some(fixture) = boxes.get(index) else { continue };
-            let holder = self.holder_of_box.get(index as usize);
-            let is_sign = holder.is_some_and(|position| *position >= self.light_count());
+            let Some(&holder) = self.holder_of_box.get(index as usize) else { continue };
+            let is_sign = holder >= self.light_count();
             let away_m = fixture.world_from_box.translation.vector - vehicle.centre_m();
             let candidate = (is_sign, away_m.norm_squared(), index);
             let trigger = OrientedBox::of(&fixture.world_from_box, fixture.half_m);
-            if nearest.is_none_or(|best| candidate < best) && vehicle.overlaps(&trigger) {
+            if nearest.is_none_or(|best| candidate < best)
+                && stands(holder)
+                && vehicle.overlaps(&trigger)
+            {
                 nearest = Some(candidate);
             }
         }
@@ -262,10 +296,10 @@ mod tests {
     /// order of positions, or in the other one.
     fn plan(middles_m: [f32; 2], order: [usize; 2]) -> TrafficPlan {
         let half_m = Vec3::new(2.0, 2.0, 1.0);
-        let boxes = order.map(|at| (Pose::translation(middles_m[at], 0.0, 0.0), half_m));
+        let boxes = order.map(|at| (0, Pose::translation(middles_m[at], 0.0, 0.0), half_m));
         TrafficPlan {
             controller_of: vec![0],
-            boxes: Some(Scenery::new(boxes.to_vec())),
+            boxes: Some(Scenery::new(boxes)),
             holder_of_box: order.to_vec(),
             ..TrafficPlan::default()
         }
@@ -281,7 +315,7 @@ mod tests {
                 ([30.0, 3.0], Some(1)),
                 ([30.0, 30.0], None),
             ] {
-                let found = plan(middles_m, order).holder_at(&vehicle, &mut Vec::new());
+                let found = plan(middles_m, order).holder_at(&vehicle, |_| true, &mut Vec::new());
                 assert_eq!(found, wanted, "light and sign at {middles_m:?}, boxes {order:?}");
             }
         }

@@ -148,6 +148,14 @@ impl RoadRules {
         }
     }
 
+    /// A light or sign is gone: it holds nobody, and nobody passes it.
+    pub(crate) fn forget(&mut self, signal: ActorId) {
+        let is_it = |known: &mut ActorId| *known == signal;
+        if self.light.take_if(is_it).or(self.stop.take_if(is_it)).is_some() {
+            self.stop_secs = 0.0;
+        }
+    }
+
     fn is_held_for_a_time(&self) -> bool {
         self.stop_secs > 0.0
     }
@@ -176,7 +184,8 @@ impl RoadRules {
         dt_secs: f64,
     ) {
         let (before, world_from_vehicle) = (*self, passing.world_from_vehicle);
-        let holder = plan.holder_at(passing.outline, near);
+        let stands = |position: usize| passing.lights.stands(position);
+        let holder = plan.holder_at(passing.outline, stands, near);
         let id_of = |position: usize| first_actor.plus(position as u32);
         self.light = holder.filter(|position| *position < plan.light_count()).map(id_of);
         let sign = holder.filter(|_| self.light.is_none());

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails loudly")]
 
 mod broken;
+mod destroyed;
 mod ids;
 mod knows;
 mod posts;

@@ -166,7 +166,8 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(24))
         return o == 0
 
-    # Ordered by actor. In a world that has the map's lights, all of them in the map's order.
+    # Ordered by actor. In a world that has the map's lights, all of them in the map's order; those
+    # that were destroyed with the colour `Unknown`.
     # Frame
     def TrafficLights(self, j):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(26))
