@@ -10,6 +10,7 @@ mod lights;
 mod map;
 mod method;
 mod orders;
+mod paint;
 mod parts;
 mod recorder;
 mod scenery;

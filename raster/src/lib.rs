@@ -11,6 +11,7 @@
 
 mod choose;
 mod clip;
+mod coat;
 mod draw;
 mod fill;
 mod lamp;
@@ -34,6 +35,7 @@ mod vector;
 mod view;
 
 pub use choose::Prospect;
+pub use coat::{Coat, Texture};
 pub use fearless_simd::Level;
 pub use lamp::{LAMPS_MAX, Lamp};
 pub use light::Light;

@@ -1,27 +1,35 @@
 //! Colours of what a canvas shows: pixels of one kind of surface together, eight at a time,
 //! wherever they are in the picture.
 
+mod out;
+
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, u32x8};
 
+use crate::coat::Coat;
 use crate::lamp::Lamp;
 use crate::light::Lit;
 use crate::occluder::Occluder;
-use crate::pixels::{PIXEL_BYTES, Rays, packed};
+use crate::pixels::{Rays, packed};
 use crate::quality::Quality;
 use crate::rows::ByRow;
 use crate::scene::Family;
-use crate::shade::{Rain, Sight, body, facade, ground, sky};
+use crate::shade::{Coated, Rain, Sight, body, facade, ground, sky};
 use crate::surface::{Looks, Surface};
 use crate::target::Target;
 use crate::vector::{LANES, V8, splat};
 
-/// Families of surfaces, and the sky.
-const KINDS: usize = 4;
+use out::Out;
+
+/// Families of surfaces, those with a coat, and the sky.
+const KINDS: usize = 5;
 const SKY: usize = 0;
 const GROUND: usize = 1;
+const FACADE: usize = 2;
+const BODY: usize = 3;
+const COATED: usize = 4;
 
 /// In the place of what a pixel shows: it was painted with the row above it.
 const PAINTED: u32 = u32::MAX;
@@ -118,6 +126,7 @@ pub(crate) struct Painter<'a> {
     /// Of every triangle that is seen: the place of its surface, and 1; 0 for none.
     pub(crate) places: &'a [u32],
     pub(crate) surfaces: &'a [Surface],
+    pub(crate) coats: &'a [Coat],
 }
 
 impl Painter<'_> {
@@ -255,11 +264,14 @@ impl Painter<'_> {
 
     #[inline(always)]
     fn kind(&self, surface: u32) -> usize {
-        match self.looked_up(surface).map(|surface| surface.family) {
+        match self.looked_up(surface) {
             None => SKY,
-            Some(Family::Ground) => GROUND,
-            Some(Family::Facade) => 2,
-            Some(Family::Body) => 3,
+            Some(surface) if surface.coat != 0 => COATED,
+            Some(surface) => match surface.family {
+                Family::Ground => GROUND,
+                Family::Facade => FACADE,
+                Family::Body => BODY,
+            },
         }
     }
 
@@ -274,26 +286,30 @@ impl Painter<'_> {
         match kind {
             SKY => simd.vectorize(
                 #[inline(always)]
-                || self.shade(simd, eight, None),
+                || self.shade(simd, eight, SKY),
             ),
             GROUND => simd.vectorize(
                 #[inline(always)]
-                || self.shade(simd, eight, Some(Family::Ground)),
+                || self.shade(simd, eight, GROUND),
             ),
-            2 => simd.vectorize(
+            FACADE => simd.vectorize(
                 #[inline(always)]
-                || self.shade(simd, eight, Some(Family::Facade)),
+                || self.shade(simd, eight, FACADE),
+            ),
+            BODY => simd.vectorize(
+                #[inline(always)]
+                || self.shade(simd, eight, BODY),
             ),
             _ => simd.vectorize(
                 #[inline(always)]
-                || self.shade(simd, eight, Some(Family::Body)),
+                || self.shade(simd, eight, COATED),
             ),
         }
     }
 
     /// Colours of eight pixels as the display wants them, packed.
     #[inline(always)]
-    fn shade<S: Simd>(&self, simd: S, eight: &Eight, family: Option<Family>) -> [u32; LANES] {
+    fn shade<S: Simd>(&self, simd: S, eight: &Eight, kind: usize) -> [u32; LANES] {
         let column = f32x8::load_array(simd, eight.columns) + 0.5;
         let row = f32x8::load_array(simd, eight.rows) + 0.5;
         let (across, up) = (self.rays.across_at(column), self.rays.up_at(simd, row));
@@ -303,9 +319,9 @@ impl Painter<'_> {
         let lamps = self.lamps.of_rows(&eight.rows);
         let occluders = self.occluders.of_rows(&eight.rows);
         let lit = Lit { lamps, occluders, ..self.lit };
-        let radiance = match family {
-            None => sky(simd, &lit, direction),
-            Some(family) => {
+        let radiance = match kind {
+            SKY => sky(simd, &lit, direction),
+            kind => {
                 let depth_m = splat(simd, 1.0) / f32x8::load_array(simd, eight.nearness);
                 let eye_m = V8::splat(simd, self.rays.view.eye_m);
                 let place_m = ray.scaled(depth_m).plus(eye_m);
@@ -313,10 +329,16 @@ impl Painter<'_> {
                 let pixel = self.rays.parts.across;
                 let sight = Sight { place_m, distance_m, direction, pixel };
                 let looks = self.looks(simd, eight, place_m);
-                let colour = match family {
-                    Family::Ground => ground(simd, &lit, &sight, &looks),
-                    Family::Facade => facade(simd, &lit, &sight, &looks),
-                    Family::Body => body(simd, &lit, &sight, &looks),
+                let colour = match kind {
+                    GROUND => ground(simd, &lit, &sight, &looks),
+                    FACADE => facade(simd, &lit, &sight, &looks),
+                    BODY => body(simd, &lit, &sight, &looks),
+                    _ => {
+                        let surfaces = eight.surfaces.map(|surface| self.looked_up(surface));
+                        let coats = surfaces.map(|surface| self.coat(surface?));
+                        let coated = Coated { surfaces, coats, view: self.rays.view, depth_m };
+                        coated.colour(simd, &lit, &sight, &looks)
+                    }
                 };
                 let above_m = place_m.z - self.rays.view.eye_m[2];
                 lit.light.hazed(simd, colour, distance_m, above_m)
@@ -328,6 +350,10 @@ impl Painter<'_> {
             shown = rain.over(simd, shown, across * by, up * -by);
         }
         packed(simd, shown)
+    }
+
+    fn coat(&self, surface: &Surface) -> Option<&Coat> {
+        self.coats.get(usize::from(surface.coat).checked_sub(1)?)
     }
 
     #[inline(always)]
@@ -357,44 +383,4 @@ fn alike<S: Simd>(simd: S, id: u32, ids: &[u32]) -> usize {
         count += LANES;
     }
     count + ids.iter().skip(count).take_while(|other| **other == id).count()
-}
-
-/// Where colours go.
-struct Out<'a> {
-    bytes: &'a mut [u8],
-    pitch_bytes: usize,
-    first_row: u32,
-}
-
-impl Out<'_> {
-    fn put(&mut self, eight: &Eight, colours: &[u32; LANES]) {
-        for (lane, colour) in colours.iter().enumerate() {
-            let (column, row) = (eight.columns[lane] as usize, eight.rows[lane] as u32);
-            for row in row..row + eight.heights[lane] {
-                let Some(at) = self.place((column, row)) else { continue };
-                let pixels = self.bytes.get_mut(at..at + eight.widths[lane] * PIXEL_BYTES);
-                for pixel in pixels.unwrap_or_default().as_chunks_mut::<PIXEL_BYTES>().0 {
-                    *pixel = colour.to_le_bytes();
-                }
-            }
-        }
-    }
-
-    /// Puts colours beside each other, of so many pixels each.
-    #[inline(always)]
-    fn put_run<const WIDTH: usize>(&mut self, place: (usize, u32), colours: &[u32; LANES]) {
-        let Some(at) = self.place(place) else { return };
-        let Some(pixels) = self.bytes.get_mut(at..at + LANES * WIDTH * PIXEL_BYTES) else { return };
-        let (pixels, _) = pixels.as_chunks_mut::<PIXEL_BYTES>();
-        for (pixels, colour) in pixels.as_chunks_mut::<WIDTH>().0.iter_mut().zip(colours) {
-            *pixels = [colour.to_le_bytes(); WIDTH];
-        }
-    }
-
-    /// Where the bytes of a pixel begin; `None` above the rows that are wanted.
-    #[inline(always)]
-    fn place(&self, (column, row): (usize, u32)) -> Option<usize> {
-        let line = row.checked_sub(self.first_row)?;
-        Some(line as usize * self.pitch_bytes + column * PIXEL_BYTES)
-    }
 }

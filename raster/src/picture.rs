@@ -87,6 +87,7 @@ impl Canvas {
             first_row: wanted.start,
             places,
             surfaces,
+            coats: scene.coats,
         }
         .paint(simd, (out, pitch_bytes)));
     }

@@ -1,5 +1,6 @@
 //! What is in the world.
 
+use crate::coat::Coat;
 use crate::lamp::Lamp;
 use crate::model::Model;
 use crate::occluder::Occluder;
@@ -18,12 +19,20 @@ pub struct Scene<'a> {
     /// That stand on the ground, the nearest first; no more than
     /// [`OCCLUDERS_MAX`](crate::OCCLUDERS_MAX).
     pub occluders: &'a [Occluder],
+    /// On things of the models, ordered by thing; no more than 65,535 count.
+    pub coats: &'a [Coat],
 }
 
 impl Scene<'_> {
     /// Nothing.
-    pub const EMPTY: Self =
-        Self { placed: &[], is_hidden: None, materials: &[], lamps: &[], occluders: &[] };
+    pub const EMPTY: Self = Self {
+        placed: &[],
+        is_hidden: None,
+        materials: &[],
+        lamps: &[],
+        occluders: &[],
+        coats: &[],
+    };
 }
 
 /// A model in the world.

@@ -1,12 +1,14 @@
 //! The colours of families of materials, of the sky and of falling rain.
 
 mod body;
+mod coated;
 mod facade;
 mod ground;
 mod rain;
 mod sky;
 
 pub(crate) use body::body;
+pub(crate) use coated::Coated;
 pub(crate) use facade::facade;
 pub(crate) use ground::ground;
 pub(crate) use rain::Rain;

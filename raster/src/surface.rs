@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::draw::Seen;
-use crate::model::Corner;
+use crate::model::{Corner, Model};
 use crate::quality::Quality;
 use crate::scene::{Family, Scene};
 use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
@@ -25,6 +25,8 @@ pub(crate) struct Surface {
     pub(crate) pattern: f32,
     pub(crate) variant: f32,
     pub(crate) family: Family,
+    /// The position of its coat among those of the scene, and 1; 0: none.
+    pub(crate) coat: u16,
 }
 
 impl Surface {
@@ -64,6 +66,7 @@ impl Surface {
             pattern: f32::from(material.pattern),
             variant: f32::from(corner.variant),
             family: material.family,
+            coat: coat_of(scene, placed.model, seen.triangle),
         })
     }
 
@@ -94,6 +97,16 @@ impl Surface {
         let up = second * (b[1] - a[1]) + third * (c[1] - a[1]) + a[1];
         (normal, [along, up])
     }
+}
+
+/// The position of the coat of a triangle, and 1; 0 for none.
+fn coat_of(scene: &Scene<'_>, model: &Model, triangle: u32) -> u16 {
+    if scene.coats.is_empty() {
+        return 0;
+    }
+    let thing = model.thing(triangle as usize);
+    let find = |thing| scene.coats.binary_search_by_key(&thing, |coat| coat.thing).ok();
+    thing.and_then(find).and_then(|at| u16::try_from(at + 1).ok()).unwrap_or(0)
 }
 
 /// The first corner in the world, and what changes from it along the surface: 1 at the second
@@ -272,6 +285,7 @@ mod tests {
             pattern: 0.0,
             variant: 0.0,
             family: Family::Body,
+            coat: 0,
         };
         let up_at = |x: f32| {
             dispatch!(Level::new(), simd => {

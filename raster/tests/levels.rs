@@ -2,10 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::sync::Arc;
+
 use fearless_simd::Level;
 use raster::{
-    Canvas, Corner, Family, Lamp, Light, Material, Model, Occluder, PIXEL_BYTES, Placed, Prospect,
-    Quality, Scene, ShadowMap, SunView, View,
+    Canvas, Coat, Corner, Family, Lamp, Light, Material, Model, Occluder, PIXEL_BYTES, Placed,
+    Prospect, Quality, Scene, ShadowMap, SunView, Texture, View,
 };
 
 const IN_PLACE: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -119,6 +121,23 @@ fn occluders() -> [Occluder; 2] {
     [car, Occluder { place_m: [5.0, -1.0, 0.0], half_m: [0.2, 0.2], height_m: 0.4, ..car }]
 }
 
+/// On every second of the things: a colour, both, light.
+fn coats() -> [Coat; 3] {
+    let texture = |seed: u32, brightness: f32| {
+        let rgb: Vec<u8> = (0..13 * 7 * 3).map(|at| (255.0 * random(at + seed)) as u8).collect();
+        Some(Arc::new(Texture::new([13, 7], brightness, &rgb).unwrap()))
+    };
+    let coat = |thing, half_m: [f32; 3], diffuse, emissive| {
+        let row = |axis: usize| IN_PLACE[axis].map(|part| part / half_m[axis]);
+        Coat { thing, box_from_world: [row(0), row(1), row(2)], half_m, diffuse, emissive }
+    };
+    [
+        coat(0, [500.0, 500.0, 1e-3], texture(1, 1.0), None),
+        coat(2, [60.0, 20.0, 6.0], texture(2, 1.0), texture(3, 2.0)),
+        coat(4, [60.0, 20.0, 6.0], None, texture(4, 0.5)),
+    ]
+}
+
 /// Level, ahead.
 fn view() -> View {
     View {
@@ -156,6 +175,7 @@ fn picture_of(
         materials: &materials,
         lamps: &lamps,
         occluders: &occluders(),
+        coats: &coats(),
     };
     let sun = SunView {
         right: [0.0, 0.02, 0.0, 0.0],

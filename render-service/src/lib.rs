@@ -48,4 +48,5 @@ pub use config::{Args, Config, Quality};
 pub use error::RenderError;
 pub use gpu::adapter::{AdapterChoice, NO_DISPLAY};
 pub use renderer::{Renderer, TownJob};
+pub use scene::coat::Textures;
 pub use scene::town::{Surface, TownScene, WallKind};

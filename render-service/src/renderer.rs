@@ -12,6 +12,7 @@ use crate::gpu::adapter::{AdapterChoice, one_at_a_time};
 use crate::gpu::drawing::Drawing;
 use crate::gpu::room::Room;
 use crate::parallel::{in_parallel, threads};
+use crate::scene::coat::Textures;
 use crate::scene::town::TownScene;
 use crate::sliced::{Portion, SlicedJob};
 use crate::strip::{Drawn, Strip};
@@ -35,6 +36,8 @@ pub struct Renderer {
     adapter_name: String,
     is_software: bool,
     backend: Backend,
+    /// Beside a device, once there was something that it does not draw.
+    processors: Option<CpuDrawing>,
     /// Of cameras that do not say theirs.
     quality: PictureQuality,
 }
@@ -102,7 +105,7 @@ impl Renderer {
             }),
         };
         let quality = PictureQuality::High;
-        Ok(Self { choice, room, adapter_name, is_software, backend, quality })
+        Ok(Self { choice, room, adapter_name, is_software, backend, processors: None, quality })
     }
 
     /// With another quality for cameras that do not say theirs than the high one.
@@ -141,11 +144,23 @@ impl Renderer {
     /// [`RendererUnavailable`](schemas::ErrorCode::RendererUnavailable) when the device is lost
     /// for good.
     pub fn render(&mut self, jobs: &[TownJob<'_>]) -> Vec<Result<Images, Error>> {
+        self.render_painted(jobs, &Textures::default())
+    }
+
+    /// As [`Self::render`]; things of towns show these textures where the jobs' frames say so.
+    ///
+    /// # Errors
+    /// As for [`Self::render`].
+    pub fn render_painted(
+        &mut self,
+        jobs: &[TownJob<'_>],
+        textures: &Textures,
+    ) -> Vec<Result<Images, Error>> {
         // One job takes some microseconds before it is drawn and after: many are shared out.
         let mut threads = vec![(); if jobs.len() < MANY_JOBS { 1 } else { threads() }];
         let mut sliced: Vec<Result<SlicedJob<&RenderJob>, Error>> =
             in_parallel(&mut threads, jobs.iter().collect(), |(), (town, job)| {
-                SlicedJob::new(Arc::clone(town), *job)
+                SlicedJob::new(Arc::clone(town), *job, textures)
             });
         let whole = sliced.iter_mut().flatten().map(|job| {
             let rest = job.rest();
@@ -174,7 +189,28 @@ impl Renderer {
         Ok(())
     }
 
+    /// Draws strips and gives what came of each one's cameras, in order. Colours of textures are
+    /// drawn by processors, whatever draws the rest.
     fn draw(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
+        let is_coated = |strip: &&Strip<'_>| !strip.coats.is_empty() && strip.has_colour();
+        if matches!(self.backend, Backend::Cpu(_)) || !strips.iter().any(|it| is_coated(&it)) {
+            return self.draw_alike(strips);
+        }
+        let plain: Vec<Strip<'_>> = strips.iter().filter(|it| !is_coated(it)).cloned().collect();
+        let coated: Vec<Strip<'_>> = strips.iter().filter(is_coated).cloned().collect();
+        let mut plain = self.draw_alike(&plain)?.into_iter();
+        let processors = self.processors.get_or_insert_with(CpuDrawing::new);
+        let mut coated = processors.draw(&coated, self.quality).into_iter();
+        let mut drawn = Vec::new();
+        for strip in strips {
+            let from = if is_coated(&strip) { &mut coated } else { &mut plain };
+            drawn.extend(from.take(strip.cameras.len()));
+        }
+        Ok(drawn)
+    }
+
+    /// Draws strips by one back end.
+    fn draw_alike(&mut self, strips: &[Strip<'_>]) -> Result<Vec<Drawn>, RenderError> {
         let mut losses = 0;
         loop {
             if matches!(self.backend, Backend::Device(None)) {

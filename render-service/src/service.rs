@@ -5,6 +5,7 @@ pub(crate) mod fair_queue;
 pub(crate) mod figures;
 pub(crate) mod job_queue;
 pub(crate) mod prompt_askers;
+pub(crate) mod textures;
 pub(crate) mod towns;
 pub(crate) mod turns;
 pub(crate) mod worker;

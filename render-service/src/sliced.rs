@@ -3,10 +3,12 @@
 use std::ops::{Deref, Range};
 use std::sync::{Arc, OnceLock};
 
+use raster::Coat;
 use schemas::limits::{CAMERAS_PER_JOB_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{Camera, Error, ErrorCode, Image, ImageKind, Images, RenderJob};
 
 use crate::encode::{Pixels, encode};
+use crate::scene::coat::Textures;
 use crate::scene::instance::Body;
 use crate::scene::light::Light;
 use crate::scene::town::TownScene;
@@ -21,6 +23,7 @@ pub(crate) struct SlicedJob<J> {
     town: Arc<TownScene>,
     job: J,
     light: Light,
+    coats: Vec<Coat>,
     of_actors: OnceLock<Vec<Body>>,
     passes: Vec<Pass>,
     /// The pass and the row that come next.
@@ -90,12 +93,13 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
     ///
     /// # Errors
     /// As for [`Renderer::render`](crate::Renderer::render).
-    pub(crate) fn new(town: Arc<TownScene>, job: J) -> Result<Self, Error> {
+    pub(crate) fn new(town: Arc<TownScene>, job: J, textures: &Textures) -> Result<Self, Error> {
         let passes = passes_of(&town, &job)?;
         let light = Light::of(&job.frame.weather, job.frame.tick);
         let pictures = job.cameras.iter().map(|_| Picture::Rows(Vec::new())).collect();
         let of_actors = OnceLock::new();
-        Ok(Self { town, job, light, of_actors, passes, next: (0, 0), pictures })
+        let coats = town.boxes.coats(&job.frame.paint, textures);
+        Ok(Self { town, job, light, coats, of_actors, passes, next: (0, 0), pictures })
     }
 
     /// Its job.
@@ -159,6 +163,7 @@ impl<J: Deref<Target = RenderJob>> SlicedJob<J> {
                 hidden: &self.job.frame.hidden,
                 frame: &self.job.frame,
                 staging: &self.job.staging,
+                coats: &self.coats,
                 of_actors: &self.of_actors,
                 light: &self.light,
                 view: &pass.view,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use raster::Coat;
 use schemas::{Camera, Error, Frame, HiddenScenery, Image, ImageEncoding, ImageKind, Staging};
 
 use crate::scene::instance::{Body, bodies};
@@ -11,12 +12,15 @@ use crate::scene::town::TownScene;
 use crate::scene::view::View;
 
 /// Rows of the pictures that one camera pose gives in one pass.
+#[derive(Clone)]
 pub(crate) struct Strip<'a> {
     pub(crate) town: &'a Arc<TownScene>,
     /// Of the town.
     pub(crate) hidden: &'a HiddenScenery,
     pub(crate) frame: &'a Frame,
     pub(crate) staging: &'a Staging,
+    /// On things of the town.
+    pub(crate) coats: &'a [Coat],
     /// Of the frame's actors, then of street lamps that are lit, once they are needed.
     pub(crate) of_actors: &'a OnceLock<Vec<Body>>,
     pub(crate) light: &'a Light,

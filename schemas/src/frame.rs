@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActorId, Halt, HiddenScenery, Pose, Tick, Vec3, WalkerPose, WorldId};
+use crate::{ActorId, Halt, HiddenScenery, Paint, Pose, Tick, Vec3, WalkerPose, WorldId};
 
 /// What an actor is, coarsely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -318,6 +318,8 @@ pub struct Frame {
     pub agents: Vec<AgentState>,
     /// Things of the map that are not there.
     pub hidden: HiddenScenery,
+    /// Textures of things of the map.
+    pub paint: Paint,
     /// Who is at rest because its motion became impossible, ordered by actor.
     pub halted: Vec<Halt>,
     /// Of those vehicles that have broken any rule of the road, in a world that has the map's
@@ -346,6 +348,7 @@ impl Frame {
             traffic_lights: Vec::new(),
             agents: Vec::new(),
             hidden: HiddenScenery::default(),
+            paint: Paint::default(),
             halted: Vec::new(),
             rules_broken: Vec::new(),
             walker_poses: Vec::new(),

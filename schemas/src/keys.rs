@@ -12,7 +12,7 @@
 //! | `causeway/alive/{kind}/{id}` | liveliness, query | [`Alive`](crate::Alive) |
 //! | `causeway/draining/{kind}/{id}` | liveliness | none: the service takes no new work |
 //! | `causeway/load/{kind}/{id}` | publication | [`Load`](crate::Load), every second |
-//! | `causeway/asset/{digest}` | query | OpenDRIVE text by content hash |
+//! | `causeway/asset/{digest}` | query | OpenDRIVE text or texture by content hash |
 //!
 //! `batch`, `render`, `alive`, `draining`, `load` and `asset` carry no tenant: they belong to
 //! services alone.
@@ -136,7 +136,7 @@ pub fn any_load(kind: ServiceKind) -> String {
     format!("causeway/load/{}/*", kind.as_str())
 }
 
-/// A map's OpenDRIVE text by the hexadecimal BLAKE3 digest of its bytes.
+/// A map's OpenDRIVE text or a texture of a world by the hexadecimal BLAKE3 digest of its bytes.
 pub fn asset(digest: &str) -> String {
     format!("causeway/asset/{digest}")
 }

@@ -35,6 +35,7 @@ mod semantics;
 mod sensor;
 mod shared_frame;
 mod staging;
+mod texture;
 mod v2x;
 mod vehicle;
 mod walker_pose;
@@ -74,6 +75,7 @@ pub use sensor::{LidarPoint, Measurement, RadarDetection, Scan, SemanticLidarPoi
 pub use shared_frame::{FrameBytes, SharedFrame};
 pub use skeleton::{Limb, PosedLimb};
 pub use staging::{Exposure, Staging, StreetLight};
+pub use texture::{Coat, MaterialParameter, Paint, Texture};
 pub use v2x::{AwarenessMessage, CustomMessage, Received, StationKind, StationMotion};
 pub use vehicle::{
     AckermannControl, AckermannGains, Gear, Handling, VehiclePhysics, VehicleTelemetry,

@@ -49,6 +49,14 @@ pub const RAYS_PER_REQUEST_MAX: usize = 4_096;
 pub const SCENERY_MAX: usize = 2_000_000;
 /// Environment objects of one command.
 pub const OBJECTS_PER_COMMAND_MAX: usize = 65_536;
+/// Width or height of a texture on a thing of the map, in pixels.
+pub const TEXTURE_SIDE_PX_MAX: u32 = 512;
+/// Bytes of all textures of one world: it has to fit into a snapshot with them.
+pub const TEXTURE_BYTES_PER_WORLD_MAX: usize = 8 * 1024 * 1024;
+/// Textures of one world.
+pub const TEXTURES_PER_WORLD_MAX: usize = 1_024;
+/// Things of the map of one world that have textures.
+pub const PAINTED_OBJECTS_MAX: usize = 16_384;
 /// Bytes of a text that a V2X sensor sends.
 pub const V2X_TEXT_BYTES_MAX: usize = 100;
 /// Texts that one V2X sensor sends in one tick.

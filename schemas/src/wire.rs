@@ -11,6 +11,7 @@ mod camera;
 mod command;
 mod description;
 mod frame;
+mod paint;
 mod parts;
 mod reply;
 mod request;

@@ -33,6 +33,14 @@ fn a_frame_tells_what_is_hidden_and_grows_by_no_more() {
 }
 
 #[test]
+fn a_coat_of_a_texture_that_the_frame_does_not_name_is_refused() {
+    let mut frame = sample::frame();
+    frame.paint.textures.pop();
+    let refused = wire::decode_frame(&wire::encode_frame(&frame).0).unwrap_err();
+    assert_eq!(refused.code, ErrorCode::InvalidMessage);
+}
+
+#[test]
 fn every_request_comes_back() {
     for request in sample::requests() {
         assert_eq!(wire::decode_request(&wire::encode_request(&request)).unwrap(), request);

@@ -122,22 +122,6 @@ def test_boxes_of_houses_contain_what_rays_from_the_road_meet(world):
     assert met > 10
 
 
-def test_surfaces_cannot_be_repainted_and_the_error_says_so(world):
-    name = world.get_names_of_all_objects()[0]
-    paint, shine = carla.TextureColor(2, 2), carla.TextureFloatColor(2, 2)
-    diffuse, normal = carla.MaterialParameter.Diffuse, carla.MaterialParameter.Normal
-    for attempt in (
-        lambda: world.apply_color_texture_to_object(name, diffuse, paint),
-        lambda: world.apply_color_texture_to_objects([name], diffuse, paint),
-        lambda: world.apply_float_color_texture_to_object(name, normal, shine),
-        lambda: world.apply_float_color_texture_to_objects([name], normal, shine),
-        lambda: world.apply_textures_to_object(name, paint, shine, shine, shine),
-        lambda: world.apply_textures_to_objects([name], paint, shine, shine, shine),
-    ):
-        with pytest.raises(RuntimeError, match="cannot be repainted"):
-            attempt()
-
-
 def test_lights_of_vehicles_are_told_for_all_at_once(site, world):
     cars = [spawn_car(world, index) for index in (0, 1)]
     world.tick()

@@ -241,6 +241,9 @@ fn bytes_of(commands: &[Command]) -> usize {
         Command::Agent(AgentCommand::SetRoute { places_m, .. }) => {
             places_m.len() * size_of::<Vec3>()
         }
+        Command::Scenery(SceneryCommand::Paint { objects, texture, .. }) => {
+            objects.len() * size_of::<u64>() + texture.bytes().len()
+        }
         Command::Scenery(SceneryCommand::Objects { objects, .. }) => {
             objects.len() * size_of::<u64>()
         }

@@ -12,7 +12,7 @@ use crate::maps;
 use crate::rpc::Refusal;
 
 /// Everything, whatever its tag.
-const ANY_TAG: u8 = 255;
+pub(super) const ANY_TAG: u8 = 255;
 
 /// Boxes of what belongs to the map and of the actors in it, with a semantic tag.
 pub(super) fn boxes(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {

@@ -7,10 +7,12 @@ use std::sync::LazyLock;
 
 use super::method::{Method, by_lobby, full, partly, refused};
 use super::method::{arguments, no_effect, of_argument, value, value_of_all, void};
-use super::{actor, batch, content, debug, lamps, map, recorder, scenery, sensor, session};
+use super::{actor, batch, content, debug, lamps, map, paint, recorder, scenery, sensor, session};
 use crate::stream::StreamId;
 
-const NO_TEXTURES: &str = "surfaces cannot be repainted";
+const SURFACES: &str =
+    "`Diffuse` and `Emissive` of buildings, walls, props, plants and poles: [how](#textures)";
+const NO_TEXTURES: &str = "actors cannot be repainted; CARLA's Python package makes no such call";
 const NO_EFFECT: &str = "accepted, without effect";
 const FIVE_LAYERS: &str =
     "buildings, foliage, props, street lights, walls; nothing of other layers goes";
@@ -85,8 +87,16 @@ static WORLD: &[Method] = &[
     ),
     partly("set_annotations_traverse_translucency", NO_EFFECT, no_effect!(bool)),
     full("get_names_of_all_objects", value!(scenery::names())),
-    refused("apply_color_texture_to_objects", NO_TEXTURES),
-    refused("apply_float_color_texture_to_objects", NO_TEXTURES),
+    partly(
+        "apply_color_texture_to_objects",
+        SURFACES,
+        void!(paint::put(names, parameter, texture).await),
+    ),
+    partly(
+        "apply_float_color_texture_to_objects",
+        SURFACES,
+        void!(paint::put_float(names, parameter, texture).await),
+    ),
     refused("apply_texture_to_actor", NO_TEXTURES),
     refused("apply_texture_to_actor_float", NO_TEXTURES),
     full("project_point", value!(map::project_point(start, direction, distance_m).await)),

@@ -145,6 +145,7 @@ impl Painter<'_> {
         let is_hidden: &(dyn Fn(u32) -> bool + Sync) = &is_hidden;
         let is_hidden = (!hidden.is_none()).then_some(is_hidden);
         let materials = self.materials;
-        then(&Scene { placed, is_hidden, materials, lamps, occluders }, prospect);
+        let coats = sight.strip.coats;
+        then(&Scene { placed, is_hidden, materials, lamps, occluders, coats }, prospect);
     }
 }

@@ -68,7 +68,7 @@ fn draw_in_slices(renderer: &mut Renderer) {
         let begun = std::time::Instant::now();
         let whole = renderer.render(&[(Arc::clone(&town), &job)]).remove(0).unwrap();
         let whole_took = begun.elapsed();
-        let mut sliced = SlicedJob::new(Arc::clone(&town), &job).unwrap();
+        let mut sliced = SlicedJob::new(Arc::clone(&town), &job, &Textures::default()).unwrap();
         let (mut turns, mut took) = (0, std::time::Duration::ZERO);
         while !sliced.is_drawn() {
             let pixels = |work: &crate::sliced::Work| work.colour_px + work.geometry_px;

@@ -6,6 +6,7 @@ use bodies::Material;
 use roads::mesh::Material as RoadMaterial;
 use schemas::{SemanticTag, TagId, Vec3};
 
+use super::coat::ThingBoxes;
 use super::foliage::{far_crowns, rounded};
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
@@ -46,7 +47,8 @@ impl TownScene {
         }
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
         let (signals, street_lamps) = (Signals::of_map(map), StreetLamps::of_map(map));
-        Self { signals, street_lamps, far_crowns: crowns, ..scene }
+        let boxes = ThingBoxes::of_map(map);
+        Self { signals, street_lamps, far_crowns: crowns, boxes, ..scene }
     }
 }
 

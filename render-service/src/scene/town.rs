@@ -6,6 +6,7 @@ use std::ops::Range;
 use bodies::{Material, Vertex, pack};
 use schemas::Vec3;
 
+use super::coat::ThingBoxes;
 use super::facade::facade_coordinates;
 use super::foliage::FarCrown;
 use super::instance::signal::Signals;
@@ -73,6 +74,8 @@ pub struct TownScene {
     pub(crate) street_lamps: StreetLamps,
     /// In place of crowns whose triangles are in the tiles.
     pub(crate) far_crowns: Vec<FarCrown>,
+    /// On which textures are laid.
+    pub(crate) boxes: ThingBoxes,
 }
 
 /// The indices of one square of a town; a family that it lacks has an empty range.
@@ -92,6 +95,7 @@ impl TownScene {
             signals: Signals::default(),
             street_lamps: StreetLamps::default(),
             far_crowns: Vec::new(),
+            boxes: ThingBoxes::default(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {

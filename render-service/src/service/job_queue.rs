@@ -8,6 +8,7 @@ use bus::Incoming;
 use schemas::{Error, ErrorCode};
 
 use super::fair_queue::Whose;
+use super::textures::FetchedTexture;
 use super::towns::BuiltTown;
 
 /// Jobs that may wait; more are refused.
@@ -35,6 +36,7 @@ pub(crate) struct Arrived {
     /// Each with when it came.
     pub(crate) jobs: Vec<(Instant, Incoming)>,
     pub(crate) towns: Vec<BuiltTown>,
+    pub(crate) textures: Vec<FetchedTexture>,
     /// What sessions have used outside the drawing thread, in nanoseconds.
     pub(crate) used: Vec<(Whose, u64)>,
 }
@@ -89,6 +91,12 @@ impl JobQueue {
         self.changed.notify_one();
     }
 
+    /// Takes a texture in that was asked for.
+    pub(crate) fn put_texture(&self, texture: FetchedTexture) {
+        self.lock().arrived.textures.push(texture);
+        self.changed.notify_one();
+    }
+
     /// Takes in what a session has used outside the drawing thread.
     pub(crate) fn put_used(&self, whose: Whose, time: Duration) {
         let nanos = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
@@ -108,6 +116,7 @@ impl JobQueue {
             && !state.is_woken
             && state.arrived.jobs.is_empty()
             && state.arrived.towns.is_empty()
+            && state.arrived.textures.is_empty()
         {
             state = match wait {
                 Wait::No => break,

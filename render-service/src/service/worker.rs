@@ -17,6 +17,7 @@ use super::fair_queue::{FairQueue, Whose};
 use super::figures::Figures;
 use super::job_queue::{Arrived, JOBS_MAX, JobQueue, Taken, Wait, is_ending};
 use super::prompt_askers::PromptAskers;
+use super::textures::{FetchedTexture, TextureShelf};
 use super::towns::{BuiltTown, Towns};
 use super::turns::{Awaited, Begin, Round, SAVED_NANOS_MAX, SLICE_NANOS, next_round};
 
@@ -43,6 +44,7 @@ pub(crate) struct Worker {
 /// What it takes to begin a job.
 struct Desk {
     towns: Towns,
+    textures: TextureShelf,
     cost: CostModel,
     large: Vec<(Tenant, Weak<Large>)>,
     figures: Figures,
@@ -93,7 +95,8 @@ impl Worker {
         let runtime = Handle::current();
         let is_software = renderer.as_ref().is_ok_and(Renderer::is_software);
         let desk = Desk {
-            towns: Towns::new(bus, runtime.clone(), Arc::clone(&queue)),
+            towns: Towns::new(bus.clone(), runtime.clone(), Arc::clone(&queue)),
+            textures: TextureShelf::new(bus, runtime.clone(), Arc::clone(&queue)),
             cost: CostModel::new(is_software),
             large: Vec::new(),
             figures: figures.clone(),
@@ -140,7 +143,7 @@ impl Worker {
         }
     }
 
-    fn take_in(&mut self, Arrived { jobs, towns, used }: Arrived) {
+    fn take_in(&mut self, Arrived { jobs, towns, textures, used }: Arrived) {
         for (whose, nanos) in used {
             self.waiting.charge(&whose, i64::try_from(nanos).unwrap_or(i64::MAX));
         }
@@ -165,12 +168,21 @@ impl Worker {
                 }
             }
         }
-        let firsts = self.waiting.first_of_each().into_iter();
-        let wanted = firsts.filter_map(|(tenant, task)| match &task.stage {
-            Stage::New(job) => Some((tenant, &job.frame.map)),
-            Stage::Begun(_) => None,
-        });
-        self.desk.towns.want(wanted);
+        for FetchedTexture { digest, texture } in textures {
+            self.desk.textures.note_end(&digest, texture.as_ref().ok().cloned());
+            if let Err(error) = texture {
+                for task in self.waiting.remove(|task| task.stage.lacks_texture(&digest)) {
+                    self.figures.refuse(task.asker.incoming, error.clone());
+                }
+            }
+        }
+        let firsts = self.waiting.first_of_each();
+        let wanted = firsts.iter().filter_map(|(tenant, task)| Some((*tenant, task.stage.new()?)));
+        let wanted: Vec<(&Tenant, &RenderJob)> = wanted.collect();
+        self.desk.towns.want(wanted.iter().map(|(tenant, job)| (*tenant, &job.frame.map)));
+        for (_, job) in wanted {
+            self.desk.textures.want(&job.frame.paint);
+        }
     }
 
     fn enqueue(&mut self, came_at: Instant, incoming: Incoming, job: Box<RenderJob>) {
@@ -260,12 +272,13 @@ impl Worker {
 impl Begin<Task> for Desk {
     type Turn = Turn;
 
-    /// Once its town is there, unless it is one large job too many.
+    /// Once its town and its textures are there, unless it is one large job too many.
     fn can_begin(&self, tenant: &Tenant, task: &Task) -> bool {
         match &task.stage {
             Stage::Begun(_) => true,
             Stage::New(job) => {
                 self.towns.has(&job.frame.map.digest)
+                    && self.textures.has(&job.frame.paint)
                     && (!is_large(job, &self.cost) || self.has_room(tenant))
             }
         }
@@ -296,7 +309,8 @@ impl Begin<Task> for Desk {
                     asker.large = Some(large);
                 }
                 let town = self.towns.get(&job.frame.map.digest)?;
-                SlicedJob::new(town, job).map(Box::new)
+                let textures = self.textures.get(&job.frame.paint);
+                SlicedJob::new(town, job, &textures).map(Box::new)
             }
         };
         match begun {
@@ -331,7 +345,21 @@ fn is_large(job: &RenderJob, cost: &CostModel) -> bool {
 impl Stage {
     /// Whether it waits for a town.
     fn lacks(&self, digest: &str) -> bool {
-        matches!(self, Self::New(job) if job.frame.map.digest == digest)
+        self.new().is_some_and(|job| job.frame.map.digest == digest)
+    }
+
+    /// Whether it waits for a texture.
+    fn lacks_texture(&self, digest: &str) -> bool {
+        let is_it = |other: &String| other == digest;
+        self.new().is_some_and(|job| job.frame.paint.textures.iter().any(is_it))
+    }
+
+    /// The job, unless it is begun.
+    fn new(&self) -> Option<&RenderJob> {
+        match self {
+            Self::New(job) => Some(job),
+            Self::Begun(_) => None,
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Changes of what surrounds the actors that move: lights, things of the map, sensors.
 
-use crate::{ActorId, TrafficLightColour};
+use std::sync::Arc;
+
+use crate::{ActorId, MaterialParameter, Texture, TrafficLightColour};
 
 /// One change of traffic lights.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +36,8 @@ pub enum TrafficLightCommand {
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneryCommand {
     /// Loads or unloads layers of the map: all things of a layer that have a place in the scenery
-    /// appear or go. Things that were hidden one by one are shown when their layer is loaded anew.
+    /// appear or go. Things that were hidden one by one are shown when their layer is loaded anew,
+    /// and have no paint then.
     Layers {
         /// CARLA's `MapLayer` flags.
         layers: u16,
@@ -48,6 +51,16 @@ pub enum SceneryCommand {
         objects: Vec<u64>,
         /// Show or hide.
         enabled: bool,
+    },
+    /// Puts a texture on things of the map, in place of the one that they had there. Things without
+    /// a place in the scenery stay as they are.
+    Paint {
+        /// Ids of environment objects of the map.
+        objects: Vec<u64>,
+        /// What it replaces.
+        parameter: MaterialParameter,
+        /// On each side of each of them once, over all of its extent.
+        texture: Arc<Texture>,
     },
 }
 

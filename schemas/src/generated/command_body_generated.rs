@@ -12,10 +12,10 @@ use super::*;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 pub const ENUM_MIN_COMMAND_BODY: u8 = 0;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
-pub const ENUM_MAX_COMMAND_BODY: u8 = 35;
+pub const ENUM_MAX_COMMAND_BODY: u8 = 36;
 #[deprecated(since = "2.0.0", note = "Use associated constants instead. This will no longer be generated in 2021.")]
 #[allow(non_camel_case_types)]
-pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 36] = [
+pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 37] = [
   CommandBody::NONE,
   CommandBody::SpawnActor,
   CommandBody::DestroyActor,
@@ -52,6 +52,7 @@ pub const ENUM_VALUES_COMMAND_BODY: [CommandBody; 36] = [
   CommandBody::IgnoreVehicles,
   CommandBody::SetWalkerTrajectory,
   CommandBody::SetWalkerBones,
+  CommandBody::PaintEnvironmentObjects,
 ];
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -95,9 +96,10 @@ impl CommandBody {
   pub const IgnoreVehicles: Self = Self(33);
   pub const SetWalkerTrajectory: Self = Self(34);
   pub const SetWalkerBones: Self = Self(35);
+  pub const PaintEnvironmentObjects: Self = Self(36);
 
   pub const ENUM_MIN: u8 = 0;
-  pub const ENUM_MAX: u8 = 35;
+  pub const ENUM_MAX: u8 = 36;
   pub const ENUM_VALUES: &'static [Self] = &[
     Self::NONE,
     Self::SpawnActor,
@@ -135,6 +137,7 @@ impl CommandBody {
     Self::IgnoreVehicles,
     Self::SetWalkerTrajectory,
     Self::SetWalkerBones,
+    Self::PaintEnvironmentObjects,
   ];
   /// Returns the variant's name or "" if unknown.
   pub fn variant_name(self) -> Option<&'static str> {
@@ -175,6 +178,7 @@ impl CommandBody {
       Self::IgnoreVehicles => Some("IgnoreVehicles"),
       Self::SetWalkerTrajectory => Some("SetWalkerTrajectory"),
       Self::SetWalkerBones => Some("SetWalkerBones"),
+      Self::PaintEnvironmentObjects => Some("PaintEnvironmentObjects"),
       _ => None,
     }
   }

@@ -548,6 +548,20 @@ impl<'a> Command<'a> {
     }
   }
 
+  #[inline]
+  #[allow(non_snake_case)]
+  pub fn body_as_paint_environment_objects(&self) -> Option<PaintEnvironmentObjects<'a>> {
+    if self.body_type() == CommandBody::PaintEnvironmentObjects {
+      let u = self.body();
+      // Safety:
+      // Created from a valid Table for this object
+      // Which contains a valid union in this slot
+      Some(unsafe { PaintEnvironmentObjects::init_from_table(u) })
+    } else {
+      None
+    }
+  }
+
 }
 
 impl flatbuffers::Verifiable for Command<'_> {
@@ -594,6 +608,7 @@ impl flatbuffers::Verifiable for Command<'_> {
           CommandBody::IgnoreVehicles => v.verify_union_variant::<flatbuffers::ForwardsUOffset<IgnoreVehicles>>("CommandBody::IgnoreVehicles", pos),
           CommandBody::SetWalkerTrajectory => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerTrajectory>>("CommandBody::SetWalkerTrajectory", pos),
           CommandBody::SetWalkerBones => v.verify_union_variant::<flatbuffers::ForwardsUOffset<SetWalkerBones>>("CommandBody::SetWalkerBones", pos),
+          CommandBody::PaintEnvironmentObjects => v.verify_union_variant::<flatbuffers::ForwardsUOffset<PaintEnvironmentObjects>>("CommandBody::PaintEnvironmentObjects", pos),
           _ => Ok(()),
         }
      })?
@@ -889,6 +904,13 @@ impl core::fmt::Debug for Command<'_> {
         },
         CommandBody::SetWalkerBones => {
           if let Some(x) = self.body_as_set_walker_bones() {
+            ds.field("body", &x)
+          } else {
+            ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")
+          }
+        },
+        CommandBody::PaintEnvironmentObjects => {
+          if let Some(x) = self.body_as_paint_environment_objects() {
             ds.field("body", &x)
           } else {
             ds.field("body", &"InvalidFlatbuffer: Union discriminant does not match value.")

@@ -45,6 +45,8 @@ impl<'a> Frame<'a> {
   pub const VT_HALTED: flatbuffers::VOffsetT = 36;
   pub const VT_RULES_BROKEN: flatbuffers::VOffsetT = 38;
   pub const VT_WALKER_POSES: flatbuffers::VOffsetT = 40;
+  pub const VT_TEXTURES: flatbuffers::VOffsetT = 42;
+  pub const VT_COATS: flatbuffers::VOffsetT = 44;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -63,6 +65,8 @@ impl<'a> Frame<'a> {
     builder.add_epoch(args.epoch);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
+    if let Some(x) = args.coats { builder.add_coats(x); }
+    if let Some(x) = args.textures { builder.add_textures(x); }
     if let Some(x) = args.walker_poses { builder.add_walker_poses(x); }
     if let Some(x) = args.rules_broken { builder.add_rules_broken(x); }
     if let Some(x) = args.halted { builder.add_halted(x); }
@@ -228,6 +232,22 @@ impl<'a> Frame<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<WalkerPose>>>>(Frame::VT_WALKER_POSES, None)}
   }
+  /// BLAKE3 digests of the textures that things of the map have; each is an asset of the bus.
+  #[inline]
+  pub fn textures(&self) -> Option<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>(Frame::VT_TEXTURES, None)}
+  }
+  /// Of those things that have any. Ordered by place.
+  #[inline]
+  pub fn coats(&self) -> Option<flatbuffers::Vector<'a, Coat>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, Coat>>>(Frame::VT_COATS, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for Frame<'_> {
@@ -256,6 +276,8 @@ impl flatbuffers::Verifiable for Frame<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Halt>>>("halted", Self::VT_HALTED, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, RulesBroken>>>("rules_broken", Self::VT_RULES_BROKEN, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<WalkerPose>>>>("walker_poses", Self::VT_WALKER_POSES, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<&'_ str>>>>("textures", Self::VT_TEXTURES, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, Coat>>>("coats", Self::VT_COATS, false)?
      .finish();
     Ok(())
   }
@@ -280,6 +302,8 @@ pub struct FrameArgs<'a> {
     pub halted: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Halt>>>,
     pub rules_broken: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, RulesBroken>>>,
     pub walker_poses: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<WalkerPose<'a>>>>>,
+    pub textures: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>,
+    pub coats: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, Coat>>>,
 }
 impl<'a> Default for FrameArgs<'a> {
   #[inline]
@@ -304,6 +328,8 @@ impl<'a> Default for FrameArgs<'a> {
       halted: None,
       rules_broken: None,
       walker_poses: None,
+      textures: None,
+      coats: None,
     }
   }
 }
@@ -390,6 +416,14 @@ impl<'a: 'b, 'b> FrameBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_WALKER_POSES, walker_poses);
   }
   #[inline]
+  pub fn add_textures(&mut self, textures: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<&'b  str>>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_TEXTURES, textures);
+  }
+  #[inline]
+  pub fn add_coats(&mut self, coats: flatbuffers::WIPOffset<flatbuffers::Vector<'b , Coat>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(Frame::VT_COATS, coats);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> FrameBuilder<'a, 'b> {
     let start = _fbb.start_table();
     FrameBuilder {
@@ -432,6 +466,8 @@ impl core::fmt::Debug for Frame<'_> {
       ds.field("halted", &self.halted());
       ds.field("rules_broken", &self.rules_broken());
       ds.field("walker_poses", &self.walker_poses());
+      ds.field("textures", &self.textures());
+      ds.field("coats", &self.coats());
       ds.finish()
   }
 }

@@ -131,7 +131,9 @@ fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
         | Body::Push
         | Body::SetPose
         | Body::SetSwitch => body::command_in(raw),
-        Body::SetMapLayers | Body::SetEnvironmentObjects => scenery::command_in(raw),
+        Body::SetMapLayers | Body::SetEnvironmentObjects | Body::PaintEnvironmentObjects => {
+            scenery::command_in(raw)
+        }
         Body::Listen | Body::IgnoreVehicles | Body::SendV2x => sensor::command_in(raw),
         _ => setting_in(raw),
     }

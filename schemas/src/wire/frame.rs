@@ -8,7 +8,7 @@ use super::parts::{
     world_in,
 };
 use super::walker_pose::{poses_in, poses_out};
-use super::{Kind, agent, check_count, root, scenery};
+use super::{Kind, agent, check_count, paint, root, scenery};
 use crate::generated as fb;
 use crate::limits::{ACTORS_PER_WORLD_MAX, REPLY_BYTES_MAX};
 use crate::{
@@ -52,6 +52,7 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
     let broken: Vec<fb::RulesBroken> = frame.rules_broken.iter().map(broken_out).collect();
     let rules_broken = (!broken.is_empty()).then(|| builder.create_vector(&broken));
     let walker_poses = poses_out(&mut builder, &frame.walker_poses);
+    let (textures, coats) = paint::paint_out(&mut builder, &frame.paint);
     let weather = weather_out(&frame.weather);
     let root = fb::Frame::create(
         &mut builder,
@@ -75,6 +76,8 @@ pub fn encode_frame(frame: &Frame) -> EncodedFrame {
             halted,
             rules_broken,
             walker_poses,
+            textures,
+            coats,
         },
     );
     builder.finish(root, Some(FRAME.identifier));
@@ -115,6 +118,7 @@ pub fn decode_frame(bytes: &[u8]) -> Result<Frame, Error> {
         traffic_lights: raw.traffic_lights().iter().map(light_in).collect::<Result<_, _>>()?,
         agents: raw.agents().iter().flatten().map(agent::state_in).collect::<Result<_, _>>()?,
         hidden: scenery::hidden_in(&raw)?,
+        paint: paint::paint_in(&raw)?,
         halted: raw.halted().iter().flatten().map(halt_in).collect::<Result<_, _>>()?,
         rules_broken: broken.iter().flatten().map(broken_in).collect::<Result<_, _>>()?,
         walker_poses: poses_in(raw.walker_poses())?,

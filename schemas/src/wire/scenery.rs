@@ -2,7 +2,7 @@
 
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, Vector, WIPOffset};
 
-use super::{check_count, needed};
+use super::{check_count, needed, paint};
 use crate::generated as fb;
 use crate::limits::{OBJECTS_PER_COMMAND_MAX, SCENERY_MAX};
 use crate::{Command, Error, HiddenScenery, SceneryCommand};
@@ -22,17 +22,24 @@ pub(super) fn command_out(b: &mut FlatBufferBuilder<'_>, command: &SceneryComman
             let body = fb::SetEnvironmentObjects::create(b, &args).as_union_value();
             (fb::CommandBody::SetEnvironmentObjects, body)
         }
+        SceneryCommand::Paint { objects, parameter, texture } => {
+            let body = paint::command_out(b, (objects, *parameter, texture)).as_union_value();
+            (fb::CommandBody::PaintEnvironmentObjects, body)
+        }
     }
 }
 
 /// # Errors
-/// For too many objects, and what no command of the schema is.
+/// For too many objects, for what is no texture, and what no command of the schema is.
 pub(super) fn command_in(raw: &fb::Command<'_>) -> Result<Command, Error> {
     if let Some(set) = raw.body_as_set_map_layers() {
         return Ok(Command::Scenery(SceneryCommand::Layers {
             layers: set.layers(),
             loaded: set.loaded(),
         }));
+    }
+    if let Some(paint) = raw.body_as_paint_environment_objects() {
+        return paint::command_in(&paint);
     }
     let set = needed(raw.body_as_set_environment_objects(), "a known command")?;
     let objects = set.objects();

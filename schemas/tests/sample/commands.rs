@@ -1,9 +1,12 @@
 //! Commands for driving, for bodies, and for what surrounds them.
 
+use std::sync::Arc;
+
 use schemas::{
     AckermannControl, AgentBehaviour, AgentCommand, AgentOptions, BodyCommand, BodySwitch,
-    BonesChange, Command, Proximity, PushKind, SceneryCommand, SensorCommand, TrafficCommand,
-    TrafficLightColour, TrafficLightCommand, Vec3, VehicleCommand, WalkerCommand, WalkerStage,
+    BonesChange, Command, MaterialParameter, Proximity, PushKind, SceneryCommand, SensorCommand,
+    Texture, TrafficCommand, TrafficLightColour, TrafficLightCommand, Vec3, VehicleCommand,
+    WalkerCommand, WalkerStage,
 };
 
 use super::vehicles::{gains, physics};
@@ -150,5 +153,13 @@ pub(crate) fn scene_commands() -> Vec<Command> {
         Command::Scenery(SceneryCommand::Layers { layers: 0x11, loaded: false }),
         Command::Scenery(SceneryCommand::Objects { objects: vec![1, u64::MAX], enabled: true }),
         Command::Scenery(SceneryCommand::Objects { objects: Vec::new(), enabled: false }),
+        paint(MaterialParameter::Diffuse),
+        paint(MaterialParameter::Emissive),
     ]
+}
+
+fn paint(parameter: MaterialParameter) -> Command {
+    let texture = Texture::new([2, 1], 1.5, &[255, 0, 128, 1, 2, 3]);
+    let texture = Arc::new(texture.expect("two pixels"));
+    Command::Scenery(SceneryCommand::Paint { objects: vec![7, u64::MAX], parameter, texture })
 }

@@ -8,12 +8,13 @@ mod vehicles;
 
 use schemas::{
     ActorDescription, ActorId, ActorKind, ActorState, AgentState, AgentStatus, Alive, Attachment,
-    AttachmentKind, Attribute, BodyCommand, BonePose, Camera, Collision, Command, EncodedFrame,
-    Error, ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image, ImageEncoding,
-    ImageKind, Images, Lease, MapRef, PictureQuality, PilotMode, RayHit, RenderJob, Reply, Request,
-    RulesBroken, ServiceKind, Staging, StreetLight, Tick, TickItem, TickOutcome, TickResult,
-    TrafficLightColour, TrafficLightState, Vec3, VehicleCommand, VehicleControl, VehicleFailure,
-    VehicleReport, WalkerControl, WalkerPose, Weather, WorldId, WorldInfo, level_pose, wire,
+    AttachmentKind, Attribute, BodyCommand, BonePose, Camera, Coat, Collision, Command,
+    EncodedFrame, Error, ErrorCode, Exposure, Frame, Halt, HaltReason, HiddenScenery, Image,
+    ImageEncoding, ImageKind, Images, Lease, MapRef, Paint, PictureQuality, PilotMode, RayHit,
+    RenderJob, Reply, Request, RulesBroken, ServiceKind, Staging, StreetLight, Tick, TickItem,
+    TickOutcome, TickResult, TrafficLightColour, TrafficLightState, Vec3, VehicleCommand,
+    VehicleControl, VehicleFailure, VehicleReport, WalkerControl, WalkerPose, Weather, WorldId,
+    WorldInfo, level_pose, wire,
 };
 
 use commands::{body_commands, driving_commands, scene_commands};
@@ -143,6 +144,7 @@ pub(crate) fn frame() -> Frame {
         traffic_lights: vec![traffic_light()],
         agents: vec![agent()],
         hidden: HiddenScenery::default(),
+        paint: paint(),
         halted: vec![Halt { tick: Tick(7), actor: actor(1), reason: HaltReason::TooFast }],
         rules_broken: vec![RulesBroken {
             actor: actor(1),
@@ -153,6 +155,16 @@ pub(crate) fn frame() -> Frame {
         }],
         walker_poses: vec![WalkerPose { walker: actor(2), share: 0.5, bones: bones() }],
         sim_secs: 2.1,
+    }
+}
+
+fn paint() -> Paint {
+    Paint {
+        textures: vec!["a".repeat(64), "b".repeat(64)],
+        coats: vec![
+            Coat { place: 3, diffuse: Some(1), emissive: None },
+            Coat { place: 700_000, diffuse: Some(0), emissive: Some(1) },
+        ],
     }
 }
 

@@ -60,7 +60,10 @@ pub(super) async fn serve<S: Simulation>(
     };
     let for_maps = Arc::clone(&router);
     let asset = move |incoming: Incoming| match keys::parse_asset(incoming.key()) {
-        Some(digest) => for_maps.send(MakerJob::Asset { digest: digest.to_owned(), incoming }),
+        Some(digest) => match world::texture(digest) {
+            Some(texture) => incoming.reply_bytes(texture.bytes().to_vec()),
+            None => for_maps.send(MakerJob::Asset { digest: digest.to_owned(), incoming }),
+        },
         None => incoming.refuse(unknown_key()),
     };
     Ok(vec![

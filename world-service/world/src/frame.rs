@@ -1,6 +1,8 @@
 //! The public picture of a world, and the number that stands for its state.
 
-use schemas::{ActorId, ActorState, Frame, HiddenScenery, RulesBroken, TrafficLightState, Weather};
+use schemas::{
+    ActorId, ActorState, Frame, HiddenScenery, Paint, RulesBroken, TrafficLightState, Weather,
+};
 
 use crate::actor::Vehicle;
 use crate::blueprint;
@@ -46,6 +48,7 @@ impl World {
             traffic_lights: self.traffic_lights(),
             agents: self.state.agents(),
             hidden: self.state.hidden.clone(),
+            paint: self.state.paint.told(),
             halted: self.state.halted.clone(),
             rules_broken: self.broken(),
             walker_poses: self.state.walker_poses.clone(),
@@ -80,7 +83,7 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   what is hidden, bodies, wheels, controls, pilots, agents, traffic, what lights and signs
+    ///   what is hidden or painted, bodies, wheels, controls, pilots, agents, traffic, what lights and signs
     ///   say to vehicles, and how walkers are posed. Not the world's id and epoch, so that forks
     ///   agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
@@ -99,6 +102,10 @@ impl World {
         }
         if state.hidden != HiddenScenery::default() {
             hasher.value(&state.hidden);
+        }
+        if !state.paint.is_none() {
+            let Paint { textures, coats } = state.paint.told();
+            hasher.value(&(textures, coats));
         }
         if !state.halted.is_empty() {
             hasher.value(&state.halted);

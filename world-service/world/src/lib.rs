@@ -53,6 +53,7 @@ mod hash;
 mod measuring;
 mod motion;
 mod overlap;
+mod paint;
 mod physics;
 mod place;
 mod push;
@@ -75,6 +76,7 @@ mod walker;
 mod wheel;
 mod world;
 
+pub use paint::texture;
 pub use step::grip;
 pub use town::Town;
 pub use traffic::{Broken, Lights};

@@ -150,6 +150,9 @@ fn check_state(state: &State, town: &Town) -> Result<(), Error> {
     if !is_of_town(&state.hidden, town) || !are_hidden {
         return Err(damaged("it hides what the map has not"));
     }
+    if !state.paint.is_consistent(town.roads.scenery().len()) {
+        return Err(damaged("it has paint on what the map has not"));
+    }
     if !state.fixtures.is_consistent(&town.scenery, &state.hidden, &state.physics) {
         return Err(damaged("its scenery is not that of the map"));
     }

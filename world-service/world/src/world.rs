@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::actor::Actor;
 use crate::collision::Contacts;
+use crate::paint::Painted;
 use crate::physics::Physics;
 use crate::scenery::NearFixtures;
 use crate::sensors::{Readings, Sensors};
@@ -70,6 +71,7 @@ pub(crate) struct State {
     pub fixtures: NearFixtures,
     /// What of the town is not there.
     pub hidden: HiddenScenery,
+    pub paint: Painted,
     pub physics: Physics,
     /// `None` in a world without the town's lights and signs.
     pub traffic: Option<Lights>,
@@ -116,6 +118,7 @@ impl World {
                 collisions: Vec::new(),
                 fixtures: NearFixtures::default(),
                 hidden: HiddenScenery::default(),
+                paint: Painted::default(),
                 physics: Physics::new(),
                 traffic: None,
                 sensors: Sensors::default(),

@@ -1,12 +1,14 @@
 //! Commands of every kind, good and bad, near the origin.
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "test code")]
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 use schemas::{
     ActorId, AgentBehaviour, AgentCommand, AgentOptions, Attachment, AttachmentKind, Attribute,
-    BodyCommand, BodySwitch, BonePose, BonesChange, Command, PilotMode, PushKind, SceneryCommand,
-    SensorCommand, TrafficCommand, Vec3, VehicleCommand, VehicleControl, WalkerCommand,
-    WalkerControl, Weather, level_pose,
+    BodyCommand, BodySwitch, BonePose, BonesChange, Command, MaterialParameter, PilotMode,
+    PushKind, SceneryCommand, SensorCommand, Texture, TrafficCommand, Vec3, VehicleCommand,
+    VehicleControl, WalkerCommand, WalkerControl, Weather, level_pose,
 };
 
 fn any_actor() -> impl Strategy<Value = ActorId> + Clone {
@@ -164,11 +166,13 @@ fn any_traffic() -> impl Strategy<Value = Command> {
 
 /// The house and the wall of the straight road, its surface, and what is not there.
 fn any_scenery() -> impl Strategy<Value = Command> {
+    use MaterialParameter::{Diffuse, Emissive};
     let object = prop_oneof![
         4 => (0u64..2).prop_map(|position| 2 << 56 | 1 << 24 | position),
         1 => Just(1 << 56 | 1 << 24),
         1 => any::<u64>(),
     ];
+    let painted = object.clone();
     prop_oneof![
         (any::<u16>(), any::<bool>()).prop_map(|(layers, loaded)| Command::Scenery(
             SceneryCommand::Layers { layers, loaded }
@@ -176,6 +180,13 @@ fn any_scenery() -> impl Strategy<Value = Command> {
         (prop::collection::vec(object, 0..3), any::<bool>()).prop_map(|(objects, enabled)| {
             Command::Scenery(SceneryCommand::Objects { objects, enabled })
         }),
+        (prop::collection::vec(painted, 0..3), any::<bool>(), any::<u8>()).prop_map(
+            |(objects, shines, grey)| {
+                let parameter = if shines { Emissive } else { Diffuse };
+                let texture = Arc::new(Texture::new([1, 1], 1.0, &[grey % 3; 3]).unwrap());
+                Command::Scenery(SceneryCommand::Paint { objects, parameter, texture })
+            }
+        ),
         (1u32..8, prop::collection::vec(any_actor(), 0..3)).prop_map(|(sensor, vehicles)| {
             Command::Sensor(SensorCommand::IgnoreVehicles {
                 sensor: ActorId::new(sensor).unwrap(),

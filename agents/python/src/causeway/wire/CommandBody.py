@@ -39,3 +39,4 @@ class CommandBody(object):
     IgnoreVehicles = 33
     SetWalkerTrajectory = 34
     SetWalkerBones = 35
+    PaintEnvironmentObjects = 36

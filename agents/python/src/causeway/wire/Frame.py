@@ -339,8 +339,54 @@ class Frame(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(40))
         return o == 0
 
+    # BLAKE3 digests of the textures that things of the map have; each is an asset of the bus.
+    # Frame
+    def Textures(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(42))
+        if o != 0:
+            a = self._tab.Vector(o)
+            return self._tab.String(a + flatbuffers.number_types.UOffsetTFlags.py_type(j * 4))
+        return ""
+
+    # Frame
+    def TexturesLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(42))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def TexturesIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(42))
+        return o == 0
+
+    # Of those things that have any. Ordered by place.
+    # Frame
+    def Coats(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(44))
+        if o != 0:
+            x = self._tab.Vector(o)
+            x += flatbuffers.number_types.UOffsetTFlags.py_type(j) * 8
+            from causeway.wire.Coat import Coat
+            obj = Coat()
+            obj.Init(self._tab.Bytes, x)
+            return obj
+        return None
+
+    # Frame
+    def CoatsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(44))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # Frame
+    def CoatsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(44))
+        return o == 0
+
 def FrameStart(builder):
-    builder.StartObject(19)
+    builder.StartObject(21)
 
 def Start(builder):
     FrameStart(builder)
@@ -512,6 +558,30 @@ def FrameStartWalkerPosesVector(builder, numElems):
 
 def StartWalkerPosesVector(builder, numElems: int) -> int:
     return FrameStartWalkerPosesVector(builder, numElems)
+
+def FrameAddTextures(builder, textures):
+    builder.PrependUOffsetTRelativeSlot(19, flatbuffers.number_types.UOffsetTFlags.py_type(textures), 0)
+
+def AddTextures(builder, textures):
+    FrameAddTextures(builder, textures)
+
+def FrameStartTexturesVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartTexturesVector(builder, numElems: int) -> int:
+    return FrameStartTexturesVector(builder, numElems)
+
+def FrameAddCoats(builder, coats):
+    builder.PrependUOffsetTRelativeSlot(20, flatbuffers.number_types.UOffsetTFlags.py_type(coats), 0)
+
+def AddCoats(builder, coats):
+    FrameAddCoats(builder, coats)
+
+def FrameStartCoatsVector(builder, numElems):
+    return builder.StartVector(8, numElems, 4)
+
+def StartCoatsVector(builder, numElems: int) -> int:
+    return FrameStartCoatsVector(builder, numElems)
 
 def FrameEnd(builder):
     return builder.EndObject()

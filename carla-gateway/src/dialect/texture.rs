@@ -1,0 +1,63 @@
+//! Textures that clients make.
+
+use serde::Deserialize;
+
+/// CARLA's bound is the size of a request.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Texture<C>(u32, u32, Vec<C>);
+
+/// Red, green, blue, alpha in sRGB.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(crate) struct Colour(u8, u8, u8, #[expect(dead_code, reason = "on the wire")] u8);
+
+/// Red, green, blue, alpha, linear.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(crate) struct FloatColour(f32, f32, f32, #[expect(dead_code, reason = "on the wire")] f32);
+
+/// A colour as light, 0 to 1 and more.
+pub(crate) trait Linear: Copy {
+    fn linear(self) -> [f32; 3];
+}
+
+impl Linear for Colour {
+    fn linear(self) -> [f32; 3] {
+        [self.0, self.1, self.2].map(|part| {
+            let part = f32::from(part) / 255.0;
+            if part <= 0.040_45 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+}
+
+impl Linear for FloatColour {
+    fn linear(self) -> [f32; 3] {
+        [self.0, self.1, self.2].map(|part| part.max(0.0))
+    }
+}
+
+impl<C: Linear> Texture<C> {
+    /// Width and height; `None` if there are other pixels than these say, or none.
+    pub(crate) fn size_px(&self) -> Option<[usize; 2]> {
+        let Self(width, height, pixels) = self;
+        let [width, height] = [*width as usize, *height as usize];
+        (!pixels.is_empty() && width.checked_mul(height) == Some(pixels.len()))
+            .then_some([width, height])
+    }
+
+    /// The mean of some pixels.
+    pub(crate) fn mean(
+        &self,
+        columns: std::ops::Range<usize>,
+        rows: std::ops::Range<usize>,
+    ) -> [f32; 3] {
+        let mut sum = [0.0; 3];
+        for row in rows.clone() {
+            for column in columns.clone() {
+                let pixel = self.2.get(row * self.0 as usize + column);
+                let parts = pixel.map_or([0.0; 3], |pixel| pixel.linear());
+                sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+            }
+        }
+        let count = (rows.len() * columns.len()).max(1) as f32;
+        sum.map(|part| part / count)
+    }
+}
