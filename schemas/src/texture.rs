@@ -68,7 +68,8 @@ impl Texture {
     ///
     /// # Errors
     /// `TooLarge` for a side of more than [`TEXTURE_SIDE_PX_MAX`] pixels, `InvalidMessage` for none,
-    /// for another count of bytes than that and for a brightness that is negative or no number.
+    /// `TooLarge` for a side of more than [`TEXTURE_SIDE_PX_MAX`] pixels, `InvalidMessage` for no
+    /// side, another count of bytes and a brightness that is negative or no number.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, Error> {
         let (size_px, brightness) = header(&bytes).unwrap_or(([0; 2], 0.0));
         if size_px.iter().any(|side| *side > TEXTURE_SIDE_PX_MAX) {

@@ -76,16 +76,16 @@ def test_a_house_shows_a_texture_the_right_way_round_and_nothing_else_does(world
     (before,) = eye.look()
     world.apply_color_texture_to_object(house.name, DIFFUSE, texture(RED, BLUE))
     (after,) = eye.look()
-    red, blue = is_mostly(after, 0), is_mostly(after, 2)
-    assert (red | blue).mean() > 0.1
-    assert not (is_mostly(before, 0) | is_mostly(before, 2))[red | blue].any()
-    # The middle of the picture may lie on an edge, on either side of which red is to the left.
-    row = HIGH_PX // 2
-    turns = np.flatnonzero(red[row, :-1] & blue[row, 1:])
-    assert len(turns) == np.sum(np.diff(blue[row].astype(int)) == 1) or len(turns) >= 1
+    painted = changed(before, after)
+    red, blue = is_mostly(after, 0) & painted, is_mostly(after, 2) & painted
+    assert painted.mean() > 0.25 and (red | blue)[painted].mean() > 0.98
+    # The eye looks at the middle of the house.
+    assert red[:, : WIDE_PX // 4].sum() > 5 * blue[:, : WIDE_PX // 4].sum()
+    assert blue[:, -WIDE_PX // 4 :].sum() > 5 * red[:, -WIDE_PX // 4 :].sum()
     world.apply_color_texture_to_object(house.name, DIFFUSE, texture(GREEN, GREEN))
     (again,) = eye.look()
-    assert (is_mostly(again, 1) == (red | blue)).mean() > 0.98
+    assert is_mostly(again, 1)[painted].mean() > 0.98
+    assert not changed(before, again)[~painted].any()
 
 
 def test_depth_and_tags_are_as_without_a_texture(world):
@@ -104,18 +104,17 @@ def test_depth_and_tags_are_as_without_a_texture(world):
         assert not changed(plain, painted).any()
 
 
-def test_another_house_stays_as_it_is(world, house):
+def test_each_thing_has_its_own(world, house):
     house, eye = house
     (before,) = eye.look()
-    others = [name for name in world.get_names_of_all_objects() if name != house.name]
-    far = [one for one in others if "house" in one.lower()][:1]
     world.apply_color_texture_to_objects([house.name, "no such thing"], DIFFUSE, texture(RED, RED))
-    (painted,) = eye.look()
+    (one,) = eye.look()
+    others = [name for name in world.get_names_of_all_objects() if name != house.name]
     world.apply_color_texture_to_objects(others, DIFFUSE, texture(GREEN, GREEN))
-    (all_of_them,) = eye.look()
-    assert far and is_mostly(painted, 0).mean() > 0.1
-    assert (is_mostly(all_of_them, 0) == is_mostly(painted, 0)).mean() > 0.98
-    assert not is_mostly(before, 1).any() or is_mostly(all_of_them, 1).mean() > 0.0
+    (both,) = eye.look()
+    assert changed(before, one).mean() > 0.25
+    assert not changed(one, both)[changed(before, one)].any()
+    assert is_mostly(both, 1)[changed(one, both)].mean() > 0.95
 
 
 def test_light_of_a_texture_is_seen_by_night(world, house):
@@ -128,8 +127,8 @@ def test_light_of_a_texture_is_seen_by_night(world, house):
             shine.set(x, y, carla.FloatColor(0.0, 2.0, 0.0, 1.0))
     world.apply_float_color_texture_to_object(house.name, EMISSIVE, shine)
     (lit,) = eye.look()
-    world.set_weather(carla.WeatherParameters.ClearNoon)
-    assert is_mostly(dark, 1).mean() < 0.01 and is_mostly(lit, 1).mean() > 0.1
+    bright = (lit[:, :, 1] > 200) & is_mostly(lit, 1)
+    assert dark.mean() < 100 and bright.mean() > 0.25
 
 
 def test_names_that_nothing_has_are_left_out_unless_none_is_left(world):

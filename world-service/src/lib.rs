@@ -24,3 +24,4 @@ mod simulation;
 pub use app::{ServiceError, WorldService, run, start};
 pub use args::{Args, Config, ConfigError, Journals};
 pub use map_files::{map_files, read_map_file};
+pub use world::texture;

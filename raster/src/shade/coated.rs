@@ -11,8 +11,8 @@ use crate::surface::{Looks, Surface};
 use crate::vector::{LANES, V3, V8, scale, splat};
 use crate::view::View;
 
-/// Light of the brightest texture that gives any: as much as lamps of vehicles give.
-const EMISSIVE: f32 = 1.6;
+/// Light of a white texture: about as bright as a wall in the sun.
+const EMISSIVE: f32 = 0.4;
 
 /// Eight pixels of things with a coat.
 pub(crate) struct Coated<'a, S: Simd> {

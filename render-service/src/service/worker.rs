@@ -177,7 +177,8 @@ impl Worker {
             }
         }
         let firsts = self.waiting.first_of_each();
-        let wanted = firsts.iter().filter_map(|(tenant, task)| Some((*tenant, task.stage.new()?)));
+        let wanted =
+            firsts.iter().filter_map(|(tenant, task)| Some((*tenant, task.stage.unbegun()?)));
         let wanted: Vec<(&Tenant, &RenderJob)> = wanted.collect();
         self.desk.towns.want(wanted.iter().map(|(tenant, job)| (*tenant, &job.frame.map)));
         for (_, job) in wanted {
@@ -345,17 +346,17 @@ fn is_large(job: &RenderJob, cost: &CostModel) -> bool {
 impl Stage {
     /// Whether it waits for a town.
     fn lacks(&self, digest: &str) -> bool {
-        self.new().is_some_and(|job| job.frame.map.digest == digest)
+        self.unbegun().is_some_and(|job| job.frame.map.digest == digest)
     }
 
     /// Whether it waits for a texture.
     fn lacks_texture(&self, digest: &str) -> bool {
         let is_it = |other: &String| other == digest;
-        self.new().is_some_and(|job| job.frame.paint.textures.iter().any(is_it))
+        self.unbegun().is_some_and(|job| job.frame.paint.textures.iter().any(is_it))
     }
 
     /// The job, unless it is begun.
-    fn new(&self) -> Option<&RenderJob> {
+    fn unbegun(&self) -> Option<&RenderJob> {
         match self {
             Self::New(job) => Some(job),
             Self::Begun(_) => None,

@@ -10,13 +10,13 @@ use crate::limits::{OBJECTS_PER_COMMAND_MAX, PAINTED_OBJECTS_MAX, TEXTURES_PER_W
 use crate::{Coat, Command, Error, ErrorCode, MaterialParameter, Paint, SceneryCommand, Texture};
 
 type Textures<'a> = Vector<'a, ForwardsUOffset<&'a str>>;
+type Coats<'a> = Vector<'a, fb::Coat>;
 
-/// Digests and coats; nothing where nothing is painted.
-#[expect(clippy::type_complexity, reason = "two fields of a table")]
+/// Textures and coats; nothing where nothing is painted.
 pub(super) fn paint_out<'b>(
     b: &mut FlatBufferBuilder<'b>,
     paint: &Paint,
-) -> (Option<WIPOffset<Textures<'b>>>, Option<WIPOffset<Vector<'b, fb::Coat>>>) {
+) -> (Option<WIPOffset<Textures<'b>>>, Option<WIPOffset<Coats<'b>>>) {
     if paint.coats.is_empty() {
         return (None, None);
     }

@@ -4,7 +4,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use mcap_export::View;
-use render_service::{AdapterChoice, Renderer, TownScene};
+use render_service::{AdapterChoice, Renderer, Textures, TownScene};
 use schemas::limits::{FIELD_OF_VIEW_DEG_MAX, IMAGE_SIDE_PX_MAX, PIXELS_PER_JOB_MAX};
 use schemas::{
     ActorDescription, ActorId, Camera, Error, ErrorCode, Frame, Image, ImageEncoding, ImageKind,
@@ -155,6 +155,8 @@ pub(super) struct Studio {
     renderer: Renderer,
     tenant: Tenant,
     town: Arc<TownScene>,
+    /// Those of the last frame, and their digests.
+    textures: (Textures, Vec<String>),
     views: Vec<View>,
 }
 
@@ -169,7 +171,7 @@ impl Studio {
     ) -> Result<Self, render_service::RenderError> {
         let renderer = Renderer::new(AdapterChoice::parse(adapter))?;
         let town = Arc::new(TownScene::of_map(map));
-        Ok(Self { renderer, tenant, town, views })
+        Ok(Self { renderer, tenant, town, textures: Default::default(), views })
     }
 
     /// What draws.
@@ -203,8 +205,16 @@ impl Studio {
         };
         let jobs: Vec<RenderJob> = views.iter().map(job).collect();
         let jobs: Vec<_> = jobs.iter().map(|job| (Arc::clone(&self.town), job)).collect();
+        if self.textures.1 != frame.paint.textures {
+            let mut textures = Textures::default();
+            // The world that the journal makes again is in this process.
+            for texture in frame.paint.textures.iter().filter_map(|it| world_service::texture(it)) {
+                textures.keep(&texture);
+            }
+            self.textures = (textures, frame.paint.textures.clone());
+        }
         let mut images = Vec::with_capacity(views.len());
-        for drawn in self.renderer.render(&jobs) {
+        for drawn in self.renderer.render_painted(&jobs, &self.textures.0) {
             images.extend(drawn?.images);
         }
         Ok(views.into_iter().zip(images).collect())
