@@ -67,7 +67,6 @@ impl Texture {
     /// The texture that these bytes are.
     ///
     /// # Errors
-    /// `TooLarge` for a side of more than [`TEXTURE_SIDE_PX_MAX`] pixels, `InvalidMessage` for none,
     /// `TooLarge` for a side of more than [`TEXTURE_SIDE_PX_MAX`] pixels, `InvalidMessage` for no
     /// side, another count of bytes and a brightness that is negative or no number.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, Error> {

@@ -83,9 +83,9 @@ impl World {
     /// A number that is equal for equal states and, but for chance, different for different ones.
     ///
     /// - **Domain:** everything that moves or decides: tick, random generator, weather, lights,
-    ///   what is hidden or painted, bodies, wheels, controls, pilots, agents, traffic, what lights and signs
-    ///   say to vehicles, and how walkers are posed. Not the world's id and epoch, so that forks
-    ///   agree.
+    ///   what is hidden or painted, bodies, wheels, controls, pilots, agents, traffic, what lights
+    ///   and signs say to vehicles, and how walkers are posed. Not the world's id and epoch, so
+    ///   that forks agree.
     /// - **Determinism:** over bits in a fixed order, actors by id, -0.0 as +0.0; xxh3-64.
     pub fn state_hash(&self) -> u64 {
         let state = &self.state;
