@@ -190,7 +190,7 @@ fn light_is_added_by_night_and_leaves_the_wall_beneath() {
         let (pixels, _) = picture.as_chunks::<4>();
         pixels.iter().filter(|[r, g, b, _]| *g > 200 && *g > 2 * (*r).max(*b)).count()
     };
-    assert_eq!(greens(&bare), 0);
+    assert!(greens(&bare) < 320 * 180 / 50);
     assert!(greens(&lit) > 320 * 180 / 2);
 }
 

@@ -2,17 +2,19 @@
 
 use serde::Deserialize;
 
-/// CARLA's bound is the size of a request.
+/// Pixels row by row; a request bounds how many.
 #[derive(Debug, Deserialize)]
-pub(crate) struct Texture<C>(u32, u32, Vec<C>);
+pub(crate) struct Texture<C> {
+    width: u32,
+    height: u32,
+    pixels: Vec<C>,
+}
 
-/// Red, green, blue, alpha in sRGB.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(crate) struct Colour(u8, u8, u8, #[expect(dead_code, reason = "on the wire")] u8);
+/// Red, green, blue in sRGB, alpha.
+pub(crate) type Colour = (u8, u8, u8, u8);
 
-/// Red, green, blue, alpha, linear.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(crate) struct FloatColour(f32, f32, f32, #[expect(dead_code, reason = "on the wire")] f32);
+/// Red, green, blue, linear, alpha.
+pub(crate) type FloatColour = (f32, f32, f32, f32);
 
 /// A colour as light, 0 to 1 and more.
 pub(crate) trait Linear: Copy {
@@ -21,7 +23,8 @@ pub(crate) trait Linear: Copy {
 
 impl Linear for Colour {
     fn linear(self) -> [f32; 3] {
-        [self.0, self.1, self.2].map(|part| {
+        let (red, green, blue, _) = self;
+        [red, green, blue].map(|part| {
             let part = f32::from(part) / 255.0;
             if part <= 0.040_45 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
         })
@@ -30,17 +33,17 @@ impl Linear for Colour {
 
 impl Linear for FloatColour {
     fn linear(self) -> [f32; 3] {
-        [self.0, self.1, self.2].map(|part| part.max(0.0))
+        let (red, green, blue, _) = self;
+        [red, green, blue].map(|part| part.max(0.0))
     }
 }
 
 impl<C: Linear> Texture<C> {
     /// Width and height; `None` if there are other pixels than these say, or none.
     pub(crate) fn size_px(&self) -> Option<[usize; 2]> {
-        let Self(width, height, pixels) = self;
-        let [width, height] = [*width as usize, *height as usize];
-        (!pixels.is_empty() && width.checked_mul(height) == Some(pixels.len()))
-            .then_some([width, height])
+        let [width, height] = [self.width as usize, self.height as usize];
+        let count = self.pixels.len();
+        (count > 0 && width.checked_mul(height) == Some(count)).then_some([width, height])
     }
 
     /// The mean of some pixels.
@@ -52,7 +55,7 @@ impl<C: Linear> Texture<C> {
         let mut sum = [0.0; 3];
         for row in rows.clone() {
             for column in columns.clone() {
-                let pixel = self.2.get(row * self.0 as usize + column);
+                let pixel = self.pixels.get(row * self.width as usize + column);
                 let parts = pixel.map_or([0.0; 3], |pixel| pixel.linear());
                 sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
             }
