@@ -293,6 +293,6 @@ pub(crate) fn direction(pose: LanePose, sign: f64) -> LanePose {
 pub(crate) fn lateral_point(road: &Road, s: f64, t: f64, z_offset_m: f64) -> Point3<f64> {
     let reference = road.reference(s);
     let (sin, cos) = reference.heading_rad.sin_cos();
-    let z = road.elevation.value(s) + z_offset_m;
-    Point3::new(reference.x - t * sin, reference.y + t * cos, z)
+    let [x, y] = [reference.x - t * sin, reference.y + t * cos];
+    Point3::new(x, y, road.surface_m(s, [x, y]) + z_offset_m)
 }

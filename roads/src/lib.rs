@@ -32,6 +32,8 @@ mod kinds;
 mod labels;
 mod landmarks;
 mod lanes;
+mod level;
+mod levelling;
 mod lights;
 pub mod limits;
 mod links;

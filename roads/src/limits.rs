@@ -25,6 +25,11 @@ pub const SHOWN_CHARS_MAX: usize = 64;
 pub const LANE_STEPS_MAX: f64 = 2e7;
 /// Flat pieces all lanes of a map are cut into; each is up to ten triangles of a mesh.
 pub const LANE_PIECES_MAX: f64 = 2e6;
+/// Places on roads of junctions that are given a common height; beyond them junctions stay as they
+/// are.
+pub const LEVEL_PLACES_MAX: f64 = 1e6;
+/// Steps of the search for that height, about.
+pub const LEVEL_TRIES_MAX: usize = 400_000_000;
 /// Most pieces of what carries bridges; others of the map have none.
 pub const DECK_PIECES_MAX: usize = 400_000;
 /// Flat pieces of sidewalks that are looked at for roads that cross them.

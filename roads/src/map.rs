@@ -11,6 +11,7 @@ use crate::index::ProjectionIndex;
 use crate::kinds::LaneTypes;
 use crate::landmarks::Landmarks;
 use crate::lanes::{LaneEntry, LaneIndex, LanePose, LaneTable, lane_pose};
+use crate::levelling;
 use crate::links::Links;
 use crate::mesh::kerbs::Kerbs;
 use crate::model::{Model, Object, Road};
@@ -66,7 +67,7 @@ impl Map {
     /// As there.
     pub fn parse_shared(name: &str, xodr: Arc<str>) -> Result<Self, MapError> {
         let mut report = Report::default();
-        let model = xml::read(&xodr, &mut report);
+        let mut model = xml::read(&xodr, &mut report);
         size::check(&model, &mut report);
         if !report.is_empty() {
             return Err(MapError {
@@ -75,6 +76,7 @@ impl Map {
                 count: report.count,
             });
         }
+        levelling::level(&mut model);
         let table = LaneTable::new(&model);
         let shapes = Shapes::new(&model, &table);
         let links = Links::new(&model, &table);

@@ -1,8 +1,11 @@
 //! A map as read: roads with their lanes, before anything is derived from them.
 
+use std::sync::Arc;
+
 use crate::arc::PlanPose;
 use crate::geometry::{Geometry, Profile};
 use crate::kinds::{LaneType, MarkColor, MarkType};
+use crate::level::Level;
 use crate::signals::Signals;
 
 #[derive(Clone, Debug)]
@@ -21,6 +24,8 @@ pub(crate) struct Road {
     pub(crate) speed_limits: Vec<SpeedLimit>,
     pub(crate) geometries: Vec<Geometry>,
     pub(crate) elevation: Profile,
+    /// What it has in common with the other roads of an uneven junction.
+    pub(crate) level: Option<Arc<Level>>,
     pub(crate) lane_offset: Profile,
     pub(crate) sections: Vec<Section>,
     pub(crate) objects: Vec<Object>,
@@ -145,6 +150,21 @@ impl Road {
         let origin = PlanPose { x: 0.0, y: 0.0, heading_rad: 0.0 };
         let geometry = self.geometries.get(self.geometry_index(s));
         geometry.map_or((origin, [0.0, 1.0]), |own| own.at_with_direction(s - own.start_s))
+    }
+
+    /// Height of the surface at a place across from `s`, in metres: in an uneven junction the common
+    /// one, but for both ends, which are as high as the roads that go on there.
+    pub(crate) fn surface_m(&self, s: f64, at: [f64; 2]) -> f64 {
+        let own_m = self.elevation.value(s);
+        let Some(level) = &self.level else { return own_m };
+        own_m + self.shared_height(s) * (level.height_m(at, own_m) - own_m)
+    }
+
+    /// How much the height that roads of an uneven junction have in common counts at `s`, 0 to 1.
+    pub(crate) fn shared_height(&self, s: f64) -> f64 {
+        const END_M: f64 = 3.0;
+        let share = (s.min(self.length_m - s) / END_M).clamp(0.0, 1.0);
+        share * share * (3.0 - 2.0 * share)
     }
 
     /// Position of the geometry at `s`: the last one starting at or before it.

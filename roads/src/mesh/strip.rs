@@ -67,7 +67,8 @@ fn borders(road: &Road, section: &Section) -> Vec<f64> {
 
 /// Longest quad of a section.
 fn step_m(road: &Road, section: &Section) -> f64 {
-    let straight = road.elevation.is_linear()
+    let straight = road.level.is_none()
+        && road.elevation.is_linear()
         && road.lane_offset.is_linear()
         && section.lanes.iter().all(|lane| lane.width.is_linear());
     if straight { STRAIGHT_STEP_M } else { BENDING_STEP_M }

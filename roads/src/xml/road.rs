@@ -52,6 +52,7 @@ pub(super) fn read(
         speed_limits,
         geometries,
         elevation,
+        level: None,
         lane_offset,
         sections,
         objects,

@@ -148,3 +148,55 @@ fn who_cannot_start_on_a_climb_stands_and_does_not_roll_back() {
     let rolled_m = began_m - x_m(&world);
     assert!(rolled_m < 0.5, "it rolled back by {rolled_m} m");
 }
+
+/// Goal: a motorcycle stays upright where its way crosses a higher road of the same junction, as on
+/// CARLA's Town03. Method: the other road lies 0.4 m higher there.
+#[test]
+fn a_motorcycle_crosses_a_higher_road_of_the_junction_upright() {
+    let road = |id: u8,
+                junction: i8,
+                link: &str,
+                [x, y, hdg, length]: [f64; 4],
+                elevation: &str| {
+        format!(
+            "<road id=\"{id}\" length=\"{length}\" junction=\"{junction}\"><link>{link}</link><planView>\
+             <geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"{hdg}\" length=\"{length}\"><line/></geometry>\
+             </planView><elevationProfile>{elevation}</elevationProfile><lanes><laneSection s=\"0\">\
+             <center><lane id=\"0\" type=\"none\"/></center><right><lane id=\"-1\" type=\"driving\">\
+             <link><predecessor id=\"-1\"/><successor id=\"-1\"/></link>\
+             <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection></lanes></road>"
+        )
+    };
+    let on = "<successor elementType=\"junction\" elementId=\"9\"/>";
+    let off = "<predecessor elementType=\"junction\" elementId=\"9\"/>";
+    let through = "<predecessor elementType=\"road\" elementId=\"1\" contactPoint=\"end\"/>\
+                   <successor elementType=\"road\" elementId=\"3\" contactPoint=\"start\"/>";
+    let hump = "<elevation s=\"0\" a=\"0\" b=\"0\" c=\"0.01875\" d=\"-0.0015625\"/>\
+                <elevation s=\"8\" a=\"0.4\" b=\"0\" c=\"0\" d=\"0\"/>\
+                <elevation s=\"22\" a=\"0.4\" b=\"0\" c=\"-0.01875\" d=\"0.0015625\"/>";
+    let north = std::f64::consts::FRAC_PI_2;
+    let text = format!(
+        "<OpenDRIVE><header/>{}{}{}{}<junction id=\"9\" name=\"\">\
+         <connection id=\"0\" incomingRoad=\"1\" connectingRoad=\"2\" contactPoint=\"start\">\
+         <laneLink from=\"-1\" to=\"-1\"/></connection></junction></OpenDRIVE>",
+        road(1, -1, on, [0.0, 0.0, 0.0, 100.0], ""),
+        road(2, 9, through, [100.0, 0.0, 0.0, 30.0], ""),
+        road(3, -1, off, [130.0, 0.0, 0.0, 100.0], ""),
+        road(4, 9, "", [115.0, -15.0, north, 30.0], hump),
+    );
+    let map = Arc::new(Town::new(Arc::new(Map::parse("hump", &text).unwrap())));
+    let id = WorldId::new(1).unwrap();
+    let config = WorldConfig { id, epoch: 1, seed: 7, dt_secs: 0.05, map };
+    let mut world = World::new(config).unwrap();
+    let (kind, pose) = ("vehicle.vespa.zx125", Pose::translation(20.0, LANE_Y_M, 0.05));
+    let actor = world.apply(&Command::spawn(kind, pose, Vec3::zeros())).unwrap().unwrap();
+    join(&mut world, &[actor], AgentBehaviour::Normal);
+    let through = (0..TICKS_MAX).any(|_| {
+        world.tick().unwrap();
+        let pose = world.frame().actor(actor).unwrap().world_from_actor;
+        let up = pose.rotation * Vec3::z();
+        assert!(up.z > 0.95, "{pose}");
+        pose.translation.vector.x > 150.0
+    });
+    assert!(through);
+}
