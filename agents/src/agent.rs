@@ -208,7 +208,8 @@ impl Agent {
                 self.path.cut(from_m);
             }
             let wanted_m = WANDER_M + WANDER_SECS * view.velocity_mps.norm();
-            wander::extend(&mut self.path, senses.network, wanted_m, draw);
+            let asked = (wanted_m, view.climb_max());
+            wander::extend(&mut self.path, senses.network, asked, draw);
         }
         let position_m = view.world_from_vehicle.translation.vector;
         let driven_m = self.path.follow(senses.network, &position_m);

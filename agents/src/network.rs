@@ -5,6 +5,7 @@
 //! for the same map, so that a snapshot can hold lanes.
 
 mod build;
+mod climbs;
 mod conflicts;
 mod crossings;
 mod grid;
@@ -70,6 +71,8 @@ pub(crate) struct Lane {
     pub is_barred: bool,
     /// Whether some way on never ends; where all do, whether one leads to the end of a road.
     pub goes_on: bool,
+    /// Sine of the climb that no way from its entry on avoids; 0 where one does not climb.
+    pub climb: f32,
     /// Whether it leads around a roundabout, or through a junction onto one.
     pub is_ring: bool,
     pub enters_ring: bool,

@@ -57,6 +57,11 @@ impl VehicleView {
         GRAVITY_MPS2 * (forward.z - forward.z.clamp(-LEVEL, LEVEL))
     }
 
+    /// Sine of the steepest climb that it should drive up: where it can start though it nods.
+    pub(crate) fn climb_max(&self) -> f32 {
+        (self.start_mps2 - SPARE_MPS2) / GRAVITY_MPS2 - LEVEL
+    }
+
     /// Whether it would roll back here at full throttle.
     pub(crate) fn is_too_steep(&self) -> bool {
         let forward = self.world_from_vehicle.rotation * Vec3::x();

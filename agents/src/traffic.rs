@@ -151,7 +151,7 @@ impl Driver {
             claims.change(senses.body.id, to_left);
         }
         let wanted_m = WAY_M + WAY_SECS * view.velocity_mps.norm();
-        wander::extend(&mut self.path, network, wanted_m, draw);
+        wander::extend(&mut self.path, network, (wanted_m, view.climb_max()), draw);
         self.passage.look(senses, &self.path, (driven_m, gap_m), claims);
     }
 

@@ -21,26 +21,33 @@ pub(crate) fn begin(path: &mut Path, network: &Network, map: &Map, view: &Vehicl
     }
 }
 
-/// Adds lanes until so much way is ahead.
+/// Adds lanes until so much way is ahead, for a vehicle that can start on a climb of this sine.
 pub(crate) fn extend(
     path: &mut Path,
     network: &Network,
-    wanted_m: f32,
+    (wanted_m, climb_max): (f32, f32),
     draw: &mut dyn FnMut() -> u64,
 ) {
     for _ in 0..LANES_MAX {
         let last = path.last().filter(|_| path.length_m() < wanted_m);
-        let Some(leg) = last.and_then(|last| any_next(network, last, draw)) else { return };
+        let leg = last.and_then(|last| any_next(network, last, climb_max, draw));
+        let Some(leg) = leg else { return };
         path.push(leg);
     }
 }
 
-/// The next lane of a path, by choice among those that go on.
-fn any_next(network: &Network, last: &Leg, draw: &mut dyn FnMut() -> u64) -> Option<Leg> {
-    let all = &network.lane(last.last_lane())?.next;
-    let endless = |id: &&LaneId| network.lane(**id).is_some_and(|lane| lane.goes_on);
-    let good: Vec<LaneId> = all.iter().filter(endless).copied().collect();
-    let choice = if good.is_empty() { all } else { &good };
+/// The next lane of a path, by choice among those that go on and do not climb too steeply; the
+/// least steep ones where all do.
+fn any_next(
+    network: &Network,
+    last: &Leg,
+    climb_max: f32,
+    draw: &mut dyn FnMut() -> u64,
+) -> Option<Leg> {
+    let mut choice = network.going_on(&network.lane(last.last_lane())?.next);
+    let climb = |id: &LaneId| network.lane(*id).map_or(f32::INFINITY, |lane| lane.climb);
+    let least = choice.iter().map(climb).fold(f32::INFINITY, f32::min);
+    choice.retain(|id| climb(id) <= climb_max.max(least));
     let index = match choice.len() {
         0 => return None,
         1 => 0,

@@ -5,7 +5,8 @@ use schemas::yaw_rad;
 
 use super::grid::Grid;
 use super::{
-    Beside, Lane, LaneId, LanePoint, Network, conflicts, crossings, rings, stops, ways, wrapped,
+    Beside, Lane, LaneId, LanePoint, Network, climbs, conflicts, crossings, rings, stops, ways,
+    wrapped,
 };
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
@@ -39,6 +40,7 @@ pub(super) fn network(map: &Map) -> Network {
         lane.is_barred = is_too_tight(lane) || is_too_narrow(lane);
     }
     mark_endless(&mut network);
+    climbs::mark(&mut network);
     conflicts::find(&mut network);
     stops::mark(&mut network, map);
     network.grid = Grid::new(&network.lanes);

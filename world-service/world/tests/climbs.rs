@@ -149,6 +149,85 @@ fn who_cannot_start_on_a_climb_stands_and_does_not_roll_back() {
     assert!(rolled_m < 0.5, "it rolled back by {rolled_m} m");
 }
 
+/// Goal: nobody takes a climb that it cannot start on where another way leads on. Method: a road
+/// forks into a climb of 25 % and a level way; bicycles, and a motorcycle for which both will do,
+/// come to it with many seeds.
+#[test]
+fn a_bicycle_takes_the_level_way_where_the_other_one_climbs_too_steeply() {
+    let climbs = |kind: &str, seed: u64| {
+        let mut world = fork(seed);
+        let pose = Pose::translation(20.0, LANE_Y_M, 0.05);
+        let actor = world.apply(&Command::spawn(kind, pose, Vec3::zeros())).unwrap().unwrap();
+        join(&mut world, &[actor], AgentBehaviour::Normal);
+        let place =
+            |world: &World| world.frame().actor(actor).unwrap().world_from_actor.translation.vector;
+        let through = (0..TICKS_MAX).any(|_| {
+            world.tick().unwrap();
+            place(&world).x > 155.0
+        });
+        assert!(through, "{kind}, seed {seed}: {}", place(&world));
+        place(&world).z > 0.5
+    };
+    let count = |kind: &str| (1..=8).filter(|seed| climbs(kind, *seed)).count();
+    assert_eq!(count("vehicle.diamondback.century"), 0);
+    let motorcycles = count("vehicle.kawasaki.ninja");
+    assert!((1..8).contains(&motorcycles), "{motorcycles} of 8");
+}
+
+/// A road of 100 m that forks into two lanes side by side in the end: straight on up a climb, and
+/// to the right on level ground.
+fn fork(seed: u64) -> World {
+    let lane = "<lanes><laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><right>\
+                <lane id=\"-1\" type=\"driving\"><link><predecessor id=\"-1\"/>\
+                <successor id=\"-1\"/></link>\
+                <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection></lanes>";
+    let line = |x: f64, y: f64, length: f64| {
+        format!(
+            "<planView><geometry s=\"0\" x=\"{x}\" y=\"{y}\" hdg=\"0\" length=\"{length}\"><line/>\
+             </geometry></planView>"
+        )
+    };
+    let link = |before: &str, after: &str| {
+        let to = |tag: &str, id: &str, contact: &str| match id {
+            "" => String::new(),
+            "9" => format!("<{tag} elementType=\"junction\" elementId=\"9\"/>"),
+            _ => format!(
+                "<{tag} elementType=\"road\" elementId=\"{id}\" contactPoint=\"{contact}\"/>"
+            ),
+        };
+        format!(
+            "<link>{}{}</link>",
+            to("predecessor", before, "end"),
+            to("successor", after, "start")
+        )
+    };
+    let climb = "<elevationProfile><elevation s=\"0\" a=\"0\" b=\"0\" c=\"0.00625\" d=\"0\"/>\
+                 <elevation s=\"20\" a=\"2.5\" b=\"0.25\" c=\"0\" d=\"0\"/></elevationProfile>";
+    let aside = "<planView><geometry s=\"0\" x=\"100\" y=\"0\" hdg=\"0\" length=\"31.6\">\
+                 <paramPoly3 pRange=\"normalized\" aU=\"0\" bU=\"30\" cU=\"0\" dU=\"0\" aV=\"0\" \
+                 bV=\"0\" cV=\"-24\" dV=\"16\"/></geometry></planView>";
+    let road = |id: u8, junction: i8, length: f64, inner: &str| {
+        format!(
+            "<road id=\"{id}\" length=\"{length}\" junction=\"{junction}\">{inner}{lane}</road>"
+        )
+    };
+    let text = format!(
+        "<OpenDRIVE><header/>{}{}{}{}{}<junction id=\"9\" name=\"\">\
+         <connection id=\"0\" incomingRoad=\"1\" connectingRoad=\"2\" contactPoint=\"start\">\
+         <laneLink from=\"-1\" to=\"-1\"/></connection>\
+         <connection id=\"1\" incomingRoad=\"1\" connectingRoad=\"3\" contactPoint=\"start\">\
+         <laneLink from=\"-1\" to=\"-1\"/></connection></junction></OpenDRIVE>",
+        road(1, -1, 100.0, &(link("", "9") + &line(0.0, 0.0, 100.0))),
+        road(2, 9, 30.0, &(link("1", "4") + &line(100.0, 0.0, 30.0))),
+        road(3, 9, 31.6, &(link("1", "5") + aside)),
+        road(4, -1, 80.0, &(link("9", "") + &line(130.0, 0.0, 80.0) + climb)),
+        road(5, -1, 80.0, &(link("9", "") + &line(130.0, -8.0, 80.0))),
+    );
+    let map = Arc::new(Town::new(Arc::new(Map::parse("fork", &text).unwrap())));
+    let id = WorldId::new(1).unwrap();
+    World::new(WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map }).unwrap()
+}
+
 /// Goal: a motorcycle stays upright where its way crosses a higher road of the same junction, as on
 /// CARLA's Town03. Method: the other road lies 0.4 m higher there.
 #[test]
