@@ -47,10 +47,12 @@ fn seams(map: &Map) -> Seams {
             continue;
         }
         // The joints of lanes that do not meet are the map's own, as is a kink of lanes at an edge.
+        // In uneven junctions the ground has no lane's height.
         let torn = (end.point - start.point).norm() > CRACK_MAX_M
             || (end.heading_rad - start.heading_rad).sin().abs() > 0.002
             || (widths_m[0] - widths_m[1]).abs() > CRACK_MAX_M
-            || is_raised(map, &from) != is_raised(map, &to);
+            || is_raised(map, &from) != is_raised(map, &to)
+            || [&from, &to].into_iter().any(|place| roads::mesh::is_levelled(map, place));
         if torn {
             seams.torn_by_the_map += 1;
             continue;

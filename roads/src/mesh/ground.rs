@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::pavement::{Detail, pave};
 use super::terrain::Land;
 use super::{Material, Sink, deck};
-use crate::Map;
+use crate::{Map, Waypoint};
 
 /// How far the ground goes on beyond the roads, in metres.
 const MARGIN_M: f64 = 100.0;
@@ -34,6 +34,13 @@ pub fn ground(map: &Map) -> GroundMesh {
         land.spread(&mut mesh);
     }
     mesh
+}
+
+/// Whether the ground at a place has the height that the roads of an uneven junction have in
+/// common, which may be another one than that of the place.
+#[must_use]
+pub fn is_levelled(map: &Map, place: &Waypoint) -> bool {
+    map.model.road(place.road).is_some_and(|road| road.level.is_some())
 }
 
 /// Undersides and sides of bridges: what is seen of them from below. No wheel stands on it.
