@@ -117,12 +117,7 @@ static WORLD: &[Method] = &[
         "no vehicles or walkers; the bone of a socket does not move what hangs on it",
         value_of_all!(actor::spawn_on),
     ),
-    partly(
-        "destroy_actor",
-        "not lights and signs of the map: the client prints the refusal, the program goes on, and \
-         they stay; in CARLA they go",
-        value!(actor::destroy(id).await),
-    ),
+    full("destroy_actor", value!(actor::destroy(id).await)),
 ];
 
 static FURTHER: &[Method] = &[
