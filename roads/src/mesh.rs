@@ -15,7 +15,7 @@ mod terrain;
 use nalgebra::Point3;
 
 pub(crate) use building::panes;
-pub use ground::{GroundMesh, decks, ground, is_levelled};
+pub use ground::{GroundMesh, above_lane_m, decks, ground};
 pub(crate) use markings::stripes;
 pub(crate) use pavement::convex_hull;
 pub use render::{Surface, TILE_M, TownMesh, render};

@@ -13,6 +13,8 @@ use crate::trigger::{BoxSize, TriggerBox, driving_lanes};
 const STOP_SHARE: f64 = 0.45;
 /// Half the size of the boxes of speed limits, in lane widths.
 const LIMIT_SHARE: f64 = 0.35;
+/// Speed limits that have a blueprint, in km/h: the tens from 10 to 130.
+const LIMIT_KMH_MAX: u32 = 130;
 
 /// What a sign says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +28,25 @@ pub enum SignKind {
         /// The limit in metres per second.
         limit_mps: f64,
     },
+}
+
+impl SignKind {
+    /// The blueprint of CARLA's actor for such a sign; `None` for a limit that CARLA has no sign
+    /// for.
+    #[must_use]
+    pub fn blueprint(self) -> Option<String> {
+        match self {
+            Self::Stop => Some("traffic.stop".to_owned()),
+            Self::Yield => Some("traffic.yield".to_owned()),
+            Self::SpeedLimit { limit_mps } => {
+                let kmh = (limit_mps * 3.6).round();
+                (10..=LIMIT_KMH_MAX)
+                    .step_by(10)
+                    .find(|known| f64::from(*known) == kmh)
+                    .map(|kmh| format!("traffic.speed_limit.{kmh}"))
+            }
+        }
+    }
 }
 
 /// A sign of the map.

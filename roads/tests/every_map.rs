@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use generated::towns;
 use nalgebra::{Point3, Vector3};
-use roads::mesh::{GroundMesh, ground, is_levelled, render};
+use roads::mesh::{GroundMesh, above_lane_m, ground, render};
 use roads::{LaneType, LaneTypes, Map};
 
 /// Triangles by square of the ground, to find those below a point quickly.
@@ -102,13 +102,12 @@ fn there_is_ground_under_every_driving_lane() {
             }
             let width_m = map.lane(&place).width_m;
             for side in [-0.45, 0.0, 0.45] {
-                let at = map.pose(&place) * Point3::new(0.0, side * width_m, 0.0);
+                let mut at = map.pose(&place) * Point3::new(0.0, side * width_m, 0.0);
+                at.z += above_lane_m(map, &place, &at);
                 let off_m = squares.off_m(&at);
                 // Beside a lane that opens or closes on a grade, the road there is at another s.
                 let pitch_rad = map.lane_pose(&place).expect("of this map").pitch_rad;
                 let off_max_m = 0.02 + (side * width_m * pitch_rad).abs();
-                // Towards the other roads of the junction: on the cloverleaf they lie 0.6 m lower.
-                let off_max_m = if is_levelled(map, &place) { 0.6 } else { off_max_m };
                 assert!(off_m < off_max_m, "{name}: ground {off_m} m off, {side} beside {place:?}");
             }
         }

@@ -47,12 +47,10 @@ fn seams(map: &Map) -> Seams {
             continue;
         }
         // The joints of lanes that do not meet are the map's own, as is a kink of lanes at an edge.
-        // In uneven junctions the ground has no lane's height.
         let torn = (end.point - start.point).norm() > CRACK_MAX_M
             || (end.heading_rad - start.heading_rad).sin().abs() > 0.002
             || (widths_m[0] - widths_m[1]).abs() > CRACK_MAX_M
-            || is_raised(map, &from) != is_raised(map, &to)
-            || [&from, &to].into_iter().any(|place| roads::mesh::is_levelled(map, place));
+            || is_raised(map, &from) != is_raised(map, &to);
         if torn {
             seams.torn_by_the_map += 1;
             continue;
@@ -61,7 +59,9 @@ fn seams(map: &Map) -> Seams {
         let (sin, cos) = end.heading_rad.sin_cos();
         let (ahead, left) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));
         for share in [-0.45, -0.37, -0.2, 0.0, 0.21, 0.38, 0.45] {
-            let middle = end.point + left * (share * widths_m[0]) + Vector3::z() * lift_m;
+            let middle = end.point + left * (share * widths_m[0]);
+            let above_m = roads::mesh::above_lane_m(map, &from, &middle);
+            let middle = middle + Vector3::z() * (lift_m + above_m);
             seams.rows += 1;
             let crack_m = widest_miss_m(&surface, &middle, &ahead, end.pitch_rad.tan());
             if crack_m > CRACK_MAX_M {

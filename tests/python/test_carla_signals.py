@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from carla_site import attach, spawn_at, ticks
+from running_site import two_free_ports
 
 RED = carla.TrafficLightState.Red
 LIGHT, SIGN = carla.CityObjectLabel.TrafficLight, carla.CityObjectLabel.TrafficSigns
@@ -70,7 +71,7 @@ def test_who_waited_at_a_destroyed_light_is_at_none(world):
 def test_the_traffic_manager_drives_past_a_destroyed_light(client, world):
     light, *_ = lights_of(world)
     car = waiting_car(world, light)
-    manager = client.get_trafficmanager(8010)
+    manager = client.get_trafficmanager(two_free_ports())
     manager.set_synchronous_mode(True)
     car.set_autopilot(True, manager.get_port())
     start = car.get_location()
@@ -79,7 +80,8 @@ def test_the_traffic_manager_drives_past_a_destroyed_light(client, world):
     assert light.destroy()
     ticks(world, 160)
     assert car.get_location().distance(start) > 15.0
-    manager.set_synchronous_mode(False)
+    car.set_autopilot(False, manager.get_port())
+    manager.shut_down()
 
 
 def test_a_batch_destroys_all_lights_and_signs_and_a_new_world_has_them(client, world):

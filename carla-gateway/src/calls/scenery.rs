@@ -84,11 +84,16 @@ fn gone_posts(episode: &Episode) -> BTreeSet<u32> {
     if posts.is_empty() {
         return BTreeSet::new();
     }
-    let there: BTreeSet<&str> =
-        episode.states().filter_map(|state| episode.signal(state.id)).collect();
+    let lights = episode.map.traffic_lights().lights.into_iter().map(|light| light.id);
+    let signs = episode.map.traffic_signs().into_iter();
+    let signs = signs.filter(|sign| sign.kind.blueprint().is_some()).map(|sign| sign.id);
+    let mut gone: BTreeSet<String> = lights.chain(signs).collect();
+    for signal in episode.states().filter_map(|state| episode.signal(state.id)) {
+        gone.remove(signal);
+    }
     let is_gone = |post: &Post| {
         let signal = episode.map.landmarks().get(post.landmark);
-        signal.is_some_and(|signal| !there.contains(signal.id.as_str()))
+        signal.is_some_and(|signal| gone.contains(&signal.id))
     };
     posts.into_iter().filter(|(_, post)| is_gone(post)).map(|(place, _)| place).collect()
 }

@@ -36,11 +36,12 @@ pub fn ground(map: &Map) -> GroundMesh {
     mesh
 }
 
-/// Whether the ground at a place has the height that the roads of an uneven junction have in
-/// common, which may be another one than that of the place.
+/// How much higher than a lane the ground is at a point across from a place on it, in metres: other
+/// than 0 in uneven junctions, whose roads have one height in common.
 #[must_use]
-pub fn is_levelled(map: &Map, place: &Waypoint) -> bool {
-    map.model.road(place.road).is_some_and(|road| road.level.is_some())
+pub fn above_lane_m(map: &Map, place: &Waypoint, at: &Point3<f64>) -> f64 {
+    let road = map.model.road(place.road);
+    road.map_or(0.0, |road| road.surface_m(place.s, [at.x, at.y]) - road.elevation.value(place.s))
 }
 
 /// Undersides and sides of bridges: what is seen of them from below. No wheel stands on it.

@@ -9,8 +9,6 @@ use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, Vec3};
 use crate::overlap::OrientedBox;
 use crate::scenery::{Reach, Scenery};
 
-/// Speed limits that have a blueprint, in km/h: the tens from 10 to 130.
-const LIMIT_KMH_MAX: u32 = 130;
 /// The blueprint of stop signs.
 const STOP: &str = "traffic.stop";
 
@@ -60,7 +58,7 @@ impl TrafficPlan {
         }
         plan.controllers = found.controllers.into_iter().map(|found| found.lights).collect();
         for sign in map.traffic_signs() {
-            let Some(blueprint) = blueprint_of(sign.kind) else { continue };
+            let Some(blueprint) = sign.kind.blueprint() else { continue };
             let at = plan.add(ActorKind::TrafficSign, &blueprint, sign.pose, &sign.boxes);
             plan.signals.push(sign.id);
             if !sign.crossing.is_empty() {
@@ -238,21 +236,6 @@ const fn tag(kind: ActorKind) -> u8 {
     match kind {
         ActorKind::TrafficLight => 7,
         _ => 8,
-    }
-}
-
-/// `None` for a limit that CARLA has no sign for.
-fn blueprint_of(kind: SignKind) -> Option<String> {
-    match kind {
-        SignKind::Stop => Some(STOP.to_owned()),
-        SignKind::Yield => Some("traffic.yield".to_owned()),
-        SignKind::SpeedLimit { limit_mps } => {
-            let kmh = (limit_mps * 3.6).round();
-            (10..=LIMIT_KMH_MAX)
-                .step_by(10)
-                .find(|known| f64::from(*known) == kmh)
-                .map(|kmh| format!("traffic.speed_limit.{kmh}"))
-        }
     }
 }
 
