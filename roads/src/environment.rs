@@ -7,7 +7,6 @@ use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
-use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
 use crate::post::Post;
@@ -66,19 +65,24 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// Everything of roads with their objects, of signals with their ids and poses, and of the posts,
-/// with their places, of the landmarks; ordered by id.
+/// A post, with the id and the road of its signal.
+pub(crate) struct Standing<'m> {
+    pub(crate) signal: &'m str,
+    pub(crate) road: u32,
+    /// Among the things that can be hidden.
+    pub(crate) place: u32,
+    pub(crate) post: &'m Post,
+}
+
+/// Everything of roads with their objects, of signals with their ids and poses, and of posts;
+/// ordered by id.
 pub(crate) fn list<'m>(
     roads: impl Iterator<Item = (&'m Road, impl Iterator<Item = &'m Object>)>,
     signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
-    posts: impl Iterator<Item = (u32, &'m Post)>,
-    landmarks: &'m [Landmark],
+    posts: impl Iterator<Item = Standing<'m>>,
 ) -> Vec<EnvironmentObject> {
-    let posts =
-        posts.filter_map(|(place, post)| Some((landmarks.get(post.landmark)?, place, post)));
-    let (far_side, near): (Vec<_>, Vec<_>) = posts.partition(|(_, _, post)| post.is_far_side);
-    let post_of: BTreeMap<&str, u32> =
-        near.iter().map(|(landmark, place, _)| (landmark.id.as_str(), *place)).collect();
+    let (far_side, near): (Vec<_>, Vec<_>) = posts.partition(|one| one.post.is_far_side);
+    let post_of: BTreeMap<&str, u32> = near.iter().map(|one| (one.signal, one.place)).collect();
     let mut found = Vec::new();
     let mut scenery_count = 0;
     for (road, objects) in roads {
@@ -94,9 +98,8 @@ pub(crate) fn list<'m>(
     found.extend(signals.enumerate().map(|(position, (id, signal, at))| {
         sign(id, signal, at, position, post_of.get(id.as_str()).copied())
     }));
-    found.extend(far_side.into_iter().enumerate().map(|(position, (light, place, post))| {
-        far_side_light(&light.id, light.road, (place, post), position)
-    }));
+    let far_side = far_side.iter().enumerate();
+    found.extend(far_side.map(|(position, one)| far_side_light(one, position)));
     found.sort_by_key(|object| object.id);
     found
 }
@@ -226,18 +229,14 @@ fn sign(
     }
 }
 
-/// The lamps of a light beyond its junction, with their post and its place.
-fn far_side_light(
-    signal_id: &str,
-    road: u32,
-    (place, post): (u32, &Post),
-    position: usize,
-) -> EnvironmentObject {
+/// The lamps of a light beyond its junction, with their post.
+fn far_side_light(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
+    let Standing { signal, road, place, post } = *standing;
     let [height_m, half_m] = LIGHT_M;
     let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
     EnvironmentObject {
         id: id(Origin::FarSide, road, position),
-        name: format!("TrafficLight_{signal_id}_far"),
+        name: format!("TrafficLight_{signal}_far"),
         label: SemanticTag::TrafficLight,
         layer: MapLayer::Props,
         pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),

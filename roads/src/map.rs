@@ -343,8 +343,12 @@ impl Map {
             signals().filter_map(|(id, signal)| Some((id, signal, self.landmarks.poses.get(id)?)))
         };
         let list = || {
-            let posts = self.posts_with_places();
-            environment::list(self.roads_with_objects(), posed(), posts, self.landmarks())
+            let posts = self.posts_with_places().filter_map(|(place, post)| {
+                let landmark = self.landmarks().get(post.landmark)?;
+                let (signal, road) = (landmark.id.as_str(), landmark.road);
+                Some(environment::Standing { signal, road, place, post })
+            });
+            environment::list(self.roads_with_objects(), posed(), posts)
         };
         self.environment.get_or_init(list)
     }

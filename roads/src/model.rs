@@ -152,8 +152,8 @@ impl Road {
         geometry.map_or((origin, [0.0, 1.0]), |own| own.at_with_direction(s - own.start_s))
     }
 
-    /// Height of the surface at a place across from `s`, in metres: in an uneven junction the common
-    /// one, but for both ends, which are as high as the roads that go on there.
+    /// Height of the surface at a place across from `s`, in metres: in an uneven junction the
+    /// common one, but for both ends, which are as high as the roads that go on there.
     pub(crate) fn surface_m(&self, s: f64, at: [f64; 2]) -> f64 {
         let own_m = self.elevation.value(s);
         let Some(level) = &self.level else { return own_m };

@@ -13,6 +13,7 @@ mod surface;
 
 use generated::towns;
 use nalgebra::{Point3, Vector3};
+use roads::mesh::above_lane_m;
 use roads::{LaneType, Map, Waypoint};
 use surface::Surface;
 
@@ -47,10 +48,12 @@ fn seams(map: &Map) -> Seams {
             continue;
         }
         // The joints of lanes that do not meet are the map's own, as is a kink of lanes at an edge.
+        // In the middle of an uneven junction the ground is bent between the corners of its faces.
         let torn = (end.point - start.point).norm() > CRACK_MAX_M
             || (end.heading_rad - start.heading_rad).sin().abs() > 0.002
             || (widths_m[0] - widths_m[1]).abs() > CRACK_MAX_M
-            || is_raised(map, &from) != is_raised(map, &to);
+            || is_raised(map, &from) != is_raised(map, &to)
+            || above_lane_m(map, &from, &end.point).abs() > CRACK_MAX_M;
         if torn {
             seams.torn_by_the_map += 1;
             continue;
@@ -60,8 +63,7 @@ fn seams(map: &Map) -> Seams {
         let (ahead, left) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));
         for share in [-0.45, -0.37, -0.2, 0.0, 0.21, 0.38, 0.45] {
             let middle = end.point + left * (share * widths_m[0]);
-            let above_m = roads::mesh::above_lane_m(map, &from, &middle);
-            let middle = middle + Vector3::z() * (lift_m + above_m);
+            let middle = middle + Vector3::z() * (lift_m + above_lane_m(map, &from, &middle));
             seams.rows += 1;
             let crack_m = widest_miss_m(&surface, &middle, &ahead, end.pitch_rad.tan());
             if crack_m > CRACK_MAX_M {

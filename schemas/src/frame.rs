@@ -311,8 +311,8 @@ pub struct Frame {
     pub actors: Vec<ActorState>,
     /// Ordered by (actor, other).
     pub collisions: Vec<Collision>,
-    /// Ordered by actor. In a world that has the map's lights, all of them in the map's order; those
-    /// that were destroyed with the colour `Unknown`.
+    /// Ordered by actor. In a world that has the map's lights, all of them in the map's order;
+    /// those that were destroyed with the colour `Unknown`.
     pub traffic_lights: Vec<TrafficLightState>,
     /// Navigation agents of vehicles, ordered by actor.
     pub agents: Vec<AgentState>,

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 /// Things of the map that are not there for bodies, rays and cameras.
 ///
-/// Only things with a place in the map's scenery can be hidden (houses, trees, lamps, walls, props),
-/// and the posts of lights and signs, whose places come after those. Roads, sidewalks and crossings
-/// always stay.
+/// Only things with a place in the map's scenery can be hidden (houses, trees, lamps, walls,
+/// props), and the posts of lights and signs, whose places come after those. Roads, sidewalks and
+/// crossings always stay.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HiddenScenery {
     /// CARLA's `MapLayer` flags of the layers that are not loaded.

@@ -110,8 +110,8 @@ impl World {
         solid.map(|actor| self.state.seen(actor))
     }
 
-    /// What its lights show, in the order of the map's, `Unknown` for those that were destroyed; none
-    /// in a world without them.
+    /// What its lights show, in the order of the map's, `Unknown` for those that were destroyed;
+    /// none in a world without them.
     pub fn light_colours(&self) -> impl Iterator<Item = TrafficLightColour> + '_ {
         self.state.traffic.iter().flat_map(Lights::colours)
     }

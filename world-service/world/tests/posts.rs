@@ -52,7 +52,9 @@ fn roll_towards(world: &mut World, post: &Post) -> (f32, bool) {
     let hits = run(world, 60);
     let half_m = state(world, car).box_half_extent_m.x;
     assert!(hits.iter().all(|hit| hit.other.is_none()), "{hits:?}");
-    (at_m.x - position_m(world, car).x - half_m, !hits.is_empty())
+    let before_m = at_m.x - position_m(world, car).x - half_m;
+    world.apply(&Command::DestroyActor { actor: car }).unwrap();
+    (before_m, !hits.is_empty())
 }
 
 #[test]

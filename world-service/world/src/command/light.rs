@@ -49,7 +49,8 @@ impl World {
         Ok(())
     }
 
-    /// Takes a light or sign away, with its posts and what hangs on it. Its group goes on without it.
+    /// Takes a light or sign away, with its posts; what hangs on it stays where it is. Its group
+    /// goes on without it.
     pub(super) fn destroy_signal(&mut self, id: ActorId, position: usize) {
         let (state, plan) = (&mut self.state, &self.town.traffic);
         state.detach_from(id);
