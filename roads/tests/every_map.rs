@@ -107,9 +107,9 @@ fn there_is_ground_under_every_driving_lane() {
             for side in [-0.45, 0.0, 0.45] {
                 let mut at = map.pose(&place) * Point3::new(0.0, side * width_m, 0.0);
                 let above_m = above_lane_m(map, &place, &at);
-                at.z += above_m;
+                at.z += above_m.unwrap_or_default();
                 // Between the corners of its faces the common height of a junction is bent.
-                let bent_m = above_m.abs().min(BENT_MAX_M);
+                let bent_m = above_m.map_or(0.0, |_| BENT_MAX_M);
                 let off_m = squares.off_m(&at);
                 // Beside a lane that opens or closes on a grade, the road there is at another s.
                 let pitch_rad = map.lane_pose(&place).expect("of this map").pitch_rad;

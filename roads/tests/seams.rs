@@ -53,7 +53,7 @@ fn seams(map: &Map) -> Seams {
             || (end.heading_rad - start.heading_rad).sin().abs() > 0.002
             || (widths_m[0] - widths_m[1]).abs() > CRACK_MAX_M
             || is_raised(map, &from) != is_raised(map, &to)
-            || above_lane_m(map, &from, &end.point).abs() > CRACK_MAX_M;
+            || above_lane_m(map, &from, &end.point).is_some_and(|above| above.abs() > CRACK_MAX_M);
         if torn {
             seams.torn_by_the_map += 1;
             continue;
@@ -63,7 +63,8 @@ fn seams(map: &Map) -> Seams {
         let (ahead, left) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));
         for share in [-0.45, -0.37, -0.2, 0.0, 0.21, 0.38, 0.45] {
             let middle = end.point + left * (share * widths_m[0]);
-            let middle = middle + Vector3::z() * (lift_m + above_lane_m(map, &from, &middle));
+            let above_m = above_lane_m(map, &from, &middle).unwrap_or_default();
+            let middle = middle + Vector3::z() * (lift_m + above_m);
             seams.rows += 1;
             let crack_m = widest_miss_m(&surface, &middle, &ahead, end.pitch_rad.tan());
             if crack_m > CRACK_MAX_M {

@@ -36,12 +36,12 @@ pub fn ground(map: &Map) -> GroundMesh {
     mesh
 }
 
-/// How much higher than a lane the ground is at a point across from a place on it, in metres: other
-/// than 0 in uneven junctions, whose roads have one height in common.
+/// How much higher than a lane the height is, in metres, that the roads of an uneven junction have
+/// in common, at a point across from a place on it; `None` elsewhere.
 #[must_use]
-pub fn above_lane_m(map: &Map, place: &Waypoint, at: &Point3<f64>) -> f64 {
-    let road = map.model.road(place.road);
-    road.map_or(0.0, |road| road.surface_m(place.s, [at.x, at.y]) - road.elevation.value(place.s))
+pub fn above_lane_m(map: &Map, place: &Waypoint, at: &Point3<f64>) -> Option<f64> {
+    let road = map.model.road(place.road).filter(|road| road.level.is_some())?;
+    Some(road.surface_m(place.s, [at.x, at.y]) - road.elevation.value(place.s))
 }
 
 /// Undersides and sides of bridges: what is seen of them from below. No wheel stands on it.
