@@ -14,6 +14,7 @@ mod recording;
 mod street_lamps;
 mod telling;
 mod uploads;
+mod visiting;
 mod worlds;
 
 pub(crate) use cameras::check_camera;
@@ -23,6 +24,7 @@ use std::sync::Arc;
 use roads::MapLayer;
 use schemas::{ActorId, Command, SharedFrame, wire};
 use tokio::runtime;
+use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
@@ -45,11 +47,15 @@ use coming_back::Keep;
 use ids::GivenIds;
 use listeners::Expected;
 use street_lamps::StreetLamps;
+use visiting::Visit;
+pub(crate) use visiting::VisitedTick;
 
 /// What gravity measures at rest, in metres per second squared.
 pub(crate) const GRAVITY_MPS2: f32 = 9.81;
 /// Commands that wait for the next tick at most.
 const PENDING_MAX: usize = 4_096;
+/// Ticks of a visited world that wait to be shown, at most.
+const VISITED_MAX: usize = 4;
 
 /// What the endpoint is told for a job, and what the job tells about its answer.
 struct Present {
@@ -57,6 +63,7 @@ struct Present {
     timing: Timing,
     expects_step: bool,
     asks_for_frame: bool,
+    awaits_world: bool,
     later: Option<JoinHandle<Answer>>,
     /// Was made ready for the call.
     prepared: Option<Prepared>,
@@ -70,6 +77,7 @@ impl Present {
             timing: Timing::Now,
             expects_step: false,
             asks_for_frame: false,
+            awaits_world: false,
             later: None,
             prepared: None,
             again: None,
@@ -97,6 +105,10 @@ pub(crate) struct Endpoint {
     /// Made at the first call that needs it.
     pub(crate) episode: Option<Episode>,
     keep: Keep,
+    /// Its world is that of a session at the OpenEnv face.
+    visit: Option<Visit>,
+    /// What came of the ticks of such a world; the server takes where they are told.
+    visited: (mpsc::Sender<VisitedTick>, Option<mpsc::Receiver<VisitedTick>>),
     /// What became of the world of the episode, when it is gone.
     pub(crate) lost: Option<String>,
     pub(crate) episodes_begun: u64,
@@ -146,6 +158,7 @@ impl Endpoint {
         let hub = Arc::new(Hub::counting(streams).serving(config.version));
         hub.open(WORLD_OBSERVER, true);
         let now = Instant::now();
+        let (tell_ticks, ticks) = mpsc::channel(VISITED_MAX);
         let keep = Keep::new(Arc::clone(&config.recovery));
         let recorder = Recorder::new(RecordingFolder::clone(&config.recordings));
         Self {
@@ -158,6 +171,8 @@ impl Endpoint {
             weather: WeatherParameters::of(&schemas::Weather::CLEAR_NOON),
             episode: None,
             keep,
+            visit: None,
+            visited: (tell_ticks, Some(ticks)),
             lost: None,
             episodes_begun: 0,
             frame_number: 0,
@@ -196,8 +211,13 @@ impl Endpoint {
 
     /// Takes over settings.
     pub(crate) fn settle(&mut self, settings: EpisodeSettings) {
+        let settings = self.settings_here(settings);
+        let changes_pace = settings.synchronous_mode != self.settings.synchronous_mode;
         self.settings = settings;
         self.queue_substeps();
+        if changes_pace {
+            self.change_pace();
+        }
     }
 
     /// A job begins.
@@ -253,6 +273,7 @@ impl Endpoint {
     pub(crate) fn report(&mut self, answer: Answer) -> Report {
         let world = match (&self.episode, &self.lost) {
             (None, _) => WorldState::None,
+            (Some(_), None) if self.visit.is_some() => WorldState::Visited,
             (Some(_), None) => WorldState::Alive,
             (Some(_), Some(_)) => WorldState::Lost,
         };
@@ -263,6 +284,7 @@ impl Endpoint {
             timing: self.present.timing,
             expects_step: self.present.expects_step,
             asks_for_frame: self.present.asks_for_frame,
+            awaits_world: self.present.awaits_world,
             settings: self.settings.clone(),
             frame_number: self.frame_number,
             episodes_begun: self.episodes_begun,

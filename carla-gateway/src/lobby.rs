@@ -17,7 +17,9 @@ mod managers;
 mod messages;
 mod pace;
 mod participants;
+mod timing;
 mod turn;
+mod visits;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -35,6 +37,7 @@ pub(crate) use messages::{Again, Brief, Call, Do, Event, Job, Report, Task, Timi
 use pace::{Pace, QUIET_AFTER_LOAD};
 use participants::Participants;
 use turn::{Purpose, UnderWay, Waiting};
+use visits::Visits;
 
 /// The call that loads a world.
 const LOAD: &str = "load_new_episode";
@@ -53,6 +56,7 @@ pub(crate) struct Lobby {
     late: LateAnswers,
     pace: Pace,
     participants: Participants,
+    visits: Visits,
     waiting: VecDeque<Waiting>,
     under_way: Option<UnderWay>,
     settings: EpisodeSettings,
@@ -77,6 +81,7 @@ impl Lobby {
             late: LateAnswers::default(),
             pace: Pace::new(period, sync_lease, now),
             participants: Participants::new(clock_lease),
+            visits: Visits::default(),
             waiting: VecDeque::new(),
             under_way: None,
             settings: EpisodeSettings::default(),
@@ -105,6 +110,7 @@ impl Lobby {
         }
         let idle = self.managers.due().into_iter().chain(self.held.due(&self.phase));
         let ticks = self.next_tick_at().into_iter().chain(self.participants.due());
+        let ticks = ticks.chain(self.visits.due(&self.phase)).chain(self.stands_until());
         late.chain(idle).chain(ticks).min()
     }
 
@@ -121,6 +127,7 @@ impl Lobby {
             }
             Event::Disconnected(client) => self.waiting.push_back(Waiting::Gone(client)),
             Event::Called(call) => self.receive(call, now, &mut acts),
+            Event::Ticked(tick) => self.visits.note_tick(tick),
             Event::Done(report) => self.finish(*report, now, &mut acts),
             // No call that could prove the contrary waits.
             Event::Due if self.under_way.is_none() => self.wake_late_managers(now, &mut acts),
@@ -162,6 +169,14 @@ impl Lobby {
         }
         if let Some(load) = self.held.take_ready(&self.phase, &self.managers, now) {
             self.begin_call(load, acts);
+            return true;
+        }
+        if let Some((tick, promised)) = self.visits.take_due(&self.phase, now) {
+            self.begin(Task::ShowVisited(tick), Purpose::Advance(promised), None, acts);
+            return true;
+        }
+        if self.stands_until().is_some_and(|until| until <= now) {
+            self.begin(Task::StandStill, Purpose::ShowEpisode, None, acts);
             return true;
         }
         let calls_first = self.pace.owes_a_call() && !self.waiting.is_empty();
@@ -243,6 +258,7 @@ impl Lobby {
         let is_new_frame = report.frame_number != self.frame_number;
         self.learn(&report, newest_client, now);
         let Report { answer, later, again, timing, expects_step, asks_for_frame, .. } = report;
+        let awaits_world = report.awaits_world;
         match purpose {
             Purpose::Call { ticket, is_load } => {
                 if let Some(later) = later {
@@ -274,6 +290,7 @@ impl Lobby {
                     self.participants.note_ask(client, now);
                 }
             }
+            Purpose::Advance(clients) if awaits_world => self.visits.promise(clients),
             Purpose::Advance(clients) => {
                 for client in clients {
                     self.managers.note_frame(client, now);
@@ -292,6 +309,7 @@ impl Lobby {
     fn learn(&mut self, report: &Report, newest_client: Option<ConnectionId>, now: Instant) {
         if report.frame_number != self.frame_number {
             self.late.note_frame(report.frame_number, now + self.pace.half_period());
+            self.visits.note_frame(now);
         }
         if report.world == WorldState::Lost && self.world != WorldState::Lost {
             self.newest_witness = newest_client;
@@ -304,6 +322,7 @@ impl Lobby {
         let is_new_episode = report.episodes_begun != self.episodes_begun;
         if is_new_episode {
             self.pace.count_from(now + QUIET_AFTER_LOAD);
+            self.visits.note_load(now);
         }
         if is_new_episode || !report.settings.synchronous_mode {
             self.participants.forget_round();
@@ -329,47 +348,10 @@ impl Lobby {
         if let Some((ticket, answer)) = released.load {
             acts.push(Do::Answer(ticket, answer));
             self.pace.count_from(now + QUIET_AFTER_LOAD);
+            self.visits.be_quiet(now);
         }
         for read in released.reads {
             acts.push(Do::Answer(read, Payload::value(&self.settings)));
-        }
-    }
-
-    /// Answers now, or with the next frame.
-    fn answer_in_time(
-        &mut self,
-        ticket: Ticket,
-        answer: Answer,
-        timing: Timing,
-        now: Instant,
-        acts: &mut Vec<Do>,
-    ) {
-        let (waits, steps) = match timing {
-            Timing::Now => (false, 0),
-            Timing::AfterManagersStep => {
-                let steps = self.late.steps_of(ticket.client, now);
-                (self.managers.count(ticket.client) > 0, steps)
-            }
-            Timing::WithNextFrame => (true, 0),
-        };
-        let given = if waits && self.ticks_by_itself() {
-            self.late.keep(ticket, answer, self.frame_number, steps)
-        } else {
-            Some((ticket, answer))
-        };
-        acts.extend(given.map(|(ticket, answer)| Do::Answer(ticket, answer)));
-    }
-
-    /// Gives the answers whose time has come or whose frame will not come.
-    fn give_late_answers(&mut self, now: Instant, acts: &mut Vec<Do>) {
-        let due = self.late.take_due(now, self.ticks_by_itself());
-        acts.extend(due.into_iter().map(|(ticket, answer)| Do::Answer(ticket, answer)));
-    }
-
-    fn wake_late_managers(&mut self, now: Instant, acts: &mut Vec<Do>) {
-        for (port, client) in self.managers.take_late(now) {
-            let host = self.clients.get(&client).map(|client| client.address());
-            acts.extend(host.map(|host| Do::Wake(host, port)));
         }
     }
 
@@ -381,6 +363,7 @@ impl Lobby {
         self.late.forget(client);
         self.phase.forget(client);
         self.participants.forget(client);
+        self.visits.forget(client);
     }
 
     /// When the world ticks by itself: never while nobody is connected, while clients tick, or
@@ -389,6 +372,13 @@ impl Lobby {
         let stands =
             self.phase.is_loading() || self.clients.is_empty() || self.world != WorldState::Alive;
         if stands { None } else { self.pace.due(&self.settings) }
+    }
+
+    /// When a visited world is shown again that does not tick: those who come wait for a frame.
+    fn stands_until(&self) -> Option<Instant> {
+        let follows = self.world == WorldState::Visited && !self.settings.synchronous_mode;
+        let stands = self.phase.is_loading() || self.clients.is_empty();
+        if follows && !stands { self.visits.stands_until() } else { None }
     }
 
     fn ticks_by_itself(&self) -> bool {

@@ -132,6 +132,7 @@ impl Endpoint {
     /// # Errors
     /// A name that leads nowhere, a file that cannot be read, and those of the world.
     pub(crate) async fn replay(&mut self, order: Order) -> Result<String, Refusal> {
+        self.unless_visiting("nothing is replayed")?;
         self.end_recording().await;
         self.stop_replay(false).await?;
         let path = self.recorder.recordings().path_of(&order.name)?;

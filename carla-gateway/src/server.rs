@@ -13,7 +13,7 @@ use tokio::task::{JoinError, JoinHandle};
 use tokio::time::Instant;
 
 use crate::calls;
-use crate::endpoint::Endpoint;
+use crate::endpoint::{Endpoint, VisitedTick};
 use crate::figures::Figures;
 use crate::lobby::{Again, Call, Do, Event, Job, Lobby, Report, Task};
 use crate::rpc::{self, Answer, ConnectionId, Outbox, Payload, Refusal, Ticket};
@@ -30,6 +30,8 @@ pub(crate) struct Server {
     told: mpsc::Receiver<rpc::Event>,
     /// Calls that come again.
     again: (mpsc::Sender<Call>, mpsc::Receiver<Call>),
+    /// Ticks of a world that clients visit.
+    visited: Option<mpsc::Receiver<VisitedTick>>,
     outboxes: BTreeMap<ConnectionId, Outbox>,
     /// Where streams are served.
     stream_port: u16,
@@ -56,6 +58,7 @@ impl Server {
             lobby,
             told,
             again,
+            visited: None,
             outboxes,
             stream_port,
             late_comers,
@@ -68,6 +71,7 @@ impl Server {
     /// Serves until nobody can connect any more.
     pub(crate) async fn run(mut self, mut endpoint: Endpoint) {
         let mut next = None;
+        self.visited = endpoint.take_visited();
         let mut hosts = endpoint.site.changes();
         loop {
             let event = match next.take() {
@@ -114,6 +118,7 @@ impl Server {
                 biased;
                 told = self.told.recv(), if self.lobby.has_room() => told?,
                 call = self.again.1.recv() => return call.map(Event::Called),
+                Some(tick) = received(&mut self.visited) => return Some(Event::Ticked(tick)),
                 () = reached(due) => return Some(Event::Due),
             };
             if let Some(event) = self.admit(told) {
@@ -237,6 +242,14 @@ impl Server {
     }
 }
 
+/// The next of them; without any, never.
+async fn received<T>(from: &mut Option<mpsc::Receiver<T>>) -> Option<T> {
+    match from {
+        Some(from) => from.recv().await,
+        None => std::future::pending().await,
+    }
+}
+
 /// Waits until then; without a time, for ever.
 async fn reached(time: Option<Instant>) {
     match time {
@@ -257,6 +270,7 @@ async fn perform(endpoint: &mut Endpoint, job: Job) -> Report {
         Task::Call(request, prepared) => {
             endpoint.bring(prepared);
             let answer = calls::answer(endpoint, &request).await;
+            endpoint.pass_on().await;
             let again = endpoint.take_again().map(|ready| Again { request, ready });
             return Report { again, ..endpoint.report(answer) };
         }
@@ -268,6 +282,11 @@ async fn perform(endpoint: &mut Endpoint, job: Job) -> Report {
         Task::TickByItself => endpoint.tick_by_itself().await,
         Task::ShowEpisode => {
             endpoint.show_episode().await;
+            Ok(Payload::Void)
+        }
+        Task::ShowVisited(tick) => endpoint.show_visited(tick).await,
+        Task::StandStill => {
+            endpoint.show_standstill().await;
             Ok(Payload::Void)
         }
     };

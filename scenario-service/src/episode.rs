@@ -86,6 +86,8 @@ pub(crate) struct Report {
     pub(crate) saved: Option<SavedState>,
     /// Who else is in the world.
     pub(crate) company: Option<Company>,
+    /// What CARLA's clients load to come into the world.
+    pub(crate) carla_world: Option<String>,
 }
 
 /// One episode.

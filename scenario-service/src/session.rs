@@ -1,6 +1,7 @@
 //! One session: a scenario with its settings, and the episode that runs in its own world.
 
 mod candidate;
+mod clock;
 mod context;
 mod contexts;
 mod error;
@@ -158,19 +159,22 @@ impl Session {
             ignored_config,
         };
         let begun = Begun { start, frame, replies };
+        let mut world = EpisodeWorld::new(world, base, &context).await;
+        if settings.common().open_to_carla {
+            world.open(&context).await.map_err(SessionError::World)?;
+        }
+        let carla_world = world.carla_world();
         let (episode, home, report) = if guests.is_empty() {
             let (episode, report) = begun.episode(0)?;
-            let world = EpisodeWorld::new(world, base, &context).await;
             (episode, Home::Own(world), report)
         } else {
-            let world = EpisodeWorld::new(world, base, &context).await;
             begun.share(world, guests, &context)?
         };
         // Nothing waits any more from here on: a reset is done as a whole or not at all.
         self.scenario = settings;
         self.built_from = built_from;
         self.go_on(episode, home);
-        Ok(report)
+        Ok(Report { carla_world, ..report })
     }
 
     /// Another episode than before.
@@ -283,13 +287,13 @@ impl Session {
             is_checked: action.kind == ActionKind::SetDestination,
         };
         match home.advance(&self.context, episode.frame(), work).await {
-            Ok(Told { frame, replies, collisions, events, company }) => {
+            Ok(Told { frame, replies, collisions, events, company, carla_world }) => {
                 plan.events.extend(events);
                 let report = episode.advance(action, plan, frame, &replies, &collisions);
                 if episode.is_done() {
                     home.leave();
                 }
-                Ok(Report { company, ..report })
+                Ok(Report { company, carla_world, ..report })
             }
             Err(Trouble::Ended) => Ok(episode.end(DoneReason::WorldReset)),
             Err(trouble) => Err(self.troubled(trouble)),

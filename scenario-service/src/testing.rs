@@ -6,8 +6,8 @@ use std::sync::{Arc, LazyLock, Mutex};
 
 use schemas::{
     ActorId, ActorKind, ActorState, AgentCommand, Camera, Collision, Command, CommandReply,
-    EncodedFrame, Error, ErrorCode, Frame, Image, MapRef, PilotMode, Pose, SharedFrame, Tick,
-    TickItem, TickOutcome, TickResult, Vec3, VehicleCommand, VehicleControl, WorldId, wire,
+    EncodedFrame, Error, ErrorCode, Frame, Image, MapRef, PilotMode, Pose, ServiceId, SharedFrame,
+    Tick, TickItem, TickOutcome, TickResult, Vec3, VehicleCommand, VehicleControl, WorldId, wire,
 };
 use tenancy::{Quotas, Visitor};
 use worlds::NewWorld;
@@ -64,6 +64,8 @@ pub(crate) struct ToyWorlds {
     pub(crate) is_slow_to_save: AtomicBool,
     /// No world is made from a state.
     pub(crate) is_slow_to_restore: AtomicBool,
+    /// As whom each request for ticks was asked.
+    asked_by: Mutex<Vec<Option<String>>>,
     /// No picture can be drawn.
     pub(crate) blind: AtomicBool,
 }
@@ -88,6 +90,11 @@ impl ToyWorlds {
     /// What tells one state of the oldest world from another.
     pub(crate) fn first_hash(&self) -> u64 {
         self.worlds.lock().unwrap().values().next().unwrap().frame.state_hash
+    }
+
+    /// As whom each request for ticks was asked.
+    pub(crate) fn participants(&self) -> Vec<Option<String>> {
+        self.asked_by.lock().unwrap().clone()
     }
 
     /// All worlds vanish, as when their service dies.
@@ -152,6 +159,10 @@ impl ToyWorlds {
             return Err(Error::new(ErrorCode::WrongTick, "another tick"));
         }
         let replies = item.commands.iter().map(|command| toy.apply(command)).collect();
+        if item.tick_count > 0 {
+            let name = item.participant.as_ref().map(ToString::to_string);
+            self.asked_by.lock().unwrap().push(name);
+        }
         let mut collisions = Vec::new();
         for _ in 0..item.tick_count {
             toy.tick();
@@ -303,6 +314,10 @@ impl WorldPort for ToyWorlds {
 
     fn fork(&self, world: WorldId) -> Answer<'_, WorldId> {
         Box::pin(async move { self.copy(world) })
+    }
+
+    fn share_clock(&self, _: WorldId) -> Answer<'_, ServiceId> {
+        Box::pin(async { Ok("face".parse().unwrap()) })
     }
 
     fn owned(&self) -> Answer<'_, Vec<WorldId>> {

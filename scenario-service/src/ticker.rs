@@ -62,12 +62,13 @@ impl Ticker {
         Self { shared: Arc::new(Shared { port, under_way: Mutex::default() }) }
     }
 
-    /// Carries out one item, alone or together with others.
+    /// Carries out one item, alone or together with others: alone where it takes long, or waits for
+    /// others who share the clock of its world.
     ///
     /// # Errors
     /// Those of the port, and of the item's own world.
     pub(crate) async fn tick(&self, item: TickItem) -> Result<TickOutcome, Error> {
-        if item.tick_count > TOGETHER_TICKS_MAX {
+        if item.tick_count > TOGETHER_TICKS_MAX || item.participant.is_some() {
             return self.shared.alone(item).await;
         }
         self.queue(item.world).tick(item).await

@@ -5,7 +5,7 @@ use std::future::Future;
 use std::pin::Pin;
 
 use schemas::{Camera, CommandReply, EncodedFrame, Error, ErrorCode, Image, MapRef};
-use schemas::{SharedFrame, Tick, TickItem, TickResult, WorldId};
+use schemas::{ServiceId, SharedFrame, Tick, TickItem, TickResult, WorldId};
 use worlds::NewWorld;
 
 pub(crate) mod collector;
@@ -52,6 +52,12 @@ pub(crate) trait WorldPort: Send + Sync + 'static {
     }
     /// Worlds that live as long as this service does.
     fn owned(&self) -> Answer<'_, Vec<WorldId>>;
+    /// Takes part in the clock of an own world, which others may share from now on; gives the name
+    /// under which it is ticked then.
+    fn share_clock(&self, world: WorldId) -> Answer<'_, ServiceId> {
+        let none = Error::new(ErrorCode::Unsupported, "no world is shared here").found(world);
+        Box::pin(async move { Err(none) })
+    }
     /// Advances many worlds; one result per item, in order.
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>>;
     /// One picture for each camera, of what a frame tells.

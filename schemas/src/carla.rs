@@ -6,7 +6,21 @@
 
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 
-use crate::{Pose, Vec3};
+use crate::{Pose, Vec3, WorldId};
+
+/// Before the number of a world in its name as a map.
+const WORLD_PREFIX: &str = "world-";
+
+/// What CARLA's clients load to come into a world that is open to them.
+pub fn name_of_world(world: WorldId) -> String {
+    format!("{WORLD_PREFIX}{}", world.get())
+}
+
+/// The world of such a name, which may be that of a file in a folder.
+pub fn world_named(name: &str) -> Option<WorldId> {
+    let number = name.rsplit('/').next()?.strip_prefix(WORLD_PREFIX)?;
+    WorldId::new(number.parse().ok()?)
+}
 
 /// CARLA's `Rotation`, in degrees; positive pitch looks up, positive yaw turns right, positive roll
 /// leans right.
@@ -68,6 +82,17 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn a_world_is_found_by_its_name_wherever_clients_think_it_lies() {
+        let world = WorldId::of_host(3, 17);
+        let name = name_of_world(world);
+        assert_eq!(world_named(&name), Some(world));
+        assert_eq!(world_named(&format!("/Game/Carla/Maps/{name}")), Some(world));
+        for other in ["Town01", "world-", "world-x", "world-0", "world--1"] {
+            assert_eq!(world_named(other), None, "{other}");
+        }
+    }
 
     #[test]
     fn left_is_negative_yaw_and_up_is_positive_pitch() {

@@ -27,7 +27,7 @@ fn token_of(stream: StreamId, endpoint: &Endpoint) -> Token {
 }
 
 /// Takes over settings; a step of 0 means a variable one, as in CARLA. Gives the present frame.
-pub(super) fn set_settings(endpoint: &mut Endpoint, settings: EpisodeSettings) -> Told<u64> {
+pub(super) async fn set_settings(endpoint: &mut Endpoint, settings: EpisodeSettings) -> Told<u64> {
     /// Longer steps are no simulation any more.
     const DELTA_SECS_MAX: f64 = 10.0;
     let fixed = settings.fixed_delta_seconds.0.filter(|delta| *delta != 0.0);
@@ -37,7 +37,11 @@ pub(super) fn set_settings(endpoint: &mut Endpoint, settings: EpisodeSettings) -
             fixed.unwrap_or_default()
         )));
     }
+    endpoint.check_step(fixed)?;
     endpoint.settle(EpisodeSettings { fixed_delta_seconds: Opt(fixed), ..settings });
+    if fixed.is_some() {
+        endpoint.begin_trial().await;
+    }
     endpoint.expect_step();
     Ok(endpoint.frame_number)
 }

@@ -36,7 +36,7 @@ static WORLD: &[Method] = &[
     full("get_episode_info", value!(session::episode_info())),
     full("get_sensor_token", value!(session::sensor_token(stream))).early(),
     by_lobby("get_episode_settings"),
-    full("set_episode_settings", value!(session::set_settings(settings))),
+    full("set_episode_settings", value!(session::set_settings(settings).await)),
     full("tick_cue", value!(session::next_frame())),
     partly(
         "load_new_episode",

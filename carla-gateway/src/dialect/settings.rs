@@ -46,6 +46,13 @@ impl Default for EpisodeSettings {
     }
 }
 
+impl EpisodeSettings {
+    /// The same with frames of this length.
+    pub(crate) fn with_step(self, secs: f64) -> Self {
+        Self { fixed_delta_seconds: Opt(Some(secs)), ..self }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct MapInfo {
     pub(crate) name: String,

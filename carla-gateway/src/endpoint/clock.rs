@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use schemas::Command;
 use schemas::limits::{DT_SECS_MAX, DT_SECS_MIN, SUBSTEPS_MAX};
+use schemas::{Command, TickOutcome};
 use tokio::time::Instant;
 
 use super::Endpoint;
@@ -39,18 +39,22 @@ impl Endpoint {
 
     /// The tick of a client that has got its answer.
     pub(crate) async fn keep_promised_tick(&mut self) {
-        if self.advance().await.is_err() {
+        let advanced = match self.visit {
+            Some(_) => self.ask_visited().await,
+            None => self.advance().await.map(drop),
+        };
+        if advanced.is_err() {
             self.show_standstill().await;
         }
     }
 
-    /// Advances the world by one frame for the caller; where clients share the clock, as soon as
-    /// all of them have asked.
+    /// Advances the world by one frame for the caller; where clients share the clock, or others do,
+    /// as soon as all of them have asked.
     ///
     /// # Errors
     /// Those of the world.
     pub(crate) async fn tick_for_caller(&mut self) -> Result<(), Refusal> {
-        if self.present.brief.shares_clock {
+        if self.present.brief.shares_clock || self.visit.is_some() {
             self.present.asks_for_frame = true;
             return self.get_ready().await;
         }
@@ -67,7 +71,7 @@ impl Endpoint {
     }
 
     /// Waits for what is still under way to clients.
-    async fn get_ready(&mut self) -> Result<(), Refusal> {
+    pub(super) async fn get_ready(&mut self) -> Result<(), Refusal> {
         self.ensure_episode().await?;
         self.move_away().await;
         self.episode()?;
@@ -91,12 +95,25 @@ impl Endpoint {
         self.play(delta_secs).await?;
         let outcome = self.tick_world(ticks as u32, Some(dt_secs)).await?;
         self.tell_refusals(&outcome.replies);
+        let frame_dt_secs = self.episode()?.frame.dt_secs;
+        let is_exact = (frame_dt_secs - dt_secs).abs() < 1e-9;
+        let told_secs = if is_exact { delta_secs } else { frame_dt_secs * ticks };
+        self.show_tick(outcome, told_secs).await
+    }
+
+    /// Shows the newest frame and what was measured in its tick, which took so long.
+    ///
+    /// # Errors
+    /// Those of the world.
+    pub(super) async fn show_tick(
+        &mut self,
+        outcome: TickOutcome,
+        delta_secs: f64,
+    ) -> Result<u64, Refusal> {
         self.frame_number += 1;
         let frame = self.episode()?.frame.clone();
-        let frame_dt_secs = frame.dt_secs;
         let before = self.shown.replace(frame);
-        let is_exact = (frame_dt_secs - dt_secs).abs() < 1e-9;
-        self.show_frame(if is_exact { delta_secs } else { frame_dt_secs * ticks }).await?;
+        self.show_frame(delta_secs).await?;
         self.drop_old_shapes();
         self.tell_sensors(&merge(outcome.sensors)).await;
         self.take_pictures(outcome.cameras_due, before.as_deref());
@@ -106,11 +123,12 @@ impl Endpoint {
         Ok(self.frame_number)
     }
 
-    /// Keeps the promise of a frame when the world is gone: clients see the last one once more, and
-    /// their next call says why.
-    async fn show_standstill(&mut self) {
+    /// Clients see the last frame once more under another number. Where they were promised one and
+    /// the world is gone, their next call says why.
+    pub(crate) async fn show_standstill(&mut self) {
         self.frame_number += 1;
-        if let Err(error) = self.show_frame(0.0).await {
+        let delta_secs = self.standing_secs();
+        if let Err(error) = self.show_frame(delta_secs).await {
             tracing::warn!(port = self.port, %error, "the world does not tick");
         }
     }
@@ -125,8 +143,11 @@ impl Endpoint {
         }
     }
 
-    /// Tells the world how to cut ticks into physics steps.
+    /// Tells the world how to cut ticks into physics steps; not that of a session, who has done so.
     pub(crate) fn queue_substeps(&mut self) {
+        if self.visit.is_some() {
+            return;
+        }
         let fixed = self.settings.fixed_delta_seconds.0;
         let dt_secs = fixed.unwrap_or(DT_SECS_MAX / 2.0).clamp(DT_SECS_MIN, DT_SECS_MAX);
         let steps = u32::try_from(self.settings.max_substeps).unwrap_or(1).clamp(1, SUBSTEPS_MAX);

@@ -241,7 +241,8 @@ impl Endpoint {
         }
         self.keep.move_again_at = None;
         let Some(old) = self.episode.as_ref().map(|episode| episode.world) else { return };
-        if self.lost.is_some() || !self.site.should_move(old) {
+        // A world of a session moves with that one.
+        if self.lost.is_some() || self.visit.is_some() || !self.site.should_move(old) {
             return;
         }
         match self.moved(old).await {
@@ -297,7 +298,7 @@ impl Endpoint {
 
     /// The same, when much has been done since the one before.
     pub(super) async fn keep_state_if_due(&mut self) {
-        if self.keep.is_due() {
+        if self.visit.is_none() && self.keep.is_due() {
             self.keep_state().await;
         }
     }

@@ -29,6 +29,10 @@ pub(super) async fn begin(site: &dyn Site, world: WorldId, name: String) -> Opti
 impl Endpoint {
     /// Has the world keep a journal beside the recording that has just begun.
     pub(crate) async fn begin_journal(&mut self) {
+        // A world of a session may have one already.
+        if self.visit.is_some() {
+            return;
+        }
         let (Some(names), Some(episode)) = (self.recorder.journal_names(), &self.episode) else {
             return;
         };

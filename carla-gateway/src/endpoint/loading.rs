@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use roads::MapLayer;
-use schemas::{Command, Frame, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3};
+use schemas::{Command, Frame, Pose, Reply, Request, SceneryCommand, SharedFrame, Vec3, WorldId};
 use tokio::time::Instant;
 use worlds::NewWorld;
 
@@ -35,7 +35,7 @@ fn without_layers(layers: u16) -> Vec<Command> {
 }
 
 /// Whether the map of a world is the one that clients are told.
-fn fits(map: &roads::Map, frame: &Frame) -> Result<(), Refusal> {
+pub(super) fn fits(map: &roads::Map, frame: &Frame) -> Result<(), Refusal> {
     let (name, wanted, found) = (map.name(), map.digest(), &frame.map.digest);
     if wanted == found {
         return Ok(());
@@ -53,7 +53,7 @@ impl Endpoint {
     }
 
     /// Begins a new episode on a map, or on the present one when the name is empty, with these of
-    /// CARLA's layers if the map has any. The old world goes only when the new one is there.
+    /// CARLA's layers if the map has any; or in the world of a session. The old world goes only when the new one is there.
     ///
     /// # Errors
     /// No such map, or no world service, or one with another version of the map; the old episode
@@ -61,6 +61,9 @@ impl Endpoint {
     pub(crate) async fn load(&mut self, name: &str, layers: u16) -> Result<(), Refusal> {
         // The client library ends its process when it leaves a stream that it is still joining.
         self.await_listeners(Whose::All).await;
+        if let Some(world) = schemas::carla::world_named(name) {
+            return self.visit(world).await;
+        }
         let name = match (name, &self.episode) {
             ("", Some(episode)) => episode.map_name.clone(),
             ("", None) => self.config.map.clone(),
@@ -88,6 +91,19 @@ impl Endpoint {
         let frame = fitting.inspect_err(|_| destroy_later(Arc::clone(&self.site), world))?;
         self.end_episode().await;
         self.keep.begin(new);
+        self.begin_episode((world, frame), map, told).await
+    }
+
+    /// Begins an episode in a world whose map clients know by a name.
+    ///
+    /// # Errors
+    /// Those of the world.
+    pub(super) async fn begin_episode(
+        &mut self,
+        (world, frame): (WorldId, SharedFrame),
+        map: Arc<roads::Map>,
+        told: String,
+    ) -> Result<(), Refusal> {
         self.given.begin_world();
         self.note_actors(&frame, &[]);
         self.episodes_begun += 1;
@@ -128,7 +144,7 @@ impl Endpoint {
         Ok(())
     }
 
-    async fn end_episode(&mut self) {
+    pub(super) async fn end_episode(&mut self) {
         self.lost = None;
         self.keep.end();
         self.end_recording().await;
@@ -147,6 +163,9 @@ impl Endpoint {
             self.event_memories.forget(stream);
         }
         self.hub.wait_for_leaving(Instant::now() + REST_WAIT).await;
+        if let Some(visit) = self.visit.take() {
+            return visit.end().await;
+        }
         if let Err(error) = self.site.ask(Request::DestroyWorld { world: old.world }).await {
             tracing::debug!(%error, "the old world could not be destroyed");
         }

@@ -21,6 +21,10 @@ pub(super) fn unexpected_answer() -> Error {
     Error::new(ErrorCode::InvalidMessage, "the world service answered something else")
 }
 
+fn spawned(replies: &[CommandReply]) -> impl Iterator<Item = ActorId> {
+    replies.iter().filter_map(|reply| reply.as_ref().ok().copied().flatten())
+}
+
 /// Of the only world that was ticked.
 pub(super) fn first_result(ticked: Reply) -> Result<TickOutcome, Error> {
     let Reply::Ticked(mut results) = ticked else { return Err(unexpected_answer()) };
@@ -47,7 +51,7 @@ impl Endpoint {
     }
 
     /// What a client reads of an error of the world, which may be gone.
-    fn refusal_of(&mut self, error: &Error) -> Refusal {
+    pub(super) fn refusal_of(&mut self, error: &Error) -> Refusal {
         if worlds::is_gone(error.code) || error.code == ErrorCode::WorldQuarantined {
             self.note_loss(error);
         }
@@ -104,15 +108,31 @@ impl Endpoint {
         self.keep.note(item.commands, item.tick_count, item.dt_secs);
         let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
         let frame = frame.map_err(|error| refused(&error))?;
+        self.take_frame(frame, &outcome.replies)?;
+        Ok(outcome)
+    }
+
+    /// The episode goes on with a frame; what was spawned for it.
+    ///
+    /// # Errors
+    /// There is no episode.
+    pub(super) fn take_frame(
+        &mut self,
+        frame: SharedFrame,
+        replies: &[CommandReply],
+    ) -> Result<(), Refusal> {
         let before = self.episode()?.frame.tick;
         for halt in frame.halted_since(before) {
             let (actor, tick, reason) = (halt.actor.get(), halt.tick.0, halt.reason);
             tracing::warn!(actor, tick, %reason, "an actor was put to rest; its physics is off");
         }
-        self.note_actors(&frame, &outcome.replies);
+        self.note_actors(&frame, replies);
+        if let Some(visit) = &mut self.visit {
+            visit.note(&frame, spawned(replies));
+        }
         self.recorder.see(&frame);
         self.episode()?.show(frame);
-        Ok(outcome)
+        Ok(())
     }
 
     /// What becomes of a tick item that was refused.
@@ -144,8 +164,7 @@ impl Endpoint {
     /// one before.
     pub(super) fn note_actors(&mut self, frame: &Frame, replies: &[CommandReply]) {
         let in_frame = frame.actors.last().map(|actor| actor.id);
-        let spawned = replies.iter().filter_map(|reply| reply.as_ref().ok().copied().flatten());
-        spawned.chain(in_frame).for_each(|id| self.given.note(id));
+        spawned(replies).chain(in_frame).for_each(|id| self.given.note(id));
     }
 
     /// Logs what was refused of commands whose clients wait for no answer.

@@ -8,6 +8,7 @@ use tokio::time::Instant;
 use super::pace::Loss;
 use crate::archive::Prepared;
 use crate::dialect::EpisodeSettings;
+use crate::endpoint::VisitedTick;
 use crate::rpc::{Answer, ConnectionId, Request, Ticket};
 use crate::whereabouts::Whereabouts;
 
@@ -20,6 +21,8 @@ pub(crate) enum Event {
     Disconnected(ConnectionId),
     /// A client calls.
     Called(Call),
+    /// A world that clients visit has ticked.
+    Ticked(VisitedTick),
     /// The job that was begun is done.
     Done(Box<Report>),
     /// It is [`due`](super::Lobby::due), and nothing else has happened.
@@ -86,6 +89,10 @@ pub(crate) enum Task {
     TickByItself,
     /// Sends the first frame of a new episode to all clients.
     ShowEpisode,
+    /// Shows a tick of a world that clients visit.
+    ShowVisited(VisitedTick),
+    /// Shows such a world as it is, once more.
+    StandStill,
 }
 
 /// What the endpoint has to know for a job.
@@ -116,6 +123,8 @@ pub(crate) struct Report {
     pub(crate) expects_step: bool,
     /// The caller has asked for the frame to come, as with a tick.
     pub(crate) asks_for_frame: bool,
+    /// The frame that clients were promised comes when others have asked for it, too.
+    pub(crate) awaits_world: bool,
     pub(crate) settings: EpisodeSettings,
     pub(crate) frame_number: u64,
     pub(crate) episodes_begun: u64,
@@ -143,6 +152,8 @@ pub(crate) enum WorldState {
     #[default]
     None,
     Alive,
+    /// It is that of a session, which ticks it.
+    Visited,
     /// It is gone.
     Lost,
 }

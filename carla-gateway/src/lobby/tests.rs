@@ -8,6 +8,7 @@ mod participants;
 mod simulation;
 mod stage;
 mod turns;
+mod visits;
 
 use std::time::Duration;
 

@@ -86,6 +86,9 @@ pub(crate) struct Metadata<'a> {
     pub(crate) snapshot_id: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) snapshot_bytes: Option<usize>,
+    /// What CARLA's clients load to come into the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) carla_world: Option<&'a str>,
     /// In a shared world.
     #[serde(flatten)]
     pub(crate) company: Option<&'a Company>,
@@ -215,6 +218,7 @@ fn metadata<'a>(episode: &'a Episode, report: &'a Report) -> Metadata<'a> {
         camera_error: report.camera_error.as_deref(),
         snapshot_id: report.saved.as_ref().map(|saved| saved.id.as_str()),
         snapshot_bytes: report.saved.as_ref().map(|saved| saved.bytes),
+        carla_world: report.carla_world.as_deref(),
         company: report.company.as_ref(),
     }
 }

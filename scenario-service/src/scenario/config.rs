@@ -74,6 +74,8 @@ pub(crate) struct Common {
     pub(crate) strict_swerve: bool,
     /// Whether no state of the episode can be kept or gone back to.
     pub(crate) sealed: bool,
+    /// Whether CARLA's clients may come into its world.
+    pub(crate) open_to_carla: bool,
     /// How many egos its world has.
     pub(crate) sharing: Sharing,
     /// Which source the defaults follow.
@@ -101,6 +103,7 @@ impl Common {
             raw_controls: profile == Profile::Literal,
             strict_swerve: profile == Profile::Documented,
             sealed: false,
+            open_to_carla: false,
             sharing: Sharing::default(),
             profile,
         }
@@ -167,6 +170,7 @@ impl Common {
         overrides.integer("ticks_per_step", &mut self.ticks_per_step, 1, TICKS_PER_STEP_MAX)?;
         overrides.boolean("realtime", &mut self.realtime)?;
         overrides.boolean("sealed", &mut self.sealed)?;
+        overrides.boolean("open_to_carla", &mut self.open_to_carla)?;
         self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)
     }

@@ -207,12 +207,16 @@ impl Session {
             return Err(invalid("the world of a snapshot is not as it was"));
         }
         episode.resume(frame, id, episode_id.unwrap_or_else(random_id));
-        let world = EpisodeWorld::new(world, Some(base), &self.context).await;
+        let mut world = EpisodeWorld::new(world, Some(base), &self.context).await;
+        if scenario.common().open_to_carla {
+            world.open(&self.context).await.map_err(SessionError::World)?;
+        }
+        let carla_world = world.carla_world();
         self.scenario = scenario;
         self.built_from = built_from;
         self.go_on(episode, Home::Own(world));
         self.context.figures.reset_seconds.observe(begun.elapsed());
-        Ok(Report::default())
+        Ok(Report { carla_world, ..Report::default() })
     }
 
     fn unless_sealed(&self) -> Result<(), SessionError> {

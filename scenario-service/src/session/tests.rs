@@ -5,6 +5,7 @@ use serde_json::json;
 use super::*;
 use crate::testing::{self, ToyWorlds};
 
+mod open;
 mod quotas;
 mod realtime;
 mod recovery;

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, SharedFrame};
-use schemas::{TickItem, TickOutcome, WorldId};
+use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, ServiceId};
+use schemas::{SharedFrame, TickItem, TickOutcome, WorldId};
 
 use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, State, is_same};
 
 use super::recovery::FreshWorlds;
-use super::{SessionContext, ends_the_episode};
+use super::{SessionContext, clock, ends_the_episode};
 use crate::episode::Company;
 use crate::world_port::collector::OwnedWorld;
 
@@ -31,6 +31,8 @@ pub(super) struct Told {
     pub(super) events: Vec<String>,
     /// In a shared world.
     pub(super) company: Option<Company>,
+    /// What CARLA's clients load to come into the world.
+    pub(super) carla_world: Option<String>,
 }
 
 /// Why nothing came of it.
@@ -73,6 +75,8 @@ pub(super) struct EpisodeWorld {
     recovery: Option<Recovery>,
     /// Ticks since then, or since room was looked for again.
     bare_ticks: u32,
+    /// As whom it is ticked, where CARLA's clients may come into it.
+    participant: Option<ServiceId>,
 }
 
 impl EpisodeWorld {
@@ -82,12 +86,29 @@ impl EpisodeWorld {
         state: Option<State>,
         context: &SessionContext,
     ) -> Self {
-        let mut world = Self { owned: Some(owned), recovery: None, bare_ticks: 0 };
+        let owned = Some(owned);
+        let mut world = Self { owned, recovery: None, bare_ticks: 0, participant: None };
         match state {
             Some(state) => world.recovery = Recovery::new(state, &context.recovery),
             None => _ = world.renew(context).await,
         }
         world
+    }
+
+    /// Has CARLA's clients come into the world if they like: they share its clock.
+    ///
+    /// # Errors
+    /// Those of the port, or that the world is gone.
+    pub(super) async fn open(&mut self, context: &SessionContext) -> Result<(), Error> {
+        let Some(world) = self.owned.as_ref().map(OwnedWorld::id) else { return Err(gone()) };
+        self.participant = Some(context.port.share_clock(world).await?);
+        Ok(())
+    }
+
+    /// What CARLA's clients load to come into the world, if they may.
+    pub(super) fn carla_world(&self) -> Option<String> {
+        let world = self.owned.as_ref()?.id();
+        self.participant.as_ref().map(|_| schemas::carla::name_of_world(world))
     }
 
     /// Which world, if it is not gone.
@@ -108,7 +129,7 @@ impl EpisodeWorld {
         work: Work,
     ) -> Result<Told, Trouble> {
         let told = match &self.owned {
-            Some(owned) => match work.try_in(owned.id(), context, seen).await {
+            Some(owned) => match self.try_work(&work, owned.id(), context, seen).await {
                 Err(Trouble::World(error)) if self.may_come_back(error.code) => {
                     tracing::warn!(world = %owned.id(), %error, "a world is made again");
                     None
@@ -119,10 +140,38 @@ impl EpisodeWorld {
         };
         let told = match told {
             Some(told) => told,
-            None => work.try_in(self.come_back(context, seen).await?, context, seen).await?,
+            None => {
+                let world = self.come_back(context, seen).await?;
+                self.try_work(&work, world, context, seen).await?
+            }
         };
         self.note(context, work).await;
-        Ok(told)
+        Ok(Told { carla_world: self.carla_world(), ..told })
+    }
+
+    async fn try_work(
+        &self,
+        work: &Work,
+        world: WorldId,
+        context: &SessionContext,
+        seen: &Frame,
+    ) -> Result<Told, Trouble> {
+        if work.is_checked
+            && let Some(refusal) = try_out(context, world, &work.commands).await?
+        {
+            return Err(Trouble::Refused(refusal));
+        }
+        let item = TickItem {
+            commands: work.commands.clone(),
+            expected_tick: Some(seen.tick),
+            ..TickItem::new(world, work.tick_count)
+        };
+        Ok(match &self.participant {
+            Some(participant) if item.tick_count > 0 => {
+                clock::tick_together(&context.ticker, item, participant).await?
+            }
+            _ => Told::of(context.ticker.tick(item).await?)?,
+        })
     }
 
     /// Whether the world, if it is there, would carry out what is to be done.
@@ -157,6 +206,7 @@ impl EpisodeWorld {
         tracing::debug!(target: "audit", %tenant, old = old.get(), new, "move world");
         // The old one is destroyed.
         self.owned = Some(world);
+        self.open_again(context).await?;
         // Its room first, which the new state may need.
         self.recovery = None;
         self.recovery = Recovery::new(state, &context.recovery);
@@ -186,10 +236,20 @@ impl EpisodeWorld {
                 context.figures.recovered.inc();
                 let (tenant, new) = (&context.tenant, owned.id().get());
                 tracing::debug!(target: "audit", %tenant, new, "recover world");
-                Ok(self.owned.insert(owned).id())
+                let world = self.owned.insert(owned).id();
+                self.open_again(context).await?;
+                Ok(world)
             }
             Remade::Later(error) => Err(Trouble::Absent(error)),
             Remade::Never(error) => Err(Trouble::Gone(error)),
+        }
+    }
+
+    /// The same for a world that took the place of one: its clock is nobody's yet.
+    async fn open_again(&mut self, context: &SessionContext) -> Result<(), Error> {
+        match self.participant {
+            Some(_) => self.open(context).await,
+            None => Ok(()),
         }
     }
 
@@ -225,7 +285,7 @@ impl EpisodeWorld {
     pub(super) async fn snapshot(&self, context: &SessionContext) -> Result<Vec<u8>, Error> {
         match &self.owned {
             Some(owned) => context.port.snapshot(owned.id()).await,
-            None => Err(Error::new(ErrorCode::UnknownWorld, "the world of this episode is gone")),
+            None => Err(gone()),
         }
     }
 
@@ -262,27 +322,19 @@ async fn moved(
     Err(Error::new(ErrorCode::Internal, "the world went another way"))
 }
 
-impl Work {
-    async fn try_in(
-        &self,
-        world: WorldId,
-        context: &SessionContext,
-        seen: &Frame,
-    ) -> Result<Told, Trouble> {
-        if self.is_checked
-            && let Some(refusal) = try_out(context, world, &self.commands).await?
-        {
-            return Err(Trouble::Refused(refusal));
-        }
-        let item = TickItem {
-            commands: self.commands.clone(),
-            expected_tick: Some(seen.tick),
-            ..TickItem::new(world, self.tick_count)
-        };
-        let TickOutcome { frame, replies, collisions, .. } = context.ticker.tick(item).await?;
+impl Told {
+    /// # Errors
+    /// The frame cannot be read.
+    pub(super) fn of(outcome: TickOutcome) -> Result<Self, Error> {
+        let TickOutcome { frame, replies, collisions, .. } = outcome;
         let frame = SharedFrame::decode(frame)?;
-        Ok(Told { frame, replies, collisions, events: Vec::new(), company: None })
+        let (events, company, carla_world) = (Vec::new(), None, None);
+        Ok(Self { frame, replies, collisions, events, company, carla_world })
     }
+}
+
+fn gone() -> Error {
+    Error::new(ErrorCode::UnknownWorld, "the world of this episode is gone")
 }
 
 /// Has a copy of the world carry out commands, without a tick; gives the first refusal. The world

@@ -1,8 +1,8 @@
 //! The world port over the bus.
 
 use schemas::{
-    Camera, Error, ErrorCode, Image, MapRef, Reply, Request, SharedFrame, Tick, TickItem,
-    TickResult, WorldId,
+    Camera, Error, ErrorCode, Image, MapRef, Reply, Request, ServiceId, SharedFrame, Tick,
+    TickItem, TickResult, WorldId,
 };
 use worlds::{NewWorld, Patience, Worlds};
 
@@ -64,6 +64,15 @@ impl WorldPort for Worlds {
 
     fn owned(&self) -> Answer<'_, Vec<WorldId>> {
         Box::pin(Worlds::owned(self))
+    }
+
+    fn share_clock(&self, world: WorldId) -> Answer<'_, ServiceId> {
+        Box::pin(async move {
+            let participant = self.lease(WORLD_LEASE_MILLIS).owner;
+            let name = participant.clone();
+            self.ask(Request::ShareClock { world, participant, lease_millis: u32::MAX }).await?;
+            Ok(name)
+        })
     }
 
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>> {

@@ -122,7 +122,7 @@ impl<S: Simulation> Hosted<S> {
             map: self.map_name.clone(),
             tick,
             actor_count,
-            owner: self.lease.as_ref().map(|lease| lease.owner.clone()),
+            owner: self.owner().cloned(),
             quarantined: reason,
         }
     }
@@ -133,6 +133,11 @@ impl<S: Simulation> Hosted<S> {
             let since = self.orphaned_since.unwrap_or(now);
             self.orphaned_since = if is_up(&lease.owner) { None } else { Some(since) };
         }
+    }
+
+    /// Who keeps it.
+    pub(super) fn owner(&self) -> Option<&schemas::ServiceId> {
+        self.lease.as_ref().map(|lease| &lease.owner)
     }
 
     /// When the lease of an orphan ends.

@@ -7,6 +7,8 @@ use schemas::{Error, ErrorCode, ServiceId};
 
 /// Participants of one world, at most.
 const PARTICIPANTS_MAX: usize = 64;
+/// How long one waits for the others, at most: less than whoever asked does.
+const WAIT_MAX: Duration = Duration::from_secs(20);
 
 /// The participants of one world. `T` is what each of them waits with.
 pub(super) struct Roster<T> {
@@ -17,7 +19,8 @@ pub(super) struct Roster<T> {
 
 struct Member<T> {
     lease: Duration,
-    waiting: Option<T>,
+    /// With what, and since when.
+    waiting: Option<(T, Instant)>,
 }
 
 impl<T> Default for Roster<T> {
@@ -30,6 +33,11 @@ impl<T> Roster<T> {
     /// Whether nobody shares the clock: then everybody may tick.
     pub(super) fn is_empty(&self) -> bool {
         self.members.is_empty()
+    }
+
+    /// Whether somebody takes part.
+    pub(super) fn has(&self, name: &ServiceId) -> bool {
+        self.members.contains_key(name)
     }
 
     /// Takes a participant in, or changes its lease.
@@ -57,7 +65,7 @@ impl<T> Roster<T> {
 
     /// Lets a participant go, with what it waited with.
     pub(super) fn leave(&mut self, name: &ServiceId) -> Option<T> {
-        self.members.remove(name)?.waiting
+        self.members.remove(name)?.waiting.map(|(with, _)| with)
     }
 
     /// Whether a participant may wait now.
@@ -84,16 +92,20 @@ impl<T> Roster<T> {
     /// A participant waits for the next tick.
     pub(super) fn wait(&mut self, now: Instant, name: &ServiceId, with: T) {
         if let Some(member) = self.members.get_mut(name) {
-            member.waiting = Some(with);
+            member.waiting = Some((with, now));
             self.round_began.get_or_insert(now);
         }
     }
 
-    /// When the lease of the next one that is waited for ends.
+    /// When the lease of the next one that is waited for ends, or the next one has waited for as
+    /// long as one may.
     pub(super) fn next_end(&self) -> Option<Instant> {
         let began = self.round_began?;
-        let missing = self.members.values().filter(|member| member.waiting.is_none());
-        missing.map(|member| began + member.lease).min()
+        let end = |member: &Member<T>| match &member.waiting {
+            Some((_, since)) => *since + WAIT_MAX,
+            None => began + member.lease,
+        };
+        self.members.values().map(end).min()
     }
 
     /// Lets go of those who were waited for longer than their lease.
@@ -110,6 +122,18 @@ impl<T> Roster<T> {
         over
     }
 
+    /// What those wait with who have waited for as long as one may. They take part as before.
+    pub(super) fn take_overdue(&mut self, now: Instant) -> Vec<T> {
+        let is_overdue = |(_, since): &mut (T, Instant)| *since + WAIT_MAX <= now;
+        let members = self.members.values_mut();
+        let taken = members.filter_map(|member| member.waiting.take_if(is_overdue));
+        let overdue: Vec<T> = taken.map(|(with, _)| with).collect();
+        if self.members.values().all(|member| member.waiting.is_none()) {
+            self.round_began = None;
+        }
+        overdue
+    }
+
     /// What all wait with, ordered by name, once nobody is missing; a new round begins.
     pub(super) fn complete(&mut self) -> Vec<T> {
         if self.members.values().any(|member| member.waiting.is_none()) {
@@ -121,7 +145,8 @@ impl<T> Roster<T> {
     /// What those who wait wait with, ordered by name.
     pub(super) fn drain(&mut self) -> Vec<T> {
         self.round_began = None;
-        self.members.values_mut().filter_map(|member| member.waiting.take()).collect()
+        let waiting = self.members.values_mut().filter_map(|member| member.waiting.take());
+        waiting.map(|(with, _)| with).collect()
     }
 }
 
@@ -165,6 +190,23 @@ mod tests {
         assert_eq!(roster.expire(end), [name("dead")]);
         assert_eq!(roster.complete(), [1]);
         assert!(roster.check(Some(&name("dead"))).is_err());
+    }
+
+    #[test]
+    fn nobody_waits_for_ever_and_who_has_waited_takes_part_still() {
+        let now = Instant::now();
+        let mut roster = Roster::default();
+        roster.join(now, name("patient"), Duration::from_hours(1)).unwrap();
+        roster.join(now, name("guest"), Duration::from_secs(5)).unwrap();
+        roster.wait(now, &name("guest"), 1);
+        let end = roster.next_end().unwrap();
+        assert_eq!(end, now + WAIT_MAX);
+        assert!(roster.take_overdue(end - Duration::from_millis(1)).is_empty());
+        assert_eq!(roster.take_overdue(end), [1]);
+        assert_eq!(roster.next_end(), None);
+        roster.wait(end, &name("guest"), 2);
+        roster.wait(end, &name("patient"), 3);
+        assert_eq!(roster.complete(), [2, 3]);
     }
 
     #[test]

@@ -37,12 +37,17 @@ impl<S: Simulation> Hosted<S> {
     /// they are several or slow, begun.
     pub(super) fn tick(&mut self, now: Instant, waiter: Waiter, outlet: &impl Outlet<S>) {
         let item = &waiter.item;
-        let checked =
-            self.roster.check(item.participant.as_ref()).and_then(|()| check_shared(item));
+        // Commands alone take no time.
+        let is_for_the_clock = item.tick_count > 0;
+        let checked = match is_for_the_clock {
+            true => self.roster.check(item.participant.as_ref()).and_then(|()| check_shared(item)),
+            false => Ok(()),
+        };
         let id = item.world;
         let checked =
             checked.and_then(|()| self.with(id, |world| check_item(&**world, &waiter.item)));
-        match (checked, waiter.item.participant.clone()) {
+        let participant = waiter.item.participant.clone().filter(|_| is_for_the_clock);
+        match (checked, participant) {
             (Err(error), _) => waiter.give(Err(error)),
             (Ok(()), Some(name)) => {
                 self.roster.wait(now, &name, waiter);
@@ -92,7 +97,7 @@ impl<S: Simulation> Hosted<S> {
     /// Somebody takes part in the clock from now on, or, without a lease, no more.
     ///
     /// # Errors
-    /// `Capacity`.
+    /// `Capacity`, and `InvalidArgument` for others than the owner while that one does not.
     pub(super) fn share(
         &mut self,
         now: Instant,
@@ -101,7 +106,10 @@ impl<S: Simulation> Hosted<S> {
         outlet: &impl Outlet<S>,
     ) -> Result<Reply, Error> {
         match lease {
-            Some(lease) => self.roster.join(now, name, lease)?,
+            Some(lease) => {
+                self.check_shares(&name)?;
+                self.roster.join(now, name, lease)?;
+            }
             None => {
                 if let Some(waiter) = self.roster.leave(&name) {
                     let gone = Error::new(ErrorCode::InvalidArgument, "the participant has left");
@@ -113,7 +121,22 @@ impl<S: Simulation> Hosted<S> {
         Ok(Reply::Done)
     }
 
-    /// Goes on without those who let the others wait for too long.
+    /// Whether somebody may take part: where a world has an owner, with that one only, who could
+    /// not tick it otherwise.
+    ///
+    /// # Errors
+    /// `InvalidArgument`.
+    fn check_shares(&self, name: &ServiceId) -> Result<(), Error> {
+        let may = |owner: &ServiceId| owner == name || self.roster.has(owner);
+        if self.owner().is_none_or(may) {
+            return Ok(());
+        }
+        Err(Error::new(ErrorCode::InvalidArgument, "this world is not shared")
+            .wanted("one whose owner takes part in its clock"))
+    }
+
+    /// Goes on without those who let the others wait for too long, and tells those who have waited
+    /// for long themselves.
     pub(super) fn expire_participants(
         &mut self,
         now: Instant,
@@ -126,6 +149,10 @@ impl<S: Simulation> Hosted<S> {
         }
         if !gone.is_empty() {
             self.advance(id, outlet);
+        }
+        for waiter in self.roster.take_overdue(now) {
+            let text = "the others have not asked for the next tick yet; ask again";
+            waiter.give(Err(Error::new(ErrorCode::TimedOut, text)));
         }
     }
 

@@ -3,7 +3,9 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 
-use schemas::{ErrorCode, Reply, Request, ServiceId, Tick, TickItem, TickOutcome, WorldId, keys};
+use schemas::{
+    ErrorCode, Lease, Reply, Request, ServiceId, Tick, TickItem, TickOutcome, WorldId, keys,
+};
 use world_service::service::{Gather, Job, WorldWork};
 
 use crate::common::{Site, car, config, connect, deadline, decoded, tenant, ticks};
@@ -69,6 +71,52 @@ fn who_has_no_part_in_a_shared_clock_cannot_tick() {
     assert_eq!(decoded(&bench.tick(step(world, "left")).unwrap().frame).tick, Tick(1));
     share(&mut bench, world, "left", None);
     assert_eq!(decoded(&bench.tick(ticks(world, 1)).unwrap().frame).tick, Tick(2));
+}
+
+#[test]
+fn commands_without_a_tick_wait_for_nobody() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    for participant in ["left", "right"] {
+        share(&mut bench, world, participant, Some(LEASE));
+    }
+    let waiting = ask(&mut bench, step(world, "right"));
+    for item in [ticks(world, 0), TickItem { tick_count: 0, ..step(world, "stranger") }] {
+        let told = bench.tick(TickItem { commands: vec![car()], ..item }).unwrap();
+        assert_eq!((decoded(&told.frame).tick, told.replies.len()), (Tick(0), 1));
+    }
+    assert!(waiting.try_recv().is_err(), "left is missing");
+    let told = bench.tick(step(world, "left")).unwrap();
+    assert_eq!(decoded(&told.frame).actors.len(), 2);
+}
+
+#[test]
+fn a_world_is_shared_with_its_owner_or_not_at_all() {
+    let mut bench = Bench::new();
+    let lease = Lease { owner: name("face"), millis: 60_000 };
+    let world = bench.create(7, Some(lease));
+    let refused = share(&mut bench, world, "guest", Some(LEASE));
+    let Reply::Error(error) = refused else { panic!("{refused:?}") };
+    assert_eq!(error.code, ErrorCode::InvalidArgument);
+    assert!(bench.tick(ticks(world, 1)).is_ok(), "the owner's clock is as it was");
+    for participant in ["face", "guest"] {
+        assert_eq!(share(&mut bench, world, participant, Some(LEASE)), Reply::Done);
+    }
+}
+
+#[test]
+fn who_has_waited_for_long_is_told_so_and_takes_part_still() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, None);
+    share(&mut bench, world, "slow", Some(Duration::from_hours(1)));
+    share(&mut bench, world, "guest", Some(LEASE));
+    let waiting = ask(&mut bench, step(world, "guest"));
+    let end = bench.shard.next_end().unwrap();
+    bench.shard.expire_leases(end, &bench.outlet);
+    assert_eq!(outcome(&waiting).unwrap_err().code, ErrorCode::TimedOut);
+    let waiting = ask(&mut bench, step(world, "guest"));
+    bench.tick(step(world, "slow")).unwrap();
+    assert_eq!(decoded(&outcome(&waiting).unwrap().frame).tick, Tick(1));
 }
 
 #[test]

@@ -36,6 +36,8 @@ pub(super) struct Stage {
     pub(super) losses: Vec<Loss>,
     /// Clients that were waited for in vain, in all.
     pub(super) missed: usize,
+    /// Loads lead into the world of a session.
+    pub(super) loads_visit: bool,
     /// Batches have a tick at their end.
     pub(super) batches_tick: bool,
     pub(super) restless: Vec<u16>,
@@ -68,6 +70,7 @@ impl Stage {
             borrowed: Vec::new(),
             losses: Vec::new(),
             missed: 0,
+            loads_visit: false,
             batches_tick: false,
             restless: Vec::new(),
             later: None,
@@ -144,12 +147,13 @@ impl Stage {
         let Job { task, brief } = self.job.take().unwrap();
         let mut last_tick = brief.last_tick;
         let mut expects_step = false;
-        let mut asks_for_frame = false;
+        let (mut asks_for_frame, mut awaits_world) = (false, false);
         match &task {
             Task::Call(request, _) if request.method == "load_new_episode" && succeeds => {
                 self.episodes_begun += 1;
                 self.frame_number += 1;
-                self.world = WorldState::Alive;
+                let is_visit = self.loads_visit;
+                self.world = if is_visit { WorldState::Visited } else { WorldState::Alive };
             }
             Task::Call(request, _) => {
                 expects_step = request.method == "set_episode_settings";
@@ -161,6 +165,8 @@ impl Stage {
                     self.world = WorldState::Alive;
                 }
             }
+            Task::Advance if self.world == WorldState::Visited => awaits_world = true,
+            Task::ShowVisited(_) | Task::StandStill => self.frame_number += 1,
             Task::Advance | Task::TickByItself if succeeds => {
                 self.frame_number += 1;
                 last_tick = self.job_begun_at;
@@ -183,6 +189,7 @@ impl Stage {
             timing,
             expects_step,
             asks_for_frame,
+            awaits_world,
             settings: self.settings.clone(),
             frame_number: self.frame_number,
             episodes_begun: self.episodes_begun,

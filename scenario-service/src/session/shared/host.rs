@@ -267,7 +267,7 @@ impl Host {
     /// Gives everybody their part of what came of a round, and an answer to those whose steps are
     /// done.
     fn tell(&mut self, told: Told, owners: &[Option<usize>], ticks: u32) {
-        let Told { frame, replies, collisions, .. } = told;
+        let Told { frame, replies, collisions, carla_world: told_world, .. } = told;
         self.frame = frame;
         self.opening.clear();
         for (reply, owner) in replies.into_iter().zip(owners) {
@@ -282,9 +282,10 @@ impl Host {
             let Some(waiting) = self.waiting[seat].take() else { continue };
             let Waiting { answer, since, replies, collisions, events } = waiting;
             let company = Some(self.company(seat, Some(since.elapsed())));
-            let frame = self.frame.clone();
+            let (frame, carla_world) = (self.frame.clone(), told_world.clone());
+            let told = Told { frame, replies, collisions, events, company, carla_world };
             // Who has gone is told nothing.
-            let _ = answer.send(Ok(Told { frame, replies, collisions, events, company }));
+            let _ = answer.send(Ok(told));
         }
     }
 
