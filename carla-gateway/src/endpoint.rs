@@ -14,6 +14,7 @@ mod recording;
 mod street_lamps;
 mod telling;
 mod uploads;
+mod visit;
 mod visiting;
 mod worlds;
 
@@ -42,13 +43,13 @@ use crate::replayer::Replayer;
 use crate::rpc::{Answer, Refusal};
 use crate::site::Site;
 use crate::stream::{Hub, StreamId, WORLD_OBSERVER};
+use crate::visited::VisitedTick;
 use cameras::EventMemories;
 use coming_back::Keep;
 use ids::GivenIds;
 use listeners::Expected;
 use street_lamps::StreetLamps;
-use visiting::Visit;
-pub(crate) use visiting::VisitedTick;
+use visit::Visit;
 
 /// What gravity measures at rest, in metres per second squared.
 pub(crate) const GRAVITY_MPS2: f32 = 9.81;

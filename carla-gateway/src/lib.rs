@@ -9,7 +9,7 @@
 //! - `recorder` and `replayer` write and replay CARLA's recordings; `archive` opens them.
 //! - `allowance` is how much of a site its tenant may use.
 //! - `site` is the world service behind the bus; `collecting_site` has worlds freed that nobody
-//!   uses.
+//!   uses; `visited` is what is heard of the world of a session into which clients came.
 //!
 //! The client does not check what it receives, so every payload has one encoder.
 
@@ -39,6 +39,7 @@ mod site;
 mod skeleton;
 mod snapshot;
 mod stream;
+mod visited;
 mod wheels;
 mod whereabouts;
 

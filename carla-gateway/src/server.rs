@@ -13,10 +13,11 @@ use tokio::task::{JoinError, JoinHandle};
 use tokio::time::Instant;
 
 use crate::calls;
-use crate::endpoint::{Endpoint, VisitedTick};
+use crate::endpoint::Endpoint;
 use crate::figures::Figures;
 use crate::lobby::{Again, Call, Do, Event, Job, Lobby, Report, Task};
 use crate::rpc::{self, Answer, ConnectionId, Outbox, Payload, Refusal, Ticket};
+use crate::visited::VisitedTick;
 
 use first_steps::FirstSteps;
 pub(crate) use late_comers::LateComers;

@@ -12,7 +12,7 @@ import pytest
 from causeway.openenv import Session
 
 from carla_site import MAP, fresh, synchronous
-from running_site import binary
+from running_site import binary, two_free_ports
 
 ALONE = {"open_to_carla": True, "num_npc_vehicles": 0, "num_pedestrians": 0}
 WAIT_SECS = 30.0
@@ -185,6 +185,45 @@ def test_a_client_is_told_when_the_session_ends_and_goes_on_elsewhere(site):
             return False
 
         until(is_gone)
+
+
+def test_steps_are_the_sessions(site, capfd):
+    with visited(site) as (session, made, client):
+        world = client.get_world()
+        settings = world.get_settings()
+        settings.fixed_delta_seconds = 0.1
+        with pytest.raises(RuntimeError, match="its own step"):
+            world.apply_settings(settings)
+        for synchronous_mode in (True, False):
+            settings.synchronous_mode = synchronous_mode
+            settings.fixed_delta_seconds = made.metadata["sim"]["dt"]
+            world.apply_settings(settings)
+        assert session.step("observe").metadata["sim"]["tick"] == 1, "settings take no time"
+    said = capfd.readouterr()
+    assert "not correctly set" not in said.out + said.err
+
+
+def test_a_traffic_manager_drives_in_the_world_of_a_session(site):
+    with visited(site) as (session, made, client), ThreadPoolExecutor(1) as beside:
+        manager = client.get_trafficmanager(two_free_ports())
+        with synchronous(client.get_world()) as world:
+            manager.set_synchronous_mode(True)
+            blueprint = world.get_blueprint_library().find("vehicle.audi.tt")
+            places = world.get_map().get_spawn_points()[:6]
+            cars = [world.try_spawn_actor(blueprint, place) for place in places]
+            cars = [car for car in cars if car is not None]
+            for car in cars:
+                car.set_autopilot(True, manager.get_port())
+            for _ in range(100):
+                stepping = beside.submit(session.step, "control", throttle=0.3)
+                world.tick()
+                stepping.result(timeout=WAIT_SECS)
+            speeds = [car.get_velocity().length() for car in cars]
+            for car in cars:
+                car.set_autopilot(False, manager.get_port())
+            manager.set_synchronous_mode(False)
+        manager.shut_down()
+        assert min(speeds) > 3.0, speeds
 
 
 @pytest.mark.parametrize("wanted", ["world-1", "closed"])

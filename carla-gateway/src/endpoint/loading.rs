@@ -53,7 +53,8 @@ impl Endpoint {
     }
 
     /// Begins a new episode on a map, or on the present one when the name is empty, with these of
-    /// CARLA's layers if the map has any; or in the world of a session. The old world goes only when the new one is there.
+    /// CARLA's layers if the map has any; or in the world of a session. The old world goes only
+    /// when the new one is there.
     ///
     /// # Errors
     /// No such map, or no world service, or one with another version of the map; the old episode

@@ -1,216 +1,27 @@
-//! A world of a session at the OpenEnv face into which the clients of this endpoint came. It goes on
-//! when the session steps, and in synchronous mode only when clients have ticked as well.
-//!
-//! Somebody has to wait for its ticks, for as long as the session likes, while calls are answered:
-//! a task of its own, which tells the server what came of each.
+//! A world of a session at the OpenEnv face into which the clients of this endpoint came. It goes
+//! on when the session steps, and in synchronous mode only when clients have ticked as well.
 
-use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::pin::pin;
 use std::sync::Arc;
-use std::time::Duration;
 
-use schemas::{ActorId, Command, Error, ErrorCode, Request, ServiceId, SharedFrame};
-use schemas::{TickItem, TickOutcome, WorldId, limits};
+use schemas::{Error, ErrorCode, Request, SharedFrame, TickItem, TickOutcome, WorldId};
 use tokio::sync::{mpsc, oneshot};
-use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
 use super::Endpoint;
+use super::visit::{Clock, Order, Visit};
 use super::worlds::{first_result, refused};
 use crate::dialect::EpisodeSettings;
 use crate::rpc::{Answer, Payload, Refusal};
-use crate::site::Site;
+use crate::visited::VisitedTick;
 
-/// How long a session waits for clients in synchronous mode that do not tick.
-const LEASE_MILLIS: u32 = 5_000;
-/// Before a place in a clock is asked for again that was lost.
-const PAUSE: Duration = Duration::from_millis(50);
-/// Ticks in synchronous mode by which CARLA's client looks whether a step that it has set is the one
-/// that it gets, where its newest frame has another one.
-const TRIAL_TICKS: u8 = 2;
-/// Orders that the task has not seen yet, at most.
-const ORDERS_MAX: usize = 16;
-
-/// What came of a tick of a world that clients visit.
-#[derive(Debug)]
-pub(crate) struct VisitedTick {
-    world: WorldId,
-    outcome: Result<TickOutcome, Error>,
-}
-
-#[cfg(test)]
-impl VisitedTick {
-    /// Of no world.
-    pub(crate) fn nothing() -> Self {
-        let error = Error::new(ErrorCode::UnknownWorld, "a test");
-        Self { world: WorldId::of_host(0, 1), outcome: Err(error) }
-    }
-}
-
-/// What the task is to do.
-#[derive(Debug)]
-enum Order {
-    /// Ask for a tick.
-    Tick,
-    /// Do not ask for those of before any more, and say when that is so.
-    Pause(oneshot::Sender<()>),
-}
-
-/// Clients are in the world of a session.
-pub(super) struct Visit {
-    clock: Clock,
-    orders: mpsc::Sender<Order>,
-    /// Actors that clients brought, and that go with them.
-    brought: BTreeSet<ActorId>,
-    /// Frames that are to show clients what their settings lead to, without a tick of the world.
-    trial_frames: u8,
-    /// Until then the task may still ask for ticks of before.
-    pausing: Option<oneshot::Receiver<()>>,
-    task: JoinHandle<()>,
-}
-
-/// The clock of the world, and the part that the endpoint takes in it.
-#[derive(Clone)]
-struct Clock {
-    site: Arc<dyn Site>,
-    world: WorldId,
-    participant: ServiceId,
-}
-
-impl Visit {
-    /// Takes part in the clock.
-    ///
-    /// # Errors
-    /// There is no such world, or it is not open.
-    async fn begin(clock: Clock, told: mpsc::Sender<VisitedTick>) -> Result<Self, Error> {
-        clock.share(LEASE_MILLIS).await?;
-        let (orders, received) = mpsc::channel(ORDERS_MAX);
-        let task = tokio::spawn(clock.clone().follow(received, told));
-        let (brought, trial_frames, pausing) = (BTreeSet::new(), 0, None);
-        Ok(Self { clock, orders, brought, trial_frames, pausing, task })
-    }
-
-    fn order(&self, order: Order) {
-        if let Err(error) = self.orders.try_send(order) {
-            tracing::debug!(%error, "the world of a session has ended");
-        }
-    }
-
-    /// These actors are in the world now, and clients brought some of them.
-    pub(super) fn note(&mut self, frame: &SharedFrame, brought: impl Iterator<Item = ActorId>) {
-        let before = self.brought.len();
-        self.brought.extend(brought);
-        if self.brought.len() > before {
-            self.brought.retain(|actor| frame.actor(*actor).is_some());
-        }
-    }
-
-    /// Takes what clients brought along, and leaves the world to its session.
-    pub(super) async fn end(self) {
-        self.task.abort();
-        let Clock { site, world, .. } = &self.clock;
-        let actors: Vec<ActorId> = self.brought.iter().copied().collect();
-        for some in actors.chunks(limits::COMMANDS_PER_REQUEST_MAX) {
-            let commands = some.iter().map(|actor| Command::DestroyActor { actor: *actor });
-            let item = TickItem { commands: commands.collect(), ..TickItem::new(*world, 0) };
-            if let Err(error) = site.ask(Request::TickWorlds(vec![item])).await {
-                tracing::debug!(%error, "the world of a session has ended");
-            }
-        }
-        if let Err(error) = self.clock.share(0).await {
-            tracing::debug!(%error, "the world of a session has ended");
-        }
-    }
-}
-
-impl Drop for Visit {
-    fn drop(&mut self) {
-        self.task.abort();
-    }
-}
-
-impl Clock {
-    async fn share(&self, lease_millis: u32) -> Result<(), Error> {
-        let (world, participant) = (self.world, self.participant.clone());
-        let request = Request::ShareClock { world, participant, lease_millis };
-        self.site.ask(request).await.map(drop)
-    }
-
-    /// Asks for ticks as it is told to.
-    async fn follow(self, mut orders: mpsc::Receiver<Order>, told: mpsc::Sender<VisitedTick>) {
-        let mut owed = 0_usize;
-        loop {
-            if owed == 0 {
-                match orders.recv().await {
-                    None => return,
-                    Some(Order::Tick) => owed = 1,
-                    // Nobody listens any more where it fails.
-                    Some(Order::Pause(done)) => _ = done.send(()),
-                }
-                continue;
-            }
-            let mut asked = pin!(self.next_tick());
-            let told_or_paused = loop {
-                tokio::select! {
-                    outcome = &mut asked => break Ok(outcome),
-                    order = orders.recv() => match order {
-                        None => return,
-                        Some(Order::Tick) => owed += 1,
-                        Some(Order::Pause(done)) => break Err(done),
-                    }
-                }
-            };
-            let outcome = match told_or_paused {
-                Ok(outcome) => outcome,
-                Err(done) => {
-                    owed = 0;
-                    self.take_back().await;
-                    // As above.
-                    _ = done.send(());
-                    continue;
-                }
-            };
-            owed -= 1;
-            let is_over = outcome.is_err();
-            let tick = VisitedTick { world: self.world, outcome };
-            if told.send(tick).await.is_err() || is_over {
-                return;
-            }
-        }
-    }
-
-    /// What the next tick gives, whenever the session steps.
-    async fn next_tick(&self) -> Result<TickOutcome, Error> {
-        loop {
-            let participant = Some(self.participant.clone());
-            let item = TickItem { participant, ..TickItem::new(self.world, 1) };
-            let ticked = self.site.ask(Request::TickWorlds(vec![item])).await;
-            match ticked.and_then(first_result) {
-                // Nobody steps at the moment.
-                Err(error) if error.code == ErrorCode::TimedOut => {}
-                // It was waited for in vain.
-                Err(error) if error.code == ErrorCode::InvalidArgument => {
-                    tokio::time::sleep(PAUSE).await;
-                    self.share(LEASE_MILLIS).await?;
-                }
-                told => return told,
-            }
-        }
-    }
-
-    /// Asks for no tick any more, and is waited for as before.
-    async fn take_back(&self) {
-        for lease_millis in [0, LEASE_MILLIS] {
-            if let Err(error) = self.share(lease_millis).await {
-                tracing::debug!(%error, "the world of a session has ended");
-            }
-        }
-    }
-}
+/// Frames by which CARLA's client looks whether a step that it has set is the one that it gets,
+/// where its newest frame has another one.
+const TRIAL_FRAMES: u8 = 2;
 
 impl Endpoint {
-    /// Comes into the world of a session. The old world goes only when this one is known to be there.
+    /// Comes into the world of a session. The old world goes only when this one is known to be
+    /// there.
     ///
     /// # Errors
     /// There is no such world, or it is not open; the old episode goes on.
@@ -291,9 +102,8 @@ impl Endpoint {
         visit.trial_frames = 0;
         // One with another step first: how many frames the client looks at depends on it.
         self.show_standstill().await;
-        let frames = if self.settings.synchronous_mode { TRIAL_TICKS } else { 1 };
         if let Some(visit) = &mut self.visit {
-            visit.trial_frames = frames;
+            visit.trial_frames = TRIAL_FRAMES;
         }
     }
 

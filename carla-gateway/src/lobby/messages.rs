@@ -8,8 +8,8 @@ use tokio::time::Instant;
 use super::pace::Loss;
 use crate::archive::Prepared;
 use crate::dialect::EpisodeSettings;
-use crate::endpoint::VisitedTick;
 use crate::rpc::{Answer, ConnectionId, Request, Ticket};
+use crate::visited::VisitedTick;
 use crate::whereabouts::Whereabouts;
 
 /// What a lobby hears.

@@ -11,8 +11,8 @@ use tokio::time::Instant;
 
 use super::changeover::Phase;
 use super::pace::QUIET_AFTER_LOAD;
-use crate::endpoint::VisitedTick;
 use crate::rpc::ConnectionId;
+use crate::visited::VisitedTick;
 
 /// From a frame of a world that stands still to the next one.
 pub(super) const STANDING: Duration = Duration::from_millis(250);

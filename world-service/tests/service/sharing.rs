@@ -87,7 +87,8 @@ fn commands_without_a_tick_wait_for_nobody() {
     }
     assert!(waiting.try_recv().is_err(), "left is missing");
     let told = bench.tick(step(world, "left")).unwrap();
-    assert_eq!(decoded(&told.frame).actors.len(), 2);
+    assert_eq!(decoded(&told.frame).tick, Tick(1));
+    assert!(outcome(&waiting).is_ok());
 }
 
 #[test]

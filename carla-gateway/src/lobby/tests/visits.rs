@@ -2,11 +2,13 @@
 
 use std::time::Duration;
 
+use schemas::{Error, ErrorCode, WorldId};
+
 use super::super::*;
 use super::stage::Stage;
-use crate::endpoint::VisitedTick;
 use crate::lobby::pace::QUIET_AFTER_LOAD;
 use crate::lobby::visits::STANDING;
+use crate::visited::VisitedTick;
 
 /// One client in a world whose session can step.
 fn visiting(synchronous_mode: bool) -> Stage {
@@ -17,7 +19,8 @@ fn visiting(synchronous_mode: bool) -> Stage {
 }
 
 fn step(stage: &mut Stage) {
-    stage.tell(Event::Ticked(VisitedTick::nothing()));
+    let outcome = Err(Error::new(ErrorCode::UnknownWorld, "the lobby does not look at it"));
+    stage.tell(Event::Ticked(VisitedTick { world: WorldId::of_host(0, 1), outcome }));
 }
 
 #[test]
