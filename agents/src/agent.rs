@@ -18,6 +18,7 @@ use crate::pilot::VehicleView;
 use crate::scene::{Queue, Room};
 use crate::senses::Senses;
 use crate::{route, steering, wander};
+use lines::Lines;
 use traits::Traits;
 
 /// The path of an agent without a destination is kept this long, and per metre per second longer.
@@ -65,8 +66,9 @@ pub struct Agent {
     stood_secs: f32,
     /// The stop sign it may pass: its lane.
     passed: Option<LaneId>,
-    /// How long it has been standing for want of room on the lane beside.
+    /// How long it has been standing for want of room on the lane beside, and between two lanes.
     waited_secs: f32,
+    between_secs: f32,
     /// Until it may make way again.
     calm_secs: f32,
 }
@@ -95,6 +97,7 @@ impl Agent {
             stood_secs: 0.0,
             passed: None,
             waited_secs: 0.0,
+            between_secs: 0.0,
             calm_secs: 0.0,
         }
     }
@@ -136,7 +139,7 @@ impl Agent {
             && self.passage.is_consistent()
             && self.crossings.is_consistent()
             && self.target_m.iter().all(|value| value.is_finite())
-            && [self.stood_secs, self.waited_secs, self.calm_secs]
+            && [self.stood_secs, self.waited_secs, self.between_secs, self.calm_secs]
                 .iter()
                 .all(|secs| secs.is_finite())
             && self.steer.is_finite()
@@ -228,15 +231,14 @@ impl Agent {
         let view = senses.view;
         let forward = view.world_from_vehicle.rotation * Vec3::x();
         let speed_mps = view.velocity_mps.dot(&forward);
-        let left_m = self.path.length_m();
         if self.status == AgentStatus::Arrived || self.path.is_empty() {
             return self.brake(1.0);
         }
         let hill_mps2 = view.hill_mps2();
         let traits = Traits::of(&self.options, view.grip);
         self.make_way(senses, &traits, speed_mps);
-        let change_m = self.await_room(senses, speed_mps);
-        let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(left_m);
+        let taken = self.await_room(senses, speed_mps);
+        let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(self.path.length_m());
         let reach_m = (reach_m / SPACING_M).ceil() * SPACING_M;
         if let Some(target) = self.path.at(senses.network, reach_m) {
             self.target_m = target.point.point_m;
@@ -252,13 +254,15 @@ impl Agent {
             false => senses.scene.queue(&points, &room),
         };
         let ahead = queue.first();
-        let lines = self.lines(senses, &traits, look_m, speed_mps);
+        let lines = Lines { taken, ..self.lines(senses, &traits, look_m, speed_mps) };
         let stop_m = self.junction(senses, claims, (ahead, &queue), &lines, (look_m, speed_mps));
-        let stop_m = stop_m.min(lines.people_stop_m(senses.body.half_m.x)).min(self.end_m());
+        let stop_m = stop_m.min(lines.people_stop_m(senses.body.half_m.x));
+        let stop_m = stop_m.min(self.end_m(senses, look_m));
         if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }
-        let braked_mps = (2.0 * EASY_MPS2 * view.grip * change_m.min(stop_m)).sqrt();
+        let free_m = taken.map_or(stop_m, |taken| taken.stop_m.min(stop_m));
+        let braked_mps = (2.0 * EASY_MPS2 * view.grip * free_m).sqrt();
         let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
         let followed =
             ahead.as_ref().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
@@ -284,10 +288,12 @@ impl Agent {
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
     }
 
-    /// How far it may drive where no way leads on.
-    fn end_m(&self) -> f32 {
-        let wanders = self.status == AgentStatus::Wandering;
-        if wanders { (self.path.length_m() - END_ROAD_M).max(0.0) } else { f32::INFINITY }
+    /// How far it may drive where no way leads on, or somebody stands beyond the end of its route.
+    fn end_m(&self, senses: &Senses<'_>, look_m: f32) -> f32 {
+        match self.status {
+            AgentStatus::Wandering => (self.path.length_m() - END_ROAD_M).max(0.0),
+            _ => self.beyond_end_m(senses, look_m),
+        }
     }
 
     fn brake(&self, brake: f32) -> VehicleControl {

@@ -4,6 +4,7 @@ mod claims;
 mod entry;
 mod grants;
 
+use schemas::ActorId;
 use serde::{Deserialize, Serialize};
 
 use crate::path::Path;
@@ -41,6 +42,11 @@ impl Passage {
     /// What it waited for in the last tick.
     pub(crate) fn held(&self) -> Held {
         self.held
+    }
+
+    /// It waits for somebody on the lane beside that it changes to.
+    pub(crate) fn wait_beside(&mut self, other: ActorId) {
+        self.held = Held::Beside(other);
     }
 
     /// Says what is claimed and wished for, after the path was followed by `driven_m`.

@@ -67,6 +67,8 @@ pub(crate) struct Lane {
     pub conflicts: Vec<Conflict>,
     /// Where its traffic may have to stop, in order.
     pub stops: Vec<StopLine>,
+    /// Where several lights have one line: which of them speaks to which of the lanes that lead on.
+    pub spoken: Vec<(u32, LaneId)>,
     /// Whether no car can drive along it: it has no room, or turns back too tightly.
     pub is_barred: bool,
     /// Whether some way on never ends; where all do, whether one leads to the end of a road.
@@ -313,6 +315,14 @@ impl Lane {
     pub(crate) fn stop_m(&self, why: Stop) -> f32 {
         let line = self.stops.iter().find(|line| line.why == why);
         line.map_or(self.length_m(), |line| line.at_m)
+    }
+
+    /// Whether a line holds those who drive on along a lane: not a light's where others have the
+    /// same line, of which some speak to that lane and it does not.
+    pub(crate) fn holds(&self, why: Stop, next: Option<LaneId>) -> bool {
+        let Stop::Light(light) = why else { return true };
+        let mut spoken = self.spoken.iter().filter(|(_, lane)| Some(*lane) == next).peekable();
+        spoken.peek().is_none() || spoken.any(|(other, _)| *other == light)
     }
 
     /// Whether both lead to one lane.

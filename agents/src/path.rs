@@ -1,6 +1,7 @@
 //! A way over lanes, from where a vehicle is.
 
 mod change;
+mod longer;
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -283,13 +284,15 @@ impl Path {
         horizon_m: f32,
     ) -> impl Iterator<Item = StopAhead> + 'a {
         let near = self.ahead().take_while(move |(begins_m, _)| *begins_m <= horizon_m);
-        let lanes = near.filter_map(|(begins_m, leg)| {
+        let lanes = near.enumerate().filter_map(|(index, (begins_m, leg))| {
             let lane = network.lane(leg.last_lane()).filter(|lane| !lane.stops.is_empty())?;
-            Some((begins_m, leg, lane))
+            let mut after = self.legs.iter().skip(index + 1).map(|after| after.lane);
+            Some((begins_m, leg, lane, after.find(|after| *after != leg.last_lane())))
         });
-        lanes.flat_map(move |(begins_m, leg, lane)| {
+        lanes.flat_map(move |(begins_m, leg, lane, next)| {
             let offset_m = begins_m - own_from_m(network, leg, lane);
-            let lines = lane.stops.iter().map(move |line| StopAhead {
+            let held = lane.stops.iter().filter(move |line| lane.holds(line.why, next));
+            let lines = held.map(move |line| StopAhead {
                 lane: leg.last_lane(),
                 ahead_m: line.at_m + offset_m,
                 why: line.why,

@@ -48,6 +48,8 @@ const CLIMB_M: f32 = 2.0;
 /// Room on each side, towards vehicles and towards people.
 const BESIDE_M: f32 = 0.35;
 const BESIDE_WALKERS_M: f32 = 0.6;
+/// Whoever stands has so much more than its gap to who stands ahead, at most.
+const REST_M: f32 = 1.0;
 /// Less than this is not braked for: the throttle is let go.
 const EASED_MPS2: f32 = -0.4;
 
@@ -315,6 +317,7 @@ impl Driver {
             look_m,
             stopping_m: manner.stopping_m(speed_mps),
             gap_m: manner.gap_m,
+            rest_m: manner.gap_m + REST_M,
             line_m,
             ahead,
             queue: &queue,

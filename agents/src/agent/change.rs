@@ -1,7 +1,10 @@
 //! Lane changes of agents: begun where the lane beside has room, put off elsewhere.
 
+use schemas::ActorId;
+
+use super::traits::Traits;
 use super::{Agent, EASY_MPS2, SPACING_M, STANDING_MPS, room};
-use crate::beside::{ROOM_M, SAFE_MPS2, neighbours};
+use crate::beside::{Neighbour, ROOM_M, SAFE_MPS2, neighbours};
 use crate::network::{Network, Place};
 use crate::path::{Leg, NextChange, Path};
 use crate::route;
@@ -22,21 +25,40 @@ const COMES_MPS: f32 = 0.3;
 const REJOIN_MAX: usize = 8;
 /// Who has stood this long for want of room goes another way.
 const PATIENCE_SECS: f32 = 20.0;
+/// Who stands between two lanes for so long drives on along the nearer one.
+const BETWEEN_SECS: f32 = 1.5;
+
+/// Room on the lane beside that somebody takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taken {
+    /// From the origin to where the vehicle waits.
+    pub stop_m: f32,
+    /// By whom.
+    pub by: Option<ActorId>,
+}
 
 impl Agent {
-    /// Puts off the next lane change while there is no room on the lane beside; how far the vehicle
-    /// may drive without it.
-    pub(super) fn await_room(&mut self, senses: &Senses<'_>, speed_mps: f32) -> f32 {
+    /// Puts off the next lane change while there is no room on the lane beside; where it waits for
+    /// it, and for whom.
+    pub(super) fn await_room(&mut self, senses: &Senses<'_>, speed_mps: f32) -> Option<Taken> {
+        self.settle(senses, speed_mps);
         let network = senses.network;
         let speed_mps = speed_mps.max(0.0);
         let look_m = LOOK_M + LOOK_SECS * speed_mps;
         let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * senses.view.grip);
+        let ahead_m = Traits::of(&self.options, senses.view.grip).emergency_m.max(ROOM_M);
+        // Who stands may do so before somebody on the lane beside.
+        let look_m = if speed_mps < STANDING_MPS { look_m + ahead_m } else { look_m };
         let near = -BEGUN_M..look_m + stopping_m;
         let next = self.path.next_change(network).filter(|next| near.contains(&next.begins_m));
-        let free = |next: &NextChange| has_room(senses, &self.path, next, speed_mps);
-        let Some(next) = next.filter(|next| !self.options.ignore_vehicles && !free(next)) else {
+        let next = next.filter(|_| !self.options.ignore_vehicles);
+        let taken = next.and_then(|next| {
+            let by = ask_room(senses, &self.path, &next, (speed_mps, ahead_m)).err()?;
+            Some((next, by))
+        });
+        let Some((next, by)) = taken else {
             self.waited_secs = 0.0;
-            return f32::INFINITY;
+            return None;
         };
         let last_m = next.begins_m + next.room_m - LENGTH_M_MIN * f32::from(next.count);
         if next.begins_m < look_m && look_m < last_m {
@@ -52,36 +74,77 @@ impl Agent {
                 self.path = path;
             }
         }
-        last_m.max(0.0)
+        Some(Taken { stop_m: last_m.max(0.0), by })
+    }
+
+    /// Does not stand between two lanes, where each of two vehicles would wait for the other: ends
+    /// the change where most of it is done, else begins it anew once there is room or, where none
+    /// of the marking is left, goes another way.
+    fn settle(&mut self, senses: &Senses<'_>, speed_mps: f32) {
+        let network = senses.network;
+        let next = self.path.next_change(network).filter(|next| next.begins_m < -BEGUN_M);
+        let Some(next) = next.filter(|_| speed_mps < STANDING_MPS && !self.options.ignore_vehicles)
+        else {
+            self.between_secs = 0.0;
+            return;
+        };
+        self.between_secs += senses.dt_secs;
+        if self.between_secs < BETWEEN_SECS {
+            return;
+        }
+        let settled = settled(network, &self.path).or_else(|| {
+            let is_patient = self.between_secs < PATIENCE_SECS;
+            if is_patient { None } else { around(network, &self.path, &next) }
+        });
+        if let Some(path) = settled {
+            (self.between_secs, self.path) = (0.0, path);
+        }
     }
 }
 
-/// Whether somebody at a speed may begin a change: nobody abreast, room ahead and behind, and
-/// nobody who comes from the lane beyond.
-pub(super) fn has_room(
+/// The way to the same end with the change under the vehicle as if it were done, where most of it
+/// is, else begun anew from here on; none where the markings do not allow that.
+fn settled(network: &Network, path: &Path) -> Option<Path> {
+    let (_, leg) = path.ahead().next()?;
+    if path.place(network)?.lane == leg.onto? {
+        return path.changed(network, 0);
+    }
+    let anew = path.postponed(network, 0.0)?;
+    let next = anew.next_change(network)?;
+    (next.room_m >= LENGTH_M_MIN * f32::from(next.count)).then_some(anew)
+}
+
+/// Whether somebody at a speed who leaves so much room ahead may begin a change: nobody abreast,
+/// room ahead and behind, and nobody who comes from the lane beyond; else who keeps it from it.
+pub(super) fn ask_room(
     senses: &Senses<'_>,
     path: &Path,
     next: &NextChange,
-    speed_mps: f32,
-) -> bool {
-    let Some(place) = path.beside_point(senses.network, next.index) else { return true };
-    let mut free = true;
+    (speed_mps, ahead_m): (f32, f32),
+) -> Result<(), Option<ActorId>> {
+    let Some(place) = path.beside_point(senses.network, next.index) else { return Ok(()) };
+    let mut first: Option<Neighbour> = None;
     neighbours(senses.scene, senses.body, &place, |other| {
         let toward_mps = if next.to_left { -other.left_mps } else { other.left_mps };
         let comes = other.is_beyond(next.to_left) && other.is_abreast() && toward_mps > COMES_MPS;
-        free &= !comes && (!other.is_behind() || other.has_room(speed_mps));
+        let taken = comes || (other.is_behind() && !other.has_room(speed_mps));
+        if taken && first.is_none_or(|first| other.gap_m() < first.gap_m()) {
+            first = Some(*other);
+        }
     });
-    let Some(there) = path.changed(senses.network, next.index).filter(|_| free) else {
-        return false;
-    };
+    if let Some(other) = first {
+        return Err(Some(other.id));
+    }
+    let there = path.changed(senses.network, next.index).ok_or(None)?;
     let mut points = Vec::new();
     there.sample(senses.network, AHEAD_M, SPACING_M, &mut points);
     let ahead = senses.scene.ahead(&points, &room(senses));
-    ahead.is_none_or(|ahead| {
+    let near = ahead.filter(|ahead| {
         let closing_mps = (speed_mps - ahead.along_mps.max(0.0)).max(0.0);
-        let room_m = ahead.gap_m - ROOM_M;
-        room_m > 0.0 && closing_mps * closing_mps <= 2.0 * SAFE_MPS2 * room_m
-    })
+        let room_m = ahead.gap_m - ahead_m;
+        room_m <= 0.0 || closing_mps * closing_mps > 2.0 * SAFE_MPS2 * room_m
+    });
+    near.map_or(Ok(()), |near| Err(Some(near.id)))
 }
 
 /// Another way to where the way leads, straight on where its next change would begin.
@@ -158,6 +221,29 @@ mod tests {
                 assert!((ended_m - was_m).abs() < 0.5, "{ended_m} m, {was_m} m");
                 assert!((path.length_m() - whole_m).abs() < 1.0, "{path:?}");
             }
+        }
+    }
+
+    #[test]
+    fn who_stands_between_two_lanes_ends_the_change_or_begins_it_anew() {
+        let network = network();
+        for way in ways(&network) {
+            let leg = way.ahead().find_map(|(_, leg)| leg.onto.map(|onto| (*leg, onto)));
+            let (leg, onto) = leg.unwrap();
+            let driven_m = |share: f32| leg.from_m - 5.0 + share * leg.length_m();
+            let [mut early, mut late] = [way.clone(), way.clone()];
+            early.go(driven_m(0.3));
+            late.go(driven_m(0.7));
+            let done = settled(&network, &late).unwrap();
+            assert_eq!((done.own(&network).unwrap().0, done.is_changing()), (onto, false));
+            let anew = settled(&network, &early);
+            for path in [Some(&done), anew.as_ref()].into_iter().flatten() {
+                assert!(hangs_together(&network, path), "{path:?}");
+                let end = |path: &Path| path.last().map(|leg| (leg.lane, leg.to_m));
+                assert_eq!(end(path), end(&way));
+            }
+            let next = anew.map(|path| path.next_change(&network).unwrap());
+            assert!(next.is_none_or(|next| next.begins_m.abs() < 0.01), "{next:?}");
         }
     }
 

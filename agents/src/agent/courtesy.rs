@@ -5,10 +5,10 @@
 
 use schemas::AgentStatus;
 
-use super::change::{LENGTH_M_MIN, has_room};
+use super::change::{LENGTH_M_MIN, ask_room};
 use super::traits::Traits;
 use super::{Agent, CURVE_MPS2, SPACING_M};
-use crate::beside::neighbours;
+use crate::beside::{ROOM_M, neighbours};
 use crate::network::{Beside, Network, Place};
 use crate::path::{Leg, Path, curvature_per_m};
 use crate::route;
@@ -77,7 +77,7 @@ impl Agent {
             let free = network.lane(beside.lane)?.goes_on || self.status == AgentStatus::OnRoute;
             let calm =
                 sideways_mps2(network, &path, length_m, speed_mps) < CURVE_MPS2 * traits.grip;
-            if !free || !calm || !has_room(senses, &path, &change, speed_mps) {
+            if !free || !calm || ask_room(senses, &path, &change, (speed_mps, ROOM_M)).is_err() {
                 return None;
             }
             match self.status {

@@ -1,9 +1,10 @@
 //! Lights, signs, crossings and junctions ahead of an agent.
 
-use schemas::TrafficLightColour;
+use schemas::{AgentStatus, TrafficLightColour};
 
+use super::change::Taken;
 use super::traits::Traits;
-use super::{Agent, EASY_MPS2, GAP_M, HARD_MPS2, STANDING_MPS};
+use super::{Agent, EASY_MPS2, GAP_M, HARD_MPS2, SPACING_M, STANDING_MPS, room};
 use crate::junction::{Approach, BEFORE_LINE_M, Claims, Held, INSIDE_M};
 use crate::network::Stop;
 use crate::scene::{Ahead, Queue};
@@ -11,6 +12,8 @@ use crate::senses::Senses;
 
 /// How long a vehicle stands at a stop sign.
 const STOP_SECS: f32 = 1.0;
+/// Room that is left to whoever stands beyond the end of a route.
+const BEYOND_END_M: f32 = 1.0;
 /// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
 const AT_LINE_M: f32 = 4.0;
 
@@ -23,6 +26,8 @@ pub(super) struct Lines {
     pub held_m: Option<f32>,
     /// From the origin to the first crossing that people are on or wait for.
     pub people_m: Option<f32>,
+    /// Room for its next lane change.
+    pub taken: Option<Taken>,
 }
 
 impl Lines {
@@ -53,17 +58,48 @@ impl Agent {
         let grip = senses.view.grip;
         let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * grip);
         let path = &self.path;
-        let line_m = lines.held_m.into_iter().chain(lines.people_m).reduce(f32::min);
-        let gap_m = GAP_M;
-        let approach =
-            Approach { senses, path, speed_mps, look_m, stopping_m, gap_m, line_m, ahead, queue };
+        let front_m = senses.body.half_m.x;
+        let beside_m = lines.taken.map(|taken| taken.stop_m + front_m + BEFORE_LINE_M);
+        let all_m = [lines.held_m, lines.people_m, beside_m].into_iter().flatten();
+        let line_m = all_m.reduce(f32::min);
+        let rest_m = Traits::of(&self.options, grip).rest_m();
+        let approach = Approach {
+            senses,
+            path,
+            speed_mps,
+            look_m,
+            stopping_m,
+            gap_m: GAP_M,
+            rest_m,
+            line_m,
+            ahead,
+            queue,
+        };
         let free_m = self.passage.enter(&approach, claims).map_or(f32::INFINITY, |m| m.max(0.0));
+        let waits_beside = self.passage.held() == Held::Line && line_m == beside_m;
+        if let Some(by) = lines.taken.and_then(|taken| taken.by).filter(|_| waits_beside) {
+            self.passage.wait_beside(by);
+        }
         // Who comes to a light or sign stops there by its own rules, but where a junction that the
         // line does not belong to comes first.
-        let front_m = senses.body.half_m.x;
         let is_first = |line_m: f32| free_m >= stop_m(line_m, front_m) - INSIDE_M;
         let own_rules = self.passage.held() == Held::Line && lines.held_m.is_some_and(is_first);
         if own_rules { f32::INFINITY } else { free_m }
+    }
+
+    /// Free way before somebody beyond the end of its route whom its front would touch there: its
+    /// middle stops at the end.
+    pub(super) fn beyond_end_m(&self, senses: &Senses<'_>, look_m: f32) -> f32 {
+        let ends = self.status == AgentStatus::OnRoute && self.path.length_m() < look_m;
+        if !ends || self.options.ignore_vehicles {
+            return f32::INFINITY;
+        }
+        let more_m = senses.body.half_m.x + BEYOND_END_M;
+        let mut points = Vec::new();
+        let path = self.path.lengthened(senses.network, more_m);
+        path.sample(senses.network, look_m + more_m, SPACING_M, &mut points);
+        let ahead = senses.scene.ahead(&points, &room(senses));
+        ahead.map_or(f32::INFINITY, |ahead| (ahead.gap_m - BEYOND_END_M).max(0.0))
     }
 
     /// Whether a red light or a stop sign is near, and the first one that holds it.
@@ -95,7 +131,7 @@ impl Agent {
         let Some(sign) = sign.filter(|sign| sign.ahead_m <= from_m + front_m) else {
             (self.stood_secs, self.passed) = (0.0, None);
             let held_m = sign.map(|sign| sign.ahead_m).into_iter().chain(red_m).reduce(f32::min);
-            return Lines { stops_here: at_red, held_m, people_m };
+            return Lines { stops_here: at_red, held_m, people_m, taken: None };
         };
         let gap_m = sign.ahead_m - front_m;
         if speed_mps < STANDING_MPS && gap_m < AT_LINE_M {
@@ -108,7 +144,7 @@ impl Agent {
         let sign_m = Some(sign.ahead_m).filter(|_| holds);
         let stops_here = at_red || (holds && gap_m < stopping_m + 1.5);
         let held_m = sign_m.into_iter().chain(red_m).reduce(f32::min);
-        Lines { stops_here, held_m, people_m }
+        Lines { stops_here, held_m, people_m, taken: None }
     }
 }
 
@@ -120,12 +156,12 @@ mod tests {
     use crate::network::{LaneId, Network};
     use crate::path::Leg;
     use crate::pilot::VehicleView;
-    use crate::scene::Scene;
+    use crate::scene::{Body, Scene};
     use crate::testing::vehicle;
 
     const ENTRY_M: f32 = 10.0;
     const FRONT_M: f32 = 2.4;
-    const FREE: Lines = Lines { stops_here: false, held_m: None, people_m: None };
+    const FREE: Lines = Lines { stops_here: false, held_m: None, people_m: None, taken: None };
 
     /// A long lane without signs, and one that leads on from it through a junction.
     fn long_lane(network: &Network) -> (LaneId, LaneId) {
@@ -173,6 +209,30 @@ mod tests {
             )
         });
         (free_m[1], !agent.passage.is_free())
+    }
+
+    /// Somebody stands beyond the end of a route, nearer to it than the front will be, or farther.
+    #[test]
+    fn who_ends_its_route_touches_nobody_beyond_it() {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        let network = Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap());
+        let (lane, _) = long_lane(&network);
+        let mut agent = Agent::new(AgentOptions::default());
+        agent.status = AgentStatus::OnRoute;
+        agent.path.push(Leg { lane, from_m: 2.0, to_m: 8.0, onto: None });
+        let at = |at_m: f32| network.lane(lane).unwrap().at(at_m);
+        for (other_m, wanted_m) in [(8.0 + 5.0, Some(5.2)), (8.0 + 9.0, None)] {
+            let body = vehicle([FRONT_M, 0.9, 0.7], at(2.0).point_m, at(2.0).heading(), 1.0);
+            let other = vehicle([2.4, 0.9, 0.7], at(other_m).point_m, at(other_m).heading(), 0.0);
+            let other = Body { id: schemas::ActorId::new(9).unwrap(), ..other };
+            let scene = Scene::new(vec![body, other], Vec::new());
+            let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
+            let (network, view, body) = (&network, &view, &body);
+            let senses = Senses { network, scene: &scene, view, body, dt_secs: 0.05 };
+            let free_m = agent.beyond_end_m(&senses, 20.0);
+            let alike = wanted_m.map_or(free_m.is_infinite(), |m| (free_m - m).abs() < 0.3);
+            assert!(alike, "{other_m} m: {free_m} m of {wanted_m:?}");
+        }
     }
 
     #[test]

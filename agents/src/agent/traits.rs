@@ -16,6 +16,9 @@ const FOLLOW_MPS: f32 = 5.0 * KMH;
 /// Braking with which the distance of a vehicle ahead is judged, besides the behaviour's own rules.
 const JUDGED_MPS2: f32 = 4.0;
 
+/// Whoever stands has so much more to who stands ahead, at most.
+const REST_M: f32 = 0.5;
+
 /// A behaviour in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Traits {
@@ -29,7 +32,7 @@ pub(super) struct Traits {
     /// Vehicles count from at least this far away.
     proximity_m: f32,
     /// Nearer than this to what is ahead it brakes hard.
-    emergency_m: f32,
+    pub emergency_m: f32,
     /// Lights count from this far away at standstill.
     pub light_m: f32,
     /// How hard it brakes for lights and what is near.
@@ -94,6 +97,11 @@ impl Traits {
     /// metres.
     pub(super) fn pressed_m(&self, limit_mps: f32) -> f32 {
         self.proximity_m.max(0.5 * limit_mps / KMH)
+    }
+
+    /// Nearer than this to somebody at rest ahead it drives no nearer.
+    pub(super) fn rest_m(&self) -> f32 {
+        self.emergency_m + REST_M
     }
 
     /// How hard it brakes before somebody or a place that it must not come to, on a hill that takes

@@ -52,8 +52,10 @@ pub struct Claims {
 #[derive(Clone, Copy, Debug)]
 struct Wait {
     whom: ActorId,
-    /// Whether the other is in its way, and no junction holds it.
+    /// Whether the other is in its way, also on the lane beside, and no junction holds it.
     is_behind: bool,
+    /// Whether it has room beyond the junction.
+    has_room: bool,
 }
 
 /// What is claimed and wished for in one junction, in the order in which it was told.
@@ -177,23 +179,26 @@ impl Claims {
 
     /// Tells all who ask later in this tick for whom somebody waits at rest.
     pub(crate) fn wait(&mut self, id: ActorId, held: Held) {
-        let (whom, is_behind) = match held {
-            Held::Claim(whom) | Held::Room(whom) => (whom, false),
-            Held::Behind(whom) => (whom, true),
+        let (whom, is_behind, has_room) = match held {
+            Held::Claim(whom) => (whom, false, true),
+            Held::Room(whom) => (whom, false, false),
+            Held::Behind(whom) | Held::Beside(whom) => (whom, true, false),
             Held::No | Held::Line => return,
         };
-        self.waits.insert(id, Wait { whom, is_behind });
+        self.waits.insert(id, Wait { whom, is_behind, has_room });
     }
 
     /// Whether somebody is the first of a circle of those who each wait for the next one: of those
-    /// whom a junction holds the one with the lowest number.
+    /// whom a junction holds the one with the lowest number, of those with room beyond it if there
+    /// are any.
     pub(crate) fn leads_circle(&self, id: ActorId) -> bool {
-        if self.waits.get(&id).is_none_or(|wait| wait.is_behind) {
-            return false;
-        }
+        let place = |wait: &Wait, id: ActorId| (!wait.has_room, id);
+        let own = self.waits.get(&id).filter(|wait| !wait.is_behind);
+        let Some(first) = own.map(|wait| place(wait, id)) else { return false };
         let mut at = id;
         for _ in 0..CIRCLE_MAX {
-            let Some(wait) = self.waits.get(&at).filter(|wait| wait.is_behind || at >= id) else {
+            let wait = self.waits.get(&at);
+            let Some(wait) = wait.filter(|wait| wait.is_behind || place(wait, at) >= first) else {
                 return false;
             };
             at = wait.whom;

@@ -46,6 +46,8 @@ pub enum Held {
     Room(ActorId),
     /// Somebody on the way.
     Behind(ActorId),
+    /// Room on the lane beside that it changes to, which somebody takes.
+    Beside(ActorId),
 }
 
 /// How somebody comes to the next junction.
@@ -59,6 +61,8 @@ pub(crate) struct Approach<'a> {
     pub stopping_m: f32,
     /// Which it leaves to others at rest.
     pub gap_m: f32,
+    /// Nearer than this to somebody at rest ahead it drives no nearer.
+    pub rest_m: f32,
     /// From the origin to the line that holds it.
     pub line_m: Option<f32>,
     /// The first one in its way, and all of them.
@@ -103,17 +107,18 @@ impl Passage {
         let asker = Asker { leads_circle, ..self.asker(senses, path, &way) };
         let yields_far = asker.rank == 0 && to_entry_m > 8.0;
         // Who is held before the junction need not ask for room beyond it.
-        let beyond = match first && open && !leads_circle {
+        let beyond = match first && open {
             true => room_beyond(&queue.all(), &way, front_m, at.gap_m),
             false => Ok(()),
         };
-        let free = open && first && beyond.is_ok();
+        let free = open && first && (beyond.is_ok() || leads_circle);
         self.comes = free && to_entry_m < near_m + TELLING_SECS * speed_mps;
         // Whoever all have heard of may ask: of two who come at once neither is the first.
         if told && free && to_entry_m < near_m && !yields_far {
             match claims.grant(senses.network, &way, &asker) {
                 Ok(()) => {
                     self.grants.add(&way, None);
+                    self.blocked_secs = 0.0;
                     return None;
                 }
                 Err(other) => self.held = Held::Claim(other),
@@ -123,21 +128,27 @@ impl Passage {
                 return Some(entry_m + until_m);
             }
         }
-        let blocker = beyond.err().flatten();
+        self.note_blocked(at, beyond.err().flatten());
+        Some(to_entry_m - BEFORE_LINE_M)
+    }
+
+    /// Notes who takes the room beyond the next junction, and for how long it has stood for that.
+    fn note_blocked(&mut self, at: &Approach<'_>, blocker: Option<ActorId>) {
         if let Some(other) = blocker {
             self.held = Held::Room(other);
         }
-        let blocked = blocker.is_some() && speed_mps < STANDING_MPS;
-        self.blocked_secs = if blocked { self.blocked_secs + senses.dt_secs } else { 0.0 };
-        Some(to_entry_m - BEFORE_LINE_M)
+        // With a claim or room it would stand there as well.
+        if let Some(other) = stands_before(at, at.rest_m) {
+            self.held = Held::Behind(other);
+        }
+        let blocked = blocker.is_some() && at.speed_mps < STANDING_MPS;
+        self.blocked_secs = if blocked { self.blocked_secs + at.senses.dt_secs } else { 0.0 };
     }
 
     /// Whoever stands as somebody stands in its way lets others through the junction ahead: that
     /// one may wait for them.
     fn give_up_behind(&mut self, at: &Approach<'_>) {
-        let stands_there =
-            |ahead: &Ahead| ahead.gap_m < BLOCKED_M && ahead.along_mps < STANDING_MPS;
-        if at.speed_mps < STANDING_MPS && at.ahead.as_ref().is_some_and(stands_there) {
+        if stands_before(at, BLOCKED_M).is_some() {
             self.grants.give_up(at.path, at.senses.body.half_m.x);
         }
     }
@@ -184,6 +195,13 @@ impl Passage {
         let patience_secs = if yields { YIELDING_SECS } else { TURNING_SECS };
         if self.grants.waited_secs() > patience_secs { 2 } else { u8::from(!yields) }
     }
+}
+
+/// Who stands nearer ahead than this of somebody who stands.
+fn stands_before(at: &Approach<'_>, near_m: f32) -> Option<ActorId> {
+    let stands_there = |ahead: &Ahead| ahead.gap_m < near_m && ahead.along_mps < STANDING_MPS;
+    let ahead = at.ahead.filter(|_| at.speed_mps < STANDING_MPS)?;
+    stands_there(&ahead).then_some(ahead.id)
 }
 
 /// Whether there will be room to leave a junction: all who drive ahead need room before whoever is
@@ -285,6 +303,7 @@ mod tests {
             look_m: 40.0,
             stopping_m: 0.0,
             gap_m: 2.0,
+            rest_m: 3.0,
             line_m: None,
             ahead: Some(other(2, gap_m, along_mps, along_mps)),
             queue: &Queue::default(),

@@ -9,8 +9,9 @@ const SAME_LINE_M: f32 = 1.0;
 
 /// Adds the stop lines of a map to the lanes of its network.
 pub(super) fn mark(network: &mut Network, map: &Map) {
-    for (index, light) in (0..).zip(map.traffic_lights().lights) {
-        for place in light.boxes {
+    let lights = map.traffic_lights().lights;
+    for (index, light) in (0..).zip(&lights) {
+        for place in &light.boxes {
             add(network, &place.front, Stop::Light(index));
         }
     }
@@ -27,6 +28,35 @@ pub(super) fn mark(network: &mut Network, map: &Map) {
     for lane in &mut network.lanes {
         lane.stops.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
         lane.stops.dedup_by(|a, b| a.why == b.why && (a.at_m - b.at_m).abs() < SAME_LINE_M);
+    }
+    for (index, light) in (0..).zip(&lights) {
+        for held in &light.lanes {
+            speak(network, held, index);
+        }
+    }
+}
+
+/// Notes a way through a junction to which a light speaks, on the lanes before it where another
+/// light has the same line.
+fn speak(network: &mut Network, held: &Waypoint, light: u32) {
+    let held = network.place(held).and_then(|place| network.lane(place.lane));
+    let Some(way) = held.filter(|lane| lane.junction.is_some()).map(|lane| lane.entered.lane)
+    else {
+        return;
+    };
+    let before = network.lane(way).map_or(Vec::new(), |lane| lane.previous.clone());
+    for id in before {
+        let Some(lane) = network.lanes.get_mut(id as usize) else { continue };
+        let at_m = |line: &StopLine| (line.why == Stop::Light(light)).then_some(line.at_m);
+        let shares = |at_m: f32| {
+            let mut others = lane.stops.iter().filter(|line| line.why != Stop::Light(light));
+            others.any(|other| {
+                matches!(other.why, Stop::Light(_)) && (other.at_m - at_m).abs() < SAME_LINE_M
+            })
+        };
+        if lane.stops.iter().find_map(at_m).is_some_and(shares) {
+            lane.spoken.push((light, way));
+        }
     }
 }
 
@@ -52,4 +82,20 @@ fn is_behind_junction(network: &Network, at: Place) -> bool {
         let is_early = at.at_m < BEHIND_M && lane.length_m() - at.at_m > FROM_END_M;
         lane.junction.is_none() && comes_out && is_early
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::network::{Lane, Stop};
+
+    #[test]
+    fn of_several_lights_at_one_line_those_hold_that_speak_to_the_way() {
+        let lane = Lane { spoken: vec![(1, 7), (2, 8), (3, 8)], ..Lane::default() };
+        let held = |next| [1, 2, 3].map(|light| lane.holds(Stop::Light(light), next));
+        assert_eq!(held(Some(7)), [true, false, false]);
+        assert_eq!(held(Some(8)), [false, true, true]);
+        assert_eq!(held(Some(9)), [true; 3], "no light speaks to that way");
+        assert_eq!(held(None), [true; 3]);
+        assert!(lane.holds(Stop::Sign, Some(7)));
+    }
 }

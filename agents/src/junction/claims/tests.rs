@@ -103,6 +103,7 @@ fn who_stands_behind_somebody_keeps_nobody_before_it_from_a_junction() {
         (vec![], false),
         (vec![(1, behind(2))], true),
         (vec![(1, behind(3)), (3, behind(2))], true),
+        (vec![(1, Held::Beside(id(2)))], true),
         (vec![(1, behind(3))], false),
         (vec![(1, room(2))], false),
         (vec![(1, behind(3)), (3, room(2))], false),
@@ -134,7 +135,11 @@ fn of_a_circle_the_lowest_number_that_a_junction_holds_leads_it_and_passes_the_o
         claims
     };
     let leads: Vec<u32> = (1..9).filter(|number| claims().leads_circle(id(*number))).collect();
-    assert_eq!(leads, [2]);
+    assert_eq!(leads, [5], "who has room beyond the junction");
+    let mut full = claims();
+    full.wait(id(5), Held::Room(id(4)));
+    let leads: Vec<u32> = (1..9).filter(|number| full.leads_circle(id(*number))).collect();
+    assert_eq!(leads, [2], "where none has");
     assert_eq!(claims().grant(&network, &left, &asker(2, 1)), Err(id(4)));
     let leading = Asker { leads_circle: true, ..asker(2, 1) };
     assert_eq!(claims().grant(&network, &left, &leading), Ok(()));
