@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use manoeuvres::{Drivers, Trial, drive};
+use manoeuvres::{Drive, Drivers, Stuck, Trial, drive};
 use roads::Map;
 
 #[derive(Clone, Debug, clap::Args)]
@@ -28,6 +28,9 @@ pub(crate) struct Args {
     /// On roads as wet as they get.
     #[arg(long)]
     wet: bool,
+    /// Tell on the error stream who stands at the end, and whom or what each of them waits for.
+    #[arg(long)]
+    why: bool,
 }
 
 /// Why there is no table.
@@ -76,24 +79,41 @@ pub(crate) fn run(args: &Args) -> Result<(), RoadsError> {
             let who = drivers.as_str();
             let Args { cars: count, minutes, wet, .. } = *args;
             match drive(&map, &Trial { drivers, count, minutes, wet }) {
-                Ok(found) => println!(
-                    "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {} | {:.1} |",
-                    found.vehicles,
-                    found.worst_m,
-                    found.worst_at_m.x,
-                    found.worst_at_m.y,
-                    found.left,
-                    found.tipped,
-                    found.collided,
-                    found.broken,
-                    found.stuck,
-                    found.mean_mps
-                ),
+                Ok(found) => {
+                    print(&name, who, &found);
+                    found.stuck.iter().filter(|_| args.why).for_each(explain);
+                }
                 Err(error) => println!("| {name} | {who} | {error} |"),
             }
         }
     }
     Ok(())
+}
+
+/// One row of the table.
+fn print(name: &str, who: &str, found: &Drive) {
+    println!(
+        "| {name} | {who} | {} | {:.1} | {:.0}, {:.0} | {} | {} | {} | {} | {} | {:.1} |",
+        found.vehicles,
+        found.worst_m,
+        found.worst_at_m.x,
+        found.worst_at_m.y,
+        found.left,
+        found.tipped,
+        found.collided,
+        found.broken,
+        found.stuck.len(),
+        found.mean_mps
+    );
+}
+
+/// Tells on the error stream what somebody waits for.
+fn explain(stuck: &Stuck) {
+    let Stuck { id, at_m, secs, held, status } = stuck;
+    let [x, y] = [at_m.x, at_m.y];
+    let held = held.map_or_else(|| "a pilot".to_owned(), |held| format!("{held:?}"));
+    let status = status.map_or_else(String::new, |status| format!(", {status:?}"));
+    eprintln!("{id} at {x:.1}, {y:.1} stands for {secs} s: {held}{status}");
 }
 
 fn drivers(text: &str) -> Result<Drivers, String> {

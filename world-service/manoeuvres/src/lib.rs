@@ -22,7 +22,7 @@ mod switches;
 mod track;
 mod traffic;
 
-pub use self::roads::{Drive, Drivers, Trial, drive};
+pub use self::roads::{Drive, Drivers, Stuck, Trial, drive};
 pub use aids::{SplitStop, TurnStop, split_stop, turn_stop};
 pub use corner::{Dwell, dwell};
 pub use published::{Known, Row, VEHICLES, measure};

@@ -6,8 +6,9 @@ mod start;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use agents::Held;
 use roads::Map;
-use schemas::{ActorId, ActorKind, Error, ErrorCode, Frame, Vec3};
+use schemas::{ActorId, ActorKind, AgentStatus, Error, ErrorCode, Frame, Vec3};
 use world::{Broken, World};
 
 use crate::Result;
@@ -73,8 +74,23 @@ pub struct Trial {
     pub wet: bool,
 }
 
+/// A vehicle that stood for the last two minutes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stuck {
+    /// Which.
+    pub id: ActorId,
+    /// Where.
+    pub at_m: Vec3,
+    /// For how long, in seconds.
+    pub secs: u32,
+    /// What its driver waits for; none for a pilot.
+    pub held: Option<Held>,
+    /// What its agent is about.
+    pub status: Option<AgentStatus>,
+}
+
 /// What came of a drive.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drive {
     /// How many there was room for.
     pub vehicles: u32,
@@ -91,7 +107,7 @@ pub struct Drive {
     /// Rules of the road that were broken.
     pub broken: u32,
     /// Vehicles that stood for the last two minutes.
-    pub stuck: usize,
+    pub stuck: Vec<Stuck>,
     /// Of all vehicles over all time.
     pub mean_mps: f64,
 }
@@ -111,7 +127,7 @@ pub fn drive(map: &Arc<Map>, trial: &Trial) -> Result<Drive> {
             Err(error) if error.code == ErrorCode::Unsupported => continue,
             Err(error) => return Err(error),
         };
-        all = all.and(&watch(stage, map, (trial.minutes * 60 / trial.count).max(1))?);
+        all = all.and(watch(stage, map, (trial.minutes * 60 / trial.count).max(1))?);
     }
     if all.vehicles == 0 {
         return Err(Error::new(ErrorCode::Unsupported, "the map has no lane with room for a car"));
@@ -121,18 +137,19 @@ pub fn drive(map: &Arc<Map>, trial: &Trial) -> Result<Drive> {
 
 impl Drive {
     /// Both together.
-    fn and(self, other: &Self) -> Self {
-        let worse = if other.worst_m > self.worst_m { other } else { &self };
+    fn and(self, other: Self) -> Self {
+        let [own, new] = [&self, &other].map(|drive| (drive.worst_m, drive.worst_at_m));
+        let (worst_m, worst_at_m) = if new.0 > own.0 { new } else { own };
         let (own, new) = (f64::from(self.vehicles), f64::from(other.vehicles));
         Self {
             vehicles: self.vehicles + other.vehicles,
-            worst_m: worse.worst_m,
-            worst_at_m: worse.worst_at_m,
+            worst_m,
+            worst_at_m,
             left: self.left + other.left,
             tipped: self.tipped + other.tipped,
             collided: self.collided + other.collided,
             broken: self.broken + other.broken,
-            stuck: self.stuck + other.stuck,
+            stuck: self.stuck.into_iter().chain(other.stuck).collect(),
             mean_mps: (self.mean_mps * own + other.mean_mps * new) / (own + new).max(1.0),
         }
     }
@@ -190,13 +207,26 @@ fn watch(mut stage: Stage, map: &Map, secs: u32) -> Result<Drive> {
             notes.look(map, &stage.world.frame(), tick, &mut found);
         }
     }
-    let is_stuck = |at: &&u32| ticks - **at >= STUCK_SECS * TICKS_PER_SEC;
-    found.stuck = notes.moved_at.values().filter(is_stuck).count();
+    found.stuck = stuck(&stage.world, &notes, ticks);
     found.broken = broken(&stage.world);
     (found.left, found.tipped) = (notes.left.len(), notes.tipped.len());
     found.collided = notes.collided.len();
     found.mean_mps = notes.sum_mps / f64::from(notes.samples.max(1));
     Ok(found)
+}
+
+/// Who has stood for long, and what each of them waits for.
+fn stuck(world: &World, notes: &Notes, ticks: u32) -> Vec<Stuck> {
+    let held: BTreeMap<ActorId, Held> = world.held().collect();
+    let frame = world.frame();
+    let told = |(id, at): (&ActorId, &u32)| {
+        let secs = (ticks - at) / TICKS_PER_SEC;
+        let at_m = frame.actor(*id)?.world_from_actor.translation.vector;
+        let agent = frame.agents.iter().find(|agent| agent.actor == *id && agent.driving);
+        let (held, status) = (held.get(id).copied(), agent.map(|agent| agent.status));
+        (secs >= STUCK_SECS).then_some(Stuck { id: *id, at_m, secs, held, status })
+    };
+    notes.moved_at.iter().filter_map(told).collect()
 }
 
 fn broken(world: &World) -> u32 {

@@ -112,9 +112,9 @@ impl Tally {
     }
 
     fn ask(&mut self, world: &World) {
-        for (id, held) in world.traffic_held() {
+        for (id, held) in world.held() {
             let why = match held {
-                Held::No | Held::Behind(_) => continue,
+                Held::No | Held::Behind(_) | Held::Beside(_) => continue,
                 Held::Line => "light or sign",
                 Held::Claim(_) => "others in the junction",
                 Held::Room(_) => "no room beyond the junction",
@@ -146,7 +146,7 @@ impl Tally {
 
 /// Tells, for everybody who is stuck, who waits for whom.
 fn explain(world: &World, tally: &Tally) {
-    let held: BTreeMap<ActorId, Held> = world.traffic_held().collect();
+    let held: BTreeMap<ActorId, Held> = world.held().collect();
     let frame = world.frame();
     println!("vehicle seconds at the head of a queue: {:?}", tally.held_secs);
     for (id, secs) in tally.stuck() {

@@ -52,11 +52,14 @@ impl World {
         spawned
     }
 
-    /// What each driver of traffic waited for in the last tick, ordered by vehicle.
-    pub fn traffic_held(&self) -> impl Iterator<Item = (ActorId, Held)> {
+    /// What each driver of traffic and each agent at a wheel waited for in the last tick, ordered
+    /// by vehicle.
+    pub fn held(&self) -> impl Iterator<Item = (ActorId, Held)> {
         let driver = |actor: &Actor| {
-            let traffic = actor.vehicle.as_deref()?.wheel.traffic()?;
-            Some((actor.id, traffic.driver.held()))
+            let vehicle = actor.vehicle.as_deref()?;
+            let traffic = vehicle.wheel.traffic().map(|traffic| traffic.driver.held());
+            let agent = vehicle.agent.as_deref().filter(|_| vehicle.wheel.is_agent());
+            Some((actor.id, traffic.or(agent.map(Agent::held))?))
         };
         self.state.actors.iter().filter_map(driver)
     }
