@@ -25,6 +25,7 @@ mod traffic;
 mod vehicle;
 mod walker;
 
+pub use alias::{is_renamed_in_0_10, renamed_in_0_10};
 pub use attribute::{Attribute, AttributeKind};
 pub use library::{all, find, get, index_of};
 pub use prop::{PropModel, PropSize};
@@ -76,6 +77,16 @@ impl Blueprint {
     fn new(id: &str, class: Class, listed: bool, attributes: Vec<Attribute>) -> Self {
         let tags = id.split('.').map(str::to_owned).collect();
         Self { id: id.to_owned(), tags, attributes, class, listed }
+    }
+
+    /// The same under another id.
+    fn renamed(&self, id: &str) -> Self {
+        let mut attributes = self.attributes.clone();
+        for attribute in attributes.iter_mut().filter(|attribute| attribute.id == "ros_name") {
+            attribute.value = id.to_owned();
+            attribute.recommended = vec![id.to_owned()];
+        }
+        Self::new(id, self.class, self.listed, attributes)
     }
 
     /// The attribute with this id.

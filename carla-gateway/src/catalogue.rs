@@ -23,7 +23,13 @@ fn listed(version: ClientVersion) -> Vec<ActorDefinition> {
     let is_listed = |blueprint: &Blueprint| blueprint.listed && version.knows(&blueprint.id);
     let numbered = (1..).zip(blueprints::all());
     let listed = numbered.filter(|(_, blueprint)| is_listed(blueprint));
-    listed.map(|(uid, blueprint)| definition(uid, blueprint, version)).collect()
+    let mut listed: Vec<ActorDefinition> =
+        listed.map(|(uid, blueprint)| definition(uid, blueprint, version)).collect();
+    if version.renames_vehicles() {
+        let renamed = blueprints::renamed_in_0_10();
+        listed.extend(renamed.map(|(new, same)| definition(uid_of(same), &new, version)));
+    }
+    listed
 }
 
 fn definition(uid: u32, blueprint: &Blueprint, version: ClientVersion) -> ActorDefinition {
@@ -97,7 +103,7 @@ pub(crate) fn actor(described: &Described, version: ClientVersion) -> Actor {
         parent_id: described.attachment.map(|attachment| attachment.parent).into(),
         description: ActorDescription {
             uid: blueprint.map_or(0, uid_of),
-            type_id: described.blueprint.clone(),
+            type_id: type_id(described, blueprint, version).to_owned(),
             attributes: attributes(blueprint, &described.attributes, version),
         },
         bounding_box: BoundingBox {
@@ -109,6 +115,22 @@ pub(crate) fn actor(described: &Described, version: ClientVersion) -> Actor {
         semantic_tags: vec![described.tag],
         stream_token: Vec::new(),
     }
+}
+
+/// The id by which a client ordered an actor: clients of 0.10 send the one that they know in the
+/// attribute `ros_name`.
+fn type_id<'a>(
+    described: &'a Described,
+    blueprint: Option<&Blueprint>,
+    version: ClientVersion,
+) -> &'a str {
+    let is_renamed = |name: &&str| {
+        let is_same = |named: &Blueprint| blueprint.is_some_and(|one| one.id == named.id);
+        blueprints::is_renamed_in_0_10(name) && blueprints::find(name).is_some_and(is_same)
+    };
+    let name = described.attributes.iter().find(|attribute| attribute.id == "ros_name");
+    let name = name.map(|attribute| attribute.value.as_str()).filter(is_renamed);
+    name.filter(|_| version.renames_vehicles()).unwrap_or(&described.blueprint)
 }
 
 fn attributes(
@@ -181,6 +203,8 @@ pub(crate) fn has_stream(type_id: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use schemas::{ActorId, ActorKind, Vec3};
+
     use super::*;
 
     #[test]
@@ -201,9 +225,11 @@ mod tests {
     #[test]
     fn clients_of_0_10_count_kinds_from_zero_and_know_fewer_sensors() {
         let [old, new] = [ClientVersion::V0_9, ClientVersion::V0_10].map(definitions);
-        assert_eq!(old.len() - new.len(), 3);
+        let renamed = blueprints::renamed_in_0_10().count();
+        assert_eq!((old.len() - 3, renamed), (new.len() - renamed, 15));
         for told in new {
-            let same = old.iter().find(|definition| definition.id == told.id).unwrap();
+            let id = &blueprints::find(&told.id).unwrap().id;
+            let same = old.iter().find(|definition| definition.id == *id).unwrap();
             assert_eq!(same.uid, told.uid);
             for (told, same) in told.attributes.iter().zip(&same.attributes) {
                 assert_eq!((&told.id, told.kind + 1), (&same.id, same.kind));
@@ -211,6 +237,46 @@ mod tests {
         }
         assert_eq!(recorded_kind("vehicle.lincoln.mkz", "number_of_wheels"), 2);
         assert_eq!(recorded_kind("vehicle.lincoln.mkz", "unheard_of"), 4);
+    }
+
+    #[test]
+    fn clients_of_0_10_are_told_the_id_that_they_ordered() {
+        let ordered = |id: &str, version| {
+            let known = definitions(ClientVersion::V0_10).iter();
+            let definition = known.clone().find(|definition| definition.id == id).unwrap();
+            let given = |one: &ActorAttribute| AttributeValue {
+                id: one.id.clone(),
+                kind: one.kind,
+                value: one.value.clone(),
+            };
+            let description = ActorDescription {
+                uid: definition.uid,
+                type_id: id.to_owned(),
+                attributes: definition.attributes.iter().map(given).collect(),
+            };
+            let (blueprint, attributes) = order(&description).unwrap();
+            let described = Described {
+                id: ActorId::new(1).unwrap(),
+                attachment: None,
+                kind: ActorKind::Vehicle,
+                blueprint: blueprint.id.clone(),
+                attributes,
+                box_centre_m: Vec3::zeros(),
+                box_half_extent_m: Vec3::zeros(),
+                tag: 14,
+                signal: None,
+            };
+            actor(&described, version).description.type_id
+        };
+        for (id, old) in [
+            ("vehicle.mini.cooper", "vehicle.mini.cooper_s_2021"),
+            ("vehicle.mini.cooper_s_2021", "vehicle.mini.cooper_s_2021"),
+            ("vehicle.ue4.audi.tt", "vehicle.audi.tt"),
+            ("vehicle.nissan.patrol", "vehicle.nissan.patrol"),
+        ] {
+            assert_eq!(ordered(id, ClientVersion::V0_10), id);
+            assert_eq!(ordered(id, ClientVersion::V0_9), old);
+        }
     }
 
     #[test]

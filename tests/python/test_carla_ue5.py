@@ -90,3 +90,32 @@ def test_the_log_says_which_endpoint_a_client_wants_that_ends_at_the_first_frame
             time.sleep(0.1)
     for port, folder in [(old, None), (new, ue5_client)]:
         assert "alive" in run(port, folder, program).stdout
+
+
+def test_a_program_finds_the_vehicles_of_0_10_by_their_ids(both, ue5_client, tmp_path):
+    old, new, _ = both
+    program = tmp_path / "names.py"
+    program.write_text(
+        "import json, sys, carla\n"
+        "client = carla.Client('127.0.0.1', int(sys.argv[1]))\n"
+        "client.set_timeout(60.0)\n"
+        "world = client.get_world()\n"
+        "library = world.get_blueprint_library()\n"
+        "told = {}\n"
+        "names = ['vehicle.mini.cooper', 'vehicle.taxi.ford', 'vehicle.ford.crown']\n"
+        "places = world.get_map().get_spawn_points()\n"
+        "for name, place in zip(names, places):\n"
+        "    if len(library.filter(name)) == 1:\n"
+        "        car = world.spawn_actor(library.find(name), place)\n"
+        "        told[name] = [car.type_id, world.get_actor(car.id).type_id]\n"
+        "        told[name].append(car.attributes['ros_name'])\n"
+        "ids = [blueprint.id for blueprint in library]\n"
+        "assert len(set(ids)) == len(ids)\n"
+        "print(json.dumps(told))\n"
+    )
+    names = ["vehicle.mini.cooper", "vehicle.taxi.ford", "vehicle.ford.crown"]
+    for port, folder, known in [(new, ue5_client, names), (old, None, names[2:])]:
+        session = run(port, folder, program)
+        assert session.returncode == 0, session.stderr
+        told = json.loads(session.stdout.splitlines()[-1])
+        assert told == {name: [name] * 3 for name in known}

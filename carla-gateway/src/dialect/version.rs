@@ -63,6 +63,11 @@ impl ClientVersion {
         self == Self::V0_9 || !ONLY_OLD.contains(&blueprint)
     }
 
+    /// Whether clients know some vehicles by other ids than those of 0.9.16, and by those, too.
+    pub(crate) fn renames_vehicles(self) -> bool {
+        self == Self::V0_10
+    }
+
     /// CARLA's number of a kind of attribute.
     pub(crate) fn attribute_kind(self, kind: AttributeKind) -> u8 {
         let from_zero = match kind {
