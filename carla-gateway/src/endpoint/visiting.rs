@@ -95,8 +95,8 @@ impl Endpoint {
         }
     }
 
-    /// A client that has set a step looks for it in the frames that follow. In a visited world these
-    /// are frames in which it stands: the session knows nothing of them.
+    /// A client that has set a step looks for it in the frames that follow. In a visited world
+    /// these are frames in which it stands: the session knows nothing of them.
     pub(crate) async fn begin_trial(&mut self) {
         let Some(visit) = &mut self.visit else { return };
         visit.trial_frames = 0;
