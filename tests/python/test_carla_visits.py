@@ -84,7 +84,7 @@ def test_a_client_follows_the_session_and_measures_in_its_world(site):
 
 
 def test_what_a_client_brings_is_there_for_the_session_and_goes_with_it(site):
-    with visited(site) as (session, made, client):
+    with visited(site) as (session, _, client):
         world = client.get_world()
         ego = ego_of(world)
         ahead = world.get_map().get_waypoint(ego.get_location()).next(15.0)[0].transform
@@ -104,7 +104,7 @@ def test_what_a_client_brings_is_there_for_the_session_and_goes_with_it(site):
 
 
 def test_a_client_in_synchronous_mode_ticks_together_with_the_session(site):
-    with visited(site) as (session, made, client), ThreadPoolExecutor(1) as beside:
+    with visited(site) as (session, _, client), ThreadPoolExecutor(1) as beside:
         with synchronous(client.get_world()) as world:
             for _ in range(3):
                 stepping = beside.submit(session.step, "control", throttle=0.5)
@@ -114,7 +114,9 @@ def test_a_client_in_synchronous_mode_ticks_together_with_the_session(site):
                 step = stepping.result(timeout=WAIT_SECS)
                 assert world.get_snapshot().frame == frame
                 place = ego_of(world).get_location()
-                assert [place.x, place.y] == pytest.approx(step.observation["location"][:2], abs=0.02)
+                assert [place.x, place.y] == pytest.approx(
+                    step.observation["location"][:2], abs=0.02
+                )
             # The session may be late as well.
             ticking = beside.submit(world.tick)
             time.sleep(0.2)
@@ -126,7 +128,7 @@ def test_a_client_in_synchronous_mode_ticks_together_with_the_session(site):
 def test_the_same_actions_and_controls_give_the_same_states(site):
     hashes = []
     for _ in range(2):
-        with visited(site) as (session, made, client), ThreadPoolExecutor(1) as beside:
+        with visited(site) as (session, _, client), ThreadPoolExecutor(1) as beside:
             with synchronous(client.get_world()) as world:
                 ego = ego_of(world)
                 side = world.get_map().get_waypoint(ego.get_location()).next(25.0)[0].transform
@@ -142,7 +144,7 @@ def test_the_same_actions_and_controls_give_the_same_states(site):
 
 
 def test_a_session_waits_once_for_a_client_that_does_not_tick(site):
-    with visited(site) as (session, made, client), synchronous(client.get_world()) as world:
+    with visited(site) as (session, _, client), synchronous(client.get_world()) as world:
         began = time.monotonic()
         session.step("observe")
         assert time.monotonic() - began > LEASE_SECS / 2
@@ -159,7 +161,7 @@ def test_a_session_waits_once_for_a_client_that_does_not_tick(site):
 
 
 def test_several_ticks_of_a_step_are_as_many_frames(site):
-    with visited(site, ticks_per_step=5) as (session, made, client):
+    with visited(site, ticks_per_step=5) as (session, _, client):
         frames = []
         client.get_world().on_tick(frames.append)
         until(lambda: frames)
@@ -169,7 +171,7 @@ def test_several_ticks_of_a_step_are_as_many_frames(site):
 
 
 def test_a_client_is_told_when_the_session_ends_and_goes_on_elsewhere(site):
-    with visited(site) as (session, made, client):
+    with visited(site) as (session, _, client):
         world = client.get_world()
         ego = ego_of(world)
         session.close()
@@ -204,7 +206,7 @@ def test_steps_are_the_sessions(site, capfd):
 
 
 def test_a_traffic_manager_drives_in_the_world_of_a_session(site):
-    with visited(site) as (session, made, client), ThreadPoolExecutor(1) as beside:
+    with visited(site) as (session, _, client), ThreadPoolExecutor(1) as beside:
         manager = client.get_trafficmanager(two_free_ports())
         with synchronous(client.get_world()) as world:
             manager.set_synchronous_mode(True)

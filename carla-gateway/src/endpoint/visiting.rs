@@ -148,8 +148,8 @@ impl Endpoint {
         Ok(())
     }
 
-    /// What a call has changed reaches a visited world before it is answered: nobody here knows when
-    /// its next tick comes.
+    /// What a call has changed reaches a visited world before it is answered: nobody here knows
+    /// when its next tick comes.
     pub(crate) async fn pass_on(&mut self) {
         let Some(visit) = &mut self.visit else { return };
         if let Some(pausing) = visit.pausing.take() {
