@@ -1,7 +1,9 @@
 """Clients of CARLA in the world of an OpenEnv session: both see and do things there."""
 
+import os
 import queue
 import re
+import signal
 import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -11,8 +13,8 @@ import carla
 import pytest
 from causeway.openenv import Session
 
-from carla_site import MAP, fresh, synchronous
-from running_site import binary, two_free_ports
+from carla_site import MAP, connect, fresh, synchronous
+from running_site import binary, child, two_free_ports
 
 ALONE = {"open_to_carla": True, "num_npc_vehicles": 0, "num_pedestrians": 0}
 WAIT_SECS = 30.0
@@ -187,6 +189,41 @@ def test_a_client_is_told_when_the_session_ends_and_goes_on_elsewhere(site):
             return False
 
         until(is_gone)
+
+
+def test_two_sessions_and_a_client_are_in_one_world(site):
+    with visited(site, num_egos=2) as (first, made, client), Session(site.base_url) as second:
+        second.reset(join=made.metadata["world_id"])
+        world = client.get_world()
+        assert len(world.get_actors().filter("vehicle.*")) == 2
+        frames = []
+        world.on_tick(frames.append)
+        until(lambda: frames)
+        with ThreadPoolExecutor(2) as both:
+            for _ in range(10):
+                steps = [both.submit(one.step, "control", throttle=0.5) for one in (first, second)]
+                steps = [step.result(timeout=WAIT_SECS) for step in steps]
+        assert len({step.metadata["sim"]["state_hash"] for step in steps}) == 1
+        assert steps[0].metadata["carla_world"] == made.metadata["carla_world"]
+        until(lambda: len(ticks_of(frames)) >= 11)
+        speeds_kmh = [
+            3.6 * car.get_velocity().length() for car in world.get_actors().filter("veh*")
+        ]
+        told_kmh = [step.observation["speed_kmh"] for step in steps]
+        assert sorted(speeds_kmh) == pytest.approx(sorted(told_kmh), abs=0.1)
+
+
+def test_a_session_goes_on_when_the_gateway_of_its_visitors_dies(start_site):
+    site = start_site("--no-render")
+    with Session(site.base_url) as session:
+        made = session.reset("free_roam", scenario_config=ALONE, seed=7)
+        client = connect(site.carla_port)
+        client.load_world(made.metadata["carla_world"])
+        session.step("observe")
+        os.kill(child(site, "gateway"), signal.SIGKILL)
+        for _ in range(20):
+            step = session.step("control", throttle=0.5)
+        assert step.metadata["sim"]["tick"] == 21 and step.observation["speed_kmh"] > 1.0
 
 
 def test_steps_are_the_sessions(site, capfd):
