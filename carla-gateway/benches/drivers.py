@@ -5,10 +5,10 @@ Lets cars loose on maps (by default all of DIR) under each driver, those of CARL
 with each kind of tyres, and prints a row for every map, driver and tyres: how far the middle of a
 car got beyond the edge of all driving lanes at worst, within what 99 % of a program's places were
 from the middle of a lane, how many got farther than 0.5 m beyond the edge, how many tipped over,
-pairs that collided, and whose that is. Our own drivers (`traffic`, `agents`, `routes`, `pilots`,
-`riders`) are those of `causeway bench roads`, for `--minutes`; programs drive `--secs`. CARLA's
-agents (`basic30`, `basic50`, `behaviour`) want `--agents`, the folder that holds CARLA's package
-`agents`. Wants `pip install carla==0.9.16 numpy networkx shapely`.
+pairs that collided, and whose that is, or what the program raises. Our own drivers (`traffic`,
+`agents`, `routes`, `pilots`, `riders`) are those of `causeway bench roads`, for `--minutes`;
+programs drive `--secs`. CARLA's agents (`basic30`, `basic50`, `behaviour`) want `--agents`, the
+folder that holds CARLA's package `agents`. Wants `pip install carla==0.9.16 numpy networkx shapely`.
 """
 
 import argparse
@@ -280,17 +280,15 @@ def drive(
             lambda hit: hits.add(frozenset((hit.actor.id, hit.other_actor.id)))
         )
         sensors.append(sensor)
-    try:
+    with clearing(world, [*sensors, *cars]):
         at_wheel = driver(kind, client, cars, town)
-    except RuntimeError:
-        clear(world, [*sensors, *cars])
-        raise
     worst_m, worst_at, left, tipped, besides = 0.0, None, set(), set(), []
     for tick in range(int(secs / STEP_SECS)):
         world.tick()
         snapshot = world.get_snapshot()
         cars = [car for car in cars if snapshot.find(car.id)]
-        at_wheel.step(snapshot)
+        with clearing(world, [*sensors, *cars]):
+            at_wheel.step(snapshot)
         if tick % LOOK_TICKS:
             continue
         for car in cars:
@@ -320,6 +318,18 @@ def drive(
         "tipped": len(tipped),
         "hits": len(hits),
     }
+
+
+@contextlib.contextmanager
+def clearing(world: carla.World, actors: list):
+    """Leaves an empty world where a program raises, which is what its row says."""
+    try:
+        yield
+    except Exception as error:
+        clear(world, actors)
+        if isinstance(error, RuntimeError):
+            raise
+        raise RuntimeError(f"raises {type(error).__name__}: {error}") from error
 
 
 def clear(world: carla.World, actors: list) -> None:
