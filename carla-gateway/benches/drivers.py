@@ -51,10 +51,7 @@ def site(program: str, maps: Path, tyres: str, port: int):
     flags = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--no-render"]
     flags += ["--maps", str(maps), "--carla", str(port), "--cars", tyres]
     process = subprocess.Popen(
-        [program, "up", *flags],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
+        [program, "up", *flags], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
     try:
         line = ""
@@ -123,7 +120,7 @@ class Agents:
                 return
             except networkx.NetworkXNoPath:
                 continue
-        raise RuntimeError("no way leads from a car to any of 20 places")
+        raise LookupError("no way leads from a car to any of 20 places")
 
     def step(self, snapshot: carla.WorldSnapshot) -> None:
         for car, agent in self.agents:
@@ -276,9 +273,7 @@ def drive(
     for car in cars:
         blueprint = library.find("sensor.other.collision")
         sensor = world.spawn_actor(blueprint, carla.Transform(), attach_to=car)
-        sensor.listen(
-            lambda hit: hits.add(frozenset((hit.actor.id, hit.other_actor.id)))
-        )
+        sensor.listen(lambda hit: hits.add(frozenset((hit.actor.id, hit.other_actor.id))))
         sensors.append(sensor)
     with clearing(world, [*sensors, *cars]):
         at_wheel = driver(kind, client, cars, town)
@@ -327,8 +322,6 @@ def clearing(world: carla.World, actors: list):
         yield
     except Exception as error:
         clear(world, actors)
-        if isinstance(error, RuntimeError):
-            raise
         raise RuntimeError(f"raises {type(error).__name__}: {error}") from error
 
 
@@ -389,10 +382,8 @@ def main() -> None:
             for name in names:
                 world = client.load_world(name)
                 settings = world.get_settings()
-                settings.synchronous_mode, settings.fixed_delta_seconds = (
-                    True,
-                    STEP_SECS,
-                )
+                settings.synchronous_mode = True
+                settings.fixed_delta_seconds = STEP_SECS
                 world.apply_settings(settings)
                 for kind in programs:
                     try:
