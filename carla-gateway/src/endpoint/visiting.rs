@@ -83,7 +83,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// It has another one of its own.
-    pub(crate) fn check_step(&mut self, wanted: Option<f64>) -> Result<(), Refusal> {
+    pub(crate) fn check_step(&self, wanted: Option<f64>) -> Result<(), Refusal> {
         let (Some(_), Some(episode)) = (&self.visit, &self.episode) else { return Ok(()) };
         let own = episode.frame.dt_secs;
         match wanted.filter(|wanted| (wanted - own).abs() > 1e-6) {
