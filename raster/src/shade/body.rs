@@ -10,25 +10,14 @@ use crate::quality::Quality;
 use crate::surface::Looks;
 use crate::vector::{V8, clamp01, scale, smoothstep, splat};
 
-/// Of what leaves are drawn as: the number of the shaders'.
+/// Of what leaves and bark are drawn as: the numbers of the shaders'.
 const LEAVES: f32 = 5.0;
+const BARK: f32 = 6.0;
 
 #[inline(always)]
 pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
-    let is_leaf = looks.pattern.simd_eq(splat(simd, LEAVES));
-    let leafy;
-    let looks = if is_leaf.any_true() {
-        let leaves = leaves(simd, lit, sight, looks);
-        leafy = Looks {
-            normal: leaves.normal.or(is_leaf, looks.normal),
-            colour: leaves.colour.or(is_leaf, looks.colour),
-            ..*looks
-        };
-        &leafy
-    } else {
-        looks
-    };
+    let looks = grown(simd, lit, sight, looks);
     let normal = looks.normal;
     let arriving = lit.arriving(simd, (sight.place_m, normal), splat(simd, 1.0));
     let glowing = looks.colour.scaled(looks.glow * 1.6);
@@ -57,8 +46,31 @@ pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Lo
         .plus(glowing)
 }
 
+/// What is seen, with leaves and bark where plants are.
+#[inline(always)]
+fn grown<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> Looks<S> {
+    let mut grown = *looks;
+    let is_leaf = looks.pattern.simd_eq(splat(simd, LEAVES));
+    if is_leaf.any_true() {
+        let leaves = leaves(simd, lit, sight, looks);
+        grown.normal = leaves.normal.or(is_leaf, looks.normal);
+        grown.colour = leaves.colour.or(is_leaf, looks.colour);
+    }
+    let is_bark = looks.pattern.simd_eq(splat(simd, BARK));
+    if lit.quality == Quality::High && is_bark.any_true() {
+        let footprint = sight.distance_m * sight.pixel;
+        let V8 { x, y, z } = sight.place_m;
+        let fade = clamp01(simd, splat(simd, 1.0) - footprint * 12.0);
+        let ridge = (noise(simd, (x + y) * 17.0, z * 2.6 + y * 3.0) - 0.5) * fade;
+        let bark = looks.colour.scaled(ridge * 1.1 + 1.0);
+        grown.colour = bark.or(is_bark, grown.colour);
+    }
+    grown
+}
+
 /// Clumps of leaves, lighter and darker, that face all ways. Two sections through the air, so that
-/// neither shows its grain on all sides of a crown.
+/// neither shows its grain on all sides of a crown. The variant says which green a tree has, and
+/// how much light gets to the leaves.
 #[inline(always)]
 fn leaves<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> Looks<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
@@ -74,7 +86,11 @@ fn leaves<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -
         other = (noise(simd, c * 10.0, d * 10.0) - 0.5) * leaf_fade;
     }
     let vary = (clump * 0.8 + (leaf + other) * 0.9 + 1.0).max(splat(simd, 0.25));
-    let colour = looks.colour.scaled(vary);
+    let green = (looks.variant * 0.25).floor();
+    let shade = looks.variant - green * 4.0;
+    let dark = shade.simd_lt(splat(simd, 0.5)).select(splat(simd, 0.55), shade * 0.17 + 0.8);
+    let tint = V8 { x: green * 0.15 + 0.8, y: green * 0.06 + 0.9, z: one - green * 0.05 };
+    let colour = looks.colour.times(tint).scaled(vary * dark);
     let yellowed = colour.times(V8::splat(simd, [1.35, 1.1, 0.8]));
     let bend =
         V8 { x: leaf + clump * 0.5, y: other - clump * 0.4, z: (leaf - other) * 0.6 + clump * 0.4 };

@@ -30,7 +30,7 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
         (clamp01(simd, one - footprint * 16.0), clamp01(simd, one - footprint * 0.8));
     let is_fine = lit.quality == Quality::High;
     if is_fine && grain_fade.simd_gt(zero).any_true() {
-        grain = (hash((x * 31.0).floor(), (y * 31.0).floor()) - 0.5) * grain_fade;
+        grain = grit(simd, (x, y), footprint) * grain_fade;
     }
     if is_fine && middle_fade.simd_gt(zero).any_true() {
         middle = (noise(simd, x * 1.7, y * 1.7) - 0.5) * middle_fade;
@@ -81,6 +81,19 @@ pub(crate) fn ground<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
             around.plus(streaks(simd, lit.lamps, sight.place_m, mirrored).scaled(splat(simd, 6.0)));
     }
     albedo.times(arriving.diffuse).plus(around.scaled(shine))
+}
+
+/// What is small on the ground, about -0.5 to 0.5: grains of 3 cm, and of 1 cm where a pixel is as
+/// small.
+#[inline(always)]
+fn grit<S: Simd>(simd: S, (x, y): (f32x8<S>, f32x8<S>), footprint: f32x8<S>) -> f32x8<S> {
+    let coarse = noise(simd, x * 31.0, y * 31.0) - 0.5;
+    let fade = clamp01(simd, splat(simd, 1.0) - footprint * 50.0);
+    if !fade.simd_gt(splat(simd, 0.0)).any_true() {
+        return coarse * 1.3;
+    }
+    let fine = (noise(simd, y * 97.0, x * 97.0) - 0.5) * fade;
+    (coarse + fine * 0.8) * 1.3
 }
 
 /// 1 where the ground has a pattern, else 0.

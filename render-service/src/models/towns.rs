@@ -1,15 +1,13 @@
 //! Towns as models: built once per map, forgotten when too many others came since.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use bodies::Material;
 use lru::LruCache;
 use raster::{Corner, Model, ThingLevel};
 use schemas::TagId;
 
-use crate::scene::foliage::{FarCrown, FarLevel};
+use crate::scene::foliage::{Crown, CrownLevel};
 use crate::scene::material::Family;
 use crate::scene::town::TownScene;
 
@@ -73,14 +71,12 @@ fn models_of(town: &TownScene) -> Models {
                 indices.extend_from_slice(town.indices.get(range).unwrap_or_default());
             }
         }
-        model_of(town, &indices)
+        model_of(town, &indices, if is_ground { &[] } else { &town.crowns })
     })
 }
 
-fn model_of(town: &TownScene, indices: &[u32]) -> Model {
+fn model_of(town: &TownScene, indices: &[u32], crowns: &[Crown]) -> Model {
     let mut corners = Corners { town, numbers: vec![u32::MAX; town.vertices.len()], own: vec![] };
-    let mut crowns: BTreeMap<u32, Vec<[u32; 3]>> =
-        town.far_crowns.iter().map(|crown| (crown.label, Vec::new())).collect();
     let (triangles, _) = indices.as_chunks::<3>();
     let mut own = Vec::with_capacity(triangles.len());
     let mut things = Vec::with_capacity(triangles.len());
@@ -89,23 +85,18 @@ fn model_of(town: &TownScene, indices: &[u32]) -> Model {
             continue;
         };
         let first = corners.own.get(a as usize).copied().unwrap_or_default();
-        let is_leaf = first.material == Material::Foliage as u8;
-        if let Some(fine) = crowns.get_mut(&first.label).filter(|_| is_leaf) {
-            fine.push([a, b, c]);
-        } else {
-            own.push([a, b, c]);
-            things.push(TagId::place_of(first.label));
-        }
+        own.push([a, b, c]);
+        things.push(TagId::place_of(first.label));
     }
-    crowns.retain(|_, fine| !fine.is_empty());
-    let far = town.far_crowns.iter().filter_map(|FarCrown { label, levels }| {
-        let fine = ThingLevel { triangles: crowns.remove(label)?, error_m: 0.0 };
-        let levels = levels.iter().map(|level| corners.far(level));
-        Some((std::iter::once(fine).chain(levels).collect(), TagId::place_of(*label)))
-    });
-    let far: Vec<(Vec<ThingLevel>, Option<u32>)> = far.collect();
+    let crowns: Vec<(Vec<ThingLevel>, Option<u32>)> = crowns
+        .iter()
+        .map(|crown| {
+            let levels = crown.levels().into_iter().map(|level| corners.crown(level));
+            (levels.collect(), TagId::place_of(crown.label))
+        })
+        .collect();
     let mut model = Model::new(corners.own, &own, &things);
-    far.iter().for_each(|(levels, thing)| model.add(levels, *thing));
+    crowns.iter().for_each(|(levels, thing)| model.add(levels, *thing));
     model
 }
 
@@ -128,13 +119,10 @@ impl Corners<'_> {
         Some(*slot)
     }
 
-    fn far(&mut self, FarLevel { corners, error_m }: &FarLevel) -> ThingLevel {
+    fn crown(&mut self, CrownLevel { corners, triangles, error_m }: CrownLevel) -> ThingLevel {
         let first = self.own.len() as u32;
         self.own.extend(corners.iter().map(corner_of));
-        let triangles = (0..corners.len() as u32 / 3).map(|at| {
-            let first = first + 3 * at;
-            [first, first + 1, first + 2]
-        });
-        ThingLevel { triangles: triangles.collect(), error_m: *error_m }
+        let triangles = triangles.iter().map(|corners| corners.map(|at| first + at));
+        ThingLevel { triangles: triangles.collect(), error_m }
     }
 }

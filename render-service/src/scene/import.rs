@@ -7,7 +7,7 @@ use roads::mesh::Material as RoadMaterial;
 use schemas::{SemanticTag, TagId, Vec3};
 
 use super::coat::ThingBoxes;
-use super::foliage::{far_crowns, rounded};
+use super::foliage::crowns;
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
 use super::town::{Surface, TownScene, WallKind};
@@ -40,15 +40,12 @@ impl TownScene {
                 }
             }
         }
-        let mut crowns = Vec::new();
-        if let Some(leaves) = merged.get_mut(&RoadMaterial::Foliage) {
-            crowns = far_crowns(leaves);
-            *leaves = rounded(leaves);
-        }
+        let leaves = merged.remove(&RoadMaterial::Foliage);
+        let crowns = leaves.as_ref().map(crowns).unwrap_or_default();
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
         let (signals, street_lamps) = (Signals::of_map(map), StreetLamps::of_map(map));
         let boxes = ThingBoxes::of_map(map);
-        Self { signals, street_lamps, far_crowns: crowns, boxes, ..scene }
+        Self { signals, street_lamps, crowns, boxes, ..scene }
     }
 }
 

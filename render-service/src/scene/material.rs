@@ -44,6 +44,7 @@ enum Pattern {
     Paving = 3,
     Grass = 4,
     Leaves = 5,
+    Bark = 6,
 }
 
 /// Which of an instance's four colours multiplies the material's own. The alpha of that colour is
@@ -85,7 +86,7 @@ impl Looks {
             Material::Concrete => Self::plain([0.36, 0.35, 0.33]),
             Material::Wall => Self::plain([0.50, 0.44, 0.37]),
             Material::Foliage => Self::patterned([0.066, 0.140, 0.030], Pattern::Leaves),
-            Material::Bark => Self::plain([0.10, 0.065, 0.04]),
+            Material::Bark => Self::patterned([0.10, 0.065, 0.04], Pattern::Bark),
             Material::Metal => Self { gloss: 0.2, ..Self::plain([0.20, 0.21, 0.22]) },
             Material::Paint => Self::tinted(Tint::First, 0.75),
             Material::DarkPaint => Self { colour: [0.30; 3], ..Self::tinted(Tint::First, 0.5) },

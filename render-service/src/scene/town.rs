@@ -8,7 +8,7 @@ use schemas::Vec3;
 
 use super::coat::ThingBoxes;
 use super::facade::facade_coordinates;
-use super::foliage::FarCrown;
+use super::foliage::Crown;
 use super::instance::signal::Signals;
 use super::instance::street_lamp::StreetLamps;
 use super::material::Family;
@@ -72,8 +72,8 @@ pub struct TownScene {
     pub(crate) tiles: Vec<Tile>,
     pub(crate) signals: Signals,
     pub(crate) street_lamps: StreetLamps,
-    /// In place of crowns whose triangles are in the tiles.
-    pub(crate) far_crowns: Vec<FarCrown>,
+    /// Of its trees; not among the triangles.
+    pub(crate) crowns: Vec<Crown>,
     /// On which textures are laid.
     pub(crate) boxes: ThingBoxes,
 }
@@ -94,7 +94,7 @@ impl TownScene {
             tiles: Vec::new(),
             signals: Signals::default(),
             street_lamps: StreetLamps::default(),
-            far_crowns: Vec::new(),
+            crowns: Vec::new(),
             boxes: ThingBoxes::default(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();

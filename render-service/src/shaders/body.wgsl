@@ -7,7 +7,7 @@ struct Leaves {
     tint: vec3<f32>,
 };
 
-fn leaves(world: vec3<f32>, footprint: f32) -> Leaves {
+fn leaves(world: vec3<f32>, footprint: f32, variant: f32) -> Leaves {
     let one = world.xy + world.z * vec2<f32>(0.5, 0.3);
     let two = vec2<f32>(world.z + world.y * 0.4, world.x - world.y * 0.6);
     let clump = (noise(one * 1.9) + noise(two * 2.3) - 1.0) * clamp(1.0 - footprint * 1.2, 0.0, 1.0);
@@ -17,16 +17,30 @@ fn leaves(world: vec3<f32>, footprint: f32) -> Leaves {
     let vary = max(1.0 + 0.8 * clump + 0.9 * (leaf + other), 0.25);
     let yellowed = mix(vec3<f32>(1.0), vec3<f32>(1.35, 1.1, 0.8), clamp(clump + 0.3, 0.0, 1.0));
     let bend = vec3<f32>(leaf + clump * 0.5, other - clump * 0.4, (leaf - other) * 0.6 + clump * 0.4);
-    return Leaves(bend * 0.9, vary * yellowed);
+    let green = floor(variant * 0.25);
+    let shade = variant - green * 4.0;
+    let dark = select(0.8 + 0.17 * shade, 0.55, shade < 0.5);
+    let tint = vec3<f32>(0.8 + 0.15 * green, 0.9 + 0.06 * green, 1.0 - 0.05 * green);
+    return Leaves(bend * 0.9, tint * (vary * dark) * yellowed);
+}
+
+// What the colour of bark is multiplied by.
+fn bark(world: vec3<f32>, footprint: f32) -> f32 {
+    let fade = clamp(1.0 - footprint * 12.0, 0.0, 1.0);
+    let ridge = noise(vec2<f32>((world.x + world.y) * 17.0, world.z * 2.6 + world.y * 3.0));
+    return 1.0 + 1.1 * (ridge - 0.5) * fade;
 }
 
 fn body(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     var normal = in.normal;
     var albedo = in.colour.rgb;
+    let footprint = distance * views[view].left.w;
     if in.look.y == 5.0 {
-        let leafy = leaves(in.world, distance * views[view].left.w);
+        let leafy = leaves(in.world, footprint, in.look.z);
         normal = normalize(normal + leafy.bend);
         albedo *= leafy.tint;
+    } else if in.look.y == 6.0 {
+        albedo *= bark(in.world, footprint);
     }
     let light = arriving(in.world, normal, 1.0);
 

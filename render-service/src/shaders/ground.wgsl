@@ -72,7 +72,8 @@ fn ground(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
 
     let broad = noise(at * 0.23);
     let grain_fade = clamp(1.0 - footprint * 16.0, 0.0, 1.0);
-    let grain = (hash21(floor(at * 31.0)) - 0.5) * grain_fade;
+    let fine = (noise(at.yx * 97.0) - 0.5) * clamp(1.0 - footprint * 50.0, 0.0, 1.0);
+    let grain = (noise(at * 31.0) - 0.5 + 0.8 * fine) * 1.3 * grain_fade;
     let middle_fade = clamp(1.0 - footprint * 0.8, 0.0, 1.0);
     let middle = (noise(at * 1.7) - 0.5) * middle_fade;
 
