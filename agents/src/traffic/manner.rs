@@ -100,6 +100,10 @@ impl Manner {
         let mut least = points.last().map_or(f32::INFINITY, |last| fastest2(last, None));
         for pair in points.windows(2) {
             let [at, next] = pair else { continue };
+            // What is farther than it takes to stop slows nobody down.
+            if 2.0 * self.braking_mps2 * at.ahead_m > least {
+                break;
+            }
             least = least.min(fastest2(at, Some(next)));
         }
         end_mps.min(least.max(0.0).sqrt())

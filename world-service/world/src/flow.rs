@@ -235,12 +235,13 @@ impl State {
         scene: &Scene,
         act: impl FnOnce(&mut Driver, &Senses<'_>, &mut SplitMix64) -> T,
     ) -> Option<T> {
-        self.actors[index].vehicle.as_deref()?.wheel.traffic()?;
+        let is_on_rails = self.actors[index].vehicle.as_deref()?.wheel.traffic()?.on_rails;
         let (body, motion) = self.as_driver(index, scene);
         let (dt_secs, grip) = (self.dt_secs as f32, self.grip());
         let rng = &mut self.rng;
         let vehicle = self.actors[index].vehicle_mut()?;
-        let view = step::view(vehicle.tuning.fit(), &motion, grip);
+        let view = if is_on_rails { step::unsteered_view } else { step::view };
+        let view = view(vehicle.tuning.fit(), &motion, grip);
         let driver = &mut *vehicle.wheel.traffic_mut()?.driver;
         let network = town.network();
         let senses = Senses { network, scene, view: &view, body: &body, dt_secs };

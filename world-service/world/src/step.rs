@@ -250,11 +250,17 @@ impl State {
 
 /// What a driver knows of a vehicle, on a road with this grip.
 pub(crate) fn view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleView {
+    let full_lock_rad = fit.full_lock_rad(body.linear_mps.norm());
+    VehicleView { full_lock_rad, ..unsteered_view(fit, body, grip) }
+}
+
+/// As [`view`], for a driver who does not steer: with the lock of a vehicle that stands.
+pub(crate) fn unsteered_view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleView {
     VehicleView {
         world_from_vehicle: body.world_from_body,
         velocity_mps: body.linear_mps,
         wheelbase_m: fit.wheelbase_m,
-        full_lock_rad: fit.full_lock_rad(body.linear_mps.norm()),
+        full_lock_rad: fit.steer_rad_max,
         half_track_m: match fit.physics.handling {
             Handling::Real => 0.0,
             Handling::Carla => fit.half_track_m,
